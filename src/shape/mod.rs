@@ -1,0 +1,97 @@
+//! Shapes of links and obstacles, and the meshes they may be. Knows neither robots nor scenes.
+
+pub mod mesh;
+
+use std::sync::Arc;
+
+use crate::math::{Pose, Vec3};
+pub use mesh::{Mesh, MeshError};
+
+/// A solid in its own frame [m]. Symmetric shapes are centred at the origin, axis along z.
+///
+/// Build one with the checked constructors: every size is finite and positive.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Shape {
+    /// Ball.
+    Sphere {
+        /// Radius [m].
+        radius: f64,
+    },
+    /// Box.
+    Box {
+        /// Half of each full size [m].
+        half_extents: Vec3,
+    },
+    /// Cylinder with flat ends.
+    Cylinder {
+        /// Radius [m].
+        radius: f64,
+        /// Half of the full height [m].
+        half_height: f64,
+    },
+    /// Segment along z swept by a ball.
+    Capsule {
+        /// Radius [m].
+        radius: f64,
+        /// Half of the segment's length [m] (the whole capsule is `2 (half_length + radius)` long).
+        half_length: f64,
+    },
+    /// Triangle mesh, an exact solid: a point inside its surface is inside the shape.
+    Mesh(Arc<Mesh>),
+}
+
+/// A shape at a fixed place in the frame of a link or of the world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedShape {
+    /// Pose of the shape's frame.
+    pub pose: Pose,
+    /// The shape.
+    pub shape: Shape,
+}
+
+/// A size that no solid can have.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{shape}: {size} is {value}, it must be finite and greater than 0")]
+pub struct ShapeError {
+    /// Kind of shape.
+    pub shape: &'static str,
+    /// Which size.
+    pub size: &'static str,
+    /// Its value.
+    pub value: f64,
+}
+
+impl Shape {
+    /// Ball of `radius` [m].
+    pub fn sphere(radius: f64) -> Result<Self, ShapeError> {
+        positive("sphere", "radius", radius)?;
+        Ok(Self::Sphere { radius })
+    }
+
+    /// Box of full sizes x, y, z [m].
+    pub fn cuboid(size: Vec3) -> Result<Self, ShapeError> {
+        for (name, value) in [("x size", size.x), ("y size", size.y), ("z size", size.z)] {
+            positive("box", name, value)?;
+        }
+        Ok(Self::Box { half_extents: size / 2.0 })
+    }
+
+    /// Cylinder of full `height` [m] along z (MoveIt's order of dimensions: height, radius).
+    pub fn cylinder(height: f64, radius: f64) -> Result<Self, ShapeError> {
+        positive("cylinder", "height", height)?;
+        positive("cylinder", "radius", radius)?;
+        Ok(Self::Cylinder { radius, half_height: height / 2.0 })
+    }
+
+    /// Capsule whose segment has full `length` [m] along z.
+    pub fn capsule(length: f64, radius: f64) -> Result<Self, ShapeError> {
+        positive("capsule", "length", length)?;
+        positive("capsule", "radius", radius)?;
+        Ok(Self::Capsule { radius, half_length: length / 2.0 })
+    }
+}
+
+fn positive(shape: &'static str, size: &'static str, value: f64) -> Result<(), ShapeError> {
+    if value.is_finite() && value > 0.0 { Ok(()) } else { Err(ShapeError { shape, size, value }) }
+}
