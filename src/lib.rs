@@ -1,0 +1,10 @@
+//! The core of **taut**: pulls a planner's path taut and proves every answer collision-free.
+//!
+//! Pure: no clock, no thread, no disk, no log. Time comes in as a `stop` closure, files as bytes.
+
+pub(crate) mod hash;
+pub mod math;
+pub mod path;
+pub mod robot;
+pub mod scene;
+pub mod shape;

@@ -1,0 +1,87 @@
+//! What a request comes back with.
+
+use crate::math::Vec3;
+use crate::path::Path;
+use crate::validation::HitReason;
+
+/// How a run ended: data, not an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Termination {
+    /// Nothing to optimize: `check`, a straight path, a path without length, a refused input.
+    Done,
+    /// The optimizer reached its own end.
+    Converged,
+    /// The iteration cap of the optimizer.
+    IterationLimit,
+    /// The work budget.
+    WorkBudget,
+    /// `stop` (deadline, cancel, vanished client).
+    Stopped,
+}
+
+/// A pair whose floor the input forced down.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoweredFloor {
+    /// Names of the two bodies.
+    pub bodies: [String; 2],
+    /// Floor that every path of this request keeps for the pair [m].
+    pub floor_m: f64,
+}
+
+/// Where and why the input is not proved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refusal {
+    /// Why.
+    pub reason: HitReason,
+    /// Segment of the input path, from 0.
+    pub segment: usize,
+    /// Ratio on the segment.
+    pub t: f64,
+    /// Names of the two bodies.
+    pub bodies: [String; 2],
+    /// Closest or contact points in the world [m].
+    pub points: [Vec3; 2],
+    /// Unit vector from the second body towards the first.
+    pub normal: Vec3,
+    /// Depth [m]; negative is a distance.
+    pub depth_m: f64,
+    /// The part of the path before which everything is proved: segment + ratio.
+    pub proved_prefix: f64,
+    /// What the person who reads it may do; empty where there is nothing to add.
+    pub hint: String,
+}
+
+/// The answer to a request. `path` is always safe to take: proved, or the input itself.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The shortest path found, ends bit-equal to the input's.
+    pub path: Path,
+    /// Whether `path` is proved at its floors.
+    pub proved: bool,
+    /// Where the input is refused, if it is.
+    pub refusal: Option<Refusal>,
+    /// Length of the input in the request's metric.
+    pub length_before: f64,
+    /// Length of `path`.
+    pub length_after: f64,
+    /// Distance of the ends: no path is shorter.
+    pub lower_bound: f64,
+    /// Weights of the metric.
+    pub weights: Vec<f64>,
+    /// Clearance asked for [m].
+    pub clearance_m: f64,
+    /// Smallest floor of any pair [m].
+    pub floor_m: f64,
+    /// Pairs with a lowered floor.
+    pub floors_lowered: Vec<LoweredFloor>,
+    /// Iterations of the optimizer.
+    pub iterations: u64,
+    /// Pairs examined at nodes.
+    pub work: u64,
+    /// How the run ended.
+    pub termination: Termination,
+    /// What is odd about the request, a line each.
+    pub warnings: Vec<String>,
+    /// The proof in short; `None` where `path` is not proved.
+    pub certificate: Option<crate::validation::Certificate>,
+}

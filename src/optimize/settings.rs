@@ -1,0 +1,77 @@
+//! What a request may choose.
+
+/// Optimizer of a request.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// Prove the path, change nothing.
+    Check,
+    /// The gradient-based method of Campana, Lamiraux and Laumond.
+    #[default]
+    Gradient,
+    /// Straight lines between random places of the path.
+    RandomShortcut,
+    /// The same for one joint at a time.
+    PartialShortcut,
+}
+
+impl Mode {
+    /// Every mode, in the order of the wire.
+    pub const ALL: [Self; 4] = [Self::Check, Self::Gradient, Self::RandomShortcut, Self::PartialShortcut];
+
+    /// Name on the command line and in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Check => "check",
+            Self::Gradient => "gradient",
+            Self::RandomShortcut => "random-shortcut",
+            Self::PartialShortcut => "partial-shortcut",
+        }
+    }
+}
+
+/// Settings of one request. `Settings::default()` is what a request gets that says nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Optimizer.
+    pub mode: Mode,
+    /// Seed of every random choice: same request, same answer.
+    pub seed: u64,
+    /// Distance that every pair must keep [m].
+    pub clearance_m: f64,
+    /// Refuse an input that keeps less, instead of lowering the floors of the pairs that do.
+    pub strict: bool,
+    /// Take the columns of continuous joints as they stand instead of as angles on the circle.
+    pub unwrapped: bool,
+    /// Weights of the metric, one per velocity coordinate; `None` = reach weights.
+    pub weights: Option<Vec<f64>>,
+    /// Most work (pairs examined at nodes) to spend after the input is proved; 0 = the default.
+    pub work_budget: u64,
+    /// Waypoints that must stay bit-equal, one entry per waypoint; `None` = first and last only.
+    pub fixed_waypoints: Option<Vec<bool>>,
+    /// Velocity coordinates that may move, one entry each; `None` = all.
+    pub moving: Option<Vec<bool>>,
+    /// Values of the held variables; `None` = their defaults.
+    pub held: Option<Vec<f64>>,
+}
+
+impl Settings {
+    /// Clearance of a request that gives none [m].
+    pub const DEFAULT_CLEARANCE_M: f64 = 1e-3;
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            mode: Mode::default(),
+            seed: 0,
+            clearance_m: Self::DEFAULT_CLEARANCE_M,
+            strict: false,
+            unwrapped: false,
+            weights: None,
+            work_budget: 0,
+            fixed_waypoints: None,
+            moving: None,
+            held: None,
+        }
+    }
+}

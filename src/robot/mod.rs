@@ -1,0 +1,17 @@
+//! Robots: a checked tree of joints and links, its configuration space and its kinematics.
+//!
+//! [`description`] is what a file says, [`model`] what it becomes once everything in it is checked.
+
+pub mod configuration;
+pub mod description;
+pub mod joint;
+pub mod kinematics;
+pub mod model;
+
+pub use configuration::{Component, ConfigurationSpace};
+pub use description::{
+    Group, GroupState, JointDescription, LinkDescription, Mimic, RobotDescription, Semantics, VirtualJoint,
+};
+pub use joint::{Drive, Joint, JointKind};
+pub use kinematics::Kinematics;
+pub use model::{HeldVariable, Link, RobotError, RobotModel, Variable};

@@ -1,0 +1,125 @@
+//! Scenes: obstacles in the world, and the pairs that may touch. Knows no robot.
+
+use std::collections::BTreeSet;
+
+use crate::hash::ContentHasher;
+use crate::shape::PlacedShape;
+
+/// Obstacles and allowed pairs, checked once when built.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    name: String,
+    obstacles: Vec<Obstacle>,
+    allowed: Vec<(String, String)>,
+    warnings: Vec<String>,
+}
+
+/// A solid object of the scene, made of one shape or several (MoveIt's collision object).
+#[derive(Clone, Debug)]
+pub struct Obstacle {
+    /// Name, unique in the scene.
+    pub id: String,
+    /// Its shapes, in the world's frame.
+    pub shapes: Vec<PlacedShape>,
+}
+
+/// Why a scene was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Two objects of one name.
+    #[error("object {0:?} is defined twice; object ids must be unique")]
+    Duplicate(String),
+    /// A pose that is no pose.
+    #[error("object {id:?}: {what} is {value}; {rule}")]
+    BadPose {
+        /// Object.
+        id: String,
+        /// Position or orientation.
+        what: &'static str,
+        /// Its value.
+        value: String,
+        /// What it must be.
+        rule: &'static str,
+    },
+    /// A size that no solid has.
+    #[error("object {id:?}: {source}")]
+    Shape {
+        /// Object.
+        id: String,
+        /// What is wrong.
+        source: crate::shape::ShapeError,
+    },
+    /// A mesh that cannot be used.
+    #[error("object {id:?}: {source}")]
+    Mesh {
+        /// Object.
+        id: String,
+        /// What is wrong.
+        source: crate::shape::MeshError,
+    },
+    /// A text that is not the format it should be, with line and column where known.
+    #[error("{0}")]
+    Syntax(String),
+}
+
+impl Scene {
+    /// Checks and takes obstacles. `allowed` names pairs (links or objects) that may touch.
+    ///
+    /// # Errors
+    /// A duplicate id or a pose that is not finite.
+    pub fn new(
+        name: impl Into<String>,
+        obstacles: Vec<Obstacle>,
+        allowed: Vec<(String, String)>,
+        warnings: Vec<String>,
+    ) -> Result<Self, SceneError> {
+        let mut seen = BTreeSet::new();
+        for obstacle in &obstacles {
+            if !seen.insert(obstacle.id.as_str()) {
+                return Err(SceneError::Duplicate(obstacle.id.clone()));
+            }
+            if let Some(bad) = obstacle.shapes.iter().find(|s| !s.pose.is_finite()) {
+                return Err(SceneError::BadPose {
+                    id: obstacle.id.clone(),
+                    what: "pose",
+                    value: format!("{:?}", bad.pose),
+                    rule: "it must be finite",
+                });
+            }
+        }
+        Ok(Self { name: name.into(), obstacles, allowed, warnings })
+    }
+
+    /// Label of the scene.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+    /// The obstacles.
+    pub fn obstacles(&self) -> &[Obstacle] {
+        &self.obstacles
+    }
+    /// Pairs of names (links or objects) that may touch.
+    pub fn allowed(&self) -> &[(String, String)] {
+        &self.allowed
+    }
+    /// What is odd about the file, a line each.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Content hash: equal scenes have equal hashes whatever their label.
+    pub fn hash(&self) -> u64 {
+        let mut hasher = ContentHasher::default();
+        for obstacle in &self.obstacles {
+            hasher.text(&obstacle.id);
+            for shape in &obstacle.shapes {
+                hasher.shape(shape);
+            }
+        }
+        for (a, b) in &self.allowed {
+            hasher.text(a).text(b);
+        }
+        hasher.finish()
+    }
+}

@@ -1,0 +1,64 @@
+//! Certified validation: a segment is proved free for every instant of its motion, never by samples.
+
+pub mod continuous;
+
+pub use continuous::Validator;
+
+use crate::math::Vec3;
+
+/// What is known of one straight segment.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SegmentVerdict {
+    /// Every pair keeps its floor everywhere on the segment.
+    Proved(SegmentProof),
+    /// A pair comes closer than allowed.
+    Refused(Hit),
+    /// `stop` said so before there was a verdict.
+    Stopped,
+}
+
+/// A proof, in short.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentProof {
+    /// Distance that every pair keeps on the whole segment [m]; at least the smallest floor, ∞ where nothing is near.
+    pub clearance_m: f64,
+    /// Intervals that the proof is made of.
+    pub intervals: u32,
+}
+
+/// Why a segment is not proved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HitReason {
+    /// The bodies touch or overlap.
+    Collision,
+    /// Closer than 1.5 times the pair's floor.
+    TooClose,
+    /// The node limit of a lowered floor is spent.
+    Uncertified,
+}
+
+/// Where a segment is refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Why.
+    pub reason: HitReason,
+    /// Ratio on the segment, in [0, 1].
+    pub t: f64,
+    /// Index of the pair in the collision model.
+    pub pair: usize,
+    /// Closest points there.
+    pub contact: Contact,
+}
+
+/// Closest points of two bodies A and B at one configuration, in the world's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Point of A [m]; for a collision, the contact point.
+    pub point_a: Vec3,
+    /// Point of B [m]; for a collision, the contact point.
+    pub point_b: Vec3,
+    /// Unit vector from B towards A.
+    pub normal: Vec3,
+    /// Distance [m], negative depth for a collision.
+    pub distance: f64,
+}
