@@ -5,6 +5,7 @@
 pub mod collision;
 pub(crate) mod hash;
 pub mod math;
+pub mod optimize;
 pub mod path;
 pub mod robot;
 pub mod scene;

@@ -1,9 +1,12 @@
 //! Certified validation: a segment is proved free for every instant of its motion, never by samples.
 
+pub mod certificate;
 pub mod continuous;
 pub mod interval;
 pub mod motion;
+pub mod path_proof;
 
+pub use certificate::{Certificate, SegmentClaim};
 pub use continuous::{Scratch, Validator};
 
 use crate::math::Vec3;
