@@ -42,7 +42,7 @@ pub fn read(name: &str, bytes: &[u8], scale: Vec3) -> Result<Mesh, MeshError> {
 fn stl(bytes: &[u8]) -> Result<mesh_loader::Scene, String> {
     let announced = bytes.get(80..STL_HEADER).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
     let size = announced.map(|count| STL_HEADER + STL_TRIANGLE * count);
-    let is_text = bytes.trim_ascii_start().starts_with(b"solid") && size != Some(bytes.len());
+    let is_text = bytes.trim_ascii_start().starts_with(b"solid") && size != Some(bytes.len()) && !bytes.contains(&0);
     if is_text {
         return mesh_loader::stl::from_slice(bytes).map_err(|e| format!("not a text STL: {e}"));
     }
@@ -75,4 +75,116 @@ fn join(parts: &[mesh_loader::Mesh], scale: Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) 
         }));
     }
     (vertices, triangles)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Corners of a tetrahedron's four triangles, seen from outside counter-clockwise.
+    const FACES: [[[f32; 3]; 3]; 4] = {
+        let (o, x, y, z) = ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+        [[o, y, x], [o, x, z], [o, z, y], [x, y, z]]
+    };
+    const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng a\nf 1 3 2\nf 1 2 4\ng b\nf 1 4 3\nf 2 3 4\n";
+
+    fn binary_stl(header: &str, faces: &[[[f32; 3]; 3]]) -> Vec<u8> {
+        let mut bytes = header.as_bytes().to_vec();
+        bytes.resize(80, b' ');
+        bytes.extend((faces.len() as u32).to_le_bytes());
+        for face in faces {
+            bytes.extend([0; 12]);
+            bytes.extend(face.iter().flatten().flat_map(|c| c.to_le_bytes()));
+            bytes.extend([0; 2]);
+        }
+        bytes
+    }
+
+    fn text_stl(faces: &[[[f32; 3]; 3]]) -> String {
+        let vertex = |[x, y, z]: &[f32; 3]| format!("vertex {x} {y} {z}\n");
+        let facet = |face: &[[f32; 3]; 3]| {
+            format!(
+                "facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n",
+                face.iter().map(vertex).collect::<String>()
+            )
+        };
+        format!("solid t\n{}endsolid t\n", faces.iter().map(facet).collect::<String>())
+    }
+
+    fn refusal(name: &str, bytes: &[u8]) -> String {
+        read(name, bytes, Vec3::ONE).expect_err("must be refused").to_string()
+    }
+
+    #[test]
+    fn every_format_gives_the_same_welded_and_closed_solid() {
+        for (name, bytes) in [
+            ("a.stl", binary_stl("made by hand", &FACES)),
+            ("a.STL", binary_stl("solid made by a trap", &FACES)),
+            ("a.stl", text_stl(&FACES).into_bytes()),
+            ("a.obj", OBJ.as_bytes().to_vec()),
+        ] {
+            let mesh = read(name, &bytes, Vec3::ONE).unwrap();
+            assert_eq!((mesh.vertices().len(), mesh.triangles().len()), (4, 4), "{name}");
+            assert!(mesh.warnings().is_empty(), "{:?}", mesh.warnings());
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_cut_short_is_refused_with_its_sizes() {
+        let whole = binary_stl("solid", &FACES);
+        assert_eq!(whole.len(), 284);
+        let text = refusal("cup.stl", &whole[..270]);
+        assert!(text.contains("cup.stl") && text.contains("4 triangles need 284 bytes, the file has 270"), "{text}");
+        let text = refusal("cup.stl", &binary_stl("", &FACES)[..60]);
+        assert!(text.contains("at least 84 bytes, the file has 60"), "{text}");
+        let written = text_stl(&FACES);
+        let text = refusal("cup.stl", &written.as_bytes()[..written.len() / 2]);
+        assert!(text.contains("cup.stl") && text.contains("text STL"), "{text}");
+        let mut longer = whole.clone();
+        longer.extend([0; 50]);
+        assert!(refusal("cup.stl", &longer).contains("longer than it says"));
+    }
+
+    #[test]
+    fn a_file_without_an_area_is_refused() {
+        let flat = [[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]];
+        for bytes in [binary_stl("", &[]), binary_stl("", &flat), text_stl(&[]).into_bytes()] {
+            let text = refusal("cup.stl", &bytes);
+            assert!(text.contains("cup.stl") && text.contains("no triangle with an area"), "{text}");
+        }
+        assert!(refusal("cup.obj", b"v 0 0 0\n").contains("no triangle"));
+    }
+
+    #[test]
+    fn what_is_no_mesh_is_refused_with_what_would_be() {
+        assert!(refusal("cup.dae", b"<COLLADA/>").contains("convert it to STL or OBJ"));
+        assert!(refusal("cup.ply", b"ply").contains("valid formats: stl, obj"));
+        assert!(refusal("cup.obj", b"v 0 0 0\nf 1 2 3\n").contains("cup.obj"));
+        let nan = [[[f32::NAN, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]];
+        assert!(refusal("cup.stl", &binary_stl("", &nan)).contains("not finite"));
+        let bytes = binary_stl("", &FACES);
+        for scale in [Vec3::ZERO, Vec3::new(1.0, f64::NAN, 1.0)] {
+            assert!(read("cup.stl", &bytes, scale).unwrap_err().to_string().contains("scale"));
+        }
+    }
+
+    #[test]
+    fn a_mirroring_scale_keeps_the_surface_outside_out() {
+        let bytes = binary_stl("", &FACES);
+        let mesh = read("a.stl", &bytes, Vec3::new(-2.0, 1.0, 1.0)).unwrap();
+        assert!(mesh.warnings().is_empty(), "{:?}", mesh.warnings());
+        assert!(mesh.vertices().contains(&Vec3::new(-2.0, 0.0, 0.0)));
+    }
+
+    #[test]
+    fn odd_meshes_are_kept_with_a_warning_that_names_them() {
+        let warning = |faces: &[[[f32; 3]; 3]], scale| {
+            let mesh = read("cup.stl", &binary_stl("", faces), scale).unwrap();
+            assert!(mesh.warnings().iter().all(|text| text.contains("cup.stl")));
+            mesh.warnings().join("; ")
+        };
+        assert!(warning(&FACES, Vec3::splat(100.0)).contains("100.0 × 100.0 × 100.0 m"));
+        assert!(warning(&FACES[..3], Vec3::ONE).contains("3 of 6 edges"));
+        assert!(warning(&FACES.map(|[a, b, c]| [a, c, b]), Vec3::ONE).contains("faces inwards"));
+    }
 }
