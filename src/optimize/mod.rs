@@ -1,7 +1,15 @@
 //! The method: from a proved path to ever shorter proved paths. Start reading in [`gradient`].
 
+pub mod gradient;
+mod input;
 pub mod outcome;
+pub mod request;
 pub mod settings;
+pub mod shortcut;
+pub mod task;
 
-pub use outcome::{LoweredFloor, Outcome, Refusal, Termination};
+pub use input::{LIMIT_TOLERANCE, QUATERNION_TOLERANCE, RequestError};
+pub use outcome::{LoweredFloor, Outcome, Refusal, RefusalPlace, Termination};
+pub use request::{Workspace, run};
 pub use settings::{Mode, Settings};
+pub use task::{Improvement, Task};

@@ -58,6 +58,38 @@ impl Mesh {
         &self.warnings
     }
 
+
+    /// One vertex of every connected part of the surface.
+    pub fn parts(&self) -> Vec<Vec3> {
+        let mut parent: Vec<usize> = (0..self.vertices.len()).collect();
+        fn root(parent: &mut [usize], mut i: usize) -> usize {
+            while parent[i] != i {
+                parent[i] = parent[parent[i]];
+                i = parent[i];
+            }
+            i
+        }
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|i| root(&mut parent, i as usize));
+            let least = a.min(b).min(c);
+            (parent[a], parent[b], parent[c]) = (least, least, least);
+        }
+        let mut used: Vec<usize> = self.triangles.iter().map(|t| root(&mut parent, t[0] as usize)).collect();
+        used.sort_unstable();
+        used.dedup();
+        used.into_iter().map(|i| self.vertices[i]).collect()
+    }
+
+    /// Volume that the surface encloses [m³]; negative where its triangles face inwards.
+    pub fn signed_volume(&self) -> f64 {
+        let origin = self.vertices[self.triangles[0][0] as usize];
+        let six_fold = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|i| self.vertices[i as usize] - origin);
+            a.dot(b.cross(c))
+        };
+        self.triangles.iter().map(six_fold).sum::<f64>() / 6.0
+    }
+
     /// Checks and takes vertices and triangles.
     ///
     /// Vertices that are exactly equal are merged (STL repeats them) and degenerate triangles dropped.
@@ -76,13 +108,15 @@ impl Mesh {
         }
         let (vertices, mut welded) = weld(&vertices, &triangles);
         // Before slivers are dropped: they have no area, but they do close the surface.
-        let warnings = oddities(&name, &vertices, &welded);
+        let edges = edges(&welded);
         let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length();
         welded.retain(|t| area(corners(&vertices, *t)) > 0.0);
         if welded.is_empty() {
             return Err(MeshError::Empty { name, triangles: triangles.len() });
         }
-        Ok(Self { name, vertices, triangles: welded, warnings })
+        let mut mesh = Self { name, vertices, triangles: welded, warnings: Vec::new() };
+        mesh.warnings = oddities(&mesh, edges);
+        Ok(mesh)
     }
 }
 
@@ -108,22 +142,20 @@ fn corners(vertices: &[Vec3], triangle: [u32; 3]) -> [Vec3; 3] {
     triangle.map(|i| vertices[i as usize])
 }
 
-fn oddities(name: &str, vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<String> {
-    let mut found = Vec::new();
-    let (low, high) = vertices.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+fn oddities(mesh: &Mesh, (edges, open): (usize, usize)) -> Vec<String> {
+    let (mut found, name) = (Vec::new(), &mesh.name);
+    let bounds = |(low, high): (Vec3, Vec3), v: &Vec3| (low.min(*v), high.max(*v));
+    let (low, high) = mesh.vertices.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), bounds);
     let size = high - low;
     if size.max_element() > SUSPICIOUS_SIZE_M {
         let text = format!("is {:.1} × {:.1} × {:.1} m large", size.x, size.y, size.z);
         found.push(format!("mesh {name} {text}; if it was drawn in millimetres, give it the scale 0.001"));
     }
-    let (edges, open) = edges(triangles);
+    let volume = mesh.signed_volume();
     if open > 0 {
         let text = format!("is not closed: {open} of {edges} edges do not belong to exactly two triangles");
         found.push(format!("mesh {name} {text}; a point inside it may count as outside"));
-        return found;
-    }
-    let volume: f64 = triangles.iter().map(|t| corners(vertices, *t)).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum();
-    if volume < 0.0 {
+    } else if volume < 0.0 {
         let text = format!("faces inwards (signed volume {volume:.3e} m³)");
         found.push(format!("mesh {name} {text}; it is taken as the solid that its surface encloses"));
     }
