@@ -58,7 +58,6 @@ impl Mesh {
         &self.warnings
     }
 
-
     /// One vertex of every connected part of the surface.
     pub fn parts(&self) -> Vec<Vec3> {
         let mut parent: Vec<usize> = (0..self.vertices.len()).collect();
