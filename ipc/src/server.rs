@@ -1,0 +1,279 @@
+//! The daemon's side: owns every port, never blocks on a client.
+
+mod bell;
+mod incoming;
+mod janitor;
+
+pub use bell::Waker;
+pub use incoming::{IncomingControl, IncomingRequest, SendError};
+pub use janitor::{CleanUp, Janitor, clean_dead_nodes};
+
+use crate::instance::{Instance, InstanceError};
+use crate::limits::*;
+use crate::lock::DaemonLock;
+use crate::memory;
+use crate::time::unique_number;
+use crate::transport::{self, Variant};
+use crate::wire::{Code, ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent, StatusRecord};
+use bell::ClientBell;
+use iceoryx2::node::Node;
+use iceoryx2::port::{
+    listener::{Listener, ListenerWaitError},
+    publisher::Publisher,
+    server::Server as Port,
+};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, PortFactory};
+use iceoryx2::service::port_factory::request_response;
+use std::sync::Arc;
+use std::time::Duration;
+
+type OptimizePort = Port<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
+type ControlPort = Port<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
+type OptimizeService = request_response::PortFactory<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
+
+/// Why the server cannot be created or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum ServerError {
+    /// Another daemon serves this instance.
+    #[error(
+        "another daemon serves instance `{name}` at {root}; stop it (`taut stop`) or choose another instance with TAUT_INSTANCE=name:/root"
+    )]
+    AlreadyRunning {
+        /// The instance's name.
+        name: String,
+        /// Its root.
+        root: String,
+    },
+    /// The instance cannot be used.
+    #[error(transparent)]
+    Instance(#[from] InstanceError),
+    /// Too little shared memory is left.
+    #[error("less than {} MiB are free in /dev/shm; remove files there or enlarge it", SHM_RESERVE >> 20)]
+    NoMemory,
+    /// A service or port could not be made; clients of another release may still be connected.
+    #[error("cannot set up {what}: {reason}; stop clients of other releases and try again")]
+    Setup {
+        /// The service or port.
+        what: &'static str,
+        /// What iceoryx2 said.
+        reason: String,
+    },
+    /// A port stopped working.
+    #[error("{what} failed: {reason}")]
+    Port {
+        /// The port.
+        what: &'static str,
+        /// What iceoryx2 said.
+        reason: String,
+    },
+}
+
+impl ServerError {
+    /// The code for the command line's exit.
+    pub fn code(&self) -> Code {
+        match self {
+            Self::NoMemory => Code::ResourceExhausted,
+            _ => Code::DaemonLost,
+        }
+    }
+}
+
+/// What every response of a server shares.
+#[derive(Debug)]
+pub(crate) struct Shared {
+    bell: ClientBell,
+    boot_id: u64,
+    /// Largest response so far: a larger one makes the shared memory grow.
+    largest: std::sync::atomic::AtomicUsize,
+}
+
+/// All ports of the daemon. One thread owns it; it can be moved to that thread.
+#[derive(Debug)]
+pub struct Server {
+    optimize: OptimizePort,
+    control: ControlPort,
+    status: Publisher<Variant, StatusRecord, ()>,
+    scene_events: Publisher<Variant, SceneEvent, ()>,
+    listener: Listener<Variant>,
+    waker: Waker,
+    shared: Arc<Shared>,
+    heartbeat: u64,
+    service: OptimizeService,
+    _node: Node<Variant>,
+    // Last: the instance is free only when everything above is gone.
+    lock: DaemonLock,
+}
+
+impl Server {
+    /// Takes the instance, removes what dead processes left there, and opens all services.
+    ///
+    /// # Errors
+    /// [`ServerError::AlreadyRunning`] if another daemon lives; otherwise what could not be made.
+    pub fn create(instance: &Instance) -> Result<Self, ServerError> {
+        instance.prepare()?;
+        let lock = DaemonLock::acquire(instance)?.ok_or_else(|| already_running(instance))?;
+        transport::quiet();
+        instance.set_global_config()?;
+        if !memory::has_room_for(0) {
+            return Err(ServerError::NoMemory);
+        }
+        janitor::clean_start(instance);
+        let node = transport::node(instance).map_err(setup("node"))?;
+        let boot_id = unique_number();
+        let service = made("optimize", transport::optimize_settings(transport::optimize(&node)).open_or_create())?;
+        let mut server = Self {
+            optimize: optimize_port(&service)?,
+            control: control_port(&node)?,
+            status: status_port(&node)?,
+            scene_events: scene_event_port(&node)?,
+            listener: listener(&node)?,
+            waker: Waker::new(&node).map_err(setup("waker"))?,
+            shared: Arc::new(Shared {
+                bell: ClientBell::new(&node).map_err(setup("wake-client"))?,
+                boot_id,
+                largest: INITIAL_SLICE.into(),
+            }),
+            heartbeat: 0,
+            service,
+            _node: node,
+            lock,
+        };
+        memory::make_private(instance);
+        let announced = server.lock.announce(boot_id);
+        announced.map_err(|source| instance.file_error(instance.root(), source))?;
+        Ok(server)
+    }
+
+    /// Changes with every start; in every response.
+    pub fn boot_id(&self) -> u64 {
+        self.shared.boot_id
+    }
+
+    /// A handle with which any thread ends [`Self::wait`].
+    pub fn waker(&self) -> Waker {
+        self.waker.clone()
+    }
+
+    /// Clients connected now, dead ones included until they are cleaned up.
+    pub fn clients(&self) -> usize {
+        self.service.dynamic_config().number_of_clients()
+    }
+
+    /// Sleeps until a client or a [`Waker`] calls, or `timeout` passes; tells whether somebody called.
+    ///
+    /// A call that came before is not lost. Signals end the wait too. The kernel rounds the timeout up to its
+    /// tick, up to 4 ms.
+    ///
+    /// # Errors
+    /// [`ServerError::Port`] if the listener is broken.
+    pub fn wait(&self, timeout: Duration) -> Result<bool, ServerError> {
+        // A timeout of zero would mean for ever to the socket.
+        let heard =
+            if timeout.is_zero() { self.listener.try_wait(|_| ()) } else { self.listener.timed_wait(|_| (), timeout) };
+        match heard {
+            Ok(calls) => Ok(calls > 0),
+            Err(ListenerWaitError::InterruptSignal) => Ok(true),
+            Err(error) => Err(port("listener")(error)),
+        }
+    }
+
+    /// The next request, if any. Those whose client is gone already are skipped.
+    ///
+    /// # Errors
+    /// [`ServerError::Port`] if one client's connection is broken; others can still be received.
+    pub fn receive(&self) -> Result<Option<IncomingRequest>, ServerError> {
+        let active = self.optimize.receive().map_err(port("request port"))?;
+        Ok(active.map(|active| IncomingRequest::new(active, self.shared.clone())))
+    }
+
+    /// The next control message, if any.
+    ///
+    /// # Errors
+    /// As [`Self::receive`].
+    pub fn receive_control(&self) -> Result<Option<IncomingControl>, ServerError> {
+        let active = self.control.receive().map_err(port("control port"))?;
+        Ok(active.map(|active| IncomingControl::new(active, self.shared.clone())))
+    }
+
+    /// Publishes the daemon's state; version, boot id and heartbeat are filled in.
+    ///
+    /// # Errors
+    /// [`ServerError::Port`] if it cannot be sent.
+    pub fn publish_status(&mut self, status: &StatusRecord) -> Result<(), ServerError> {
+        self.heartbeat += 1;
+        let record = StatusRecord {
+            wire_version: WIRE_VERSION,
+            header_len: size_of::<StatusRecord>() as u32,
+            boot_id: self.shared.boot_id,
+            heartbeat: self.heartbeat,
+            ..*status
+        };
+        self.status.send_copy(record).map(drop).map_err(port("status port"))
+    }
+
+    /// Publishes a change of a scene; version and boot id are filled in.
+    ///
+    /// # Errors
+    /// [`ServerError::Port`] if it cannot be sent.
+    pub fn publish_scene_event(&self, event: &SceneEvent) -> Result<(), ServerError> {
+        let record = SceneEvent { wire_version: WIRE_VERSION, boot_id: self.shared.boot_id, ..*event };
+        self.scene_events.send_copy(record).map(drop).map_err(port("scene event port"))
+    }
+}
+
+fn already_running(instance: &Instance) -> ServerError {
+    ServerError::AlreadyRunning { name: instance.name().to_owned(), root: instance.root().display().to_string() }
+}
+
+fn setup(what: &'static str) -> impl Fn(String) -> ServerError {
+    move |reason| ServerError::Setup { what, reason }
+}
+
+fn port<E: std::fmt::Display>(what: &'static str) -> impl Fn(E) -> ServerError {
+    move |error| ServerError::Port { what, reason: error.to_string() }
+}
+
+fn made<T, E: std::fmt::Display>(what: &'static str, result: Result<T, E>) -> Result<T, ServerError> {
+    result.map_err(|error| ServerError::Setup { what, reason: error.to_string() })
+}
+
+fn optimize_port(service: &OptimizeService) -> Result<OptimizePort, ServerError> {
+    let builder = service
+        .server_builder()
+        .initial_max_slice_len(INITIAL_SLICE)
+        .allocation_strategy(AllocationStrategy::PowerOfTwo)
+        // Waiting for a client that does not read would hang the daemon, even after that client's death.
+        .backpressure_strategy(BackpressureStrategy::DiscardData)
+        .max_loaned_responses_per_request(1);
+    made("request port", builder.create())
+}
+
+fn control_port(node: &Node<Variant>) -> Result<ControlPort, ServerError> {
+    let service = made("control", transport::control_settings(transport::control(node)).open_or_create())?;
+    let builder = service
+        .server_builder()
+        .initial_max_slice_len(INITIAL_SLICE)
+        .allocation_strategy(AllocationStrategy::PowerOfTwo)
+        .backpressure_strategy(BackpressureStrategy::DiscardData)
+        .max_loaned_responses_per_request(1);
+    made("control port", builder.create())
+}
+
+fn status_port(node: &Node<Variant>) -> Result<Publisher<Variant, StatusRecord, ()>, ServerError> {
+    let service = made("status", transport::status_settings(transport::status(node)).open_or_create())?;
+    let builder = service.publisher_builder().backpressure_strategy(BackpressureStrategy::DiscardData);
+    made("status port", builder.max_loaned_samples(1).create())
+}
+
+fn scene_event_port(node: &Node<Variant>) -> Result<Publisher<Variant, SceneEvent, ()>, ServerError> {
+    let builder = transport::scene_event_settings(transport::scene_events(node));
+    let service = made("scene events", builder.open_or_create())?;
+    let builder = service.publisher_builder().backpressure_strategy(BackpressureStrategy::DiscardData);
+    made("scene event port", builder.max_loaned_samples(1).create())
+}
+
+fn listener(node: &Node<Variant>) -> Result<Listener<Variant>, ServerError> {
+    let builder = transport::wake_server_settings(transport::wake_server(node));
+    let service = made("wake-server", builder.open_or_create())?;
+    made("wake-server listener", service.listener_builder().create())
+}

@@ -1,0 +1,213 @@
+//! What a client sent, and the way back to it.
+
+use super::Shared;
+use crate::control::{ControlError, ControlReply, ControlRequest, Refusal, decode, encode};
+use crate::limits::{MAX_PAYLOAD, WIRE_VERSION};
+use crate::memory;
+use crate::transport::Variant;
+use crate::wire::{
+    Code, ControlHeader, ControlReplyHeader, RequestHeader, RequestView, ResponseBody, ResponseHeader, Status,
+    Termination, WireError,
+};
+use iceoryx2::active_request::ActiveRequest;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// Why a response did not get into the client's buffer.
+#[derive(Debug, thiserror::Error)]
+pub enum SendError {
+    /// Its sections do not fit a payload.
+    #[error(transparent)]
+    TooLarge(#[from] WireError),
+    /// Too little shared memory is left to grow.
+    #[error("no room in /dev/shm for a response of {0} bytes")]
+    NoMemory(usize),
+    /// A control reply cannot be encoded.
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    /// iceoryx2 refused.
+    #[error("response not sent: {0}")]
+    Port(String),
+}
+
+impl Shared {
+    /// Growing or filling shared memory that is not there ends the process, so large responses ask first.
+    fn check_room(&self, bytes: usize) -> Result<(), SendError> {
+        if bytes <= self.largest.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        if !memory::has_room_for(2 * bytes) {
+            return Err(SendError::NoMemory(bytes));
+        }
+        self.largest.store(bytes, Ordering::Relaxed);
+        Ok(())
+    }
+}
+
+/// A request and the stream of its responses. Dropping it ends the stream.
+#[derive(Debug)]
+pub struct IncomingRequest {
+    active: ActiveRequest<Variant, [u8], RequestHeader, [u8], ResponseHeader>,
+    header: RequestHeader,
+    shared: Arc<Shared>,
+    seq: u32,
+}
+
+impl IncomingRequest {
+    pub(super) fn new(
+        active: ActiveRequest<Variant, [u8], RequestHeader, [u8], ResponseHeader>,
+        shared: Arc<Shared>,
+    ) -> Self {
+        let header = *active.user_header();
+        Self { active, header, shared, seq: 0 }
+    }
+
+    /// The header, read once; nothing in it is checked yet.
+    pub fn header(&self) -> &RequestHeader {
+        &self.header
+    }
+
+    /// The payload, still in memory that the client can write: copy what matters once, then check the copy.
+    pub fn payload(&self) -> &[u8] {
+        self.active.payload()
+    }
+
+    /// The header checked and the payload cut into sections.
+    ///
+    /// # Errors
+    /// What is wrong; [`WireError::code`] goes into the refusal.
+    pub fn view(&self) -> Result<RequestView<'_>, WireError> {
+        RequestView::parse(self.header, self.payload())
+    }
+
+    /// Which client sent it; two ports of one process count as two.
+    pub fn client_id(&self) -> u128 {
+        self.active.origin().value()
+    }
+
+    /// False once the client dropped the request; a killed client stays connected until it is cleaned up.
+    pub fn is_connected(&self) -> bool {
+        self.active.is_connected()
+    }
+
+    /// The client wants the best so far, now.
+    pub fn has_disconnect_hint(&self) -> bool {
+        self.active.has_disconnect_hint()
+    }
+
+    /// Responses sent so far.
+    pub fn sent(&self) -> u32 {
+        self.seq
+    }
+
+    /// Sends a response and wakes the client. Never waits: if the client does not read, its oldest response is
+    /// dropped. Version, lengths, request id, sequence number, boot id and sections are filled in.
+    ///
+    /// # Errors
+    /// [`SendError`]; the request stays usable, for example for a smaller refusal.
+    pub fn send(&mut self, header: &ResponseHeader, body: &ResponseBody<'_>) -> Result<(), SendError> {
+        let mut header = ResponseHeader {
+            wire_version: WIRE_VERSION,
+            header_len: size_of::<ResponseHeader>() as u32,
+            request_id: self.header.request_id,
+            seq: self.seq,
+            boot_id: self.shared.boot_id,
+            ..*header
+        };
+        let bytes = body.lay_out(&mut header)?;
+        self.shared.check_room(bytes)?;
+        let loan = self.active.loan_slice(bytes);
+        let mut response = loan.map_err(|error| SendError::Port(error.to_string()))?;
+        *response.user_header_mut() = header;
+        body.write(&header, response.payload_mut());
+        response.send().map_err(|error| SendError::Port(error.to_string()))?;
+        self.seq += 1;
+        self.shared.bell.ring(self.header.listener_id);
+        Ok(())
+    }
+
+    /// Sends a final response that only says why not, and ends the stream.
+    ///
+    /// # Errors
+    /// As [`Self::send`].
+    pub fn refuse(mut self, code: Code, message: &str, retry_after_ms: u32) -> Result<(), SendError> {
+        let header = ResponseHeader {
+            status: Status::Final.into(),
+            code: code.into(),
+            termination: Termination::Refused.into(),
+            scene_id: self.header.scene_id,
+            retry_after_ms,
+            ..ResponseHeader::default()
+        };
+        self.send(&header, &ResponseBody { message, ..ResponseBody::default() })
+    }
+}
+
+impl Drop for IncomingRequest {
+    fn drop(&mut self) {
+        // A client that waits for a response that will not come has to look again.
+        if self.seq == 0 {
+            self.shared.bell.ring(self.header.listener_id);
+        }
+    }
+}
+
+/// A control message and the way back.
+#[derive(Debug)]
+pub struct IncomingControl {
+    active: ActiveRequest<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>,
+    header: ControlHeader,
+    shared: Arc<Shared>,
+}
+
+impl IncomingControl {
+    pub(super) fn new(
+        active: ActiveRequest<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>,
+        shared: Arc<Shared>,
+    ) -> Self {
+        let header = *active.user_header();
+        Self { active, header, shared }
+    }
+
+    /// The message, decoded from a copy of the bytes.
+    ///
+    /// # Errors
+    /// A [`Refusal`] that can be sent back as it is.
+    pub fn message(&self) -> Result<ControlRequest, Refusal> {
+        if self.header.wire_version != WIRE_VERSION {
+            let error = WireError::Version(self.header.wire_version);
+            return Err(Refusal::new(Code::MalformedRequest, error.to_string()));
+        }
+        if self.active.payload().len() > MAX_PAYLOAD {
+            return Err(Refusal::new(Code::ResourceExhausted, ControlError::TooLarge.to_string()));
+        }
+        let copy = self.active.payload().to_vec();
+        decode(&copy).map_err(|error| Refusal::new(Code::MalformedRequest, error.to_string()))
+    }
+
+    /// Which client sent it.
+    pub fn client_id(&self) -> u128 {
+        self.active.origin().value()
+    }
+
+    /// Answers and wakes the client.
+    ///
+    /// # Errors
+    /// [`SendError`] if the reply is too large or shared memory is full.
+    pub fn reply(self, reply: &ControlReply) -> Result<(), SendError> {
+        let bytes = encode(reply)?;
+        self.shared.check_room(bytes.len())?;
+        let loan = self.active.loan_slice_uninit(bytes.len());
+        let mut response = loan.map_err(|error| SendError::Port(error.to_string()))?;
+        *response.user_header_mut() = ControlReplyHeader {
+            wire_version: WIRE_VERSION,
+            header_len: size_of::<ControlReplyHeader>() as u32,
+            request_id: self.header.request_id,
+            boot_id: self.shared.boot_id,
+        };
+        let response = response.write_from_slice(&bytes);
+        response.send().map_err(|error| SendError::Port(error.to_string()))?;
+        self.shared.bell.ring(self.header.listener_id);
+        Ok(())
+    }
+}
