@@ -49,8 +49,25 @@ impl Shared {
 pub struct IncomingRequest {
     active: ActiveRequest<Variant, [u8], RequestHeader, [u8], ResponseHeader>,
     header: RequestHeader,
-    shared: Arc<Shared>,
     seq: u32,
+    // After the stream: the client has to see its end when it wakes.
+    farewell: Farewell,
+}
+
+/// Wakes a client whose request ends without a final response.
+#[derive(Debug)]
+struct Farewell {
+    shared: Arc<Shared>,
+    listener_id: [u64; 2],
+    finished: bool,
+}
+
+impl Drop for Farewell {
+    fn drop(&mut self) {
+        if !self.finished {
+            self.shared.bell.ring(self.listener_id);
+        }
+    }
 }
 
 impl IncomingRequest {
@@ -59,7 +76,8 @@ impl IncomingRequest {
         shared: Arc<Shared>,
     ) -> Self {
         let header = *active.user_header();
-        Self { active, header, shared, seq: 0 }
+        let farewell = Farewell { shared, listener_id: header.listener_id, finished: false };
+        Self { active, header, seq: 0, farewell }
     }
 
     /// The header, read once; nothing in it is checked yet.
@@ -111,18 +129,19 @@ impl IncomingRequest {
             header_len: size_of::<ResponseHeader>() as u32,
             request_id: self.header.request_id,
             seq: self.seq,
-            boot_id: self.shared.boot_id,
+            boot_id: self.farewell.shared.boot_id,
             ..*header
         };
         let bytes = body.lay_out(&mut header)?;
-        self.shared.check_room(bytes)?;
+        self.farewell.shared.check_room(bytes)?;
         let loan = self.active.loan_slice(bytes);
         let mut response = loan.map_err(|error| SendError::Port(error.to_string()))?;
         *response.user_header_mut() = header;
         body.write(&header, response.payload_mut());
         response.send().map_err(|error| SendError::Port(error.to_string()))?;
         self.seq += 1;
-        self.shared.bell.ring(self.header.listener_id);
+        self.farewell.finished |= header.status == u32::from(Status::Final);
+        self.farewell.shared.bell.ring(self.header.listener_id);
         Ok(())
     }
 
@@ -140,15 +159,6 @@ impl IncomingRequest {
             ..ResponseHeader::default()
         };
         self.send(&header, &ResponseBody { message, ..ResponseBody::default() })
-    }
-}
-
-impl Drop for IncomingRequest {
-    fn drop(&mut self) {
-        // A client that waits for a response that will not come has to look again.
-        if self.seq == 0 {
-            self.shared.bell.ring(self.header.listener_id);
-        }
     }
 }
 

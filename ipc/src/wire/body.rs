@@ -167,6 +167,10 @@ pub(crate) fn records<'a, T: Pod>(
     limit: usize,
 ) -> Result<&'a [T], WireError> {
     let bytes = section_bytes(payload, name, section, size_of::<T>(), limit)?;
+    if bytes.is_empty() {
+        // Its address need not be aligned.
+        return Ok(&[]);
+    }
     bytemuck::try_cast_slice(bytes).map_err(|_| WireError::SectionBounds {
         section: name,
         offset: section.offset,
