@@ -4,7 +4,7 @@ use crate::limits::SOCKET_PATH_MAX;
 use crate::wire::label_id;
 use iceoryx2::config::Config;
 use iceoryx2::prelude::{FileName, Path as IpcPath, SemanticString};
-use std::fs::{DirBuilder, Metadata};
+use std::fs::{DirBuilder, Metadata, Permissions};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
@@ -137,8 +137,12 @@ impl Instance {
 
     /// Creates the root, mode 700, or checks that an existing one is private.
     pub(crate) fn prepare(&self) -> Result<(), InstanceError> {
-        let made = DirBuilder::new().recursive(true).mode(0o700).create(&self.root);
-        made.map_err(|source| self.file_error(&self.root, source))?;
+        if !self.root.is_dir() {
+            let made = DirBuilder::new().recursive(true).mode(0o700).create(&self.root);
+            // Set again: another thread's umask may have taken rights away.
+            made.and_then(|()| std::fs::set_permissions(&self.root, Permissions::from_mode(0o700)))
+                .map_err(|source| self.file_error(&self.root, source))?;
+        }
         self.check_private()
     }
 

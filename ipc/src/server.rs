@@ -275,5 +275,5 @@ fn scene_event_port(node: &Node<Variant>) -> Result<Publisher<Variant, SceneEven
 fn listener(node: &Node<Variant>) -> Result<Listener<Variant>, ServerError> {
     let builder = transport::wake_server_settings(transport::wake_server(node));
     let service = made("wake-server", builder.open_or_create())?;
-    made("wake-server listener", service.listener_builder().create())
+    made("wake-server listener", transport::listener(&service))
 }

@@ -8,8 +8,11 @@ use crate::limits::*;
 use crate::services;
 use crate::wire::{ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent, StatusRecord};
 use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::port::listener::{Listener, ListenerCreateError};
 use iceoryx2::prelude::{Alignment, LogLevel, ServiceName, SignalHandlingMode, ipc_threadsafe};
 use iceoryx2::service::builder::{event, publish_subscribe, request_response};
+use iceoryx2::service::port_factory::event as event_service;
+use std::sync::{Mutex, PoisonError};
 
 pub(crate) type Variant = ipc_threadsafe::Service;
 pub(crate) type OptimizeBuilder = request_response::Builder<[u8], RequestHeader, [u8], ResponseHeader, Variant>;
@@ -129,6 +132,16 @@ pub(crate) fn wake_client(node: &Node<Variant>) -> event::Builder<Variant> {
 
 pub(crate) fn wake_client_settings(builder: event::Builder<Variant>) -> event::Builder<Variant> {
     builder.max_listeners(MAX_CLIENTS * LISTENERS_PER_CLIENT).max_notifiers(1).max_nodes(MAX_NODES)
+}
+
+/// Makes a listener, one at a time in a process: iceoryx2 sets the umask of the whole process meanwhile and puts
+/// back what it found, so two at once could leave the wrong one for good.
+pub(crate) fn listener(
+    service: &event_service::PortFactory<Variant>,
+) -> Result<Listener<Variant>, ListenerCreateError> {
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    service.listener_builder().create()
 }
 
 fn name(text: &str) -> ServiceName {

@@ -62,7 +62,7 @@ impl Link {
         let node = transport::node(instance).map_err(|error| ClientError::setup("node", error))?;
         let listener_service = opened("wake-client", transport::wake_client(&node).open())?;
         let wake_server = opened("wake-server", transport::wake_server(&node).open())?;
-        let first = opened("listener", listener_service.listener_builder().create())?;
+        let first = opened("listener", transport::listener(&listener_service))?;
         Ok(Self {
             optimize: optimize_port(&node)?,
             control: control_port(&node)?,
@@ -142,7 +142,7 @@ impl Link {
         let pooled = self.pool().pop();
         let listener = match pooled {
             Some(listener) => listener,
-            None => opened("listener", self.listener_service.listener_builder().create())?,
+            None => opened("listener", transport::listener(&self.listener_service))?,
         };
         Ok(WaitFor { link: self, listener: Some(listener) })
     }
