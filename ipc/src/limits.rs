@@ -56,8 +56,10 @@ pub const SHM_RESERVE: u64 = 64 * 1024 * 1024;
 
 /// How often a waiting client looks whether the daemon still lives.
 pub const PROBE_INTERVAL: Duration = Duration::from_millis(100);
-/// How often the janitor looks for dead clients.
+/// How often the janitor looks whether clients came, and for the death of those it cannot watch.
 pub const JANITOR_INTERVAL: Duration = Duration::from_millis(250);
+/// How often the janitor looks at every node, whatever it saw.
+pub const JANITOR_FULL_PASS: Duration = Duration::from_secs(30);
 /// Age from which an empty shared-memory file counts as left over by a dead process.
 pub const EMPTY_FILE_AGE: Duration = Duration::from_secs(2);
 /// How long a starting daemon tries to get the instance's lock: clients probe it for microseconds.

@@ -1,12 +1,14 @@
 //! The daemon's side: owns every port, never blocks on a client.
 
 mod bell;
+mod cleanup;
 mod incoming;
 mod janitor;
 
 pub use bell::Waker;
+pub use cleanup::{CleanUp, clean_dead_nodes};
 pub use incoming::{IncomingControl, IncomingRequest, SendError};
-pub use janitor::{CleanUp, Janitor, clean_dead_nodes};
+pub use janitor::Janitor;
 
 use crate::instance::{Instance, InstanceError};
 use crate::limits::*;
@@ -100,8 +102,19 @@ pub struct Server {
     heartbeat: u64,
     service: OptimizeService,
     _node: Node<Variant>,
+    _sweep: Sweep,
     // Last: the instance is free only when everything above is gone.
     lock: DaemonLock,
+}
+
+/// Leaves nothing behind if the daemon was the last to go.
+#[derive(Debug)]
+struct Sweep(Instance);
+
+impl Drop for Sweep {
+    fn drop(&mut self) {
+        cleanup::clean_end(&self.0);
+    }
 }
 
 impl Server {
@@ -117,7 +130,7 @@ impl Server {
         if !memory::has_room_for(0) {
             return Err(ServerError::NoMemory);
         }
-        janitor::clean_start(instance);
+        cleanup::clean_start(instance);
         let node = transport::node(instance).map_err(setup("node"))?;
         let boot_id = unique_number();
         let service = made("optimize", transport::optimize_settings(transport::optimize(&node)).open_or_create())?;
@@ -136,6 +149,7 @@ impl Server {
             heartbeat: 0,
             service,
             _node: node,
+            _sweep: Sweep(instance.clone()),
             lock,
         };
         memory::make_private(instance);

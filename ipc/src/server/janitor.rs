@@ -1,131 +1,64 @@
-//! Removes what killed processes left behind.
-//!
-//! iceoryx2 notices a killed client only when its node is cleaned up; until then its requests look connected.
+//! A thread that cleans up after clients as soon as they die.
 
+use super::cleanup::{CleanUp, clean, nodes};
 use crate::instance::Instance;
-use crate::limits::{EMPTY_FILE_AGE, JANITOR_INTERVAL};
-use crate::memory::{shared_files, wipe};
+use crate::limits::{JANITOR_FULL_PASS, JANITOR_INTERVAL};
 use crate::time::monotonic_ns;
-use crate::transport::{self, Variant};
-use iceoryx2::node::{DeadNodeView, Node, NodeState};
-use iceoryx2::prelude::CallbackProgression;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, mpsc};
+use crate::transport;
+use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
+use rustix::process::{Pid, PidfdFlags, pidfd_open};
+use std::os::fd::{AsFd, OwnedFd};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant, SystemTime};
 
-/// What one clean-up did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CleanUp {
-    /// Nodes of living processes.
-    pub alive: usize,
-    /// Dead nodes removed.
-    pub cleaned: usize,
-    /// Dead nodes that could not be removed; the next pass tries again.
-    pub failed: usize,
-    /// Dead nodes left for the next pass, because a young empty file lies there.
-    pub postponed: usize,
-    /// Left-over empty files removed.
-    pub files: usize,
-}
-
-/// Removes the nodes of processes that died, each in 2 to 13 ms. For the daemon's janitor thread.
-///
-/// Cleaning up opens the dead process's shared memory. iceoryx2 0.10.0 waits without end for a file that was
-/// created but not given a size yet, if it may open it (as root): so such files go first once they are old, and
-/// while there are young ones nothing is cleaned.
-pub fn clean_dead_nodes(instance: &Instance) -> CleanUp {
-    transport::quiet();
-    let (alive, dead) = nodes(instance);
-    let mut done = CleanUp { alive, ..CleanUp::default() };
-    if dead.is_empty() {
-        return done;
-    }
-    let (files, young) = remove_empty_files(instance);
-    done.files = files;
-    if young {
-        done.postponed = dead.len();
-        return done;
-    }
-    for node in dead {
-        match node.try_remove_stale_resources() {
-            Ok(()) => done.cleaned += 1,
-            Err(_) => done.failed += 1,
-        }
-    }
-    done
-}
-
-/// At the start of a daemon, which holds the lock: if nobody lives, everything is wiped, else cleaned up.
-pub(super) fn clean_start(instance: &Instance) {
-    let (alive, _) = nodes(instance);
-    if alive == 0 {
-        wipe(instance);
-    } else {
-        clean_dead_nodes(instance);
-    }
-}
-
-fn nodes(instance: &Instance) -> (usize, Vec<DeadNodeView<Variant>>) {
-    let (mut alive, mut dead) = (0, Vec::new());
-    let _ = Node::<Variant>::list(&instance.config(), |state| {
-        match state {
-            NodeState::Dead(view) => dead.push(view),
-            _ => alive += 1,
-        }
-        CallbackProgression::Continue
-    });
-    (alive, dead)
-}
-
-/// Removes old empty files; tells how many, and whether young ones are left.
-fn remove_empty_files(instance: &Instance) -> (usize, bool) {
-    let (mut removed, mut young) = (0, false);
-    for file in shared_files(instance).into_iter().filter(|file| file.bytes == 0) {
-        if file.age < EMPTY_FILE_AGE {
-            young = true;
-        } else if std::fs::remove_file(&file.path).is_ok() {
-            removed += 1;
-        }
-    }
-    (removed, young)
-}
-
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Progress {
     cleaned: AtomicU64,
     busy_since_ns: AtomicU64,
-    stop: AtomicBool,
+    stop: OwnedFd,
 }
 
-/// A thread that calls [`clean_dead_nodes`] four times a second until dropped.
+/// A thread that removes what dead clients leave, off the I/O thread.
+///
+/// It sleeps on the client processes themselves, so a death wakes it at once and idling costs nothing. Processes of
+/// another container, which it cannot watch, are looked at four times a second.
 #[derive(Debug)]
 pub struct Janitor {
     progress: Arc<Progress>,
-    // Dropping it ends the thread's sleep.
-    bell: Option<mpsc::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Janitor {
-    /// Starts the thread; `woken` is called after each pass that removed somebody.
-    pub fn start(instance: &Instance, woken: impl Fn(CleanUp) + Send + 'static) -> std::io::Result<Self> {
-        let progress = Arc::new(Progress::default());
-        let (bell, sleep) = mpsc::channel();
-        let (instance, shared) = (instance.clone(), progress.clone());
+    /// Starts the thread; `cleaned` is called after each pass that removed somebody.
+    ///
+    /// # Errors
+    /// If the system has no thread or file descriptor left.
+    pub fn start(instance: &Instance, cleaned: impl Fn(CleanUp) + Send + 'static) -> std::io::Result<Self> {
+        let progress = Arc::new(Progress {
+            cleaned: AtomicU64::new(0),
+            busy_since_ns: AtomicU64::new(0),
+            stop: eventfd(0, EventfdFlags::CLOEXEC)?,
+        });
+        let (shared, mut watch) = (progress.clone(), Watch::new(instance));
         let thread = std::thread::Builder::new().name("taut-janitor".into()).spawn(move || {
-            while !shared.stop.load(Ordering::Relaxed) {
+            transport::quiet();
+            while !watch.sleep(&shared.stop) {
+                if !watch.is_due() {
+                    continue;
+                }
                 shared.busy_since_ns.store(monotonic_ns(), Ordering::Relaxed);
-                let done = clean_dead_nodes(&instance);
+                let done = watch.pass();
                 shared.busy_since_ns.store(0, Ordering::Relaxed);
                 shared.cleaned.fetch_add(done.cleaned as u64, Ordering::Relaxed);
                 if done.cleaned > 0 {
-                    woken(done);
+                    cleaned(done);
                 }
-                let _ = sleep.recv_timeout(JANITOR_INTERVAL);
             }
         })?;
-        Ok(Self { progress, bell: Some(bell), thread: Some(thread) })
+        Ok(Self { progress, thread: Some(thread) })
     }
 
     /// Dead nodes removed since the start.
@@ -145,8 +78,7 @@ impl Janitor {
 
 impl Drop for Janitor {
     fn drop(&mut self) {
-        self.progress.stop.store(true, Ordering::Relaxed);
-        self.bell.take();
+        let _ = rustix::io::write(&self.progress.stop, &1u64.to_ne_bytes());
         // A hanging pass must not hang the daemon's end.
         if self.busy_for() < Duration::from_secs(1)
             && let Some(thread) = self.thread.take()
@@ -154,4 +86,74 @@ impl Drop for Janitor {
             let _ = thread.join();
         }
     }
+}
+
+/// What the thread knows of the clients.
+struct Watch {
+    instance: Instance,
+    node_folder: PathBuf,
+    /// When nodes last came or went, at the last full pass.
+    seen: Option<SystemTime>,
+    processes: Vec<OwnedFd>,
+    /// Somebody died, or cannot be watched: look at the next tick.
+    look: bool,
+    last_pass: Instant,
+}
+
+impl Watch {
+    fn new(instance: &Instance) -> Self {
+        Self {
+            instance: instance.clone(),
+            node_folder: instance.root().join("nodes"),
+            seen: None,
+            processes: Vec::new(),
+            look: true,
+            last_pass: Instant::now(),
+        }
+    }
+
+    /// Sleeps until a process dies or a tick passes; tells whether to stop.
+    fn sleep(&mut self, stop: &OwnedFd) -> bool {
+        let all = std::iter::once(stop).chain(&self.processes);
+        let mut fds: Vec<_> = all.map(|fd| PollFd::from_borrowed_fd(fd.as_fd(), PollFlags::IN)).collect();
+        let tick = Timespec { tv_sec: 0, tv_nsec: JANITOR_INTERVAL.as_nanos() as _ };
+        if poll(&mut fds, Some(&tick)).is_err() {
+            return false;
+        }
+        let stopped = !fds[0].revents().is_empty();
+        let died = fds[1..].iter().any(|fd| !fd.revents().is_empty());
+        self.look |= died;
+        stopped
+    }
+
+    fn changed_at(&self) -> Option<SystemTime> {
+        std::fs::metadata(&self.node_folder).and_then(|meta| meta.modified()).ok()
+    }
+
+    fn is_due(&self) -> bool {
+        self.look || self.changed_at() != self.seen || self.last_pass.elapsed() > JANITOR_FULL_PASS
+    }
+
+    fn pass(&mut self) -> CleanUp {
+        let changed_at = self.changed_at();
+        let (alive, dead) = nodes(&self.instance);
+        let watched: Vec<_> = alive.iter().copied().filter(|pid| !is_own(*pid)).map(open_process).collect();
+        let blind = watched.iter().any(Option::is_none);
+        self.processes = watched.into_iter().flatten().collect();
+        let done = clean(&self.instance, alive.len(), dead);
+        // The folder's clock is coarse: a change just before this pass may hide a later one.
+        let recent = changed_at.and_then(|at| at.elapsed().ok()).is_some_and(|age| age < JANITOR_INTERVAL);
+        self.seen = changed_at.filter(|_| !recent);
+        self.look = blind || done.failed + done.postponed > 0;
+        self.last_pass = Instant::now();
+        done
+    }
+}
+
+fn is_own(pid: Option<i32>) -> bool {
+    pid == i32::try_from(std::process::id()).ok()
+}
+
+fn open_process(pid: Option<i32>) -> Option<OwnedFd> {
+    pidfd_open(Pid::from_raw(pid?)?, PidfdFlags::empty()).ok()
 }

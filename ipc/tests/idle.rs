@@ -1,0 +1,45 @@
+//! A daemon that has nothing to do does nothing.
+
+mod common;
+
+use common::*;
+use std::time::{Duration, Instant};
+use taut_ipc::Client;
+
+const WINDOW: Duration = Duration::from_secs(5);
+
+/// CPU time of all threads of a process.
+fn cpu_time(pid: u32) -> Duration {
+    let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).unwrap();
+    let spent = tasks.flatten().map(|task| {
+        let text = std::fs::read_to_string(task.path().join("schedstat")).unwrap_or_default();
+        text.split(' ').next().and_then(|ns| ns.parse::<u64>().ok()).unwrap_or(0)
+    });
+    Duration::from_nanos(spent.sum())
+}
+
+fn idle_share(pid: u32) -> f64 {
+    let (start, before) = (Instant::now(), cpu_time(pid));
+    std::thread::sleep(WINDOW);
+    (cpu_time(pid) - before).as_secs_f64() / start.elapsed().as_secs_f64()
+}
+
+#[test]
+fn an_idle_daemon_takes_no_processor() {
+    if let Some((_, instance)) = role() {
+        serve_for_ever(&instance);
+    }
+    let sandbox = Sandbox::new();
+    let daemon = Process::start("an_idle_daemon_takes_no_processor", "daemon", &sandbox.instance);
+    wait_for_daemon(&sandbox.instance);
+    let alone = idle_share(daemon.0.id());
+    let clients: Vec<_> = (0..64).map(|_| Client::connect(&sandbox.instance).unwrap()).collect();
+    let crowded = idle_share(daemon.0.id());
+    println!(
+        "idle daemon: {:.3} % of a core alone, {:.3} % with {} clients",
+        alone * 100.0,
+        crowded * 100.0,
+        clients.len()
+    );
+    assert!(alone < 0.002 && crowded < 0.02, "{alone} {crowded}");
+}
