@@ -13,7 +13,7 @@ pub use janitor::Janitor;
 use crate::instance::{Instance, InstanceError};
 use crate::limits::*;
 use crate::lock::DaemonLock;
-use crate::memory;
+use crate::memory::{self, Room};
 use crate::time::unique_number;
 use crate::transport::{self, Variant};
 use crate::wire::{Code, ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent, StatusRecord};
@@ -85,8 +85,7 @@ impl ServerError {
 pub(crate) struct Shared {
     bell: ClientBell,
     boot_id: u64,
-    /// Largest response so far: a larger one makes the shared memory grow.
-    largest: std::sync::atomic::AtomicUsize,
+    room: Room,
 }
 
 /// All ports of the daemon. One thread owns it; it can be moved to that thread.
@@ -127,7 +126,7 @@ impl Server {
         let lock = DaemonLock::acquire(instance)?.ok_or_else(|| already_running(instance))?;
         transport::quiet();
         instance.set_global_config()?;
-        if !memory::has_room_for(0) {
+        if memory::free_bytes() == 0 {
             return Err(ServerError::NoMemory);
         }
         cleanup::clean_start(instance);
@@ -144,7 +143,7 @@ impl Server {
             shared: Arc::new(Shared {
                 bell: ClientBell::new(&node).map_err(setup("wake-client"))?,
                 boot_id,
-                largest: INITIAL_SLICE.into(),
+                room: Room::default(),
             }),
             heartbeat: 0,
             service,
@@ -254,8 +253,8 @@ fn made<T, E: std::fmt::Display>(what: &'static str, result: Result<T, E>) -> Re
 fn optimize_port(service: &OptimizeService) -> Result<OptimizePort, ServerError> {
     let builder = service
         .server_builder()
-        .initial_max_slice_len(INITIAL_SLICE)
-        .allocation_strategy(AllocationStrategy::PowerOfTwo)
+        .initial_max_slice_len(MAX_PAYLOAD)
+        .allocation_strategy(AllocationStrategy::Static)
         // Waiting for a client that does not read would hang the daemon, even after that client's death.
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .max_loaned_responses_per_request(1);
@@ -266,8 +265,8 @@ fn control_port(node: &Node<Variant>) -> Result<ControlPort, ServerError> {
     let service = made("control", transport::control_settings(transport::control(node)).open_or_create())?;
     let builder = service
         .server_builder()
-        .initial_max_slice_len(INITIAL_SLICE)
-        .allocation_strategy(AllocationStrategy::PowerOfTwo)
+        .initial_max_slice_len(CONTROL_REPLY_MAX)
+        .allocation_strategy(AllocationStrategy::Static)
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .max_loaned_responses_per_request(1);
     made("control port", builder.create())

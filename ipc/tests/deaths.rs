@@ -59,19 +59,23 @@ fn killed_clients_are_cleaned_up_and_harm_nobody() {
 #[test]
 fn a_settled_clients_death_is_noticed_at_once() {
     if let Some((_, instance)) = role() {
-        return restless_client(&instance);
+        let client = Client::connect(&instance).unwrap();
+        let _held = request(&client, Mode::Hybrid, 4, 0.0).unwrap().send().unwrap();
+        return std::thread::sleep(PATIENCE);
     }
     let sandbox = Sandbox::new();
     let _daemon = Echo::start(&sandbox.instance);
     let witness = Client::connect(&sandbox.instance).unwrap();
-    round_trip(&witness);
-    let baseline = shared_files(&sandbox.instance).len();
+    let feed = witness.status_feed().unwrap();
     let child = Process::start("a_settled_clients_death_is_noticed_at_once", "client", &sandbox.instance);
-    until("child connects", || shared_files(&sandbox.instance).len() > baseline + 5);
+    until("request is held", || {
+        round_trip(&witness);
+        feed.latest().unwrap().is_some_and(|status| status.running == 1)
+    });
     std::thread::sleep(SECOND);
     child.kill();
-    let took = until("dead client is cleaned up", || shared_files(&sandbox.instance).len() <= baseline);
-    println!("settled client killed -> cleaned up: {took:?}");
+    let took = until("its request ends", || feed.latest().unwrap().is_some_and(|status| status.running == 0));
+    println!("settled client killed -> request disconnected: {took:?}");
     assert!(took < Duration::from_millis(200), "{took:?}");
 }
 
@@ -96,8 +100,13 @@ fn clients_killed_while_connecting_leave_nothing() {
         child.kill();
         round_trip(&witness);
     }
+    let start = Instant::now();
     let took = until("all are cleaned up", || {
         round_trip(&witness);
+        if start.elapsed() > 6 * SECOND { for f in shared_files(&sandbox.instance) { println!("{f:?}"); } 
+            let c = std::process::Command::new("find").arg(sandbox.instance.root()).args(["-ls"]).output().unwrap(); println!("{}", String::from_utf8_lossy(&c.stdout));
+            println!("{:?}", clean_dead_nodes(&sandbox.instance)); 
+            panic!(); }
         shared_files(&sandbox.instance).len() <= baseline
     });
     println!("40 clients killed within 33 ms of their start -> back to {baseline} files after {took:?}");

@@ -33,6 +33,7 @@ fn an_idle_daemon_takes_no_processor() {
     let daemon = Process::start("an_idle_daemon_takes_no_processor", "daemon", &sandbox.instance);
     wait_for_daemon(&sandbox.instance);
     let alone = idle_share(daemon.0.id());
+    let start = Instant::now();
     let clients: Vec<_> = (0..64).map(|_| Client::connect(&sandbox.instance).unwrap()).collect();
     let crowded = idle_share(daemon.0.id());
     println!(

@@ -5,7 +5,7 @@ use super::error::from_loan;
 use crate::instance::Instance;
 use crate::limits::*;
 use crate::lock::{DaemonProbe, DaemonState};
-use crate::memory;
+use crate::memory::{self, Room};
 use crate::time::unique_number;
 use crate::transport::{self, Variant};
 use crate::wire::{ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader};
@@ -19,7 +19,7 @@ use iceoryx2::request_mut::RequestMut;
 use iceoryx2::request_mut_uninit::RequestMutUninit;
 use iceoryx2::service::port_factory::event;
 use std::mem::MaybeUninit;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -41,8 +41,7 @@ pub(super) struct Link {
     root: String,
     first_id: u64,
     requests: AtomicU64,
-    /// Largest request so far: a larger one makes the shared memory grow.
-    largest: AtomicUsize,
+    room: Room,
 }
 
 impl Link {
@@ -56,7 +55,7 @@ impl Link {
             DaemonState::Starting => return Err(lost("it is still starting")),
             DaemonState::Absent => return Err(lost("it is not running")),
         }
-        if !memory::has_room_for(0) {
+        if memory::free_bytes() == 0 {
             return Err(ClientError::NoMemory(0));
         }
         let node = transport::node(instance).map_err(|error| ClientError::setup("node", error))?;
@@ -74,7 +73,7 @@ impl Link {
             root,
             first_id: unique_number(),
             requests: AtomicU64::new(0),
-            largest: INITIAL_SLICE.into(),
+            room: Room::default(),
         })
     }
 
@@ -93,16 +92,8 @@ impl Link {
         self.control.loan_slice_uninit(bytes).map_err(|error| from_loan(error, bytes))
     }
 
-    /// Growing or filling shared memory that is not there ends the process, so large requests ask first.
     fn check_room(&self, bytes: usize) -> Result<(), ClientError> {
-        if bytes <= self.largest.load(Ordering::Relaxed) {
-            return Ok(());
-        }
-        if !memory::has_room_for(2 * bytes) {
-            return Err(ClientError::NoMemory(bytes));
-        }
-        self.largest.store(bytes, Ordering::Relaxed);
-        Ok(())
+        if self.room.take(bytes) { Ok(()) } else { Err(ClientError::NoMemory(bytes)) }
     }
 
     /// Tells the daemon to look at its ports.
@@ -219,8 +210,8 @@ fn optimize_port(node: &Node<Variant>) -> Result<OptimizePort, ClientError> {
     let service = opened("optimize", transport::optimize(node).open())?;
     let builder = service
         .client_builder()
-        .initial_max_slice_len(INITIAL_SLICE)
-        .allocation_strategy(AllocationStrategy::PowerOfTwo)
+        .initial_max_slice_len(MAX_PAYLOAD)
+        .allocation_strategy(AllocationStrategy::Static)
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .set_backpressure_handler(give_up);
     opened("request port", builder.create())
@@ -230,8 +221,8 @@ fn control_port(node: &Node<Variant>) -> Result<ControlPort, ClientError> {
     let service = opened("control", transport::control(node).open())?;
     let builder = service
         .client_builder()
-        .initial_max_slice_len(INITIAL_SLICE)
-        .allocation_strategy(AllocationStrategy::PowerOfTwo)
+        .initial_max_slice_len(CONTROL_MAX)
+        .allocation_strategy(AllocationStrategy::Static)
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .set_backpressure_handler(give_up);
     opened("control port", builder.create())

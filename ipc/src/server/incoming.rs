@@ -2,8 +2,7 @@
 
 use super::Shared;
 use crate::control::{ControlError, ControlReply, ControlRequest, Refusal, decode, encode};
-use crate::limits::{MAX_PAYLOAD, WIRE_VERSION};
-use crate::memory;
+use crate::limits::{CONTROL_MAX, CONTROL_REPLY_MAX, WIRE_VERSION};
 use crate::transport::Variant;
 use crate::wire::{
     Code, ControlHeader, ControlReplyHeader, RequestHeader, RequestView, ResponseBody, ResponseHeader, Status,
@@ -11,7 +10,6 @@ use crate::wire::{
 };
 use iceoryx2::active_request::ActiveRequest;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 /// Why a response did not get into the client's buffer.
 #[derive(Debug, thiserror::Error)]
@@ -19,7 +17,7 @@ pub enum SendError {
     /// Its sections do not fit a payload.
     #[error(transparent)]
     TooLarge(#[from] WireError),
-    /// Too little shared memory is left to grow.
+    /// Too little shared memory is left.
     #[error("no room in /dev/shm for a response of {0} bytes")]
     NoMemory(usize),
     /// A control reply cannot be encoded.
@@ -31,16 +29,8 @@ pub enum SendError {
 }
 
 impl Shared {
-    /// Growing or filling shared memory that is not there ends the process, so large responses ask first.
     fn check_room(&self, bytes: usize) -> Result<(), SendError> {
-        if bytes <= self.largest.load(Ordering::Relaxed) {
-            return Ok(());
-        }
-        if !memory::has_room_for(2 * bytes) {
-            return Err(SendError::NoMemory(bytes));
-        }
-        self.largest.store(bytes, Ordering::Relaxed);
-        Ok(())
+        if self.room.take(bytes) { Ok(()) } else { Err(SendError::NoMemory(bytes)) }
     }
 }
 
@@ -188,7 +178,7 @@ impl IncomingControl {
             let error = WireError::Version(self.header.wire_version);
             return Err(Refusal::new(Code::MalformedRequest, error.to_string()));
         }
-        if self.active.payload().len() > MAX_PAYLOAD {
+        if self.active.payload().len() > CONTROL_MAX {
             return Err(Refusal::new(Code::ResourceExhausted, ControlError::TooLarge.to_string()));
         }
         let copy = self.active.payload().to_vec();
@@ -206,6 +196,9 @@ impl IncomingControl {
     /// [`SendError`] if the reply is too large or shared memory is full.
     pub fn reply(self, reply: &ControlReply) -> Result<(), SendError> {
         let bytes = encode(reply)?;
+        if bytes.len() > CONTROL_REPLY_MAX {
+            return Err(ControlError::TooLarge.into());
+        }
         self.shared.check_room(bytes.len())?;
         let loan = self.active.loan_slice_uninit(bytes.len());
         let mut response = loan.map_err(|error| SendError::Port(error.to_string()))?;

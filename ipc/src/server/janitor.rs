@@ -1,6 +1,6 @@
 //! A thread that cleans up after clients as soon as they die.
 
-use super::cleanup::{CleanUp, clean, nodes};
+use super::cleanup::{CleanUp, clean, nodes, nodes_folder};
 use crate::instance::Instance;
 use crate::limits::{JANITOR_FULL_PASS, JANITOR_INTERVAL};
 use crate::time::monotonic_ns;
@@ -104,7 +104,7 @@ impl Watch {
     fn new(instance: &Instance) -> Self {
         Self {
             instance: instance.clone(),
-            node_folder: instance.root().join("nodes"),
+            node_folder: nodes_folder(instance),
             seen: None,
             processes: Vec::new(),
             look: true,
@@ -144,7 +144,7 @@ impl Watch {
         // The folder's clock is coarse: a change just before this pass may hide a later one.
         let recent = changed_at.and_then(|at| at.elapsed().ok()).is_some_and(|age| age < JANITOR_INTERVAL);
         self.seen = changed_at.filter(|_| !recent);
-        self.look = blind || done.failed + done.postponed > 0;
+        self.look = blind || done.is_incomplete();
         self.last_pass = Instant::now();
         done
     }
