@@ -60,6 +60,8 @@ pub const SHM_ALLOWANCE: u64 = 8 * 1024 * 1024;
 pub const PROBE_INTERVAL: Duration = Duration::from_millis(100);
 /// How often the janitor looks whether clients came, and for the death of those it cannot watch.
 pub const JANITOR_INTERVAL: Duration = Duration::from_millis(250);
+/// How soon the janitor tries again what failed, at first.
+pub const JANITOR_RETRY: Duration = Duration::from_millis(10);
 /// How often the janitor looks at every node, whatever it saw.
 pub const JANITOR_FULL_PASS: Duration = Duration::from_secs(30);
 /// Age from which an unfinished file counts as left over by a dead process.

@@ -13,7 +13,7 @@ use crate::services;
 use crate::wire::{ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent, StatusRecord};
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::port::listener::{Listener, ListenerCreateError};
-use iceoryx2::prelude::{Alignment, LogLevel, ServiceName, SignalHandlingMode, ipc_threadsafe};
+use iceoryx2::prelude::{LogLevel, ServiceName, SignalHandlingMode, ipc_threadsafe};
 use iceoryx2::service::builder::{event, publish_subscribe, request_response};
 use iceoryx2::service::port_factory::event as event_service;
 use std::sync::{Mutex, PoisonError};
@@ -24,10 +24,12 @@ pub(crate) type ControlBuilder = request_response::Builder<[u8], ControlHeader, 
 pub(crate) type StatusBuilder = publish_subscribe::Builder<StatusRecord, (), Variant>;
 pub(crate) type SceneEventBuilder = publish_subscribe::Builder<SceneEvent, (), Variant>;
 
-/// Payload slices of both sides.
-fn payload_alignment() -> Alignment {
-    Alignment::new(PAYLOAD_ALIGN).expect("a power of two")
+// A payload follows its header, so headers of this size and alignment align it to 8. Asking iceoryx2 for that
+// alignment would reserve 8 bytes for each byte.
+const fn aligns_payload<H>() -> bool {
+    size_of::<H>().is_multiple_of(PAYLOAD_ALIGN) && align_of::<H>() == PAYLOAD_ALIGN
 }
+const _: () = assert!(aligns_payload::<RequestHeader>() && aligns_payload::<ResponseHeader>());
 
 /// A node of `instance` that leaves signals to the program.
 pub(crate) fn node(instance: &Instance) -> Result<Node<Variant>, String> {
@@ -50,8 +52,6 @@ pub(crate) fn optimize(node: &Node<Variant>) -> OptimizeBuilder {
         .request_response::<[u8], [u8]>()
         .request_user_header::<RequestHeader>()
         .response_user_header::<ResponseHeader>()
-        .request_payload_alignment(payload_alignment())
-        .response_payload_alignment(payload_alignment())
 }
 
 /// With the settings that the creator decides.
@@ -74,8 +74,6 @@ pub(crate) fn control(node: &Node<Variant>) -> ControlBuilder {
         .request_response::<[u8], [u8]>()
         .request_user_header::<ControlHeader>()
         .response_user_header::<ControlReplyHeader>()
-        .request_payload_alignment(payload_alignment())
-        .response_payload_alignment(payload_alignment())
 }
 
 pub(crate) fn control_settings(builder: ControlBuilder) -> ControlBuilder {

@@ -35,6 +35,15 @@ fn an_idle_daemon_takes_no_processor() {
     let alone = idle_share(daemon.0.id());
     let start = Instant::now();
     let clients: Vec<_> = (0..64).map(|_| Client::connect(&sandbox.instance).unwrap()).collect();
+    let each = start.elapsed() / 64;
+    std::thread::sleep(SECOND);
+    let taken: u64 = taut_ipc::memory::shared_files(&sandbox.instance).iter().map(|file| file.taken).sum();
+    let files = std::fs::read_dir(format!("/proc/{}/fd", daemon.0.id())).unwrap().count();
+    println!(
+        "64 clients: connecting {each:?} each, shared memory {} KiB, {files} files open in the daemon",
+        taken >> 10
+    );
+    assert!(taken < 64 << 20, "{taken} bytes");
     let crowded = idle_share(daemon.0.id());
     println!(
         "idle daemon: {:.3} % of a core alone, {:.3} % with {} clients",

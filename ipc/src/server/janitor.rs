@@ -2,7 +2,7 @@
 
 use super::cleanup::{CleanUp, clean, nodes, nodes_folder};
 use crate::instance::Instance;
-use crate::limits::{JANITOR_FULL_PASS, JANITOR_INTERVAL};
+use crate::limits::{JANITOR_FULL_PASS, JANITOR_INTERVAL, JANITOR_RETRY};
 use crate::time::monotonic_ns;
 use crate::transport;
 use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
@@ -97,6 +97,8 @@ struct Watch {
     processes: Vec<OwnedFd>,
     /// Somebody died, or cannot be watched: look at the next tick.
     look: bool,
+    /// Passes in a row that could not remove somebody.
+    failures: u32,
     last_pass: Instant,
 }
 
@@ -108,6 +110,7 @@ impl Watch {
             seen: None,
             processes: Vec::new(),
             look: true,
+            failures: 0,
             last_pass: Instant::now(),
         }
     }
@@ -116,7 +119,11 @@ impl Watch {
     fn sleep(&mut self, stop: &OwnedFd) -> bool {
         let all = std::iter::once(stop).chain(&self.processes);
         let mut fds: Vec<_> = all.map(|fd| PollFd::from_borrowed_fd(fd.as_fd(), PollFlags::IN)).collect();
-        let tick = Timespec { tv_sec: 0, tv_nsec: JANITOR_INTERVAL.as_nanos() as _ };
+        let tick = match self.failures {
+            0 => JANITOR_INTERVAL,
+            failures => JANITOR_INTERVAL.min(JANITOR_RETRY * (1 << failures)),
+        };
+        let tick = Timespec { tv_sec: 0, tv_nsec: tick.as_nanos() as _ };
         if poll(&mut fds, Some(&tick)).is_err() {
             return false;
         }
@@ -145,6 +152,8 @@ impl Watch {
         let recent = changed_at.and_then(|at| at.elapsed().ok()).is_some_and(|age| age < JANITOR_INTERVAL);
         self.seen = changed_at.filter(|_| !recent);
         self.look = blind || done.is_incomplete();
+        // What fails soon works, when another clean-up of this process is done, or never.
+        self.failures = if done.failed == 0 { 0 } else { (self.failures + 1).min(8) };
         self.last_pass = Instant::now();
         done
     }
