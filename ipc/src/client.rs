@@ -81,6 +81,10 @@ impl Client {
             listener_id: listener.id(),
         };
         let pending = request.send().map_err(error::from_send)?;
+        if pending.number_of_server_connections() == 0 {
+            self.link.check_alive(boot_id)?;
+            return Err(ClientError::Overloaded);
+        }
         self.link.call_daemon();
         let end = Instant::now() + timeout;
         loop {

@@ -103,7 +103,7 @@ impl Instance {
     /// # Errors
     /// As [`Self::new`].
     pub fn named(name: &str) -> Result<Self, InstanceError> {
-        Self::new(name, default_base().join(name))
+        Self::new(name, default_root(name))
     }
 
     /// The instance that [`INSTANCE_VARIABLE`] names, else the default one.
@@ -197,15 +197,16 @@ impl Instance {
     }
 }
 
-/// `$XDG_RUNTIME_DIR/taut`, else `/dev/shm/taut-<uid>`, else the same in the folder for temporary files.
-fn default_base() -> PathBuf {
+/// `$XDG_RUNTIME_DIR/taut/<name>`, else `/dev/shm/taut-<uid>-<name>`, else the same in the folder for temporary
+/// files. The latter folders are everybody's, so there the root is one level that can be checked as a whole.
+fn default_root(name: &str) -> PathBuf {
     let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
     if let Some(dir) = runtime.filter(|dir| dir.is_absolute() && dir.is_dir()) {
-        return dir.join("taut");
+        return dir.join("taut").join(name);
     }
-    let shm = Path::new("/dev/shm");
+    let shm = Path::new(crate::memory::SHM_FOLDER);
     let base = if shm.is_dir() { shm.to_owned() } else { std::env::temp_dir() };
-    base.join(format!("taut-{}", own_uid()))
+    base.join(format!("taut-{}-{name}", own_uid()))
 }
 
 fn own_uid() -> u32 {

@@ -4,6 +4,7 @@ mod bell;
 mod cleanup;
 mod incoming;
 mod janitor;
+mod ports;
 
 pub use bell::Waker;
 pub use cleanup::{CleanUp, clean_dead_nodes};
@@ -11,7 +12,7 @@ pub use incoming::{IncomingControl, IncomingRequest, SendError};
 pub use janitor::Janitor;
 
 use crate::instance::{Instance, InstanceError};
-use crate::limits::*;
+use crate::limits::{MAX_CLIENTS, WIRE_VERSION};
 use crate::lock::DaemonLock;
 use crate::memory::{self, Room};
 use crate::time::unique_number;
@@ -19,13 +20,14 @@ use crate::transport::{self, Variant};
 use crate::wire::{Code, ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent, StatusRecord};
 use bell::ClientBell;
 use iceoryx2::node::Node;
-use iceoryx2::port::{
-    listener::{Listener, ListenerWaitError},
-    publisher::Publisher,
-    server::Server as Port,
-};
-use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, PortFactory};
+use iceoryx2::port::ReceiveError;
+use iceoryx2::port::listener::{Listener, ListenerWaitError};
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::server::Server as Port;
+use iceoryx2::prelude::PortFactory;
 use iceoryx2::service::port_factory::request_response;
+use ports::{control_port, listener, made, optimize_port, scene_event_port, status_port};
+use rustix::process::{Resource, getrlimit, setrlimit};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -38,7 +40,7 @@ type OptimizeService = request_response::PortFactory<Variant, [u8], RequestHeade
 pub enum ServerError {
     /// Another daemon serves this instance.
     #[error(
-        "another daemon serves instance `{name}` at {root}; stop it (`taut stop`) or choose another instance with TAUT_INSTANCE=name:/root"
+        "another daemon serves instance `{name}` at {root}; stop it or choose another instance with TAUT_INSTANCE=name:/root"
     )]
     AlreadyRunning {
         /// The instance's name.
@@ -50,7 +52,7 @@ pub enum ServerError {
     #[error(transparent)]
     Instance(#[from] InstanceError),
     /// Too little shared memory is left.
-    #[error("less than {} MiB are free in /dev/shm; remove files there or enlarge it", SHM_RESERVE >> 20)]
+    #[error("/dev/shm is full but for its reserve; remove files there or enlarge it")]
     NoMemory,
     /// A service or port could not be made; clients of another release may still be connected.
     #[error("cannot set up {what}: {reason}; stop clients of other releases and try again")]
@@ -79,6 +81,9 @@ impl ServerError {
         }
     }
 }
+
+/// Open files the daemon may need.
+const FILES_WANTED: u64 = 512 + 16 * MAX_CLIENTS as u64;
 
 /// What every response of a server shares.
 #[derive(Debug)]
@@ -123,6 +128,7 @@ impl Server {
     /// [`ServerError::AlreadyRunning`] if another daemon lives; otherwise what could not be made.
     pub fn create(instance: &Instance) -> Result<Self, ServerError> {
         instance.prepare()?;
+        raise_file_limit();
         let lock = DaemonLock::acquire(instance)?.ok_or_else(|| already_running(instance))?;
         transport::quiet();
         instance.set_global_config()?;
@@ -190,12 +196,13 @@ impl Server {
         }
     }
 
-    /// The next request, if any. Those whose client is gone already are skipped.
+    /// The next request, if any. Those whose client is gone already are skipped. A client has at most two requests
+    /// here: while cancelled ones are not dropped yet, its next ones wait.
     ///
     /// # Errors
-    /// [`ServerError::Port`] if one client's connection is broken; others can still be received.
+    /// [`ServerError::Port`] if the port is broken.
     pub fn receive(&self) -> Result<Option<IncomingRequest>, ServerError> {
-        let active = self.optimize.receive().map_err(port("request port"))?;
+        let active = received(|| self.optimize.receive()).map_err(port("request port"))?;
         Ok(active.map(|active| IncomingRequest::new(active, self.shared.clone())))
     }
 
@@ -204,7 +211,7 @@ impl Server {
     /// # Errors
     /// As [`Self::receive`].
     pub fn receive_control(&self) -> Result<Option<IncomingControl>, ServerError> {
-        let active = self.control.receive().map_err(port("control port"))?;
+        let active = received(|| self.control.receive()).map_err(port("control port"))?;
         Ok(active.map(|active| IncomingControl::new(active, self.shared.clone())))
     }
 
@@ -234,6 +241,25 @@ impl Server {
     }
 }
 
+/// A client costs the daemon up to twelve open files, and the usual limit of 1024 is below the number of clients.
+fn raise_file_limit() {
+    let mut limit = getrlimit(Resource::Nofile);
+    let wanted = limit.maximum.map_or(FILES_WANTED, |maximum| maximum.min(FILES_WANTED));
+    if limit.current.is_some_and(|current| current < wanted) {
+        limit.current = Some(wanted);
+        let _ = setrlimit(Resource::Nofile, limit);
+    }
+}
+
+/// A client whose cancelled requests are still being held has to wait for its next one: that is no error. Neither is
+/// one client's broken connection, which shows only once.
+fn received<T>(mut receive: impl FnMut() -> Result<Option<T>, ReceiveError>) -> Result<Option<T>, ReceiveError> {
+    match receive().or_else(|_| receive()) {
+        Err(ReceiveError::ExceedsMaxBorrows) => Ok(None),
+        other => other,
+    }
+}
+
 fn already_running(instance: &Instance) -> ServerError {
     ServerError::AlreadyRunning { name: instance.name().to_owned(), root: instance.root().display().to_string() }
 }
@@ -244,49 +270,4 @@ fn setup(what: &'static str) -> impl Fn(String) -> ServerError {
 
 fn port<E: std::fmt::Display>(what: &'static str) -> impl Fn(E) -> ServerError {
     move |error| ServerError::Port { what, reason: error.to_string() }
-}
-
-fn made<T, E: std::fmt::Display>(what: &'static str, result: Result<T, E>) -> Result<T, ServerError> {
-    result.map_err(|error| ServerError::Setup { what, reason: error.to_string() })
-}
-
-fn optimize_port(service: &OptimizeService) -> Result<OptimizePort, ServerError> {
-    let builder = service
-        .server_builder()
-        .initial_max_slice_len(MAX_PAYLOAD)
-        .allocation_strategy(AllocationStrategy::Static)
-        // Waiting for a client that does not read would hang the daemon, even after that client's death.
-        .backpressure_strategy(BackpressureStrategy::DiscardData)
-        .max_loaned_responses_per_request(1);
-    made("request port", builder.create())
-}
-
-fn control_port(node: &Node<Variant>) -> Result<ControlPort, ServerError> {
-    let service = made("control", transport::control_settings(transport::control(node)).open_or_create())?;
-    let builder = service
-        .server_builder()
-        .initial_max_slice_len(CONTROL_REPLY_MAX)
-        .allocation_strategy(AllocationStrategy::Static)
-        .backpressure_strategy(BackpressureStrategy::DiscardData)
-        .max_loaned_responses_per_request(1);
-    made("control port", builder.create())
-}
-
-fn status_port(node: &Node<Variant>) -> Result<Publisher<Variant, StatusRecord, ()>, ServerError> {
-    let service = made("status", transport::status_settings(transport::status(node)).open_or_create())?;
-    let builder = service.publisher_builder().backpressure_strategy(BackpressureStrategy::DiscardData);
-    made("status port", builder.max_loaned_samples(1).create())
-}
-
-fn scene_event_port(node: &Node<Variant>) -> Result<Publisher<Variant, SceneEvent, ()>, ServerError> {
-    let builder = transport::scene_event_settings(transport::scene_events(node));
-    let service = made("scene events", builder.open_or_create())?;
-    let builder = service.publisher_builder().backpressure_strategy(BackpressureStrategy::DiscardData);
-    made("scene event port", builder.max_loaned_samples(1).create())
-}
-
-fn listener(node: &Node<Variant>) -> Result<Listener<Variant>, ServerError> {
-    let builder = transport::wake_server_settings(transport::wake_server(node));
-    let service = made("wake-server", builder.open_or_create())?;
-    made("wake-server listener", transport::listener(&service))
 }

@@ -5,7 +5,7 @@ mod common;
 use common::*;
 use std::time::{Duration, Instant};
 use taut_ipc::control::{ControlReply, ControlRequest};
-use taut_ipc::server::{Server, ServerError};
+use taut_ipc::server::{IncomingRequest, Server, ServerError};
 use taut_ipc::wire::{Code, Mode, RequestBody};
 use taut_ipc::{Client, ClientError, Instance};
 
@@ -166,6 +166,40 @@ fn control_answers_and_times_out() {
     let _silent = Server::create(&sandbox.instance).unwrap();
     let error = client.control(&ControlRequest::List, Duration::from_millis(150)).unwrap_err();
     assert!(matches!(error, ClientError::Timeout(_)), "{error}");
+}
+
+#[test]
+fn cancelled_requests_still_held_block_only_their_client() {
+    let sandbox = Sandbox::new();
+    let server = Server::create(&sandbox.instance).unwrap();
+    let (a, b) = (Client::connect(&sandbox.instance).unwrap(), Client::connect(&sandbox.instance).unwrap());
+    let send = |client, first| request(client, Mode::Check, 4, first).and_then(|loan| loan.send()).unwrap();
+    let first = |incoming: &IncomingRequest| incoming.view().unwrap().path[0];
+    let cancelled = [send(&a, 1.0), send(&a, 2.0)];
+    let held: Vec<_> = std::iter::from_fn(|| server.receive().unwrap()).collect();
+    assert_eq!(held.len(), 2);
+    drop(cancelled);
+    assert!(held.iter().all(|incoming| !incoming.is_connected()));
+    let _third = send(&a, 3.0);
+    assert!(server.receive().unwrap().is_none());
+    let _other = send(&b, 4.0);
+    assert_eq!(server.receive().unwrap().as_ref().map(first), Some(4.0));
+    drop(held);
+    assert_eq!(server.receive().unwrap().as_ref().map(first), Some(3.0));
+}
+
+#[test]
+fn a_daemon_that_takes_nothing_overloads_the_client_instead_of_hanging_it() {
+    let sandbox = Sandbox::new();
+    let server = Server::create(&sandbox.instance).unwrap();
+    let client = Client::connect(&sandbox.instance).unwrap();
+    let send = || request(&client, Mode::Check, 4, 0.0).and_then(|loan| loan.send());
+    (0..2).for_each(|_| drop(send().unwrap()));
+    let error = send().unwrap_err();
+    assert_eq!(error.code(), Code::Overloaded, "{error}");
+    assert!(server.receive().unwrap().is_none(), "their client is gone");
+    let _pending = send().unwrap();
+    assert!(server.receive().unwrap().is_some());
 }
 
 #[test]

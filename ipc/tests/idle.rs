@@ -3,8 +3,11 @@
 mod common;
 
 use common::*;
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::time::{Duration, Instant};
-use taut_ipc::Client;
+use taut_ipc::limits::MAX_CLIENTS;
+use taut_ipc::wire::{Code, Mode};
+use taut_ipc::{Client, ClientError};
 
 const WINDOW: Duration = Duration::from_secs(5);
 
@@ -22,6 +25,27 @@ fn idle_share(pid: u32) -> f64 {
     let (start, before) = (Instant::now(), cpu_time(pid));
     std::thread::sleep(WINDOW);
     (cpu_time(pid) - before).as_secs_f64() / start.elapsed().as_secs_f64()
+}
+
+#[test]
+fn one_client_too_many_is_told_so_and_room_comes_back() {
+    if let Some((_, instance)) = role() {
+        serve_for_ever(&instance);
+    }
+    let files = getrlimit(Resource::Nofile).maximum;
+    setrlimit(Resource::Nofile, Rlimit { current: files, maximum: files }).unwrap();
+    let sandbox = Sandbox::new();
+    let _daemon = Process::start("one_client_too_many_is_told_so_and_room_comes_back", "daemon", &sandbox.instance);
+    wait_for_daemon(&sandbox.instance);
+    let mut clients: Vec<_> = (0..MAX_CLIENTS).map(|_| Client::connect(&sandbox.instance).unwrap()).collect();
+    let error = Client::connect(&sandbox.instance).unwrap_err();
+    assert!(matches!(error, ClientError::TooManyClients), "{error}");
+    for client in &clients {
+        let pending = request(client, Mode::Check, 4, 0.0).unwrap().send().unwrap();
+        assert_eq!(pending.wait(PATIENCE).unwrap().code(), Code::Success);
+    }
+    clients.pop();
+    Client::connect(&sandbox.instance).unwrap();
 }
 
 #[test]

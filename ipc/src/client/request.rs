@@ -90,7 +90,8 @@ impl LoanedRequest {
         };
         if pending.number_of_server_connections() == 0 {
             self.link.put_listener(listener);
-            return Err(self.link.lost("it took no request"));
+            self.link.check_alive(boot_id)?;
+            return Err(ClientError::Overloaded);
         }
         self.link.call_daemon();
         Ok(Pending::new(self.link, pending, listener, request_id, boot_id))
