@@ -11,4 +11,6 @@ pub mod path;
 pub mod robot;
 pub mod scene;
 pub mod shape;
+#[cfg(test)]
+pub(crate) mod testing;
 pub mod validation;
