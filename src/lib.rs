@@ -2,9 +2,12 @@
 //!
 //! Pure: no clock, no thread, no disk, no log. Time comes in as a `stop` closure, files as bytes.
 
+pub mod collision;
 pub(crate) mod hash;
 pub mod math;
+pub mod optimize;
 pub mod path;
 pub mod robot;
 pub mod scene;
 pub mod shape;
+pub mod validation;

@@ -43,11 +43,9 @@ mod tests {
 
     #[test]
     fn log_and_exp_are_inverse_up_to_half_a_turn() {
-        for v in [
-            Vec3::new(0.3, -0.2, 0.9),
-            Vec3::new(1e-9, 0.0, -1e-9),
-            Vec3::new(0.0, 0.0, std::f64::consts::PI - 1e-6),
-        ] {
+        for v in
+            [Vec3::new(0.3, -0.2, 0.9), Vec3::new(1e-9, 0.0, -1e-9), Vec3::new(0.0, 0.0, std::f64::consts::PI - 1e-6)]
+        {
             assert!((quat_log(quat_exp(v)) - v).length() < 1e-12);
         }
     }

@@ -14,7 +14,7 @@ use super::limits::Limits;
 use super::outcome::Termination;
 use super::quadratic_step::QuadraticStep;
 use super::rows::{CollisionRow, Row};
-use super::task::{Publish, SHORTER, Stop, Task};
+use super::task::{Improvement, SHORTER, Task};
 use crate::path::Path;
 use crate::robot::Component;
 use crate::validation::{Hit, SegmentVerdict, Validator};
@@ -77,21 +77,20 @@ enum Trial {
 /// Pulls `path` taut, which must be proved and have no equal neighbours but fixed ones.
 ///
 /// Leaves the best path in `path` and returns the iterations and why they ended.
-pub fn gradient(
-    task: &Task<'_>,
+pub fn optimize(
+    task: &Task,
     path: &mut Path,
-    validator: &mut Validator<'_>,
-    stop: &mut Stop<'_>,
-    publish: &mut Publish<'_>,
+    validator: &mut Validator,
+    stop: &mut dyn FnMut() -> bool,
+    publish: &mut dyn FnMut(Improvement),
 ) -> (u64, Termination) {
     let mut descent = Descent::new(task, path);
     let mut stride = Stride::FIRST;
-    let work_limit = validator.work().saturating_add(task.work_budget);
     for iteration in 1..=ITERATIONS {
         if stop() {
             return (iteration, Termination::Stopped);
         }
-        if validator.work() >= work_limit {
+        if validator.work() >= task.work_budget {
             return (iteration, Termination::WorkBudget);
         }
         descent.update_step();
@@ -104,7 +103,7 @@ pub fn gradient(
             Trial::Stopped => return (iteration, Termination::Stopped),
             Trial::Shorter => {
                 descent.accept_trial();
-                publish(descent.path, descent.length, iteration);
+                publish(Improvement { path: descent.path, length: descent.length, iterations: iteration });
                 if is_last {
                     return (iteration, Termination::Converged);
                 }
@@ -205,12 +204,12 @@ impl<'a, 'p> Descent<'a, 'p> {
                 to[columns.clone()].copy_from_slice(&from[columns]);
             }
         }
-        self.limits.settle(self.path.as_flat(), self.trial.as_flat_mut());
+        self.limits.settle(self.path, &mut self.trial);
         self.trial_length = self.task.length(self.trial.as_flat(), &mut self.velocity);
     }
 
     /// Proves the segments that moved, in order, up to the first that is refused.
-    fn validate_trial(&mut self, validator: &mut Validator<'_>, stop: &mut Stop<'_>) -> Trial {
+    fn validate_trial(&mut self, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> Trial {
         for segment in 0..self.path.len() - 1 {
             let (from, to) = (self.trial.waypoint(segment), self.trial.waypoint(segment + 1));
             if from == self.path.waypoint(segment) && to == self.path.waypoint(segment + 1) {
@@ -236,7 +235,7 @@ impl<'a, 'p> Descent<'a, 'p> {
     ///
     /// Where the row depends on those there are, another is looked for between the free and the colliding
     /// configuration, by bisection.
-    fn add_row(&mut self, segment: usize, hit: Hit, validator: &mut Validator<'_>, stop: &mut Stop<'_>) -> bool {
+    fn add_row(&mut self, segment: usize, hit: Hit, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> bool {
         let (from, to) = (self.trial.waypoint(segment), self.trial.waypoint(segment + 1));
         let mut hit = match validator.first_hit(from, to, stop) {
             SegmentVerdict::Refused(first) => first,

@@ -9,6 +9,7 @@ use super::cost::Cost;
 use super::quadratic_step::QuadraticStep;
 use super::rows::Row;
 use super::task::Task;
+use crate::path::Path;
 use crate::robot::Component;
 
 /// Rounds of the active set method; it ends in a handful, this ends a cycle.
@@ -66,7 +67,7 @@ pub struct Limits {
 impl Limits {
     /// The limits that a task's variables have.
     pub fn new(task: &Task<'_>) -> Self {
-        let variables = task.robot.variables();
+        let variables = task.model.robot().variables();
         let limited = |component: &Component| match *component {
             Component::Line { q, v } if task.moving[v] => {
                 let (lower, upper) = (variables[q].lower, variables[q].upper);
@@ -115,12 +116,11 @@ impl Limits {
     }
 
     /// Brings what rounding left outside its limits back to them; `from` is the path that the step began at.
-    pub fn settle(&self, from: &[f64], path: &mut [f64]) {
+    pub fn settle(&self, from: &Path, path: &mut Path) {
         for &waypoint in &self.free {
-            for limited in &self.limited {
-                let index = waypoint * self.nq + limited.q;
-                let (lowest, highest) = (limited.lower.min(from[index]), limited.upper.max(from[index]));
-                path[index] = path[index].clamp(lowest, highest);
+            let (from, row) = (from.waypoint(waypoint), path.waypoint_mut(waypoint));
+            for &Limited { q, lower, upper, .. } in &self.limited {
+                row[q] = row[q].clamp(lower.min(from[q]), upper.max(from[q]));
             }
         }
     }

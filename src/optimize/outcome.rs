@@ -28,11 +28,24 @@ pub struct LoweredFloor {
     pub floor_m: f64,
 }
 
+/// Which part of a path is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RefusalPlace {
+    /// The first waypoint.
+    Start,
+    /// The last waypoint.
+    Goal,
+    /// Somewhere between.
+    Between,
+}
+
 /// Where and why the input is not proved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
     /// Why.
     pub reason: HitReason,
+    /// Whether an end of the path is what collides.
+    pub place: RefusalPlace,
     /// Segment of the input path, from 0.
     pub segment: usize,
     /// Ratio on the segment.

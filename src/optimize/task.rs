@@ -1,41 +1,32 @@
-//! What an optimizer is asked to do, and what it may do with the world.
+//! What every optimizer is given: a proved input and the rules it keeps.
 
 use super::cost;
 use crate::collision::CollisionModel;
 use crate::path::{Metric, Path};
-use crate::robot::{Component, ConfigurationSpace, RobotModel};
-
-/// Everything an optimizer needs of a request; the input path is already proved.
-#[derive(Clone, Copy, Debug)]
-pub struct Task<'a> {
-    /// Robot and scene.
-    pub model: &'a CollisionModel,
-    /// The robot.
-    pub robot: &'a RobotModel,
-    /// Its space; circles may be unwrapped.
-    pub space: &'a ConfigurationSpace,
-    /// What lengths are measured in.
-    pub metric: &'a Metric,
-    /// Values of the held variables.
-    pub held: &'a [f64],
-    /// Waypoints that stay bit-equal, one entry a waypoint; first and last are true.
-    pub fixed: &'a [bool],
-    /// Coordinates that may move, one entry a velocity coordinate.
-    pub moving: &'a [bool],
-    /// Seed of every random choice.
-    pub seed: u64,
-    /// Most work of the validator to spend; `u64::MAX` is no limit.
-    pub work_budget: u64,
-}
-
-/// Asked often; the optimizer ends soon after it says true.
-pub type Stop<'a> = dyn FnMut() -> bool + 'a;
-
-/// Told each better proved path, its length and the iterations so far.
-pub type Publish<'a> = dyn FnMut(&Path, f64, u64) + 'a;
+use crate::robot::{Component, ConfigurationSpace};
 
 /// A path is shorter only by more than this part of the other's length: rounding is no progress.
 pub const SHORTER: f64 = 1e-9;
+
+/// One optimization problem. The input path is already proved at the validator's floors.
+pub struct Task<'a> {
+    /// Robot and scene.
+    pub model: &'a CollisionModel,
+    /// The space of the request (circles, or lines where the path is unwrapped).
+    pub space: &'a ConfigurationSpace,
+    /// The metric of the request.
+    pub metric: &'a Metric,
+    /// Values of the held variables.
+    pub held: &'a [f64],
+    /// Waypoints that must stay as they are, the first and the last among them.
+    pub fixed: &'a [bool],
+    /// Velocity coordinates that may move.
+    pub moving: &'a [bool],
+    /// Seed of every random choice.
+    pub seed: u64,
+    /// The validator's count of work at which to end.
+    pub work_budget: u64,
+}
 
 impl Task<'_> {
     /// Length of a path given as flat rows; `velocity` is scratch of nv numbers.
@@ -50,4 +41,15 @@ impl Task<'_> {
             Component::Rotation { v, .. } => self.moving[v..v + 3].iter().all(|moves| *moves),
         }
     }
+}
+
+/// A shorter path that was just proved.
+#[derive(Clone, Copy, Debug)]
+pub struct Improvement<'a> {
+    /// The path.
+    pub path: &'a Path,
+    /// Its length in the request's metric.
+    pub length: f64,
+    /// Iterations so far.
+    pub iterations: u64,
 }

@@ -99,7 +99,15 @@ impl Kinematics {
     }
 
     /// Adds `sign · directionᵀ J` to `row` (nv numbers), J the Jacobian of the world point `point` fixed to `link`.
-    pub fn add_point_row(&self, robot: &RobotModel, link: usize, point: Vec3, direction: Vec3, sign: f64, row: &mut [f64]) {
+    pub fn add_point_row(
+        &self,
+        robot: &RobotModel,
+        link: usize,
+        point: Vec3,
+        direction: Vec3,
+        sign: f64,
+        row: &mut [f64],
+    ) {
         let joints = robot.joints();
         let mut at = Some(link);
         while let Some(i) = at {

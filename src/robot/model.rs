@@ -306,7 +306,11 @@ fn topological_order(description: &RobotDescription) -> Result<Order, RobotError
             [] if links.is_empty() => "there is no link".to_owned(),
             [] => "every link is some joint's child, so the joints form a loop".to_owned(),
             several => {
-                format!("{} links are no joint's child: {}", several.len(), list(several.iter().map(|&l| links[l].name.as_str())))
+                format!(
+                    "{} links are no joint's child: {}",
+                    several.len(),
+                    list(several.iter().map(|&l| links[l].name.as_str()))
+                )
             }
         };
         return Err(RobotError::NotATree(text));
@@ -405,7 +409,9 @@ impl Columns {
                 }
                 continue;
             }
-            if let Some((master, multiplier, offset)) = resolve_mimic(description, joint_index, position, order, &is_listed)? {
+            if let Some((master, multiplier, offset)) =
+                resolve_mimic(description, joint_index, position, order, &is_listed)?
+            {
                 drives[position] = Drive::Mimic { master, multiplier, offset };
                 continue;
             }

@@ -47,6 +47,37 @@ impl Mesh {
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
+    /// One vertex of every connected part of the surface.
+    pub fn parts(&self) -> Vec<Vec3> {
+        let mut parent: Vec<usize> = (0..self.vertices.len()).collect();
+        fn root(parent: &mut [usize], mut i: usize) -> usize {
+            while parent[i] != i {
+                parent[i] = parent[parent[i]];
+                i = parent[i];
+            }
+            i
+        }
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|i| root(&mut parent, i as usize));
+            let least = a.min(b).min(c);
+            (parent[a], parent[b], parent[c]) = (least, least, least);
+        }
+        let mut used: Vec<usize> = self.triangles.iter().map(|t| root(&mut parent, t[0] as usize)).collect();
+        used.sort_unstable();
+        used.dedup();
+        used.into_iter().map(|i| self.vertices[i]).collect()
+    }
+
+    /// Volume that the surface encloses [m³]; negative where its triangles face inwards.
+    pub fn signed_volume(&self) -> f64 {
+        let origin = self.vertices[self.triangles[0][0] as usize];
+        let six_fold = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|i| self.vertices[i as usize] - origin);
+            a.dot(b.cross(c))
+        };
+        self.triangles.iter().map(six_fold).sum::<f64>() / 6.0
+    }
+
     /// Checks and takes vertices and triangles; degenerate triangles are dropped.
     pub fn new(name: impl Into<String>, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<Self, MeshError> {
         let name = name.into();

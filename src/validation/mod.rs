@@ -1,8 +1,13 @@
 //! Certified validation: a segment is proved free for every instant of its motion, never by samples.
 
+pub mod certificate;
 pub mod continuous;
+pub mod interval;
+pub mod motion;
+pub mod path_proof;
 
-pub use continuous::Validator;
+pub use certificate::{Certificate, SegmentClaim};
+pub use continuous::{Scratch, Validator};
 
 use crate::math::Vec3;
 
@@ -24,6 +29,11 @@ pub struct SegmentProof {
     pub clearance_m: f64,
     /// Intervals that the proof is made of.
     pub intervals: u32,
+}
+
+impl SegmentProof {
+    /// Nothing proved yet: no interval, nothing near.
+    const EMPTY: Self = Self { clearance_m: f64::INFINITY, intervals: 0 };
 }
 
 /// Why a segment is not proved.
@@ -48,6 +58,8 @@ pub struct Hit {
     pub pair: usize,
     /// Closest points there.
     pub contact: Contact,
+    /// Everything on the segment before this ratio is proved (0 unless the first hit was asked for).
+    pub proved_until: f64,
 }
 
 /// Closest points of two bodies A and B at one configuration, in the world's frame.

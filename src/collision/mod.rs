@@ -1,0 +1,11 @@
+//! Who can collide with whom, and how far apart two bodies are.
+
+pub mod body;
+pub mod distance;
+pub mod model;
+pub mod piece;
+pub mod query;
+pub mod tree;
+
+pub use body::{Body, reach_weights};
+pub use model::{BodyPair, CollisionModel, CollisionModelError};

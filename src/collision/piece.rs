@@ -1,0 +1,202 @@
+//! Convex pieces: a core swept by a ball. Every solid is made of them; a mesh's are its triangles.
+
+use parry3d_f64::shape::SupportMap;
+
+use crate::math::{Mat3, Pose, Vec3};
+use crate::shape::{PlacedShape, Shape};
+
+/// Convex core in the frame of its body [m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Core {
+    /// A point.
+    Point(Vec3),
+    /// A segment.
+    Segment(Vec3, Vec3),
+    /// A triangle.
+    Triangle(Vec3, Vec3, Vec3),
+    /// A box: centre, axes (columns), half sizes.
+    Box {
+        /// Centre.
+        center: Vec3,
+        /// Unit axes, one a column.
+        axes: Mat3,
+        /// Half sizes along them.
+        half: Vec3,
+    },
+    /// A cylinder with flat ends: centre, unit axis, half height, radius.
+    Cylinder {
+        /// Centre.
+        center: Vec3,
+        /// Unit axis.
+        axis: Vec3,
+        /// Half of the height.
+        half_height: f64,
+        /// Radius.
+        radius: f64,
+    },
+}
+
+/// A convex solid: all points within `radius` of the core.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// The core.
+    pub core: Core,
+    /// Rounding radius [m], 0 for shapes with edges.
+    pub radius: f64,
+}
+
+impl Piece {
+    /// The pieces of a shape, appended to `pieces`.
+    pub fn append_of(placed: &PlacedShape, pieces: &mut Vec<Self>) {
+        let pose = placed.pose;
+        let along = pose.rotation * Vec3::Z;
+        let (core, radius) = match &placed.shape {
+            Shape::Sphere { radius } => (Core::Point(pose.translation), *radius),
+            Shape::Capsule { radius, half_length } => {
+                let half = along * *half_length;
+                (Core::Segment(pose.translation - half, pose.translation + half), *radius)
+            }
+            Shape::Box { half_extents } => {
+                let axes = Mat3::from_quat(pose.rotation);
+                (Core::Box { center: pose.translation, axes, half: *half_extents }, 0.0)
+            }
+            Shape::Cylinder { radius, half_height } => {
+                let (half_height, radius) = (*half_height, *radius);
+                (Core::Cylinder { center: pose.translation, axis: along, half_height, radius }, 0.0)
+            }
+            Shape::Mesh(mesh) => {
+                let vertices: Vec<Vec3> = mesh.vertices().iter().map(|v| pose.transform_point(*v)).collect();
+                // The inside test counts on triangles that face outwards.
+                let inwards = mesh.signed_volume() < 0.0;
+                pieces.extend(mesh.triangles().iter().map(|t| {
+                    let [a, mut b, mut c] = t.map(|i| vertices[i as usize]);
+                    if inwards {
+                        std::mem::swap(&mut b, &mut c);
+                    }
+                    Self { core: Core::Triangle(a, b, c), radius: 0.0 }
+                }));
+                return;
+            }
+        };
+        pieces.push(Self { core, radius });
+    }
+
+    /// A point of the core, in its middle.
+    pub fn center(&self) -> Vec3 {
+        match self.core {
+            Core::Point(a) => a,
+            Core::Segment(a, b) => (a + b) / 2.0,
+            Core::Triangle(a, b, c) => (a + b + c) / 3.0,
+            Core::Box { center, .. } | Core::Cylinder { center, .. } => center,
+        }
+    }
+
+    /// Distance from `from` to the farthest point of the piece [m].
+    pub fn farthest(&self, from: Vec3) -> f64 {
+        self.core.farthest(from) + self.radius
+    }
+
+    /// The piece as seen from the frame in which `pose` places its body.
+    pub fn transformed(&self, pose: &Transform) -> Self {
+        Self { core: self.core.transformed(pose), radius: self.radius }
+    }
+}
+
+impl Core {
+    /// Distance from `from` to the farthest point of the core [m].
+    pub fn farthest(&self, from: Vec3) -> f64 {
+        match *self {
+            Self::Point(a) => a.distance(from),
+            Self::Segment(a, b) => a.distance(from).max(b.distance(from)),
+            Self::Triangle(a, b, c) => a.distance(from).max(b.distance(from)).max(c.distance(from)),
+            Self::Box { center, axes, half } => ((axes.transpose() * (from - center)).abs() + half).length(),
+            Self::Cylinder { center, axis, half_height, radius } => {
+                let offset = from - center;
+                let along = offset.dot(axis);
+                let across = (offset - axis * along).length();
+                (along.abs() + half_height).hypot(across + radius)
+            }
+        }
+    }
+
+    /// The core in the frame in which `pose` places its body.
+    pub fn transformed(&self, pose: &Transform) -> Self {
+        let place = |p: Vec3| pose.point(p);
+        match *self {
+            Self::Point(a) => Self::Point(place(a)),
+            Self::Segment(a, b) => Self::Segment(place(a), place(b)),
+            Self::Triangle(a, b, c) => Self::Triangle(place(a), place(b), place(c)),
+            Self::Box { center, axes, half } => Self::Box { center: place(center), axes: pose.rotation * axes, half },
+            Self::Cylinder { center, axis, half_height, radius } => {
+                Self::Cylinder { center: place(center), axis: pose.rotation * axis, half_height, radius }
+            }
+        }
+    }
+
+    /// The core's farthest point along `direction`, which may have any length.
+    pub fn support(&self, direction: Vec3) -> Vec3 {
+        match *self {
+            Self::Point(a) => a,
+            Self::Segment(a, b) => further(a, b, direction),
+            Self::Triangle(a, b, c) => further(further(a, b, direction), c, direction),
+            Self::Box { center, axes, half } => {
+                let signs = axes.transpose() * direction;
+                center + axes * Vec3::new(half.x.copysign(signs.x), half.y.copysign(signs.y), half.z.copysign(signs.z))
+            }
+            Self::Cylinder { center, axis, half_height, radius } => {
+                let along = direction.dot(axis);
+                let across = direction - axis * along;
+                let length = across.length();
+                // Along the axis every point of the rim is as far as the middle of the lid.
+                let rim = if length > 1e-12 * along.abs() { across * (radius / length) } else { Vec3::ZERO };
+                center + axis * half_height.copysign(along) + rim
+            }
+        }
+    }
+}
+
+fn further(a: Vec3, b: Vec3, direction: Vec3) -> Vec3 {
+    if (b - a).dot(direction) > 0.0 { b } else { a }
+}
+
+impl SupportMap for Core {
+    fn local_support_point(&self, direction: Vec3) -> Vec3 {
+        self.support(direction)
+    }
+}
+
+/// A pose with its rotation as a matrix, for moving many points.
+#[derive(Clone, Copy, Debug)]
+pub struct Transform {
+    /// Rotation.
+    pub rotation: Mat3,
+    /// Translation [m].
+    pub translation: Vec3,
+}
+
+impl Transform {
+    /// Where obstacles are: the world itself.
+    pub const IDENTITY: Self = Self { rotation: Mat3::IDENTITY, translation: Vec3::ZERO };
+
+    /// Moves a point.
+    pub fn point(&self, p: Vec3) -> Vec3 {
+        self.rotation * p + self.translation
+    }
+
+    /// `self⁻¹ · other`: other's frame as seen from this one.
+    pub fn inverse_of(&self, other: &Self) -> Self {
+        let back = self.rotation.transpose();
+        Self { rotation: back * other.rotation, translation: back * (other.translation - self.translation) }
+    }
+
+    /// Brings a point back into the body's frame.
+    pub fn inverse_point(&self, p: Vec3) -> Vec3 {
+        self.rotation.transpose() * (p - self.translation)
+    }
+}
+
+impl From<&Pose> for Transform {
+    fn from(pose: &Pose) -> Self {
+        Self { rotation: Mat3::from_quat(pose.rotation), translation: pose.translation }
+    }
+}

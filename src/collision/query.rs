@@ -1,0 +1,143 @@
+//! Closest points of two bodies at one configuration: exact, for messages, rows and oracles.
+
+use std::f64::consts::PI;
+
+use super::body::Body;
+use super::distance;
+use super::piece::{Core, Transform};
+use super::tree::{Ball, BallTree, Content};
+use crate::math::Vec3;
+use crate::validation::Contact;
+
+/// Distances at or below this are contact [m].
+pub const TOUCHING_M: f64 = 1e-9;
+
+/// Closest points of two bodies, in the world; a body wholly inside a mesh counts as overlapping.
+pub fn closest(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
+    if let Some(contact) = enclosed(a, at_a, b, at_b) {
+        return contact;
+    }
+    surface_contact(a, at_a, b, at_b)
+}
+
+/// The contact of two bodies that touch or overlap; `None` where they are apart.
+pub fn overlap(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option<Contact> {
+    let contact = closest(a, at_a, b, at_b);
+    (contact.distance <= TOUCHING_M).then_some(contact)
+}
+
+fn surface_contact(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
+    let relative = at_b.inverse_of(at_a);
+    let far = Contact { point_a: Vec3::ZERO, point_b: Vec3::ZERO, normal: Vec3::Z, distance: f64::INFINITY };
+    let mut search = Search { a: &a.tree, b: &b.tree, relative, best: far, any_overlap_will_do: a.hollow && b.hollow };
+    search.descend(0, 0);
+    let best = search.best;
+    Contact {
+        point_a: at_b.point(best.point_a),
+        point_b: at_b.point(best.point_b),
+        normal: at_b.rotation * best.normal,
+        distance: best.distance,
+    }
+}
+
+/// Branch and bound over pairs of balls, in B's frame.
+struct Search<'a> {
+    a: &'a BallTree,
+    b: &'a BallTree,
+    relative: Transform,
+    best: Contact,
+    /// Among the overlapping triangles of two meshes none is the deepest in a useful sense.
+    any_overlap_will_do: bool,
+}
+
+impl Search<'_> {
+    fn ball_gap(&self, a: u32, b: u32) -> f64 {
+        let (a, b) = (self.a.ball(a), self.b.ball(b));
+        self.relative.point(a.center).distance(b.center) - a.radius - b.radius
+    }
+
+    fn descend(&mut self, a: u32, b: u32) {
+        if self.ball_gap(a, b) >= self.best.distance || (self.any_overlap_will_do && self.best.distance <= 0.0) {
+            return;
+        }
+        let (ball_a, ball_b) = (*self.a.ball(a), *self.b.ball(b));
+        match children(&ball_a, &ball_b) {
+            Split::Neither(i, j) => {
+                let piece_a = self.a.pieces()[i as usize].transformed(&self.relative);
+                let contact = distance::contact(&piece_a, &self.b.pieces()[j as usize]);
+                if contact.distance < self.best.distance {
+                    self.best = contact;
+                }
+            }
+            Split::A(left, right) => {
+                let (near, far) =
+                    if self.ball_gap(left, b) <= self.ball_gap(right, b) { (left, right) } else { (right, left) };
+                self.descend(near, b);
+                self.descend(far, b);
+            }
+            Split::B(left, right) => {
+                let (near, far) =
+                    if self.ball_gap(a, left) <= self.ball_gap(a, right) { (left, right) } else { (right, left) };
+                self.descend(a, near);
+                self.descend(a, far);
+            }
+        }
+    }
+}
+
+/// Which of two balls to open: the larger one that can be.
+pub enum Split {
+    /// Both are single pieces, given by index.
+    Neither(u32, u32),
+    /// A's two balls.
+    A(u32, u32),
+    /// B's two balls.
+    B(u32, u32),
+}
+
+/// Decides which of two balls to open.
+pub fn children(a: &Ball, b: &Ball) -> Split {
+    match (a.content, b.content) {
+        (Content::Piece(i), Content::Piece(j)) => Split::Neither(i, j),
+        (Content::Balls(left, right), Content::Piece(_)) => Split::A(left, right),
+        (Content::Piece(_), Content::Balls(left, right)) => Split::B(left, right),
+        (Content::Balls(left, right), Content::Balls(..)) if a.radius >= b.radius => Split::A(left, right),
+        (_, Content::Balls(left, right)) => Split::B(left, right),
+    }
+}
+
+/// A part of one body that lies wholly inside a mesh of the other.
+pub fn enclosed(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option<Contact> {
+    let inside = |outer: &Body, at_outer: &Transform, inner: &Body, at_inner: &Transform| {
+        let anchors = inner.anchors.iter().map(|anchor| at_inner.point(*anchor));
+        let mut hits = anchors.filter(|p| outer.hollow && contains(&outer.tree, at_outer.inverse_point(*p)));
+        hits.next()
+    };
+    let point = inside(b, at_b, a, at_a).or_else(|| inside(a, at_a, b, at_b))?;
+    let surface = surface_contact(a, at_a, b, at_b);
+    let depth = surface.distance.abs().max(TOUCHING_M);
+    Some(Contact { point_a: point, point_b: point, normal: surface.normal, distance: -depth })
+}
+
+/// Whether a point is inside the meshes of a body, by their winding number: right for closed meshes,
+/// and the best guess there is for open ones (Jacobson, Kavan and Sorkine-Hornung, 2013).
+fn contains(tree: &BallTree, point: Vec3) -> bool {
+    let root = tree.balls()[0];
+    if point.distance(root.center) > root.radius {
+        return false;
+    }
+    let mut angle = 0.0;
+    for piece in tree.pieces() {
+        if let Core::Triangle(a, b, c) = piece.core {
+            angle += solid_angle(a - point, b - point, c - point);
+        }
+    }
+    angle > 2.0 * PI
+}
+
+/// Signed solid angle of a triangle seen from the origin (van Oosterom and Strackee, 1983).
+fn solid_angle(a: Vec3, b: Vec3, c: Vec3) -> f64 {
+    let (la, lb, lc) = (a.length(), b.length(), c.length());
+    let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    2.0 * a.dot(b.cross(c)).atan2(denominator)
+}

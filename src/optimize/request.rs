@@ -1,0 +1,292 @@
+//! One request from end to end: check, prove the input, optimize, prove the answer.
+
+use super::input::{Input, RequestError};
+use super::outcome::{LoweredFloor, Outcome, Refusal, RefusalPlace, Termination};
+use super::settings::{Mode, Settings};
+use super::task::{Improvement, Task};
+use super::{gradient, shortcut};
+use crate::collision::query::TOUCHING_M;
+use crate::collision::{CollisionModel, reach_weights};
+use crate::path::Path;
+use crate::robot::Kinematics;
+use crate::validation::path_proof::{self, PathVerdict};
+use crate::validation::{Certificate, Contact, Hit, HitReason, Scratch, SegmentProof, Validator};
+
+/// Reusable memory of a worker; every request starts from the same state whatever ran before.
+#[derive(Debug, Default)]
+pub struct Workspace {
+    scratch: Scratch,
+    kinematics: Kinematics,
+}
+
+/// Work that a request gets which names no budget.
+pub const DEFAULT_WORK_BUDGET: u64 = 200_000_000;
+
+/// Runs a request.
+///
+/// `stop` is asked often and ends the run with the best path so far; `publish` gets every strictly
+/// shorter proved path as it is found, each with the ends of the input, bit for bit. Same model, path and
+/// settings give the same answer, bit for bit, as long as `stop` keeps still.
+///
+/// # Errors
+/// A request that cannot be computed as it stands. A path that collides is no error but an answer.
+pub fn run(
+    model: &CollisionModel,
+    path: &Path,
+    settings: &Settings,
+    workspace: &mut Workspace,
+    stop: &mut dyn FnMut() -> bool,
+    publish: &mut dyn FnMut(Improvement),
+) -> Result<Outcome, RequestError> {
+    let robot = model.robot();
+    let input = Input::new(robot, path, settings, &reach_weights(robot, model.bodies()))?;
+    workspace.kinematics.update(robot, path.waypoint(0), &input.held);
+    if let Some((bodies, contact)) = model.static_contact(&workspace.kinematics) {
+        let refusal = standing_overlap(bodies, contact);
+        return Ok(Answer { refusal: Some(refusal), ..Answer::unproved(&input.path) }
+            .into_outcome(model, path, settings, &input));
+    }
+    let mut validator = Validator::new(model, &input.space, &input.held, settings.clearance_m, &mut workspace.scratch);
+    let answer = answer(&mut validator, path, settings, &input, stop, publish);
+    Ok(answer.into_outcome(model, path, settings, &input))
+}
+
+/// What was found, in the form that optimizers work on.
+struct Answer {
+    path: Path,
+    proofs: Option<Vec<SegmentProof>>,
+    refusal: Option<Refusal>,
+    floors: Vec<f64>,
+    iterations: u64,
+    work: u64,
+    termination: Termination,
+}
+
+impl Answer {
+    fn unproved(path: &Path) -> Self {
+        Self {
+            path: path.clone(),
+            proofs: None,
+            refusal: None,
+            floors: Vec::new(),
+            iterations: 0,
+            work: 0,
+            termination: Termination::Done,
+        }
+    }
+}
+
+fn answer(
+    validator: &mut Validator,
+    path: &Path,
+    settings: &Settings,
+    input: &Input,
+    stop: &mut dyn FnMut() -> bool,
+    publish: &mut dyn FnMut(Improvement),
+) -> Answer {
+    let mut answer = Answer::unproved(&input.path);
+    let mut restored = Restorer::new(path, input);
+    match prove_input(validator, &input.path, settings.strict, stop) {
+        PathVerdict::Stopped => answer.termination = Termination::Stopped,
+        PathVerdict::Proved(proofs) => {
+            let mut publish = |improvement: Improvement| restored.publish(&improvement, publish);
+            answer.optimize(validator, settings, input, stop, &mut publish);
+            // The optimizers proved every segment of what they return; asking again in one go gives the
+            // certificate its claims, and an answer never rests on their bookkeeping.
+            answer.proofs = if answer.path == input.path { Some(proofs) } else { proved(validator, &answer.path) };
+            assert!(answer.proofs.is_some(), "an optimizer returned a path that the validator does not prove");
+        }
+        PathVerdict::Refused { segment, hit } => {
+            answer.refusal = Some(refusal(validator, &input.path, segment, &hit));
+            if hit.reason != HitReason::Collision && !settings.strict && settings.mode != Mode::Check {
+                // Not provable, but nowhere found colliding: optimized all the same. Nothing is published,
+                // and the result counts only if all of it is proved.
+                answer.optimize(validator, settings, input, stop, &mut |_| {});
+                answer.proofs = proved(validator, &answer.path);
+                match answer.proofs {
+                    Some(_) => answer.refusal = None,
+                    None => answer.path = input.path.clone(),
+                }
+            }
+        }
+    }
+    answer.floors = validator.floors().to_vec();
+    answer.work = validator.work();
+    answer
+}
+
+/// Proves the input, lowering floors unless that is forbidden.
+fn prove_input(validator: &mut Validator, path: &Path, strict: bool, stop: &mut dyn FnMut() -> bool) -> PathVerdict {
+    let asked = validator.floors().to_vec();
+    let verdict = path_proof::prove_input(validator, path, stop);
+    let lowered = validator.floors() != asked;
+    match verdict {
+        PathVerdict::Proved(_) if strict && lowered => {
+            for (pair, floor) in asked.iter().enumerate() {
+                validator.set_floor(pair, *floor);
+            }
+            path_proof::prove(validator, path, stop)
+        }
+        verdict => verdict,
+    }
+}
+
+fn proved(validator: &mut Validator, path: &Path) -> Option<Vec<SegmentProof>> {
+    match path_proof::prove(validator, path, &mut || false) {
+        PathVerdict::Proved(proofs) => Some(proofs),
+        _ => None,
+    }
+}
+
+impl Answer {
+    fn optimize(
+        &mut self,
+        validator: &mut Validator,
+        settings: &Settings,
+        input: &Input,
+        stop: &mut dyn FnMut() -> bool,
+        publish: &mut dyn FnMut(Improvement),
+    ) {
+        let budget = if settings.work_budget == 0 { DEFAULT_WORK_BUDGET } else { settings.work_budget };
+        let task = Task {
+            model: validator.model(),
+            space: &input.space,
+            metric: &input.metric,
+            held: &input.held,
+            fixed: &input.fixed,
+            moving: &input.moving,
+            seed: settings.seed,
+            work_budget: validator.work().saturating_add(budget),
+        };
+        let optimizer = match settings.mode {
+            Mode::Check => return,
+            Mode::Gradient => gradient::optimize,
+            Mode::RandomShortcut => shortcut::random,
+            Mode::PartialShortcut => shortcut::partial,
+        };
+        (self.iterations, self.termination) = optimizer(&task, &mut self.path, validator, stop, publish);
+    }
+
+    fn into_outcome(self, model: &CollisionModel, path: &Path, settings: &Settings, input: &Input) -> Outcome {
+        let mut scratch = vec![0.0; input.space.nv()];
+        let mut length = |path: &Path| input.metric.length(&input.space, path.as_flat(), &mut scratch);
+        let (length_before, length_after) = (length(&input.path), length(&self.path));
+        let ends = [path.waypoint(0), path.waypoint(path.len() - 1)].concat();
+        let lower_bound = input.metric.length(&input.space, &ends, &mut scratch);
+        let output =
+            if self.path == input.path { path.clone() } else { Restorer::new(path, input).restore(&self.path).clone() };
+        let lowered = self.floors.iter().enumerate().filter(|(_, floor)| **floor < settings.clearance_m);
+        let floors_lowered: Vec<_> =
+            lowered.map(|(pair, &floor_m)| LoweredFloor { bodies: model.pair_names(pair), floor_m }).collect();
+        let named = |lowered: &LoweredFloor| {
+            let [a, b] = lowered.bodies.clone();
+            (a, b, lowered.floor_m)
+        };
+        let certificate = self.proofs.map(|proofs| {
+            let lowered = floors_lowered.iter().map(named).collect();
+            Certificate::new(model, &output, settings.clearance_m, lowered, &proofs)
+        });
+        Outcome {
+            path: output,
+            proved: certificate.is_some(),
+            refusal: self.refusal,
+            length_before,
+            length_after,
+            lower_bound,
+            weights: input.metric.weights().to_vec(),
+            clearance_m: settings.clearance_m,
+            floor_m: floors_lowered.iter().map(|lowered| lowered.floor_m).fold(settings.clearance_m, f64::min),
+            floors_lowered,
+            iterations: self.iterations,
+            work: self.work,
+            termination: self.termination,
+            warnings: input.warnings.clone(),
+            certificate,
+        }
+    }
+}
+
+/// Gives waypoints that must stay as they were the caller's bits back: the optimizers' form of a row may
+/// differ by whole turns of a circle or the norm of a quaternion.
+struct Restorer {
+    /// The optimizers' form of each fixed waypoint and the caller's, in order.
+    rows: Vec<(Vec<f64>, Vec<f64>)>,
+    buffer: Path,
+}
+
+impl Restorer {
+    fn new(path: &Path, input: &Input) -> Self {
+        let originals = input.origins.iter().map(|&origin| path.waypoint(origin).to_vec());
+        let pairs = input.path.waypoints().map(<[f64]>::to_vec).zip(originals).zip(&input.fixed);
+        let rows = pairs.filter(|(_, fixed)| **fixed).map(|(pair, _)| pair).collect();
+        Self { rows, buffer: input.path.clone() }
+    }
+
+    fn restore(&mut self, path: &Path) -> &Path {
+        self.buffer.clone_from(path);
+        let mut fixed = self.rows.iter();
+        let mut next = fixed.next();
+        for index in 0..path.len() {
+            // The last row is the last fixed one even where an earlier row equals it.
+            if let Some((row, original)) = next
+                && path.waypoint(index) == row
+            {
+                self.buffer.waypoint_mut(index).copy_from_slice(original);
+                next = fixed.next();
+            }
+        }
+        &self.buffer
+    }
+
+    fn publish(&mut self, improvement: &Improvement, publish: &mut dyn FnMut(Improvement)) {
+        let (length, iterations) = (improvement.length, improvement.iterations);
+        publish(Improvement { path: self.restore(improvement.path), length, iterations });
+    }
+}
+
+fn refusal(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) -> Refusal {
+    let model = validator.model();
+    let touches = |validator: &mut Validator, waypoint: usize| {
+        hit.reason == HitReason::Collision
+            && validator.contact(hit.pair, path.waypoint(waypoint)).distance <= TOUCHING_M
+    };
+    let place = if touches(validator, 0) {
+        RefusalPlace::Start
+    } else if touches(validator, path.len() - 1) {
+        RefusalPlace::Goal
+    } else {
+        RefusalPlace::Between
+    };
+    Refusal {
+        reason: hit.reason,
+        place,
+        segment,
+        t: hit.t,
+        bodies: model.pair_names(hit.pair),
+        points: [hit.contact.point_a, hit.contact.point_b],
+        normal: hit.contact.normal,
+        depth_m: -hit.contact.distance,
+        proved_prefix: segment as f64 + hit.proved_until,
+        hint: String::new(),
+    }
+}
+
+/// A link that no joint moves stands in an obstacle.
+fn standing_overlap(bodies: [String; 2], contact: Contact) -> Refusal {
+    let [link, object] = &bodies;
+    let hint = format!(
+        "no joint moves {link}; if it may touch {object}, add [\"{link}\", \"{object}\"] to allowed_collisions"
+    );
+    Refusal {
+        reason: HitReason::Collision,
+        place: RefusalPlace::Start,
+        segment: 0,
+        t: 0.0,
+        points: [contact.point_a, contact.point_b],
+        normal: contact.normal,
+        depth_m: -contact.distance,
+        proved_prefix: 0.0,
+        hint,
+        bodies,
+    }
+}

@@ -1,0 +1,289 @@
+//! The certified check of one segment: bisection with one forward kinematics per interval, shared by all
+//! pairs, and a list of undecided pairs that shrinks on the way down.
+//!
+//! At an interval, for each pair in its list: a lower bound of the distance over the whole interval
+//! reaches the pair's floor → the pair is done; the bodies touch in the middle → collision; they are
+//! closer than 1.5 floors → too close; otherwise both halves look again. Pairs that go on are at least
+//! 1.5 floors apart in the middle, so they end when their displacement bound falls to half a floor:
+//! everything clearer than 1.5 floors is proved, everything proved is at least one floor clear.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use super::interval::{IntervalVerdict, PairInterval};
+use super::motion::{MotionBounds, Twist};
+use super::{Contact, Hit, HitReason, SegmentProof, SegmentVerdict};
+use crate::collision::piece::Transform;
+use crate::collision::query::{self, TOUCHING_M};
+use crate::collision::{BodyPair, CollisionModel};
+use crate::robot::{ConfigurationSpace, Kinematics};
+
+/// Intervals that one pair at a lowered floor may take on one segment before it counts as not provable.
+pub const LOWERED_FLOOR_INTERVALS: u32 = 100_000;
+
+/// Reusable memory of a validator; nothing in it outlives a segment but its capacity.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    kinematics: Kinematics,
+    configuration: Vec<f64>,
+    velocity: Vec<f64>,
+    bounds: Vec<MotionBounds>,
+    placed: Vec<Transform>,
+    /// World twists of the links, per unit t.
+    twists: Vec<Twist>,
+    /// Lists of undecided pairs, each a range of this.
+    lists: Vec<u32>,
+    queue: VecDeque<Interval>,
+    /// Intervals spent by each pair with a lowered floor, on this segment.
+    spent: Vec<u32>,
+}
+
+/// `[middle − half, middle + half]` of a segment, and the pairs that are undecided there.
+#[derive(Clone, Copy, Debug)]
+struct Interval {
+    middle: f64,
+    half: f64,
+    first: usize,
+    last: usize,
+}
+
+/// Proves segments for one request: one robot and scene, one set of floors.
+pub struct Validator<'a> {
+    model: &'a CollisionModel,
+    space: &'a ConfigurationSpace,
+    held: &'a [f64],
+    scratch: &'a mut Scratch,
+    clearance: f64,
+    floors: Vec<f64>,
+    work: u64,
+    /// The pair that was refused last is looked at first.
+    suspect: u32,
+}
+
+impl<'a> Validator<'a> {
+    /// A validator whose floors are all `clearance` [m]; `held` are the values of the robot's held variables.
+    pub fn new(
+        model: &'a CollisionModel,
+        space: &'a ConfigurationSpace,
+        held: &'a [f64],
+        clearance: f64,
+        scratch: &'a mut Scratch,
+    ) -> Self {
+        scratch.configuration.resize(space.nq(), 0.0);
+        scratch.velocity.resize(space.nv(), 0.0);
+        scratch.bounds.resize_with(model.bodies().len(), MotionBounds::default);
+        scratch.spent.clear();
+        scratch.spent.resize(model.pairs().len(), 0);
+        let floors = vec![clearance; model.pairs().len()];
+        Self { model, space, held, scratch, clearance, floors, work: 0, suspect: 0 }
+    }
+
+    /// Floor of each pair [m].
+    pub fn floors(&self) -> &[f64] {
+        &self.floors
+    }
+    /// Sets the floor of one pair [m].
+    pub fn set_floor(&mut self, pair: usize, floor: f64) {
+        self.floors[pair] = floor;
+    }
+    /// Pairs of balls looked at since the validator was made: what work is counted in.
+    pub fn work(&self) -> u64 {
+        self.work
+    }
+    /// The model that is checked.
+    pub fn model(&self) -> &'a CollisionModel {
+        self.model
+    }
+
+    /// Proves the straight segment between two configurations, or refuses it as soon as anything is found.
+    ///
+    /// Intervals are looked at from wide to narrow, so that a refusal is much cheaper than a proof.
+    /// `stop` is asked at every interval.
+    pub fn segment(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> SegmentVerdict {
+        let whole = self.begin(from, to);
+        self.scratch.queue.push_back(whole);
+        let mut proof = SegmentProof::EMPTY;
+        while let Some(interval) = self.scratch.queue.pop_front() {
+            if stop() {
+                return SegmentVerdict::Stopped;
+            }
+            let examined = self.examine(from, &interval, Until::FirstRefusal, &mut proof);
+            if let Some((pair, reason)) = examined.refused {
+                return SegmentVerdict::Refused(self.hit(&interval, pair, reason));
+            }
+            self.scratch.queue.extend(interval.halves(examined.undecided).into_iter().flatten());
+        }
+        SegmentVerdict::Proved(proof)
+    }
+
+    /// The same verdict as [`Self::segment`], but a refusal is the first along the segment, found to
+    /// [`FINEST`]: everything before its `proved_until` is proved.
+    pub fn first_hit(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> SegmentVerdict {
+        let whole = self.begin(from, to);
+        self.scratch.queue.push_back(whole);
+        let (mut proof, mut earliest) = (SegmentProof::EMPTY, None);
+        // A stack on which the left half is always next; a hit makes all that waits to its right idle.
+        while let Some(interval) = self.scratch.queue.pop_back() {
+            if stop() {
+                return SegmentVerdict::Stopped;
+            }
+            let examined = self.examine(from, &interval, Until::EveryPair, &mut proof);
+            let [left, right] = interval.halves(examined.undecided);
+            if let Some((pair, reason)) = examined.refused {
+                earliest = Some(self.hit(&interval, pair, reason));
+                self.scratch.queue.clear();
+                self.scratch.queue.extend(left.filter(|left| left.half > FINEST));
+            } else {
+                self.scratch.queue.extend(right.into_iter().chain(left));
+            }
+        }
+        earliest.map_or(SegmentVerdict::Proved(proof), SegmentVerdict::Refused)
+    }
+
+    /// Closest points of a pair at one configuration, exact, in the world.
+    pub fn contact(&mut self, pair: usize, configuration: &[f64]) -> Contact {
+        let robot = self.model.robot();
+        self.scratch.kinematics.update(robot, configuration, self.held);
+        let BodyPair { a, b, .. } = self.model.pairs()[pair];
+        let (a, b) = (&self.model.bodies()[a], &self.model.bodies()[b]);
+        query::closest(a, &a.placed(&self.scratch.kinematics), b, &b.placed(&self.scratch.kinematics))
+    }
+
+    /// The first pair that touches or overlaps at one configuration, bodies inside meshes included.
+    pub fn collision_at(&mut self, configuration: &[f64]) -> Option<(usize, Contact)> {
+        (0..self.model.pairs().len()).find_map(|pair| {
+            let contact = self.contact(pair, configuration);
+            (contact.distance <= TOUCHING_M).then_some((pair, contact))
+        })
+    }
+
+    /// Prepares the motion bounds of a segment; returns its whole interval with every pair undecided.
+    fn begin(&mut self, from: &[f64], to: &[f64]) -> Interval {
+        let scratch = &mut *self.scratch;
+        self.space.difference(to, from, &mut scratch.velocity);
+        for (bounds, body) in scratch.bounds.iter_mut().zip(self.model.bodies()) {
+            bounds.update(body, from, &scratch.velocity, self.held);
+        }
+        let pairs = self.model.pairs().len() as u32;
+        scratch.lists.clear();
+        scratch.lists.extend(Some(self.suspect).filter(|&pair| pair < pairs));
+        scratch.lists.extend((0..pairs).filter(|&pair| pair != self.suspect));
+        scratch.spent.fill(0);
+        scratch.queue.clear();
+        Interval { middle: 0.5, half: 0.5, first: 0, last: scratch.lists.len() }
+    }
+
+    /// Decides what can be decided on an interval; the pairs left over become a new list.
+    fn examine(&mut self, from: &[f64], interval: &Interval, until: Until, proof: &mut SegmentProof) -> Examined {
+        proof.intervals += 1;
+        self.place(from, interval.middle);
+        let first = self.scratch.lists.len();
+        let mut refused = None;
+        for slot in interval.first..interval.last {
+            let pair = self.scratch.lists[slot];
+            let reason = match self.decide(pair as usize, interval.half) {
+                IntervalVerdict::Proved(kept) => {
+                    proof.clearance_m = proof.clearance_m.min(kept);
+                    continue;
+                }
+                IntervalVerdict::Collision => Some(HitReason::Collision),
+                IntervalVerdict::TooClose => Some(HitReason::TooClose),
+                IntervalVerdict::Split => self.spend(pair as usize).then_some(HitReason::Uncertified),
+            };
+            self.scratch.lists.push(pair);
+            if let Some(reason) = reason {
+                self.suspect = pair;
+                refused = refused.or(Some((pair as usize, reason)));
+                if until == Until::FirstRefusal {
+                    break;
+                }
+            }
+        }
+        Examined { refused, undecided: first..self.scratch.lists.len() }
+    }
+
+    /// Counts an interval against a pair with a lowered floor; true once it has had its share.
+    fn spend(&mut self, pair: usize) -> bool {
+        if self.floors[pair] >= self.clearance {
+            return false;
+        }
+        self.scratch.spent[pair] += 1;
+        self.scratch.spent[pair] > LOWERED_FLOOR_INTERVALS
+    }
+
+    /// Kinematics of the segment at ratio `t`.
+    fn place(&mut self, from: &[f64], t: f64) {
+        let (robot, scratch) = (self.model.robot(), &mut *self.scratch);
+        self.space.integrate(from, &scratch.velocity, t, &mut scratch.configuration);
+        scratch.kinematics.update(robot, &scratch.configuration, self.held);
+        scratch.kinematics.update_velocities(robot, &scratch.velocity);
+        let kinematics = &scratch.kinematics;
+        scratch.placed.clear();
+        scratch.placed.extend(self.model.bodies().iter().map(|body| body.placed(kinematics)));
+        scratch.twists.clear();
+        scratch.twists.extend(kinematics.poses().iter().enumerate().map(|(link, pose)| {
+            Twist::through(kinematics.angular()[link], kinematics.linear()[link], pose.translation)
+        }));
+    }
+
+    fn decide(&mut self, pair: usize, half: f64) -> IntervalVerdict {
+        let (BodyPair { a, b, ancestor, motions_above: [above_a, above_b] }, scratch) =
+            (self.model.pairs()[pair], &*self.scratch);
+        let (body_a, body_b) = (&self.model.bodies()[a], &self.model.bodies()[b]);
+        let (bounds_a, bounds_b) = (&scratch.bounds[a], &scratch.bounds[b]);
+        let carrier = ancestor.map_or(Twist::default(), |link| scratch.twists[link]);
+        let twist = |link: Option<usize>| match link {
+            Some(link) => scratch.twists[link].relative_to(&carrier).scaled(half),
+            None => Twist::default(),
+        };
+        let bend = 0.5 * half * half * (bounds_a.acceleration(above_a) + bounds_b.acceleration(above_b));
+        let travel = half * (bounds_a.speed(above_a) + bounds_b.speed(above_b));
+        let (placed_a, placed_b) = (&scratch.placed[a], &scratch.placed[b]);
+        let interval = PairInterval {
+            a: body_a,
+            b: body_b,
+            relative: placed_b.inverse_of(placed_a),
+            twist_a: twist(body_a.link).seen_from(placed_b),
+            twist_b: twist(body_b.link).seen_from(placed_b),
+            bend,
+            travel,
+            floor: self.floors[pair],
+        };
+        interval.decide(&mut self.work)
+    }
+
+    fn hit(&mut self, interval: &Interval, pair: usize, reason: HitReason) -> Hit {
+        let BodyPair { a, b, .. } = self.model.pairs()[pair];
+        let (placed, bodies) = (&self.scratch.placed, self.model.bodies());
+        let contact = query::closest(&bodies[a], &placed[a], &bodies[b], &placed[b]);
+        // What decided may have seen another part of the bodies; the closest points have the last word.
+        let reason = if contact.distance <= TOUCHING_M { HitReason::Collision } else { reason };
+        Hit { reason, t: interval.middle, pair, contact, proved_until: interval.middle - interval.half }
+    }
+}
+
+/// Width to which [`Validator::first_hit`] narrows a refusal down.
+pub const FINEST: f64 = 1.0 / 2048.0;
+
+/// When an interval has been looked at enough.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Until {
+    /// One refusal settles the segment.
+    FirstRefusal,
+    /// The left half needs all that is undecided.
+    EveryPair,
+}
+
+struct Examined {
+    refused: Option<(usize, HitReason)>,
+    undecided: Range<usize>,
+}
+
+impl Interval {
+    /// Both halves with the pairs of `list`, left first; nothing where the list is empty.
+    fn halves(&self, list: Range<usize>) -> [Option<Self>; 2] {
+        let half = self.half / 2.0;
+        let side = |middle| (!list.is_empty()).then_some(Self { middle, half, first: list.start, last: list.end });
+        [side(self.middle - half), side(self.middle + half)]
+    }
+}

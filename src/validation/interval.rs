@@ -1,0 +1,144 @@
+//! One pair of bodies on one interval: proved free, refused, or to be split.
+//!
+//! The search goes down both ball trees at once, in B's frame. Each test is the theorem of
+//! [`motion`](super::motion) for the two convex solids at hand: a ball moves like its centre, so its
+//! radius never meets the angular velocity.
+
+use super::motion::Twist;
+use crate::collision::body::Body;
+use crate::collision::distance;
+use crate::collision::piece::Transform;
+use crate::collision::query::{self, Split, TOUCHING_M};
+use crate::collision::tree::Ball;
+use crate::math::Vec3;
+
+/// Allowed for the rounding of poses, distances and bounds [m]: a thousand times what they amount to in
+/// a world of a kilometre.
+pub const ROUNDING_M: f64 = 1e-9;
+
+/// Two bodies on an interval, everything in B's frame and multiplied by the interval's half width.
+pub struct PairInterval<'a> {
+    /// Pieces of A.
+    pub a: &'a Body,
+    /// Pieces of B.
+    pub b: &'a Body,
+    /// A's frame in B's.
+    pub relative: Transform,
+    /// Half displacement of A's points relative to the common ancestor.
+    pub twist_a: Twist,
+    /// The same of B's.
+    pub twist_b: Twist,
+    /// ½ h² (A_A + A_B) [m].
+    pub bend: f64,
+    /// h (V_A + V_B) [m], the plain bound.
+    pub travel: f64,
+    /// Distance to be proved [m].
+    pub floor: f64,
+}
+
+/// What came of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum IntervalVerdict {
+    /// The pair keeps this distance [m] on the whole interval.
+    Proved(f64),
+    /// In the middle the bodies touch or overlap.
+    Collision,
+    /// In the middle they are closer than 1.5 times the floor.
+    TooClose,
+    /// Nothing is decided: look at both halves.
+    Split,
+}
+
+impl PairInterval<'_> {
+    /// Decides the interval; `visits` counts the pairs of balls looked at.
+    pub fn decide(&self, visits: &mut u64) -> IntervalVerdict {
+        self.descend(0, 0, visits)
+    }
+
+    fn descend(&self, a: u32, b: u32, visits: &mut u64) -> IntervalVerdict {
+        *visits += 1;
+        let (ball_a, ball_b) = (self.a.tree.ball(a), self.b.tree.ball(b));
+        let kept = self.kept_by_balls(ball_a, ball_b);
+        if kept >= self.floor + ROUNDING_M {
+            return IntervalVerdict::Proved(kept);
+        }
+        match query::children(ball_a, ball_b) {
+            Split::Neither(i, j) => self.decide_pieces(i as usize, j as usize),
+            Split::A(left, right) => {
+                let first_is_left = self.ball_gap(left, b) <= self.ball_gap(right, b);
+                let (near, far) = if first_is_left { (left, right) } else { (right, left) };
+                both(self.descend(near, b, visits), || self.descend(far, b, visits))
+            }
+            Split::B(left, right) => {
+                let first_is_left = self.ball_gap(a, left) <= self.ball_gap(a, right);
+                let (near, far) = if first_is_left { (left, right) } else { (right, left) };
+                both(self.descend(a, near, visits), || self.descend(a, far, visits))
+            }
+        }
+    }
+
+    fn ball_gap(&self, a: u32, b: u32) -> f64 {
+        let (a, b) = (self.a.tree.ball(a), self.b.tree.ball(b));
+        self.relative.point(a.center).distance(b.center) - a.radius - b.radius
+    }
+
+    /// Distance that two balls keep on the interval; for a single piece of B, the piece itself.
+    fn kept_by_balls(&self, a: &Ball, b: &Ball) -> f64 {
+        let center_a = self.relative.point(a.center);
+        if let Some(piece) = self.b.tree.leaf(b) {
+            let nearest = distance::closest_on(&piece.core, center_a);
+            let offset = center_a - nearest;
+            let length = offset.length();
+            if length < TOUCHING_M {
+                return f64::NEG_INFINITY;
+            }
+            let normal = offset / length;
+            let gap = normal.dot(center_a - piece.core.support(normal)) - a.radius - piece.radius;
+            let reference = piece.center();
+            return gap - self.displacement(normal, center_a, 0.0, reference, || piece.core.farthest(reference));
+        }
+        let offset = center_a - b.center;
+        let length = offset.length();
+        if length < TOUCHING_M {
+            return f64::NEG_INFINITY;
+        }
+        length - a.radius - b.radius - self.displacement(offset / length, center_a, 0.0, b.center, || 0.0)
+    }
+
+    fn decide_pieces(&self, i: usize, j: usize) -> IntervalVerdict {
+        let (piece_a, piece_b) = (self.a.tree.pieces()[i].transformed(&self.relative), &self.b.tree.pieces()[j]);
+        let apart = distance::separation(&piece_a, piece_b);
+        if (apart.point_a - apart.point_b).dot(apart.normal) <= TOUCHING_M {
+            return IntervalVerdict::Collision;
+        }
+        if apart.gap < 1.5 * self.floor {
+            return IntervalVerdict::TooClose;
+        }
+        let (center_a, center_b) = (piece_a.center(), piece_b.center());
+        let radius_a = piece_a.core.farthest(center_a);
+        let moved = self.displacement(apart.normal, center_a, radius_a, center_b, || piece_b.core.farthest(center_b));
+        let kept = apart.gap - moved;
+        if kept >= self.floor + ROUNDING_M { IntervalVerdict::Proved(kept) } else { IntervalVerdict::Split }
+    }
+
+    /// D: how much the gap along `normal` can shrink, for solids that reach `radius` about their points.
+    fn displacement(&self, normal: Vec3, a: Vec3, radius_a: f64, b: Vec3, radius_b: impl Fn() -> f64) -> f64 {
+        let approach = normal.dot(self.twist_a.at(a) - self.twist_b.at(b)).abs();
+        let turn_a = if radius_a > 0.0 { normal.cross(self.twist_a.angular).length() * radius_a } else { 0.0 };
+        let still = self.twist_b.angular == Vec3::ZERO;
+        let turn_b = if still { 0.0 } else { normal.cross(self.twist_b.angular).length() * radius_b() };
+        (approach + turn_a + turn_b + self.bend).min(self.travel)
+    }
+}
+
+/// Both must hold: a refusal wins over everything, a split over a proof.
+fn both(first: IntervalVerdict, second: impl FnOnce() -> IntervalVerdict) -> IntervalVerdict {
+    match first {
+        IntervalVerdict::Proved(kept) => match second() {
+            IntervalVerdict::Proved(other) => IntervalVerdict::Proved(kept.min(other)),
+            undecided => undecided,
+        },
+        // The interval will be looked at again in halves; what is left of the trees waits for them.
+        undecided => undecided,
+    }
+}
