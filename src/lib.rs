@@ -3,6 +3,7 @@
 //! Pure: no clock, no thread, no disk, no log. Time comes in as a `stop` closure, files as bytes.
 
 pub mod collision;
+pub mod files;
 pub(crate) mod hash;
 pub mod math;
 pub mod optimize;
@@ -10,4 +11,6 @@ pub mod path;
 pub mod robot;
 pub mod scene;
 pub mod shape;
+#[cfg(test)]
+pub(crate) mod testing;
 pub mod validation;

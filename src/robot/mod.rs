@@ -7,6 +7,9 @@ pub mod description;
 pub mod joint;
 pub mod kinematics;
 pub mod model;
+pub mod srdf;
+pub mod urdf;
+mod xml;
 
 pub use configuration::{Component, ConfigurationSpace};
 pub use description::{

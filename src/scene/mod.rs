@@ -1,5 +1,7 @@
 //! Scenes: obstacles in the world, and the pairs that may touch. Knows no robot.
 
+pub mod scene_file;
+
 use std::collections::BTreeSet;
 
 use crate::hash::ContentHasher;

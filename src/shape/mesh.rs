@@ -1,6 +1,11 @@
 //! Triangle meshes: what a mesh file becomes once it is checked.
 
+use std::collections::HashMap;
+
 use crate::math::Vec3;
+
+/// A mesh larger than this [m] was probably drawn in millimetres.
+const SUSPICIOUS_SIZE_M: f64 = 10.0;
 
 /// A checked triangle mesh [m], scale already applied.
 ///
@@ -10,6 +15,7 @@ pub struct Mesh {
     name: String,
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
+    warnings: Vec<String>,
 }
 
 /// Why a mesh was refused.
@@ -47,6 +53,11 @@ impl Mesh {
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
+    /// What is odd about the mesh, a line each: its size, holes in its surface, a surface turned inside out.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
     /// One vertex of every connected part of the surface.
     pub fn parts(&self) -> Vec<Vec3> {
         let mut parent: Vec<usize> = (0..self.vertices.len()).collect();
@@ -78,26 +89,85 @@ impl Mesh {
         self.triangles.iter().map(six_fold).sum::<f64>() / 6.0
     }
 
-    /// Checks and takes vertices and triangles; degenerate triangles are dropped.
+    /// Checks and takes vertices and triangles.
+    ///
+    /// Vertices that are exactly equal are merged (STL repeats them) and degenerate triangles dropped.
+    ///
+    /// # Errors
+    /// A vertex that is not finite, an index out of range, no triangle with an area.
     pub fn new(name: impl Into<String>, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<Self, MeshError> {
         let name = name.into();
         if let Some(bad) = vertices.iter().position(|v| !v.is_finite()) {
             return Err(MeshError::Unreadable { name, reason: format!("vertex {bad} is not finite") });
         }
-        let count = triangles.len();
         let in_range = |t: &[u32; 3]| t.iter().all(|&i| (i as usize) < vertices.len());
         if let Some(bad) = triangles.iter().position(|t| !in_range(t)) {
             let reason = format!("triangle {bad} names a vertex beyond the {} read", vertices.len());
             return Err(MeshError::Unreadable { name, reason });
         }
-        let area = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|i| vertices[i as usize]);
-            (b - a).cross(c - a).length()
-        };
-        let triangles: Vec<_> = triangles.into_iter().filter(|t| area(t) > 0.0).collect();
-        if triangles.is_empty() {
-            return Err(MeshError::Empty { name, triangles: count });
+        let (vertices, mut welded) = weld(&vertices, &triangles);
+        // Before slivers are dropped: they have no area, but they do close the surface.
+        let edges = edges(&welded);
+        let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length();
+        welded.retain(|t| area(corners(&vertices, *t)) > 0.0);
+        if welded.is_empty() {
+            return Err(MeshError::Empty { name, triangles: triangles.len() });
         }
-        Ok(Self { name, vertices, triangles })
+        let mut mesh = Self { name, vertices, triangles: welded, warnings: Vec::new() };
+        mesh.warnings = oddities(&mesh, edges);
+        Ok(mesh)
     }
+}
+
+/// Merges equal vertices and drops triangles that this leaves with two corners.
+fn weld(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let mut known: HashMap<[u64; 3], u32> = HashMap::with_capacity(vertices.len());
+    let mut kept = Vec::new();
+    let merged: Vec<u32> = vertices
+        .iter()
+        .map(|vertex| {
+            // Adding 0 makes one zero of both.
+            *known.entry(vertex.to_array().map(|c| (c + 0.0).to_bits())).or_insert_with(|| {
+                kept.push(*vertex);
+                (kept.len() - 1) as u32
+            })
+        })
+        .collect();
+    let renamed = triangles.iter().map(|t| t.map(|i| merged[i as usize]));
+    (kept, renamed.filter(|[a, b, c]| a != b && b != c && c != a).collect())
+}
+
+fn corners(vertices: &[Vec3], triangle: [u32; 3]) -> [Vec3; 3] {
+    triangle.map(|i| vertices[i as usize])
+}
+
+fn oddities(mesh: &Mesh, (edges, open): (usize, usize)) -> Vec<String> {
+    let (mut found, name) = (Vec::new(), &mesh.name);
+    let bounds = |(low, high): (Vec3, Vec3), v: &Vec3| (low.min(*v), high.max(*v));
+    let (low, high) = mesh.vertices.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), bounds);
+    let size = high - low;
+    if size.max_element() > SUSPICIOUS_SIZE_M {
+        let text = format!("is {:.1} × {:.1} × {:.1} m large", size.x, size.y, size.z);
+        found.push(format!("mesh {name} {text}; if it was drawn in millimetres, give it the scale 0.001"));
+    }
+    let volume = mesh.signed_volume();
+    if open > 0 {
+        let text = format!("is not closed: {open} of {edges} edges do not belong to exactly two triangles");
+        found.push(format!("mesh {name} {text}; a point inside it may count as outside"));
+    } else if volume < 0.0 {
+        let text = format!("faces inwards (signed volume {volume:.3e} m³)");
+        found.push(format!("mesh {name} {text}; it is taken as the solid that its surface encloses"));
+    }
+    found
+}
+
+/// Number of edges, and of those that do not belong to exactly two triangles.
+fn edges(triangles: &[[u32; 3]]) -> (usize, usize) {
+    let mut uses: HashMap<(u32, u32), u32> = HashMap::new();
+    for &[a, b, c] in triangles {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            *uses.entry((from.min(to), from.max(to))).or_default() += 1;
+        }
+    }
+    (uses.len(), uses.values().filter(|count| **count != 2).count())
 }

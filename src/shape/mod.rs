@@ -1,6 +1,7 @@
 //! Shapes of links and obstacles, and the meshes they may be. Knows neither robots nor scenes.
 
 pub mod mesh;
+pub mod mesh_file;
 
 use std::sync::Arc;
 

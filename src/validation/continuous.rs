@@ -227,29 +227,34 @@ impl<'a> Validator<'a> {
     }
 
     fn decide(&mut self, pair: usize, half: f64) -> IntervalVerdict {
-        let (BodyPair { a, b, ancestor, motions_above: [above_a, above_b] }, scratch) =
-            (self.model.pairs()[pair], &*self.scratch);
+        let mut visits = 0;
+        let verdict = self.pair_interval(pair, half).decide(&mut visits);
+        self.work += visits;
+        verdict
+    }
+
+    /// The pair on the interval of this half width about the configuration that was placed last.
+    fn pair_interval(&self, pair: usize, half: f64) -> PairInterval<'_> {
+        let (BodyPair { a, b, ancestor, motions_above }, scratch) = (self.model.pairs()[pair], &*self.scratch);
         let (body_a, body_b) = (&self.model.bodies()[a], &self.model.bodies()[b]);
         let (bounds_a, bounds_b) = (&scratch.bounds[a], &scratch.bounds[b]);
+        let [above_a, above_b] = motions_above;
         let carrier = ancestor.map_or(Twist::default(), |link| scratch.twists[link]);
         let twist = |link: Option<usize>| match link {
             Some(link) => scratch.twists[link].relative_to(&carrier).scaled(half),
             None => Twist::default(),
         };
-        let bend = 0.5 * half * half * (bounds_a.acceleration(above_a) + bounds_b.acceleration(above_b));
-        let travel = half * (bounds_a.speed(above_a) + bounds_b.speed(above_b));
         let (placed_a, placed_b) = (&scratch.placed[a], &scratch.placed[b]);
-        let interval = PairInterval {
+        PairInterval {
             a: body_a,
             b: body_b,
             relative: placed_b.inverse_of(placed_a),
             twist_a: twist(body_a.link).seen_from(placed_b),
             twist_b: twist(body_b.link).seen_from(placed_b),
-            bend,
-            travel,
+            bend: 0.5 * half * half * (bounds_a.acceleration(above_a) + bounds_b.acceleration(above_b)),
+            travel: half * (bounds_a.speed(above_a) + bounds_b.speed(above_b)),
             floor: self.floors[pair],
-        };
-        interval.decide(&mut self.work)
+        }
     }
 
     fn hit(&mut self, interval: &Interval, pair: usize, reason: HitReason) -> Hit {
@@ -259,6 +264,24 @@ impl<'a> Validator<'a> {
         // What decided may have seen another part of the bodies; the closest points have the last word.
         let reason = if contact.distance <= TOUCHING_M { HitReason::Collision } else { reason };
         Hit { reason, t: interval.middle, pair, contact, proved_until: interval.middle - interval.half }
+    }
+}
+
+#[cfg(test)]
+impl Validator<'_> {
+    /// Support gap and displacement bound of the closest pieces of a pair on one interval, for the tests of
+    /// the bound; `None` where the pieces are too close for a direction.
+    pub(crate) fn closest_bound(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        middle: f64,
+        half: f64,
+        pair: usize,
+    ) -> Option<(f64, f64)> {
+        self.begin(from, to);
+        self.place(from, middle);
+        self.pair_interval(pair, half).weakest_pieces()
     }
 }
 

@@ -6,7 +6,7 @@
 
 use super::motion::Twist;
 use crate::collision::body::Body;
-use crate::collision::distance;
+use crate::collision::distance::{self, Separation};
 use crate::collision::piece::Transform;
 use crate::collision::query::{self, Split, TOUCHING_M};
 use crate::collision::tree::Ball;
@@ -106,19 +106,34 @@ impl PairInterval<'_> {
     }
 
     fn decide_pieces(&self, i: usize, j: usize) -> IntervalVerdict {
-        let (piece_a, piece_b) = (self.a.tree.pieces()[i].transformed(&self.relative), &self.b.tree.pieces()[j]);
-        let apart = distance::separation(&piece_a, piece_b);
+        let (apart, moved) = self.pieces(i, j);
         if (apart.point_a - apart.point_b).dot(apart.normal) <= TOUCHING_M {
             return IntervalVerdict::Collision;
         }
         if apart.gap < 1.5 * self.floor {
             return IntervalVerdict::TooClose;
         }
+        let kept = apart.gap - moved;
+        if kept >= self.floor + ROUNDING_M { IntervalVerdict::Proved(kept) } else { IntervalVerdict::Split }
+    }
+
+    /// Separation of two pieces in the middle, and how much of it the interval can take.
+    fn pieces(&self, i: usize, j: usize) -> (Separation, f64) {
+        let (piece_a, piece_b) = (self.a.tree.pieces()[i].transformed(&self.relative), &self.b.tree.pieces()[j]);
+        let apart = distance::separation(&piece_a, piece_b);
         let (center_a, center_b) = (piece_a.center(), piece_b.center());
         let radius_a = piece_a.core.farthest(center_a);
         let moved = self.displacement(apart.normal, center_a, radius_a, center_b, || piece_b.core.farthest(center_b));
-        let kept = apart.gap - moved;
-        if kept >= self.floor + ROUNDING_M { IntervalVerdict::Proved(kept) } else { IntervalVerdict::Split }
+        (apart, moved)
+    }
+
+    /// Gap and displacement bound of the two pieces that keep least.
+    #[cfg(test)]
+    pub fn weakest_pieces(&self) -> Option<(f64, f64)> {
+        let pieces = |tree: &crate::collision::tree::BallTree| 0..tree.pieces().len();
+        let all = pieces(&self.a.tree).flat_map(|i| pieces(&self.b.tree).map(move |j| (i, j)));
+        let bounds = all.map(|(i, j)| self.pieces(i, j)).map(|(apart, moved)| (apart.gap, moved));
+        bounds.min_by(|x, y| (x.0 - x.1).total_cmp(&(y.0 - y.1))).filter(|(gap, _)| *gap > 1e-6)
     }
 
     /// D: how much the gap along `normal` can shrink, for solids that reach `radius` about their points.

@@ -5,6 +5,8 @@ pub mod continuous;
 pub mod interval;
 pub mod motion;
 pub mod path_proof;
+#[cfg(test)]
+mod soundness;
 
 pub use certificate::{Certificate, SegmentClaim};
 pub use continuous::{Scratch, Validator};

@@ -1,0 +1,163 @@
+//! The only reader of robot, scene and problem files. The core gets what it reads, never a path.
+//!
+//! Everything that cannot be read gives one line: the file, the line where it is known, the value,
+//! the valid values and the next step.
+
+mod packages;
+mod problem;
+mod table;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+pub use packages::Packages;
+pub use problem::{Geometry, Peer, Problem};
+pub use table::PathTable;
+
+use crate::math::Vec3;
+use crate::robot::{RobotDescription, RobotError, srdf, urdf};
+use crate::scene::scene_file::SceneFile;
+use crate::scene::{Scene, SceneError};
+use crate::shape::{Mesh, MeshError, mesh_file};
+
+/// Why a file was refused.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FileError {
+    /// The file is not there or cannot be read.
+    #[error("{}: {reason}", file.display())]
+    Unreadable {
+        /// File.
+        file: PathBuf,
+        /// What the system says.
+        reason: String,
+    },
+    /// A URDF or SRDF, or the robot that they make.
+    #[error("{}: {source}", file.display())]
+    Robot {
+        /// File.
+        file: PathBuf,
+        /// What is wrong.
+        source: RobotError,
+    },
+    /// A scene.
+    #[error("{}: {source}", file.display())]
+    Scene {
+        /// File.
+        file: PathBuf,
+        /// What is wrong.
+        source: SceneError,
+    },
+    /// Anything else that a file says wrongly.
+    #[error("{}: {text}", file.display())]
+    Content {
+        /// File.
+        file: PathBuf,
+        /// What is wrong, with line and valid values where known.
+        text: String,
+    },
+}
+
+/// Reads files; keeps every mesh that it has read, since problems share robots.
+#[derive(Debug, Default)]
+pub struct Reader {
+    packages: Packages,
+    meshes: HashMap<(PathBuf, [u64; 3]), Arc<Mesh>>,
+}
+
+impl Reader {
+    /// A reader that finds `package://` names with `packages`.
+    pub fn new(packages: Packages) -> Self {
+        Self { packages, meshes: HashMap::new() }
+    }
+
+    /// Reads a robot. Its virtual joint is the SRDF's; without an SRDF its root is fixed.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no URDF or SRDF.
+    pub fn robot(&mut self, urdf: &Path, srdf: Option<&Path>) -> Result<RobotDescription, FileError> {
+        self.robot_with(urdf, srdf, &BTreeMap::new())
+    }
+
+    /// The same with packages that go before the reader's own.
+    fn robot_with(
+        &mut self,
+        urdf: &Path,
+        srdf: Option<&Path>,
+        packages: &BTreeMap<String, PathBuf>,
+    ) -> Result<RobotDescription, FileError> {
+        let text = read_text(urdf)?;
+        let packages = self.packages.with(packages);
+        let folder = folder_of(urdf);
+        let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder);
+        let mut robot =
+            urdf::parse(&text, &mut meshes).map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
+        if let Some(srdf) = srdf {
+            let (semantics, warnings) = srdf::parse(&read_text(srdf)?, &robot)
+                .map_err(|source| FileError::Robot { file: srdf.to_owned(), source })?;
+            robot.warnings.extend(warnings);
+            robot.virtual_joint = semantics.virtual_joint.clone();
+            robot.semantics = Some(semantics);
+        }
+        Ok(robot)
+    }
+
+    /// Reads a scene file, or the scene of a problem file. Meshes are found beside it.
+    ///
+    /// # Errors
+    /// A file that cannot be read or holds no scene.
+    pub fn scene(&mut self, file: &Path) -> Result<Scene, FileError> {
+        #[derive(serde::Deserialize)]
+        struct Holder {
+            scene: SceneFile,
+        }
+        let text = read_text(file)?;
+        let of_problem = serde_json::from_str::<Holder>(&text).map(|holder| holder.scene);
+        let scene = of_problem.or_else(|_| serde_json::from_str(&text)).map_err(|error| FileError::Scene {
+            file: file.to_owned(),
+            source: SceneError::Syntax(format!("not a scene: {error}")),
+        })?;
+        self.build_scene(scene, file, &BTreeMap::new())
+    }
+
+    fn build_scene(
+        &mut self,
+        scene: SceneFile,
+        file: &Path,
+        packages: &BTreeMap<String, PathBuf>,
+    ) -> Result<Scene, FileError> {
+        let packages = self.packages.with(packages);
+        let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder_of(file));
+        scene.build(&mut meshes).map_err(|source| FileError::Scene { file: file.to_owned(), source })
+    }
+
+    /// Reads a mesh once per scale. `name` is the file as the robot or scene in `folder` calls it.
+    fn mesh(&mut self, name: &str, scale: Vec3, packages: &Packages, folder: &Path) -> Result<Arc<Mesh>, MeshError> {
+        let refuse = |reason: String| MeshError::Unreadable { name: name.to_owned(), reason };
+        let file = packages.resolve(name, folder).map_err(refuse)?;
+        let key = (file, scale.to_array().map(f64::to_bits));
+        if let Some(mesh) = self.meshes.get(&key) {
+            return Ok(mesh.clone());
+        }
+        let bytes = std::fs::read(&key.0).map_err(|error| refuse(format!("{}: {error}", key.0.display())))?;
+        let mesh = Arc::new(mesh_file::read(name, &bytes, scale)?);
+        self.meshes.insert(key, mesh.clone());
+        Ok(mesh)
+    }
+}
+
+/// Folder that the relative names in a file start from.
+fn folder_of(file: &Path) -> &Path {
+    match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+fn read_text(file: &Path) -> Result<String, FileError> {
+    std::fs::read_to_string(file)
+        .map_err(|error| FileError::Unreadable { file: file.to_owned(), reason: error.to_string() })
+}

@@ -1,0 +1,230 @@
+//! Problem files, `taut-problem/1`: a robot, a scene, a planner's path, and what others made of it.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::{FileError, Reader, folder_of, read_text};
+use crate::path;
+use crate::robot::{JointKind, RobotDescription, RobotModel, VirtualJoint};
+use crate::scene::Scene;
+use crate::scene::scene_file::SceneFile;
+
+const FORMAT: &str = "taut-problem/1";
+
+/// Which model of the robot to take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Geometry {
+    /// `urdf`: the robot's own collision shapes.
+    #[default]
+    Given,
+    /// `spherized_urdf`: the robot as spheres.
+    Spheres,
+}
+
+/// A problem, read and checked, except that the path may still be refused against the robot's limits.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// The file it was read from.
+    pub file: PathBuf,
+    /// Label.
+    pub name: String,
+    /// The robot's own file.
+    pub urdf: PathBuf,
+    /// The robot, with the problem's variables, virtual joint and allowed pairs.
+    pub robot: RobotDescription,
+    /// Which of the robot's models it is.
+    pub geometry: Geometry,
+    /// Whether the problem has a sphere model too.
+    pub has_spheres: bool,
+    /// The scene.
+    pub scene: Scene,
+    /// The planner's path, columns in the order of the robot's variables.
+    pub path: path::Path,
+    /// Weights of the problem's metric, one per velocity coordinate; `None` where it gives none.
+    pub weights: Option<Vec<f64>>,
+    /// Length of the path as the file says, in the problem's metric.
+    pub path_length: Option<f64>,
+    /// Distance of the ends as the file says.
+    pub lower_bound: Option<f64>,
+    /// Recorded answers of other optimizers, by name.
+    pub peers: BTreeMap<String, Peer>,
+    /// The shortest answer that every check found valid: its name and figures.
+    pub best_honest_peer: Option<(String, Peer)>,
+    /// Recorded checks of the peers' paths with exact meshes, as the file has them.
+    pub mesh_check: serde_json::Value,
+}
+
+/// A recorded answer of another optimizer.
+#[derive(Clone, Debug, Default, Deserialize)]
+pub struct Peer {
+    /// Length in the problem's metric.
+    pub length: f64,
+    /// CPU time [s].
+    pub cpu_s: f64,
+    /// Whether every check found it valid.
+    #[serde(default)]
+    pub honest: bool,
+    /// Its waypoints, where recorded.
+    #[serde(default)]
+    pub path: Option<Vec<Vec<f64>>>,
+}
+
+#[derive(Deserialize)]
+struct ProblemFile {
+    format: String,
+    name: String,
+    robot: RobotPart,
+    variables: Vec<String>,
+    metric: Option<MetricPart>,
+    scene: SceneFile,
+    path: Vec<Vec<f64>>,
+    path_length: Option<f64>,
+    lower_bound: Option<f64>,
+    #[serde(default)]
+    peers: BTreeMap<String, Peer>,
+    best_honest_peer: Option<BestPeer>,
+    #[serde(default)]
+    mesh_check: serde_json::Value,
+}
+
+#[derive(Deserialize)]
+struct RobotPart {
+    name: Option<String>,
+    urdf: PathBuf,
+    srdf: Option<PathBuf>,
+    spherized_urdf: Option<PathBuf>,
+    #[serde(default)]
+    allowed_collisions: Vec<(String, String)>,
+    #[serde(default)]
+    spherized_allowed_collisions: Vec<(String, String)>,
+    #[serde(default)]
+    packages: BTreeMap<String, PathBuf>,
+    virtual_joint: Option<VirtualJointPart>,
+}
+
+#[derive(Deserialize)]
+struct VirtualJointPart {
+    name: String,
+    #[serde(rename = "type")]
+    kind: String,
+    #[serde(default)]
+    position_bounds: Vec<(f64, f64)>,
+}
+
+#[derive(Deserialize)]
+struct MetricPart {
+    weights_per_dof: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+struct BestPeer {
+    name: String,
+    #[serde(flatten)]
+    figures: Peer,
+}
+
+impl Reader {
+    /// Reads a problem file and the robot and meshes that it names, relative to its folder.
+    ///
+    /// # Errors
+    /// A file that cannot be read or says something wrong; `Spheres` where the problem has none.
+    pub fn problem(&mut self, file: &Path, geometry: Geometry) -> Result<Problem, FileError> {
+        let refuse = |text: String| FileError::Content { file: file.to_owned(), text };
+        let text = read_text(file)?;
+        let parsed: ProblemFile =
+            serde_json::from_str(&text).map_err(|error| refuse(format!("not a problem file: {error}")))?;
+        if parsed.format != FORMAT {
+            return Err(refuse(format!("its format is {:?}; valid: {FORMAT:?}", parsed.format)));
+        }
+        let path = rows(&parsed.path, parsed.variables.len()).map_err(refuse)?;
+        let folder = folder_of(file);
+        let packages = parsed.robot.packages.iter().map(|(name, dir)| (name.clone(), folder.join(dir))).collect();
+        let has_spheres = parsed.robot.spherized_urdf.is_some();
+        let (urdf, mut robot) = self.problem_robot(&parsed.robot, geometry, folder, &packages, &refuse)?;
+        robot.variables = Some(parsed.variables);
+        let scene = self.build_scene(parsed.scene, file, &packages)?;
+        Ok(Problem {
+            file: file.to_owned(),
+            name: parsed.name,
+            urdf,
+            robot,
+            geometry,
+            has_spheres,
+            scene,
+            path,
+            weights: parsed.metric.map(|metric| metric.weights_per_dof),
+            path_length: parsed.path_length,
+            lower_bound: parsed.lower_bound,
+            peers: parsed.peers,
+            best_honest_peer: parsed.best_honest_peer.map(|best| (best.name, best.figures)),
+            mesh_check: parsed.mesh_check,
+        })
+    }
+
+    fn problem_robot(
+        &mut self,
+        part: &RobotPart,
+        geometry: Geometry,
+        folder: &Path,
+        packages: &BTreeMap<String, PathBuf>,
+        refuse: &dyn Fn(String) -> FileError,
+    ) -> Result<(PathBuf, RobotDescription), FileError> {
+        let mut allowed = part.allowed_collisions.clone();
+        let urdf = match geometry {
+            Geometry::Given => &part.urdf,
+            Geometry::Spheres => {
+                allowed.extend(part.spherized_allowed_collisions.iter().cloned());
+                let none = || refuse("it has no spherized_urdf; use the geometry given".to_owned());
+                part.spherized_urdf.as_ref().ok_or_else(none)?
+            }
+        };
+        let (urdf, srdf) = (folder.join(urdf), part.srdf.as_ref().map(|srdf| folder.join(srdf)));
+        let mut robot = self.robot_with(&urdf, srdf.as_deref(), packages)?;
+        if let Some(name) = &part.name {
+            robot.name.clone_from(name);
+        }
+        // The problem decides, whatever the SRDF says.
+        robot.virtual_joint = part.virtual_joint.as_ref().map(virtual_joint).transpose().map_err(refuse)?;
+        robot.allowed_collisions = allowed;
+        Ok((urdf, robot))
+    }
+}
+
+impl Problem {
+    /// Builds the robot.
+    ///
+    /// # Errors
+    /// What [`RobotModel::new`] refuses, with the robot's file.
+    pub fn model(&self) -> Result<RobotModel, FileError> {
+        RobotModel::new(self.robot.clone()).map_err(|source| FileError::Robot { file: self.urdf.clone(), source })
+    }
+}
+
+fn virtual_joint(part: &VirtualJointPart) -> Result<VirtualJoint, String> {
+    let name = &part.name;
+    let (kind, translations) = match part.kind.as_str() {
+        "planar" => (JointKind::Planar, 2),
+        "floating" => (JointKind::Floating, 3),
+        "fixed" => (JointKind::Fixed, 0),
+        other => {
+            let valid = "fixed, planar, floating";
+            return Err(format!("virtual joint {name:?} has the type {other:?}; valid types: {valid}"));
+        }
+    };
+    let bounds = part.position_bounds.len();
+    if bounds != 0 && bounds != translations {
+        let text = format!("virtual joint {name:?} has {bounds} position_bounds");
+        return Err(format!("{text}; a {} joint has {translations} translations", part.kind));
+    }
+    Ok(VirtualJoint { name: name.clone(), kind, position_bounds: part.position_bounds.clone() })
+}
+
+/// Rows of `columns` finite numbers as a path.
+fn rows(rows: &[Vec<f64>], columns: usize) -> Result<path::Path, String> {
+    if let Some((index, row)) = rows.iter().enumerate().find(|(_, row)| row.len() != columns) {
+        return Err(format!("path row {index} has {} numbers, \"variables\" names {columns} columns", row.len()));
+    }
+    path::Path::from_rows(columns, rows.concat()).ok_or_else(|| "the path is empty; it needs a waypoint".to_owned())
+}

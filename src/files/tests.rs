@@ -1,0 +1,179 @@
+use std::fs;
+
+use super::*;
+
+/// A folder with a robot in a package, a scene and a problem.
+fn folder() -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let file = dir.path().join(name);
+        fs::create_dir_all(file.parent().unwrap()).unwrap();
+        fs::write(file, text).unwrap();
+    };
+    let wedge = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    write("arm_package/meshes/wedge.obj", wedge);
+    let link = |name: &str, shape: &str| {
+        format!("<link name='{name}'><collision><geometry>{shape}</geometry></collision></link>\n")
+    };
+    let joints = "<joint name='slide' type='prismatic'><parent link='base'/><child link='tool'/>
+        <limit lower='0' upper='1'/></joint></robot>";
+    let mesh = "<mesh filename='package://arm_package/meshes/wedge.obj' scale='0.1 0.1 0.1'/>";
+    let robot = |shape: &str| format!("<robot name='file'>{}{}{joints}", link("base", mesh), link("tool", shape));
+    write("arm_package/urdf/arm.urdf", &robot("<box size='1 1 1'/>"));
+    write("arm_package/urdf/arm_spheres.urdf", &robot("<sphere radius='1'/>"));
+    let srdf = "<robot name='file'><disable_collisions link1='base' link2='tool'/>
+        <virtual_joint name='srdf_root' type='planar' parent_frame='w' child_link='base'/></robot>";
+    write("arm_package/arm.srdf", srdf);
+    write("problems/p.json", PROBLEM);
+    dir
+}
+
+const PROBLEM: &str = r#"{ "format": "taut-problem/1", "name": "p",
+    "robot": { "name": "arm", "urdf": "../arm_package/urdf/arm.urdf", "srdf": "../arm_package/arm.srdf",
+        "spherized_urdf": "../arm_package/urdf/arm_spheres.urdf", "spherized_allowed_collisions": [["base", "tool"]],
+        "virtual_joint": { "name": "root", "type": "planar", "position_bounds": [[-1, 1], [-2, 2]] } },
+    "variables": ["slide", "root/x", "root/y", "root/theta"],
+    "metric": { "weights_per_dof": [1, 1, 1, 0.5] },
+    "scene": { "name": "s", "objects": [ { "id": "wedge",
+        "meshes": [ { "file": "../arm_package/meshes/wedge.obj", "scale": [1, 1, 1] } ], "mesh_poses": [ {} ] } ] },
+    "path": [[0, 0, 0, 0], [0, 1, 0, 0], [1, 1, 0, 0]], "path_length": 2.0, "lower_bound": 1.4142135623730951,
+    "peers": { "other": { "length": 1.5, "cpu_s": 0.001, "honest": true, "more": 1 } },
+    "best_honest_peer": { "name": "other", "length": 1.5, "cpu_s": 0.001 }, "unknown": 1 }"#;
+
+fn problem(dir: &Path, text: &str, geometry: Geometry) -> Result<Problem, FileError> {
+    let file = dir.join("problems/p.json");
+    fs::write(&file, text).unwrap();
+    Reader::default().problem(&file, geometry)
+}
+
+#[test]
+fn a_problem_decides_on_the_virtual_joint_and_the_order_of_columns() {
+    let dir = folder();
+    let problem = problem(dir.path(), PROBLEM, Geometry::Given).unwrap();
+    let model = problem.model().unwrap();
+    assert_eq!((problem.name.as_str(), model.name()), ("p", "arm"));
+    let names: Vec<&str> = model.variables().iter().map(|v| v.name.as_str()).collect();
+    assert_eq!(names, ["slide", "root/x", "root/y", "root/theta"]);
+    assert_eq!((model.variables()[2].lower, model.variables()[2].upper), (-2.0, 2.0));
+    assert_eq!(problem.path.waypoint(2), [1.0, 1.0, 0.0, 0.0]);
+    assert_eq!(problem.weights, Some(vec![1.0, 1.0, 1.0, 0.5]));
+    assert!(problem.has_spheres && problem.peers["other"].honest);
+    assert_eq!(problem.best_honest_peer.unwrap().0, "other");
+    assert_eq!(problem.scene.obstacles().len(), 1);
+
+    let fixed =
+        PROBLEM.replace(r#"{ "name": "root", "type": "planar", "position_bounds": [[-1, 1], [-2, 2]] }"#, "null");
+    let fixed = fixed.replace(r#""slide", "root/x", "root/y", "root/theta""#, r#""slide""#);
+    let fixed = fixed.replace("[[0, 0, 0, 0], [0, 1, 0, 0], [1, 1, 0, 0]]", "[[0], [1]]");
+    let problem = self::problem(dir.path(), &fixed, Geometry::Given).unwrap();
+    assert_eq!(problem.model().unwrap().space().nv(), 1, "null fixes the root, whatever the SRDF says");
+}
+
+#[test]
+fn spheres_come_with_their_own_allowed_pairs() {
+    let dir = folder();
+    let problem = problem(dir.path(), PROBLEM, Geometry::Spheres).unwrap();
+    assert!(matches!(problem.robot.links[1].collision[0].shape, crate::shape::Shape::Sphere { .. }));
+    assert_eq!(problem.robot.allowed_collisions.len(), 1);
+    let none = PROBLEM.replace("spherized_urdf", "other");
+    let text = self::problem(dir.path(), &none, Geometry::Spheres).unwrap_err().to_string();
+    assert!(text.contains("p.json") && text.contains("spherized_urdf"), "{text}");
+}
+
+#[test]
+fn a_bad_problem_says_what_and_where() {
+    let dir = folder();
+    for (old, new, parts) in [
+        ("taut-problem/1", "taut-problem/9", ["p.json", "taut-problem/9", "taut-problem/1"]),
+        ("[0, 1, 0, 0]", "[0, 1, 0]", ["p.json", "path row 1", "4 columns"]),
+        ("\"path\": [[0, 0, 0, 0], [0, 1, 0, 0], [1, 1, 0, 0]]", "\"path\": []", ["p.json", "path", "empty"]),
+        ("[0, 1, 0, 0]", "[0, \"1\", 0, 0]", ["p.json", "line 9", "f64"]),
+        ("\"planar\"", "\"ball\"", ["p.json", "ball", "floating"]),
+        ("[[-1, 1], [-2, 2]]", "[[-1, 1]]", ["p.json", "1 position_bounds", "2 translations"]),
+        ("arm.urdf", "leg.urdf", ["leg.urdf", "No such file", ""]),
+        ("../arm_package/meshes", "../meshes", ["p.json", "wedge", "../meshes/wedge.obj"]),
+    ] {
+        let text = problem(dir.path(), &PROBLEM.replace(old, new), Geometry::Given).unwrap_err().to_string();
+        assert!(parts.iter().all(|part| text.contains(part)), "{text:?} lacks one of {parts:?}");
+    }
+    let unknown = PROBLEM.replace("\"slide\"", "\"slid\"");
+    let text = problem(dir.path(), &unknown, Geometry::Given).unwrap().model().unwrap_err().to_string();
+    assert!(text.contains("arm.urdf") && text.contains("slid") && text.contains("root/theta"), "{text}");
+}
+
+#[test]
+fn a_package_is_found_by_name_by_environment_and_above_the_robot() {
+    let dir = folder();
+    let urdf = dir.path().join("arm_package/urdf/arm.urdf");
+    let reference = "package://arm_package/meshes/wedge.obj";
+    let beside = Packages::default().resolve(reference, urdf.parent().unwrap()).unwrap();
+    assert!(beside.ends_with("arm_package/meshes/wedge.obj"));
+
+    let elsewhere = tempfile::tempdir().unwrap();
+    let named = BTreeMap::from([("arm_package".to_owned(), dir.path().join("arm_package"))]);
+    assert!(Packages::new(named.clone()).resolve(reference, elsewhere.path()).is_ok());
+    let text = Packages::default().resolve(reference, elsewhere.path()).unwrap_err();
+    assert!(text.contains("--package arm_package=FOLDER"), "{text}");
+    let wrong = Packages::new(named).resolve("package://arm_package/no.obj", elsewhere.path()).unwrap_err();
+    assert!(wrong.contains("no.obj") && wrong.contains("arm_package"), "{wrong}");
+
+    let file = format!("file://{}", dir.path().join("arm_package/arm.srdf").display());
+    assert!(Packages::default().resolve(&file, elsewhere.path()).is_ok());
+    assert!(Packages::default().resolve("../arm.srdf", urdf.parent().unwrap()).is_ok());
+}
+
+#[test]
+fn a_robot_without_a_problem_takes_the_srdfs_virtual_joint() {
+    let dir = folder();
+    let urdf = dir.path().join("arm_package/urdf/arm.urdf");
+    let mut reader = Reader::default();
+    assert!(reader.robot(&urdf, None).unwrap().virtual_joint.is_none());
+    let srdf = dir.path().join("arm_package/arm.srdf");
+    assert_eq!(reader.robot(&urdf, Some(&srdf)).unwrap().virtual_joint.unwrap().name, "srdf_root");
+    let text = reader.robot(&urdf, Some(&dir.path().join("no.srdf"))).unwrap_err().to_string();
+    assert!(text.contains("no.srdf"), "{text}");
+}
+
+fn variables(names: &[&str]) -> Vec<crate::robot::Variable> {
+    let free = |name: &&str| crate::robot::Variable { name: (*name).to_owned(), lower: -1.0, upper: 1.0 };
+    names.iter().map(free).collect()
+}
+
+fn table(name: &str, text: &str) -> Result<PathTable, FileError> {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join(name);
+    fs::write(&file, text).unwrap();
+    PathTable::read(&file)
+}
+
+#[test]
+fn columns_go_to_the_robots_order_by_name() {
+    let json = r#"{ "variables": ["b", "a"], "path": [[1, 2], [3, 4]] }"#;
+    let csv = "# a comment\nb, a\n1, 2\n3, 4\n";
+    for (name, text) in [("p.json", json), ("p.csv", csv)] {
+        let path = table(name, text).unwrap().into_path(&variables(&["a", "b"])).unwrap();
+        assert_eq!(path.as_flat(), [2.0, 1.0, 4.0, 3.0]);
+    }
+}
+
+#[test]
+fn a_bad_path_says_what_and_where() {
+    for (name, text, parts) in [
+        ("p.csv", "a,b\n1,2\n3,x\n", ["p.csv", "line 3", "\"b\"", "\"x\""]),
+        ("p.csv", "a,b\n1,NaN\n", ["p.csv", "line 2", "\"b\"", "NaN"]),
+        ("p.csv", "a,b\n1,2\n3\n", ["p.csv", "line 3", "1 numbers", "2"]),
+        ("p.csv", "1,2\n3,4\n", ["p.csv", "line 1", "header", ""]),
+        ("p.csv", "a,b\n", ["p.csv", "empty", "", ""]),
+        ("p.csv", "a,a\n1,2\n", ["p.csv", "\"a\"", "twice", ""]),
+        ("p.json", "{ \"path\": [[1]] }", ["p.json", "variables", "line 1", ".csv"]),
+        ("p.json", "{ \"variables\": [\"a\"], \"path\": [[1, 2]] }", ["p.json", "row 0", "2 numbers", "1 columns"]),
+    ] {
+        let text = table(name, text).expect_err("must be refused").to_string();
+        assert!(parts.iter().all(|part| text.contains(part)), "{text:?} lacks one of {parts:?}");
+    }
+    let read = || table("p.csv", "a,b\n1,2\n").unwrap();
+    let text = read().into_path(&variables(&["a"])).unwrap_err().to_string();
+    assert!(text.contains("\"b\" is no variable") && text.contains("valid: a"), "{text}");
+    let text = read().into_path(&variables(&["a", "b", "c"])).unwrap_err().to_string();
+    assert!(text.contains("\"c\" is missing") && text.contains("a, b, c"), "{text}");
+}

@@ -1,0 +1,83 @@
+use super::*;
+use crate::robot::{RobotModel, urdf};
+
+const ROBOT: &str = "<robot name='r'>
+    <link name='base'/><link name='left'/><link name='left_hand'/><link name='right'/><link name='right_hand'/>
+    <joint name='l1' type='continuous'><parent link='base'/><child link='left'/></joint>
+    <joint name='l2' type='continuous'><parent link='left'/><child link='left_hand'/></joint>
+    <joint name='r1' type='continuous'><parent link='base'/><child link='right'/></joint>
+    <joint name='r2' type='fixed'><parent link='right'/><child link='right_hand'/></joint></robot>";
+
+fn robot() -> RobotDescription {
+    urdf::parse(ROBOT, &mut |_, _| unreachable!("no meshes")).unwrap()
+}
+
+fn read(body: &str) -> Result<(Semantics, Vec<String>), RobotError> {
+    parse(&format!("<robot name='r'>\n{body}</robot>"), &robot())
+}
+
+fn assert_refused(body: &str, parts: &[&str]) {
+    let text = read(body).expect_err("must be refused").to_string();
+    assert!(parts.iter().all(|part| text.contains(part)), "{text:?} lacks one of {parts:?}");
+}
+
+#[test]
+fn groups_resolve_to_joints() {
+    let body = "<virtual_joint name='world' type='planar' parent_frame='odom' child_link='base'/>
+        <group name='both'><group name='left'/><group name='right'/><joint name='l1'/></group>
+        <group name='left'><chain base_link='base' tip_link='left_hand'/></group>
+        <group name='right'><link name='right'/><link name='base'/></group>
+        <group name='across'><chain base_link='left_hand' tip_link='right_hand'/></group>
+        <group name='odd'><joint name='gone'/></group>
+        <group_state name='home' group='left'><joint name='l1' value='0.5'/><joint name='l2' value='1 2'/></group_state>";
+    let (semantics, warnings) = read(body).unwrap();
+    let joints = |name: &str| semantics.groups.iter().find(|g| g.name == name).unwrap().joints.join(" ");
+    assert_eq!(joints("left"), "l1 l2");
+    assert_eq!(joints("right"), "r1 world", "the root link is carried by the virtual joint");
+    assert_eq!(joints("both"), "l1 l2 r1 world");
+    assert_eq!(joints("across"), "l2 l1 r1 r2");
+    assert_eq!(joints("odd"), "");
+    assert!(warnings[0].contains("line 7") && warnings[0].contains("gone"), "{warnings:?}");
+    assert_eq!(semantics.group_states[0].values[1], ("l2".to_owned(), vec![1.0, 2.0]));
+
+    let mut description = robot();
+    description.virtual_joint = semantics.virtual_joint.clone();
+    description.semantics = Some(semantics);
+    let model = RobotModel::new(description).unwrap();
+    assert_eq!(model.space().nv(), 6);
+    assert_eq!(model.groups()[2].1, [true, true, true, false, false, true]);
+}
+
+#[test]
+fn pairs_are_disabled_by_name_by_default_and_enabled_again() {
+    let body = "<disable_collisions link1='right' link2='left' reason='Never'/>
+        <disable_default_collisions link='left_hand'/><enable_collisions link1='left_hand' link2='right'/>";
+    let (semantics, _) = read(body).unwrap();
+    let pairs: Vec<String> = semantics.disabled_collisions.iter().map(|(a, b)| format!("{a}-{b}")).collect();
+    assert_eq!(pairs, ["base-left_hand", "left-left_hand", "left-right", "left_hand-right_hand"]);
+}
+
+#[test]
+fn a_virtual_joint_must_carry_the_root() {
+    let (semantics, warnings) =
+        read("<virtual_joint name='v' type='floating' parent_frame='w' child_link='left'/>").unwrap();
+    assert!(semantics.virtual_joint.is_none());
+    assert!(warnings[0].contains("\"left\"") && warnings[0].contains("root"), "{warnings:?}");
+    assert_refused("<virtual_joint name='v' type='ball' child_link='base'/>", &["line 2", "ball", "floating"]);
+}
+
+#[test]
+fn what_cannot_be_read_is_refused_with_its_line() {
+    assert_refused(
+        "<group name='a'><group name='b'/></group>\n<group name='b'><group name='a'/></group>",
+        &["itself", "a → b → a"],
+    );
+    assert_refused("<group name='a'>\n<group name='b'/></group>", &["line 3", "\"b\"", "known: a"]);
+    assert_refused("<group name='a'/><group name='a'/>", &["group", "twice"]);
+    assert_refused("<disable_collisions link1='left'/>", &["line 2", "link2"]);
+    assert_refused(
+        "<group_state name='s' group='a'><joint name='l1' value='x'/></group_state>",
+        &["line 2", "\"s\"", "x"],
+    );
+    assert_refused("<group_state name='s' group='a'><joint name='l1'/></group_state>", &["line 2", "\"s\"", "value"]);
+}

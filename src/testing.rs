@@ -1,0 +1,220 @@
+//! Random robots and scenes for the tests, and an oracle that shares nothing with the checker but the
+//! description: nalgebra poses and parry's shapes and distances.
+
+use std::sync::Arc;
+
+use fastrand::Rng;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use parry3d_f64::query;
+use parry3d_f64::shape::{Ball, Capsule, Cuboid, Cylinder, SharedShape, TriMesh};
+
+use crate::collision::CollisionModel;
+use crate::math::{Pose, Quat, Vec3, quat_exp};
+use crate::robot::{Drive, JointDescription, JointKind, LinkDescription, Mimic, RobotDescription, RobotModel};
+use crate::robot::{VirtualJoint, configuration};
+use crate::scene::{Obstacle, Scene};
+use crate::shape::{Mesh, PlacedShape, Shape};
+
+pub fn uniform(rng: &mut Rng, low: f64, high: f64) -> f64 {
+    low + (high - low) * rng.f64()
+}
+
+pub fn vector(rng: &mut Rng, size: f64) -> Vec3 {
+    Vec3::new(uniform(rng, -size, size), uniform(rng, -size, size), uniform(rng, -size, size))
+}
+
+pub fn pose(rng: &mut Rng, size: f64) -> Pose {
+    Pose::from_parts(vector(rng, size), quat_exp(vector(rng, 1.8)))
+}
+
+pub fn shape(rng: &mut Rng) -> Shape {
+    let kind = rng.u8(0..6);
+    let mut size = || uniform(rng, 0.03, 0.25);
+    match kind {
+        0 => Shape::sphere(size()).unwrap(),
+        1 => Shape::cuboid(Vec3::new(size(), size(), size()) * 2.0).unwrap(),
+        2 => Shape::cylinder(2.0 * size(), size()).unwrap(),
+        3 => Shape::capsule(2.0 * size(), size()).unwrap(),
+        // A wall of a millimetre.
+        4 => Shape::cuboid(Vec3::new(4.0 * size(), 4.0 * size(), 1e-3)).unwrap(),
+        _ => Shape::Mesh(Arc::new(wedge(Vec3::new(size(), size(), size())))),
+    }
+}
+
+/// A closed mesh that is not convex: a box whose top is pressed in to its middle.
+pub fn wedge(half: Vec3) -> Mesh {
+    let corner = |x: f64, y: f64, z: f64| Vec3::new(x * half.x, y * half.y, z * half.z);
+    let mut vertices = vec![corner(0.0, 0.0, 0.0)];
+    for z in [-1.0, 1.0] {
+        vertices.extend([corner(-1.0, -1.0, z), corner(1.0, -1.0, z), corner(1.0, 1.0, z), corner(-1.0, 1.0, z)]);
+    }
+    let mut triangles = vec![[1, 3, 2], [1, 4, 3]];
+    for i in 0..4u32 {
+        let j = (i + 1) % 4;
+        triangles.extend([[1 + i, 1 + j, 5 + j], [1 + i, 5 + j, 5 + i], [5 + i, 5 + j, 0]]);
+    }
+    Mesh::new("wedge", vertices, triangles).unwrap()
+}
+
+/// A random tree of all joint kinds: chains, branches, mimics, a root that may move.
+pub fn robot(rng: &mut Rng) -> RobotModel {
+    let count = rng.usize(2..7);
+    let mut description = RobotDescription { name: "random".into(), ..RobotDescription::default() };
+    let kind = [JointKind::Fixed, JointKind::Planar, JointKind::Floating][rng.usize(0..3)];
+    if kind != JointKind::Fixed {
+        description.virtual_joint = Some(VirtualJoint { name: "root".into(), kind, position_bounds: Vec::new() });
+    }
+    for i in 0..count {
+        let bodies = rng.usize(0..3);
+        let collision = (0..bodies).map(|_| PlacedShape { pose: pose(rng, 0.15), shape: shape(rng) }).collect();
+        description.links.push(LinkDescription { name: format!("link{i}"), collision });
+        if i == 0 {
+            continue;
+        }
+        let parent = if rng.f64() < 0.75 { i - 1 } else { rng.usize(0..i) };
+        let kind = match rng.u8(0..10) {
+            0 => JointKind::Fixed,
+            1 | 2 => JointKind::Prismatic,
+            3 => JointKind::Continuous,
+            4 => JointKind::Planar,
+            5 => JointKind::Floating,
+            _ => JointKind::Revolute,
+        };
+        let master = description.joints.iter().filter(|j| j.mimic.is_none() && j.kind == kind && kind.nq() == 1);
+        let master = master.map(|j| j.name.clone()).last().filter(|_| rng.f64() < 0.25);
+        description.joints.push(JointDescription {
+            name: format!("joint{i}"),
+            kind,
+            parent: format!("link{parent}"),
+            child: format!("link{i}"),
+            origin: pose(rng, 0.4),
+            axis: vector(rng, 1.0) + Vec3::new(0.0, 0.0, 1e-3),
+            limits: Some(if kind == JointKind::Prismatic { (-0.4, 0.5) } else { (-3.0, 3.0) }),
+            mimic: master.map(|joint| Mimic { joint, multiplier: uniform(rng, -2.0, 2.0), offset: 0.1 }),
+        });
+    }
+    RobotModel::new(description).unwrap()
+}
+
+pub fn scene(rng: &mut Rng) -> Scene {
+    let obstacle = |rng: &mut Rng, i: usize| Obstacle {
+        id: format!("obstacle{i}"),
+        shapes: vec![PlacedShape { pose: pose(rng, 0.9), shape: shape(rng) }],
+    };
+    let obstacles = (0..rng.usize(0..9)).map(|i| obstacle(rng, i)).collect();
+    Scene::new("random", obstacles, Vec::new(), Vec::new()).unwrap()
+}
+
+pub fn configuration(rng: &mut Rng, robot: &RobotModel) -> Vec<f64> {
+    let mut q: Vec<f64> = robot.variables().iter().map(|v| uniform(rng, v.lower.max(-1.0), v.upper.min(1.0))).collect();
+    for component in robot.space().components() {
+        if let configuration::Component::Rotation { q: first, .. } = *component {
+            q[first..first + 4].copy_from_slice(&quat_exp(vector(rng, 1.5)).to_array());
+        }
+    }
+    q
+}
+
+/// A second configuration, near or far.
+pub fn neighbour(rng: &mut Rng, robot: &RobotModel, from: &[f64]) -> Vec<f64> {
+    let scale = [0.02, 0.2, 1.0][rng.usize(0..3)];
+    let velocity: Vec<f64> = (0..robot.space().nv()).map(|_| uniform(rng, -scale, scale)).collect();
+    let mut to = vec![0.0; from.len()];
+    robot.space().integrate(from, &velocity, 1.0, &mut to);
+    to
+}
+
+pub fn model(rng: &mut Rng) -> CollisionModel {
+    CollisionModel::new(Arc::new(robot(rng)), Arc::new(scene(rng))).unwrap()
+}
+
+/// World poses of the links by nalgebra, straight from the joints' definitions.
+pub fn link_poses(robot: &RobotModel, q: &[f64]) -> Vec<Isometry3<f64>> {
+    let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
+    let mut poses: Vec<Isometry3<f64>> = Vec::new();
+    for joint in robot.joints() {
+        let x: Vec<f64> = match joint.drive {
+            Drive::Fixed => Vec::new(),
+            Drive::Variable { q: first, .. } => q[first..first + joint.kind.nq()].to_vec(),
+            Drive::Held { first } => held[first..first + joint.kind.nq()].to_vec(),
+            Drive::Mimic { master, multiplier, offset } => match robot.joints()[master].drive {
+                Drive::Variable { q: first, .. } => vec![multiplier * q[first] + offset],
+                Drive::Held { first } => vec![multiplier * held[first] + offset],
+                _ => unreachable!(),
+            },
+        };
+        let axis = Vector3::new(joint.axis.x, joint.axis.y, joint.axis.z);
+        let own = match joint.kind {
+            JointKind::Fixed => Isometry3::identity(),
+            JointKind::Revolute | JointKind::Continuous => Isometry3::rotation(axis * x[0]),
+            JointKind::Prismatic => Isometry3::translation(axis.x * x[0], axis.y * x[0], axis.z * x[0]),
+            JointKind::Planar => Isometry3::new(Vector3::new(x[0], x[1], 0.0), Vector3::z() * x[2]),
+            JointKind::Floating => Isometry3::from_parts(
+                Translation3::new(x[0], x[1], x[2]),
+                UnitQuaternion::new_normalize(nalgebra::Quaternion::new(x[6], x[3], x[4], x[5])),
+            ),
+        };
+        let parent = joint.parent.map_or(Isometry3::identity(), |p| poses[p]);
+        poses.push(parent * isometry(&joint.origin) * own);
+    }
+    poses
+}
+
+fn isometry(pose: &Pose) -> Isometry3<f64> {
+    let (t, r) = (pose.translation, pose.rotation);
+    let rotation = UnitQuaternion::new_normalize(nalgebra::Quaternion::new(r.w, r.x, r.y, r.z));
+    Isometry3::from_parts(Translation3::new(t.x, t.y, t.z), rotation)
+}
+
+fn parry_pose(i: &Isometry3<f64>) -> Pose {
+    let r = i.rotation.coords;
+    Pose::from_parts(Vec3::new(i.translation.x, i.translation.y, i.translation.z), Quat::from_xyzw(r.x, r.y, r.z, r.w))
+}
+
+/// A shape as parry has it; a mesh is its surface.
+fn parry_shape(shape: &Shape) -> (Pose, SharedShape) {
+    // Parry's capsules and cylinders stand along y.
+    let upright = Pose::from_rotation(Quat::from_rotation_x(std::f64::consts::FRAC_PI_2));
+    match shape {
+        Shape::Sphere { radius } => (Pose::identity(), SharedShape::new(Ball::new(*radius))),
+        Shape::Box { half_extents } => (Pose::identity(), SharedShape::new(Cuboid::new(*half_extents))),
+        Shape::Cylinder { radius, half_height } => (upright, SharedShape::new(Cylinder::new(*half_height, *radius))),
+        Shape::Capsule { radius, half_length } => (upright, SharedShape::new(Capsule::new_y(*half_length, *radius))),
+        Shape::Mesh(mesh) => {
+            let mesh = TriMesh::new(mesh.vertices().to_vec(), mesh.triangles().to_vec()).unwrap();
+            (Pose::identity(), SharedShape::new(mesh))
+        }
+    }
+}
+
+/// Smallest distance over a model's pairs at one configuration, by parry; overlap is 0.
+pub struct Oracle {
+    shapes: Vec<Vec<(Pose, SharedShape)>>,
+}
+
+impl Oracle {
+    pub fn new(model: &CollisionModel) -> Self {
+        let place = |s: &PlacedShape| {
+            let (own, shape) = parry_shape(&s.shape);
+            (s.pose * own, shape)
+        };
+        let links = model.robot().links().iter().filter(|l| !l.shapes.is_empty()).map(|l| &l.shapes);
+        let all = links.chain(model.scene().obstacles().iter().map(|o| &o.shapes));
+        Self { shapes: all.map(|shapes| shapes.iter().map(place).collect()).collect() }
+    }
+
+    pub fn pair_distance(&self, model: &CollisionModel, pair: usize, q: &[f64]) -> f64 {
+        let poses = link_poses(model.robot(), q);
+        let pair = model.pairs()[pair];
+        let at = |body: usize| model.bodies()[body].link.map_or(Pose::identity(), |l| parry_pose(&poses[l]));
+        let (at_a, at_b) = (at(pair.a), at(pair.b));
+        let mut least = f64::INFINITY;
+        for (pose_a, a) in &self.shapes[pair.a] {
+            for (pose_b, b) in &self.shapes[pair.b] {
+                let distance = query::distance(&(at_a * *pose_a), &**a, &(at_b * *pose_b), &**b).unwrap();
+                least = least.min(distance.distance);
+            }
+        }
+        least
+    }
+}

@@ -1,0 +1,226 @@
+//! The promises of the checker against oracles that share none of its code.
+
+use fastrand::Rng;
+
+use super::interval::PairInterval;
+use super::motion::{MotionBounds, Twist};
+use super::*;
+use crate::collision::piece::Transform;
+use crate::robot::Kinematics;
+use crate::testing::{self, Oracle};
+
+/// Random cases; `TAUT_CASES` asks for a long run, `TAUT_SEED` for other ones.
+fn cases(short: usize) -> (usize, Rng) {
+    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
+    let seed = number("TAUT_SEED").unwrap_or(20_150_423);
+    println!("seed {seed}");
+    (number("TAUT_CASES").map_or(short, |n| n as usize), Rng::with_seed(seed))
+}
+
+#[test]
+fn kinematics_agree_with_the_definition() {
+    let (count, mut rng) = cases(200);
+    for _ in 0..count {
+        let robot = testing::robot(&mut rng);
+        let q = testing::configuration(&mut rng, &robot);
+        let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
+        let mut kinematics = Kinematics::default();
+        kinematics.update(&robot, &q, &held);
+        for (pose, expected) in kinematics.poses().iter().zip(testing::link_poses(&robot, &q)) {
+            let at = expected.translation.vector;
+            assert!((pose.translation - crate::math::Vec3::new(at.x, at.y, at.z)).length() < 1e-12);
+            let turned = expected.rotation * nalgebra::Vector3::new(0.3, -0.5, 0.8);
+            let ours = pose.rotation * crate::math::Vec3::new(0.3, -0.5, 0.8);
+            assert!((ours - crate::math::Vec3::new(turned.x, turned.y, turned.z)).length() < 1e-12);
+        }
+    }
+}
+
+/// V bounds the sampled speed of every point, and is tight enough to be of use.
+#[test]
+fn speed_and_acceleration_bounds_hold_and_are_tight() {
+    let (count, mut rng) = cases(300);
+    let (mut ratios, mut cut_refuted) = (Vec::new(), 0);
+    for _ in 0..count {
+        let model = testing::model(&mut rng);
+        let robot = model.robot();
+        let from = testing::configuration(&mut rng, robot);
+        let to = testing::neighbour(&mut rng, robot, &from);
+        let mut velocity = vec![0.0; robot.space().nv()];
+        robot.space().difference(&to, &from, &mut velocity);
+        let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
+        for pair in model.pairs() {
+            let (mut bound, mut seen) = (0.0, 0.0);
+            for (body, above) in [(pair.a, pair.motions_above[0]), (pair.b, pair.motions_above[1])] {
+                let body = &model.bodies()[body];
+                let Some(link) = body.link else { continue };
+                let mut bounds = MotionBounds::default();
+                bounds.update(body, &from, &velocity, &held);
+                let (speed, acceleration) = (bounds.speed(above), bounds.acceleration(above));
+                let points: Vec<_> = body.tree.pieces().iter().flat_map(surface_points).collect();
+                let (fastest, hardest) = sampled_motion(robot, &from, &velocity, link, pair.ancestor, &points);
+                assert!(fastest <= speed * (1.0 + 1e-6) + 1e-6, "speed {fastest} above its bound {speed}");
+                assert!(hardest <= acceleration * (1.0 + 1e-3) + 1e-3, "acceleration {hardest} above {acceleration}");
+                bound += speed;
+                seen += fastest;
+            }
+            if seen > 1e-3 {
+                ratios.push(bound / seen);
+                cut_refuted += usize::from(seen > 0.8 * bound);
+            }
+        }
+    }
+    ratios.sort_by(f64::total_cmp);
+    let median = ratios[ratios.len() / 2];
+    println!("{} pairs, median of bound over fastest point {median:.2}, × 0.8 refuted {cut_refuted}", ratios.len());
+    assert!(median <= 3.0, "the bound is valid but of no use: {median}");
+    assert!(cut_refuted > 0, "a bound that can be cut by a fifth has slack to find");
+}
+
+/// Points that span a piece.
+fn surface_points(piece: &crate::collision::piece::Piece) -> Vec<crate::math::Vec3> {
+    let directions = (0..26).map(|i| {
+        let i = i + i / 13;
+        crate::math::Vec3::new((i % 3 - 1) as f64, (i / 3 % 3 - 1) as f64, (i / 9 - 1) as f64)
+    });
+    directions.map(|d| piece.core.support(d) + d.normalize_or_zero() * piece.radius).collect()
+}
+
+/// Fastest and hardest accelerated of `points` of a link in the frame of `ancestor`, by differences.
+fn sampled_motion(
+    robot: &crate::robot::RobotModel,
+    from: &[f64],
+    velocity: &[f64],
+    link: usize,
+    ancestor: Option<usize>,
+    points: &[crate::math::Vec3],
+) -> (f64, f64) {
+    let step = 1e-4;
+    let mut q = vec![0.0; from.len()];
+    let mut positions = |t: f64| -> Vec<nalgebra::Point3<f64>> {
+        robot.space().integrate(from, velocity, t, &mut q);
+        let poses = testing::link_poses(robot, &q);
+        let carrier = ancestor.map_or(nalgebra::Isometry3::identity(), |a| poses[a]);
+        let relative = carrier.inverse() * poses[link];
+        points.iter().map(|p| relative * nalgebra::Point3::new(p.x, p.y, p.z)).collect()
+    };
+    let (mut fastest, mut hardest) = (0.0f64, 0.0f64);
+    for sample in 0..12 {
+        let t = f64::from(sample) / 12.0 + step;
+        let (before, here, after) = (positions(t - step), positions(t), positions(t + step));
+        for i in 0..points.len() {
+            fastest = fastest.max((after[i] - before[i]).norm() / (2.0 * step));
+            let bend = (after[i].coords + before[i].coords) - here[i].coords * 2.0;
+            hardest = hardest.max(bend.norm() / (step * step));
+        }
+    }
+    (fastest, hardest)
+}
+
+/// The theorem itself: whatever an interval is proved to keep, parry finds kept; cut by a fifth it would not be.
+#[test]
+fn what_an_interval_keeps_is_kept_and_the_bound_has_teeth() {
+    let (count, mut rng) = cases(1500);
+    let (mut checked, mut refuted, mut weakest) = (0, 0, f64::INFINITY);
+    for _ in 0..count {
+        let model = testing::model(&mut rng);
+        let (robot, oracle) = (model.robot(), Oracle::new(&model));
+        let from = testing::configuration(&mut rng, robot);
+        let to = testing::neighbour(&mut rng, robot, &from);
+        let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
+        let mut scratch = Scratch::default();
+        let mut validator = Validator::new(&model, robot.space(), &held, 1e-3, &mut scratch);
+        let half = [0.5, 0.1, 0.02][rng.usize(0..3)];
+        let middle = testing::uniform(&mut rng, half, 1.0 - half);
+        for pair in 0..model.pairs().len() {
+            let Some((gap, displacement)) = validator.closest_bound(&from, &to, middle, half, pair) else { continue };
+            let least = (0..=16)
+                .map(|i| {
+                    let t = middle + half * (f64::from(i) / 8.0 - 1.0);
+                    let mut velocity = vec![0.0; robot.space().nv()];
+                    let mut q = vec![0.0; robot.space().nq()];
+                    robot.space().difference(&to, &from, &mut velocity);
+                    robot.space().integrate(&from, &velocity, t, &mut q);
+                    oracle.pair_distance(&model, pair, &q)
+                })
+                .fold(f64::INFINITY, f64::min);
+            // Parry over-estimates smooth shapes by up to 1.7e-5 m.
+            let kept = gap - displacement;
+            weakest = weakest.min(least - kept);
+            assert!(least > kept - 1e-7, "kept {kept} promised, {least} seen");
+            checked += 1;
+            refuted += usize::from(least < gap - 0.8 * displacement - 2e-5);
+        }
+    }
+    println!("{checked} intervals, closest to the promise {weakest:.2e} m, × 0.8 refuted {refuted}");
+    assert!(checked > count / 2);
+    assert!(refuted * 200 > checked, "only {refuted} of {checked} refute the bound cut by a fifth");
+}
+
+/// No proved segment in which the oracle finds the pair closer than its floor; and what keeps clear of
+/// 1.5 floors by the oracle is proved.
+#[test]
+fn proved_segments_are_free_and_clear_segments_are_proved() {
+    let (count, mut rng) = cases(1200);
+    let (mut proved, mut refused) = (0, 0);
+    for _ in 0..count {
+        let model = testing::model(&mut rng);
+        let (robot, oracle) = (model.robot(), Oracle::new(&model));
+        let from = testing::configuration(&mut rng, robot);
+        let to = testing::neighbour(&mut rng, robot, &from);
+        let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
+        let floor = 1e-3;
+        let mut scratch = Scratch::default();
+        let mut validator = Validator::new(&model, robot.space(), &held, floor, &mut scratch);
+        if validator.collision_at(&from).is_some() {
+            continue;
+        }
+        let verdict = validator.segment(&from, &to, &mut || false);
+        let mut velocity = vec![0.0; robot.space().nv()];
+        let mut q = vec![0.0; robot.space().nq()];
+        robot.space().difference(&to, &from, &mut velocity);
+        match verdict {
+            SegmentVerdict::Proved(proof) => {
+                proved += 1;
+                for i in 0..=60 {
+                    robot.space().integrate(&from, &velocity, f64::from(i) / 60.0, &mut q);
+                    for pair in 0..model.pairs().len() {
+                        let distance = oracle.pair_distance(&model, pair, &q);
+                        let claimed = proof.clearance_m.max(floor);
+                        assert!(distance >= claimed - 1e-7, "{distance} where {claimed} is proved");
+                    }
+                }
+            }
+            SegmentVerdict::Refused(hit) => {
+                refused += 1;
+                robot.space().integrate(&from, &velocity, hit.t, &mut q);
+                let distance = oracle.pair_distance(&model, hit.pair, &q);
+                // The oracle sees surfaces only: a body inside a mesh is away from it.
+                assert!(distance < 1.5 * floor + 4e-5, "refused ({:?}) at distance {distance}", hit.reason);
+                let first = validator.first_hit(&from, &to, &mut || false);
+                let SegmentVerdict::Refused(first) = first else { panic!("first_hit found nothing") };
+                assert!(first.t <= hit.t && first.proved_until <= first.t);
+            }
+            SegmentVerdict::Stopped => unreachable!("nothing stops it"),
+        }
+    }
+    println!("{proved} proved, {refused} refused");
+    assert!(proved > count / 10 && refused > count / 25);
+}
+
+#[test]
+fn a_pair_far_away_is_proved_by_its_root_balls_alone() {
+    let far = |rng: &mut Rng| testing::model(rng);
+    let mut rng = Rng::with_seed(7);
+    let model = far(&mut rng);
+    if let Some(pair) = model.pairs().first() {
+        let (a, b) = (&model.bodies()[pair.a], &model.bodies()[pair.b]);
+        let away = Transform { translation: crate::math::Vec3::X * 100.0, ..Transform::IDENTITY };
+        let still = Twist::default();
+        let interval =
+            PairInterval { a, b, relative: away, twist_a: still, twist_b: still, bend: 0.0, travel: 0.0, floor: 1e-3 };
+        let mut visits = 0;
+        assert!(matches!(interval.decide(&mut visits), super::interval::IntervalVerdict::Proved(_)));
+        assert_eq!(visits, 1);
+    }
+}
