@@ -14,9 +14,8 @@ use super::limits::Limits;
 use super::outcome::Termination;
 use super::quadratic_step::QuadraticStep;
 use super::rows::{CollisionRow, Row};
-use super::task::{Improvement, SHORTER, Task};
+use super::task::{Improvement, SHORTER, Task, columns};
 use crate::path::Path;
-use crate::robot::Component;
 use crate::validation::{Hit, SegmentVerdict, Validator};
 
 /// α of a cautious trial: the part of the step that is tried while its rows are not yet known.
@@ -278,13 +277,5 @@ impl<'a, 'p> Descent<'a, 'p> {
         self.task.space.difference(to, from, &mut velocity);
         self.task.space.integrate(from, &velocity, ratio, &mut at);
         at
-    }
-}
-
-/// Columns of a factor of the space.
-fn columns(component: &Component) -> std::ops::Range<usize> {
-    match *component {
-        Component::Line { q, .. } | Component::Circle { q, .. } => q..q + 1,
-        Component::Rotation { q, .. } => q..q + 4,
     }
 }

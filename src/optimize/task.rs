@@ -1,5 +1,7 @@
 //! What every optimizer is given: a proved input and the rules it keeps.
 
+use std::ops::Range;
+
 use super::cost;
 use crate::collision::CollisionModel;
 use crate::path::{Metric, Path};
@@ -52,4 +54,12 @@ pub struct Improvement<'a> {
     pub length: f64,
     /// Iterations so far.
     pub iterations: u64,
+}
+
+/// Columns of a factor of the space.
+pub fn columns(component: &Component) -> Range<usize> {
+    match *component {
+        Component::Line { q, .. } | Component::Circle { q, .. } => q..q + 1,
+        Component::Rotation { q, .. } => q..q + 4,
+    }
 }
