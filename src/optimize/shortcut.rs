@@ -13,7 +13,10 @@ use crate::path::Path;
 use crate::validation::{SegmentVerdict, Validator};
 
 /// A candidate that gains less than this part of the length counts as a failure, though it is taken.
-const WORTHWHILE: f64 = 1e-4;
+const WORTHWHILE: f64 = 3e-4;
+
+/// Least gain, as a part of the length, for each waypoint that a candidate adds: waypoints cost time ever after.
+const WORTH_A_WAYPOINT: f64 = 1e-4;
 
 /// So many failures in a row for each waypoint end the search.
 const PATIENCE_PER_WAYPOINT: u64 = 20;
@@ -139,19 +142,16 @@ impl<'a, 'p> Search<'a, 'p> {
             }
             tried += 1;
             failures += 1;
-            if propose(self).is_none() {
-                continue;
-            }
-            let Some(gain) = self.gain() else { continue };
-            match self.validate(validator, stop) {
-                Some(true) => {}
-                Some(false) => continue,
-                None => return (tried, Termination::Stopped),
+            let Some(gain) = propose(self).and_then(|()| self.gain()) else { continue };
+            match self.proves(validator, stop) {
+                Proof::Refused => continue,
+                Proof::Stopped => return (tried, Termination::Stopped),
+                Proof::Proved => self.accept(),
             }
             if gain >= WORTHWHILE * self.length() {
                 failures = 0;
             }
-            self.accept();
+            self.drop_needless(validator, stop);
             publish(Improvement { path: self.path, length: self.length(), iterations: tried });
         }
         (tried, Termination::Converged)
@@ -261,37 +261,73 @@ impl<'a, 'p> Search<'a, 'p> {
         push_different(&mut self.candidate, &self.row);
     }
 
-    /// How much shorter the candidate is; `None` where it is not.
+    /// How much shorter the candidate is; `None` where that is not worth it.
     fn gain(&mut self) -> Option<f64> {
         let before = self.arcs[self.replaced.end - 1] - self.arcs[self.replaced.start];
         let gain = before - self.task.length(&self.candidate, &mut self.velocity);
-        (gain > SHORTER * self.length()).then_some(gain)
+        let added = (self.candidate.len() / self.path.nq()).saturating_sub(self.replaced.len());
+        let least = SHORTER.max(WORTH_A_WAYPOINT * added as f64);
+        (gain > least * self.length()).then_some(gain)
     }
 
-    /// Proves the candidate's segments, the new ones in the middle first; `None` where stopped.
-    fn validate(&self, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> Option<bool> {
+    /// Proves the candidate's segments, the new ones in the middle first.
+    fn proves(&self, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> Proof {
         let nq = self.path.nq();
         let count = self.candidate.len() / nq - 1;
         // The outer two are mostly parts of segments that are proved: refusals come from the middle.
-        let order = (1..count).chain([0]);
-        for segment in order {
+        for segment in (1..count).chain([0]) {
             let (from, to) = self.candidate[segment * nq..(segment + 2) * nq].split_at(nq);
             match validator.segment(from, to, stop) {
                 SegmentVerdict::Proved(_) => {}
-                SegmentVerdict::Refused(_) => return Some(false),
-                SegmentVerdict::Stopped => return None,
+                SegmentVerdict::Refused(_) => return Proof::Refused,
+                SegmentVerdict::Stopped => return Proof::Stopped,
             }
         }
-        Some(true)
+        Proof::Proved
     }
 
+    /// Puts the candidate in its place; `replaced` is then where it lies.
     fn accept(&mut self) {
         let interior = self.replaced.start + 1..self.replaced.end - 1;
-        let added = self.candidate.len() / self.path.nq() - 2;
-        self.fixed.splice(interior, std::iter::repeat_n(false, added));
+        let count = self.candidate.len() / self.path.nq();
+        self.fixed.splice(interior, std::iter::repeat_n(false, count - 2));
         self.path.splice(self.replaced.clone(), &self.candidate);
+        self.replaced.end = self.replaced.start + count;
         self.measure();
     }
+
+    /// Drops those waypoints of the candidate just accepted that the path can do without.
+    ///
+    /// Without this, partial shortcuts add waypoints without end, and each makes the next candidate dearer.
+    fn drop_needless(&mut self, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) {
+        if self.moving.len() < self.task.space.components().len() {
+            return; // A straight line would move what may not move otherwise than before.
+        }
+        let (mut waypoint, mut end) = (self.replaced.start + 1, self.replaced.end - 1);
+        while waypoint < end {
+            self.replaced = waypoint - 1..waypoint + 2;
+            self.candidate.clear();
+            self.candidate.extend_from_slice(self.path.waypoint(waypoint - 1));
+            self.candidate.extend_from_slice(self.path.waypoint(waypoint + 1));
+            // What lies on the straight line between its neighbours is dropped too: not longer is enough.
+            match self.proves(validator, stop) {
+                Proof::Proved => {
+                    self.accept();
+                    end -= 1;
+                }
+                Proof::Refused => waypoint += 1,
+                Proof::Stopped => return,
+            }
+        }
+    }
+}
+
+/// What the validator says of a candidate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Proof {
+    Proved,
+    Refused,
+    Stopped,
 }
 
 /// Adds a row unless it equals the last one.
