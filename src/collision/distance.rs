@@ -66,16 +66,15 @@ pub fn closest_on(core: &Core, p: Vec3) -> Vec3 {
             let inside = local.clamp(-half, half);
             if inside == local { p } else { center + axes * inside }
         }
-        Core::Cylinder { center, axis, half_height, radius } => {
-            let offset = p - center;
-            let along = offset.dot(axis);
-            let across = offset - axis * along;
-            let length = across.length();
-            if along.abs() <= half_height && length <= radius {
+        Core::Cylinder { center, axes, half_height, radius } => {
+            let local = axes.transpose() * (p - center);
+            let across = local.x.hypot(local.y);
+            if local.z.abs() <= half_height && across <= radius {
                 return p;
             }
-            let across = if length > radius { across * (radius / length) } else { across };
-            center + axis * along.clamp(-half_height, half_height) + across
+            let shrink = if across > radius { radius / across } else { 1.0 };
+            let nearest = Vec3::new(local.x * shrink, local.y * shrink, local.z.clamp(-half_height, half_height));
+            center + axes * nearest
         }
     }
 }

@@ -14,21 +14,19 @@ pub const TOUCHING_M: f64 = 1e-9;
 
 /// Closest points of two bodies, in the world; a body wholly inside a mesh counts as overlapping.
 pub fn closest(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
-    if let Some(contact) = enclosed(a, at_a, b, at_b) {
-        return contact;
-    }
-    surface_contact(a, at_a, b, at_b)
+    enclosed(a, at_a, b, at_b).unwrap_or_else(|| surface_contact(a, at_a, b, at_b, f64::INFINITY))
 }
 
 /// The contact of two bodies that touch or overlap; `None` where they are apart.
 pub fn overlap(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option<Contact> {
-    let contact = closest(a, at_a, b, at_b);
-    (contact.distance <= TOUCHING_M).then_some(contact)
+    let contact = surface_contact(a, at_a, b, at_b, 2.0 * TOUCHING_M);
+    if contact.distance <= TOUCHING_M { Some(contact) } else { enclosed(a, at_a, b, at_b) }
 }
 
-fn surface_contact(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
+/// Closest points of two surfaces, if they are closer than `within`; else a contact at that distance.
+fn surface_contact(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform, within: f64) -> Contact {
     let relative = at_b.inverse_of(at_a);
-    let far = Contact { point_a: Vec3::ZERO, point_b: Vec3::ZERO, normal: Vec3::Z, distance: f64::INFINITY };
+    let far = Contact { point_a: Vec3::ZERO, point_b: Vec3::ZERO, normal: Vec3::Z, distance: within };
     let mut search = Search { a: &a.tree, b: &b.tree, relative, best: far, any_overlap_will_do: a.hollow && b.hollow };
     search.descend(0, 0);
     let best = search.best;
@@ -114,7 +112,7 @@ pub fn enclosed(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Optio
         hits.next()
     };
     let point = inside(b, at_b, a, at_a).or_else(|| inside(a, at_a, b, at_b))?;
-    let surface = surface_contact(a, at_a, b, at_b);
+    let surface = surface_contact(a, at_a, b, at_b, f64::INFINITY);
     let depth = surface.distance.abs().max(TOUCHING_M);
     Some(Contact { point_a: point, point_b: point, normal: surface.normal, distance: -depth })
 }

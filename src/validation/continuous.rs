@@ -151,9 +151,12 @@ impl<'a> Validator<'a> {
 
     /// The first pair that touches or overlaps at one configuration, bodies inside meshes included.
     pub fn collision_at(&mut self, configuration: &[f64]) -> Option<(usize, Contact)> {
-        (0..self.model.pairs().len()).find_map(|pair| {
-            let contact = self.contact(pair, configuration);
-            (contact.distance <= TOUCHING_M).then_some((pair, contact))
+        self.scratch.kinematics.update(self.model.robot(), configuration, self.held);
+        let (bodies, kinematics) = (self.model.bodies(), &self.scratch.kinematics);
+        self.model.pairs().iter().enumerate().find_map(|(index, pair)| {
+            let (a, b) = (&bodies[pair.a], &bodies[pair.b]);
+            let contact = query::overlap(a, &a.placed(kinematics), b, &b.placed(kinematics))?;
+            Some((index, contact))
         })
     }
 
