@@ -1,15 +1,281 @@
-//! Placeholder.
-use super::{Improvement, Task, Termination};
-use crate::path::Path;
-use crate::validation::Validator;
+//! The gradient-based method of Campana, Lamiraux and Laumond (*A gradient-based path optimization method
+//! for motion planning*, Advanced Robotics, 2016): start reading here.
+//!
+//! The path is an elastic string ([`Cost`]). Its quadratic model gives a step towards the shortest path
+//! under the rows found so far; the rows keep bodies that were seen to collide from approaching
+//! ([`CollisionRow`]). The loop tries a cautious part of the step. Where that collides it adds *one* row
+//! and tries the whole step to the new minimum; where the whole step collides, it is cautious again.
+//!
+//! Nothing is believed: a path is accepted only when every segment that changed is proved and it is
+//! strictly shorter, so the answer is never worse than the input.
 
-/// Placeholder.
+use super::cost::Cost;
+use super::limits::Limits;
+use super::outcome::Termination;
+use super::quadratic_step::QuadraticStep;
+use super::rows::{CollisionRow, Row};
+use super::task::{Improvement, SHORTER, Task, columns};
+use crate::path::Path;
+use crate::validation::{Hit, SegmentVerdict, Validator};
+
+/// α of a cautious trial: the part of the step that is tried while its rows are not yet known.
+const CAUTIOUS_PART: f64 = 0.2;
+
+/// ε: a trial that moves the path by less than this part of its length is the last.
+const SMALL_STEP: f64 = 1e-3;
+
+/// A valid trial that is not shorter is halved so many times.
+const HALVINGS: u32 = 5;
+
+/// Places between the free and the colliding configuration that are tried for an independent row.
+const BISECTIONS: u32 = 5;
+
+/// Iterations, each one validated trial.
+const ITERATIONS: u64 = 5000;
+
+/// How much of the step a trial takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stride {
+    /// A part of it: the rows may be far from complete.
+    Cautious {
+        /// α.
+        part: f64,
+        /// How many times it was halved.
+        halved: u32,
+    },
+    /// All of it, to the minimum of the model under the newest rows.
+    Full,
+}
+
+impl Stride {
+    const FIRST: Self = Self::Cautious { part: CAUTIOUS_PART, halved: 0 };
+
+    /// α.
+    fn part(self) -> f64 {
+        match self {
+            Self::Cautious { part, .. } => part,
+            Self::Full => 1.0,
+        }
+    }
+
+    fn halved(self) -> Option<Self> {
+        let halved = if let Self::Cautious { halved, .. } = self { halved } else { 0 };
+        (halved < HALVINGS).then_some(Self::Cautious { part: self.part() / 2.0, halved: halved + 1 })
+    }
+}
+
+/// What came of a trial.
+#[derive(Clone, Debug, PartialEq)]
+enum Trial {
+    Shorter,
+    NotShorter,
+    Collides { segment: usize, hit: Hit },
+    Stopped,
+}
+
+/// Pulls `path` taut, which must be proved and have no equal neighbours but fixed ones.
+///
+/// Leaves the best path in `path` and returns the iterations and why they ended.
 pub fn optimize(
-    _task: &Task,
-    _path: &mut Path,
-    _validator: &mut Validator,
-    _stop: &mut dyn FnMut() -> bool,
-    _publish: &mut dyn FnMut(Improvement),
+    task: &Task,
+    path: &mut Path,
+    validator: &mut Validator,
+    stop: &mut dyn FnMut() -> bool,
+    publish: &mut dyn FnMut(Improvement),
 ) -> (u64, Termination) {
-    (0, Termination::Converged)
+    let mut descent = Descent::new(task, path);
+    let mut stride = Stride::FIRST;
+    for iteration in 1..=ITERATIONS {
+        if stop() {
+            return (iteration, Termination::Stopped);
+        }
+        if validator.work() >= task.work_budget {
+            return (iteration, Termination::WorkBudget);
+        }
+        descent.update_step();
+        if descent.step_norm == 0.0 {
+            return (iteration, Termination::Converged);
+        }
+        let is_last = stride == Stride::Full || stride.part() * descent.step_norm < SMALL_STEP * descent.length;
+        descent.move_trial(stride.part());
+        match descent.validate_trial(validator, stop) {
+            Trial::Stopped => return (iteration, Termination::Stopped),
+            Trial::Shorter => {
+                descent.accept_trial();
+                publish(Improvement { path: descent.path, length: descent.length, iterations: iteration });
+                if is_last {
+                    return (iteration, Termination::Converged);
+                }
+                stride = Stride::FIRST;
+            }
+            Trial::NotShorter => match stride.halved() {
+                Some(halved) => stride = halved,
+                None => return (iteration, Termination::Converged),
+            },
+            Trial::Collides { segment, hit } if stride != Stride::Full => {
+                if !descent.add_row(segment, hit, validator, stop) {
+                    return (iteration, Termination::Converged);
+                }
+                stride = Stride::Full;
+            }
+            // Too far from the path for its rows to mean anything: no row, the same step.
+            Trial::Collides { .. } => stride = Stride::FIRST,
+        }
+    }
+    (ITERATIONS, Termination::IterationLimit)
+}
+
+/// The path x₀, the trial x₁ = x₀ ⊕ αp, and the model that p comes from.
+struct Descent<'a, 'p> {
+    task: &'a Task<'a>,
+    cost: Cost<'a>,
+    quadratic: QuadraticStep,
+    collision_rows: usize,
+    limits: Limits,
+    collision_row: CollisionRow<'a>,
+    /// x₀, proved.
+    path: &'p mut Path,
+    /// Its length.
+    length: f64,
+    /// x₁.
+    trial: Path,
+    trial_length: f64,
+    gradient: Vec<f64>,
+    /// p: one row of nv numbers for each waypoint.
+    step: Vec<f64>,
+    /// ‖W p‖ over all waypoints; 0 where it moves nothing.
+    step_norm: f64,
+    /// The largest part of p that keeps the joint limits; nearly always 1.
+    largest_part: f64,
+    /// p does not belong to the present path and rows.
+    outdated: bool,
+    velocity: Vec<f64>,
+}
+
+impl<'a, 'p> Descent<'a, 'p> {
+    fn new(task: &'a Task<'a>, path: &'p mut Path) -> Self {
+        let cost = Cost::new(task.space, task.metric, path.as_flat(), task.fixed, task.moving);
+        let mut velocity = vec![0.0; task.space.nv()];
+        let size = path.len() * task.space.nv();
+        Self {
+            task,
+            quadratic: QuadraticStep::new(&cost),
+            cost,
+            collision_rows: 0,
+            limits: Limits::new(task),
+            collision_row: CollisionRow::new(task.model, task.space, task.held),
+            length: task.length(path.as_flat(), &mut velocity),
+            trial: path.clone(),
+            path,
+            trial_length: f64::INFINITY,
+            gradient: vec![0.0; size],
+            step: vec![0.0; size],
+            step_norm: 0.0,
+            largest_part: 1.0,
+            outdated: true,
+            velocity,
+        }
+    }
+
+    /// p ← the minimum of the quadratic model under the rows and the limits, where they changed.
+    fn update_step(&mut self) {
+        if !self.outdated {
+            return;
+        }
+        let rows = self.path.as_flat();
+        self.cost.gradient(rows, &mut self.velocity, &mut self.gradient);
+        let (quadratic, count) = (&mut self.quadratic, self.collision_rows);
+        self.largest_part = self.limits.solve(quadratic, count, &self.cost, rows, &self.gradient, &mut self.step);
+        let squares = self.step.chunks_exact(self.velocity.len()).map(|p| self.task.metric.norm(p).powi(2));
+        self.step_norm = self.largest_part * squares.sum::<f64>().sqrt();
+        self.outdated = false;
+    }
+
+    /// x₁ ← x₀ ⊕ αp; what may not move keeps its bits.
+    fn move_trial(&mut self, part: f64) {
+        let (space, nv) = (self.task.space, self.task.space.nv());
+        let part = part.min(self.largest_part);
+        for i in (0..self.path.len()).filter(|&i| !self.task.fixed[i]) {
+            let (from, to) = (self.path.waypoint(i), self.trial.waypoint_mut(i));
+            space.integrate(from, &self.step[i * nv..(i + 1) * nv], part, to);
+            for still in space.components().iter().filter(|component| !self.task.may_move(component)) {
+                let columns = columns(still);
+                to[columns.clone()].copy_from_slice(&from[columns]);
+            }
+        }
+        self.limits.settle(self.path, &mut self.trial);
+        self.trial_length = self.task.length(self.trial.as_flat(), &mut self.velocity);
+    }
+
+    /// Proves the segments that moved, in order, up to the first that is refused.
+    fn validate_trial(&mut self, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> Trial {
+        for segment in 0..self.path.len() - 1 {
+            let (from, to) = (self.trial.waypoint(segment), self.trial.waypoint(segment + 1));
+            if from == self.path.waypoint(segment) && to == self.path.waypoint(segment + 1) {
+                continue;
+            }
+            match validator.segment(from, to, stop) {
+                SegmentVerdict::Proved(_) => {}
+                SegmentVerdict::Refused(hit) => return Trial::Collides { segment, hit },
+                SegmentVerdict::Stopped => return Trial::Stopped,
+            }
+        }
+        let shorter = self.trial_length < self.length * (1.0 - SHORTER);
+        if shorter { Trial::Shorter } else { Trial::NotShorter }
+    }
+
+    fn accept_trial(&mut self) {
+        std::mem::swap(self.path, &mut self.trial);
+        self.length = self.trial_length;
+        self.outdated = true;
+    }
+
+    /// Adds one row for the first collision of a refused segment; false where no independent one is found.
+    ///
+    /// Where the row depends on those there are, another is looked for between the free and the colliding
+    /// configuration, by bisection.
+    fn add_row(&mut self, segment: usize, hit: Hit, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> bool {
+        let (from, to) = (self.trial.waypoint(segment), self.trial.waypoint(segment + 1));
+        let mut hit = match validator.first_hit(from, to, stop) {
+            SegmentVerdict::Refused(first) => first,
+            _ => hit,
+        };
+        let ratio = hit.t;
+        let mut q_coll = self.between(&self.trial, segment, ratio);
+        let q_free = self.between(self.path, segment, ratio);
+        let mut q_clear = q_free.clone();
+        self.quadratic.truncate(self.collision_rows);
+        for _ in 0..=BISECTIONS {
+            if self.append(segment, ratio, &hit, &q_coll, &q_free) {
+                self.outdated = true;
+                return true;
+            }
+            let middle = self.interpolate(&q_clear, &q_coll, 0.5);
+            match validator.segment(&middle, &middle, stop) {
+                SegmentVerdict::Refused(nearer) => (hit, q_coll) = (nearer, middle),
+                SegmentVerdict::Proved(_) => q_clear = middle,
+                SegmentVerdict::Stopped => return false,
+            }
+        }
+        false
+    }
+
+    fn append(&mut self, segment: usize, ratio: f64, hit: &Hit, q_coll: &[f64], q_free: &[f64]) -> bool {
+        let Some(jacobian) = self.collision_row.at(hit, q_coll, q_free) else { return false };
+        let independent = self.quadratic.append(&self.cost, Row { segment, ratio, jacobian, right_hand_side: 0.0 });
+        self.collision_rows += usize::from(independent);
+        independent
+    }
+
+    /// The configuration at a ratio of a segment.
+    fn between(&self, path: &Path, segment: usize, ratio: f64) -> Vec<f64> {
+        self.interpolate(path.waypoint(segment), path.waypoint(segment + 1), ratio)
+    }
+
+    fn interpolate(&self, from: &[f64], to: &[f64], ratio: f64) -> Vec<f64> {
+        let (mut velocity, mut at) = (vec![0.0; self.velocity.len()], vec![0.0; from.len()]);
+        self.task.space.difference(to, from, &mut velocity);
+        self.task.space.integrate(from, &velocity, ratio, &mut at);
+        at
+    }
 }

@@ -1,12 +1,18 @@
 //! The method: from a proved path to ever shorter proved paths. Start reading in [`gradient`].
 
+pub mod cost;
 pub mod gradient;
 mod input;
+pub mod limits;
 pub mod outcome;
+pub mod quadratic_step;
 pub mod request;
+pub mod rows;
 pub mod settings;
 pub mod shortcut;
 pub mod task;
+#[cfg(test)]
+mod testing;
 
 pub use input::{LIMIT_TOLERANCE, QUATERNION_TOLERANCE, RequestError};
 pub use outcome::{LoweredFloor, Outcome, Refusal, RefusalPlace, Termination};

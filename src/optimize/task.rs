@@ -1,8 +1,14 @@
 //! What every optimizer is given: a proved input and the rules it keeps.
 
+use std::ops::Range;
+
+use super::cost;
 use crate::collision::CollisionModel;
 use crate::path::{Metric, Path};
-use crate::robot::ConfigurationSpace;
+use crate::robot::{Component, ConfigurationSpace};
+
+/// A path is shorter only by more than this part of the other's length: rounding is no progress.
+pub const SHORTER: f64 = 1e-9;
 
 /// One optimization problem. The input path is already proved at the validator's floors.
 pub struct Task<'a> {
@@ -20,8 +26,23 @@ pub struct Task<'a> {
     pub moving: &'a [bool],
     /// Seed of every random choice.
     pub seed: u64,
-    /// Most work to spend, in the validator's unit.
+    /// The validator's count of work at which to end.
     pub work_budget: u64,
+}
+
+impl Task<'_> {
+    /// Length of a path given as flat rows; `velocity` is scratch of nv numbers.
+    pub fn length(&self, rows: &[f64], velocity: &mut [f64]) -> f64 {
+        cost::length(self.space, self.metric, rows, velocity)
+    }
+
+    /// Whether a factor of the space may move: all of its coordinates.
+    pub fn may_move(&self, component: &Component) -> bool {
+        match *component {
+            Component::Line { v, .. } | Component::Circle { v, .. } => self.moving[v],
+            Component::Rotation { v, .. } => self.moving[v..v + 3].iter().all(|moves| *moves),
+        }
+    }
 }
 
 /// A shorter path that was just proved.
@@ -33,4 +54,12 @@ pub struct Improvement<'a> {
     pub length: f64,
     /// Iterations so far.
     pub iterations: u64,
+}
+
+/// Columns of a factor of the space.
+pub fn columns(component: &Component) -> Range<usize> {
+    match *component {
+        Component::Line { q, .. } | Component::Circle { q, .. } => q..q + 1,
+        Component::Rotation { q, .. } => q..q + 4,
+    }
 }

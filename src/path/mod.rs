@@ -40,6 +40,11 @@ impl Path {
     pub fn waypoint_mut(&mut self, index: usize) -> &mut [f64] {
         &mut self.rows[index * self.nq..(index + 1) * self.nq]
     }
+    /// Puts `rows`, whole rows end to end, in the place of the waypoints `range`, which may not be all.
+    pub fn splice(&mut self, range: std::ops::Range<usize>, rows: &[f64]) {
+        assert!(rows.len().is_multiple_of(self.nq) && (!rows.is_empty() || range.len() < self.len()));
+        self.rows.splice(range.start * self.nq..range.end * self.nq, rows.iter().copied());
+    }
     /// The waypoints in order.
     pub fn waypoints(&self) -> impl ExactSizeIterator<Item = &[f64]> {
         self.rows.chunks_exact(self.nq)

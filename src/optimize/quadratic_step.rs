@@ -1,0 +1,301 @@
+//! The step of the quadratic model under linear rows: `min_p gᵀp + ½ pᵀHp` subject to `J p = b`.
+//!
+//! `p = −H⁻¹(g + Jᵀμ)` with `M μ = −(b + J H⁻¹ g)`, `M = J H⁻¹ Jᵀ`. Because H⁻¹ is known in closed form
+//! ([`Cost::compliance`]) an entry of M is a handful of multiplications, whatever the number of
+//! waypoints. The Cholesky factor of M grows by one line for each row, and the pivot of that line tells
+//! whether the row depends on the others.
+
+use super::cost::Cost;
+use super::rows::{Row, Rows};
+
+/// A row is dependent when its squared pivot is at most this part of its diagonal entry.
+const DEPENDENT: f64 = 1e-10;
+
+/// Rows, the factor of their M, and scratch.
+#[derive(Clone, Debug)]
+pub struct QuadraticStep {
+    rows: Rows,
+    /// Lower triangle of M's Cholesky factor, line after line.
+    factor: Vec<f64>,
+    multipliers: Vec<f64>,
+    force: Vec<f64>,
+}
+
+impl QuadraticStep {
+    /// No rows yet.
+    pub fn new(cost: &Cost<'_>) -> Self {
+        let force = vec![0.0; cost.waypoints() * cost.nv()];
+        Self { rows: Rows::new(cost.nv()), factor: Vec::new(), multipliers: Vec::new(), force }
+    }
+
+    /// The rows so far.
+    pub fn rows(&self) -> &Rows {
+        &self.rows
+    }
+    /// μ of each row, after [`Self::solve`].
+    pub fn multipliers(&self) -> &[f64] {
+        &self.multipliers
+    }
+    /// Keeps the first `count` rows.
+    pub fn truncate(&mut self, count: usize) {
+        self.rows.truncate(count);
+        self.factor.truncate(count * (count + 1) / 2);
+    }
+
+    /// Takes one more row unless it depends on those before it, or moves nothing; says whether it did.
+    #[must_use]
+    pub fn append(&mut self, cost: &Cost<'_>, row: Row<'_>) -> bool {
+        let start = self.factor.len();
+        for (i, other) in self.rows.iter().enumerate() {
+            let line = i * (i + 1) / 2;
+            let known: f64 = (0..i).map(|k| self.factor[line + k] * self.factor[start + k]).sum();
+            let entry = (coupling(cost, row, other) - known) / self.factor[line + i];
+            self.factor.push(entry);
+        }
+        let diagonal = coupling(cost, row, row);
+        let pivot = diagonal - self.factor[start..].iter().map(|entry| entry * entry).sum::<f64>();
+        let independent = diagonal > 0.0 && pivot > DEPENDENT * diagonal;
+        if independent {
+            self.factor.push(pivot.sqrt());
+            self.rows.push(row);
+        } else {
+            self.factor.truncate(start);
+        }
+        independent
+    }
+
+    /// Writes p for the gradient g, both one row of nv numbers for each waypoint.
+    pub fn solve(&mut self, cost: &Cost<'_>, gradient: &[f64], step: &mut [f64]) {
+        cost.apply_inverse_hessian(gradient, step);
+        self.multipliers.clear();
+        for row in self.rows.iter() {
+            self.multipliers.push(-(row.right_hand_side + row.of_step(step)));
+        }
+        solve_factored(&self.factor, &mut self.multipliers);
+        self.force.copy_from_slice(gradient);
+        for (row, multiplier) in self.rows.iter().zip(&self.multipliers) {
+            add_force(row, *multiplier, &mut self.force);
+        }
+        cost.apply_inverse_hessian(&self.force, step);
+        step.iter_mut().for_each(|p| *p = -*p);
+    }
+}
+
+/// `J_a H⁻¹ J_bᵀ`: T⁻¹ interpolated between the nodes of the two rows, times `j_a W⁻² j_bᵀ`.
+fn coupling(cost: &Cost<'_>, a: Row<'_>, b: Row<'_>) -> f64 {
+    let mut compliance = 0.0;
+    for (i, of_a) in a.spread() {
+        for (j, of_b) in b.spread() {
+            if of_a != 0.0 && of_b != 0.0 {
+                compliance += of_a * of_b * cost.compliance(i, j);
+            }
+        }
+    }
+    if compliance == 0.0 {
+        return 0.0;
+    }
+    let products = a.jacobian.iter().zip(b.jacobian).zip(cost.inverse_weights());
+    compliance * products.map(|((a, b), inverse)| a * inverse * b).sum::<f64>()
+}
+
+/// Adds `Jᵀμ` of one row.
+fn add_force(row: Row<'_>, multiplier: f64, force: &mut [f64]) {
+    let nv = row.jacobian.len();
+    for (waypoint, spread) in row.spread() {
+        if spread != 0.0 {
+            let at = &mut force[waypoint * nv..(waypoint + 1) * nv];
+            at.iter_mut().zip(row.jacobian).for_each(|(f, j)| *f += spread * multiplier * j);
+        }
+    }
+}
+
+/// Solves `L Lᵀ x = b` in place, L packed line after line.
+fn solve_factored(factor: &[f64], x: &mut [f64]) {
+    let line = |i: usize| i * (i + 1) / 2;
+    for i in 0..x.len() {
+        let known: f64 = (0..i).map(|k| factor[line(i) + k] * x[k]).sum();
+        x[i] = (x[i] - known) / factor[line(i) + i];
+    }
+    for i in (0..x.len()).rev() {
+        let known: f64 = (i + 1..x.len()).map(|k| factor[line(k) + i] * x[k]).sum();
+        x[i] = (x[i] - known) / factor[line(i) + i];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{DMatrix, DVector};
+    use crate::optimize::cost::segment_lengths;
+    use crate::optimize::testing::{self, Instance};
+    use proptest::prelude::*;
+
+    /// The same problem over the free waypoints and moving coordinates only, dense.
+    struct Dense {
+        hessian: DMatrix<f64>,
+        gradient: DVector<f64>,
+        jacobian: DMatrix<f64>,
+        right_hand_side: DVector<f64>,
+        /// Place of each dense variable in the step of the whole path.
+        places: Vec<usize>,
+    }
+
+    fn dense(instance: &Instance, rows: &Rows, gradient: &[f64]) -> Dense {
+        let Instance { space, metric, rows: path, fixed, moving } = instance;
+        let nv = space.nv();
+        let free: Vec<usize> = (0..fixed.len()).filter(|&i| !fixed[i]).collect();
+        let coordinates: Vec<usize> = (0..nv).filter(|&v| moving[v]).collect();
+        let tridiagonal = testing::tridiagonal(&segment_lengths(space, metric, path), fixed);
+        let n = coordinates.len();
+        let mut hessian = DMatrix::zeros(free.len() * n, free.len() * n);
+        for (a, b) in (0..free.len()).flat_map(|a| (0..free.len()).map(move |b| (a, b))) {
+            for (c, &v) in coordinates.iter().enumerate() {
+                hessian[(a * n + c, b * n + c)] = tridiagonal[(a, b)] * metric.weights()[v].powi(2);
+            }
+        }
+        let places: Vec<usize> = free.iter().flat_map(|i| coordinates.iter().map(move |v| i * nv + v)).collect();
+        let entry = |r: usize, c: usize| {
+            let mut unit = vec![0.0; gradient.len()];
+            unit[places[c]] = 1.0;
+            rows.get(r).of_step(&unit)
+        };
+        Dense {
+            hessian,
+            gradient: DVector::from_iterator(places.len(), places.iter().map(|&p| gradient[p])),
+            jacobian: DMatrix::from_fn(rows.len(), places.len(), entry),
+            right_hand_side: DVector::from_iterator(rows.len(), rows.iter().map(|r| r.right_hand_side)),
+            places,
+        }
+    }
+
+    impl Dense {
+        /// Solves the KKT system whole.
+        fn step(&self) -> DVector<f64> {
+            let (n, m) = (self.hessian.nrows(), self.jacobian.nrows());
+            let mut kkt = DMatrix::zeros(n + m, n + m);
+            kkt.view_mut((0, 0), (n, n)).copy_from(&self.hessian);
+            kkt.view_mut((n, 0), (m, n)).copy_from(&self.jacobian);
+            kkt.view_mut((0, n), (n, m)).copy_from(&self.jacobian.transpose());
+            let mut right = DVector::zeros(n + m);
+            right.rows_mut(0, n).copy_from(&-&self.gradient);
+            right.rows_mut(n, m).copy_from(&self.right_hand_side);
+            kkt.full_piv_lu().solve(&right).expect("independent rows").rows(0, n).into_owned()
+        }
+
+        /// Asks Clarabel.
+        fn step_of_clarabel(&self) -> Vec<f64> {
+            use clarabel::algebra::CscMatrix;
+            use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SupportedConeT};
+            let lines = |m: &DMatrix<f64>| -> Vec<Vec<f64>> {
+                m.row_iter().map(|row| row.iter().copied().collect()).collect()
+            };
+            let upper = CscMatrix::from(&lines(&self.hessian)).to_triu();
+            let settings = DefaultSettings {
+                verbose: false,
+                tol_gap_abs: 1e-12,
+                tol_gap_rel: 1e-12,
+                tol_feas: 1e-12,
+                ..DefaultSettings::default()
+            };
+            let cones = [SupportedConeT::ZeroConeT(self.jacobian.nrows())];
+            let (linear, right) = (self.gradient.as_slice(), self.right_hand_side.as_slice());
+            let matrix = CscMatrix::from(&lines(&self.jacobian));
+            let mut solver = DefaultSolver::new(&upper, linear, &matrix, right, &cones, settings).expect("a valid QP");
+            solver.solve();
+            solver.solution.x.clone()
+        }
+    }
+
+    /// A random instance with random independent rows, solved; returns the step and its dense twin.
+    fn solved(seed: u64, waypoints: usize, row_count: usize) -> (Instance, QuadraticStep, Vec<f64>, Dense) {
+        let mut instance = testing::instance(seed, waypoints);
+        let input = instance.rows.clone();
+        testing::shake(&instance.space, &mut instance.rows, seed);
+        let cost = Cost::new(&instance.space, &instance.metric, &input, &instance.fixed, &instance.moving);
+        let nv = instance.space.nv();
+        let mut random = fastrand::Rng::with_seed(seed ^ 0x5eed);
+        let mut quadratic = QuadraticStep::new(&cost);
+        for _ in 0..row_count {
+            let jacobian: Vec<f64> = (0..nv).map(|_| random.f64() - 0.5).collect();
+            let ratio = if random.bool() { random.f64() } else { 0.0 };
+            let segment = random.usize(..waypoints - 1);
+            let row = Row { segment, ratio, jacobian: &jacobian, right_hand_side: random.f64() - 0.5 };
+            let _ = quadratic.append(&cost, row);
+        }
+        let (mut velocity, mut gradient) = (vec![0.0; nv], vec![0.0; waypoints * nv]);
+        cost.gradient(&instance.rows, &mut velocity, &mut gradient);
+        let mut step = vec![f64::NAN; waypoints * nv];
+        quadratic.solve(&cost, &gradient, &mut step);
+        instance.rows = input;
+        let dense = dense(&instance, quadratic.rows(), &gradient);
+        (instance, quadratic, step, dense)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn the_step_is_that_of_the_dense_system(seed: u64, waypoints in 3usize..14, rows in 0usize..12) {
+            let (_, quadratic, step, dense) = solved(seed, waypoints, rows);
+            let expected = dense.step();
+            let scale = 1.0 + expected.amax();
+            for (&place, e) in dense.places.iter().zip(expected.iter()) {
+                prop_assert!((step[place] - e).abs() < 1e-8 * scale, "{} instead of {e}", step[place]);
+            }
+            for row in quadratic.rows().iter() {
+                prop_assert!((row.of_step(&step) - row.right_hand_side).abs() < 1e-9 * scale);
+            }
+        }
+
+        #[test]
+        fn what_may_not_move_does_not_move_at_all(seed: u64, waypoints in 3usize..14, rows in 0usize..12) {
+            let (instance, _, step, dense) = solved(seed, waypoints, rows);
+            let free: std::collections::BTreeSet<usize> = dense.places.into_iter().collect();
+            for place in (0..step.len()).filter(|place| !free.contains(place)) {
+                prop_assert_eq!(step[place], 0.0, "coordinate {}", place % instance.space.nv());
+            }
+        }
+
+        #[test]
+        fn a_sum_of_rows_is_dependent(seed: u64, waypoints in 4usize..14) {
+            let (instance, mut quadratic, _, _) = solved(seed, waypoints, 3);
+            let cost =
+                Cost::new(&instance.space, &instance.metric, &instance.rows, &instance.fixed, &instance.moving);
+            let known = quadratic.rows().len();
+            for index in 0..known {
+                let Row { segment, ratio, jacobian, .. } = quadratic.rows().get(index);
+                let jacobian: Vec<f64> = jacobian.iter().map(|j| -3.0 * j).collect();
+                let row = Row { segment, ratio, jacobian: &jacobian, right_hand_side: 1.0 };
+                prop_assert!(!quadratic.append(&cost, row));
+            }
+            prop_assert_eq!(quadratic.rows().len(), known);
+        }
+    }
+
+    #[test]
+    fn clarabel_agrees() {
+        for seed in 0..8 {
+            let (_, _, step, dense) = solved(seed, 7, 4);
+            let expected = dense.step_of_clarabel();
+            for (&place, e) in dense.places.iter().zip(&expected) {
+                assert!((step[place] - e).abs() < 1e-6 * (1.0 + e.abs()), "seed {seed}: {} or {e}", step[place]);
+            }
+        }
+    }
+
+    #[test]
+    fn dropping_rows_leaves_the_factor_of_those_before() {
+        let (instance, mut quadratic, step, dense) = solved(5, 8, 4);
+        let cost = Cost::new(&instance.space, &instance.metric, &instance.rows, &instance.fixed, &instance.moving);
+        let mut gradient = vec![0.0; step.len()];
+        dense.places.iter().zip(dense.gradient.iter()).for_each(|(&place, g)| gradient[place] = *g);
+        let count = quadratic.rows().len();
+        let extra = vec![1.0; instance.space.nv()];
+        let free = instance.fixed.iter().position(|fixed| !fixed).expect("a free waypoint");
+        assert!(quadratic.append(&cost, Row { segment: free, ratio: 0.0, jacobian: &extra, right_hand_side: 0.1 }));
+        quadratic.truncate(count);
+        let mut again = vec![0.0; step.len()];
+        quadratic.solve(&cost, &gradient, &mut again);
+        assert!(step.iter().zip(&again).all(|(a, b)| (a - b).abs() < 1e-14));
+    }
+}

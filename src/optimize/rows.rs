@@ -1,0 +1,137 @@
+//! Linear rows `J p = b` on the step of a path, each touching at most two neighbouring waypoints.
+
+use crate::collision::CollisionModel;
+use crate::math::Vec3;
+use crate::robot::{ConfigurationSpace, Kinematics};
+use crate::validation::Hit;
+
+/// One row: `jᵀ ((1 − s) p_k + s p_{k+1}) = b`, at ratio s of segment k. Fixed waypoints drop out, their p is 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row<'a> {
+    /// Segment k.
+    pub segment: usize,
+    /// Ratio s on it, in [0, 1].
+    pub ratio: f64,
+    /// j, nv numbers.
+    pub jacobian: &'a [f64],
+    /// b.
+    pub right_hand_side: f64,
+}
+
+impl Row<'_> {
+    /// The two waypoints that the row touches, with their spreads 1 − s and s.
+    pub fn spread(&self) -> [(usize, f64); 2] {
+        [(self.segment, 1.0 - self.ratio), (self.segment + 1, self.ratio)]
+    }
+
+    /// `J p` for the step p of a whole path.
+    pub fn of_step(&self, step: &[f64]) -> f64 {
+        let nv = self.jacobian.len();
+        let at = |(waypoint, spread): (usize, f64)| -> f64 {
+            // A row at a waypoint itself may be the last one's, which has no successor.
+            if spread == 0.0 {
+                return 0.0;
+            }
+            let p = &step[waypoint * nv..(waypoint + 1) * nv];
+            spread * self.jacobian.iter().zip(p).map(|(j, p)| j * p).sum::<f64>()
+        };
+        self.spread().into_iter().map(at).sum()
+    }
+}
+
+/// Rows, the jacobians end to end.
+#[derive(Clone, Debug, Default)]
+pub struct Rows {
+    nv: usize,
+    places: Vec<(usize, f64)>,
+    right_hand_sides: Vec<f64>,
+    jacobians: Vec<f64>,
+}
+
+impl Rows {
+    /// No rows, on velocities of `nv` coordinates.
+    pub fn new(nv: usize) -> Self {
+        Self { nv, ..Self::default() }
+    }
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+    /// One row.
+    pub fn get(&self, index: usize) -> Row<'_> {
+        let (segment, ratio) = self.places[index];
+        let jacobian = &self.jacobians[index * self.nv..(index + 1) * self.nv];
+        Row { segment, ratio, jacobian, right_hand_side: self.right_hand_sides[index] }
+    }
+    /// The rows in order.
+    pub fn iter(&self) -> impl Iterator<Item = Row<'_>> {
+        (0..self.len()).map(|index| self.get(index))
+    }
+    /// Adds a row.
+    pub fn push(&mut self, row: Row<'_>) {
+        self.places.push((row.segment, row.ratio));
+        self.right_hand_sides.push(row.right_hand_side);
+        self.jacobians.extend_from_slice(row.jacobian);
+    }
+    /// Keeps the first `count` rows.
+    pub fn truncate(&mut self, count: usize) {
+        self.places.truncate(count);
+        self.right_hand_sides.truncate(count);
+        self.jacobians.truncate(count * self.nv);
+    }
+}
+
+/// Makes the paper's collision rows; holds the scratch.
+#[derive(Debug)]
+pub struct CollisionRow<'a> {
+    model: &'a CollisionModel,
+    held: &'a [f64],
+    kinematics: Kinematics,
+    jacobian: Vec<f64>,
+}
+
+/// Points closer than this at the free configuration give no direction [m].
+const SHORTEST_DIRECTION_M: f64 = 1e-12;
+
+impl<'a> CollisionRow<'a> {
+    /// For one model, with the robot's held variables at `held`.
+    pub fn new(model: &'a CollisionModel, space: &ConfigurationSpace, held: &'a [f64]) -> Self {
+        Self { model, held, kinematics: Kinematics::default(), jacobian: vec![0.0; space.nv()] }
+    }
+
+    /// `uᵀ (J_A(c_A) − J_B(c_B))` at `q_free`: moving along it separates or closes the two contact points.
+    ///
+    /// c_A and c_B are the points of bodies A and B that touch at `q_coll` (or are closest there, where the
+    /// segment was refused without touching), carried by their bodies back to `q_free`; u is the unit vector
+    /// between them there. `None` where they do not part. The right-hand side is 0: what touches at `q_coll`
+    /// stays as far apart as at `q_free` (Campana et al. 2016, collision constraint).
+    pub fn at(&mut self, hit: &Hit, q_coll: &[f64], q_free: &[f64]) -> Option<&[f64]> {
+        let robot = self.model.robot();
+        let pair = self.model.pairs()[hit.pair];
+        let sides = [(pair.a, hit.contact.point_a, 1.0), (pair.b, hit.contact.point_b, -1.0)];
+        let link = |body: usize| self.model.bodies()[body].link;
+        self.kinematics.update(robot, q_coll, self.held);
+        let poses = self.kinematics.poses();
+        let local = sides.map(|(body, point, _)| link(body).map_or(point, |l| poses[l].inverse_transform_point(point)));
+
+        self.kinematics.update(robot, q_free, self.held);
+        let poses = self.kinematics.poses();
+        let world = [0, 1].map(|i| link(sides[i].0).map_or(local[i], |l| poses[l].transform_point(local[i])));
+        let parted: Vec3 = world[0] - world[1];
+        if parted.length() <= SHORTEST_DIRECTION_M {
+            return None;
+        }
+        let direction = parted.normalize();
+        self.jacobian.fill(0.0);
+        for ((body, _, sign), point) in sides.into_iter().zip(world) {
+            if let Some(link) = link(body) {
+                self.kinematics.add_point_row(robot, link, point, direction, sign, &mut self.jacobian);
+            }
+        }
+        Some(&self.jacobian)
+    }
+}

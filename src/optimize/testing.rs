@@ -1,0 +1,82 @@
+//! Random instances for the unit tests of this folder.
+
+use crate::math::DMatrix;
+use crate::path::Metric;
+use crate::robot::{Component, ConfigurationSpace};
+
+/// A space, a metric, a path in it, its fixed waypoints and moving coordinates.
+pub struct Instance {
+    pub space: ConfigurationSpace,
+    pub metric: Metric,
+    pub rows: Vec<f64>,
+    pub fixed: Vec<bool>,
+    pub moving: Vec<bool>,
+}
+
+/// A product of `count` lines.
+pub fn line_space(count: usize) -> ConfigurationSpace {
+    ConfigurationSpace::new((0..count).map(|i| Component::Line { q: i, v: i }).collect())
+}
+
+/// Lines, a circle and a rotation; neighbours less than a radian apart; some waypoints fixed, some coordinates still.
+pub fn instance(seed: u64, waypoints: usize) -> Instance {
+    let space = ConfigurationSpace::new(vec![
+        Component::Line { q: 0, v: 0 },
+        Component::Line { q: 1, v: 1 },
+        Component::Circle { q: 2, v: 2 },
+        Component::Rotation { q: 3, v: 3 },
+        Component::Line { q: 7, v: 6 },
+    ]);
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut rows = vec![0.0; 8];
+    rows[6] = 1.0;
+    for i in 1..waypoints {
+        let velocity: Vec<f64> = (0..7).map(|_| random.f64() - 0.5).collect();
+        let (from, mut to) = (rows[(i - 1) * 8..].to_vec(), vec![0.0; 8]);
+        space.integrate(&from, &velocity, 1.0, &mut to);
+        rows.extend(to);
+    }
+    let turn = 0.5 + random.f64();
+    let weights = (0..7).map(|v| if (3..6).contains(&v) { turn } else { 0.5 + random.f64() }).collect();
+    let metric = Metric::new(&space, weights).expect("positive weights");
+    let still = random.f64() < 0.5;
+    let moving = (0..7).map(|v| !(still && v == 1)).collect();
+    Instance { metric, rows, fixed: fixed(&mut random, waypoints), moving, space }
+}
+
+/// The same on `count` lines, where the cost is exactly quadratic.
+pub fn lines(seed: u64, waypoints: usize, count: usize) -> Instance {
+    let space = line_space(count);
+    let mut random = fastrand::Rng::with_seed(seed);
+    let rows = (0..waypoints * count).map(|_| random.f64()).collect();
+    let weights = (0..count).map(|_| 0.5 + random.f64()).collect();
+    let metric = Metric::new(&space, weights).expect("positive weights");
+    Instance { metric, rows, fixed: fixed(&mut random, waypoints), moving: vec![true; count], space }
+}
+
+fn fixed(random: &mut fastrand::Rng, waypoints: usize) -> Vec<bool> {
+    // At least one waypoint in the middle is free.
+    let free = random.usize(1..waypoints - 1);
+    let is_end = |i: usize| i == 0 || i == waypoints - 1;
+    (0..waypoints).map(|i| is_end(i) || (random.f64() < 0.25 && i != free)).collect()
+}
+
+/// Moves every waypoint a little, fixed ones too.
+pub fn shake(space: &ConfigurationSpace, rows: &mut [f64], seed: u64) {
+    let mut random = fastrand::Rng::with_seed(!seed);
+    for waypoint in rows.chunks_exact_mut(space.nq()) {
+        let velocity: Vec<f64> = (0..space.nv()).map(|_| 0.4 * (random.f64() - 0.5)).collect();
+        let from = waypoint.to_vec();
+        space.integrate(&from, &velocity, 1.0, waypoint);
+    }
+}
+
+/// T over the free waypoints, dense, from its definition.
+pub fn tridiagonal(lengths: &[f64], fixed: &[bool]) -> DMatrix<f64> {
+    let free: Vec<usize> = (0..fixed.len()).filter(|&i| !fixed[i]).collect();
+    DMatrix::from_fn(free.len(), free.len(), |a, b| match (free[a], free[b]) {
+        (i, j) if i == j => 1.0 / lengths[i - 1] + 1.0 / lengths[i],
+        (i, j) if i + 1 == j || j + 1 == i => -1.0 / lengths[i.min(j)],
+        _ => 0.0,
+    })
+}
