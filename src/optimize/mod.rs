@@ -5,6 +5,8 @@ pub mod gradient;
 mod input;
 pub mod limits;
 pub mod outcome;
+#[cfg(test)]
+mod properties;
 pub mod quadratic_step;
 pub mod request;
 pub mod rows;
