@@ -96,14 +96,15 @@ pub fn optimize(
         if descent.step_norm == 0.0 {
             return (iteration, Termination::Converged);
         }
-        let is_last = stride == Stride::Full || stride.part() * descent.step_norm < SMALL_STEP * descent.length;
+        let is_last = stride.part() * descent.step_norm < SMALL_STEP * descent.length;
         descent.move_trial(stride.part());
         match descent.validate_trial(validator, stop) {
             Trial::Stopped => return (iteration, Termination::Stopped),
             Trial::Shorter => {
                 descent.accept_trial();
                 publish(Improvement { path: descent.path, length: descent.length, iterations: iteration });
-                if is_last {
+                // After a whole step there is nothing left under these rows, but where the space is curved.
+                if is_last || (stride == Stride::Full && descent.is_at_minimum()) {
                     return (iteration, Termination::Converged);
                 }
                 stride = Stride::FIRST;
@@ -189,6 +190,12 @@ impl<'a, 'p> Descent<'a, 'p> {
         let squares = self.step.chunks_exact(self.velocity.len()).map(|p| self.task.metric.norm(p).powi(2));
         self.step_norm = self.largest_part * squares.sum::<f64>().sqrt();
         self.outdated = false;
+    }
+
+    /// Whether the model promises no more than a small step.
+    fn is_at_minimum(&mut self) -> bool {
+        self.update_step();
+        self.step_norm < SMALL_STEP * self.length
     }
 
     /// x₁ ← x₀ ⊕ αp; what may not move keeps its bits.
