@@ -1,1 +1,21 @@
+//! The wire between planners and the taut daemon: shared-memory types, a client and a server.
+//!
+//! This crate knows nothing of robots, scenes or paths beyond their bytes, so that a planner links little. The
+//! daemon uses [`Server`], planners use [`Client`]; both find each other by an [`Instance`].
 
+pub mod client;
+pub mod control;
+mod instance;
+pub mod limits;
+mod lock;
+pub mod memory;
+pub mod server;
+pub mod services;
+mod time;
+mod transport;
+pub mod wire;
+pub use client::{Client, ClientError, Pending, Response};
+pub use instance::{DEFAULT_NAME, INSTANCE_VARIABLE, Instance, InstanceError};
+pub use lock::{DaemonState, daemon_state};
+pub use server::Server;
+pub use time::{deadline_after, monotonic_ns};

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use packages::Packages;
-pub use problem::{Geometry, Peer, Problem};
+pub use problem::{Geometry, Kind, Peer, Problem};
 pub use table::PathTable;
 
 use crate::math::Vec3;

@@ -125,6 +125,43 @@ struct BestPeer {
     figures: Peer,
 }
 
+/// What a file holds, by a first look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A problem: it has a `format`.
+    Problem {
+        /// Whether it has a sphere model of its robot.
+        has_spheres: bool,
+    },
+    /// Anything else, so that it can only be a bare path.
+    BarePath,
+}
+
+impl Kind {
+    /// Looks at a file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or that is neither CSV nor JSON.
+    pub fn of(file: &Path) -> Result<Self, FileError> {
+        #[derive(Deserialize)]
+        struct Probe {
+            format: Option<String>,
+            robot: Option<ProbeRobot>,
+        }
+        #[derive(Deserialize)]
+        struct ProbeRobot {
+            spherized_urdf: Option<PathBuf>,
+        }
+        if super::table::is_csv(file) {
+            return Ok(Self::BarePath);
+        }
+        let refuse = |error| FileError::Content { file: file.to_owned(), text: format!("not a JSON file: {error}") };
+        let probe: Probe = serde_json::from_str(&read_text(file)?).map_err(refuse)?;
+        let has_spheres = probe.robot.is_some_and(|robot| robot.spherized_urdf.is_some());
+        Ok(if probe.format.is_some() { Self::Problem { has_spheres } } else { Self::BarePath })
+    }
+}
+
 impl Reader {
     /// Reads a problem file and the robot and meshes that it names, relative to its folder.
     ///

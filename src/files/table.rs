@@ -30,8 +30,7 @@ impl PathTable {
     /// A file that cannot be read, is neither, or has a row that is too short, too long or no number.
     pub fn read(file: &Path) -> Result<Self, FileError> {
         let text = read_text(file)?;
-        let is_csv = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
-        let parsed = if is_csv { parse_csv(&text) } else { parse_json(&text) };
+        let parsed = if is_csv(file) { parse_csv(&text) } else { parse_json(&text) };
         let (variables, rows) = parsed.map_err(|text| FileError::Content { file: file.to_owned(), text })?;
         Ok(Self { file: file.to_owned(), variables, rows })
     }
@@ -59,6 +58,11 @@ impl PathTable {
         let numbers = self.rows.iter().flat_map(|row| order.iter().map(|&column| row[column])).collect();
         path::Path::from_rows(variables.len(), numbers).ok_or_else(|| refuse("the robot has no variables".to_owned()))
     }
+}
+
+/// Whether a path file is CSV, by its name.
+pub(super) fn is_csv(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
 type Parsed = Result<(Vec<String>, Vec<Vec<f64>>), String>;

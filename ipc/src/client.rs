@@ -1,0 +1,123 @@
+//! A planner's side: send a path, iterate over better ones in place.
+
+mod error;
+mod feed;
+mod link;
+mod pending;
+mod request;
+mod response;
+
+pub use error::ClientError;
+pub use feed::{SceneEventFeed, StatusFeed};
+pub use pending::Pending;
+pub use request::{LoanedRequest, RequestBuilder};
+pub use response::Response;
+
+use crate::control::{ControlReply, ControlRequest, decode, encode};
+use crate::instance::Instance;
+use crate::limits::WIRE_VERSION;
+use crate::lock::DaemonState;
+use crate::wire::ControlHeader;
+use link::Link;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A connection to the daemon of one instance. Opens services, never creates them.
+///
+/// Two requests can be in flight at once, also from two threads; cheap to clone (one connection). Ports survive a
+/// restart of the daemon: after [`ClientError::DaemonLost`] the same client can send again.
+#[derive(Clone, Debug)]
+pub struct Client {
+    link: Arc<Link>,
+}
+
+impl Client {
+    /// Connects to the daemon of `instance`.
+    ///
+    /// # Errors
+    /// [`ClientError::DaemonLost`] if there is none, [`ClientError::TooManyClients`] if it is full.
+    pub fn connect(instance: &Instance) -> Result<Self, ClientError> {
+        Ok(Self { link: Arc::new(Link::open(instance)?) })
+    }
+
+    /// Starts a request with a path of this size; nothing is sent yet.
+    ///
+    /// ```no_run
+    /// # use std::time::Duration;
+    /// # use taut_ipc::{Client, Instance, wire::label_id};
+    /// # fn main() -> Result<(), taut_ipc::ClientError> {
+    /// let client = Client::connect(&Instance::from_environment()?)?;
+    /// let mut request = client.request(2, 7);
+    /// request.header.robot_id = label_id("panda");
+    /// request.header.deadline_ns = taut_ipc::deadline_after(Duration::from_millis(20));
+    /// let mut loan = request.loan()?;
+    /// loan.path_mut().fill(0.0);
+    /// let mut pending = loan.send()?;
+    /// while let Some(best) = pending.next(Duration::from_secs(1))? {
+    ///     println!("{} {:?}", best.header().length_after, best.path());
+    /// }
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn request(&self, waypoints: u32, variables: u32) -> RequestBuilder<'static> {
+        RequestBuilder::new(self.link.clone(), waypoints, variables)
+    }
+
+    /// Sends a control message and waits for its reply.
+    ///
+    /// # Errors
+    /// [`ClientError::Timeout`] after `timeout`, [`ClientError::DaemonLost`], or what could not be sent. A refusal is
+    /// a reply, not an error.
+    pub fn control(&self, message: &ControlRequest, timeout: Duration) -> Result<ControlReply, ClientError> {
+        let bytes = encode(message)?;
+        let boot_id = self.link.running()?;
+        let listener = self.link.take_listener()?;
+        let loan = self.link.loan_control(bytes.len())?;
+        let mut request = loan.write_from_slice(&bytes);
+        *request.user_header_mut() = ControlHeader {
+            wire_version: WIRE_VERSION,
+            header_len: size_of::<ControlHeader>() as u32,
+            request_id: self.link.next_id(),
+            listener_id: listener.id(),
+        };
+        let pending = request.send().map_err(error::from_send)?;
+        if pending.number_of_server_connections() == 0 {
+            self.link.check_alive(boot_id)?;
+            return Err(ClientError::Overloaded);
+        }
+        self.link.call_daemon();
+        let end = Instant::now() + timeout;
+        loop {
+            let received = pending.receive().map_err(|error| ClientError::transport("control reply", error))?;
+            if let Some(response) = received {
+                return Ok(decode(response.payload())?);
+            }
+            self.link.check_alive(boot_id)?;
+            if !pending.is_connected() && !pending.has_response() {
+                return Err(ClientError::NoAnswer);
+            }
+            listener.wait_until(end, timeout)?;
+        }
+    }
+
+    /// What the daemon is doing, newest first seen when next published.
+    ///
+    /// # Errors
+    /// [`ClientError::Setup`] if the subscription cannot be made.
+    pub fn status_feed(&self) -> Result<StatusFeed, ClientError> {
+        StatusFeed::open(&self.link)
+    }
+
+    /// Changes of scenes from now on.
+    ///
+    /// # Errors
+    /// [`ClientError::Setup`] if the subscription cannot be made.
+    pub fn scene_event_feed(&self) -> Result<SceneEventFeed, ClientError> {
+        SceneEventFeed::open(&self.link)
+    }
+
+    /// Whether the daemon lives, and which start of it.
+    pub fn daemon_state(&self) -> DaemonState {
+        self.link.daemon_state()
+    }
+}

@@ -1,0 +1,108 @@
+//! Why a client's call failed.
+
+use crate::control::ControlError;
+use crate::instance::InstanceError;
+use crate::limits::{ACTIVE_REQUESTS_PER_CLIENT, MAX_CLIENTS};
+use crate::wire::{Code, WireError};
+use iceoryx2::port::client::RequestSendError;
+use iceoryx2::port::{LoanError, SendError};
+use std::time::Duration;
+
+/// Why a client's call failed. What the daemon answered, refusals included, is never one of these.
+#[derive(Debug, thiserror::Error)]
+pub enum ClientError {
+    /// No daemon, or it went away.
+    #[error("no daemon serves {root}: {reason}; start it (`taut serve`) and send again, that is safe")]
+    DaemonLost {
+        /// The instance's root.
+        root: String,
+        /// What was seen.
+        reason: &'static str,
+    },
+    /// The instance cannot be used.
+    #[error(transparent)]
+    Instance(#[from] InstanceError),
+    /// The daemon serves as many clients as it can.
+    #[error("the daemon serves {MAX_CLIENTS} clients already; close one")]
+    TooManyClients,
+    /// This client has as many requests in flight as it may.
+    #[error("{ACTIVE_REQUESTS_PER_CLIENT} requests are in flight; finish or drop one")]
+    TooManyRequests,
+    /// The daemon has not taken this client's earlier requests yet.
+    #[error("the daemon has not taken this client's earlier requests yet; send again later")]
+    Overloaded,
+    /// Too little shared memory is left.
+    #[error("no room in /dev/shm for {0} bytes beside the reserve; remove files there or enlarge it")]
+    NoMemory(usize),
+    /// Nothing came in time; the request still runs.
+    #[error("no response within {0:?}; wait again, or drop the request to cancel it")]
+    Timeout(Duration),
+    /// The daemon ended the stream without a final response.
+    #[error("the daemon ended the request without a final response")]
+    NoAnswer,
+    /// What was to be sent, or what came back, breaks the wire's rules.
+    #[error(transparent)]
+    Wire(#[from] WireError),
+    /// A control message cannot be written or read.
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    /// A service or port cannot be opened; daemon and client may be of different releases.
+    #[error("cannot open {what}: {reason}; use client and daemon of the same release")]
+    Setup {
+        /// The service or port.
+        what: &'static str,
+        /// What iceoryx2 said.
+        reason: String,
+    },
+    /// A port stopped working.
+    #[error("{what} failed: {reason}")]
+    Transport {
+        /// The port.
+        what: &'static str,
+        /// What iceoryx2 said.
+        reason: String,
+    },
+}
+
+impl ClientError {
+    /// The code for the command line's exit and for other languages.
+    pub fn code(&self) -> Code {
+        match self {
+            Self::DaemonLost { .. } | Self::Setup { .. } | Self::Instance(_) => Code::DaemonLost,
+            Self::Transport { .. } => Code::DaemonLost,
+            Self::TooManyClients | Self::Overloaded => Code::Overloaded,
+            Self::TooManyRequests => Code::Quota,
+            Self::NoMemory(_) => Code::ResourceExhausted,
+            Self::Timeout(_) => Code::TimedOut,
+            Self::NoAnswer => Code::Crash,
+            Self::Wire(error) => error.code(),
+            Self::Control(ControlError::TooLarge) => Code::ResourceExhausted,
+            Self::Control(ControlError::Malformed(_)) => Code::MalformedRequest,
+        }
+    }
+
+    pub(super) fn setup(what: &'static str, error: impl std::fmt::Display) -> Self {
+        Self::Setup { what, reason: error.to_string() }
+    }
+
+    pub(super) fn transport(what: &'static str, error: impl std::fmt::Display) -> Self {
+        Self::Transport { what, reason: error.to_string() }
+    }
+}
+
+pub(super) fn from_send(error: RequestSendError) -> ClientError {
+    match error {
+        RequestSendError::ExceedsMaxActiveRequests => ClientError::TooManyRequests,
+        RequestSendError::SendError(SendError::UnableToDeliver) => ClientError::Overloaded,
+        RequestSendError::SendError(SendError::LoanError(error)) => from_loan(error, 0),
+        RequestSendError::SendError(error) => ClientError::transport("request port", error),
+    }
+}
+
+pub(super) fn from_loan(error: LoanError, bytes: usize) -> ClientError {
+    match error {
+        LoanError::ExceedsMaxLoans => ClientError::TooManyRequests,
+        LoanError::OutOfMemory | LoanError::ExceedsMaxLoanSize => ClientError::NoMemory(bytes),
+        LoanError::InternalFailure => ClientError::transport("request memory", error),
+    }
+}

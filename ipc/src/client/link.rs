@@ -1,0 +1,229 @@
+//! The ports of one client.
+
+use super::ClientError;
+use super::error::from_loan;
+use crate::instance::Instance;
+use crate::limits::*;
+use crate::lock::{DaemonProbe, DaemonState};
+use crate::memory::{self, Room};
+use crate::time::unique_number;
+use crate::transport::{self, Variant};
+use crate::wire::{ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader};
+use iceoryx2::node::Node;
+use iceoryx2::port::client::Client as Port;
+use iceoryx2::port::listener::{Listener, ListenerWaitError};
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::{BackpressureAction, BackpressureInfo};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
+use iceoryx2::request_mut::RequestMut;
+use iceoryx2::request_mut_uninit::RequestMutUninit;
+use iceoryx2::service::port_factory::event;
+use std::mem::MaybeUninit;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+pub(super) type OptimizePort = Port<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
+pub(super) type ControlPort = Port<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
+pub(super) type OptimizeLoan = RequestMut<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
+pub(super) type ControlLoan = RequestMutUninit<Variant, [MaybeUninit<u8>], ControlHeader, [u8], ControlReplyHeader>;
+
+/// The ports, shared by the client, its requests in flight and its feeds.
+#[derive(Debug)]
+pub(super) struct Link {
+    optimize: OptimizePort,
+    control: ControlPort,
+    notifier: Notifier<Variant>,
+    listeners: Mutex<Vec<Listener<Variant>>>,
+    listener_service: event::PortFactory<Variant>,
+    pub(super) node: Node<Variant>,
+    probe: DaemonProbe,
+    root: String,
+    first_id: u64,
+    requests: AtomicU64,
+    room: Room,
+}
+
+impl Link {
+    pub(super) fn open(instance: &Instance) -> Result<Self, ClientError> {
+        let root = instance.root().display().to_string();
+        let lost = |reason| ClientError::DaemonLost { root: root.clone(), reason };
+        let probe = DaemonProbe::open(instance)?.ok_or_else(|| lost("it was never started"))?;
+        instance.check_private()?;
+        match probe.state() {
+            DaemonState::Running { .. } => (),
+            DaemonState::Starting => return Err(lost("it is still starting")),
+            DaemonState::Absent => return Err(lost("it is not running")),
+        }
+        if memory::free_bytes() == 0 {
+            return Err(ClientError::NoMemory(0));
+        }
+        let node = transport::node(instance).map_err(|error| ClientError::setup("node", error))?;
+        let listener_service = opened("wake-client", transport::wake_client(&node).open())?;
+        let wake_server = opened("wake-server", transport::wake_server(&node).open())?;
+        let first = opened("listener", transport::listener(&listener_service))?;
+        Ok(Self {
+            optimize: optimize_port(&node)?,
+            control: control_port(&node)?,
+            notifier: opened("notifier", wake_server.notifier_builder().create())?,
+            listeners: Mutex::new(vec![first]),
+            listener_service,
+            node,
+            probe,
+            root,
+            first_id: unique_number(),
+            requests: AtomicU64::new(0),
+            room: Room::default(),
+        })
+    }
+
+    /// An id that no other request has.
+    pub(super) fn next_id(&self) -> u64 {
+        self.first_id.wrapping_add(self.requests.fetch_add(1, Ordering::Relaxed))
+    }
+
+    pub(super) fn loan(&self, bytes: usize) -> Result<OptimizeLoan, ClientError> {
+        self.check_room(bytes)?;
+        self.optimize.loan_slice(bytes).map_err(|error| from_loan(error, bytes))
+    }
+
+    pub(super) fn loan_control(&self, bytes: usize) -> Result<ControlLoan, ClientError> {
+        self.check_room(bytes)?;
+        self.control.loan_slice_uninit(bytes).map_err(|error| from_loan(error, bytes))
+    }
+
+    fn check_room(&self, bytes: usize) -> Result<(), ClientError> {
+        if self.room.take(bytes) { Ok(()) } else { Err(ClientError::NoMemory(bytes)) }
+    }
+
+    /// Tells the daemon to look at its ports.
+    pub(super) fn call_daemon(&self) {
+        // Fails only if the daemon is gone, which waiting finds out, or if it is being woken already.
+        let _ = self.notifier.notify();
+    }
+
+    pub(super) fn daemon_state(&self) -> DaemonState {
+        self.probe.state()
+    }
+
+    /// The boot id of the daemon that lives now.
+    pub(super) fn running(&self) -> Result<u64, ClientError> {
+        match self.probe.state() {
+            DaemonState::Running { boot_id, .. } => Ok(boot_id),
+            DaemonState::Starting => Err(self.lost("it is still starting")),
+            DaemonState::Absent => Err(self.lost("it is not running")),
+        }
+    }
+
+    /// Whether the daemon that got a request still lives.
+    pub(super) fn check_alive(&self, boot_id: u64) -> Result<(), ClientError> {
+        match self.probe.state() {
+            DaemonState::Running { boot_id: now, .. } if now == boot_id => Ok(()),
+            DaemonState::Absent => Err(self.lost("it went away")),
+            _ => Err(self.lost("it was restarted")),
+        }
+    }
+
+    pub(super) fn lost(&self, reason: &'static str) -> ClientError {
+        ClientError::DaemonLost { root: self.root.clone(), reason }
+    }
+
+    /// A listener of this client's own, back into the pool when dropped.
+    pub(super) fn take_listener(&self) -> Result<WaitFor<'_>, ClientError> {
+        let pooled = self.pool().pop();
+        let listener = match pooled {
+            Some(listener) => listener,
+            None => opened("listener", transport::listener(&self.listener_service))?,
+        };
+        Ok(WaitFor { link: self, listener: Some(listener) })
+    }
+
+    fn pool(&self) -> std::sync::MutexGuard<'_, Vec<Listener<Variant>>> {
+        self.listeners.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn put_listener(&self, listener: Listener<Variant>) {
+        self.pool().push(listener);
+    }
+}
+
+/// A listener on loan.
+#[derive(Debug)]
+pub(super) struct WaitFor<'a> {
+    link: &'a Link,
+    listener: Option<Listener<Variant>>,
+}
+
+impl WaitFor<'_> {
+    /// Keeps the listener out of the pool; [`Link::put_listener`] brings it back.
+    pub(super) fn keep(mut self) -> Listener<Variant> {
+        self.listener.take().expect("taken only here and by drop")
+    }
+
+    pub(super) fn id(&self) -> [u64; 2] {
+        self.listener.as_ref().map_or([0; 2], listener_id)
+    }
+
+    pub(super) fn wait_until(&self, end: Instant, asked: Duration) -> Result<(), ClientError> {
+        self.listener.as_ref().map_or(Ok(()), |listener| wait_until(listener, end, asked))
+    }
+}
+
+impl Drop for WaitFor<'_> {
+    fn drop(&mut self) {
+        if let Some(listener) = self.listener.take() {
+            self.link.put_listener(listener);
+        }
+    }
+}
+
+pub(super) fn listener_id(listener: &Listener<Variant>) -> [u64; 2] {
+    let id = listener.id().value();
+    [id as u64, (id >> 64) as u64]
+}
+
+/// Sleeps until called, until `end`, or for a probe interval; fails once `end` has passed.
+pub(super) fn wait_until(listener: &Listener<Variant>, end: Instant, asked: Duration) -> Result<(), ClientError> {
+    let left = end.saturating_duration_since(Instant::now()).min(PROBE_INTERVAL);
+    if left.is_zero() {
+        return Err(ClientError::Timeout(asked));
+    }
+    match listener.timed_wait(|_| (), left) {
+        Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
+        Err(error) => Err(ClientError::transport("listener", error)),
+    }
+}
+
+fn opened<T, E: std::fmt::Display>(what: &'static str, result: Result<T, E>) -> Result<T, ClientError> {
+    result.map_err(|error| {
+        let reason = error.to_string();
+        if reason.contains("ExceedsMax") { ClientError::TooManyClients } else { ClientError::setup(what, reason) }
+    })
+}
+
+/// Waiting for a full daemon would hang the planner.
+fn give_up(_: &BackpressureInfo) -> BackpressureAction {
+    BackpressureAction::DiscardDataAndFail
+}
+
+fn optimize_port(node: &Node<Variant>) -> Result<OptimizePort, ClientError> {
+    let service = opened("optimize", transport::optimize(node).open())?;
+    let builder = service
+        .client_builder()
+        .initial_max_slice_len(MAX_PAYLOAD)
+        .allocation_strategy(AllocationStrategy::Static)
+        .backpressure_strategy(BackpressureStrategy::DiscardData)
+        .set_backpressure_handler(give_up);
+    opened("request port", builder.create())
+}
+
+fn control_port(node: &Node<Variant>) -> Result<ControlPort, ClientError> {
+    let service = opened("control", transport::control(node).open())?;
+    let builder = service
+        .client_builder()
+        .initial_max_slice_len(CONTROL_MAX)
+        .allocation_strategy(AllocationStrategy::Static)
+        .backpressure_strategy(BackpressureStrategy::DiscardData)
+        .set_backpressure_handler(give_up);
+    opened("control port", builder.create())
+}

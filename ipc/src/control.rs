@@ -1,0 +1,300 @@
+//! Control messages: what changes the daemon's store, or asks about it.
+//!
+//! They travel as bincode 2.0.1 in its standard configuration, at most [`CONTROL_MAX`] bytes.
+
+use crate::limits::CONTROL_MAX;
+use crate::wire::Code;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// What a client asks for. Labels are free text; their ids are [`crate::wire::label_id`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum ControlRequest {
+    /// Load a robot under a label.
+    LoadRobot {
+        /// The label.
+        label: String,
+        /// Where its files are and how to read them.
+        source: RobotSource,
+        /// Take the label away from other content.
+        replace: bool,
+    },
+    /// Load a scene under a label.
+    LoadScene {
+        /// The label.
+        label: String,
+        /// The scene file's text (JSON).
+        json: String,
+        /// Folder that relative mesh paths of the scene start from; absolute.
+        base_dir: Option<PathBuf>,
+        /// Take the label away from other content.
+        replace: bool,
+    },
+    /// Change a scene; a diff against another version than `base_version` is refused.
+    DiffScene {
+        /// The label.
+        label: String,
+        /// The diff's text (JSON, `is_diff` set).
+        json: String,
+        /// Folder that relative mesh paths of the diff start from; absolute.
+        base_dir: Option<PathBuf>,
+        /// Version the diff is made against.
+        base_version: u64,
+    },
+    /// Forget a robot; running requests keep it until they end.
+    UnloadRobot {
+        /// The label.
+        label: String,
+    },
+    /// Forget a scene; running requests keep it until they end.
+    UnloadScene {
+        /// The label.
+        label: String,
+    },
+    /// Keep a scene version from being dropped, or let it go.
+    PinScene {
+        /// The label.
+        label: String,
+        /// The version.
+        version: u64,
+        /// Pin or unpin.
+        pinned: bool,
+    },
+    /// Variable names, groups and hashes of a robot.
+    Describe {
+        /// The robot's label.
+        label: String,
+    },
+    /// Names and versions of what is loaded.
+    List,
+    /// Counters and times.
+    Stats,
+    /// Stop the daemon after the running requests.
+    Shutdown,
+}
+
+/// The `robot` part of a problem file; paths are absolute.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RobotSource {
+    /// The URDF file.
+    pub urdf: PathBuf,
+    /// The SRDF file.
+    pub srdf: Option<PathBuf>,
+    /// Folder of each package named in `package://` addresses.
+    pub packages: BTreeMap<String, PathBuf>,
+    /// Joint between the world and the robot's root.
+    pub virtual_joint: Option<VirtualJoint>,
+    /// Variables of a configuration, in order; empty = every movable joint that is not a mimic.
+    pub variables: Vec<String>,
+    /// Pairs of links that may touch.
+    pub allowed_collisions: Vec<(String, String)>,
+    /// URDF whose collision geometry is spheres, for a faster check.
+    pub spherized_urdf: Option<PathBuf>,
+    /// Pairs of links that may touch with the spheres.
+    pub spherized_allowed_collisions: Vec<(String, String)>,
+}
+
+/// A joint between the world and the robot's root link.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VirtualJoint {
+    /// Its name.
+    pub name: String,
+    /// How it moves.
+    pub kind: VirtualJointKind,
+    /// The frame it hangs from.
+    pub parent_frame: String,
+    /// Lowest and highest position of each translation, in metres; empty = unbounded.
+    pub position_bounds: Vec<(f64, f64)>,
+}
+
+/// How a virtual joint moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum VirtualJointKind {
+    /// x, y and an angle.
+    Planar,
+    /// Position and unit quaternion.
+    Floating,
+}
+
+/// What the daemon answers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum ControlReply {
+    /// Done; nothing to report.
+    Done,
+    /// A robot is loaded.
+    Robot(Box<RobotDescription>),
+    /// A scene is loaded or changed.
+    Scene(SceneSummary),
+    /// What is loaded.
+    Listing(Listing),
+    /// Counters and times.
+    Stats(Stats),
+    /// Nothing was changed.
+    Refused(Refusal),
+}
+
+/// Why a control request was refused.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Refusal {
+    /// Number of a [`Code`].
+    pub code: i32,
+    /// One line: the bad value, the valid ones, the next step.
+    pub message: String,
+    /// When to try again, in milliseconds; 0 = never.
+    pub retry_after_ms: u32,
+}
+
+impl Refusal {
+    /// A refusal that is not worth retrying.
+    pub fn new(code: Code, message: impl Into<String>) -> Self {
+        Self { code: code.into(), message: message.into(), retry_after_ms: 0 }
+    }
+}
+
+/// What a client has to know of a robot.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RobotDescription {
+    /// The label.
+    pub label: String,
+    /// Its id.
+    pub robot_id: u64,
+    /// Hash of its content.
+    pub robot_hash: u64,
+    /// Hash of the variable layout; requests carry it.
+    pub layout_hash: u64,
+    /// Variables of a configuration, in order.
+    pub variables: Vec<VariableDescription>,
+    /// Variables of the held joints, in order.
+    pub held_variables: Vec<String>,
+    /// Groups, in order; requests carry the index.
+    pub groups: Vec<GroupDescription>,
+    /// Variables of a configuration.
+    pub nq: u32,
+    /// Velocity coordinates.
+    pub nv: u32,
+    /// Default weights, one per velocity coordinate: metres moved per unit of joint motion.
+    pub weights: Vec<f64>,
+    /// What the loader wants people to know, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// One variable of a configuration.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct VariableDescription {
+    /// Its name: a joint's, or `joint/x`, `joint/qw`, ... for joints of several variables.
+    pub name: String,
+    /// Lowest value, in radians or metres; negative infinity = unbounded.
+    pub lower: f64,
+    /// Highest value, in radians or metres; infinity = unbounded.
+    pub upper: f64,
+    /// An angle on the circle.
+    pub continuous: bool,
+}
+
+/// One group of joints.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GroupDescription {
+    /// Its name.
+    pub name: String,
+    /// Indices of its variables.
+    pub variables: Vec<u32>,
+}
+
+/// One scene.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SceneSummary {
+    /// The label.
+    pub label: String,
+    /// Its id.
+    pub scene_id: u64,
+    /// Hash of its content.
+    pub scene_hash: u64,
+    /// Its newest version.
+    pub version: u64,
+    /// Objects in it.
+    pub objects: u32,
+    /// What the loader wants people to know, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// One robot in a listing.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RobotSummary {
+    /// The label.
+    pub label: String,
+    /// Its id.
+    pub robot_id: u64,
+    /// Hash of its content.
+    pub robot_hash: u64,
+    /// Variables of a configuration.
+    pub nq: u32,
+}
+
+/// What is loaded.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Listing {
+    /// The robots.
+    pub robots: Vec<RobotSummary>,
+    /// The scenes.
+    pub scenes: Vec<SceneSummary>,
+}
+
+/// Counters and times by name, and the daemon's own data.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Stats {
+    /// Changes with every start of the daemon.
+    pub boot_id: u64,
+    /// Process id of the daemon.
+    pub pid: u32,
+    /// Version of the daemon's program.
+    pub daemon_version: String,
+    /// Time since the start, in nanoseconds.
+    pub uptime_ns: u64,
+    /// Numbers by name, the unit last in the name.
+    pub numbers: BTreeMap<String, f64>,
+}
+
+/// Why a control message could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum ControlError {
+    /// It does not fit.
+    #[error("a control message of more than {CONTROL_MAX} bytes; send the scene in parts or as files")]
+    TooLarge,
+    /// The bytes are no message of this version.
+    #[error("not a control message of this version: {0}")]
+    Malformed(String),
+}
+
+fn configuration() -> impl bincode::config::Config {
+    bincode::config::standard().with_limit::<CONTROL_MAX>()
+}
+
+/// A message as bytes.
+///
+/// # Errors
+/// [`ControlError::TooLarge`] over [`CONTROL_MAX`].
+pub fn encode<M: Serialize>(message: &M) -> Result<Vec<u8>, ControlError> {
+    match bincode::serde::encode_to_vec(message, configuration()) {
+        Ok(bytes) if bytes.len() <= CONTROL_MAX => Ok(bytes),
+        Ok(_) => Err(ControlError::TooLarge),
+        Err(error) => Err(ControlError::Malformed(error.to_string())),
+    }
+}
+
+/// A message from bytes; all of them have to belong to it.
+///
+/// # Errors
+/// [`ControlError`]; never panics and never allocates more than [`CONTROL_MAX`] bytes, whatever the bytes.
+pub fn decode<M: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<M, ControlError> {
+    if bytes.len() > CONTROL_MAX {
+        return Err(ControlError::TooLarge);
+    }
+    match bincode::serde::decode_from_slice(bytes, configuration()) {
+        Ok((message, read)) if read == bytes.len() => Ok(message),
+        Ok((_, read)) => Err(ControlError::Malformed(format!("{} bytes follow its end", bytes.len() - read))),
+        Err(error) => Err(ControlError::Malformed(error.to_string())),
+    }
+}

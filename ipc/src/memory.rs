@@ -1,0 +1,106 @@
+//! Shared memory: is there enough, and what did an instance leave there.
+
+use crate::instance::Instance;
+use crate::limits::{SHM_ALLOWANCE, SHM_RESERVE};
+use std::fs::Permissions;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
+use std::time::{Duration, SystemTime};
+
+/// Where POSIX shared memory lies on Linux.
+pub const SHM_FOLDER: &str = "/dev/shm";
+
+/// Watches that shared memory never runs full: a write that does not fit would end the process (SIGBUS).
+///
+/// Memory is reserved in name only and taken page by page when it is first written, so each message asks before.
+/// The system is asked once in [`SHM_ALLOWANCE`] bytes.
+#[derive(Debug, Default)]
+pub struct Room {
+    allowance: AtomicU64,
+}
+
+impl Room {
+    /// Whether `bytes` more fit beside the reserve.
+    pub fn take(&self, bytes: usize) -> bool {
+        let bytes = bytes as u64;
+        let taken = self.allowance.try_update(Relaxed, Relaxed, |left| left.checked_sub(bytes));
+        if taken.is_ok() {
+            return true;
+        }
+        let free = free_bytes();
+        self.allowance.store(free.min(SHM_ALLOWANCE).saturating_sub(bytes), Relaxed);
+        free >= bytes.max(1)
+    }
+}
+
+/// Bytes of shared memory that are free beside the reserve.
+pub fn free_bytes() -> u64 {
+    let Ok(stat) = rustix::fs::statvfs(SHM_FOLDER) else { return u64::MAX };
+    let reserve = SHM_RESERVE.min(stat.f_blocks.saturating_mul(stat.f_frsize) / 8);
+    stat.f_bavail.saturating_mul(stat.f_frsize).saturating_sub(reserve)
+}
+
+/// A shared-memory file of an instance.
+#[derive(Clone, Debug)]
+pub struct SharedFile {
+    /// Where it lies.
+    pub path: PathBuf,
+    /// Its size in bytes, not what it occupies.
+    pub bytes: u64,
+    /// Bytes it occupies.
+    pub taken: u64,
+    /// Its permission bits.
+    pub mode: u32,
+    /// Time since it was last written.
+    pub age: Duration,
+}
+
+/// The shared-memory files of `instance`.
+pub fn shared_files(instance: &Instance) -> Vec<SharedFile> {
+    let Ok(entries) = std::fs::read_dir(SHM_FOLDER) else { return Vec::new() };
+    let ours = entries.flatten().filter(|entry| entry.file_name().to_string_lossy().starts_with(instance.prefix()));
+    ours.filter_map(|entry| {
+        let meta = entry.metadata().ok()?;
+        let age = SystemTime::now().duration_since(meta.modified().ok()?).unwrap_or_default();
+        Some(SharedFile {
+            path: entry.path(),
+            bytes: meta.len(),
+            taken: meta.blocks() * 512,
+            mode: meta.mode() & 0o777,
+            age,
+        })
+    })
+    .collect()
+}
+
+/// Removes everything `instance` left behind except its lock and configuration. Only for the holder of the
+/// lock, and only while no process of the instance lives.
+pub(crate) fn wipe(instance: &Instance) {
+    for file in shared_files(instance) {
+        let _ = std::fs::remove_file(file.path);
+    }
+    for folder in ["services", "nodes"] {
+        let _ = std::fs::remove_dir_all(instance.root().join(folder));
+    }
+    let Ok(entries) = std::fs::read_dir(instance.root()) else { return };
+    for entry in entries.flatten() {
+        if is_socket_of(instance, &entry.path()) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Takes the rights of others off files that iceoryx2 makes for everybody (its counter of nodes).
+pub(crate) fn make_private(instance: &Instance) {
+    for file in shared_files(instance) {
+        if file.mode & 0o077 != 0 {
+            let _ = std::fs::set_permissions(&file.path, Permissions::from_mode(0o600));
+        }
+    }
+}
+
+fn is_socket_of(instance: &Instance, path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(instance.prefix()))
+}

@@ -1,0 +1,273 @@
+//! The daemon's side: owns every port, never blocks on a client.
+
+mod bell;
+mod cleanup;
+mod incoming;
+mod janitor;
+mod ports;
+
+pub use bell::Waker;
+pub use cleanup::{CleanUp, clean_dead_nodes};
+pub use incoming::{IncomingControl, IncomingRequest, SendError};
+pub use janitor::Janitor;
+
+use crate::instance::{Instance, InstanceError};
+use crate::limits::{MAX_CLIENTS, WIRE_VERSION};
+use crate::lock::DaemonLock;
+use crate::memory::{self, Room};
+use crate::time::unique_number;
+use crate::transport::{self, Variant};
+use crate::wire::{Code, ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent, StatusRecord};
+use bell::ClientBell;
+use iceoryx2::node::Node;
+use iceoryx2::port::ReceiveError;
+use iceoryx2::port::listener::{Listener, ListenerWaitError};
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::server::Server as Port;
+use iceoryx2::prelude::PortFactory;
+use iceoryx2::service::port_factory::request_response;
+use ports::{control_port, listener, made, optimize_port, scene_event_port, status_port};
+use rustix::process::{Resource, getrlimit, setrlimit};
+use std::sync::Arc;
+use std::time::Duration;
+
+type OptimizePort = Port<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
+type ControlPort = Port<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
+type OptimizeService = request_response::PortFactory<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
+
+/// Why the server cannot be created or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum ServerError {
+    /// Another daemon serves this instance.
+    #[error(
+        "another daemon serves instance `{name}` at {root}; stop it or choose another instance with TAUT_INSTANCE=name:/root"
+    )]
+    AlreadyRunning {
+        /// The instance's name.
+        name: String,
+        /// Its root.
+        root: String,
+    },
+    /// The instance cannot be used.
+    #[error(transparent)]
+    Instance(#[from] InstanceError),
+    /// Too little shared memory is left.
+    #[error("/dev/shm is full but for its reserve; remove files there or enlarge it")]
+    NoMemory,
+    /// A service or port could not be made; clients of another release may still be connected.
+    #[error("cannot set up {what}: {reason}; stop clients of other releases and try again")]
+    Setup {
+        /// The service or port.
+        what: &'static str,
+        /// What iceoryx2 said.
+        reason: String,
+    },
+    /// A port stopped working.
+    #[error("{what} failed: {reason}")]
+    Port {
+        /// The port.
+        what: &'static str,
+        /// What iceoryx2 said.
+        reason: String,
+    },
+}
+
+impl ServerError {
+    /// The code for the command line's exit.
+    pub fn code(&self) -> Code {
+        match self {
+            Self::NoMemory => Code::ResourceExhausted,
+            _ => Code::DaemonLost,
+        }
+    }
+}
+
+/// Open files the daemon may need.
+const FILES_WANTED: u64 = 512 + 16 * MAX_CLIENTS as u64;
+
+/// What every response of a server shares.
+#[derive(Debug)]
+pub(crate) struct Shared {
+    bell: ClientBell,
+    boot_id: u64,
+    room: Room,
+}
+
+/// All ports of the daemon. One thread owns it; it can be moved to that thread.
+#[derive(Debug)]
+pub struct Server {
+    optimize: OptimizePort,
+    control: ControlPort,
+    status: Publisher<Variant, StatusRecord, ()>,
+    scene_events: Publisher<Variant, SceneEvent, ()>,
+    listener: Listener<Variant>,
+    waker: Waker,
+    shared: Arc<Shared>,
+    heartbeat: u64,
+    service: OptimizeService,
+    _node: Node<Variant>,
+    _sweep: Sweep,
+    // Last: the instance is free only when everything above is gone.
+    lock: DaemonLock,
+}
+
+/// Leaves nothing behind if the daemon was the last to go.
+#[derive(Debug)]
+struct Sweep(Instance);
+
+impl Drop for Sweep {
+    fn drop(&mut self) {
+        cleanup::clean_end(&self.0);
+    }
+}
+
+impl Server {
+    /// Takes the instance, removes what dead processes left there, and opens all services.
+    ///
+    /// # Errors
+    /// [`ServerError::AlreadyRunning`] if another daemon lives; otherwise what could not be made.
+    pub fn create(instance: &Instance) -> Result<Self, ServerError> {
+        instance.prepare()?;
+        raise_file_limit();
+        let lock = DaemonLock::acquire(instance)?.ok_or_else(|| already_running(instance))?;
+        transport::quiet();
+        instance.set_global_config()?;
+        if memory::free_bytes() == 0 {
+            return Err(ServerError::NoMemory);
+        }
+        cleanup::clean_start(instance);
+        let node = transport::node(instance).map_err(setup("node"))?;
+        let boot_id = unique_number();
+        let service = made("optimize", transport::optimize_settings(transport::optimize(&node)).open_or_create())?;
+        let mut server = Self {
+            optimize: optimize_port(&service)?,
+            control: control_port(&node)?,
+            status: status_port(&node)?,
+            scene_events: scene_event_port(&node)?,
+            listener: listener(&node)?,
+            waker: Waker::new(&node).map_err(setup("waker"))?,
+            shared: Arc::new(Shared {
+                bell: ClientBell::new(&node).map_err(setup("wake-client"))?,
+                boot_id,
+                room: Room::default(),
+            }),
+            heartbeat: 0,
+            service,
+            _node: node,
+            _sweep: Sweep(instance.clone()),
+            lock,
+        };
+        memory::make_private(instance);
+        let announced = server.lock.announce(boot_id);
+        announced.map_err(|source| instance.file_error(instance.root(), source))?;
+        Ok(server)
+    }
+
+    /// Changes with every start; in every response.
+    pub fn boot_id(&self) -> u64 {
+        self.shared.boot_id
+    }
+
+    /// A handle with which any thread ends [`Self::wait`].
+    pub fn waker(&self) -> Waker {
+        self.waker.clone()
+    }
+
+    /// Clients connected now, dead ones included until they are cleaned up.
+    pub fn clients(&self) -> usize {
+        self.service.dynamic_config().number_of_clients()
+    }
+
+    /// Sleeps until a client or a [`Waker`] calls, or `timeout` passes; tells whether somebody called.
+    ///
+    /// A call that came before is not lost. Signals end the wait too. The kernel rounds the timeout up to its
+    /// tick, up to 4 ms.
+    ///
+    /// # Errors
+    /// [`ServerError::Port`] if the listener is broken.
+    pub fn wait(&self, timeout: Duration) -> Result<bool, ServerError> {
+        // A timeout of zero would mean for ever to the socket.
+        let heard =
+            if timeout.is_zero() { self.listener.try_wait(|_| ()) } else { self.listener.timed_wait(|_| (), timeout) };
+        match heard {
+            Ok(calls) => Ok(calls > 0),
+            Err(ListenerWaitError::InterruptSignal) => Ok(true),
+            Err(error) => Err(port("listener")(error)),
+        }
+    }
+
+    /// The next request, if any. Those whose client is gone already are skipped. A client has at most two requests
+    /// here: while cancelled ones are not dropped yet, its next ones wait.
+    ///
+    /// # Errors
+    /// [`ServerError::Port`] if the port is broken.
+    pub fn receive(&self) -> Result<Option<IncomingRequest>, ServerError> {
+        let active = received(|| self.optimize.receive()).map_err(port("request port"))?;
+        Ok(active.map(|active| IncomingRequest::new(active, self.shared.clone())))
+    }
+
+    /// The next control message, if any.
+    ///
+    /// # Errors
+    /// As [`Self::receive`].
+    pub fn receive_control(&self) -> Result<Option<IncomingControl>, ServerError> {
+        let active = received(|| self.control.receive()).map_err(port("control port"))?;
+        Ok(active.map(|active| IncomingControl::new(active, self.shared.clone())))
+    }
+
+    /// Publishes the daemon's state; version, boot id and heartbeat are filled in.
+    ///
+    /// # Errors
+    /// [`ServerError::Port`] if it cannot be sent.
+    pub fn publish_status(&mut self, status: &StatusRecord) -> Result<(), ServerError> {
+        self.heartbeat += 1;
+        let record = StatusRecord {
+            wire_version: WIRE_VERSION,
+            header_len: size_of::<StatusRecord>() as u32,
+            boot_id: self.shared.boot_id,
+            heartbeat: self.heartbeat,
+            ..*status
+        };
+        self.status.send_copy(record).map(drop).map_err(port("status port"))
+    }
+
+    /// Publishes a change of a scene; version and boot id are filled in.
+    ///
+    /// # Errors
+    /// [`ServerError::Port`] if it cannot be sent.
+    pub fn publish_scene_event(&self, event: &SceneEvent) -> Result<(), ServerError> {
+        let record = SceneEvent { wire_version: WIRE_VERSION, boot_id: self.shared.boot_id, ..*event };
+        self.scene_events.send_copy(record).map(drop).map_err(port("scene event port"))
+    }
+}
+
+/// A client costs the daemon up to twelve open files, and the usual limit of 1024 is below the number of clients.
+fn raise_file_limit() {
+    let mut limit = getrlimit(Resource::Nofile);
+    let wanted = limit.maximum.map_or(FILES_WANTED, |maximum| maximum.min(FILES_WANTED));
+    if limit.current.is_some_and(|current| current < wanted) {
+        limit.current = Some(wanted);
+        let _ = setrlimit(Resource::Nofile, limit);
+    }
+}
+
+/// A client whose cancelled requests are still being held has to wait for its next one: that is no error. Neither is
+/// one client's broken connection, which shows only once.
+fn received<T>(mut receive: impl FnMut() -> Result<Option<T>, ReceiveError>) -> Result<Option<T>, ReceiveError> {
+    match receive().or_else(|_| receive()) {
+        Err(ReceiveError::ExceedsMaxBorrows) => Ok(None),
+        other => other,
+    }
+}
+
+fn already_running(instance: &Instance) -> ServerError {
+    ServerError::AlreadyRunning { name: instance.name().to_owned(), root: instance.root().display().to_string() }
+}
+
+fn setup(what: &'static str) -> impl Fn(String) -> ServerError {
+    move |reason| ServerError::Setup { what, reason }
+}
+
+fn port<E: std::fmt::Display>(what: &'static str) -> impl Fn(E) -> ServerError {
+    move |error| ServerError::Port { what, reason: error.to_string() }
+}

@@ -1,0 +1,151 @@
+//! The services and their settings, the same for both sides.
+//!
+//! Payload memory is static, at its largest size: it is sparse, so only what is written is taken. Memory that grows
+//! (`PowerOfTwo`) would cost 256 segments of bookkeeping in each connection: 10 MB, and 0.1 s of the I/O thread
+//! whenever a client comes or goes.
+//!
+//! The daemon creates, clients only open. Both use iceoryx2's thread-safe variant: a client can move between
+//! threads, and workers can wake the daemon's I/O thread.
+
+use crate::instance::Instance;
+use crate::limits::*;
+use crate::services;
+use crate::wire::{ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent, StatusRecord};
+use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::port::listener::{Listener, ListenerCreateError};
+use iceoryx2::prelude::{LogLevel, ServiceName, SignalHandlingMode, ipc_threadsafe};
+use iceoryx2::service::builder::{event, publish_subscribe, request_response};
+use iceoryx2::service::port_factory::event as event_service;
+use std::sync::{Mutex, PoisonError};
+
+pub(crate) type Variant = ipc_threadsafe::Service;
+pub(crate) type OptimizeBuilder = request_response::Builder<[u8], RequestHeader, [u8], ResponseHeader, Variant>;
+pub(crate) type ControlBuilder = request_response::Builder<[u8], ControlHeader, [u8], ControlReplyHeader, Variant>;
+pub(crate) type StatusBuilder = publish_subscribe::Builder<StatusRecord, (), Variant>;
+pub(crate) type SceneEventBuilder = publish_subscribe::Builder<SceneEvent, (), Variant>;
+
+// A payload follows its header, so headers of this size and alignment align it to 8. Asking iceoryx2 for that
+// alignment would reserve 8 bytes for each byte.
+const fn aligns_payload<H>() -> bool {
+    size_of::<H>().is_multiple_of(PAYLOAD_ALIGN) && align_of::<H>() == PAYLOAD_ALIGN
+}
+const _: () = assert!(aligns_payload::<RequestHeader>() && aligns_payload::<ResponseHeader>());
+
+/// A node of `instance` that leaves signals to the program.
+pub(crate) fn node(instance: &Instance) -> Result<Node<Variant>, String> {
+    quiet();
+    NodeBuilder::new()
+        .config(&instance.config())
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<Variant>()
+        .map_err(|error| error.to_string())
+}
+
+/// Keeps iceoryx2 from printing what callers get as errors anyway; `IOX2_LOG_LEVEL` overrides it.
+pub(crate) fn quiet() {
+    static ONCE: std::sync::Once = std::sync::Once::new();
+    ONCE.call_once(|| iceoryx2::prelude::set_log_level_from_env_or(LogLevel::Error));
+}
+
+pub(crate) fn optimize(node: &Node<Variant>) -> OptimizeBuilder {
+    node.service_builder(&name(services::OPTIMIZE))
+        .request_response::<[u8], [u8]>()
+        .request_user_header::<RequestHeader>()
+        .response_user_header::<ResponseHeader>()
+}
+
+/// With the settings that the creator decides.
+pub(crate) fn optimize_settings(builder: OptimizeBuilder) -> OptimizeBuilder {
+    builder
+        .max_servers(1)
+        .max_clients(MAX_CLIENTS)
+        .max_nodes(MAX_NODES)
+        .max_active_requests_per_client(ACTIVE_REQUESTS_PER_CLIENT)
+        .max_loaned_requests(ACTIVE_REQUESTS_PER_CLIENT)
+        .max_response_buffer_size(RESPONSE_BUFFER)
+        .max_borrowed_responses_per_pending_response(BORROWED_RESPONSES)
+        .enable_safe_overflow_for_requests(false)
+        .enable_safe_overflow_for_responses(true)
+        .enable_fire_and_forget_requests(false)
+}
+
+pub(crate) fn control(node: &Node<Variant>) -> ControlBuilder {
+    node.service_builder(&name(services::CONTROL))
+        .request_response::<[u8], [u8]>()
+        .request_user_header::<ControlHeader>()
+        .response_user_header::<ControlReplyHeader>()
+}
+
+pub(crate) fn control_settings(builder: ControlBuilder) -> ControlBuilder {
+    builder
+        .max_servers(1)
+        .max_clients(MAX_CLIENTS)
+        .max_nodes(MAX_NODES)
+        .max_active_requests_per_client(CONTROL_REQUESTS_PER_CLIENT)
+        .max_loaned_requests(CONTROL_REQUESTS_PER_CLIENT)
+        .max_response_buffer_size(1)
+        .max_borrowed_responses_per_pending_response(1)
+        .enable_safe_overflow_for_requests(false)
+        .enable_safe_overflow_for_responses(true)
+        .enable_fire_and_forget_requests(false)
+}
+
+pub(crate) fn status(node: &Node<Variant>) -> StatusBuilder {
+    node.service_builder(&name(services::STATUS)).publish_subscribe::<StatusRecord>()
+}
+
+pub(crate) fn status_settings(builder: StatusBuilder) -> StatusBuilder {
+    builder
+        .max_publishers(1)
+        .max_subscribers(MAX_CLIENTS)
+        .max_nodes(MAX_NODES)
+        .history_size(1)
+        .subscriber_max_buffer_size(1)
+        .subscriber_max_borrowed_samples(1)
+        .enable_safe_overflow(true)
+}
+
+pub(crate) fn scene_events(node: &Node<Variant>) -> SceneEventBuilder {
+    node.service_builder(&name(services::SCENE_EVENTS)).publish_subscribe::<SceneEvent>()
+}
+
+pub(crate) fn scene_event_settings(builder: SceneEventBuilder) -> SceneEventBuilder {
+    builder
+        .max_publishers(1)
+        .max_subscribers(MAX_CLIENTS)
+        .max_nodes(MAX_NODES)
+        .history_size(0)
+        .subscriber_max_buffer_size(SCENE_EVENT_BUFFER)
+        .subscriber_max_borrowed_samples(1)
+        .enable_safe_overflow(true)
+}
+
+pub(crate) fn wake_server(node: &Node<Variant>) -> event::Builder<Variant> {
+    node.service_builder(&name(services::WAKE_SERVER)).event()
+}
+
+pub(crate) fn wake_server_settings(builder: event::Builder<Variant>) -> event::Builder<Variant> {
+    builder.max_listeners(1).max_notifiers(MAX_NODES).max_nodes(MAX_NODES)
+}
+
+pub(crate) fn wake_client(node: &Node<Variant>) -> event::Builder<Variant> {
+    node.service_builder(&name(services::WAKE_CLIENT)).event()
+}
+
+pub(crate) fn wake_client_settings(builder: event::Builder<Variant>) -> event::Builder<Variant> {
+    builder.max_listeners(MAX_CLIENTS * LISTENERS_PER_CLIENT).max_notifiers(1).max_nodes(MAX_NODES)
+}
+
+/// Makes a listener, one at a time in a process: iceoryx2 sets the umask of the whole process meanwhile and puts
+/// back what it found, so two at once could leave the wrong one for good.
+pub(crate) fn listener(
+    service: &event_service::PortFactory<Variant>,
+) -> Result<Listener<Variant>, ListenerCreateError> {
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    service.listener_builder().create()
+}
+
+fn name(text: &str) -> ServiceName {
+    ServiceName::new(text).expect("a fixed, valid name")
+}

@@ -1,0 +1,190 @@
+//! Sections of a payload: how they are laid out, written and read.
+
+use super::{
+    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, RefusalRecord, RequestHeader, ResponseHeader,
+    Section, WireError,
+};
+use crate::limits::{MAX_PAYLOAD, MAX_TEXT, PAYLOAD_ALIGN};
+use bytemuck::Pod;
+
+/// Optional sections of a request; an empty slice is an absent section.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RequestBody<'a> {
+    /// Metric weights, one per velocity coordinate.
+    pub weights: &'a [f64],
+    /// A byte per waypoint, 1 = keep it bit-equal.
+    pub fixed_waypoints: &'a [u8],
+    /// A byte per variable, 1 = may move.
+    pub group_mask: &'a [u8],
+    /// Values of the held joints, in the order of `describe`.
+    pub held_values: &'a [f64],
+}
+
+impl RequestBody<'_> {
+    /// Enters the sections into `header`, the path of `path_numbers` numbers first, and returns the bytes needed.
+    pub(crate) fn lay_out(&self, header: &mut RequestHeader, path_numbers: usize) -> usize {
+        let mut end = 0;
+        header.path = place(&mut end, path_numbers, 8);
+        header.weights = place(&mut end, self.weights.len(), 8);
+        header.held_values = place(&mut end, self.held_values.len(), 8);
+        header.fixed_waypoints = place(&mut end, self.fixed_waypoints.len(), 1);
+        header.group_mask = place(&mut end, self.group_mask.len(), 1);
+        end
+    }
+
+    /// Writes the sections to where `header` says; the path is the caller's.
+    pub(crate) fn write(&self, header: &RequestHeader, payload: &mut [u8]) {
+        put(payload, header.weights, self.weights);
+        put(payload, header.held_values, self.held_values);
+        put(payload, header.fixed_waypoints, self.fixed_waypoints);
+        put(payload, header.group_mask, self.group_mask);
+    }
+}
+
+/// Sections of a response; an empty slice is an absent section.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ResponseBody<'a> {
+    /// `waypoints * variables` numbers, row by row.
+    pub path: &'a [f64],
+    /// What was proved of each segment.
+    pub certificate: &'a [CertificateSegment],
+    /// Pairs proved at a lower floor.
+    pub lowered_pairs: &'a [LoweredPair],
+    /// Places where the path touches its clearance.
+    pub active_contacts: &'a [ActiveContact],
+    /// Where and why the input was refused.
+    pub refusal: Option<&'a RefusalRecord>,
+    /// What the certificate speaks about.
+    pub certificate_head: Option<&'a CertificateHead>,
+    /// The text that spans point into; cut at 64 KiB.
+    pub names: &'a str,
+    /// One line for people; cut at 64 KiB.
+    pub message: &'a str,
+}
+
+impl ResponseBody<'_> {
+    /// Enters the sections into `header` and returns the bytes needed.
+    ///
+    /// # Errors
+    /// [`WireError::PayloadSize`] if they do not fit a payload.
+    pub fn lay_out(&self, header: &mut ResponseHeader) -> Result<usize, WireError> {
+        let mut end = 0;
+        header.path = place(&mut end, self.path.len(), 8);
+        header.certificate = place_records(&mut end, self.certificate);
+        header.lowered_pairs = place_records(&mut end, self.lowered_pairs);
+        header.active_contacts = place_records(&mut end, self.active_contacts);
+        header.refusal = place_records(&mut end, self.refusal.as_slice_of_one());
+        header.certificate_head = place_records(&mut end, self.certificate_head.as_slice_of_one());
+        header.names = place(&mut end, cut(self.names).len(), 1);
+        header.message = place(&mut end, cut(self.message).len(), 1);
+        if end > MAX_PAYLOAD {
+            return Err(WireError::PayloadSize { found: end, limit: MAX_PAYLOAD });
+        }
+        Ok(end)
+    }
+
+    /// Writes the sections to where `header` says, after [`Self::lay_out`].
+    pub fn write(&self, header: &ResponseHeader, payload: &mut [u8]) {
+        put(payload, header.path, self.path);
+        put(payload, header.certificate, self.certificate);
+        put(payload, header.lowered_pairs, self.lowered_pairs);
+        put(payload, header.active_contacts, self.active_contacts);
+        put(payload, header.refusal, self.refusal.as_slice_of_one());
+        put(payload, header.certificate_head, self.certificate_head.as_slice_of_one());
+        put(payload, header.names, cut(self.names).as_bytes());
+        put(payload, header.message, cut(self.message).as_bytes());
+    }
+}
+
+trait SliceOfOne<T> {
+    fn as_slice_of_one(&self) -> &[T];
+}
+
+impl<T> SliceOfOne<T> for Option<&T> {
+    fn as_slice_of_one(&self) -> &[T] {
+        self.map_or(&[], std::slice::from_ref)
+    }
+}
+
+/// The text, cut at a character's end to what a section holds.
+fn cut(text: &str) -> &str {
+    &text[..text.floor_char_boundary(MAX_TEXT)]
+}
+
+fn place_records<T>(end: &mut usize, entries: &[T]) -> Section {
+    place(end, entries.len(), size_of::<T>())
+}
+
+/// Reserves `count` entries of `size` bytes behind `end`, 8-aligned. An absent section lies nowhere.
+fn place(end: &mut usize, count: usize, size: usize) -> Section {
+    if count == 0 {
+        return Section::default();
+    }
+    let offset = end.next_multiple_of(PAYLOAD_ALIGN);
+    *end = offset + count * size;
+    Section { offset: offset as u32, count: count as u32 }
+}
+
+fn put<T: Pod>(payload: &mut [u8], section: Section, entries: &[T]) {
+    let bytes: &[u8] = bytemuck::cast_slice(entries);
+    let start = section.offset as usize;
+    payload[start..start + bytes.len()].copy_from_slice(bytes);
+}
+
+/// The bytes of a section of `limit` entries at most, each `size` bytes.
+pub(crate) fn section_bytes<'a>(
+    payload: &'a [u8],
+    name: &'static str,
+    section: Section,
+    size: usize,
+    limit: usize,
+) -> Result<&'a [u8], WireError> {
+    let (offset, count) = (section.offset as usize, section.count as usize);
+    if count == 0 {
+        return Ok(&[]);
+    }
+    if count > limit {
+        return Err(WireError::SectionLimit { section: name, found: count, limit });
+    }
+    let out_of_bounds = WireError::SectionBounds {
+        section: name,
+        offset: section.offset,
+        count: section.count,
+        payload: payload.len(),
+    };
+    let end = count.checked_mul(size).and_then(|bytes| bytes.checked_add(offset));
+    match end.and_then(|end| payload.get(offset..end)) {
+        Some(bytes) if offset.is_multiple_of(PAYLOAD_ALIGN) => Ok(bytes),
+        _ => Err(out_of_bounds),
+    }
+}
+
+/// A section as records, in place.
+pub(crate) fn records<'a, T: Pod>(
+    payload: &'a [u8],
+    name: &'static str,
+    section: Section,
+    limit: usize,
+) -> Result<&'a [T], WireError> {
+    let bytes = section_bytes(payload, name, section, size_of::<T>(), limit)?;
+    if bytes.is_empty() {
+        // Its address need not be aligned.
+        return Ok(&[]);
+    }
+    bytemuck::try_cast_slice(bytes).map_err(|_| WireError::SectionBounds {
+        section: name,
+        offset: section.offset,
+        count: section.count,
+        payload: payload.len(),
+    })
+}
+
+/// A section as numbers, in place.
+pub(crate) fn numbers<'a>(
+    payload: &'a [u8],
+    name: &'static str,
+    section: Section,
+    limit: usize,
+) -> Result<&'a [f64], WireError> {
+    records(payload, name, section, limit)
+}

@@ -1,0 +1,139 @@
+//! Integers of the wire that mean one of a few things, with checked conversions.
+
+use super::WireError;
+
+macro_rules! number {
+    ($(#[$meta:meta])* $name:ident, $field:literal { $( $variant:ident = $value:literal, $meaning:literal; )* }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[repr(u32)]
+        pub enum $name {
+            $( #[doc = $meaning] $variant = $value, )*
+        }
+
+        impl $name {
+            /// Every value with its number and meaning.
+            pub const ALL: &'static [($name, &'static str)] = &[$( ($name::$variant, $meaning), )*];
+        }
+
+        impl TryFrom<u32> for $name {
+            type Error = WireError;
+
+            fn try_from(value: u32) -> Result<Self, WireError> {
+                match value {
+                    $( $value => Ok($name::$variant), )*
+                    _ => Err(WireError::UnknownValue { field: $field, value: value.into() }),
+                }
+            }
+        }
+
+        impl From<$name> for u32 {
+            fn from(value: $name) -> u32 {
+                value as u32
+            }
+        }
+    };
+}
+
+number! {
+    /// What to do with the path.
+    Mode, "mode" {
+        Check = 0, "prove the path, change nothing";
+        Gradient = 1, "the gradient method";
+        RandomShortcut = 2, "shortcuts between random configurations";
+        PartialShortcut = 3, "shortcuts of single joints";
+        Contact = 4, "the gradient method with contact half-spaces";
+        Hybrid = 5, "shortcuts and gradient in turns";
+    }
+}
+
+number! {
+    /// Whether more responses follow.
+    Status, "status" {
+        Progress = 0, "an improvement; more follow";
+        Final = 1, "the last response of the request";
+    }
+}
+
+number! {
+    /// How the work on a request ended; data, not an error.
+    Termination, "termination" {
+        Running = 0, "it has not ended";
+        Converged = 1, "a full round gained too little";
+        WorkBudget = 2, "the counted budget is spent";
+        Deadline = 3, "the deadline came";
+        Cancelled = 4, "the client went away or cancelled";
+        FinishedEarly = 5, "the client asked for the best so far";
+        Checked = 6, "mode check: proved or not, nothing to improve";
+        Refused = 7, "the request was refused, see code";
+    }
+}
+
+number! {
+    /// The stage of the method that found a path.
+    Stage, "stage" {
+        Input = 0, "the input itself";
+        Shortcut = 1, "whole-configuration shortcuts";
+        PartialShortcut = 2, "single-joint shortcuts";
+        Gradient = 3, "the gradient loop";
+        Contact = 4, "the gradient loop with contact half-spaces";
+    }
+}
+
+number! {
+    /// What happened to a scene.
+    SceneEventKind, "kind" {
+        Created = 0, "the scene is new";
+        Changed = 1, "the scene has a new version";
+        Deleted = 2, "the scene is gone";
+        PathUnsafe = 3, "a subscribed path is no longer proved";
+    }
+}
+
+/// Flags of a request.
+pub struct RequestFlags;
+
+impl RequestFlags {
+    /// Never lower a pair's clearance floor; UNCERTIFIED instead.
+    pub const STRICT: u32 = 1 << 0;
+    /// Columns of continuous joints are real numbers, not angles on the circle.
+    pub const UNWRAPPED: u32 = 1 << 1;
+    /// All flags that exist.
+    pub const ALL: u32 = Self::STRICT | Self::UNWRAPPED;
+
+    /// Checks that only known flags are set.
+    ///
+    /// # Errors
+    /// [`WireError::UnknownValue`] with the unknown bits.
+    pub fn check(flags: u32) -> Result<(), WireError> {
+        known(flags, Self::ALL)
+    }
+}
+
+/// Flags of a response.
+pub struct ResponseFlags;
+
+impl ResponseFlags {
+    /// The path is proved collision-free at its floors.
+    pub const PROVED: u32 = 1 << 0;
+    /// The scene has a newer version than the one the path was proved against.
+    pub const SUPERSEDED: u32 = 1 << 1;
+    /// All flags that exist.
+    pub const ALL: u32 = Self::PROVED | Self::SUPERSEDED;
+
+    /// Checks that only known flags are set.
+    ///
+    /// # Errors
+    /// [`WireError::UnknownValue`] with the unknown bits.
+    pub fn check(flags: u32) -> Result<(), WireError> {
+        known(flags, Self::ALL)
+    }
+}
+
+fn known(flags: u32, all: u32) -> Result<(), WireError> {
+    let unknown = flags & !all;
+    if unknown != 0 {
+        return Err(WireError::UnknownValue { field: "flags", value: unknown.into() });
+    }
+    Ok(())
+}

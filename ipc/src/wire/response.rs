@@ -1,0 +1,141 @@
+//! Header of a response and its checked view.
+
+use super::layout::Section;
+use super::request::{check_version, path_numbers};
+use super::{
+    ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, RefusalRecord, ResponseFlags, Stage, Status,
+    Termination, WireError,
+};
+use crate::limits::{MAX_RECORDS, MAX_TEXT, MAX_WAYPOINTS};
+use crate::wire::body::{numbers, records, section_bytes};
+use iceoryx2::prelude::ZeroCopySend;
+
+wire_type! {
+    /// Header of a response on `taut/v1/optimize`.
+    ResponseHeader, size 232 {
+        0 wire_version: u32, "1";
+        4 header_len: u32, "size of this header, 232";
+        8 request_id: u64, "of the request answered";
+        16 seq: u32, "counts the responses of this request from 0; a gap means dropped ones";
+        20 status: u32, "see statuses";
+        24 code: i32, "see codes";
+        28 retry_after_ms: u32, "for retryable codes, when to try again, in milliseconds";
+        32 boot_id: u64, "of the daemon";
+        40 robot_hash: u64, "content of the robot it was computed with";
+        48 scene_id: u64, "id of the scene's label";
+        56 scene_hash: u64, "content of the scene it was proved against";
+        64 scene_version: u64, "version of the scene it was proved against";
+        72 termination: u32, "see terminations";
+        76 reserved: u32, "0";
+        80 flags: u32, "see response flags";
+        84 stage: u32, "see stages";
+        88 waypoints: u32, "rows of the path, 0 = no path";
+        92 variables: u32, "columns of the path";
+        96 length_before: f64, "length of the input, in the request's metric";
+        104 length_after: f64, "length of this path, same metric";
+        112 lower_bound: f64, "no path is shorter than this, same metric";
+        120 clearance_m: f64, "smallest clearance claimed, in metres";
+        128 floor_m: f64, "lowest floor of any pair, in metres";
+        136 iterations: u64, "iterations of the method";
+        144 work: u64, "counted work";
+        152 queue_ns: u64, "time the request waited";
+        160 compute_ns: u64, "time it was worked on";
+        168 path: Section, "waypoints x variables f64, row by row";
+        176 certificate: Section, "records, one per segment";
+        184 lowered_pairs: Section, "records";
+        192 active_contacts: Section, "records";
+        200 refusal: Section, "0 or 1 record";
+        208 certificate_head: Section, "0 or 1 record";
+        216 names: Section, "UTF-8 bytes that text spans point into";
+        224 message: Section, "UTF-8 bytes, one line for people";
+    }
+}
+
+/// A response whose header and sections are checked, in place.
+#[derive(Clone, Debug)]
+pub struct ResponseView<'a> {
+    /// The header, a copy.
+    pub header: ResponseHeader,
+    /// Whether more follow.
+    pub status: Status,
+    /// How it went.
+    pub code: Code,
+    /// How the work ended.
+    pub termination: Termination,
+    /// Which stage found the path.
+    pub stage: Stage,
+    /// `waypoints * variables` numbers, row by row; empty if there is no path.
+    pub path: &'a [f64],
+    /// What was proved of each segment.
+    pub certificate: &'a [CertificateSegment],
+    /// Pairs proved at a lower floor.
+    pub lowered_pairs: &'a [LoweredPair],
+    /// Places where the path touches its clearance.
+    pub active_contacts: &'a [ActiveContact],
+    /// Where and why the input was refused.
+    pub refusal: Option<&'a RefusalRecord>,
+    /// What the certificate speaks about.
+    pub certificate_head: Option<&'a CertificateHead>,
+    /// The text that spans point into.
+    pub names: &'a str,
+    /// One line for people.
+    pub message: &'a str,
+}
+
+impl<'a> ResponseView<'a> {
+    /// Checks `header` and cuts `payload` into its sections.
+    ///
+    /// # Errors
+    /// A [`WireError`] naming the field. Never panics, whatever the bytes.
+    pub fn parse(header: ResponseHeader, payload: &'a [u8]) -> Result<Self, WireError> {
+        check_version(header.wire_version, header.header_len, size_of::<ResponseHeader>())?;
+        ResponseFlags::check(header.flags)?;
+        Ok(Self {
+            header,
+            status: Status::try_from(header.status)?,
+            code: Code::try_from(header.code)?,
+            termination: Termination::try_from(header.termination)?,
+            stage: Stage::try_from(header.stage)?,
+            path: path(&header, payload)?,
+            certificate: records(payload, "certificate", header.certificate, MAX_WAYPOINTS)?,
+            lowered_pairs: records(payload, "lowered_pairs", header.lowered_pairs, MAX_RECORDS)?,
+            active_contacts: records(payload, "active_contacts", header.active_contacts, MAX_RECORDS)?,
+            refusal: records(payload, "refusal", header.refusal, 1)?.first(),
+            certificate_head: records(payload, "certificate_head", header.certificate_head, 1)?.first(),
+            names: text(payload, "names", header.names)?,
+            message: text(payload, "message", header.message)?,
+        })
+    }
+
+    /// Whether the path is proved at its floors.
+    pub fn is_proved(&self) -> bool {
+        self.header.flags & ResponseFlags::PROVED != 0
+    }
+
+    /// Whether the scene changed since the request was taken.
+    pub fn is_superseded(&self) -> bool {
+        self.header.flags & ResponseFlags::SUPERSEDED != 0
+    }
+
+    /// One waypoint, or `None` past the end.
+    pub fn waypoint(&self, index: usize) -> Option<&'a [f64]> {
+        self.path.chunks_exact((self.header.variables as usize).max(1)).nth(index)
+    }
+}
+
+fn path<'a>(header: &ResponseHeader, payload: &'a [u8]) -> Result<&'a [f64], WireError> {
+    let expected = match header.waypoints {
+        0 => 0,
+        rows => path_numbers(rows, header.variables)?,
+    };
+    let path = numbers(payload, "path", header.path, expected)?;
+    if path.len() != expected {
+        return Err(WireError::SectionCount { section: "path", found: path.len(), expected });
+    }
+    Ok(path)
+}
+
+fn text<'a>(payload: &'a [u8], name: &'static str, section: Section) -> Result<&'a str, WireError> {
+    let bytes = section_bytes(payload, name, section, 1, MAX_TEXT)?;
+    std::str::from_utf8(bytes).map_err(|_| WireError::Text(name))
+}

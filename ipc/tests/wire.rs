@@ -1,0 +1,238 @@
+//! The layouts never change by accident, and no bytes from the other side panic.
+
+use proptest::prelude::*;
+use taut_ipc::control::{self, ControlReply, ControlRequest, RobotSource};
+use taut_ipc::limits::{CONTROL_MAX, MAX_TEXT};
+use taut_ipc::wire::*;
+
+/// Bytes aligned like a payload in shared memory.
+fn aligned(bytes: &[u8]) -> Vec<u64> {
+    let mut words = vec![0; bytes.len().div_ceil(8)];
+    bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
+    words
+}
+
+fn request() -> RequestHeader {
+    RequestHeader {
+        wire_version: 1,
+        header_len: 176,
+        waypoints: 2,
+        variables: 1,
+        path: Section { offset: 0, count: 2 },
+        ..RequestHeader::default()
+    }
+}
+
+/// A header whose every 4 bytes hold their own index, little endian.
+fn counted<H: bytemuck::Pod>() -> H {
+    let mut header = H::zeroed();
+    let words: &mut [u32] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut header));
+    (0..).zip(words).for_each(|(index, word)| *word = index);
+    header
+}
+
+#[test]
+fn golden_request_header() {
+    let h: RequestHeader = counted();
+    let two = |index: u64| index | (index + 1) << 32;
+    assert_eq!((h.wire_version, h.header_len, h.request_id), (0, 1, two(2)));
+    assert_eq!(h.listener_id, [two(4), two(6)]);
+    assert_eq!((h.robot_id, h.scene_id), (two(8), two(10)));
+    assert_eq!((h.robot_hash, h.scene_hash, h.scene_version), (two(12), two(14), two(16)));
+    assert_eq!((h.layout_hash, h.mode, h.flags, h.priority, h.group), (two(18), 20, 21, 22, 23));
+    assert_eq!((h.seed, h.deadline_ns, h.work_budget), (two(24), two(26), two(28)));
+    assert_eq!((h.clearance_m.to_bits(), h.waypoints, h.variables), (two(30), 32, 33));
+    assert_eq!(h.path, Section { offset: 34, count: 35 });
+    assert_eq!(h.weights, Section { offset: 36, count: 37 });
+    assert_eq!(h.fixed_waypoints, Section { offset: 38, count: 39 });
+    assert_eq!(h.group_mask, Section { offset: 40, count: 41 });
+    assert_eq!(h.held_values, Section { offset: 42, count: 43 });
+    assert_eq!(bytemuck::bytes_of(&h)[132..140], [33, 0, 0, 0, 34, 0, 0, 0]);
+    assert_eq!(size_of::<RequestHeader>(), 176);
+}
+
+#[test]
+fn golden_response_header() {
+    let h: ResponseHeader = counted();
+    let two = |index: u64| index | (index + 1) << 32;
+    assert_eq!((h.wire_version, h.header_len, h.request_id), (0, 1, two(2)));
+    assert_eq!((h.seq, h.status, h.code, h.retry_after_ms), (4, 5, 6, 7));
+    assert_eq!((h.boot_id, h.robot_hash), (two(8), two(10)));
+    assert_eq!((h.scene_id, h.scene_hash, h.scene_version), (two(12), two(14), two(16)));
+    assert_eq!((h.termination, h.reserved, h.flags, h.stage), (18, 19, 20, 21));
+    assert_eq!((h.waypoints, h.variables), (22, 23));
+    assert_eq!((h.length_before.to_bits(), h.length_after.to_bits()), (two(24), two(26)));
+    assert_eq!((h.lower_bound.to_bits(), h.clearance_m.to_bits()), (two(28), two(30)));
+    assert_eq!((h.floor_m.to_bits(), h.iterations, h.work), (two(32), two(34), two(36)));
+    assert_eq!((h.queue_ns, h.compute_ns), (two(38), two(40)));
+    assert_eq!(h.path, Section { offset: 42, count: 43 });
+    assert_eq!(h.certificate, Section { offset: 44, count: 45 });
+    assert_eq!(h.lowered_pairs, Section { offset: 46, count: 47 });
+    assert_eq!(h.active_contacts, Section { offset: 48, count: 49 });
+    assert_eq!(h.refusal, Section { offset: 50, count: 51 });
+    assert_eq!(h.certificate_head, Section { offset: 52, count: 53 });
+    assert_eq!(h.names, Section { offset: 54, count: 55 });
+    assert_eq!(h.message, Section { offset: 56, count: 57 });
+    assert_eq!(size_of::<ResponseHeader>(), 232);
+}
+
+#[test]
+fn wire_md_is_current() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/WIRE.md");
+    let text = document::document();
+    if std::env::var_os("UPDATE_WIRE_MD").is_some() {
+        std::fs::write(path, &text).unwrap();
+    }
+    let stored = std::fs::read_to_string(path).unwrap_or_default();
+    assert!(stored == text, "WIRE.md is not current: UPDATE_WIRE_MD=1 cargo test -p taut-ipc wire_md");
+}
+
+#[test]
+fn numbers_and_codes_convert_both_ways() {
+    for code in Code::ALL {
+        assert_eq!(Code::try_from(i32::from(*code)), Ok(*code));
+        assert!(code.is_retryable() == (code.exit_code() == 4), "{code}");
+    }
+    assert!(Code::try_from(0).is_err());
+    for (mode, _) in Mode::ALL {
+        assert_eq!(Mode::try_from(u32::from(*mode)), Ok(*mode));
+    }
+    assert!(Mode::try_from(6).is_err());
+}
+
+#[test]
+fn malformed_requests_get_their_code() {
+    let payload = aligned(&[0; 16]);
+    let parse = |h: RequestHeader| RequestView::parse(h, bytemuck::cast_slice(&payload)).map(drop);
+    assert_eq!(parse(request()), Ok(()));
+    let cases: [(RequestHeader, Code); 12] = [
+        (RequestHeader { wire_version: 2, ..request() }, Code::MalformedRequest),
+        (RequestHeader { header_len: 168, ..request() }, Code::MalformedRequest),
+        (RequestHeader { mode: 6, ..request() }, Code::MalformedRequest),
+        (RequestHeader { flags: 4, ..request() }, Code::MalformedRequest),
+        (RequestHeader { clearance_m: f64::NAN, ..request() }, Code::MalformedRequest),
+        (RequestHeader { clearance_m: -1.0, ..request() }, Code::MalformedRequest),
+        (RequestHeader { waypoints: 0, ..request() }, Code::ResourceExhausted),
+        (RequestHeader { waypoints: 1_000_000, ..request() }, Code::ResourceExhausted),
+        (RequestHeader { variables: u32::MAX, ..request() }, Code::ResourceExhausted),
+        (RequestHeader { path: Section { offset: 8, count: 2 }, ..request() }, Code::MalformedRequest),
+        (RequestHeader { path: Section { offset: 0, count: 1 }, ..request() }, Code::MalformedRequest),
+        (RequestHeader { fixed_waypoints: Section { offset: 0, count: 1 }, ..request() }, Code::MalformedRequest),
+    ];
+    for (header, code) in cases {
+        let error = parse(header).unwrap_err();
+        assert_eq!(error.code(), code, "{error}");
+        assert!(!error.to_string().contains('\n'));
+    }
+}
+
+#[test]
+fn a_full_response_reads_back() {
+    let mut names = String::new();
+    let (body_a, body_b) = (TextSpan::push(&mut names, "hand"), TextSpan::push(&mut names, "Tür"));
+    let refusal = RefusalRecord { body_a, body_b, segment: 6, t: 0.437, depth_m: 0.0021, ..Default::default() };
+    let body = ResponseBody {
+        path: &[1.0, 2.0, 3.0, 4.0],
+        certificate: &[CertificateSegment { clearance_m: 0.0118, intervals: 7, reserved: 0 }],
+        lowered_pairs: &[LoweredPair { body_a, body_b, floor_m: 2.5e-4 }],
+        active_contacts: &[ActiveContact { body_a, body_b, t: 0.5, ..Default::default() }],
+        refusal: Some(&refusal),
+        certificate_head: Some(&CertificateHead { segments: 1, ..Default::default() }),
+        names: &names,
+        message: "one line",
+    };
+    let mut header =
+        ResponseHeader { wire_version: 1, header_len: 232, code: 1, waypoints: 2, variables: 2, ..Default::default() };
+    let bytes = body.lay_out(&mut header).unwrap();
+    let mut payload = vec![0u64; bytes.div_ceil(8)];
+    let payload: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut payload)[..bytes];
+    body.write(&header, payload);
+    let view = ResponseView::parse(header, payload).unwrap();
+    assert_eq!(view.path, body.path);
+    assert_eq!(view.waypoint(1), Some(&[3.0, 4.0][..]));
+    assert_eq!(view.waypoint(2), None);
+    assert_eq!(view.refusal, Some(&refusal));
+    assert_eq!(view.refusal.unwrap().body_b.of(view.names), Ok("Tür"));
+    assert_eq!((view.certificate.len(), view.lowered_pairs.len(), view.active_contacts.len()), (1, 1, 1));
+    assert_eq!(view.message, "one line");
+    assert!(TextSpan { offset: 6, len: 1 }.of(view.names).is_err(), "cuts a character");
+}
+
+#[test]
+fn long_text_is_cut_at_a_character() {
+    let text = "ü".repeat(MAX_TEXT);
+    let body = ResponseBody { message: &text, ..Default::default() };
+    let mut header = ResponseHeader::default();
+    let bytes = body.lay_out(&mut header).unwrap();
+    assert_eq!(header.message.count as usize, MAX_TEXT);
+    let mut payload = vec![0; bytes];
+    body.write(&header, &mut payload);
+    assert!(std::str::from_utf8(&payload).is_ok());
+}
+
+#[test]
+fn control_messages_keep_their_limit() {
+    let message = ControlRequest::LoadRobot {
+        label: "panda".into(),
+        source: RobotSource { urdf: "/models/panda.urdf".into(), ..Default::default() },
+        replace: false,
+    };
+    let bytes = control::encode(&message).unwrap();
+    assert_eq!(control::decode::<ControlRequest>(&bytes).unwrap(), message);
+    let longer = [bytes.as_slice(), &[0]].concat();
+    assert!(control::decode::<ControlRequest>(&longer).is_err());
+    let huge = ControlRequest::Describe { label: "x".repeat(CONTROL_MAX) };
+    assert!(matches!(control::encode(&huge), Err(control::ControlError::TooLarge)));
+    // A list that claims 2^60 entries must not be allocated.
+    let claim = [4u8, 253, 0, 0, 0, 0, 0, 0, 0, 16];
+    assert!(control::decode::<ControlReply>(&claim).is_err());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_bytes_never_panic(
+        header in prop::collection::vec(any::<u8>(), 232),
+        payload in prop::collection::vec(any::<u8>(), 0..300),
+        shift in 0usize..8,
+    ) {
+        let words = aligned(&payload);
+        let bytes: &[u8] = bytemuck::cast_slice(&words);
+        let bytes = &bytes[shift.min(bytes.len())..];
+        let _ = RequestView::parse(bytemuck::pod_read_unaligned(&header[..176]), bytes);
+        let _ = ResponseView::parse(bytemuck::pod_read_unaligned(&header), bytes);
+        let _ = control::decode::<ControlRequest>(&payload);
+        let _ = control::decode::<ControlReply>(&payload);
+    }
+
+    /// Headers that pass the first checks reach the sections.
+    #[test]
+    fn random_sections_never_panic(
+        sections in prop::collection::vec((0u32..20, 0u32..4), 8),
+        wild in prop::collection::vec(any::<u32>(), 4),
+        use_wild in any::<bool>(),
+        payload in prop::collection::vec(any::<u8>(), 0..300),
+        size in (0u32..3, 0u32..3),
+    ) {
+        let words = aligned(&payload);
+        let bytes = &bytemuck::cast_slice(&words)[..payload.len()];
+        let s = |i: usize| Section { offset: sections[i].0 * 8, count: sections[i].1 };
+        let last = if use_wild { Section { offset: wild[0], count: wild[1] } } else { s(4) };
+        let request = RequestHeader {
+            waypoints: size.0, variables: size.1, path: s(0), weights: s(1), fixed_waypoints: s(2),
+            group_mask: s(3), held_values: last, ..request()
+        };
+        if let Ok(view) = RequestView::parse(request, bytes) {
+            prop_assert_eq!(view.path.len() as u32, size.0 * size.1);
+        }
+        let response = ResponseHeader {
+            wire_version: 1, header_len: 232, code: 1, waypoints: size.0, variables: size.1,
+            path: s(0), certificate: s(1), lowered_pairs: s(2), active_contacts: s(3),
+            refusal: last, certificate_head: s(5), names: s(6), message: s(7), ..Default::default()
+        };
+        if let Ok(view) = ResponseView::parse(response, bytes) {
+            let _ = TextSpan { offset: wild[2], len: wild[3] }.of(view.names);
+        }
+    }
+}

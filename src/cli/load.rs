@@ -1,0 +1,138 @@
+//! From the arguments to what a run needs: a collision model and a path.
+
+use std::path::Path as FilePath;
+use std::sync::Arc;
+
+use taut::collision::CollisionModel;
+use taut::files::{FileError, Geometry, Kind, Packages, PathTable, Peer, Problem, Reader};
+use taut::path::Path;
+use taut::robot::{RobotDescription, RobotModel};
+use taut::scene::Scene;
+
+use super::error::CliError;
+use super::quantity;
+use super::request::{GeometryChoice, Source};
+
+/// Everything that a run needs.
+pub(super) struct Loaded {
+    /// Label of the problem, or the file's name.
+    pub name: String,
+    /// Which of the robot's models it is.
+    pub geometry: Geometry,
+    /// Robot and scene.
+    pub model: CollisionModel,
+    /// The planner's path.
+    pub path: Path,
+    /// The problem's weights.
+    pub weights: Option<Vec<f64>>,
+    /// What is odd about robot and scene, a line each.
+    pub warnings: Vec<String>,
+    /// Recorded answers of others, by name.
+    pub peers: std::collections::BTreeMap<String, Peer>,
+    /// The best honest one of them.
+    pub best_honest_peer: Option<(String, Peer)>,
+}
+
+/// A reader that knows the packages of the arguments and of the environment.
+pub(super) fn reader(source: &Source) -> Reader {
+    Reader::new(Packages::with_environment(quantity::packages(&source.packages)))
+}
+
+/// Reads a problem file, or a bare path with the robot and the scene of the arguments.
+///
+/// `prefer_spheres` decides what `--geometry auto` means for a problem with both models.
+pub(super) fn load(
+    reader: &mut Reader,
+    file: &FilePath,
+    source: &Source,
+    prefer_spheres: bool,
+) -> Result<Loaded, CliError> {
+    if let Kind::Problem { .. } = Kind::of(file)? {
+        if source.robot.is_some() || source.problem.is_some() {
+            let text = "is a problem file and brings its own robot and scene; leave out --robot and --problem";
+            return Err(CliError::Usage(format!("{} {text}", file.display())));
+        }
+        return of_problem(problem(reader, file, source.geometry, prefer_spheres)?, None);
+    }
+    let table = PathTable::read(file)?;
+    let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    match (&source.problem, &source.robot) {
+        (Some(file), _) => of_problem(problem(reader, file, source.geometry, prefer_spheres)?, Some((name, table))),
+        (None, Some(urdf)) => bare(reader, urdf, source, name, table),
+        (None, None) => {
+            let text = "is a bare path; give --robot ROBOT.urdf and --scene SCENE.json, or --problem PROBLEM.json";
+            Err(CliError::Usage(format!("{} {text}", file.display())))
+        }
+    }
+}
+
+fn problem(
+    reader: &mut Reader,
+    file: &FilePath,
+    choice: GeometryChoice,
+    prefer_spheres: bool,
+) -> Result<Problem, CliError> {
+    let spheres = match choice {
+        GeometryChoice::Given => false,
+        GeometryChoice::Spheres => true,
+        GeometryChoice::Auto => prefer_spheres && Kind::of(file)? == Kind::Problem { has_spheres: true },
+    };
+    Ok(reader.problem(file, if spheres { Geometry::Spheres } else { Geometry::Given })?)
+}
+
+/// The problem's own path, or another one for its robot and scene.
+fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Loaded, CliError> {
+    let robot = problem.model()?;
+    let (name, path) = match other {
+        None => (problem.name, problem.path),
+        Some((name, table)) => (name, table.into_path(robot.variables())?),
+    };
+    let warnings = [robot.warnings(), problem.scene.warnings()].concat();
+    Ok(Loaded {
+        model: collision_model(robot, problem.scene, &name)?,
+        name,
+        geometry: problem.geometry,
+        path,
+        weights: problem.weights,
+        warnings,
+        peers: problem.peers,
+        best_honest_peer: problem.best_honest_peer,
+    })
+}
+
+/// A bare path: its columns are the robot's variables, every other joint is held at 0.
+fn bare(
+    reader: &mut Reader,
+    urdf: &FilePath,
+    source: &Source,
+    name: String,
+    table: PathTable,
+) -> Result<Loaded, CliError> {
+    let beside = urdf.with_extension("srdf");
+    let srdf = source.srdf.clone().or_else(|| beside.is_file().then_some(beside));
+    let description = reader.robot(urdf, srdf.as_deref())?;
+    let description = RobotDescription { variables: Some(table.variables().to_vec()), ..description };
+    let robot = RobotModel::new(description).map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
+    let scene = source.scene.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.scene(file))?;
+    let path = table.into_path(robot.variables())?;
+    let mut warnings = [robot.warnings(), scene.warnings()].concat();
+    if !robot.held().is_empty() {
+        let held: Vec<&str> = robot.held().iter().map(|variable| variable.name.as_str()).collect();
+        warnings.push(format!("the path has no column for {}: held still at 0", held.join(", ")));
+    }
+    Ok(Loaded {
+        model: collision_model(robot, scene, &name)?,
+        name,
+        geometry: Geometry::Given,
+        path,
+        weights: None,
+        warnings,
+        peers: std::collections::BTreeMap::new(),
+        best_honest_peer: None,
+    })
+}
+
+fn collision_model(robot: RobotModel, scene: Scene, name: &str) -> Result<CollisionModel, CliError> {
+    CollisionModel::new(Arc::new(robot), Arc::new(scene))
+        .map_err(|source| CliError::Model { name: name.to_owned(), source: Box::new(source) })
+}

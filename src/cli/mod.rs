@@ -1,0 +1,64 @@
+//! The command line: one file per subcommand, stable exit codes, one-line errors with the next step.
+
+mod bench;
+mod bench_table;
+mod check;
+mod code;
+mod error;
+mod load;
+mod quantity;
+mod report;
+mod request;
+mod run;
+mod shorten;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use clap::error::ErrorKind;
+
+use error::USAGE;
+
+/// Pulls planners' paths taut and proves every answer collision-free.
+#[derive(Parser)]
+#[command(name = "taut", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    Check(check::Arguments),
+    Shorten(shorten::Arguments),
+    Bench(bench::Arguments),
+}
+
+/// Format of what goes to standard output.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// For people.
+    #[default]
+    Table,
+    /// One JSON object per answer.
+    Json,
+}
+
+/// Runs the command line and gives its exit code: 0 proved, 1 collision, 2 not provable, 64 and above an error.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Where even this cannot be written there is nobody to tell.
+            let _ = error.print();
+            let asked = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
+            return ExitCode::from(if asked { 0 } else { USAGE });
+        }
+    };
+    let result = match cli.command {
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Shorten(arguments) => shorten::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+    };
+    ExitCode::from(result.unwrap_or_else(|error| error.report()))
+}

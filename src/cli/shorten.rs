@@ -1,0 +1,74 @@
+//! `taut shorten`: pull one path taut.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use taut::optimize::{Improvement, Mode, Workspace};
+
+use super::error::{CliError, stdout};
+use super::report::{self, Answer};
+use super::request::{self, Rules, Source};
+use super::{Format, code::Code, load, run as runner};
+
+/// Shorten a path and prove the answer collision-free
+///
+/// Exit code: 0 proved (shorter or not), 1 the path collides, 2 not provable or out of time, 64 usage,
+/// 65 a bad file, 66 an unreadable one.
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Problem file, or bare path (.json, .csv)
+    file: PathBuf,
+    #[command(flatten)]
+    source: Source,
+    /// Optimizer
+    #[arg(long, default_value = Mode::default().name(), value_parser = request::mode())]
+    mode: Mode,
+    #[command(flatten)]
+    rules: Rules,
+    /// Print each shorter path's length as it is found
+    #[arg(long)]
+    watch: bool,
+    /// Work in this process, without a daemon
+    #[arg(long)]
+    local: bool,
+    /// Format of the answer
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    /// Write the answer as JSON to this file too
+    #[arg(long, short, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Shortens the path of a file.
+pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    let mut reader = load::reader(&arguments.source);
+    let loaded = load::load(&mut reader, &arguments.file, &arguments.source, false)?;
+    let nv = loaded.model.robot().space().nv();
+    let settings = arguments.rules.settings(arguments.mode, loaded.weights.as_ref(), nv).map_err(CliError::Usage)?;
+    let mut watch = |time: Duration, improvement: Improvement| {
+        if arguments.watch {
+            // On standard error, so that standard output holds the answer alone.
+            eprintln!("{:>10}  length {:.4}", report::time(time.as_secs_f64()), improvement.length);
+        }
+    };
+    let timed = runner::run(&loaded, &settings, arguments.rules.deadline, &mut Workspace::default(), &mut watch)?;
+    let answer = Answer::new(&loaded, arguments.mode, &timed);
+    if let Some(file) = &arguments.out {
+        std::fs::write(file, answer.json() + "\n")
+            .map_err(|source| CliError::Output { file: file.display().to_string(), source })?;
+    }
+    let mut out = std::io::stdout().lock();
+    match arguments.format {
+        Format::Json => writeln!(out, "{}", answer.json()),
+        Format::Table => {
+            for warning in loaded.warnings.iter().chain(&timed.outcome.warnings) {
+                eprintln!("warning: {warning}");
+            }
+            let (outcome, time) = (&timed.outcome, report::time(timed.time_s));
+            writeln!(out, "{}   {}   {time}", report::lengths(outcome), report::verdict(outcome))
+        }
+    }
+    .map_err(stdout)?;
+    Ok(Code::of(&timed.outcome).exit_code())
+}

@@ -1,0 +1,145 @@
+//! The command line as people and scripts use it: exit codes, one-line errors, JSON.
+#![cfg(feature = "daemon")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+struct Run {
+    exit: i32,
+    out: String,
+    err: String,
+}
+
+fn taut(arguments: &[&str]) -> Run {
+    let output = Command::new(env!("CARGO_BIN_EXE_taut")).args(arguments).output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    Run { exit: output.status.code().unwrap(), out: text(output.stdout), err: text(output.stderr) }
+}
+
+fn config(name: &str) -> String {
+    let file: PathBuf = [env!("CARGO_MANIFEST_DIR"), "config", name].iter().collect();
+    file.to_str().unwrap().to_owned()
+}
+
+/// Writes a path of the shelf's arm that goes straight from its first waypoint to its last.
+fn straight_line(folder: &Path) -> String {
+    let text = fs::read_to_string(config("problems/arm_shelf.json")).unwrap();
+    let problem: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let path = problem["path"].as_array().unwrap();
+    let line = serde_json::json!({ "variables": problem["variables"], "path": [path.first(), path.last()] });
+    let file = folder.join("line.json");
+    fs::write(&file, line.to_string()).unwrap();
+    file.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_proved_path_exits_with_0_and_a_colliding_one_with_1_and_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let problem = config("problems/arm_shelf.json");
+    let run = taut(&["check", &problem]);
+    assert_eq!((run.exit, run.err.as_str()), (0, ""));
+    assert!(run.out.starts_with("proved   clearance ≥ ") && run.out.lines().count() == 1, "{}", run.out);
+
+    let line = straight_line(folder.path());
+    for source in [
+        vec!["--problem", problem.as_str()],
+        vec!["--robot", &config("robots/panda_like.urdf"), "--scene", &config("scenes/arm_shelf.json")],
+    ] {
+        let run = taut(&[&["check", line.as_str()], source.as_slice()].concat());
+        assert_eq!(run.exit, 1, "{}", run.err);
+        assert!(run.out.starts_with("COLLISION segment 1 of 1, t = 0.") && run.out.contains(" × shelf_middle, depth "));
+    }
+    let several = taut(&["check", &problem, &config("problems/rooms.json")]);
+    assert_eq!(several.exit, 0);
+    assert!(several.out.contains("arm_shelf: proved") && several.out.contains("rooms: proved"), "{}", several.out);
+}
+
+#[test]
+fn json_is_one_object_with_every_field() {
+    let folder = tempfile::tempdir().unwrap();
+    let problem = config("problems/arm_shelf.json");
+    let out = folder.path().join("answer.json");
+    let run = taut(&["shorten", &problem, "--local", "--format", "json", "--out", out.to_str().unwrap()]);
+    assert_eq!(run.exit, 0, "{}", run.err);
+    let answer: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(fs::read_to_string(&out).unwrap(), run.out);
+    for field in [
+        "name",
+        "mode",
+        "geometry",
+        "proved",
+        "code",
+        "length_before",
+        "length_after",
+        "lower_bound",
+        "variables",
+        "path",
+        "weights",
+        "clearance_m",
+        "floor_m",
+        "floors_lowered",
+        "cpu_s",
+        "time_s",
+        "iterations",
+        "work",
+        "termination",
+        "certificate",
+        "warnings",
+    ] {
+        assert!(answer.get(field).is_some(), "no {field}");
+    }
+    assert_eq!((answer["code"].as_i64(), answer["proved"].as_bool()), (Some(1), Some(true)));
+    assert!(answer["length_after"].as_f64() <= answer["length_before"].as_f64());
+    // An answer is a bare path itself.
+    assert_eq!(taut(&["check", out.to_str().unwrap(), "--problem", &problem]).exit, 0);
+
+    let line = straight_line(folder.path());
+    let run = taut(&["check", &line, "--problem", &problem, "--format", "json"]);
+    let refused: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!((refused["code"].as_i64(), refused["segment"].as_u64()), (Some(-2), Some(0)));
+    for field in ["t", "bodies", "points", "normal", "depth_m", "proved_prefix"] {
+        assert!(refused.get(field).is_some(), "no {field}");
+    }
+}
+
+#[test]
+fn errors_are_one_line_with_their_own_exit_codes() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = straight_line(folder.path());
+    let broken = folder.path().join("broken.json");
+    fs::write(&broken, "{ \"format\": \"taut-problem/1\",\n \"name\": }").unwrap();
+    let no_robot = folder.path().join("none.urdf");
+    for (arguments, exit, parts) in [
+        (vec!["check", "nowhere.json"], 66, ["nowhere.json", "No such file"]),
+        (vec!["check", broken.to_str().unwrap()], 65, ["broken.json", "line 2"]),
+        (vec!["check", &line], 64, ["bare path", "--robot"]),
+        (vec!["check", &line, "--robot", no_robot.to_str().unwrap()], 66, ["none.urdf", "No such file"]),
+        (vec!["check", &line, "--robot", &config("robots/disc.urdf")], 65, ["disc.urdf", "joint1"]),
+        (vec!["check", &line, "--problem", &config("problems/rooms.json")], 65, ["line.json", "valid: x, y"]),
+    ] {
+        let run = taut(&arguments);
+        assert_eq!((run.exit, run.out.as_str()), (exit, ""), "{arguments:?}: {}", run.err);
+        assert!(run.err.lines().count() == 1 && parts.iter().all(|part| run.err.contains(part)), "{}", run.err);
+    }
+    assert_eq!(taut(&["shorten", &line, "--mode", "best"]).exit, 64);
+    assert_eq!(taut(&["check", &line, "--clearance", "1 inch"]).exit, 64);
+    assert_eq!(taut(&["--help"]).exit, 0);
+}
+
+#[test]
+fn a_bench_has_a_row_for_every_problem_and_bad_ones_do_not_end_it() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("bad.json"), "{ \"format\": \"taut-problem/1\" }").unwrap();
+    let run = taut(&["bench", folder.path().to_str().unwrap()]);
+    assert_eq!(run.exit, 65);
+    assert!(run.out.contains("bad.json") && run.out.contains("missing field"), "{}", run.out);
+
+    let arguments = ["--modes", "check", "--filter", "arm_", "--limit", "1", "--format", "json"];
+    let run = taut(&[&["bench", config("problems").as_str()], &arguments[..]].concat());
+    assert_eq!(run.exit, 0, "{}", run.err);
+    let report: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(report["rows"].as_array().unwrap().len(), 1);
+    assert_eq!(report["rows"][0]["answers"]["check"]["ratio"].as_f64(), Some(1.0));
+    assert_eq!(report["sets"][0]["modes"]["check"]["valid"].as_u64(), Some(1));
+}
