@@ -1,5 +1,6 @@
 //! The method: from a proved path to ever shorter proved paths. Start reading in [`gradient`].
 
+mod candidate;
 pub mod cost;
 pub mod gradient;
 mod input;

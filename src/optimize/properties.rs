@@ -20,14 +20,14 @@ fn walk(rng: &mut fastrand::Rng, model: &CollisionModel, waypoints: usize) -> Op
     let mut at = testing::configuration(rng, robot);
     let mut rows = at.clone();
     for _ in 0..20 * waypoints {
+        if rows.len() == waypoints * at.len() {
+            return Path::from_rows(at.len(), rows);
+        }
         let to = testing::neighbour(rng, robot, &at);
         let inside = to.iter().zip(robot.variables()).all(|(x, v)| (v.lower..=v.upper).contains(x));
         if inside && matches!(validator.segment(&at, &to, &mut || false), SegmentVerdict::Proved(_)) {
             rows.extend_from_slice(&to);
             at = to;
-        }
-        if rows.len() == waypoints * at.len() {
-            return Path::from_rows(at.len(), rows);
         }
     }
     None
@@ -41,7 +41,7 @@ fn request(seed: u64, mode: Mode) -> Option<(CollisionModel, Path, Settings)> {
     if nv == 0 {
         return None;
     }
-    let waypoints = rng.usize(2..9);
+    let waypoints = rng.usize(1..9);
     let path = walk(&mut rng, &model, waypoints)?;
     let mut settings = Settings { mode, seed, clearance_m: CLEARANCE_M, work_budget: 3_000_000, ..Settings::default() };
     // Links that no joint moves may stand in obstacles: the walk does not see them, the request does.
