@@ -47,6 +47,13 @@ struct Interval {
     last: usize,
 }
 
+/// What a search for a refusal found first.
+enum Found {
+    Nothing,
+    Refusal(Interval, usize, HitReason),
+    Stopped,
+}
+
 /// Proves segments for one request: one robot and scene, one set of floors.
 pub struct Validator<'a> {
     model: &'a CollisionModel,
@@ -100,20 +107,39 @@ impl<'a> Validator<'a> {
     /// Intervals are looked at from wide to narrow, so that a refusal is much cheaper than a proof.
     /// `stop` is asked at every interval.
     pub fn segment(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> SegmentVerdict {
+        let mut proof = SegmentProof::EMPTY;
+        match self.search(from, to, stop, &mut proof) {
+            Found::Nothing => SegmentVerdict::Proved(proof),
+            Found::Refusal(interval, pair, reason) => SegmentVerdict::Refused(self.hit(&interval, pair, reason)),
+            Found::Stopped => SegmentVerdict::Stopped,
+        }
+    }
+
+    /// Whether [`Self::segment`] would prove the segment; `None` where stopped. Cheaper than asking for the
+    /// verdict, because a refusal's exact contact often costs more than finding the refusal.
+    pub fn proves(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> Option<bool> {
+        let mut proof = SegmentProof::EMPTY;
+        match self.search(from, to, stop, &mut proof) {
+            Found::Nothing => Some(true),
+            Found::Refusal(..) => Some(false),
+            Found::Stopped => None,
+        }
+    }
+
+    fn search(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool, proof: &mut SegmentProof) -> Found {
         let whole = self.begin(from, to);
         self.scratch.queue.push_back(whole);
-        let mut proof = SegmentProof::EMPTY;
         while let Some(interval) = self.scratch.queue.pop_front() {
             if stop() {
-                return SegmentVerdict::Stopped;
+                return Found::Stopped;
             }
-            let examined = self.examine(from, &interval, Until::FirstRefusal, &mut proof);
+            let examined = self.examine(from, &interval, Until::FirstRefusal, proof);
             if let Some((pair, reason)) = examined.refused {
-                return SegmentVerdict::Refused(self.hit(&interval, pair, reason));
+                return Found::Refusal(interval, pair, reason);
             }
             self.scratch.queue.extend(interval.halves(examined.undecided).into_iter().flatten());
         }
-        SegmentVerdict::Proved(proof)
+        Found::Nothing
     }
 
     /// The same verdict as [`Self::segment`], but a refusal is the first along the segment, found to
@@ -130,14 +156,17 @@ impl<'a> Validator<'a> {
             let examined = self.examine(from, &interval, Until::EveryPair, &mut proof);
             let [left, right] = interval.halves(examined.undecided);
             if let Some((pair, reason)) = examined.refused {
-                earliest = Some(self.hit(&interval, pair, reason));
+                earliest = Some((interval, pair, reason));
                 self.scratch.queue.clear();
                 self.scratch.queue.extend(left.filter(|left| left.half > FINEST));
             } else {
                 self.scratch.queue.extend(right.into_iter().chain(left));
             }
         }
-        earliest.map_or(SegmentVerdict::Proved(proof), SegmentVerdict::Refused)
+        let Some((interval, pair, reason)) = earliest else { return SegmentVerdict::Proved(proof) };
+        // The contact is exact and dear: only of the hit that counts.
+        self.place(from, interval.middle);
+        SegmentVerdict::Refused(self.hit(&interval, pair, reason))
     }
 
     /// Closest points of a pair at one configuration, exact, in the world.
