@@ -45,8 +45,7 @@ fn proved(robot: &Arc<RobotModel>, obstacle: PlacedShape, from: &[f64], to: &[f6
     let scene = Scene::new("one", vec![obstacle], Vec::new(), Vec::new()).unwrap();
     let model = CollisionModel::new(robot.clone(), Arc::new(scene)).unwrap();
     let path = Path::from_rows(from.len(), [from, to].concat()).unwrap();
-    let settings =
-        Settings { mode: Mode::Check, strict: true, clearance_m: CLEARANCE_M, ..Settings::default() };
+    let settings = Settings { mode: Mode::Check, strict: true, clearance_m: CLEARANCE_M, ..Settings::default() };
     let outcome = run(&model, &path, &settings, &mut Workspace::default(), &mut || false, &mut |_| {}).unwrap();
     assert_eq!(outcome.proved, outcome.refusal.is_none());
     outcome.proved

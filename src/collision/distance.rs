@@ -6,9 +6,9 @@
 use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
 
+use super::contact::Contact;
 use super::piece::{Core, Piece};
 use crate::math::{Pose, Vec3};
-use crate::validation::Contact;
 
 /// What a distance query knows of two convex pieces A and B.
 #[derive(Clone, Copy, Debug)]

@@ -11,7 +11,7 @@ mod soundness;
 pub use certificate::{Certificate, SegmentClaim};
 pub use continuous::{Scratch, Validator};
 
-use crate::math::Vec3;
+pub use crate::collision::Contact;
 
 /// What is known of one straight segment.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,17 +62,4 @@ pub struct Hit {
     pub contact: Contact,
     /// Everything on the segment before this ratio is proved (0 unless the first hit was asked for).
     pub proved_until: f64,
-}
-
-/// Closest points of two bodies A and B at one configuration, in the world's frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
-    /// Point of A [m]; for a collision, the contact point.
-    pub point_a: Vec3,
-    /// Point of B [m]; for a collision, the contact point.
-    pub point_b: Vec3,
-    /// Unit vector from B towards A.
-    pub normal: Vec3,
-    /// Distance [m], negative depth for a collision.
-    pub distance: f64,
 }
