@@ -40,7 +40,7 @@ fn shipped_robots_and_scenes_are_read_without_a_warning() {
     for file in files("robots").iter().filter(|file| file.extension().is_some_and(|e| e == "urdf")) {
         let robot = Reader::default().robot(file, Some(&file.with_extension("srdf"))).unwrap();
         let model = taut::robot::RobotModel::new(robot).unwrap();
-        assert_eq!(model.warnings(), [String::new(); 0], "{}", file.display());
+        assert!(model.warnings().is_empty(), "{}: {:?}", file.display(), model.warnings());
     }
     for file in files("scenes") {
         assert!(Reader::default().scene(&file).unwrap().warnings().is_empty(), "{}", file.display());

@@ -137,7 +137,7 @@ impl Report {
         let mut text = String::new();
         let width = self.rows.iter().map(|row| row.set.len() + row.name.len() + 1).max().unwrap_or(0).max(7);
         let mut line = |first: &str, cells: &[String], last: &str| {
-            let cells: String = cells.iter().map(|cell| format!("  {cell:<20}")).collect();
+            let cells: String = cells.iter().map(|cell| format!("  {cell:<25}")).collect();
             // Writing to a string cannot fail.
             let _ = writeln!(text, "{}", format!("{first:<width$}{cells}  {last}").trim_end());
         };

@@ -111,12 +111,21 @@ impl Reader {
     /// A file that cannot be read or holds no scene.
     pub fn scene(&mut self, file: &Path) -> Result<Scene, FileError> {
         #[derive(serde::Deserialize)]
+        struct Probe {
+            scene: Option<serde::de::IgnoredAny>,
+        }
+        #[derive(serde::Deserialize)]
         struct Holder {
             scene: SceneFile,
         }
         let text = read_text(file)?;
-        let of_problem = serde_json::from_str::<Holder>(&text).map(|holder| holder.scene);
-        let scene = of_problem.or_else(|_| serde_json::from_str(&text)).map_err(|error| FileError::Scene {
+        // A first look tells the two apart, so that what is then wrong is said of the right one.
+        let is_problem = serde_json::from_str::<Probe>(&text).is_ok_and(|probe| probe.scene.is_some());
+        let scene = match is_problem {
+            true => serde_json::from_str::<Holder>(&text).map(|holder| holder.scene),
+            false => serde_json::from_str(&text),
+        };
+        let scene = scene.map_err(|error| FileError::Scene {
             file: file.to_owned(),
             source: SceneError::Syntax(format!("not a scene: {error}")),
         })?;

@@ -7,7 +7,7 @@
 use super::motion::Twist;
 use crate::collision::body::Body;
 use crate::collision::distance::{self, Separation};
-use crate::collision::piece::Transform;
+use crate::collision::piece::{Piece, Transform};
 use crate::collision::query::{self, Split, TOUCHING_M};
 use crate::collision::tree::Ball;
 use crate::math::Vec3;
@@ -82,27 +82,31 @@ impl PairInterval<'_> {
         self.relative.point(a.center).distance(b.center) - a.radius - b.radius
     }
 
-    /// Distance that two balls keep on the interval; for a single piece of B, the piece itself.
+    /// Distance that two balls keep on the interval; a ball over a single piece is that piece.
     fn kept_by_balls(&self, a: &Ball, b: &Ball) -> f64 {
         let center_a = self.relative.point(a.center);
-        if let Some(piece) = self.b.tree.leaf(b) {
-            let nearest = distance::closest_on(&piece.core, center_a);
-            let offset = center_a - nearest;
-            let length = offset.length();
-            if length < TOUCHING_M {
-                return f64::NEG_INFINITY;
+        match (self.a.tree.leaf(a), self.b.tree.leaf(b)) {
+            (_, Some(piece)) => {
+                let reach = || piece.core.farthest(piece.center());
+                let Some((normal, gap)) = from_piece(piece, center_a) else { return f64::NEG_INFINITY };
+                gap - a.radius - self.displacement(normal, center_a, 0.0, piece.center(), reach)
             }
-            let normal = offset / length;
-            let gap = normal.dot(center_a - piece.core.support(normal)) - a.radius - piece.radius;
-            let reference = piece.center();
-            return gap - self.displacement(normal, center_a, 0.0, reference, || piece.core.farthest(reference));
+            (Some(piece), None) => {
+                let piece = piece.transformed(&self.relative);
+                let Some((outward, gap)) = from_piece(&piece, b.center) else { return f64::NEG_INFINITY };
+                let (center, reach) = (piece.center(), piece.core.farthest(piece.center()));
+                gap - b.radius - self.displacement(-outward, center, reach, b.center, || 0.0)
+            }
+            (None, None) => {
+                let offset = center_a - b.center;
+                let length = offset.length();
+                if length < TOUCHING_M {
+                    return f64::NEG_INFINITY;
+                }
+                let moved = self.displacement(offset / length, center_a, 0.0, b.center, || 0.0);
+                length - a.radius - b.radius - moved
+            }
         }
-        let offset = center_a - b.center;
-        let length = offset.length();
-        if length < TOUCHING_M {
-            return f64::NEG_INFINITY;
-        }
-        length - a.radius - b.radius - self.displacement(offset / length, center_a, 0.0, b.center, || 0.0)
     }
 
     fn decide_pieces(&self, i: usize, j: usize) -> IntervalVerdict {
@@ -144,6 +148,17 @@ impl PairInterval<'_> {
         let turn_b = if still { 0.0 } else { normal.cross(self.twist_b.angular).length() * radius_b() };
         (approach + turn_a + turn_b + self.bend).min(self.travel)
     }
+}
+
+/// Direction from a piece to a point outside of it, and the support gap along it.
+fn from_piece(piece: &Piece, point: Vec3) -> Option<(Vec3, f64)> {
+    let offset = point - distance::closest_on(&piece.core, point);
+    let length = offset.length();
+    if length < TOUCHING_M {
+        return None;
+    }
+    let normal = offset / length;
+    Some((normal, normal.dot(point - piece.core.support(normal)) - piece.radius))
 }
 
 /// Both must hold: a refusal wins over everything, a split over a proof.
