@@ -13,9 +13,9 @@ use super::load::Loaded;
 pub(super) struct Timed {
     /// The outcome.
     pub outcome: Outcome,
-    /// CPU time of this thread [s].
+    /// CPU time of this thread (s).
     pub cpu_s: f64,
-    /// Time on the clock [s].
+    /// Time on the clock (s).
     pub time_s: f64,
 }
 
@@ -43,7 +43,7 @@ pub(super) fn run(
     Ok(Timed { outcome, cpu_s: thread_cpu() - cpu, time_s: start.elapsed().as_secs_f64() })
 }
 
-/// CPU time of this thread so far [s].
+/// CPU time of this thread so far (s).
 fn thread_cpu() -> f64 {
     let now = clock_gettime(ClockId::ThreadCPUTime);
     now.tv_sec as f64 + now.tv_nsec as f64 * 1e-9

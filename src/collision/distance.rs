@@ -15,7 +15,7 @@ use crate::math::{Pose, Vec3};
 pub struct Separation {
     /// Unit vector from B towards A.
     pub normal: Vec3,
-    /// `min_A n·a − max_B n·b` [m]: never above the distance. Negative where the pieces overlap or no direction is known.
+    /// `min_A n·a − max_B n·b` (m): never above the distance. Negative where the pieces overlap or no direction is known.
     pub gap: f64,
     /// Closest point of A.
     pub point_a: Vec3,

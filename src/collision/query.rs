@@ -9,7 +9,7 @@ use super::piece::{Core, Transform};
 use super::tree::{Ball, BallTree, Content};
 use crate::math::Vec3;
 
-/// Distances at or below this are contact [m].
+/// Distances at or below this are contact (m).
 pub const TOUCHING_M: f64 = 1e-9;
 
 /// Closest points of two bodies, in the world; a body wholly inside a mesh counts as overlapping.

@@ -18,7 +18,7 @@ const ROUNDS_AT_ONCE: usize = 12;
 /// Rounds in all; in the later ones a single limit changes at a time, which breaks cycles.
 const ROUNDS: usize = 60;
 
-/// A step may pass a limit by this much [m or rad]: what rounding leaves of a row.
+/// A step may pass a limit by this much (m or rad): what rounding leaves of a row.
 const ROUNDING: f64 = 1e-9;
 
 /// A variable of the path that has limits.

@@ -68,7 +68,7 @@ pub struct Validator<'a> {
 }
 
 impl<'a> Validator<'a> {
-    /// A validator whose floors are all `clearance` [m]; `held` are the values of the robot's held variables.
+    /// A validator whose floors are all `clearance` (m); `held` are the values of the robot's held variables.
     pub fn new(
         model: &'a CollisionModel,
         space: &'a ConfigurationSpace,
@@ -85,11 +85,11 @@ impl<'a> Validator<'a> {
         Self { model, space, held, scratch, clearance, floors, work: 0, suspect: 0 }
     }
 
-    /// Floor of each pair [m].
+    /// Floor of each pair (m).
     pub fn floors(&self) -> &[f64] {
         &self.floors
     }
-    /// Sets the floor of one pair [m].
+    /// Sets the floor of one pair (m).
     pub fn set_floor(&mut self, pair: usize, floor: f64) {
         self.floors[pair] = floor;
     }

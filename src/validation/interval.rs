@@ -12,7 +12,7 @@ use crate::collision::query::{self, Split, TOUCHING_M};
 use crate::collision::tree::Ball;
 use crate::math::Vec3;
 
-/// Allowed for the rounding of poses, distances and bounds [m]: a thousand times what they amount to in
+/// Allowed for the rounding of poses, distances and bounds (m): a thousand times what they amount to in
 /// a world of a kilometre.
 pub const ROUNDING_M: f64 = 1e-9;
 
@@ -28,18 +28,18 @@ pub struct PairInterval<'a> {
     pub twist_a: Twist,
     /// The same of B's.
     pub twist_b: Twist,
-    /// ½ h² (A_A + A_B) [m].
+    /// ½ h² (A_A + A_B) (m).
     pub bend: f64,
-    /// h (V_A + V_B) [m], the plain bound.
+    /// h (V_A + V_B) (m), the plain bound.
     pub travel: f64,
-    /// Distance to be proved [m].
+    /// Distance to be proved (m).
     pub floor: f64,
 }
 
 /// What came of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum IntervalVerdict {
-    /// The pair keeps this distance [m] on the whole interval.
+    /// The pair keeps this distance (m) on the whole interval.
     Proved(f64),
     /// In the middle the bodies touch or overlap.
     Collision,

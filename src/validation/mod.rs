@@ -27,7 +27,7 @@ pub enum SegmentVerdict {
 /// A proof, in short.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentProof {
-    /// Distance that every pair keeps on the whole segment [m]; at least the smallest floor, ∞ where nothing is near.
+    /// Distance that every pair keeps on the whole segment (m); at least the smallest floor, ∞ where nothing is near.
     pub clearance_m: f64,
     /// Intervals that the proof is made of.
     pub intervals: u32,

@@ -3,7 +3,7 @@
 use super::{Contact, Hit, HitReason, SegmentProof, SegmentVerdict, Validator};
 use crate::path::Path;
 
-/// The lowest floor that is ever promised [m].
+/// The lowest floor that is ever promised (m).
 pub const LEAST_FLOOR_M: f64 = 1e-6;
 
 /// What is known of a path.
