@@ -10,7 +10,8 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::interval::{IntervalVerdict, PairInterval};
+use super::interval::{IntervalVerdict, Looks, PairInterval};
+use super::ledger::Ledger;
 use super::motion::{MotionBounds, Twist};
 use super::{Contact, Hit, HitReason, SegmentProof, SegmentVerdict};
 use crate::collision::piece::Transform;
@@ -36,6 +37,8 @@ pub struct Scratch {
     queue: VecDeque<Interval>,
     /// Intervals spent by each pair with a lowered floor, on this segment.
     spent: Vec<u32>,
+    /// What this request's validator has proved.
+    ledger: Ledger,
 }
 
 /// `[middle − half, middle + half]` of a segment, and the pairs that are undecided there.
@@ -81,6 +84,7 @@ impl<'a> Validator<'a> {
         scratch.bounds.resize_with(model.bodies().len(), MotionBounds::default);
         scratch.spent.clear();
         scratch.spent.resize(model.pairs().len(), 0);
+        scratch.ledger.clear();
         let floors = vec![clearance; model.pairs().len()];
         Self { model, space, held, scratch, clearance, floors, work: 0, suspect: 0 }
     }
@@ -91,6 +95,10 @@ impl<'a> Validator<'a> {
     }
     /// Sets the floor of one pair (m).
     pub fn set_floor(&mut self, pair: usize, floor: f64) {
+        if floor > self.floors[pair] {
+            // What was proved at the lower floor says nothing of the higher one.
+            self.scratch.ledger.clear();
+        }
         self.floors[pair] = floor;
     }
     /// Pairs of balls looked at since the validator was made: what work is counted in.
@@ -105,7 +113,7 @@ impl<'a> Validator<'a> {
     /// Proves the straight segment between two configurations, or refuses it as soon as anything is found.
     ///
     /// Intervals are looked at from wide to narrow, so that a refusal is much cheaper than a proof.
-    /// `stop` is asked at every interval.
+    /// `stop` is asked at every interval, and within it where the search is long.
     pub fn segment(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> SegmentVerdict {
         let mut proof = SegmentProof::EMPTY;
         match self.search(from, to, stop, &mut proof) {
@@ -127,18 +135,22 @@ impl<'a> Validator<'a> {
     }
 
     fn search(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool, proof: &mut SegmentProof) -> Found {
+        if let Some(known) = self.scratch.ledger.get(from, to) {
+            *proof = known;
+            return Found::Nothing;
+        }
         let whole = self.begin(from, to);
         self.scratch.queue.push_back(whole);
         while let Some(interval) = self.scratch.queue.pop_front() {
-            if stop() {
+            let Some(examined) = self.examine(from, &interval, Until::FirstRefusal, proof, stop) else {
                 return Found::Stopped;
-            }
-            let examined = self.examine(from, &interval, Until::FirstRefusal, proof);
+            };
             if let Some((pair, reason)) = examined.refused {
                 return Found::Refusal(interval, pair, reason);
             }
             self.scratch.queue.extend(interval.halves(examined.undecided).into_iter().flatten());
         }
+        self.scratch.ledger.insert(from, to, *proof);
         Found::Nothing
     }
 
@@ -150,10 +162,9 @@ impl<'a> Validator<'a> {
         let (mut proof, mut earliest) = (SegmentProof::EMPTY, None);
         // A stack on which the left half is always next; a hit makes all that waits to its right idle.
         while let Some(interval) = self.scratch.queue.pop_back() {
-            if stop() {
+            let Some(examined) = self.examine(from, &interval, Until::EveryPair, &mut proof, stop) else {
                 return SegmentVerdict::Stopped;
-            }
-            let examined = self.examine(from, &interval, Until::EveryPair, &mut proof);
+            };
             let [left, right] = interval.halves(examined.undecided);
             if let Some((pair, reason)) = examined.refused {
                 earliest = Some((interval, pair, reason));
@@ -205,15 +216,26 @@ impl<'a> Validator<'a> {
         Interval { middle: 0.5, half: 0.5, first: 0, last: scratch.lists.len() }
     }
 
-    /// Decides what can be decided on an interval; the pairs left over become a new list.
-    fn examine(&mut self, from: &[f64], interval: &Interval, until: Until, proof: &mut SegmentProof) -> Examined {
+    /// Decides what can be decided on an interval; the pairs left over become a new list. `None` where stopped.
+    fn examine(
+        &mut self,
+        from: &[f64],
+        interval: &Interval,
+        until: Until,
+        proof: &mut SegmentProof,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Examined> {
+        if stop() {
+            return None;
+        }
         proof.intervals += 1;
         self.place(from, interval.middle);
         let first = self.scratch.lists.len();
         let mut refused = None;
         for slot in interval.first..interval.last {
             let pair = self.scratch.lists[slot];
-            let reason = match self.decide(pair as usize, interval.half) {
+            let reason = match self.decide(pair as usize, interval.half, stop) {
+                IntervalVerdict::Stopped => return None,
                 IntervalVerdict::Proved(kept) => {
                     proof.clearance_m = proof.clearance_m.min(kept);
                     continue;
@@ -231,7 +253,7 @@ impl<'a> Validator<'a> {
                 }
             }
         }
-        Examined { refused, undecided: first..self.scratch.lists.len() }
+        Some(Examined { refused, undecided: first..self.scratch.lists.len() })
     }
 
     /// Counts an interval against a pair with a lowered floor; true once it has had its share.
@@ -258,10 +280,10 @@ impl<'a> Validator<'a> {
         }));
     }
 
-    fn decide(&mut self, pair: usize, half: f64) -> IntervalVerdict {
-        let mut visits = 0;
-        let verdict = self.pair_interval(pair, half).decide(&mut visits);
-        self.work += visits;
+    fn decide(&mut self, pair: usize, half: f64, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
+        let mut looks = Looks::new(stop);
+        let verdict = self.pair_interval(pair, half).decide(&mut looks);
+        self.work += looks.count;
         verdict
     }
 

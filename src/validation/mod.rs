@@ -3,6 +3,7 @@
 pub mod certificate;
 pub mod continuous;
 pub mod interval;
+mod ledger;
 pub mod motion;
 pub mod path_proof;
 #[cfg(test)]
