@@ -11,7 +11,7 @@ use taut::optimize::{Mode, Settings, Workspace, run};
 use taut::path::Path;
 use taut::robot::{JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel};
 use taut::scene::{Obstacle, Scene};
-use taut::shape::{PlacedShape, Shape};
+use taut::shape::{Mesh, PlacedShape, Shape};
 
 const PLACEMENTS: usize = 1000;
 const CLEARANCE_M: f64 = 1e-3;
@@ -112,4 +112,21 @@ fn an_obstacle_that_only_the_end_of_a_lever_of_a_metre_sweeps() {
     }
     println!("refused {PLACEMENTS} of {PLACEMENTS}, moved clear: proved {clear}");
     assert!(clear * 100 >= PLACEMENTS * 99, "only {clear} of {PLACEMENTS} proved once clear");
+}
+
+/// A closed mesh is a solid: a ball wholly inside touches no triangle, and collides all the same.
+#[test]
+fn a_ball_that_moves_wholly_inside_a_mesh() {
+    let ball = PlacedShape { pose: Pose::identity(), shape: Shape::sphere(0.02).unwrap() };
+    let robot = robot(vec![joint(0, JointKind::Prismatic, Vec3::X, (-2.0, 2.0))], ball);
+    let corner = |i: u32| Vec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) - Vec3::splat(0.5);
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    for inwards in [false, true] {
+        let halves = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+        let turned = halves.map(|[a, b, c]| if inwards { [a, c, b] } else { [a, b, c] });
+        let mesh = Mesh::new("cube", (0..8).map(corner).collect(), turned.collect()).unwrap();
+        let cube = PlacedShape { pose: Pose::identity(), shape: Shape::Mesh(Arc::new(mesh)) };
+        assert!(!proved(&robot, cube.clone(), &[-0.1], &[0.1]), "inside, faces inwards: {inwards}");
+        assert!(proved(&robot, cube, &[0.6], &[0.9]), "outside, faces inwards: {inwards}");
+    }
 }

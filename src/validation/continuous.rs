@@ -41,6 +41,17 @@ pub struct Scratch {
     ledger: Ledger,
 }
 
+/// Whether a body is inside a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Enclosed {
+    /// None is.
+    Nothing,
+    /// This pair, with a point inside and the depth to the nearest surface.
+    Pair(usize, Contact),
+    /// `stop` said so before all pairs were asked.
+    Stopped,
+}
+
 /// `[middle − half, middle + half]` of a segment, and the pairs that are undecided there.
 #[derive(Clone, Copy, Debug)]
 struct Interval {
@@ -189,15 +200,25 @@ impl<'a> Validator<'a> {
         query::closest(a, &a.placed(&self.scratch.kinematics), b, &b.placed(&self.scratch.kinematics))
     }
 
-    /// The first pair that touches or overlaps at one configuration, bodies inside meshes included.
-    pub fn collision_at(&mut self, configuration: &[f64]) -> Option<(usize, Contact)> {
+    /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces meet there,
+    /// and a proof that goes on from such a configuration would be of no worth. Asked once per request, of the
+    /// configuration that everything proved is connected to. `stop` is asked at every pair.
+    pub fn enclosed_at(&mut self, configuration: &[f64], stop: &mut dyn FnMut() -> bool) -> Enclosed {
         self.scratch.kinematics.update(self.model.robot(), configuration, self.held);
         let (bodies, kinematics) = (self.model.bodies(), &self.scratch.kinematics);
-        self.model.pairs().iter().enumerate().find_map(|(index, pair)| {
+        for (index, pair) in self.model.pairs().iter().enumerate() {
             let (a, b) = (&bodies[pair.a], &bodies[pair.b]);
-            let contact = query::overlap(a, &a.placed(kinematics), b, &b.placed(kinematics))?;
-            Some((index, contact))
-        })
+            if !(a.hollow || b.hollow) {
+                continue;
+            }
+            if stop() {
+                return Enclosed::Stopped;
+            }
+            if let Some(contact) = query::enclosed(a, &a.placed(kinematics), b, &b.placed(kinematics)) {
+                return Enclosed::Pair(index, contact);
+            }
+        }
+        Enclosed::Nothing
     }
 
     /// Prepares the motion bounds of a segment; returns its whole interval with every pair undecided.
