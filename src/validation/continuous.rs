@@ -10,13 +10,14 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::interval::{IntervalVerdict, Looks, PairInterval};
+use super::interval::{IntervalVerdict, Looks, PairInterval, ROUNDING_M};
 use super::ledger::Ledger;
 use super::motion::{MotionBounds, Twist};
 use super::{Contact, Hit, HitReason, SegmentProof, SegmentVerdict};
 use crate::collision::piece::Transform;
 use crate::collision::query::{self, TOUCHING_M};
 use crate::collision::{BodyPair, CollisionModel};
+use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
 
 /// Intervals that one pair at a lowered floor may take on one segment before it counts as not provable.
@@ -30,6 +31,8 @@ pub struct Scratch {
     velocity: Vec<f64>,
     bounds: Vec<MotionBounds>,
     placed: Vec<Transform>,
+    /// World centres of the balls around whole bodies.
+    centers: Vec<Vec3>,
     /// World twists of the links, per unit t.
     twists: Vec<Twist>,
     /// Lists of undecided pairs, each a range of this.
@@ -295,6 +298,9 @@ impl<'a> Validator<'a> {
         let kinematics = &scratch.kinematics;
         scratch.placed.clear();
         scratch.placed.extend(self.model.bodies().iter().map(|body| body.placed(kinematics)));
+        scratch.centers.clear();
+        let centers = self.model.bodies().iter().zip(&scratch.placed);
+        scratch.centers.extend(centers.map(|(body, placed)| placed.point(body.tree.balls()[0].center)));
         scratch.twists.clear();
         scratch.twists.extend(kinematics.poses().iter().enumerate().map(|(link, pose)| {
             Twist::through(kinematics.angular()[link], kinematics.linear()[link], pose.translation)
@@ -302,10 +308,37 @@ impl<'a> Validator<'a> {
     }
 
     fn decide(&mut self, pair: usize, half: f64, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
+        let kept = self.kept_by_whole_bodies(pair, half);
+        if kept >= self.floors[pair] + ROUNDING_M {
+            self.work += 1;
+            return IntervalVerdict::Proved(kept);
+        }
         let mut looks = Looks::new(stop);
         let verdict = self.pair_interval(pair, half).decide(&mut looks);
         self.work += looks.count;
         verdict
+    }
+
+    /// The first test of [`PairInterval`], in the world's frame: most pairs need no other.
+    fn kept_by_whole_bodies(&self, pair: usize, half: f64) -> f64 {
+        let (BodyPair { a, b, ancestor, motions_above: [above_a, above_b] }, scratch) =
+            (self.model.pairs()[pair], &*self.scratch);
+        let (center_a, center_b) = (scratch.centers[a], scratch.centers[b]);
+        let (offset, bodies) = (center_a - center_b, self.model.bodies());
+        let length = offset.length();
+        if length < TOUCHING_M {
+            return f64::NEG_INFINITY;
+        }
+        let twist = |body: usize, at| bodies[body].link.map_or(Vec3::ZERO, |link| scratch.twists[link].at(at));
+        let mut approach = twist(a, center_a) - twist(b, center_b);
+        if let Some(link) = ancestor {
+            approach -= scratch.twists[link].angular.cross(offset);
+        }
+        let (bounds_a, bounds_b) = (&scratch.bounds[a], &scratch.bounds[b]);
+        let bend = 0.5 * half * half * (bounds_a.acceleration(above_a) + bounds_b.acceleration(above_b));
+        let travel = half * (bounds_a.speed(above_a) + bounds_b.speed(above_b));
+        let moved = (half * offset.dot(approach).abs() / length + bend).min(travel);
+        length - bodies[a].tree.balls()[0].radius - bodies[b].tree.balls()[0].radius - moved
     }
 
     /// The pair on the interval of this half width about the configuration that was placed last.
