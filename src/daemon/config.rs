@@ -201,7 +201,9 @@ mod tests {
         let text = "workers = 2\n\n[[scenes]]\nlabel = \"a\"\nfile = \"b\"\nclearence = 3\n";
         let error = one_line(text, &toml::from_str::<Config>(text).unwrap_err());
         assert!(error.starts_with("line 6: unknown field `clearence`") && !error.contains('\n'), "{error}");
-        for (text, part) in [("queue = 0", "1 to 65536"), ("clearance_m = nan", "finite"), ("status_rate_hz = 1", "2 to")] {
+        for (text, part) in
+            [("queue = 0", "1 to 65536"), ("clearance_m = nan", "finite"), ("status_rate_hz = 1", "2 to")]
+        {
             let error = toml::from_str::<Config>(text).unwrap().checked().unwrap_err();
             assert!(error.contains(part), "{error}");
         }

@@ -215,7 +215,8 @@ impl EventLoop {
             tracing::debug!(request = open.request.header().request_id, "cancelled");
         }
         let hinted = self.open.values().filter(|open| open.request.has_disconnect_hint());
-        let hinted: Vec<Place> = hinted.inspect(|open| open.stop.set(StopCause::FinishedEarly)).map(|o| o.place).collect();
+        let hinted: Vec<Place> =
+            hinted.inspect(|open| open.stop.set(StopCause::FinishedEarly)).map(|o| o.place).collect();
         for place in hinted {
             if let Some(job) = self.queue.remove(place) {
                 self.answer_untouched(&job, StopCause::FinishedEarly);

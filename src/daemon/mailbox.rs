@@ -47,11 +47,6 @@ impl Mailbox {
         }
     }
 
-    /// Empties it.
-    pub(super) fn clear(&self) {
-        self.lock().is_full = false;
-    }
-
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

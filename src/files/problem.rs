@@ -238,7 +238,8 @@ impl Problem {
     /// # Errors
     /// What [`RobotModel::new`] refuses, with the robot's file.
     pub fn model(&self) -> Result<RobotModel, FileError> {
-        RobotModel::new(self.robot.clone()).map_err(|source| FileError::Robot { file: self.robot_files.urdf.clone(), source })
+        RobotModel::new(self.robot.clone())
+            .map_err(|source| FileError::Robot { file: self.robot_files.urdf.clone(), source })
     }
 }
 

@@ -50,13 +50,7 @@ impl<'a> Cost<'a> {
     /// The cost whose λ come from the path `rows` (flat, nq columns).
     ///
     /// `fixed` has one entry a waypoint (the first and last are true), `moving` one a velocity coordinate.
-    pub fn new(
-        space: &'a ConfigurationSpace,
-        metric: &Metric,
-        rows: &[f64],
-        fixed: &[bool],
-        moving: &[bool],
-    ) -> Self {
+    pub fn new(space: &'a ConfigurationSpace, metric: &Metric, rows: &[f64], fixed: &[bool], moving: &[bool]) -> Self {
         let lengths = segment_lengths(space, metric, rows);
         let shortest = SHORTEST_SEGMENT * lengths.iter().sum::<f64>();
         let lengths: Vec<f64> = lengths.into_iter().map(|length| length.max(shortest)).collect();

@@ -186,9 +186,8 @@ mod tests {
         fn step_of_clarabel(&self) -> Vec<f64> {
             use clarabel::algebra::CscMatrix;
             use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SupportedConeT};
-            let lines = |m: &DMatrix<f64>| -> Vec<Vec<f64>> {
-                m.row_iter().map(|row| row.iter().copied().collect()).collect()
-            };
+            let lines =
+                |m: &DMatrix<f64>| -> Vec<Vec<f64>> { m.row_iter().map(|row| row.iter().copied().collect()).collect() };
             let upper = CscMatrix::from(&lines(&self.hessian)).to_triu();
             let settings = DefaultSettings {
                 verbose: false,

@@ -214,9 +214,7 @@ impl ModelStore {
     fn take_id(&mut self, label: &str) -> Result<u64, StoreError> {
         let id = (self.id_of)(label);
         match self.labels.get(&id) {
-            Some(other) if other != label => {
-                Err(StoreError::SameId { label: label.to_owned(), other: other.clone() })
-            }
+            Some(other) if other != label => Err(StoreError::SameId { label: label.to_owned(), other: other.clone() }),
             Some(_) => Ok(id),
             None => {
                 self.labels.insert(id, label.to_owned());

@@ -2,8 +2,8 @@
 
 use super::{
     ActiveContact, CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader, Field, LoweredPair,
-    Mode, RefusalReason, RefusalRecord, RequestHeader, ResponseHeader, SceneEvent, SceneEventKind, Stage, Status, StatusRecord,
-    Termination,
+    Mode, RefusalReason, RefusalRecord, RequestHeader, ResponseHeader, SceneEvent, SceneEventKind, Stage, Status,
+    StatusRecord, Termination,
 };
 use crate::services;
 use std::fmt::Write;

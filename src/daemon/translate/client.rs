@@ -52,11 +52,6 @@ pub fn request_header(settings: &Settings) -> RequestHeader {
     }
 }
 
-/// A mask as the wire has it; empty where there is none.
-pub fn moves(mask: Option<&Vec<bool>>) -> Vec<u8> {
-    mask.map_or_else(Vec::new, |mask| mask.iter().map(|bit| u8::from(*bit)).collect())
-}
-
 /// The outcome that a final response tells of. `weights` are those of the request's metric.
 ///
 /// # Errors
@@ -69,7 +64,8 @@ pub fn outcome(view: &ResponseView, settings: &Settings, weights: &[f64]) -> Res
     };
     let mut warnings: Vec<String> = view.message.lines().map(str::to_owned).collect();
     let hint: Vec<String> = warnings.extract_if(.., |line| !line.starts_with(WARNING)).collect();
-    let lowered: Vec<LoweredFloor> = view.lowered_pairs.iter().map(|pair| lowered(pair, view)).collect::<Result<_, _>>()?;
+    let lowered: Vec<LoweredFloor> =
+        view.lowered_pairs.iter().map(|pair| lowered(pair, view)).collect::<Result<_, _>>()?;
     let certificate = certificate(view, &path, &lowered)?;
     let outcome = Outcome {
         path,
@@ -140,11 +136,7 @@ fn refusal(view: &ResponseView, hint: String) -> Result<Option<Refusal>, WireErr
 }
 
 /// The certificate, after comparing its hash with the path that came.
-fn certificate(
-    view: &ResponseView,
-    path: &Path,
-    lowered: &[LoweredFloor],
-) -> Result<Option<Certificate>, AnswerError> {
+fn certificate(view: &ResponseView, path: &Path, lowered: &[LoweredFloor]) -> Result<Option<Certificate>, AnswerError> {
     let Some(head) = view.certificate_head else { return Ok(None) };
     if head.path_hash != path_hash(path.as_flat()) {
         return Err(AnswerError::OtherPath);

@@ -5,11 +5,11 @@ mod client;
 mod models;
 mod request;
 
-pub(super) use answer::{Reply, answered, expired, preempted, progress, refused};
 pub use answer::code_of;
-pub use client::{AnswerError, moves, outcome, request_header};
+pub(super) use answer::{Reply, answered, expired, preempted, progress, refused};
+pub use client::{AnswerError, outcome, request_header};
+pub use models::robot_source;
 pub(super) use models::{
     describe, file_refusal, model_refusal, robot_files, robot_summary, scene_summary, store_refusal,
 };
-pub use models::robot_source;
 pub(super) use request::{request_refusal, settings_and_path};

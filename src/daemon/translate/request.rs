@@ -107,7 +107,8 @@ fn coordinates(robot: &RobotModel, columns: &[bool]) -> Result<Vec<bool>, Refusa
             Component::Rotation { q, v } => {
                 if columns[q..q + 4].iter().any(|column| *column != columns[q]) {
                     let name = &robot.variables()[q].name;
-                    let text = format!("group_mask splits the quaternion that starts at {name}; its four move together");
+                    let text =
+                        format!("group_mask splits the quaternion that starts at {name}; its four move together");
                     return Err(Refusal::new(Code::MalformedRequest, text));
                 }
                 moving[v..v + 3].fill(columns[q]);
