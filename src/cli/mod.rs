@@ -4,12 +4,17 @@ mod bench;
 mod bench_table;
 mod check;
 mod code;
+mod connect;
 mod error;
 mod load;
+mod models;
+mod place;
 mod quantity;
+mod remote;
 mod report;
 mod request;
 mod run;
+mod serve;
 mod shorten;
 
 use std::process::ExitCode;
@@ -32,6 +37,16 @@ enum Command {
     Check(check::Arguments),
     Shorten(shorten::Arguments),
     Bench(bench::Arguments),
+    Serve(serve::Arguments),
+    LoadRobot(models::LoadRobot),
+    LoadScene(models::LoadScene),
+    /// Forget a robot of the daemon; running requests keep it
+    UnloadRobot(models::Unload),
+    /// Forget a scene of the daemon; running requests keep it
+    UnloadScene(models::Unload),
+    List(models::List),
+    Describe(models::Describe),
+    Stop(models::Stop),
 }
 
 /// Format of what goes to standard output.
@@ -59,6 +74,14 @@ pub fn main() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::Shorten(arguments) => shorten::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Serve(arguments) => serve::run(&arguments),
+        Command::LoadRobot(arguments) => models::load_robot(&arguments),
+        Command::LoadScene(arguments) => models::load_scene(&arguments),
+        Command::UnloadRobot(arguments) => models::unload_robot(&arguments),
+        Command::UnloadScene(arguments) => models::unload_scene(&arguments),
+        Command::List(arguments) => models::list(&arguments),
+        Command::Describe(arguments) => models::describe(&arguments),
+        Command::Stop(arguments) => models::stop(&arguments),
     };
     ExitCode::from(result.unwrap_or_else(|error| error.report()))
 }
