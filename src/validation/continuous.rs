@@ -191,6 +191,13 @@ impl<'a> Validator<'a> {
         query::closest(a, &a.placed(&self.scratch.kinematics), b, &b.placed(&self.scratch.kinematics))
     }
 
+    /// The same at a ratio of a segment.
+    pub fn contact_between(&mut self, pair: usize, from: &[f64], to: &[f64], t: f64) -> Contact {
+        self.scratch.motion.begin(self.model, self.space, from, to, self.held);
+        self.scratch.motion.place(self.model, self.space, from, t, self.held);
+        self.scratch.motion.contact(self.model, &self.model.pairs()[pair])
+    }
+
     /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces meet there,
     /// and a proof that goes on from such a configuration would be of no worth. Asked once per request, of the
     /// configuration that everything proved is connected to. `stop` is asked at every pair.
