@@ -67,7 +67,7 @@ fn a_deadline_brings_the_best_so_far_or_the_input() {
     assert_eq!((code, is_proved(&header)), (Code::TimedOut, false));
     assert!(path == long.path);
     // Proved soon, shortened for ever: the best so far.
-    let (code, header, path) = ask(&arm.long(60), Duration::from_millis(200));
+    let (code, header, path) = ask(&arm.long(2_000), Duration::from_millis(700));
     assert_eq!((code, is_proved(&header)), (Code::Success, true));
     assert!(header.length_after < header.length_before && header.lower_bound <= header.length_after);
     assert!(!path.is_empty());
@@ -127,7 +127,7 @@ fn cancelling_frees_the_worker_and_finishing_early_brings_the_best() {
     }
     assert_eq!(number(&client, "requests_cancelled"), 5.0);
 
-    let mut pending = arm.long(200).request(&client, RequestBody::default(), endless).send().unwrap();
+    let mut pending = arm.long(2_000).request(&client, RequestBody::default(), endless).send().unwrap();
     let first = pending.next(PATIENCE).unwrap().unwrap();
     assert!(!first.is_final() && is_proved(first.header()));
     let before = first.header().length_after;
@@ -177,7 +177,7 @@ fn a_killed_client_harms_nobody() {
     for _ in 0..3 {
         let victim = busy_client(&place);
         let survivor = place.client();
-        let pending = arm.long(200).request(&survivor, RequestBody::default(), endless).send().unwrap();
+        let pending = arm.long(2_000).request(&survivor, RequestBody::default(), endless).send().unwrap();
         victim.kill();
         let killed = Instant::now();
         serves();
@@ -224,7 +224,7 @@ fn stopping_ends_running_requests_with_the_best_so_far_and_leaves_nothing() {
         let daemon = place.serve("workers = 1");
         let client = place.client();
         let arm = Models::of(&client, "arm_shelf");
-        let mut running = arm.long(200).request(&client, RequestBody::default(), endless).send().unwrap();
+        let mut running = arm.long(2_000).request(&client, RequestBody::default(), endless).send().unwrap();
         assert!(!running.next(PATIENCE).unwrap().unwrap().is_final());
         let waiting = arm.request(&client, RequestBody::default(), |_| ()).send().unwrap();
         until("one waits", || number(&client, "requests_queued") == 1.0);
@@ -258,7 +258,7 @@ fn an_answer_says_when_its_scene_was_superseded() {
     let _daemon = place.serve("");
     let client = place.client();
     let arm = Models::of(&client, "arm_shelf");
-    let mut pending = arm.long(200).request(&client, RequestBody::default(), endless).send().unwrap();
+    let mut pending = arm.long(2_000).request(&client, RequestBody::default(), endless).send().unwrap();
     let first = pending.next(PATIENCE).unwrap().unwrap();
     assert_eq!(first.header().flags & ResponseFlags::SUPERSEDED, 0);
     drop(first);
