@@ -94,7 +94,7 @@ fn fill(row: &mut Row, arguments: &Arguments, loaded: &Loaded, workspace: &mut W
                 row.lower_bound = Some(timed.outcome.lower_bound);
                 row.answers.insert(mode.name(), figures(&timed));
             }
-            Err(error) => row.error = Some(format!("{}: {error}", mode.name())),
+            Err(error) => _ = row.error.get_or_insert_with(|| format!("{}: {error}", mode.name())),
         }
     }
     let Some(before) = row.length_before else { return };

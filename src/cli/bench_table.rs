@@ -50,11 +50,11 @@ pub(super) struct Figures {
     pub ratio: f64,
     /// Remaining length.
     pub length: f64,
-    /// CPU time [s].
+    /// CPU time (s).
     pub cpu_s: f64,
-    /// Time on the clock [s].
+    /// Time on the clock (s).
     pub time_s: f64,
-    /// Smallest floor of any pair [m].
+    /// Smallest floor of any pair (m).
     pub floor_m: f64,
     /// Pairs with a lowered floor.
     pub floors_lowered: usize,
@@ -73,7 +73,7 @@ pub(super) struct Figures {
 pub(super) struct PeerFigures {
     /// Remaining length, as a part of the planner's.
     pub ratio: f64,
-    /// CPU time [s].
+    /// CPU time (s).
     pub cpu_s: f64,
     /// Whether every check found it valid.
     pub honest: bool,
@@ -88,7 +88,7 @@ pub(super) struct Medians {
     pub valid: usize,
     /// Median remaining length.
     pub ratio: f64,
-    /// Median CPU time [s].
+    /// Median CPU time (s).
     pub cpu_s: f64,
 }
 
@@ -137,7 +137,7 @@ impl Report {
         let mut text = String::new();
         let width = self.rows.iter().map(|row| row.set.len() + row.name.len() + 1).max().unwrap_or(0).max(7);
         let mut line = |first: &str, cells: &[String], last: &str| {
-            let cells: String = cells.iter().map(|cell| format!("  {cell:<20}")).collect();
+            let cells: String = cells.iter().map(|cell| format!("  {cell:<25}")).collect();
             // Writing to a string cannot fail.
             let _ = writeln!(text, "{}", format!("{first:<width$}{cells}  {last}").trim_end());
         };

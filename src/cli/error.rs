@@ -1,5 +1,7 @@
 //! Why a command ended without an answer, and the exit code that says so.
 
+use std::io::ErrorKind;
+
 use taut::collision::CollisionModelError;
 use taut::files::FileError;
 use taut::optimize::RequestError;
@@ -119,14 +121,18 @@ impl CliError {
         }
     }
 
-    /// Prints the error in one line and gives the exit code.
+    /// Prints the error in one line and gives the exit code. A reader that has seen enough, such as `head`,
+    /// gets no message.
     pub(super) fn report(&self) -> u8 {
-        eprintln!("taut: {self}");
+        let closed = matches!(self, Self::Output { source, .. } if source.kind() == ErrorKind::BrokenPipe);
+        if !closed {
+            eprintln!("taut: {self}");
+        }
         self.exit_code()
     }
 }
 
-/// Standard output that broke off; `head` closing a pipe is no error worth a message elsewhere.
+/// Standard output that cannot be written.
 pub(super) fn stdout(source: std::io::Error) -> CliError {
     CliError::Output { file: "standard output".to_owned(), source }
 }

@@ -17,9 +17,9 @@ pub(super) struct Timed {
     pub outcome: Outcome,
     /// What it amounts to.
     pub code: Code,
-    /// CPU time of the thread that computed it [s].
+    /// CPU time of the thread that computed it (s).
     pub cpu_s: f64,
-    /// Time on the clock [s].
+    /// Time on the clock (s).
     pub time_s: f64,
 }
 
@@ -49,7 +49,7 @@ pub(super) fn run(
     Ok(Timed { outcome, code, cpu_s: thread_cpu() - cpu, time_s: start.elapsed().as_secs_f64() })
 }
 
-/// CPU time of this thread so far [s].
+/// CPU time of this thread so far (s).
 fn thread_cpu() -> f64 {
     let now = clock_gettime(ClockId::ThreadCPUTime);
     now.tv_sec as f64 + now.tv_nsec as f64 * 1e-9

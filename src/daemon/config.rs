@@ -16,7 +16,7 @@ pub struct Config {
     pub instance: String,
     /// Worker threads; 0 = as many as there are cores.
     pub workers: usize,
-    /// Clearance of requests that name none [m].
+    /// Clearance of requests that name none (m).
     pub clearance_m: f64,
     /// Requests that may wait.
     pub queue: usize,

@@ -121,11 +121,20 @@ impl Reader {
     /// A text that holds no scene, or meshes that cannot be used.
     pub fn scene_of_text(&mut self, text: &str, file: &Path) -> Result<Scene, FileError> {
         #[derive(serde::Deserialize)]
+        struct Probe {
+            scene: Option<serde::de::IgnoredAny>,
+        }
+        #[derive(serde::Deserialize)]
         struct Holder {
             scene: SceneFile,
         }
-        let of_problem = serde_json::from_str::<Holder>(text).map(|holder| holder.scene);
-        let scene = of_problem.or_else(|_| serde_json::from_str(text)).map_err(|error| FileError::Scene {
+        // A first look tells the two apart, so that what is then wrong is said of the right one.
+        let is_problem = serde_json::from_str::<Probe>(text).is_ok_and(|probe| probe.scene.is_some());
+        let scene = match is_problem {
+            true => serde_json::from_str::<Holder>(text).map(|holder| holder.scene),
+            false => serde_json::from_str(text),
+        };
+        let scene = scene.map_err(|error| FileError::Scene {
             file: file.to_owned(),
             source: SceneError::Syntax(format!("not a scene: {error}")),
         })?;

@@ -61,7 +61,7 @@ pub struct Problem {
 pub struct Peer {
     /// Length in the problem's metric.
     pub length: f64,
-    /// CPU time [s].
+    /// CPU time (s).
     pub cpu_s: f64,
     /// Whether every check found it valid.
     #[serde(default)]

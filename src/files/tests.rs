@@ -177,3 +177,19 @@ fn a_bad_path_says_what_and_where() {
     let text = read().into_path(&variables(&["a", "b", "c"])).unwrap_err().to_string();
     assert!(text.contains("\"c\" is missing") && text.contains("a, b, c"), "{text}");
 }
+
+#[test]
+fn a_scene_comes_from_its_own_file_or_from_a_problem() {
+    let dir = folder();
+    let file = dir.path().join("problems/p.json");
+    assert_eq!(Reader::default().scene(&file).unwrap().obstacles()[0].id, "wedge");
+    let own = dir.path().join("scene.json");
+    fs::write(&own, r#"{ "objects": [ { "id": "cup" } ] }"#).unwrap();
+    let scene = Reader::default().scene(&own).unwrap();
+    assert!(scene.warnings()[0].contains("\"cup\" has no shapes"), "{:?}", scene.warnings());
+    for (text, part) in [(r#"{ "scene": { "objects": [ {} ] } }"#, "`id`"), (r#"{ "name": "s" }"#, "`objects`")] {
+        fs::write(&own, text).unwrap();
+        let text = Reader::default().scene(&own).unwrap_err().to_string();
+        assert!(text.contains("scene.json") && text.contains(part), "{text}");
+    }
+}

@@ -52,7 +52,7 @@ impl<'a> Cost<'a> {
     /// `fixed` has one entry a waypoint (the first and last are true), `moving` one a velocity coordinate.
     pub fn new(space: &'a ConfigurationSpace, metric: &Metric, rows: &[f64], fixed: &[bool], moving: &[bool]) -> Self {
         let lengths = segment_lengths(space, metric, rows);
-        let shortest = SHORTEST_SEGMENT * lengths.iter().sum::<f64>();
+        let shortest = (SHORTEST_SEGMENT * lengths.iter().sum::<f64>()).max(f64::MIN_POSITIVE);
         let lengths: Vec<f64> = lengths.into_iter().map(|length| length.max(shortest)).collect();
         let squared_weights: Vec<f64> = metric.weights().iter().map(|w| w * w).collect();
         let inverse = |(w, &moves): (&f64, &bool)| if moves { 1.0 / w } else { 0.0 };
@@ -168,7 +168,7 @@ fn nodes(rest_lengths: &[f64], fixed: &[bool]) -> Vec<Node> {
         let length: f64 = rest_lengths[string..stretch[1]].iter().sum();
         let mut place = 0.0;
         for i in string..stretch[1] {
-            nodes[i] = Node { string, place, length: length.max(f64::MIN_POSITIVE) };
+            nodes[i] = Node { string, place, length };
             place += rest_lengths[i];
         }
     }
@@ -243,8 +243,8 @@ mod tests {
             cost.apply_inverse_hessian(&gradient, &mut step);
             rows.iter_mut().zip(&step).for_each(|(x, p)| *x -= p);
             // Between fixed waypoints every segment has the same velocity per input length.
-            for i in 1..7 {
-                for v in (0..4).filter(|_| !fixed[i]) {
+            for i in (1..7).filter(|&i| !fixed[i]) {
+                for v in 0..4 {
                     let slope = |k: usize| (rows[(k + 1) * 4 + v] - rows[k * 4 + v]) / lengths[k];
                     prop_assert!((slope(i) - slope(i - 1)).abs() < 1e-9);
                 }

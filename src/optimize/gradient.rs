@@ -69,7 +69,7 @@ impl Stride {
 enum Trial {
     Shorter,
     NotShorter,
-    Collides { segment: usize, hit: Hit },
+    Collides { segment: usize },
     Stopped,
 }
 
@@ -96,14 +96,15 @@ pub fn optimize(
         if descent.step_norm == 0.0 {
             return (iteration, Termination::Converged);
         }
-        let is_last = stride == Stride::Full || stride.part() * descent.step_norm < SMALL_STEP * descent.length;
+        let is_last = stride.part() * descent.step_norm < SMALL_STEP * descent.length;
         descent.move_trial(stride.part());
         match descent.validate_trial(validator, stop) {
             Trial::Stopped => return (iteration, Termination::Stopped),
             Trial::Shorter => {
                 descent.accept_trial();
                 publish(Improvement { path: descent.path, length: descent.length, iterations: iteration });
-                if is_last {
+                // After a whole step there is nothing left under these rows, but where the space is curved.
+                if is_last || (stride == Stride::Full && descent.is_at_minimum()) {
                     return (iteration, Termination::Converged);
                 }
                 stride = Stride::FIRST;
@@ -112,12 +113,11 @@ pub fn optimize(
                 Some(halved) => stride = halved,
                 None => return (iteration, Termination::Converged),
             },
-            Trial::Collides { segment, hit } if stride != Stride::Full => {
-                if !descent.add_row(segment, hit, validator, stop) {
-                    return (iteration, Termination::Converged);
-                }
-                stride = Stride::Full;
-            }
+            Trial::Collides { segment } if stride != Stride::Full => match descent.add_row(segment, validator, stop) {
+                Some(true) => stride = Stride::Full,
+                Some(false) => return (iteration, Termination::Converged),
+                None => return (iteration, Termination::Stopped),
+            },
             // Too far from the path for its rows to mean anything: no row, the same step.
             Trial::Collides { .. } => stride = Stride::FIRST,
         }
@@ -191,6 +191,12 @@ impl<'a, 'p> Descent<'a, 'p> {
         self.outdated = false;
     }
 
+    /// Whether the model promises no more than a small step.
+    fn is_at_minimum(&mut self) -> bool {
+        self.update_step();
+        self.step_norm < SMALL_STEP * self.length
+    }
+
     /// x₁ ← x₀ ⊕ αp; what may not move keeps its bits.
     fn move_trial(&mut self, part: f64) {
         let (space, nv) = (self.task.space, self.task.space.nv());
@@ -214,10 +220,10 @@ impl<'a, 'p> Descent<'a, 'p> {
             if from == self.path.waypoint(segment) && to == self.path.waypoint(segment + 1) {
                 continue;
             }
-            match validator.segment(from, to, stop) {
-                SegmentVerdict::Proved(_) => {}
-                SegmentVerdict::Refused(hit) => return Trial::Collides { segment, hit },
-                SegmentVerdict::Stopped => return Trial::Stopped,
+            match validator.proves(from, to, stop) {
+                Some(true) => {}
+                Some(false) => return Trial::Collides { segment },
+                None => return Trial::Stopped,
             }
         }
         let shorter = self.trial_length < self.length * (1.0 - SHORTER);
@@ -230,15 +236,17 @@ impl<'a, 'p> Descent<'a, 'p> {
         self.outdated = true;
     }
 
-    /// Adds one row for the first collision of a refused segment; false where no independent one is found.
+    /// Adds one row for the first collision of a refused segment: false where no independent one is found,
+    /// `None` where stopped.
     ///
     /// Where the row depends on those there are, another is looked for between the free and the colliding
     /// configuration, by bisection.
-    fn add_row(&mut self, segment: usize, hit: Hit, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> bool {
+    fn add_row(&mut self, segment: usize, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> Option<bool> {
         let (from, to) = (self.trial.waypoint(segment), self.trial.waypoint(segment + 1));
         let mut hit = match validator.first_hit(from, to, stop) {
-            SegmentVerdict::Refused(first) => first,
-            _ => hit,
+            SegmentVerdict::Refused(hit) => hit,
+            SegmentVerdict::Proved(_) => return Some(false),
+            SegmentVerdict::Stopped => return None,
         };
         let ratio = hit.t;
         let mut q_coll = self.between(&self.trial, segment, ratio);
@@ -248,16 +256,16 @@ impl<'a, 'p> Descent<'a, 'p> {
         for _ in 0..=BISECTIONS {
             if self.append(segment, ratio, &hit, &q_coll, &q_free) {
                 self.outdated = true;
-                return true;
+                return Some(true);
             }
             let middle = self.interpolate(&q_clear, &q_coll, 0.5);
             match validator.segment(&middle, &middle, stop) {
                 SegmentVerdict::Refused(nearer) => (hit, q_coll) = (nearer, middle),
                 SegmentVerdict::Proved(_) => q_clear = middle,
-                SegmentVerdict::Stopped => return false,
+                SegmentVerdict::Stopped => return None,
             }
         }
-        false
+        Some(false)
     }
 
     fn append(&mut self, segment: usize, ratio: f64, hit: &Hit, q_coll: &[f64], q_free: &[f64]) -> bool {

@@ -12,10 +12,13 @@ use super::task::Task;
 use crate::path::Path;
 use crate::robot::Component;
 
-/// Rounds of the active set method; it ends in a handful, this ends a cycle.
-const ROUNDS: usize = 40;
+/// Rounds in which all limits may change at once; nearly always a handful suffices.
+const ROUNDS_AT_ONCE: usize = 12;
 
-/// A step may pass a limit by this much [m or rad]: what rounding leaves of a row.
+/// Rounds in all; in the later ones a single limit changes at a time, which breaks cycles.
+const ROUNDS: usize = 60;
+
+/// A step may pass a limit by this much (m or rad): what rounding leaves of a row.
 const ROUNDING: f64 = 1e-9;
 
 /// A variable of the path that has limits.
@@ -33,6 +36,16 @@ struct Held {
     waypoint: usize,
     limited: usize,
     side: Side,
+}
+
+impl Held {
+    /// The force that the row exerts outwards, towards its limit: H p + g + μ = 0, so μ > 0 pushes down.
+    fn pull(&self, multiplier: f64) -> f64 {
+        match self.side {
+            Side::Lower => multiplier,
+            Side::Upper => -multiplier,
+        }
+    }
 }
 
 /// Which limit.
@@ -99,12 +112,17 @@ impl Limits {
         gradient: &[f64],
         step: &mut [f64],
     ) -> f64 {
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             quadratic.truncate(collision_rows);
             let wanted = self.active.len();
             self.append_active(quadratic, cost, path);
             quadratic.solve(cost, gradient, step);
-            self.choose_next(&quadratic.multipliers()[collision_rows..], path, step);
+            let multipliers = &quadratic.multipliers()[collision_rows..];
+            if round < ROUNDS_AT_ONCE {
+                self.exchange_all(multipliers, path, step);
+            } else {
+                self.exchange_one(multipliers, path, step);
+            }
             let settled = self.next == self.active;
             let nothing_new = self.next.len() == wanted && self.active.len() < wanted;
             std::mem::swap(&mut self.active, &mut self.next);
@@ -139,39 +157,66 @@ impl Limits {
         });
     }
 
-    /// `next` = the active limits that push inwards, and those that the step leaves.
-    fn choose_next(&mut self, multipliers: &[f64], path: &[f64], step: &[f64]) {
+    /// `next` = the active limits that push inwards, and all that the step leaves.
+    fn exchange_all(&mut self, multipliers: &[f64], path: &[f64], step: &[f64]) {
         self.next.clear();
-        // H p + g + μ = 0: a limit from above pushes down with μ > 0.
-        let pushes_in = |held: &Held, multiplier: f64| match held.side {
-            Side::Lower => multiplier <= 0.0,
-            Side::Upper => multiplier >= 0.0,
-        };
-        let kept = self.active.iter().zip(multipliers).filter(|(held, multiplier)| pushes_in(held, **multiplier));
-        self.next.extend(kept.map(|(held, _)| *held));
+        let inwards = self.active.iter().zip(multipliers).filter(|(held, multiplier)| held.pull(**multiplier) <= 0.0);
+        self.next.extend(inwards.map(|(held, _)| *held));
+        let mut next = std::mem::take(&mut self.next);
+        self.for_each_left(path, step, |held, _| {
+            if !next.contains(&held) {
+                next.push(held);
+            }
+        });
+        self.next = next;
+    }
+
+    /// `next` = the active limits and the one that the step leaves furthest; where it leaves none, without
+    /// the one that pulls outwards most.
+    fn exchange_one(&mut self, multipliers: &[f64], path: &[f64], step: &[f64]) {
+        let mut furthest: Option<(Held, f64)> = None;
+        self.for_each_left(path, step, |held, by| {
+            if furthest.is_none_or(|(_, most)| by > most) {
+                furthest = Some((held, by));
+            }
+        });
+        self.next.clone_from(&self.active);
+        if let Some((held, _)) = furthest {
+            self.next.push(held);
+            return;
+        }
+        let pulls = self.active.iter().zip(multipliers).map(|(held, multiplier)| held.pull(*multiplier));
+        let strongest = pulls.enumerate().filter(|(_, pull)| *pull > 0.0).max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((index, _)) = strongest {
+            self.next.remove(index);
+        }
+    }
+
+    /// Calls `found` with each limit that the step leaves, and by how much.
+    fn for_each_left(&self, path: &[f64], step: &[f64], mut found: impl FnMut(Held, f64)) {
         for &waypoint in &self.free {
             for (index, limited) in self.limited.iter().enumerate() {
                 let (x, p) = (path[waypoint * self.nq + limited.q], step[waypoint * self.nv + limited.v]);
                 let side = if p > 0.0 { Side::Upper } else { Side::Lower };
-                let held = Held { waypoint, limited: index, side };
-                if p.abs() > limited.room(side, x).abs() + ROUNDING && !self.next.contains(&held) {
-                    self.next.push(held);
+                let by = p.abs() - limited.room(side, x).abs();
+                if by > ROUNDING {
+                    found(Held { waypoint, limited: index, side }, by);
                 }
             }
         }
     }
 
+    /// The largest part of the step that leaves no limit.
     fn largest_part(&self, path: &[f64], step: &[f64]) -> f64 {
         let mut part = 1.0_f64;
-        for &waypoint in &self.free {
-            for limited in &self.limited {
-                let (x, p) = (path[waypoint * self.nq + limited.q], step[waypoint * self.nv + limited.v]);
-                let room = limited.room(if p > 0.0 { Side::Upper } else { Side::Lower }, x);
-                if p.abs() > room.abs() + ROUNDING {
-                    part = part.min(room / p);
-                }
-            }
-        }
+        self.for_each_left(path, step, |Held { waypoint, limited, side }, _| {
+            let Limited { q, v, .. } = self.limited[limited];
+            let room = self.limited[limited].room(side, path[waypoint * self.nq + q]);
+            part = part.min(room / step[waypoint * self.nv + v]);
+        });
         part
     }
 }
+
+#[cfg(test)]
+mod tests;

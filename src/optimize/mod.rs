@@ -1,10 +1,13 @@
 //! The method: from a proved path to ever shorter proved paths. Start reading in [`gradient`].
 
+mod candidate;
 pub mod cost;
 pub mod gradient;
 mod input;
 pub mod limits;
 pub mod outcome;
+#[cfg(test)]
+mod properties;
 pub mod quadratic_step;
 pub mod request;
 pub mod rows;

@@ -94,7 +94,7 @@ pub struct CollisionRow<'a> {
     jacobian: Vec<f64>,
 }
 
-/// Points closer than this at the free configuration give no direction [m].
+/// Points closer than this at the free configuration give no direction (m).
 const SHORTEST_DIRECTION_M: f64 = 1e-12;
 
 impl<'a> CollisionRow<'a> {
@@ -133,5 +133,72 @@ impl<'a> CollisionRow<'a> {
             }
         }
         Some(&self.jacobian)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+    use crate::validation::{Contact, HitReason};
+    use proptest::prelude::*;
+
+    /// World positions of the two contact points, each carried by its body from `q_coll` to `q`.
+    fn carried(model: &CollisionModel, held: &[f64], hit: &Hit, q_coll: &[f64], q: &[f64]) -> [Vec3; 2] {
+        let pair = model.pairs()[hit.pair];
+        let (mut there, mut here) = (Kinematics::default(), Kinematics::default());
+        there.update(model.robot(), q_coll, held);
+        here.update(model.robot(), q, held);
+        let carry = |body: usize, point: Vec3| match model.bodies()[body].link {
+            Some(link) => here.poses()[link] * there.poses()[link].inverse_transform_point(point),
+            None => point,
+        };
+        [carry(pair.a, hit.contact.point_a), carry(pair.b, hit.contact.point_b)]
+    }
+
+    proptest! {
+        #[test]
+        fn the_row_is_the_rate_at_which_the_contact_points_part(seed: u64) {
+            let mut rng = fastrand::Rng::with_seed(seed);
+            let model = testing::model(&mut rng);
+            prop_assume!(!model.pairs().is_empty());
+            let robot = model.robot();
+            let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
+            let q_coll = testing::configuration(&mut rng, robot);
+            let q_free = testing::neighbour(&mut rng, robot, &q_coll);
+            let point = testing::vector(&mut rng, 0.5);
+            let contact = Contact { point_a: point, point_b: point, normal: Vec3::X, distance: 0.0 };
+            let pair = rng.usize(..model.pairs().len());
+            let hit = Hit { reason: HitReason::Collision, t: 0.5, pair, contact, proved_until: 0.0 };
+            let gap = |q: &[f64]| {
+                let [a, b] = carried(&model, &held, &hit, &q_coll, q);
+                (a - b).length()
+            };
+            prop_assume!(gap(&q_free) > 1e-3);
+            let mut builder = CollisionRow::new(&model, robot.space(), &held);
+            let row = builder.at(&hit, &q_coll, &q_free).expect("the points part").to_vec();
+            for v in 0..row.len() {
+                let at = |step: f64| {
+                    let (mut velocity, mut q) = (vec![0.0; row.len()], q_free.clone());
+                    velocity[v] = 1.0;
+                    robot.space().integrate(&q_free, &velocity, step, &mut q);
+                    gap(&q)
+                };
+                let rate = (at(1e-6) - at(-1e-6)) / 2e-6;
+                prop_assert!((row[v] - rate).abs() < 1e-5, "coordinate {v}: {} or {rate}", row[v]);
+            }
+        }
+    }
+
+    #[test]
+    fn points_that_do_not_part_give_no_row() {
+        let mut rng = fastrand::Rng::with_seed(3);
+        let model = testing::model(&mut rng);
+        let robot = model.robot();
+        let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
+        let q = testing::configuration(&mut rng, robot);
+        let contact = Contact { point_a: Vec3::ONE, point_b: Vec3::ONE, normal: Vec3::X, distance: 0.0 };
+        let hit = Hit { reason: HitReason::Collision, t: 0.5, pair: 0, contact, proved_until: 0.0 };
+        assert!(CollisionRow::new(&model, robot.space(), &held).at(&hit, &q, &q).is_none());
     }
 }

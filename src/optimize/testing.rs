@@ -1,8 +1,14 @@
 //! Random instances for the unit tests of this folder.
 
-use crate::math::DMatrix;
+use std::sync::Arc;
+
+use crate::collision::CollisionModel;
+use crate::math::{DMatrix, Pose, Vec3};
 use crate::path::Metric;
-use crate::robot::{Component, ConfigurationSpace};
+use crate::robot::{
+    Component, ConfigurationSpace, JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel,
+};
+use crate::scene::Scene;
 
 /// A space, a metric, a path in it, its fixed waypoints and moving coordinates.
 pub struct Instance {
@@ -79,4 +85,25 @@ pub fn tridiagonal(lengths: &[f64], fixed: &[bool]) -> DMatrix<f64> {
         (i, j) if i + 1 == j || j + 1 == i => -1.0 / lengths[i.min(j)],
         _ => 0.0,
     })
+}
+
+/// A robot of prismatic joints with the same limits, without shapes, in an empty scene.
+pub fn sliders(count: usize, limits: (f64, f64)) -> CollisionModel {
+    let link = |i: usize| LinkDescription { name: format!("link{i}"), collision: Vec::new() };
+    let joint = |i: usize| JointDescription {
+        name: format!("joint{i}"),
+        kind: JointKind::Prismatic,
+        parent: format!("link{i}"),
+        child: format!("link{}", i + 1),
+        origin: Pose::identity(),
+        axis: Vec3::X,
+        limits: Some(limits),
+        mimic: None,
+    };
+    let robot = RobotModel::new(RobotDescription {
+        links: (0..=count).map(link).collect(),
+        joints: (0..count).map(joint).collect(),
+        ..RobotDescription::default()
+    });
+    CollisionModel::new(Arc::new(robot.expect("a chain")), Arc::new(Scene::default())).expect("an empty scene")
 }

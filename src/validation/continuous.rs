@@ -10,10 +10,10 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::interval::{IntervalVerdict, PairInterval};
-use super::motion::{MotionBounds, Twist};
+use super::interval::{IntervalVerdict, Looks, ROUNDING_M};
+use super::ledger::Ledger;
+use super::segment_motion::SegmentMotion;
 use super::{Contact, Hit, HitReason, SegmentProof, SegmentVerdict};
-use crate::collision::piece::Transform;
 use crate::collision::query::{self, TOUCHING_M};
 use crate::collision::{BodyPair, CollisionModel};
 use crate::robot::{ConfigurationSpace, Kinematics};
@@ -24,18 +24,26 @@ pub const LOWERED_FLOOR_INTERVALS: u32 = 100_000;
 /// Reusable memory of a validator; nothing in it outlives a segment but its capacity.
 #[derive(Debug, Default)]
 pub struct Scratch {
+    motion: SegmentMotion,
     kinematics: Kinematics,
-    configuration: Vec<f64>,
-    velocity: Vec<f64>,
-    bounds: Vec<MotionBounds>,
-    placed: Vec<Transform>,
-    /// World twists of the links, per unit t.
-    twists: Vec<Twist>,
     /// Lists of undecided pairs, each a range of this.
     lists: Vec<u32>,
     queue: VecDeque<Interval>,
     /// Intervals spent by each pair with a lowered floor, on this segment.
     spent: Vec<u32>,
+    /// What this request's validator has proved.
+    ledger: Ledger,
+}
+
+/// Whether a body is inside a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Enclosed {
+    /// None is.
+    Nothing,
+    /// This pair, with a point inside and the depth to the nearest surface.
+    Pair(usize, Contact),
+    /// `stop` said so before all pairs were asked.
+    Stopped,
 }
 
 /// `[middle − half, middle + half]` of a segment, and the pairs that are undecided there.
@@ -45,6 +53,13 @@ struct Interval {
     half: f64,
     first: usize,
     last: usize,
+}
+
+/// What a search for a refusal found first.
+enum Found {
+    Nothing,
+    Refusal(Interval, usize, HitReason),
+    Stopped,
 }
 
 /// Proves segments for one request: one robot and scene, one set of floors.
@@ -61,7 +76,7 @@ pub struct Validator<'a> {
 }
 
 impl<'a> Validator<'a> {
-    /// A validator whose floors are all `clearance` [m]; `held` are the values of the robot's held variables.
+    /// A validator whose floors are all `clearance` (m); `held` are the values of the robot's held variables.
     pub fn new(
         model: &'a CollisionModel,
         space: &'a ConfigurationSpace,
@@ -69,21 +84,23 @@ impl<'a> Validator<'a> {
         clearance: f64,
         scratch: &'a mut Scratch,
     ) -> Self {
-        scratch.configuration.resize(space.nq(), 0.0);
-        scratch.velocity.resize(space.nv(), 0.0);
-        scratch.bounds.resize_with(model.bodies().len(), MotionBounds::default);
         scratch.spent.clear();
         scratch.spent.resize(model.pairs().len(), 0);
+        scratch.ledger.clear();
         let floors = vec![clearance; model.pairs().len()];
         Self { model, space, held, scratch, clearance, floors, work: 0, suspect: 0 }
     }
 
-    /// Floor of each pair [m].
+    /// Floor of each pair (m).
     pub fn floors(&self) -> &[f64] {
         &self.floors
     }
-    /// Sets the floor of one pair [m].
+    /// Sets the floor of one pair (m).
     pub fn set_floor(&mut self, pair: usize, floor: f64) {
+        if floor > self.floors[pair] {
+            // What was proved at the lower floor says nothing of the higher one.
+            self.scratch.ledger.clear();
+        }
         self.floors[pair] = floor;
     }
     /// Pairs of balls looked at since the validator was made: what work is counted in.
@@ -98,22 +115,45 @@ impl<'a> Validator<'a> {
     /// Proves the straight segment between two configurations, or refuses it as soon as anything is found.
     ///
     /// Intervals are looked at from wide to narrow, so that a refusal is much cheaper than a proof.
-    /// `stop` is asked at every interval.
+    /// `stop` is asked at every interval, and within it where the search is long.
     pub fn segment(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> SegmentVerdict {
+        let mut proof = SegmentProof::EMPTY;
+        match self.search(from, to, stop, &mut proof) {
+            Found::Nothing => SegmentVerdict::Proved(proof),
+            Found::Refusal(interval, pair, reason) => SegmentVerdict::Refused(self.hit(&interval, pair, reason)),
+            Found::Stopped => SegmentVerdict::Stopped,
+        }
+    }
+
+    /// Whether [`Self::segment`] would prove the segment; `None` where stopped. Cheaper than asking for the
+    /// verdict, because a refusal's exact contact often costs more than finding the refusal.
+    pub fn proves(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> Option<bool> {
+        let mut proof = SegmentProof::EMPTY;
+        match self.search(from, to, stop, &mut proof) {
+            Found::Nothing => Some(true),
+            Found::Refusal(..) => Some(false),
+            Found::Stopped => None,
+        }
+    }
+
+    fn search(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool, proof: &mut SegmentProof) -> Found {
+        if let Some(known) = self.scratch.ledger.get(from, to) {
+            *proof = known;
+            return Found::Nothing;
+        }
         let whole = self.begin(from, to);
         self.scratch.queue.push_back(whole);
-        let mut proof = SegmentProof::EMPTY;
         while let Some(interval) = self.scratch.queue.pop_front() {
-            if stop() {
-                return SegmentVerdict::Stopped;
-            }
-            let examined = self.examine(from, &interval, Until::FirstRefusal, &mut proof);
+            let Some(examined) = self.examine(from, &interval, Until::FirstRefusal, proof, stop) else {
+                return Found::Stopped;
+            };
             if let Some((pair, reason)) = examined.refused {
-                return SegmentVerdict::Refused(self.hit(&interval, pair, reason));
+                return Found::Refusal(interval, pair, reason);
             }
             self.scratch.queue.extend(interval.halves(examined.undecided).into_iter().flatten());
         }
-        SegmentVerdict::Proved(proof)
+        self.scratch.ledger.insert(from, to, *proof);
+        Found::Nothing
     }
 
     /// The same verdict as [`Self::segment`], but a refusal is the first along the segment, found to
@@ -124,20 +164,22 @@ impl<'a> Validator<'a> {
         let (mut proof, mut earliest) = (SegmentProof::EMPTY, None);
         // A stack on which the left half is always next; a hit makes all that waits to its right idle.
         while let Some(interval) = self.scratch.queue.pop_back() {
-            if stop() {
+            let Some(examined) = self.examine(from, &interval, Until::EveryPair, &mut proof, stop) else {
                 return SegmentVerdict::Stopped;
-            }
-            let examined = self.examine(from, &interval, Until::EveryPair, &mut proof);
+            };
             let [left, right] = interval.halves(examined.undecided);
             if let Some((pair, reason)) = examined.refused {
-                earliest = Some(self.hit(&interval, pair, reason));
+                earliest = Some((interval, pair, reason));
                 self.scratch.queue.clear();
                 self.scratch.queue.extend(left.filter(|left| left.half > FINEST));
             } else {
                 self.scratch.queue.extend(right.into_iter().chain(left));
             }
         }
-        earliest.map_or(SegmentVerdict::Proved(proof), SegmentVerdict::Refused)
+        let Some((interval, pair, reason)) = earliest else { return SegmentVerdict::Proved(proof) };
+        // The contact is exact and dear: only of the hit that counts.
+        self.scratch.motion.place(self.model, self.space, from, interval.middle, self.held);
+        SegmentVerdict::Refused(self.hit(&interval, pair, reason))
     }
 
     /// Closest points of a pair at one configuration, exact, in the world.
@@ -149,24 +191,31 @@ impl<'a> Validator<'a> {
         query::closest(a, &a.placed(&self.scratch.kinematics), b, &b.placed(&self.scratch.kinematics))
     }
 
-    /// The first pair that touches or overlaps at one configuration, bodies inside meshes included.
-    pub fn collision_at(&mut self, configuration: &[f64]) -> Option<(usize, Contact)> {
+    /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces meet there,
+    /// and a proof that goes on from such a configuration would be of no worth. Asked once per request, of the
+    /// configuration that everything proved is connected to. `stop` is asked at every pair.
+    pub fn enclosed_at(&mut self, configuration: &[f64], stop: &mut dyn FnMut() -> bool) -> Enclosed {
         self.scratch.kinematics.update(self.model.robot(), configuration, self.held);
         let (bodies, kinematics) = (self.model.bodies(), &self.scratch.kinematics);
-        self.model.pairs().iter().enumerate().find_map(|(index, pair)| {
+        for (index, pair) in self.model.pairs().iter().enumerate() {
             let (a, b) = (&bodies[pair.a], &bodies[pair.b]);
-            let contact = query::overlap(a, &a.placed(kinematics), b, &b.placed(kinematics))?;
-            Some((index, contact))
-        })
+            if !(a.hollow || b.hollow) {
+                continue;
+            }
+            if stop() {
+                return Enclosed::Stopped;
+            }
+            if let Some(contact) = query::enclosed(a, &a.placed(kinematics), b, &b.placed(kinematics)) {
+                return Enclosed::Pair(index, contact);
+            }
+        }
+        Enclosed::Nothing
     }
 
     /// Prepares the motion bounds of a segment; returns its whole interval with every pair undecided.
     fn begin(&mut self, from: &[f64], to: &[f64]) -> Interval {
         let scratch = &mut *self.scratch;
-        self.space.difference(to, from, &mut scratch.velocity);
-        for (bounds, body) in scratch.bounds.iter_mut().zip(self.model.bodies()) {
-            bounds.update(body, from, &scratch.velocity, self.held);
-        }
+        scratch.motion.begin(self.model, self.space, from, to, self.held);
         let pairs = self.model.pairs().len() as u32;
         scratch.lists.clear();
         scratch.lists.extend(Some(self.suspect).filter(|&pair| pair < pairs));
@@ -176,15 +225,26 @@ impl<'a> Validator<'a> {
         Interval { middle: 0.5, half: 0.5, first: 0, last: scratch.lists.len() }
     }
 
-    /// Decides what can be decided on an interval; the pairs left over become a new list.
-    fn examine(&mut self, from: &[f64], interval: &Interval, until: Until, proof: &mut SegmentProof) -> Examined {
+    /// Decides what can be decided on an interval; the pairs left over become a new list. `None` where stopped.
+    fn examine(
+        &mut self,
+        from: &[f64],
+        interval: &Interval,
+        until: Until,
+        proof: &mut SegmentProof,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Examined> {
+        if stop() {
+            return None;
+        }
         proof.intervals += 1;
-        self.place(from, interval.middle);
+        self.scratch.motion.place(self.model, self.space, from, interval.middle, self.held);
         let first = self.scratch.lists.len();
         let mut refused = None;
         for slot in interval.first..interval.last {
             let pair = self.scratch.lists[slot];
-            let reason = match self.decide(pair as usize, interval.half) {
+            let reason = match self.decide(pair as usize, interval.half, stop) {
+                IntervalVerdict::Stopped => return None,
                 IntervalVerdict::Proved(kept) => {
                     proof.clearance_m = proof.clearance_m.min(kept);
                     continue;
@@ -202,7 +262,7 @@ impl<'a> Validator<'a> {
                 }
             }
         }
-        Examined { refused, undecided: first..self.scratch.lists.len() }
+        Some(Examined { refused, undecided: first..self.scratch.lists.len() })
     }
 
     /// Counts an interval against a pair with a lowered floor; true once it has had its share.
@@ -214,56 +274,22 @@ impl<'a> Validator<'a> {
         self.scratch.spent[pair] > LOWERED_FLOOR_INTERVALS
     }
 
-    /// Kinematics of the segment at ratio `t`.
-    fn place(&mut self, from: &[f64], t: f64) {
-        let (robot, scratch) = (self.model.robot(), &mut *self.scratch);
-        self.space.integrate(from, &scratch.velocity, t, &mut scratch.configuration);
-        scratch.kinematics.update(robot, &scratch.configuration, self.held);
-        scratch.kinematics.update_velocities(robot, &scratch.velocity);
-        let kinematics = &scratch.kinematics;
-        scratch.placed.clear();
-        scratch.placed.extend(self.model.bodies().iter().map(|body| body.placed(kinematics)));
-        scratch.twists.clear();
-        scratch.twists.extend(kinematics.poses().iter().enumerate().map(|(link, pose)| {
-            Twist::through(kinematics.angular()[link], kinematics.linear()[link], pose.translation)
-        }));
-    }
-
-    fn decide(&mut self, pair: usize, half: f64) -> IntervalVerdict {
-        let mut visits = 0;
-        let verdict = self.pair_interval(pair, half).decide(&mut visits);
-        self.work += visits;
+    fn decide(&mut self, pair: usize, half: f64, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
+        let (model, motion, floor) = (self.model, &self.scratch.motion, self.floors[pair]);
+        let pair = &model.pairs()[pair];
+        let kept = motion.kept_by_whole_bodies(model, pair, half);
+        if kept >= floor + ROUNDING_M {
+            self.work += 1;
+            return IntervalVerdict::Proved(kept);
+        }
+        let mut looks = Looks::new(stop);
+        let verdict = motion.pair_interval(model, pair, half, floor).decide(&mut looks);
+        self.work += looks.count;
         verdict
     }
 
-    /// The pair on the interval of this half width about the configuration that was placed last.
-    fn pair_interval(&self, pair: usize, half: f64) -> PairInterval<'_> {
-        let (BodyPair { a, b, ancestor, motions_above }, scratch) = (self.model.pairs()[pair], &*self.scratch);
-        let (body_a, body_b) = (&self.model.bodies()[a], &self.model.bodies()[b]);
-        let (bounds_a, bounds_b) = (&scratch.bounds[a], &scratch.bounds[b]);
-        let [above_a, above_b] = motions_above;
-        let carrier = ancestor.map_or(Twist::default(), |link| scratch.twists[link]);
-        let twist = |link: Option<usize>| match link {
-            Some(link) => scratch.twists[link].relative_to(&carrier).scaled(half),
-            None => Twist::default(),
-        };
-        let (placed_a, placed_b) = (&scratch.placed[a], &scratch.placed[b]);
-        PairInterval {
-            a: body_a,
-            b: body_b,
-            relative: placed_b.inverse_of(placed_a),
-            twist_a: twist(body_a.link).seen_from(placed_b),
-            twist_b: twist(body_b.link).seen_from(placed_b),
-            bend: 0.5 * half * half * (bounds_a.acceleration(above_a) + bounds_b.acceleration(above_b)),
-            travel: half * (bounds_a.speed(above_a) + bounds_b.speed(above_b)),
-            floor: self.floors[pair],
-        }
-    }
-
     fn hit(&mut self, interval: &Interval, pair: usize, reason: HitReason) -> Hit {
-        let BodyPair { a, b, .. } = self.model.pairs()[pair];
-        let (placed, bodies) = (&self.scratch.placed, self.model.bodies());
-        let contact = query::closest(&bodies[a], &placed[a], &bodies[b], &placed[b]);
+        let contact = self.scratch.motion.contact(self.model, &self.model.pairs()[pair]);
         // What decided may have seen another part of the bodies; the closest points have the last word.
         let reason = if contact.distance <= TOUCHING_M { HitReason::Collision } else { reason };
         Hit { reason, t: interval.middle, pair, contact, proved_until: interval.middle - interval.half }
@@ -283,8 +309,9 @@ impl Validator<'_> {
         pair: usize,
     ) -> Option<(f64, f64)> {
         self.begin(from, to);
-        self.place(from, middle);
-        self.pair_interval(pair, half).weakest_pieces()
+        self.scratch.motion.place(self.model, self.space, from, middle, self.held);
+        let pair = &self.model.pairs()[pair];
+        self.scratch.motion.pair_interval(self.model, pair, half, self.clearance).weakest_pieces()
     }
 }
 

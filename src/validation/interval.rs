@@ -7,12 +7,12 @@
 use super::motion::Twist;
 use crate::collision::body::Body;
 use crate::collision::distance::{self, Separation};
-use crate::collision::piece::Transform;
+use crate::collision::piece::{Piece, Transform};
 use crate::collision::query::{self, Split, TOUCHING_M};
 use crate::collision::tree::Ball;
 use crate::math::Vec3;
 
-/// Allowed for the rounding of poses, distances and bounds [m]: a thousand times what they amount to in
+/// Allowed for the rounding of poses, distances and bounds (m): a thousand times what they amount to in
 /// a world of a kilometre.
 pub const ROUNDING_M: f64 = 1e-9;
 
@@ -28,18 +28,18 @@ pub struct PairInterval<'a> {
     pub twist_a: Twist,
     /// The same of B's.
     pub twist_b: Twist,
-    /// ½ h² (A_A + A_B) [m].
+    /// ½ h² (A_A + A_B) (m).
     pub bend: f64,
-    /// h (V_A + V_B) [m], the plain bound.
+    /// h (V_A + V_B) (m), the plain bound.
     pub travel: f64,
-    /// Distance to be proved [m].
+    /// Distance to be proved (m).
     pub floor: f64,
 }
 
 /// What came of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum IntervalVerdict {
-    /// The pair keeps this distance [m] on the whole interval.
+    /// The pair keeps this distance (m) on the whole interval.
     Proved(f64),
     /// In the middle the bodies touch or overlap.
     Collision,
@@ -47,16 +47,42 @@ pub enum IntervalVerdict {
     TooClose,
     /// Nothing is decided: look at both halves.
     Split,
+    /// `stop` said so.
+    Stopped,
+}
+
+/// Counts the pairs of balls looked at, and asks now and then whether to stop.
+pub struct Looks<'a> {
+    /// Looks so far.
+    pub count: u64,
+    stop: &'a mut dyn FnMut() -> bool,
+}
+
+impl<'a> Looks<'a> {
+    /// Looks between two questions: some tenths of a millisecond among meshes.
+    const PATIENCE: u64 = 256;
+
+    /// None so far.
+    pub fn new(stop: &'a mut dyn FnMut() -> bool) -> Self {
+        Self { count: 0, stop }
+    }
+
+    fn is_stopped(&mut self) -> bool {
+        self.count += 1;
+        self.count.is_multiple_of(Self::PATIENCE) && (self.stop)()
+    }
 }
 
 impl PairInterval<'_> {
-    /// Decides the interval; `visits` counts the pairs of balls looked at.
-    pub fn decide(&self, visits: &mut u64) -> IntervalVerdict {
-        self.descend(0, 0, visits)
+    /// Decides the interval.
+    pub fn decide(&self, looks: &mut Looks) -> IntervalVerdict {
+        self.descend(0, 0, looks)
     }
 
-    fn descend(&self, a: u32, b: u32, visits: &mut u64) -> IntervalVerdict {
-        *visits += 1;
+    fn descend(&self, a: u32, b: u32, looks: &mut Looks) -> IntervalVerdict {
+        if looks.is_stopped() {
+            return IntervalVerdict::Stopped;
+        }
         let (ball_a, ball_b) = (self.a.tree.ball(a), self.b.tree.ball(b));
         let kept = self.kept_by_balls(ball_a, ball_b);
         if kept >= self.floor + ROUNDING_M {
@@ -67,12 +93,12 @@ impl PairInterval<'_> {
             Split::A(left, right) => {
                 let first_is_left = self.ball_gap(left, b) <= self.ball_gap(right, b);
                 let (near, far) = if first_is_left { (left, right) } else { (right, left) };
-                both(self.descend(near, b, visits), || self.descend(far, b, visits))
+                both(self.descend(near, b, looks), || self.descend(far, b, looks))
             }
             Split::B(left, right) => {
                 let first_is_left = self.ball_gap(a, left) <= self.ball_gap(a, right);
                 let (near, far) = if first_is_left { (left, right) } else { (right, left) };
-                both(self.descend(a, near, visits), || self.descend(a, far, visits))
+                both(self.descend(a, near, looks), || self.descend(a, far, looks))
             }
         }
     }
@@ -82,27 +108,31 @@ impl PairInterval<'_> {
         self.relative.point(a.center).distance(b.center) - a.radius - b.radius
     }
 
-    /// Distance that two balls keep on the interval; for a single piece of B, the piece itself.
+    /// Distance that two balls keep on the interval; a ball over a single piece is that piece.
     fn kept_by_balls(&self, a: &Ball, b: &Ball) -> f64 {
         let center_a = self.relative.point(a.center);
-        if let Some(piece) = self.b.tree.leaf(b) {
-            let nearest = distance::closest_on(&piece.core, center_a);
-            let offset = center_a - nearest;
-            let length = offset.length();
-            if length < TOUCHING_M {
-                return f64::NEG_INFINITY;
+        match (self.a.tree.leaf(a), self.b.tree.leaf(b)) {
+            (_, Some(piece)) => {
+                let reach = || piece.core.farthest(piece.center());
+                let Some((normal, gap)) = from_piece(piece, center_a) else { return f64::NEG_INFINITY };
+                gap - a.radius - self.displacement(normal, center_a, 0.0, piece.center(), reach)
             }
-            let normal = offset / length;
-            let gap = normal.dot(center_a - piece.core.support(normal)) - a.radius - piece.radius;
-            let reference = piece.center();
-            return gap - self.displacement(normal, center_a, 0.0, reference, || piece.core.farthest(reference));
+            (Some(piece), None) => {
+                let piece = piece.transformed(&self.relative);
+                let Some((outward, gap)) = from_piece(&piece, b.center) else { return f64::NEG_INFINITY };
+                let (center, reach) = (piece.center(), piece.core.farthest(piece.center()));
+                gap - b.radius - self.displacement(-outward, center, reach, b.center, || 0.0)
+            }
+            (None, None) => {
+                let offset = center_a - b.center;
+                let length = offset.length();
+                if length < TOUCHING_M {
+                    return f64::NEG_INFINITY;
+                }
+                let moved = self.displacement(offset / length, center_a, 0.0, b.center, || 0.0);
+                length - a.radius - b.radius - moved
+            }
         }
-        let offset = center_a - b.center;
-        let length = offset.length();
-        if length < TOUCHING_M {
-            return f64::NEG_INFINITY;
-        }
-        length - a.radius - b.radius - self.displacement(offset / length, center_a, 0.0, b.center, || 0.0)
     }
 
     fn decide_pieces(&self, i: usize, j: usize) -> IntervalVerdict {
@@ -144,6 +174,17 @@ impl PairInterval<'_> {
         let turn_b = if still { 0.0 } else { normal.cross(self.twist_b.angular).length() * radius_b() };
         (approach + turn_a + turn_b + self.bend).min(self.travel)
     }
+}
+
+/// Direction from a piece to a point outside of it, and the support gap along it.
+fn from_piece(piece: &Piece, point: Vec3) -> Option<(Vec3, f64)> {
+    let offset = point - distance::closest_on(&piece.core, point);
+    let length = offset.length();
+    if length < TOUCHING_M {
+        return None;
+    }
+    let normal = offset / length;
+    Some((normal, normal.dot(point - piece.core.support(normal)) - piece.radius))
 }
 
 /// Both must hold: a refusal wins over everything, a split over a proof.

@@ -1,0 +1,235 @@
+//! Candidates of shortcuts: what a part of a path would become with some components moving straight.
+
+use std::ops::Range;
+
+use super::task::{SHORTER, Task, columns};
+use crate::path::Path;
+use crate::validation::Validator;
+
+/// Least gain, as a part of the length, for each waypoint that a candidate adds: waypoints cost time ever after.
+const WORTH_A_WAYPOINT: f64 = 1e-4;
+
+/// A place on the path: a ratio in [0, 1) of a segment, or the last waypoint.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    segment: usize,
+    ratio: f64,
+    /// Length of the path up to it.
+    arc: f64,
+}
+
+/// The path, the candidate for a part of it, and scratch.
+pub struct Search<'a, 'p> {
+    pub task: &'a Task<'a>,
+    pub path: &'p mut Path,
+    fixed: Vec<bool>,
+    /// Length of the path up to each waypoint.
+    arcs: Vec<f64>,
+    /// Columns of each component that may move.
+    pub moving: Vec<Range<usize>>,
+    pub random: fastrand::Rng,
+    /// Flat rows that would replace waypoints `replaced`, the two ends of which they repeat.
+    candidate: Vec<f64>,
+    replaced: Range<usize>,
+    velocity: Vec<f64>,
+    ends: [Vec<f64>; 2],
+    row: Vec<f64>,
+    straight: Vec<f64>,
+}
+
+impl<'a, 'p> Search<'a, 'p> {
+    pub fn new(task: &'a Task<'a>, path: &'p mut Path) -> Self {
+        let components = task.space.components().iter();
+        let row = vec![0.0; task.space.nq()];
+        let mut search = Self {
+            task,
+            fixed: task.fixed.to_vec(),
+            arcs: Vec::new(),
+            moving: components.filter(|component| task.may_move(component)).map(columns).collect(),
+            random: fastrand::Rng::with_seed(task.seed),
+            candidate: Vec::new(),
+            replaced: 0..0,
+            velocity: vec![0.0; task.space.nv()],
+            ends: [row.clone(), row.clone()],
+            straight: row.clone(),
+            row,
+            path,
+        };
+        search.measure();
+        search
+    }
+
+    pub fn length(&self) -> f64 {
+        self.arcs[self.arcs.len() - 1]
+    }
+
+    fn measure(&mut self) {
+        self.arcs.clear();
+        let mut arc = 0.0;
+        self.arcs.push(arc);
+        for i in 1..self.path.len() {
+            let (from, to) = (self.path.waypoint(i - 1), self.path.waypoint(i));
+            arc += self.task.metric.distance(self.task.space, from, to, &mut self.velocity);
+            self.arcs.push(arc);
+        }
+    }
+
+    /// Number of stretches between neighbouring fixed waypoints.
+    pub fn stretches(&self) -> usize {
+        self.fixed.iter().filter(|fixed| **fixed).count() - 1
+    }
+
+    pub fn whole_stretch(&self, stretch: usize) -> (Place, Place) {
+        let mut ends = (0..self.fixed.len()).filter(|&i| self.fixed[i]).skip(stretch);
+        let mut next = || self.at_waypoint(ends.next().unwrap_or(0));
+        (next(), next())
+    }
+
+    fn at_waypoint(&self, waypoint: usize) -> Place {
+        Place { segment: waypoint, ratio: 0.0, arc: self.arcs[waypoint] }
+    }
+
+    /// Two random places on different segments of one stretch, in order; each is a waypoint with
+    /// probability `snapped`.
+    pub fn draw_places(&mut self, snapped: f64) -> Option<(Place, Place)> {
+        let anywhere = self.random.f64() * self.length();
+        let segment = self.segment_at(anywhere);
+        let start = (0..=segment).rev().find(|&i| self.fixed[i])?;
+        let end = (segment + 1..self.fixed.len()).find(|&i| self.fixed[i])?;
+        let other = self.arcs[start] + self.random.f64() * (self.arcs[end] - self.arcs[start]);
+        let [from, to] = [anywhere.min(other), anywhere.max(other)].map(|arc| {
+            let place = self.place_at(arc);
+            let nearest = place.segment + usize::from(place.ratio > 0.5);
+            if self.random.f64() < snapped { self.at_waypoint(nearest) } else { place }
+        });
+        let last = to.segment - usize::from(to.ratio == 0.0 && to.segment > 0);
+        (from.segment < last).then_some((from, to))
+    }
+
+    fn segment_at(&self, arc: f64) -> usize {
+        let after = self.arcs.partition_point(|&start| start <= arc);
+        after.clamp(1, self.arcs.len() - 1) - 1
+    }
+
+    fn place_at(&self, arc: f64) -> Place {
+        let segment = self.segment_at(arc);
+        let length = self.arcs[segment + 1] - self.arcs[segment];
+        let ratio = if length > 0.0 { (arc - self.arcs[segment]) / length } else { 0.0 };
+        if ratio < 1.0 { Place { segment, ratio, arc } } else { self.at_waypoint(segment + 1) }
+    }
+
+    /// Builds the candidate that moves the components `straightened` straight from one place to the other.
+    pub fn build(&mut self, (from, to): (Place, Place), straightened: Range<usize>) {
+        let (first, last) = (from.segment, to.segment + usize::from(to.ratio > 0.0));
+        self.replaced = first..last + 1;
+        for (side, place) in [from, to].into_iter().enumerate() {
+            let (start, end) = (place.segment, (place.segment + 1).min(self.path.len() - 1));
+            self.task.space.difference(self.path.waypoint(end), self.path.waypoint(start), &mut self.velocity);
+            let at = &mut self.ends[side];
+            self.task.space.integrate(self.path.waypoint(start), &self.velocity, place.ratio, at);
+            if place.ratio == 0.0 {
+                at.copy_from_slice(self.path.waypoint(start));
+            }
+        }
+        self.candidate.clear();
+        self.candidate.extend_from_slice(self.path.waypoint(first));
+        push_different(&mut self.candidate, &self.ends[0]);
+        let is_straight = straightened.len() == self.task.space.components().len();
+        if !is_straight {
+            self.task.space.difference(&self.ends[1], &self.ends[0], &mut self.velocity);
+            for waypoint in first + 1..last {
+                self.straighten(waypoint, (self.arcs[waypoint] - from.arc) / (to.arc - from.arc), straightened.clone());
+            }
+        }
+        push_different(&mut self.candidate, &self.ends[1]);
+        if self.candidate.ends_with(self.path.waypoint(last)) {
+            return;
+        }
+        self.candidate.extend_from_slice(self.path.waypoint(last));
+    }
+
+    /// Adds a waypoint whose components `straightened` are at `ratio` of the straight line, the others as they were.
+    fn straighten(&mut self, waypoint: usize, ratio: f64, straightened: Range<usize>) {
+        self.row.copy_from_slice(self.path.waypoint(waypoint));
+        self.task.space.integrate(&self.ends[0], &self.velocity, ratio, &mut self.straight);
+        for columns in &self.moving[straightened] {
+            self.row[columns.clone()].copy_from_slice(&self.straight[columns.clone()]);
+        }
+        push_different(&mut self.candidate, &self.row);
+    }
+
+    /// How much shorter the candidate is; `None` where that is not worth it.
+    pub fn gain(&mut self) -> Option<f64> {
+        let before = self.arcs[self.replaced.end - 1] - self.arcs[self.replaced.start];
+        let gain = before - self.task.length(&self.candidate, &mut self.velocity);
+        let added = (self.candidate.len() / self.path.nq()).saturating_sub(self.replaced.len());
+        let least = SHORTER.max(WORTH_A_WAYPOINT * added as f64);
+        (gain > least * self.length()).then_some(gain)
+    }
+
+    /// Proves the candidate's segments, the new ones in the middle first.
+    pub fn proves(&self, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> Proof {
+        let nq = self.path.nq();
+        let count = self.candidate.len() / nq - 1;
+        // The outer two are mostly parts of segments that are proved: refusals come from the middle.
+        for segment in (1..count).chain([0]) {
+            let (from, to) = self.candidate[segment * nq..(segment + 2) * nq].split_at(nq);
+            match validator.proves(from, to, stop) {
+                Some(true) => {}
+                Some(false) => return Proof::Refused,
+                None => return Proof::Stopped,
+            }
+        }
+        Proof::Proved
+    }
+
+    /// Puts the candidate in its place; `replaced` is then where it lies.
+    pub fn accept(&mut self) {
+        let interior = self.replaced.start + 1..self.replaced.end - 1;
+        let count = self.candidate.len() / self.path.nq();
+        self.fixed.splice(interior, std::iter::repeat_n(false, count - 2));
+        self.path.splice(self.replaced.clone(), &self.candidate);
+        self.replaced.end = self.replaced.start + count;
+        self.measure();
+    }
+
+    /// Drops those waypoints of the candidate just accepted that the path can do without.
+    ///
+    /// Without this, partial shortcuts add waypoints without end, and each makes the next candidate dearer.
+    pub fn drop_needless(&mut self, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) {
+        if self.moving.len() < self.task.space.components().len() {
+            return; // A straight line would move what may not move otherwise than before.
+        }
+        let (mut waypoint, mut end) = (self.replaced.start + 1, self.replaced.end - 1);
+        while waypoint < end {
+            self.replaced = waypoint - 1..waypoint + 2;
+            self.candidate.clear();
+            self.candidate.extend_from_slice(self.path.waypoint(waypoint - 1));
+            self.candidate.extend_from_slice(self.path.waypoint(waypoint + 1));
+            // What lies on the straight line between its neighbours is dropped too: not longer is enough.
+            match self.proves(validator, stop) {
+                Proof::Proved => {
+                    self.accept();
+                    end -= 1;
+                }
+                Proof::Refused => waypoint += 1,
+                Proof::Stopped => return,
+            }
+        }
+    }
+}
+
+/// What the validator says of a candidate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Proof {
+    Proved,
+    Refused,
+    Stopped,
+}
+
+/// Adds a row unless it equals the last one.
+fn push_different(rows: &mut Vec<f64>, row: &[f64]) {
+    if !rows.ends_with(row) {
+        rows.extend_from_slice(row);
+    }
+}
