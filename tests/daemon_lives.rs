@@ -18,11 +18,6 @@ fn is_proved(header: &taut_ipc::wire::ResponseHeader) -> bool {
     header.flags & ResponseFlags::PROVED != 0
 }
 
-/// Work for many seconds.
-fn endless(header: &mut RequestHeader) {
-    header.mode = Mode::RandomShortcut.into();
-}
-
 fn number(client: &Client, name: &str) -> f64 {
     stats(client).numbers[name]
 }
@@ -30,12 +25,9 @@ fn number(client: &Client, name: &str) -> f64 {
 /// A client process in the middle of an endless request; killed when the test ends.
 fn busy_client(place: &Place) -> Daemon {
     let client = place.client();
-    let arm = Models::of(&client, "arm_shelf").long(8_000);
-    let rows: Vec<&[f64]> = arm.path.chunks(arm.nq()).collect();
-    let variables: Vec<&str> = arm.robot.variables.iter().map(|v| v.name.as_str()).collect();
-    let file = place.file("long.json", &serde_json::json!({ "variables": variables, "path": rows }).to_string());
+    let file = config("problems/arm_shelf.json");
     let before = number(&client, "requests_running");
-    let arguments = ["shorten", &file, "--robot", "arm_shelf", "--scene", "arm_shelf", "--mode", "random-shortcut"];
+    let arguments = ["shorten", &file, "--mode", "random-shortcut", "--seed", &HANG_SEED.to_string()];
     let child: Child = place.command(&arguments).stdout(Stdio::null()).spawn().unwrap();
     let process = Daemon(child);
     until("its request runs", || number(&client, "requests_running") > before);
@@ -67,7 +59,7 @@ fn a_deadline_brings_the_best_so_far_or_the_input() {
     assert_eq!((code, is_proved(&header)), (Code::TimedOut, false));
     assert!(path == long.path);
     // Proved soon, shortened for ever: the best so far.
-    let (code, header, path) = ask(&arm.long(2_000), Duration::from_millis(700));
+    let (code, header, path) = ask(&arm, Duration::from_millis(300));
     assert_eq!((code, is_proved(&header)), (Code::Success, true));
     assert!(header.length_after < header.length_before && header.lower_bound <= header.length_after);
     assert!(!path.is_empty());
@@ -88,7 +80,7 @@ fn nothing_waits_past_its_deadline_in_the_queue() {
     let _daemon = place.serve("workers = 1");
     let (busy, client) = (place.client(), place.client());
     let arm = Models::of(&client, "arm_shelf");
-    let _running = arm.long(8_000).request(&busy, RequestBody::default(), endless).send().unwrap();
+    let _running = arm.request(&busy, RequestBody::default(), endless).send().unwrap();
     until("it runs", || number(&client, "requests_running") == 1.0);
     for deadline in [1, 20] {
         let deadline = Duration::from_millis(deadline);
@@ -113,9 +105,8 @@ fn cancelling_frees_the_worker_and_finishing_early_brings_the_best() {
     let _daemon = place.serve("workers = 1");
     let client = place.client();
     let arm = Models::of(&client, "arm_shelf");
-    let long = arm.long(8_000);
     for round in 0..5u64 {
-        let pending = long.request(&client, RequestBody::default(), endless).send().unwrap();
+        let pending = arm.request(&client, RequestBody::default(), endless).send().unwrap();
         until("it runs", || number(&client, "requests_running") == 1.0);
         std::thread::sleep(Duration::from_millis(7 * round));
         drop(pending);
@@ -127,7 +118,7 @@ fn cancelling_frees_the_worker_and_finishing_early_brings_the_best() {
     }
     assert_eq!(number(&client, "requests_cancelled"), 5.0);
 
-    let mut pending = arm.long(2_000).request(&client, RequestBody::default(), endless).send().unwrap();
+    let mut pending = arm.request(&client, RequestBody::default(), endless).send().unwrap();
     let first = pending.next(PATIENCE).unwrap().unwrap();
     assert!(!first.is_final() && is_proved(first.header()));
     let before = first.header().length_after;
@@ -145,7 +136,8 @@ fn improvements_get_shorter_and_end_with_the_final_one() {
     let _daemon = place.serve("");
     let client = place.client();
     let arm = Models::of(&client, "arm_shelf");
-    let mut pending = arm.request(&client, RequestBody::default(), endless).send().unwrap();
+    let change = |header: &mut RequestHeader| header.mode = Mode::RandomShortcut.into();
+    let mut pending = arm.request(&client, RequestBody::default(), change).send().unwrap();
     let (mut last, mut count, mut seq) = (f64::INFINITY, 0, 0);
     let best = loop {
         let response = pending.next(PATIENCE).unwrap().unwrap();
@@ -177,10 +169,12 @@ fn a_killed_client_harms_nobody() {
     for _ in 0..3 {
         let victim = busy_client(&place);
         let survivor = place.client();
-        let pending = arm.long(2_000).request(&survivor, RequestBody::default(), endless).send().unwrap();
+        let pending = arm.request(&survivor, RequestBody::default(), endless).send().unwrap();
         victim.kill();
         let killed = Instant::now();
+        // Both workers had work; the victim's is free again.
         serves();
+        pending.finish_early();
         let response = pending.wait(PATIENCE).unwrap();
         assert_eq!(response.code(), Code::Success, "another client's request goes on");
         drop((response, survivor));
@@ -200,9 +194,8 @@ fn clients_outlive_the_daemon() {
     let mut daemon = Some(place.serve(""));
     let client = place.client();
     let arm = Models::of(&client, "arm_shelf");
-    let long = arm.long(8_000);
     for _ in 0..3 {
-        let pending = long.request(&client, RequestBody::default(), endless).send().unwrap();
+        let pending = arm.request(&client, RequestBody::default(), endless).send().unwrap();
         std::thread::sleep(Duration::from_millis(30));
         daemon.take().unwrap().kill();
         let killed = Instant::now();
@@ -224,7 +217,7 @@ fn stopping_ends_running_requests_with_the_best_so_far_and_leaves_nothing() {
         let daemon = place.serve("workers = 1");
         let client = place.client();
         let arm = Models::of(&client, "arm_shelf");
-        let mut running = arm.long(2_000).request(&client, RequestBody::default(), endless).send().unwrap();
+        let mut running = arm.request(&client, RequestBody::default(), endless).send().unwrap();
         assert!(!running.next(PATIENCE).unwrap().unwrap().is_final());
         let waiting = arm.request(&client, RequestBody::default(), |_| ()).send().unwrap();
         until("one waits", || number(&client, "requests_queued") == 1.0);
@@ -258,7 +251,7 @@ fn an_answer_says_when_its_scene_was_superseded() {
     let _daemon = place.serve("");
     let client = place.client();
     let arm = Models::of(&client, "arm_shelf");
-    let mut pending = arm.long(2_000).request(&client, RequestBody::default(), endless).send().unwrap();
+    let mut pending = arm.request(&client, RequestBody::default(), endless).send().unwrap();
     let first = pending.next(PATIENCE).unwrap().unwrap();
     assert_eq!(first.header().flags & ResponseFlags::SUPERSEDED, 0);
     drop(first);

@@ -8,11 +8,16 @@ use std::time::{Duration, Instant};
 
 use taut_ipc::client::LoanedRequest;
 use taut_ipc::control::{ControlReply, ControlRequest, RobotDescription, SceneSummary, Stats};
-use taut_ipc::wire::{RequestBody, RequestHeader};
+use taut_ipc::wire::{Mode, RequestBody, RequestHeader};
 use taut_ipc::{Client, DaemonState, Instance};
 
 /// Every wait of a test ends by then.
 pub const PATIENCE: Duration = Duration::from_secs(30);
+
+/// The seed that makes a worker panic where the configuration allows it.
+pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
+/// The seed that stays at its first improvement until told to stop.
+pub const HANG_SEED: u64 = 0x4a46_4a46_4a46_4a46;
 
 /// Problems of `config/` that the daemons of the tests have loaded, robot and scene under the problem's name.
 pub const PROBLEMS: [&str; 7] = ["arm_shelf", "arm_window", "corner", "ell_window", "exchange_arms", "rooms", "slalom"];
@@ -43,7 +48,7 @@ impl Place {
 
     /// Starts a daemon with every shipped problem and these lines of configuration.
     pub fn serve(&self, lines: &str) -> Daemon {
-        let mut text = format!("{lines}\n");
+        let mut text = format!("fault_injection = true\n{lines}\n");
         for name in PROBLEMS {
             let file = config(&format!("problems/{name}.json"));
             text += &format!("[[problems]]\nfile = {file:?}\nrobot = {name:?}\nscene = {name:?}\n");
@@ -221,6 +226,11 @@ impl Models {
         slots[..count].copy_from_slice(&self.path[..count]);
         loan
     }
+}
+
+/// Work without an end: it stays at its first improvement.
+pub fn endless(header: &mut RequestHeader) {
+    (header.mode, header.seed) = (Mode::RandomShortcut.into(), HANG_SEED);
 }
 
 pub fn stats(client: &Client) -> Stats {
