@@ -78,11 +78,8 @@ pub fn run(client: &Client, query: &Query, tell: &mut dyn FnMut(Step)) -> Result
 /// Makes the robot and the scene known, which costs next to nothing where they are already, and starts a
 /// request's header with their ids and hashes: the daemon then refuses a path that is meant for others.
 fn introduce(client: &Client, problem: &Problem) -> Result<RequestHeader, Box<dyn Error>> {
-    let robot = ControlRequest::LoadRobot {
-        label: problem.robot.name.clone(),
-        source: robot_source(problem)?,
-        replace: false,
-    };
+    let robot =
+        ControlRequest::LoadRobot { label: problem.robot.name.clone(), source: robot_source(problem)?, replace: false };
     let ControlReply::Robot(robot) = asked(client, &robot)? else { return Err("no robot in the reply".into()) };
     let scene = ControlRequest::LoadScene {
         label: problem.name.clone(),
@@ -169,4 +166,30 @@ fn into_answer(response: &Response, path: &Path, time: Duration) -> Answer {
         rows: rows.to_vec(),
         time,
     }
+}
+
+/// The problem's robot as the daemon wants it: files that it can read, and what the problem adds to them.
+fn robot_source(problem: &Problem) -> Result<RobotSource, Box<dyn Error>> {
+    let robot = &problem.robot;
+    let virtual_joint = robot.virtual_joint.as_ref().map(|joint| VirtualJoint {
+        name: joint.name.clone(),
+        kind: if joint.kind == JointKind::Planar { VirtualJointKind::Planar } else { VirtualJointKind::Floating },
+        parent_frame: "world".to_owned(),
+        position_bounds: joint.position_bounds.clone(),
+    });
+    let urdf = std::path::absolute(&problem.urdf)?;
+    Ok(RobotSource {
+        srdf: Some(urdf.with_extension("srdf")),
+        urdf,
+        virtual_joint,
+        variables: robot.variables.clone().unwrap_or_default(),
+        allowed_collisions: robot.allowed_collisions.clone(),
+        ..RobotSource::default()
+    })
+}
+
+/// The scene in the problem's file, as JSON.
+fn scene_text(file: &FilePath) -> Result<String, Box<dyn Error>> {
+    let text: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(file)?)?;
+    Ok(text["scene"].to_string())
 }

@@ -45,6 +45,9 @@ pub(super) enum CliError {
         /// What it said.
         text: String,
     },
+    /// The demo's daemon and planners.
+    #[error(transparent)]
+    Demo(#[from] super::demo::DemoError),
     /// Output that cannot be written.
     #[error("{file}: {source}")]
     Output {
@@ -63,6 +66,7 @@ impl CliError {
             Self::File(FileError::Unreadable { .. }) | Self::Output { .. } => UNREADABLE,
             Self::File(_) | Self::Model { .. } | Self::Request { .. } => BAD_DATA,
             Self::Panic { .. } => PANICKED,
+            Self::Demo(error) => error.exit_code(),
         }
     }
 

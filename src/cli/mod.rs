@@ -4,6 +4,7 @@ mod bench;
 mod bench_table;
 mod check;
 mod code;
+mod demo;
 mod error;
 mod load;
 mod quantity;
@@ -32,6 +33,9 @@ enum Command {
     Check(check::Arguments),
     Shorten(shorten::Arguments),
     Bench(bench::Arguments),
+    Demo(demo::Arguments),
+    #[command(hide = true)]
+    DemoPlanner(demo::planner::Arguments),
 }
 
 /// Format of what goes to standard output.
@@ -59,6 +63,8 @@ pub fn main() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::Shorten(arguments) => shorten::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::DemoPlanner(arguments) => demo::planner::run(&arguments),
     };
     ExitCode::from(result.unwrap_or_else(|error| error.report()))
 }
