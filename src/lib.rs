@@ -11,6 +11,7 @@ pub mod path;
 pub mod robot;
 pub mod scene;
 pub mod shape;
+pub mod store;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod validation;

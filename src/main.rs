@@ -1,6 +1,7 @@
 //! The `taut` command.
 
 mod cli;
+mod daemon;
 
 use std::process::ExitCode;
 

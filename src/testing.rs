@@ -81,7 +81,7 @@ pub fn robot(rng: &mut Rng) -> RobotModel {
             _ => JointKind::Revolute,
         };
         let master = description.joints.iter().filter(|j| j.mimic.is_none() && j.kind == kind && kind.nq() == 1);
-        let master = master.map(|j| j.name.clone()).last().filter(|_| rng.f64() < 0.25);
+        let master = master.map(|j| j.name.clone()).next_back().filter(|_| rng.f64() < 0.25);
         description.joints.push(JointDescription {
             name: format!("joint{i}"),
             kind,

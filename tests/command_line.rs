@@ -37,7 +37,7 @@ fn straight_line(folder: &Path) -> String {
 fn a_proved_path_exits_with_0_and_a_colliding_one_with_1_and_its_place() {
     let folder = tempfile::tempdir().unwrap();
     let problem = config("problems/arm_shelf.json");
-    let run = taut(&["check", &problem]);
+    let run = taut(&["check", &problem, "--local"]);
     assert_eq!((run.exit, run.err.as_str()), (0, ""));
     assert!(run.out.starts_with("proved   clearance ≥ ") && run.out.lines().count() == 1, "{}", run.out);
 
@@ -46,11 +46,11 @@ fn a_proved_path_exits_with_0_and_a_colliding_one_with_1_and_its_place() {
         vec!["--problem", problem.as_str()],
         vec!["--robot", &config("robots/panda_like.urdf"), "--scene", &config("scenes/arm_shelf.json")],
     ] {
-        let run = taut(&[&["check", line.as_str()], source.as_slice()].concat());
+        let run = taut(&[&["check", line.as_str(), "--local"], source.as_slice()].concat());
         assert_eq!(run.exit, 1, "{}", run.err);
         assert!(run.out.starts_with("COLLISION segment 1 of 1, t = 0.") && run.out.contains(" × shelf_middle, depth "));
     }
-    let several = taut(&["check", &problem, &config("problems/rooms.json")]);
+    let several = taut(&["check", &problem, &config("problems/rooms.json"), "--local"]);
     assert_eq!(several.exit, 0);
     assert!(several.out.contains("arm_shelf: proved") && several.out.contains("rooms: proved"), "{}", several.out);
 }
@@ -92,10 +92,10 @@ fn json_is_one_object_with_every_field() {
     assert_eq!((answer["code"].as_i64(), answer["proved"].as_bool()), (Some(1), Some(true)));
     assert!(answer["length_after"].as_f64() <= answer["length_before"].as_f64());
     // An answer is a bare path itself.
-    assert_eq!(taut(&["check", out.to_str().unwrap(), "--problem", &problem]).exit, 0);
+    assert_eq!(taut(&["check", out.to_str().unwrap(), "--problem", &problem, "--local"]).exit, 0);
 
     let line = straight_line(folder.path());
-    let run = taut(&["check", &line, "--problem", &problem, "--format", "json"]);
+    let run = taut(&["check", &line, "--problem", &problem, "--format", "json", "--local"]);
     let refused: serde_json::Value = serde_json::from_str(&run.out).unwrap();
     assert_eq!((refused["code"].as_i64(), refused["segment"].as_u64()), (Some(-2), Some(0)));
     for field in ["t", "bodies", "points", "normal", "depth_m", "proved_prefix"] {
@@ -118,7 +118,7 @@ fn errors_are_one_line_with_their_own_exit_codes() {
         (vec!["check", &line, "--robot", &config("robots/disc.urdf")], 65, ["disc.urdf", "joint1"]),
         (vec!["check", &line, "--problem", &config("problems/rooms.json")], 65, ["line.json", "valid: x, y"]),
     ] {
-        let run = taut(&arguments);
+        let run = taut(&[&arguments[..], &["--local"]].concat());
         assert_eq!((run.exit, run.out.as_str()), (exit, ""), "{arguments:?}: {}", run.err);
         assert!(run.err.lines().count() == 1 && parts.iter().all(|part| run.err.contains(part)), "{}", run.err);
     }

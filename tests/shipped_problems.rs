@@ -16,6 +16,16 @@ fn files(folder: &str) -> Vec<PathBuf> {
     files
 }
 
+fn shorten(name: &str, mode: Mode) -> (Problem, Outcome) {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/problems").join(name);
+    let problem = Reader::new(Packages::default()).problem(&file, Geometry::Given).unwrap();
+    let model = CollisionModel::new(Arc::new(problem.model().unwrap()), Arc::new(problem.scene.clone())).unwrap();
+    let settings = Settings { mode, ..Settings::default() };
+    let outcome =
+        optimize::run(&model, &problem.path, &settings, &mut Workspace::default(), &mut || false, &mut |_| {});
+    (problem, outcome.unwrap())
+}
+
 fn check(problem: &Problem, path: &path::Path) -> Outcome {
     let robot = Arc::new(problem.model().unwrap());
     let model = CollisionModel::new(robot, Arc::new(problem.scene.clone())).unwrap();
@@ -45,4 +55,30 @@ fn shipped_robots_and_scenes_are_read_without_a_warning() {
     for file in files("scenes") {
         assert!(Reader::default().scene(&file).unwrap().warnings().is_empty(), "{}", file.display());
     }
+}
+
+/// The paper's Fig. 1: two arms change places; the base, which the planner sent around, need not move.
+#[test]
+fn the_base_stands_still_while_the_arms_change_places() {
+    let (problem, outcome) = shorten("exchange_arms.json", Mode::Gradient);
+    let travel = |path: &path::Path| -> f64 {
+        let rows: Vec<&[f64]> = path.waypoints().collect();
+        rows.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum()
+    };
+    let (before, after) = (travel(&problem.path), travel(&outcome.path));
+    assert!(outcome.proved && before > 2.0, "{before} m before");
+    assert!(after < 0.05 * before, "{after} m of {before} m are left");
+}
+
+/// The paper's Fig. 2: along the walls no shortcut is free and shorter, and the shortest path lies in the
+/// plane of the ends.
+#[test]
+fn the_slalom_is_pulled_into_the_plane_of_its_ends_where_shortcuts_gain_nothing() {
+    // Shortest curve in the plane around the walls grown by the base's radius, found by relaxing a string
+    // of 2,240 pieces (the radius without clearance, so a proved path must be a little longer).
+    const PLANE_OPTIMUM: f64 = 12.272;
+    let (_, outcome) = shorten("slalom.json", Mode::Gradient);
+    assert!(outcome.proved && outcome.length_after < 1.02 * PLANE_OPTIMUM, "{} left", outcome.length_after);
+    let (_, random) = shorten("slalom.json", Mode::RandomShortcut);
+    assert!(random.length_after > 0.99 * random.length_before, "{} of {}", random.length_after, random.length_before);
 }

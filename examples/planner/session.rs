@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use taut::collision::CollisionModel;
-use taut::files::{Geometry, Problem, Reader};
+use taut::files::{self, Geometry, Problem, Reader};
 use taut::path::Path;
 use taut::robot::JointKind;
 use taut_ipc::control::{ControlReply, ControlRequest, RobotSource, VirtualJoint, VirtualJointKind};
@@ -71,29 +71,29 @@ pub fn run(client: &Client, query: &Query, tell: &mut dyn FnMut(Step)) -> Result
     let path = rrt_connect::plan(&model, first, last, &rules)
         .ok_or_else(|| format!("no path in {} iterations; try another seed", rules.iterations))?;
     tell(Step::Planned(&path, start.elapsed()));
-    let header = introduce(client, &problem)?;
+    let header = introduce(client, &problem, &model)?;
     shorten(client, RequestHeader { seed: query.seed, ..header }, &path, query.deadline, tell)
 }
 
 /// Makes the robot and the scene known, which costs next to nothing where they are already, and starts a
-/// request's header with their ids and hashes: the daemon then refuses a path that is meant for others.
-fn introduce(client: &Client, problem: &Problem) -> Result<RequestHeader, Box<dyn Error>> {
+/// request's header. With the hashes of what was planned for, the daemon refuses to take others for them.
+fn introduce(client: &Client, problem: &Problem, model: &CollisionModel) -> Result<RequestHeader, Box<dyn Error>> {
     let robot =
         ControlRequest::LoadRobot { label: problem.robot.name.clone(), source: robot_source(problem)?, replace: false };
     let ControlReply::Robot(robot) = asked(client, &robot)? else { return Err("no robot in the reply".into()) };
     let scene = ControlRequest::LoadScene {
         label: problem.name.clone(),
-        json: scene_text(&problem.file)?,
-        base_dir: problem.file.parent().map(FilePath::to_owned),
+        json: files::scene_text(&problem.file)?,
+        base_dir: std::path::absolute(&problem.file)?.parent().map(FilePath::to_owned),
         replace: false,
     };
     let ControlReply::Scene(scene) = asked(client, &scene)? else { return Err("no scene in the reply".into()) };
     Ok(RequestHeader {
         robot_id: label_id(&robot.label),
-        robot_hash: robot.robot_hash,
-        layout_hash: robot.layout_hash,
+        robot_hash: model.robot().hash(),
+        layout_hash: model.robot().layout_hash(),
         scene_id: label_id(&scene.label),
-        scene_hash: scene.scene_hash,
+        scene_hash: model.scene().hash(),
         ..RequestHeader::default()
     })
 }
@@ -170,26 +170,19 @@ fn into_answer(response: &Response, path: &Path, time: Duration) -> Answer {
 
 /// The problem's robot as the daemon wants it: files that it can read, and what the problem adds to them.
 fn robot_source(problem: &Problem) -> Result<RobotSource, Box<dyn Error>> {
-    let robot = &problem.robot;
-    let virtual_joint = robot.virtual_joint.as_ref().map(|joint| VirtualJoint {
+    let (files, joint) = (&problem.robot_files, &problem.robot.virtual_joint);
+    let virtual_joint = joint.as_ref().map(|joint| VirtualJoint {
         name: joint.name.clone(),
         kind: if joint.kind == JointKind::Planar { VirtualJointKind::Planar } else { VirtualJointKind::Floating },
         parent_frame: "world".to_owned(),
         position_bounds: joint.position_bounds.clone(),
     });
-    let urdf = std::path::absolute(&problem.urdf)?;
     Ok(RobotSource {
-        srdf: Some(urdf.with_extension("srdf")),
-        urdf,
+        urdf: std::path::absolute(&files.urdf)?,
+        srdf: files.srdf.as_ref().map(std::path::absolute).transpose()?,
         virtual_joint,
-        variables: robot.variables.clone().unwrap_or_default(),
-        allowed_collisions: robot.allowed_collisions.clone(),
+        variables: files.variables.clone().unwrap_or_default(),
+        allowed_collisions: files.allowed_collisions.clone(),
         ..RobotSource::default()
     })
-}
-
-/// The scene in the problem's file, as JSON.
-fn scene_text(file: &FilePath) -> Result<String, Box<dyn Error>> {
-    let text: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(file)?)?;
-    Ok(text["scene"].to_string())
 }

@@ -84,7 +84,7 @@ pub struct RobotSource {
     pub srdf: Option<PathBuf>,
     /// Folder of each package named in `package://` addresses.
     pub packages: BTreeMap<String, PathBuf>,
-    /// Joint between the world and the robot's root.
+    /// Joint between the world and the robot's root; `None` = the SRDF's, or fixed where it has none.
     pub virtual_joint: Option<VirtualJoint>,
     /// Variables of a configuration, in order; empty = every movable joint that is not a mimic.
     pub variables: Vec<String>,
@@ -116,6 +116,8 @@ pub enum VirtualJointKind {
     Planar,
     /// Position and unit quaternion.
     Floating,
+    /// Not at all; without a name it is no joint, whatever the SRDF says.
+    Fixed,
 }
 
 /// What the daemon answers.

@@ -111,12 +111,19 @@ impl Instance {
     /// # Errors
     /// As [`Self::new`].
     pub fn from_environment() -> Result<Self, InstanceError> {
-        let text = std::env::var(INSTANCE_VARIABLE).unwrap_or_default();
+        Self::parse(&std::env::var(INSTANCE_VARIABLE).unwrap_or_default())
+    }
+
+    /// The instance that a text names: `name`, `name:/root` or `:/root`; the default one if it is empty.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn parse(text: &str) -> Result<Self, InstanceError> {
         match text.split_once(':') {
             Some(("", root)) => Self::new(DEFAULT_NAME, root),
             Some((name, root)) => Self::new(name, root),
             None if text.is_empty() => Self::named(DEFAULT_NAME),
-            None => Self::named(&text),
+            None => Self::named(text),
         }
     }
 

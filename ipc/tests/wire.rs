@@ -59,7 +59,7 @@ fn golden_response_header() {
     assert_eq!((h.seq, h.status, h.code, h.retry_after_ms), (4, 5, 6, 7));
     assert_eq!((h.boot_id, h.robot_hash), (two(8), two(10)));
     assert_eq!((h.scene_id, h.scene_hash, h.scene_version), (two(12), two(14), two(16)));
-    assert_eq!((h.termination, h.reserved, h.flags, h.stage), (18, 19, 20, 21));
+    assert_eq!((h.termination, h.refusal_reason, h.flags, h.stage), (18, 19, 20, 21));
     assert_eq!((h.waypoints, h.variables), (22, 23));
     assert_eq!((h.length_before.to_bits(), h.length_after.to_bits()), (two(24), two(26)));
     assert_eq!((h.lower_bound.to_bits(), h.clearance_m.to_bits()), (two(28), two(30)));

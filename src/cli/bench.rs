@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use taut::collision::CollisionModel;
 use taut::files::{FileError, Kind};
 use taut::optimize::{Mode, Workspace};
 
@@ -13,7 +14,7 @@ use super::error::{CliError, stdout};
 use super::load::{self, Loaded};
 use super::report::{geometry_name, termination_name, verdict};
 use super::request::{self, Rules, Source};
-use super::{Format, code::Code, run as runner};
+use super::{Format, run as runner};
 
 /// Shorten every problem of a folder and compare with the recorded answers of others
 ///
@@ -82,8 +83,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 /// Runs each mode and copies the figures of the peers.
 fn fill(row: &mut Row, arguments: &Arguments, loaded: &Loaded, workspace: &mut Workspace) {
     row.geometry = geometry_name(loaded.geometry);
+    let model = match loaded.model() {
+        Ok(model) => model,
+        Err(error) => return row.error = Some(error.to_string()),
+    };
     for &mode in &arguments.modes {
-        match answer(arguments, mode, loaded, workspace) {
+        match answer(arguments, mode, loaded, &model, workspace) {
             Ok(timed) => {
                 row.length_before = Some(timed.outcome.length_before);
                 row.lower_bound = Some(timed.outcome.lower_bound);
@@ -105,11 +110,12 @@ fn answer(
     arguments: &Arguments,
     mode: Mode,
     loaded: &Loaded,
+    model: &CollisionModel,
     workspace: &mut Workspace,
 ) -> Result<runner::Timed, CliError> {
-    let nv = loaded.model.robot().space().nv();
+    let nv = loaded.robot.space().nv();
     let settings = arguments.rules.settings(mode, loaded.weights.as_ref(), nv).map_err(CliError::Usage)?;
-    runner::run(loaded, &settings, arguments.rules.deadline, workspace, &mut |_, _| {})
+    runner::run(loaded, model, &settings, arguments.rules.deadline, workspace, &mut |_, _| {})
 }
 
 fn figures(timed: &runner::Timed) -> Figures {
@@ -117,7 +123,7 @@ fn figures(timed: &runner::Timed) -> Figures {
     let before = outcome.length_before;
     Figures {
         proved: outcome.proved,
-        code: Code::of(outcome).name(),
+        code: timed.code.name(),
         ratio: if before > 0.0 { outcome.length_after / before } else { 1.0 },
         length: outcome.length_after,
         cpu_s: timed.cpu_s,
@@ -127,7 +133,7 @@ fn figures(timed: &runner::Timed) -> Figures {
         iterations: outcome.iterations,
         work: outcome.work,
         termination: termination_name(outcome.termination),
-        refusal: outcome.refusal.is_some().then(|| verdict(outcome)),
+        refusal: outcome.refusal.is_some().then(|| verdict(timed)),
     }
 }
 

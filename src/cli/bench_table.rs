@@ -50,11 +50,11 @@ pub(super) struct Figures {
     pub ratio: f64,
     /// Remaining length.
     pub length: f64,
-    /// CPU time [s].
+    /// CPU time (s).
     pub cpu_s: f64,
-    /// Time on the clock [s].
+    /// Time on the clock (s).
     pub time_s: f64,
-    /// Smallest floor of any pair [m].
+    /// Smallest floor of any pair (m).
     pub floor_m: f64,
     /// Pairs with a lowered floor.
     pub floors_lowered: usize,
@@ -73,7 +73,7 @@ pub(super) struct Figures {
 pub(super) struct PeerFigures {
     /// Remaining length, as a part of the planner's.
     pub ratio: f64,
-    /// CPU time [s].
+    /// CPU time (s).
     pub cpu_s: f64,
     /// Whether every check found it valid.
     pub honest: bool,
@@ -88,7 +88,7 @@ pub(super) struct Medians {
     pub valid: usize,
     /// Median remaining length.
     pub ratio: f64,
-    /// Median CPU time [s].
+    /// Median CPU time (s).
     pub cpu_s: f64,
 }
 

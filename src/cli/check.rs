@@ -1,19 +1,21 @@
 //! `taut check`: prove paths, change nothing.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use taut::optimize::{Mode, Workspace};
+use taut::files::Reader;
+use taut::optimize::Mode;
 
 use super::error::{CliError, stdout};
+use super::place::{self, Place};
 use super::report::{self, Answer};
 use super::request::{Rules, Source};
-use super::{Format, code::Code, load, run as runner};
+use super::{Format, load};
 
 /// Prove that paths are collision-free, for every instant of their motion
 ///
-/// Exit code: 0 all proved, 1 a collision, 2 not provable, 64 usage, 65 a bad file, 66 an unreadable one;
-/// of several files, the highest.
+/// Exit code: 0 all proved, 1 a collision, 2 not provable, 64 usage, 65 a bad file, 66 an unreadable one,
+/// 69 no daemon; of several files, the highest.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Problem files, or bare paths (.json, .csv)
@@ -23,9 +25,8 @@ pub(super) struct Arguments {
     source: Source,
     #[command(flatten)]
     rules: Rules,
-    /// Work in this process, without a daemon
-    #[arg(long)]
-    local: bool,
+    #[command(flatten)]
+    place: place::Choice,
     /// Format of the answers
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -34,11 +35,10 @@ pub(super) struct Arguments {
 /// Checks every file; one that cannot be read does not keep the others from being checked.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let mut reader = load::reader(&arguments.source);
-    let mut workspace = Workspace::default();
+    let mut place = Place::open(&arguments.place)?;
     let mut exit = 0;
     for file in &arguments.files {
-        let loaded = load::load(&mut reader, file, &arguments.source, false);
-        let checked = loaded.and_then(|loaded| check(arguments, &loaded, &mut workspace));
+        let checked = check(arguments, file, &mut reader, &mut place);
         exit = exit.max(match checked {
             Ok(code) => code,
             Err(error) => error.report(),
@@ -47,21 +47,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     Ok(exit)
 }
 
-fn check(arguments: &Arguments, loaded: &load::Loaded, workspace: &mut Workspace) -> Result<u8, CliError> {
-    let nv = loaded.model.robot().space().nv();
-    let settings = arguments.rules.settings(Mode::Check, loaded.weights.as_ref(), nv).map_err(CliError::Usage)?;
-    let timed = runner::run(loaded, &settings, arguments.rules.deadline, workspace, &mut |_, _| {})?;
+fn check(arguments: &Arguments, file: &Path, reader: &mut Reader, place: &mut Place) -> Result<u8, CliError> {
+    let (source, rules) = (&arguments.source, &arguments.rules);
+    let (subject, timed) = place.answer(reader, file, source, rules, Mode::Check, &mut |_, _| {})?;
     let mut out = std::io::stdout().lock();
     match arguments.format {
-        Format::Json => writeln!(out, "{}", Answer::new(loaded, Mode::Check, &timed).json()),
+        Format::Json => writeln!(out, "{}", Answer::new(&subject, Mode::Check, &timed).json()),
         Format::Table => {
-            let several = if arguments.files.len() > 1 { format!("{}: ", loaded.name) } else { String::new() };
-            for warning in loaded.warnings.iter().chain(&timed.outcome.warnings) {
+            let several = if arguments.files.len() > 1 { format!("{}: ", subject.name) } else { String::new() };
+            for warning in subject.warnings.iter().chain(&timed.outcome.warnings) {
                 eprintln!("warning: {several}{warning}");
             }
-            writeln!(out, "{several}{}   {}", report::verdict(&timed.outcome), report::time(timed.time_s))
+            writeln!(out, "{several}{}   {}", report::verdict(&timed), report::time(timed.time_s))
         }
     }
     .map_err(stdout)?;
-    Ok(Code::of(&timed.outcome).exit_code())
+    Ok(timed.code.exit_code())
 }

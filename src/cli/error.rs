@@ -5,6 +5,12 @@ use std::io::ErrorKind;
 use taut::collision::CollisionModelError;
 use taut::files::FileError;
 use taut::optimize::RequestError;
+use taut_ipc::ClientError;
+use taut_ipc::control::Refusal;
+
+use super::code::Code;
+use crate::daemon::DaemonError;
+use crate::daemon::translate::AnswerError;
 
 /// Exit code of a command line that cannot be read.
 pub(super) const USAGE: u8 = 64;
@@ -48,6 +54,30 @@ pub(super) enum CliError {
     /// The demo's daemon and planners.
     #[error(transparent)]
     Demo(#[from] super::demo::DemoError),
+    /// The daemon's refusal.
+    #[error("{}: {message}{}", code.name(), next_step(*retry_after_ms))]
+    Refused {
+        /// Why.
+        code: Code,
+        /// In words.
+        message: String,
+        /// When to try again; 0 = never.
+        retry_after_ms: u32,
+    },
+    /// No daemon where one is needed to compute.
+    #[error("no daemon serves {root}: {reason}; start one with `taut serve`, or use --local")]
+    NoDaemon {
+        /// The instance's root.
+        root: String,
+        /// What was seen.
+        reason: &'static str,
+    },
+    /// The connection to the daemon.
+    #[error(transparent)]
+    Client(#[from] ClientError),
+    /// The daemon itself.
+    #[error(transparent)]
+    Daemon(#[from] DaemonError),
     /// Output that cannot be written.
     #[error("{file}: {source}")]
     Output {
@@ -56,6 +86,27 @@ pub(super) enum CliError {
         /// What the system says.
         source: std::io::Error,
     },
+}
+
+impl From<Refusal> for CliError {
+    fn from(refusal: Refusal) -> Self {
+        // A code of a newer daemon is a code all the same; the message says what it means.
+        let code = Code::try_from(refusal.code).unwrap_or(Code::MalformedRequest);
+        Self::Refused { code, message: refusal.message, retry_after_ms: refusal.retry_after_ms }
+    }
+}
+
+impl From<AnswerError> for CliError {
+    fn from(error: AnswerError) -> Self {
+        match error {
+            AnswerError::Refused { code, message, retry_after_ms } => Self::Refused { code, message, retry_after_ms },
+            other => Self::Refused { code: Code::Crash, message: other.to_string(), retry_after_ms: 0 },
+        }
+    }
+}
+
+fn next_step(retry_after_ms: u32) -> String {
+    if retry_after_ms == 0 { String::new() } else { format!(" (try again in {retry_after_ms} ms)") }
 }
 
 impl CliError {
@@ -67,6 +118,10 @@ impl CliError {
             Self::File(_) | Self::Model { .. } | Self::Request { .. } => BAD_DATA,
             Self::Panic { .. } => PANICKED,
             Self::Demo(error) => error.exit_code(),
+            Self::Refused { code, .. } => code.exit_code(),
+            Self::NoDaemon { .. } => Code::DaemonLost.exit_code(),
+            Self::Client(error) => error.code().exit_code(),
+            Self::Daemon(error) => error.code().exit_code(),
         }
     }
 

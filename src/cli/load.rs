@@ -1,16 +1,17 @@
 //! From the arguments to what a run needs: a collision model and a path.
 
-use std::path::Path as FilePath;
+use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 
 use taut::collision::CollisionModel;
-use taut::files::{FileError, Geometry, Kind, Packages, PathTable, Peer, Problem, Reader};
+use taut::files::{FileError, Geometry, Kind, Packages, PathTable, Peer, Problem, Reader, RobotFiles};
 use taut::path::Path;
-use taut::robot::{RobotDescription, RobotModel};
+use taut::robot::RobotModel;
 use taut::scene::Scene;
 
 use super::error::CliError;
 use super::quantity;
+use super::report::{self, Subject};
 use super::request::{GeometryChoice, Source};
 
 /// Everything that a run needs.
@@ -19,8 +20,14 @@ pub(super) struct Loaded {
     pub name: String,
     /// Which of the robot's models it is.
     pub geometry: Geometry,
-    /// Robot and scene.
-    pub model: CollisionModel,
+    /// The robot.
+    pub robot: Arc<RobotModel>,
+    /// Its files.
+    pub robot_files: RobotFiles,
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Its file, or the problem's; `None` where there is no obstacle.
+    pub scene_file: Option<PathBuf>,
     /// The planner's path.
     pub path: Path,
     /// The problem's weights.
@@ -31,6 +38,24 @@ pub(super) struct Loaded {
     pub peers: std::collections::BTreeMap<String, Peer>,
     /// The best honest one of them.
     pub best_honest_peer: Option<(String, Peer)>,
+}
+
+impl Loaded {
+    /// Robot and scene together.
+    pub(super) fn model(&self) -> Result<CollisionModel, CliError> {
+        let model = CollisionModel::new(self.robot.clone(), self.scene.clone());
+        model.map_err(|source| CliError::Model { name: self.name.clone(), source: Box::new(source) })
+    }
+
+    /// What a report says about it.
+    pub(super) fn subject(&self) -> Subject {
+        Subject {
+            name: self.name.clone(),
+            geometry: report::geometry_name(self.geometry),
+            warnings: self.warnings.clone(),
+            variables: self.robot.variables().iter().map(|variable| variable.name.clone()).collect(),
+        }
+    }
 }
 
 /// A reader that knows the packages of the arguments and of the environment.
@@ -89,7 +114,10 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
     };
     let warnings = [robot.warnings(), problem.scene.warnings()].concat();
     Ok(Loaded {
-        model: collision_model(robot, problem.scene, &name)?,
+        robot: Arc::new(robot),
+        robot_files: problem.robot_files,
+        scene: Arc::new(problem.scene),
+        scene_file: Some(problem.file),
         name,
         geometry: problem.geometry,
         path,
@@ -110,9 +138,15 @@ fn bare(
 ) -> Result<Loaded, CliError> {
     let beside = urdf.with_extension("srdf");
     let srdf = source.srdf.clone().or_else(|| beside.is_file().then_some(beside));
-    let description = reader.robot(urdf, srdf.as_deref())?;
-    let description = RobotDescription { variables: Some(table.variables().to_vec()), ..description };
-    let robot = RobotModel::new(description).map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
+    let robot_files = RobotFiles {
+        urdf: urdf.to_owned(),
+        srdf,
+        packages: quantity::packages(&source.packages),
+        variables: Some(table.variables().to_vec()),
+        ..RobotFiles::default()
+    };
+    let robot = RobotModel::new(reader.robot_of(&robot_files)?)
+        .map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
     let scene = source.scene.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.scene(file))?;
     let path = table.into_path(robot.variables())?;
     let mut warnings = [robot.warnings(), scene.warnings()].concat();
@@ -121,7 +155,10 @@ fn bare(
         warnings.push(format!("the path has no column for {}: held still at 0", held.join(", ")));
     }
     Ok(Loaded {
-        model: collision_model(robot, scene, &name)?,
+        robot: Arc::new(robot),
+        robot_files,
+        scene: Arc::new(scene),
+        scene_file: source.scene.clone(),
         name,
         geometry: Geometry::Given,
         path,
@@ -130,9 +167,4 @@ fn bare(
         peers: std::collections::BTreeMap::new(),
         best_honest_peer: None,
     })
-}
-
-fn collision_model(robot: RobotModel, scene: Scene, name: &str) -> Result<CollisionModel, CliError> {
-    CollisionModel::new(Arc::new(robot), Arc::new(scene))
-        .map_err(|source| CliError::Model { name: name.to_owned(), source: Box::new(source) })
 }

@@ -4,13 +4,18 @@ mod bench;
 mod bench_table;
 mod check;
 mod code;
+mod connect;
 mod demo;
 mod error;
 mod load;
+mod models;
+mod place;
 mod quantity;
+mod remote;
 mod report;
 mod request;
 mod run;
+mod serve;
 mod shorten;
 
 use std::process::ExitCode;
@@ -36,6 +41,16 @@ enum Command {
     Demo(demo::Arguments),
     #[command(hide = true)]
     DemoPlanner(demo::planner::Arguments),
+    Serve(serve::Arguments),
+    LoadRobot(models::LoadRobot),
+    LoadScene(models::LoadScene),
+    /// Forget a robot of the daemon; running requests keep it
+    UnloadRobot(models::Unload),
+    /// Forget a scene of the daemon; running requests keep it
+    UnloadScene(models::Unload),
+    List(models::List),
+    Describe(models::Describe),
+    Stop(models::Stop),
 }
 
 /// Format of what goes to standard output.
@@ -65,6 +80,14 @@ pub fn main() -> ExitCode {
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::DemoPlanner(arguments) => demo::planner::run(&arguments),
+        Command::Serve(arguments) => serve::run(&arguments),
+        Command::LoadRobot(arguments) => models::load_robot(&arguments),
+        Command::LoadScene(arguments) => models::load_scene(&arguments),
+        Command::UnloadRobot(arguments) => models::unload_robot(&arguments),
+        Command::UnloadScene(arguments) => models::unload_scene(&arguments),
+        Command::List(arguments) => models::list(&arguments),
+        Command::Describe(arguments) => models::describe(&arguments),
+        Command::Stop(arguments) => models::stop(&arguments),
     };
     ExitCode::from(result.unwrap_or_else(|error| error.report()))
 }

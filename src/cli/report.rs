@@ -6,8 +6,19 @@ use taut::optimize::{Mode, Outcome, Refusal, Termination};
 use taut::validation::{Certificate, HitReason};
 
 use super::code::Code;
-use super::load::Loaded;
 use super::run::Timed;
+
+/// What was answered about.
+pub(super) struct Subject {
+    /// Label of the problem, or the file's name.
+    pub name: String,
+    /// Which of the robot's models was taken.
+    pub geometry: &'static str,
+    /// What is odd about robot and scene, a line each.
+    pub warnings: Vec<String>,
+    /// Columns of the path.
+    pub variables: Vec<String>,
+}
 
 /// An answer as JSON has it. Lengths are in the metric of `weights`, distances in metres, times in seconds.
 #[derive(Serialize)]
@@ -59,16 +70,16 @@ struct RefusalFields<'a> {
 
 impl<'a> Answer<'a> {
     /// The answer to a request in `mode`.
-    pub(super) fn new(loaded: &'a Loaded, mode: Mode, timed: &'a Timed) -> Self {
+    pub(super) fn new(subject: &'a Subject, mode: Mode, timed: &'a Timed) -> Self {
         let outcome = &timed.outcome;
-        let code = Code::of(outcome);
+        let code = timed.code;
         let floors = outcome.floors_lowered.iter();
         Self {
-            name: &loaded.name,
+            name: &subject.name,
             mode: mode.name(),
-            geometry: geometry_name(loaded.geometry),
+            geometry: subject.geometry,
             proved: outcome.proved,
-            code: code.number(),
+            code: code.into(),
             code_name: code.name(),
             length_before: outcome.length_before,
             length_after: outcome.length_after,
@@ -82,8 +93,8 @@ impl<'a> Answer<'a> {
             work: outcome.work,
             termination: termination_name(outcome.termination),
             refusal: outcome.refusal.as_ref().map(RefusalFields::new),
-            warnings: loaded.warnings.iter().chain(&outcome.warnings).map(String::as_str).collect(),
-            variables: loaded.model.robot().variables().iter().map(|variable| variable.name.as_str()).collect(),
+            warnings: subject.warnings.iter().chain(&outcome.warnings).map(String::as_str).collect(),
+            variables: subject.variables.iter().map(String::as_str).collect(),
             weights: &outcome.weights,
             path: outcome.path.waypoints().collect(),
             certificate: outcome.certificate.as_ref(),
@@ -140,7 +151,8 @@ fn reason_name(reason: HitReason) -> &'static str {
 }
 
 /// What was proved or refused, in one line.
-pub(super) fn verdict(outcome: &Outcome) -> String {
+pub(super) fn verdict(timed: &Timed) -> String {
+    let outcome = &timed.outcome;
     if let Some(refusal) = &outcome.refusal {
         return refused(refusal, outcome.path.len());
     }
@@ -152,7 +164,8 @@ pub(super) fn verdict(outcome: &Outcome) -> String {
             };
             format!("proved   {clearance}{}", floors(outcome))
         }
-        None => format!("{}   {}", Code::of(outcome).name(), "the deadline passed before the path was proved"),
+        None if timed.code == Code::Preempted => format!("{}   ended before the path was proved", timed.code.name()),
+        None => format!("{}   the deadline passed before the path was proved", timed.code.name()),
     }
 }
 

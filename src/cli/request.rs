@@ -11,13 +11,15 @@ use super::quantity;
 /// Where the robot and the scene come from.
 #[derive(clap::Args)]
 pub(super) struct Source {
-    /// URDF of a bare path's robot; an SRDF of the same name beside it is read too
+    /// URDF of a bare path's robot, or the label of a robot that the daemon has loaded; an SRDF of the same name
+    /// beside the URDF is read too
     #[arg(long, value_name = "URDF", conflicts_with = "problem")]
     pub robot: Option<PathBuf>,
     /// SRDF of the robot, where it is not beside the URDF
     #[arg(long, value_name = "SRDF", requires = "robot")]
     pub srdf: Option<PathBuf>,
-    /// Scene of a bare path, or a problem file whose scene to take; without it there is no obstacle
+    /// Scene of a bare path, a problem file whose scene to take, or the label of a scene that the daemon has
+    /// loaded; without it there is no obstacle
     #[arg(long, value_name = "FILE", requires = "robot")]
     pub scene: Option<PathBuf>,
     /// Problem file whose robot, scene and weights a bare path is for

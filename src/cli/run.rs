@@ -4,8 +4,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use rustix::time::{ClockId, clock_gettime};
+use taut::collision::CollisionModel;
 use taut::optimize::{Improvement, Outcome, Settings, Workspace};
 
+use super::code::{self, Code};
 use super::error::CliError;
 use super::load::Loaded;
 
@@ -13,37 +15,41 @@ use super::load::Loaded;
 pub(super) struct Timed {
     /// The outcome.
     pub outcome: Outcome,
-    /// CPU time of this thread [s].
+    /// What it amounts to.
+    pub code: Code,
+    /// CPU time of the thread that computed it (s).
     pub cpu_s: f64,
-    /// Time on the clock [s].
+    /// Time on the clock (s).
     pub time_s: f64,
 }
 
-/// Runs a request. `watch` gets each improvement and the time since the start.
+/// Runs a request. `watch` gets the length of each improvement and the time since the start.
 ///
 /// # Errors
 /// A request that cannot be computed, or a panic, which is a defect of the core.
 pub(super) fn run(
     loaded: &Loaded,
+    model: &CollisionModel,
     settings: &Settings,
     deadline: Option<Duration>,
     workspace: &mut Workspace,
-    watch: &mut dyn FnMut(Duration, Improvement),
+    watch: &mut dyn FnMut(Duration, f64),
 ) -> Result<Timed, CliError> {
     let (cpu, start) = (thread_cpu(), Instant::now());
     let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
-    let mut publish = |improvement: Improvement| watch(start.elapsed(), improvement);
-    let run = || taut::optimize::run(&loaded.model, &loaded.path, settings, workspace, &mut stop, &mut publish);
+    let mut publish = |improvement: Improvement| watch(start.elapsed(), improvement.length);
+    let run = || taut::optimize::run(model, &loaded.path, settings, workspace, &mut stop, &mut publish);
     let result = catch_unwind(AssertUnwindSafe(run)).map_err(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message").to_owned();
         CliError::Panic { name: loaded.name.clone(), text }
     })?;
     let outcome = result.map_err(|source| CliError::Request { name: loaded.name.clone(), source })?;
-    Ok(Timed { outcome, cpu_s: thread_cpu() - cpu, time_s: start.elapsed().as_secs_f64() })
+    let code = code::of(&outcome);
+    Ok(Timed { outcome, code, cpu_s: thread_cpu() - cpu, time_s: start.elapsed().as_secs_f64() })
 }
 
-/// CPU time of this thread so far [s].
+/// CPU time of this thread so far (s).
 fn thread_cpu() -> f64 {
     let now = clock_gettime(ClockId::ThreadCPUTime);
     now.tv_sec as f64 + now.tv_nsec as f64 * 1e-9

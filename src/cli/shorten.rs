@@ -4,17 +4,18 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use taut::optimize::{Improvement, Mode, Workspace};
+use taut::optimize::Mode;
 
 use super::error::{CliError, stdout};
+use super::place::{self, Place};
 use super::report::{self, Answer};
 use super::request::{self, Rules, Source};
-use super::{Format, code::Code, load, run as runner};
+use super::{Format, load};
 
 /// Shorten a path and prove the answer collision-free
 ///
 /// Exit code: 0 proved (shorter or not), 1 the path collides, 2 not provable or out of time, 64 usage,
-/// 65 a bad file, 66 an unreadable one.
+/// 65 a bad file, 66 an unreadable one, 69 no daemon.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Problem file, or bare path (.json, .csv)
@@ -29,9 +30,8 @@ pub(super) struct Arguments {
     /// Print each shorter path's length as it is found
     #[arg(long)]
     watch: bool,
-    /// Work in this process, without a daemon
-    #[arg(long)]
-    local: bool,
+    #[command(flatten)]
+    place: place::Choice,
     /// Format of the answer
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -43,17 +43,16 @@ pub(super) struct Arguments {
 /// Shortens the path of a file.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let mut reader = load::reader(&arguments.source);
-    let loaded = load::load(&mut reader, &arguments.file, &arguments.source, false)?;
-    let nv = loaded.model.robot().space().nv();
-    let settings = arguments.rules.settings(arguments.mode, loaded.weights.as_ref(), nv).map_err(CliError::Usage)?;
-    let mut watch = |time: Duration, improvement: Improvement| {
+    let mut watch = |time: Duration, length: f64| {
         if arguments.watch {
             // On standard error, so that standard output holds the answer alone.
-            eprintln!("{:>10}  length {:.4}", report::time(time.as_secs_f64()), improvement.length);
+            eprintln!("{:>10}  length {length:.4}", report::time(time.as_secs_f64()));
         }
     };
-    let timed = runner::run(&loaded, &settings, arguments.rules.deadline, &mut Workspace::default(), &mut watch)?;
-    let answer = Answer::new(&loaded, arguments.mode, &timed);
+    let mut place = Place::open(&arguments.place)?;
+    let (source, rules) = (&arguments.source, &arguments.rules);
+    let (subject, timed) = place.answer(&mut reader, &arguments.file, source, rules, arguments.mode, &mut watch)?;
+    let answer = Answer::new(&subject, arguments.mode, &timed);
     if let Some(file) = &arguments.out {
         std::fs::write(file, answer.json() + "\n")
             .map_err(|source| CliError::Output { file: file.display().to_string(), source })?;
@@ -62,13 +61,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     match arguments.format {
         Format::Json => writeln!(out, "{}", answer.json()),
         Format::Table => {
-            for warning in loaded.warnings.iter().chain(&timed.outcome.warnings) {
+            for warning in subject.warnings.iter().chain(&timed.outcome.warnings) {
                 eprintln!("warning: {warning}");
             }
             let (outcome, time) = (&timed.outcome, report::time(timed.time_s));
-            writeln!(out, "{}   {}   {time}", report::lengths(outcome), report::verdict(outcome))
+            writeln!(out, "{}   {}   {time}", report::lengths(outcome), report::verdict(&timed))
         }
     }
     .map_err(stdout)?;
-    Ok(Code::of(&timed.outcome).exit_code())
+    Ok(timed.code.exit_code())
 }

@@ -39,10 +39,10 @@ pub struct ChainMotion {
     pub factor: f64,
     /// Added to the value (a mimic's offset).
     pub offset: f64,
-    /// For a rotation: distance from its axis (ball: centre) to the body's farthest point [m], whatever
+    /// For a rotation: distance from its axis (ball: centre) to the body's farthest point (m), whatever
     /// the joints in between do, as long as translations in between stay at `rest`.
     pub reach: f64,
-    /// For a translation: the value that `reach` of the motions above counts on [m].
+    /// For a translation: the value that `reach` of the motions above counts on (m).
     pub rest: Vec3,
 }
 

@@ -6,16 +6,16 @@
 use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
 
+use super::contact::Contact;
 use super::piece::{Core, Piece};
 use crate::math::{Pose, Vec3};
-use crate::validation::Contact;
 
 /// What a distance query knows of two convex pieces A and B.
 #[derive(Clone, Copy, Debug)]
 pub struct Separation {
     /// Unit vector from B towards A.
     pub normal: Vec3,
-    /// `min_A n·a − max_B n·b` [m]: never above the distance. Negative where the pieces overlap or no direction is known.
+    /// `min_A n·a − max_B n·b` (m): never above the distance. Negative where the pieces overlap or no direction is known.
     pub gap: f64,
     /// Closest point of A.
     pub point_a: Vec3,

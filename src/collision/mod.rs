@@ -1,6 +1,7 @@
 //! Who can collide with whom, and how far apart two bodies are.
 
 pub mod body;
+pub mod contact;
 pub mod distance;
 pub mod model;
 pub mod piece;
@@ -8,4 +9,5 @@ pub mod query;
 pub mod tree;
 
 pub use body::{Body, reach_weights};
+pub use contact::Contact;
 pub use model::{BodyPair, CollisionModel, CollisionModelError};

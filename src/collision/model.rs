@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::body::Body;
+use super::contact::Contact;
 use super::query;
 use crate::robot::{Kinematics, RobotModel, kinematics};
 use crate::scene::Scene;
-use crate::validation::Contact;
 
 /// Everything that can collide, built once per robot and scene version and never changed.
 #[derive(Clone, Debug)]

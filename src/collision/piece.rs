@@ -5,7 +5,7 @@ use parry3d_f64::shape::SupportMap;
 use crate::math::{Mat3, Pose, Vec3};
 use crate::shape::{PlacedShape, Shape};
 
-/// Convex core in the frame of its body [m].
+/// Convex core in the frame of its body (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Core {
     /// A point.
@@ -41,7 +41,7 @@ pub enum Core {
 pub struct Piece {
     /// The core.
     pub core: Core,
-    /// Rounding radius [m], 0 for shapes with edges.
+    /// Rounding radius (m), 0 for shapes with edges.
     pub radius: f64,
 }
 
@@ -92,7 +92,7 @@ impl Piece {
         }
     }
 
-    /// Distance from `from` to the farthest point of the piece [m].
+    /// Distance from `from` to the farthest point of the piece (m).
     pub fn farthest(&self, from: Vec3) -> f64 {
         self.core.farthest(from) + self.radius
     }
@@ -104,7 +104,7 @@ impl Piece {
 }
 
 impl Core {
-    /// Distance from `from` to the farthest point of the core [m].
+    /// Distance from `from` to the farthest point of the core (m).
     pub fn farthest(&self, from: Vec3) -> f64 {
         match *self {
             Self::Point(a) => a.distance(from),
@@ -169,7 +169,7 @@ impl SupportMap for Core {
 pub struct Transform {
     /// Rotation.
     pub rotation: Mat3,
-    /// Translation [m].
+    /// Translation (m).
     pub translation: Vec3,
 }
 

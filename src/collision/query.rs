@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 
 use super::body::Body;
+use super::contact::Contact;
 use super::distance;
 use super::piece::{Core, Transform};
 use super::tree::{Ball, BallTree, Content};
 use crate::math::Vec3;
-use crate::validation::Contact;
 
-/// Distances at or below this are contact [m].
+/// Distances at or below this are contact (m).
 pub const TOUCHING_M: f64 = 1e-9;
 
 /// Closest points of two bodies, in the world; a body wholly inside a mesh counts as overlapping.

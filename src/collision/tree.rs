@@ -6,9 +6,9 @@ use crate::math::Vec3;
 /// A ball that encloses the pieces below it, in the body's frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Ball {
-    /// Centre [m].
+    /// Centre (m).
     pub center: Vec3,
-    /// Radius [m].
+    /// Radius (m).
     pub radius: f64,
     /// What it encloses.
     pub content: Content,

@@ -5,6 +5,7 @@
 
 mod packages;
 mod problem;
+mod robot_files;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -15,6 +16,7 @@ use std::sync::Arc;
 
 pub use packages::Packages;
 pub use problem::{Geometry, Kind, Peer, Problem};
+pub use robot_files::{RobotFiles, RootJoint};
 pub use table::PathTable;
 
 use crate::math::Vec3;
@@ -110,6 +112,14 @@ impl Reader {
     /// # Errors
     /// A file that cannot be read or holds no scene.
     pub fn scene(&mut self, file: &Path) -> Result<Scene, FileError> {
+        self.scene_of_text(&read_text(file)?, file)
+    }
+
+    /// The same from a text; `file` is what messages call it, and meshes are found beside it.
+    ///
+    /// # Errors
+    /// A text that holds no scene, or meshes that cannot be used.
+    pub fn scene_of_text(&mut self, text: &str, file: &Path) -> Result<Scene, FileError> {
         #[derive(serde::Deserialize)]
         struct Probe {
             scene: Option<serde::de::IgnoredAny>,
@@ -118,12 +128,11 @@ impl Reader {
         struct Holder {
             scene: SceneFile,
         }
-        let text = read_text(file)?;
         // A first look tells the two apart, so that what is then wrong is said of the right one.
-        let is_problem = serde_json::from_str::<Probe>(&text).is_ok_and(|probe| probe.scene.is_some());
+        let is_problem = serde_json::from_str::<Probe>(text).is_ok_and(|probe| probe.scene.is_some());
         let scene = match is_problem {
-            true => serde_json::from_str::<Holder>(&text).map(|holder| holder.scene),
-            false => serde_json::from_str(&text),
+            true => serde_json::from_str::<Holder>(text).map(|holder| holder.scene),
+            false => serde_json::from_str(text),
         };
         let scene = scene.map_err(|error| FileError::Scene {
             file: file.to_owned(),
@@ -156,6 +165,17 @@ impl Reader {
         self.meshes.insert(key, mesh.clone());
         Ok(mesh)
     }
+}
+
+/// The JSON text of a scene file, or of the scene in a problem file, as it stands: unchecked.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn scene_text(file: &Path) -> Result<String, FileError> {
+    let text = read_text(file)?;
+    let scene = serde_json::from_str::<serde_json::Value>(&text).ok().and_then(|value| value.get("scene").cloned());
+    // Floats keep their bits on the way through a value.
+    Ok(scene.map_or(text, |scene| scene.to_string()))
 }
 
 /// Folder that the relative names in a file start from.

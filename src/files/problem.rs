@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::{FileError, Reader, folder_of, read_text};
+use super::{FileError, Reader, RobotFiles, RootJoint, folder_of, read_text};
 use crate::path;
 use crate::robot::{JointKind, RobotDescription, RobotModel, VirtualJoint};
 use crate::scene::Scene;
@@ -30,8 +30,8 @@ pub struct Problem {
     pub file: PathBuf,
     /// Label.
     pub name: String,
-    /// The robot's own file.
-    pub urdf: PathBuf,
+    /// The robot's own files and what the problem says about it.
+    pub robot_files: RobotFiles,
     /// The robot, with the problem's variables, virtual joint and allowed pairs.
     pub robot: RobotDescription,
     /// Which of the robot's models it is.
@@ -61,7 +61,7 @@ pub struct Problem {
 pub struct Peer {
     /// Length in the problem's metric.
     pub length: f64,
-    /// CPU time [s].
+    /// CPU time (s).
     pub cpu_s: f64,
     /// Whether every check found it valid.
     #[serde(default)]
@@ -179,13 +179,16 @@ impl Reader {
         let folder = folder_of(file);
         let packages = parsed.robot.packages.iter().map(|(name, dir)| (name.clone(), folder.join(dir))).collect();
         let has_spheres = parsed.robot.spherized_urdf.is_some();
-        let (urdf, mut robot) = self.problem_robot(&parsed.robot, geometry, folder, &packages, &refuse)?;
-        robot.variables = Some(parsed.variables);
+        let robot_files = robot_files(&parsed.robot, parsed.variables, geometry, folder, &packages, &refuse)?;
+        let mut robot = self.robot_of(&robot_files)?;
+        if let Some(name) = parsed.robot.name {
+            robot.name = name;
+        }
         let scene = self.build_scene(parsed.scene, file, &packages)?;
         Ok(Problem {
             file: file.to_owned(),
             name: parsed.name,
-            urdf,
+            robot_files,
             robot,
             geometry,
             has_spheres,
@@ -199,34 +202,34 @@ impl Reader {
             mesh_check: parsed.mesh_check,
         })
     }
+}
 
-    fn problem_robot(
-        &mut self,
-        part: &RobotPart,
-        geometry: Geometry,
-        folder: &Path,
-        packages: &BTreeMap<String, PathBuf>,
-        refuse: &dyn Fn(String) -> FileError,
-    ) -> Result<(PathBuf, RobotDescription), FileError> {
-        let mut allowed = part.allowed_collisions.clone();
-        let urdf = match geometry {
-            Geometry::Given => &part.urdf,
-            Geometry::Spheres => {
-                allowed.extend(part.spherized_allowed_collisions.iter().cloned());
-                let none = || refuse("it has no spherized_urdf; use the geometry given".to_owned());
-                part.spherized_urdf.as_ref().ok_or_else(none)?
-            }
-        };
-        let (urdf, srdf) = (folder.join(urdf), part.srdf.as_ref().map(|srdf| folder.join(srdf)));
-        let mut robot = self.robot_with(&urdf, srdf.as_deref(), packages)?;
-        if let Some(name) = &part.name {
-            robot.name.clone_from(name);
+fn robot_files(
+    part: &RobotPart,
+    variables: Vec<String>,
+    geometry: Geometry,
+    folder: &Path,
+    packages: &BTreeMap<String, PathBuf>,
+    refuse: &dyn Fn(String) -> FileError,
+) -> Result<RobotFiles, FileError> {
+    let mut allowed_collisions = part.allowed_collisions.clone();
+    let urdf = match geometry {
+        Geometry::Given => &part.urdf,
+        Geometry::Spheres => {
+            allowed_collisions.extend(part.spherized_allowed_collisions.iter().cloned());
+            let none = || refuse("it has no spherized_urdf; use the geometry given".to_owned());
+            part.spherized_urdf.as_ref().ok_or_else(none)?
         }
+    };
+    Ok(RobotFiles {
+        urdf: folder.join(urdf),
+        srdf: part.srdf.as_ref().map(|srdf| folder.join(srdf)),
+        packages: packages.clone(),
         // The problem decides, whatever the SRDF says.
-        robot.virtual_joint = part.virtual_joint.as_ref().map(virtual_joint).transpose().map_err(refuse)?;
-        robot.allowed_collisions = allowed;
-        Ok((urdf, robot))
-    }
+        root: RootJoint::Given(part.virtual_joint.as_ref().map(virtual_joint).transpose().map_err(refuse)?),
+        variables: Some(variables),
+        allowed_collisions,
+    })
 }
 
 impl Problem {
@@ -235,7 +238,8 @@ impl Problem {
     /// # Errors
     /// What [`RobotModel::new`] refuses, with the robot's file.
     pub fn model(&self) -> Result<RobotModel, FileError> {
-        RobotModel::new(self.robot.clone()).map_err(|source| FileError::Robot { file: self.urdf.clone(), source })
+        RobotModel::new(self.robot.clone())
+            .map_err(|source| FileError::Robot { file: self.robot_files.urdf.clone(), source })
     }
 }
 

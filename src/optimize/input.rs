@@ -8,7 +8,7 @@ use crate::robot::configuration::shortest_arc;
 use crate::robot::{Component, ConfigurationSpace, RobotModel};
 use crate::validation::path_proof::LEAST_FLOOR_M;
 
-/// How far outside its limits a path may start [m or rad].
+/// How far outside its limits a path may start (m or rad).
 pub const LIMIT_TOLERANCE: f64 = 1e-4;
 /// How far the norm of a quaternion may be from 1.
 pub const QUATERNION_TOLERANCE: f64 = 1e-3;

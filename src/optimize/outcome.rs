@@ -24,7 +24,7 @@ pub enum Termination {
 pub struct LoweredFloor {
     /// Names of the two bodies.
     pub bodies: [String; 2],
-    /// Floor that every path of this request keeps for the pair [m].
+    /// Floor that every path of this request keeps for the pair (m).
     pub floor_m: f64,
 }
 
@@ -52,11 +52,11 @@ pub struct Refusal {
     pub t: f64,
     /// Names of the two bodies.
     pub bodies: [String; 2],
-    /// Closest or contact points in the world [m].
+    /// Closest or contact points in the world (m).
     pub points: [Vec3; 2],
     /// Unit vector from the second body towards the first.
     pub normal: Vec3,
-    /// Depth [m]; negative is a distance.
+    /// Depth (m); negative is a distance.
     pub depth_m: f64,
     /// The part of the path before which everything is proved: segment + ratio.
     pub proved_prefix: f64,
@@ -81,9 +81,9 @@ pub struct Outcome {
     pub lower_bound: f64,
     /// Weights of the metric.
     pub weights: Vec<f64>,
-    /// Clearance asked for [m].
+    /// Clearance asked for (m).
     pub clearance_m: f64,
-    /// Smallest floor of any pair [m].
+    /// Smallest floor of any pair (m).
     pub floor_m: f64,
     /// Pairs with a lowered floor.
     pub floors_lowered: Vec<LoweredFloor>,

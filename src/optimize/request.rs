@@ -91,8 +91,8 @@ fn answer(
         PathVerdict::Proved(proofs) => {
             let mut publish = |improvement: Improvement| restored.publish(&improvement, publish);
             answer.optimize(validator, settings, input, stop, &mut publish);
-            // The optimizers proved every segment of what they return; asking again in one go gives the
-            // certificate its claims, and an answer never rests on their bookkeeping.
+            // Asked again of the validator, which remembers what it proved: the certificate gets its claims,
+            // and an answer never rests on an optimizer's bookkeeping.
             answer.proofs = if answer.path == input.path { Some(proofs) } else { proved(validator, &answer.path) };
             assert!(answer.proofs.is_some(), "an optimizer returned a path that the validator does not prove");
         }

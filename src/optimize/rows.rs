@@ -94,7 +94,7 @@ pub struct CollisionRow<'a> {
     jacobian: Vec<f64>,
 }
 
-/// Points closer than this at the free configuration give no direction [m].
+/// Points closer than this at the free configuration give no direction (m).
 const SHORTEST_DIRECTION_M: f64 = 1e-12;
 
 impl<'a> CollisionRow<'a> {

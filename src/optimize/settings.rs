@@ -36,7 +36,7 @@ pub struct Settings {
     pub mode: Mode,
     /// Seed of every random choice: same request, same answer.
     pub seed: u64,
-    /// Distance that every pair must keep [m].
+    /// Distance that every pair must keep (m).
     pub clearance_m: f64,
     /// Refuse an input that keeps less, instead of lowering the floors of the pairs that do.
     pub strict: bool,
@@ -55,7 +55,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Clearance of a request that gives none [m].
+    /// Clearance of a request that gives none (m).
     pub const DEFAULT_CLEARANCE_M: f64 = 1e-3;
 }
 

@@ -11,14 +11,14 @@ use crate::math::{Quat, Vec3, quat_exp, quat_log};
 /// One factor of the configuration space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Component {
-    /// A real number [m or rad]: column `q`, velocity coordinate `v`.
+    /// A real number (m or rad): column `q`, velocity coordinate `v`.
     Line {
         /// Column.
         q: usize,
         /// Velocity coordinate.
         v: usize,
     },
-    /// An angle on the circle [rad]; differences are the shortest arc, in (−π, π].
+    /// An angle on the circle (rad); differences are the shortest arc, in (−π, π].
     Circle {
         /// Column.
         q: usize,

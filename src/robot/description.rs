@@ -49,7 +49,7 @@ pub struct JointDescription {
     pub origin: Pose,
     /// Axis in the joint's frame, of any length but 0.
     pub axis: Vec3,
-    /// Lower and upper limit [m or rad]; `None` where the file gives none.
+    /// Lower and upper limit (m or rad); `None` where the file gives none.
     pub limits: Option<(f64, f64)>,
     /// The joint that this one copies.
     pub mimic: Option<Mimic>,
@@ -62,7 +62,7 @@ pub struct Mimic {
     pub joint: String,
     /// Factor.
     pub multiplier: f64,
-    /// Offset [m or rad].
+    /// Offset (m or rad).
     pub offset: f64,
 }
 
@@ -73,7 +73,7 @@ pub struct VirtualJoint {
     pub name: String,
     /// Planar, floating or fixed.
     pub kind: JointKind,
-    /// Limits of its translations [m], in order; empty means none.
+    /// Limits of its translations (m), in order; empty means none.
     pub position_bounds: Vec<(f64, f64)>,
 }
 

@@ -8,15 +8,15 @@ use crate::math::{Pose, Vec3};
 pub enum JointKind {
     /// Does not move.
     Fixed,
-    /// Rotation about the axis, bounded [rad].
+    /// Rotation about the axis, bounded (rad).
     Revolute,
-    /// Rotation about the axis, on the circle [rad].
+    /// Rotation about the axis, on the circle (rad).
     Continuous,
-    /// Translation along the axis [m].
+    /// Translation along the axis (m).
     Prismatic,
-    /// Translation in the x-y plane [m], then rotation about z [rad].
+    /// Translation in the x-y plane (m), then rotation about z (rad).
     Planar,
-    /// Translation [m], then rotation as a unit quaternion (x, y, z, w).
+    /// Translation (m), then rotation as a unit quaternion (x, y, z, w).
     Floating,
 }
 
@@ -69,7 +69,7 @@ pub enum Drive {
         master: usize,
         /// Factor on the master's value and rate.
         multiplier: f64,
-        /// Added to the value [m or rad].
+        /// Added to the value (m or rad).
         offset: f64,
     },
     /// Held still at `held[first..first + nq]`, values that the request may give.

@@ -20,11 +20,11 @@ impl Kinematics {
     pub fn poses(&self) -> &[Pose] {
         &self.poses
     }
-    /// World angular velocity of each link [rad per unit time], after [`Self::update_velocities`].
+    /// World angular velocity of each link (rad per unit time), after [`Self::update_velocities`].
     pub fn angular(&self) -> &[Vec3] {
         &self.angular
     }
-    /// World velocity of each link's origin [m per unit time], after [`Self::update_velocities`].
+    /// World velocity of each link's origin (m per unit time), after [`Self::update_velocities`].
     pub fn linear(&self) -> &[Vec3] {
         &self.linear
     }

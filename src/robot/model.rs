@@ -40,9 +40,9 @@ pub struct Link {
 pub struct Variable {
     /// MoveIt's variable name.
     pub name: String,
-    /// Lowest value [m or rad], −∞ where there is none.
+    /// Lowest value (m or rad), −∞ where there is none.
     pub lower: f64,
-    /// Highest value [m or rad], ∞ where there is none.
+    /// Highest value (m or rad), ∞ where there is none.
     pub upper: f64,
 }
 

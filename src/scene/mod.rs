@@ -8,12 +8,21 @@ use crate::hash::ContentHasher;
 use crate::shape::PlacedShape;
 
 /// Obstacles and allowed pairs, checked once when built.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Scene {
     name: String,
     obstacles: Vec<Obstacle>,
     allowed: Vec<(String, String)>,
     warnings: Vec<String>,
+    // Kept: every certificate names it, and large meshes take milliseconds.
+    hash: u64,
+}
+
+impl Default for Scene {
+    /// No obstacle at all.
+    fn default() -> Self {
+        Self::new("", Vec::new(), Vec::new(), Vec::new()).expect("nothing can be wrong with no obstacle")
+    }
 }
 
 /// A solid object of the scene, made of one shape or several (MoveIt's collision object).
@@ -90,7 +99,8 @@ impl Scene {
                 });
             }
         }
-        Ok(Self { name: name.into(), obstacles, allowed, warnings })
+        let hash = content_hash(&obstacles, &allowed);
+        Ok(Self { name: name.into(), obstacles, allowed, warnings, hash })
     }
 
     /// Label of the scene.
@@ -112,16 +122,20 @@ impl Scene {
 
     /// Content hash: equal scenes have equal hashes whatever their label.
     pub fn hash(&self) -> u64 {
-        let mut hasher = ContentHasher::default();
-        for obstacle in &self.obstacles {
-            hasher.text(&obstacle.id);
-            for shape in &obstacle.shapes {
-                hasher.shape(shape);
-            }
-        }
-        for (a, b) in &self.allowed {
-            hasher.text(a).text(b);
-        }
-        hasher.finish()
+        self.hash
     }
+}
+
+fn content_hash(obstacles: &[Obstacle], allowed: &[(String, String)]) -> u64 {
+    let mut hasher = ContentHasher::default();
+    for obstacle in obstacles {
+        hasher.text(&obstacle.id);
+        for shape in &obstacle.shapes {
+            hasher.shape(shape);
+        }
+    }
+    for (a, b) in allowed {
+        hasher.text(a).text(b);
+    }
+    hasher.finish()
 }

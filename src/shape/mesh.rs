@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use crate::math::Vec3;
 
-/// A mesh larger than this [m] was probably drawn in millimetres.
+/// A mesh larger than this (m) was probably drawn in millimetres.
 const SUSPICIOUS_SIZE_M: f64 = 10.0;
 
-/// A checked triangle mesh [m], scale already applied.
+/// A checked triangle mesh (m), scale already applied.
 ///
 /// Every vertex is finite, every index in range, there is at least one triangle with an area.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +45,7 @@ impl Mesh {
     pub fn name(&self) -> &str {
         &self.name
     }
-    /// Vertices [m] in the mesh's own frame.
+    /// Vertices (m) in the mesh's own frame.
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices
     }
@@ -79,7 +79,7 @@ impl Mesh {
         used.into_iter().map(|i| self.vertices[i]).collect()
     }
 
-    /// Volume that the surface encloses [m³]; negative where its triangles face inwards.
+    /// Volume that the surface encloses (m³); negative where its triangles face inwards.
     pub fn signed_volume(&self) -> f64 {
         let origin = self.vertices[self.triangles[0][0] as usize];
         let six_fold = |t: &[u32; 3]| {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::math::{Pose, Vec3};
 pub use mesh::{Mesh, MeshError};
 
-/// A solid in its own frame [m]. Symmetric shapes are centred at the origin, axis along z.
+/// A solid in its own frame (m). Symmetric shapes are centred at the origin, axis along z.
 ///
 /// Build one with the checked constructors: every size is finite and positive.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,26 +16,26 @@ pub use mesh::{Mesh, MeshError};
 pub enum Shape {
     /// Ball.
     Sphere {
-        /// Radius [m].
+        /// Radius (m).
         radius: f64,
     },
     /// Box.
     Box {
-        /// Half of each full size [m].
+        /// Half of each full size (m).
         half_extents: Vec3,
     },
     /// Cylinder with flat ends.
     Cylinder {
-        /// Radius [m].
+        /// Radius (m).
         radius: f64,
-        /// Half of the full height [m].
+        /// Half of the full height (m).
         half_height: f64,
     },
     /// Segment along z swept by a ball.
     Capsule {
-        /// Radius [m].
+        /// Radius (m).
         radius: f64,
-        /// Half of the segment's length [m] (the whole capsule is `2 (half_length + radius)` long).
+        /// Half of the segment's length (m) (the whole capsule is `2 (half_length + radius)` long).
         half_length: f64,
     },
     /// Triangle mesh, an exact solid: a point inside its surface is inside the shape.
@@ -64,13 +64,13 @@ pub struct ShapeError {
 }
 
 impl Shape {
-    /// Ball of `radius` [m].
+    /// Ball of `radius` (m).
     pub fn sphere(radius: f64) -> Result<Self, ShapeError> {
         positive("sphere", "radius", radius)?;
         Ok(Self::Sphere { radius })
     }
 
-    /// Box of full sizes x, y, z [m].
+    /// Box of full sizes x, y, z (m).
     pub fn cuboid(size: Vec3) -> Result<Self, ShapeError> {
         for (name, value) in [("x size", size.x), ("y size", size.y), ("z size", size.z)] {
             positive("box", name, value)?;
@@ -78,14 +78,14 @@ impl Shape {
         Ok(Self::Box { half_extents: size / 2.0 })
     }
 
-    /// Cylinder of full `height` [m] along z (MoveIt's order of dimensions: height, radius).
+    /// Cylinder of full `height` (m) along z (MoveIt's order of dimensions: height, radius).
     pub fn cylinder(height: f64, radius: f64) -> Result<Self, ShapeError> {
         positive("cylinder", "height", height)?;
         positive("cylinder", "radius", radius)?;
         Ok(Self::Cylinder { radius, half_height: height / 2.0 })
     }
 
-    /// Capsule whose segment has full `length` [m] along z.
+    /// Capsule whose segment has full `length` (m) along z.
     pub fn capsule(length: f64, radius: f64) -> Result<Self, ShapeError> {
         positive("capsule", "length", length)?;
         positive("capsule", "radius", radius)?;

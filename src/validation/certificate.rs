@@ -20,9 +20,9 @@ pub struct Certificate {
     pub robot_hash: u64,
     /// Content hash of the scene.
     pub scene_hash: u64,
-    /// Floor of every pair that is not listed [m].
+    /// Floor of every pair that is not listed (m).
     pub clearance_m: f64,
-    /// Pairs with a lowered floor: names of the bodies and floor [m].
+    /// Pairs with a lowered floor: names of the bodies and floor (m).
     pub lowered: Vec<(String, String, f64)>,
     /// One claim per segment.
     pub segments: Vec<SegmentClaim>,
@@ -31,7 +31,7 @@ pub struct Certificate {
 /// What is claimed of one segment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SegmentClaim {
-    /// Distance that every pair keeps on the segment [m]; `None` where nothing comes near.
+    /// Distance that every pair keeps on the segment (m); `None` where nothing comes near.
     pub clearance_m: Option<f64>,
     /// Intervals of the proof.
     pub intervals: u32,
@@ -61,7 +61,7 @@ impl Certificate {
         }
     }
 
-    /// Smallest clearance claimed of any segment [m]; `None` where nothing comes near.
+    /// Smallest clearance claimed of any segment (m); `None` where nothing comes near.
     pub fn clearance_m(&self) -> Option<f64> {
         self.segments.iter().filter_map(|segment| segment.clearance_m).min_by(f64::total_cmp)
     }

@@ -10,12 +10,14 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::interval::{IntervalVerdict, PairInterval};
+use super::interval::{IntervalVerdict, Looks, PairInterval, ROUNDING_M};
+use super::ledger::Ledger;
 use super::motion::{MotionBounds, Twist};
 use super::{Contact, Hit, HitReason, SegmentProof, SegmentVerdict};
 use crate::collision::piece::Transform;
 use crate::collision::query::{self, TOUCHING_M};
 use crate::collision::{BodyPair, CollisionModel};
+use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
 
 /// Intervals that one pair at a lowered floor may take on one segment before it counts as not provable.
@@ -29,6 +31,8 @@ pub struct Scratch {
     velocity: Vec<f64>,
     bounds: Vec<MotionBounds>,
     placed: Vec<Transform>,
+    /// World centres of the balls around whole bodies.
+    centers: Vec<Vec3>,
     /// World twists of the links, per unit t.
     twists: Vec<Twist>,
     /// Lists of undecided pairs, each a range of this.
@@ -36,6 +40,19 @@ pub struct Scratch {
     queue: VecDeque<Interval>,
     /// Intervals spent by each pair with a lowered floor, on this segment.
     spent: Vec<u32>,
+    /// What this request's validator has proved.
+    ledger: Ledger,
+}
+
+/// Whether a body is inside a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Enclosed {
+    /// None is.
+    Nothing,
+    /// This pair, with a point inside and the depth to the nearest surface.
+    Pair(usize, Contact),
+    /// `stop` said so before all pairs were asked.
+    Stopped,
 }
 
 /// `[middle − half, middle + half]` of a segment, and the pairs that are undecided there.
@@ -68,7 +85,7 @@ pub struct Validator<'a> {
 }
 
 impl<'a> Validator<'a> {
-    /// A validator whose floors are all `clearance` [m]; `held` are the values of the robot's held variables.
+    /// A validator whose floors are all `clearance` (m); `held` are the values of the robot's held variables.
     pub fn new(
         model: &'a CollisionModel,
         space: &'a ConfigurationSpace,
@@ -81,16 +98,21 @@ impl<'a> Validator<'a> {
         scratch.bounds.resize_with(model.bodies().len(), MotionBounds::default);
         scratch.spent.clear();
         scratch.spent.resize(model.pairs().len(), 0);
+        scratch.ledger.clear();
         let floors = vec![clearance; model.pairs().len()];
         Self { model, space, held, scratch, clearance, floors, work: 0, suspect: 0 }
     }
 
-    /// Floor of each pair [m].
+    /// Floor of each pair (m).
     pub fn floors(&self) -> &[f64] {
         &self.floors
     }
-    /// Sets the floor of one pair [m].
+    /// Sets the floor of one pair (m).
     pub fn set_floor(&mut self, pair: usize, floor: f64) {
+        if floor > self.floors[pair] {
+            // What was proved at the lower floor says nothing of the higher one.
+            self.scratch.ledger.clear();
+        }
         self.floors[pair] = floor;
     }
     /// Pairs of balls looked at since the validator was made: what work is counted in.
@@ -105,7 +127,7 @@ impl<'a> Validator<'a> {
     /// Proves the straight segment between two configurations, or refuses it as soon as anything is found.
     ///
     /// Intervals are looked at from wide to narrow, so that a refusal is much cheaper than a proof.
-    /// `stop` is asked at every interval.
+    /// `stop` is asked at every interval, and within it where the search is long.
     pub fn segment(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> SegmentVerdict {
         let mut proof = SegmentProof::EMPTY;
         match self.search(from, to, stop, &mut proof) {
@@ -127,18 +149,22 @@ impl<'a> Validator<'a> {
     }
 
     fn search(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool, proof: &mut SegmentProof) -> Found {
+        if let Some(known) = self.scratch.ledger.get(from, to) {
+            *proof = known;
+            return Found::Nothing;
+        }
         let whole = self.begin(from, to);
         self.scratch.queue.push_back(whole);
         while let Some(interval) = self.scratch.queue.pop_front() {
-            if stop() {
+            let Some(examined) = self.examine(from, &interval, Until::FirstRefusal, proof, stop) else {
                 return Found::Stopped;
-            }
-            let examined = self.examine(from, &interval, Until::FirstRefusal, proof);
+            };
             if let Some((pair, reason)) = examined.refused {
                 return Found::Refusal(interval, pair, reason);
             }
             self.scratch.queue.extend(interval.halves(examined.undecided).into_iter().flatten());
         }
+        self.scratch.ledger.insert(from, to, *proof);
         Found::Nothing
     }
 
@@ -150,10 +176,9 @@ impl<'a> Validator<'a> {
         let (mut proof, mut earliest) = (SegmentProof::EMPTY, None);
         // A stack on which the left half is always next; a hit makes all that waits to its right idle.
         while let Some(interval) = self.scratch.queue.pop_back() {
-            if stop() {
+            let Some(examined) = self.examine(from, &interval, Until::EveryPair, &mut proof, stop) else {
                 return SegmentVerdict::Stopped;
-            }
-            let examined = self.examine(from, &interval, Until::EveryPair, &mut proof);
+            };
             let [left, right] = interval.halves(examined.undecided);
             if let Some((pair, reason)) = examined.refused {
                 earliest = Some((interval, pair, reason));
@@ -178,15 +203,25 @@ impl<'a> Validator<'a> {
         query::closest(a, &a.placed(&self.scratch.kinematics), b, &b.placed(&self.scratch.kinematics))
     }
 
-    /// The first pair that touches or overlaps at one configuration, bodies inside meshes included.
-    pub fn collision_at(&mut self, configuration: &[f64]) -> Option<(usize, Contact)> {
+    /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces meet there,
+    /// and a proof that goes on from such a configuration would be of no worth. Asked once per request, of the
+    /// configuration that everything proved is connected to. `stop` is asked at every pair.
+    pub fn enclosed_at(&mut self, configuration: &[f64], stop: &mut dyn FnMut() -> bool) -> Enclosed {
         self.scratch.kinematics.update(self.model.robot(), configuration, self.held);
         let (bodies, kinematics) = (self.model.bodies(), &self.scratch.kinematics);
-        self.model.pairs().iter().enumerate().find_map(|(index, pair)| {
+        for (index, pair) in self.model.pairs().iter().enumerate() {
             let (a, b) = (&bodies[pair.a], &bodies[pair.b]);
-            let contact = query::overlap(a, &a.placed(kinematics), b, &b.placed(kinematics))?;
-            Some((index, contact))
-        })
+            if !(a.hollow || b.hollow) {
+                continue;
+            }
+            if stop() {
+                return Enclosed::Stopped;
+            }
+            if let Some(contact) = query::enclosed(a, &a.placed(kinematics), b, &b.placed(kinematics)) {
+                return Enclosed::Pair(index, contact);
+            }
+        }
+        Enclosed::Nothing
     }
 
     /// Prepares the motion bounds of a segment; returns its whole interval with every pair undecided.
@@ -205,15 +240,26 @@ impl<'a> Validator<'a> {
         Interval { middle: 0.5, half: 0.5, first: 0, last: scratch.lists.len() }
     }
 
-    /// Decides what can be decided on an interval; the pairs left over become a new list.
-    fn examine(&mut self, from: &[f64], interval: &Interval, until: Until, proof: &mut SegmentProof) -> Examined {
+    /// Decides what can be decided on an interval; the pairs left over become a new list. `None` where stopped.
+    fn examine(
+        &mut self,
+        from: &[f64],
+        interval: &Interval,
+        until: Until,
+        proof: &mut SegmentProof,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Examined> {
+        if stop() {
+            return None;
+        }
         proof.intervals += 1;
         self.place(from, interval.middle);
         let first = self.scratch.lists.len();
         let mut refused = None;
         for slot in interval.first..interval.last {
             let pair = self.scratch.lists[slot];
-            let reason = match self.decide(pair as usize, interval.half) {
+            let reason = match self.decide(pair as usize, interval.half, stop) {
+                IntervalVerdict::Stopped => return None,
                 IntervalVerdict::Proved(kept) => {
                     proof.clearance_m = proof.clearance_m.min(kept);
                     continue;
@@ -231,7 +277,7 @@ impl<'a> Validator<'a> {
                 }
             }
         }
-        Examined { refused, undecided: first..self.scratch.lists.len() }
+        Some(Examined { refused, undecided: first..self.scratch.lists.len() })
     }
 
     /// Counts an interval against a pair with a lowered floor; true once it has had its share.
@@ -252,17 +298,47 @@ impl<'a> Validator<'a> {
         let kinematics = &scratch.kinematics;
         scratch.placed.clear();
         scratch.placed.extend(self.model.bodies().iter().map(|body| body.placed(kinematics)));
+        scratch.centers.clear();
+        let centers = self.model.bodies().iter().zip(&scratch.placed);
+        scratch.centers.extend(centers.map(|(body, placed)| placed.point(body.tree.balls()[0].center)));
         scratch.twists.clear();
         scratch.twists.extend(kinematics.poses().iter().enumerate().map(|(link, pose)| {
             Twist::through(kinematics.angular()[link], kinematics.linear()[link], pose.translation)
         }));
     }
 
-    fn decide(&mut self, pair: usize, half: f64) -> IntervalVerdict {
-        let mut visits = 0;
-        let verdict = self.pair_interval(pair, half).decide(&mut visits);
-        self.work += visits;
+    fn decide(&mut self, pair: usize, half: f64, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
+        let kept = self.kept_by_whole_bodies(pair, half);
+        if kept >= self.floors[pair] + ROUNDING_M {
+            self.work += 1;
+            return IntervalVerdict::Proved(kept);
+        }
+        let mut looks = Looks::new(stop);
+        let verdict = self.pair_interval(pair, half).decide(&mut looks);
+        self.work += looks.count;
         verdict
+    }
+
+    /// The first test of [`PairInterval`], in the world's frame: most pairs need no other.
+    fn kept_by_whole_bodies(&self, pair: usize, half: f64) -> f64 {
+        let (BodyPair { a, b, ancestor, motions_above: [above_a, above_b] }, scratch) =
+            (self.model.pairs()[pair], &*self.scratch);
+        let (center_a, center_b) = (scratch.centers[a], scratch.centers[b]);
+        let (offset, bodies) = (center_a - center_b, self.model.bodies());
+        let length = offset.length();
+        if length < TOUCHING_M {
+            return f64::NEG_INFINITY;
+        }
+        let twist = |body: usize, at| bodies[body].link.map_or(Vec3::ZERO, |link| scratch.twists[link].at(at));
+        let mut approach = twist(a, center_a) - twist(b, center_b);
+        if let Some(link) = ancestor {
+            approach -= scratch.twists[link].angular.cross(offset);
+        }
+        let (bounds_a, bounds_b) = (&scratch.bounds[a], &scratch.bounds[b]);
+        let bend = 0.5 * half * half * (bounds_a.acceleration(above_a) + bounds_b.acceleration(above_b));
+        let travel = half * (bounds_a.speed(above_a) + bounds_b.speed(above_b));
+        let moved = (half * offset.dot(approach).abs() / length + bend).min(travel);
+        length - bodies[a].tree.balls()[0].radius - bodies[b].tree.balls()[0].radius - moved
     }
 
     /// The pair on the interval of this half width about the configuration that was placed last.

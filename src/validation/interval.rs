@@ -12,7 +12,7 @@ use crate::collision::query::{self, Split, TOUCHING_M};
 use crate::collision::tree::Ball;
 use crate::math::Vec3;
 
-/// Allowed for the rounding of poses, distances and bounds [m]: a thousand times what they amount to in
+/// Allowed for the rounding of poses, distances and bounds (m): a thousand times what they amount to in
 /// a world of a kilometre.
 pub const ROUNDING_M: f64 = 1e-9;
 
@@ -28,18 +28,18 @@ pub struct PairInterval<'a> {
     pub twist_a: Twist,
     /// The same of B's.
     pub twist_b: Twist,
-    /// ½ h² (A_A + A_B) [m].
+    /// ½ h² (A_A + A_B) (m).
     pub bend: f64,
-    /// h (V_A + V_B) [m], the plain bound.
+    /// h (V_A + V_B) (m), the plain bound.
     pub travel: f64,
-    /// Distance to be proved [m].
+    /// Distance to be proved (m).
     pub floor: f64,
 }
 
 /// What came of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum IntervalVerdict {
-    /// The pair keeps this distance [m] on the whole interval.
+    /// The pair keeps this distance (m) on the whole interval.
     Proved(f64),
     /// In the middle the bodies touch or overlap.
     Collision,
@@ -47,16 +47,42 @@ pub enum IntervalVerdict {
     TooClose,
     /// Nothing is decided: look at both halves.
     Split,
+    /// `stop` said so.
+    Stopped,
+}
+
+/// Counts the pairs of balls looked at, and asks now and then whether to stop.
+pub struct Looks<'a> {
+    /// Looks so far.
+    pub count: u64,
+    stop: &'a mut dyn FnMut() -> bool,
+}
+
+impl<'a> Looks<'a> {
+    /// Looks between two questions: some tenths of a millisecond among meshes.
+    const PATIENCE: u64 = 256;
+
+    /// None so far.
+    pub fn new(stop: &'a mut dyn FnMut() -> bool) -> Self {
+        Self { count: 0, stop }
+    }
+
+    fn is_stopped(&mut self) -> bool {
+        self.count += 1;
+        self.count.is_multiple_of(Self::PATIENCE) && (self.stop)()
+    }
 }
 
 impl PairInterval<'_> {
-    /// Decides the interval; `visits` counts the pairs of balls looked at.
-    pub fn decide(&self, visits: &mut u64) -> IntervalVerdict {
-        self.descend(0, 0, visits)
+    /// Decides the interval.
+    pub fn decide(&self, looks: &mut Looks) -> IntervalVerdict {
+        self.descend(0, 0, looks)
     }
 
-    fn descend(&self, a: u32, b: u32, visits: &mut u64) -> IntervalVerdict {
-        *visits += 1;
+    fn descend(&self, a: u32, b: u32, looks: &mut Looks) -> IntervalVerdict {
+        if looks.is_stopped() {
+            return IntervalVerdict::Stopped;
+        }
         let (ball_a, ball_b) = (self.a.tree.ball(a), self.b.tree.ball(b));
         let kept = self.kept_by_balls(ball_a, ball_b);
         if kept >= self.floor + ROUNDING_M {
@@ -67,12 +93,12 @@ impl PairInterval<'_> {
             Split::A(left, right) => {
                 let first_is_left = self.ball_gap(left, b) <= self.ball_gap(right, b);
                 let (near, far) = if first_is_left { (left, right) } else { (right, left) };
-                both(self.descend(near, b, visits), || self.descend(far, b, visits))
+                both(self.descend(near, b, looks), || self.descend(far, b, looks))
             }
             Split::B(left, right) => {
                 let first_is_left = self.ball_gap(a, left) <= self.ball_gap(a, right);
                 let (near, far) = if first_is_left { (left, right) } else { (right, left) };
-                both(self.descend(a, near, visits), || self.descend(a, far, visits))
+                both(self.descend(a, near, looks), || self.descend(a, far, looks))
             }
         }
     }

@@ -3,6 +3,7 @@
 pub mod certificate;
 pub mod continuous;
 pub mod interval;
+mod ledger;
 pub mod motion;
 pub mod path_proof;
 #[cfg(test)]
@@ -11,7 +12,7 @@ mod soundness;
 pub use certificate::{Certificate, SegmentClaim};
 pub use continuous::{Scratch, Validator};
 
-use crate::math::Vec3;
+pub use crate::collision::Contact;
 
 /// What is known of one straight segment.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,7 +28,7 @@ pub enum SegmentVerdict {
 /// A proof, in short.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentProof {
-    /// Distance that every pair keeps on the whole segment [m]; at least the smallest floor, ∞ where nothing is near.
+    /// Distance that every pair keeps on the whole segment (m); at least the smallest floor, ∞ where nothing is near.
     pub clearance_m: f64,
     /// Intervals that the proof is made of.
     pub intervals: u32,
@@ -62,17 +63,4 @@ pub struct Hit {
     pub contact: Contact,
     /// Everything on the segment before this ratio is proved (0 unless the first hit was asked for).
     pub proved_until: f64,
-}
-
-/// Closest points of two bodies A and B at one configuration, in the world's frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
-    /// Point of A [m]; for a collision, the contact point.
-    pub point_a: Vec3,
-    /// Point of B [m]; for a collision, the contact point.
-    pub point_b: Vec3,
-    /// Unit vector from B towards A.
-    pub normal: Vec3,
-    /// Distance [m], negative depth for a collision.
-    pub distance: f64,
 }

@@ -1,9 +1,10 @@
 //! Proof of a whole path, and the floors that a request's input sets.
 
+use super::continuous::Enclosed;
 use super::{Contact, Hit, HitReason, SegmentProof, SegmentVerdict, Validator};
 use crate::path::Path;
 
-/// The lowest floor that is ever promised [m].
+/// The lowest floor that is ever promised (m).
 pub const LEAST_FLOOR_M: f64 = 1e-6;
 
 /// What is known of a path.
@@ -42,8 +43,10 @@ pub fn prove(validator: &mut Validator, path: &Path, stop: &mut dyn FnMut() -> b
 /// A pair that even the last floor does not prove is reported only after the rest of the path was
 /// searched for collisions.
 pub fn prove_input(validator: &mut Validator, path: &Path, stop: &mut dyn FnMut() -> bool) -> PathVerdict {
-    if let Some((pair, contact)) = validator.collision_at(path.waypoint(0)) {
-        return refused_at_start(pair, contact);
+    match validator.enclosed_at(path.waypoint(0), stop) {
+        Enclosed::Nothing => {}
+        Enclosed::Pair(pair, contact) => return refused_at_start(pair, contact),
+        Enclosed::Stopped => return PathVerdict::Stopped,
     }
     let mut proofs = Vec::with_capacity(segments(path));
     let mut unprovable = None;

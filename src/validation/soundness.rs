@@ -172,7 +172,7 @@ fn proved_segments_are_free_and_clear_segments_are_proved() {
         let floor = 1e-3;
         let mut scratch = Scratch::default();
         let mut validator = Validator::new(&model, robot.space(), &held, floor, &mut scratch);
-        if validator.collision_at(&from).is_some() {
+        if validator.enclosed_at(&from, &mut || false) != continuous::Enclosed::Nothing {
             continue;
         }
         let verdict = validator.segment(&from, &to, &mut || false);
@@ -219,9 +219,10 @@ fn a_pair_far_away_is_proved_by_its_root_balls_alone() {
         let still = Twist::default();
         let interval =
             PairInterval { a, b, relative: away, twist_a: still, twist_b: still, bend: 0.0, travel: 0.0, floor: 1e-3 };
-        let mut visits = 0;
-        assert!(matches!(interval.decide(&mut visits), super::interval::IntervalVerdict::Proved(_)));
-        assert_eq!(visits, 1);
+        let mut never = || false;
+        let mut looks = super::interval::Looks::new(&mut never);
+        assert!(matches!(interval.decide(&mut looks), super::interval::IntervalVerdict::Proved(_)));
+        assert_eq!(looks.count, 1);
     }
 }
 
@@ -276,4 +277,27 @@ fn long_thin_triangles_are_met_as_triangles_and_not_as_their_balls() {
     assert!(matches!(verdict, SegmentVerdict::Proved(_)), "{verdict:?}");
     println!("{} looks", validator.work());
     assert!(validator.work() < 20_000, "{} looks", validator.work());
+}
+
+#[test]
+fn a_raised_floor_is_proved_anew() {
+    let mut rng = Rng::with_seed(3);
+    let mut met = 0;
+    for _ in 0..200 {
+        let model = testing::model(&mut rng);
+        let robot = model.robot();
+        let (held, q): (Vec<f64>, _) =
+            (robot.held().iter().map(|h| h.default).collect(), testing::configuration(&mut rng, robot));
+        let mut scratch = Scratch::default();
+        let mut validator = Validator::new(&model, robot.space(), &held, 1e-3, &mut scratch);
+        if let Some(SegmentProof { clearance_m, .. }) = match validator.segment(&q, &q, &mut || false) {
+            SegmentVerdict::Proved(proof) if proof.clearance_m.is_finite() => Some(proof),
+            _ => None,
+        } {
+            (0..model.pairs().len()).for_each(|pair| validator.set_floor(pair, 3.0 * clearance_m + 10.0));
+            assert!(matches!(validator.segment(&q, &q, &mut || false), SegmentVerdict::Refused(_)));
+            met += 1;
+        }
+    }
+    assert!(met > 20);
 }

@@ -2,8 +2,8 @@
 
 use super::{
     ActiveContact, CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader, Field, LoweredPair,
-    Mode, RefusalRecord, RequestHeader, ResponseHeader, SceneEvent, SceneEventKind, Stage, Status, StatusRecord,
-    Termination,
+    Mode, RefusalReason, RefusalRecord, RequestHeader, ResponseHeader, SceneEvent, SceneEventKind, Stage, Status,
+    StatusRecord, Termination,
 };
 use crate::services;
 use std::fmt::Write;
@@ -97,6 +97,7 @@ fn number_tables(text: &mut String) {
     table!("Modes", Mode);
     table!("Statuses", Status);
     table!("Terminations", Termination);
+    table!("Refusal reasons", RefusalReason);
     table!("Stages", Stage);
     table!("Scene event kinds", SceneEventKind);
     text.push_str(

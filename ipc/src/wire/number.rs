@@ -66,6 +66,17 @@ number! {
         FinishedEarly = 5, "the client asked for the best so far";
         Checked = 6, "mode check: proved or not, nothing to improve";
         Refused = 7, "the request was refused, see code";
+        IterationLimit = 8, "the method's own limit of iterations";
+    }
+}
+
+number! {
+    /// Why the input is not proved; what it amounts to is the code.
+    RefusalReason, "refusal_reason" {
+        None = 0, "it is proved, or nothing is known";
+        Collision = 1, "bodies touch or overlap";
+        TooClose = 2, "bodies come closer than 1.5 times their floor";
+        Uncertified = 3, "the proof reached its limit";
     }
 }
 

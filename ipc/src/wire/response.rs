@@ -26,7 +26,7 @@ wire_type! {
         56 scene_hash: u64, "content of the scene it was proved against";
         64 scene_version: u64, "version of the scene it was proved against";
         72 termination: u32, "see terminations";
-        76 reserved: u32, "0";
+        76 refusal_reason: u32, "see refusal reasons";
         80 flags: u32, "see response flags";
         84 stage: u32, "see stages";
         88 waypoints: u32, "rows of the path, 0 = no path";

@@ -2,7 +2,7 @@
 //!
 //! urdf-rs reads the elements. It hides or lets through much that a proof must know (a missing
 //! limit is [0, 0], a broken number is dropped, a texture without a file fails the whole robot), so
-//! [`check`] looks at the XML first and only what is used is handed on.
+//! `check` looks at the XML first and only what is used is handed on.
 
 mod check;
 #[cfg(test)]

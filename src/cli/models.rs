@@ -1,0 +1,240 @@
+//! `taut load-robot`, `load-scene`, `unload-…`, `list`, `describe`, `stop`: what the daemon keeps loaded.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+use taut::files::{self, Geometry, Packages, Reader, RobotFiles};
+use taut_ipc::control::{ControlReply, ControlRequest, Listing, RobotDescription, SceneSummary};
+use taut_ipc::{DaemonState, daemon_state};
+
+use super::Format;
+use super::connect::{InstanceChoice, control, is_lost, unexpected};
+use super::error::{CliError, stdout};
+use super::quantity;
+use super::remote::{self, folder_of};
+
+/// How long `stop` waits for the daemon's end.
+const STOP_PATIENCE: Duration = Duration::from_secs(30);
+
+/// Load a robot into the daemon
+///
+/// Exit code: 0 loaded, 65 a bad file, 66 an unreadable one or a label that names another robot, 69 no daemon.
+#[derive(clap::Args)]
+#[command(group = clap::ArgGroup::new("source").required(true).args(["urdf", "problem"]))]
+pub(super) struct LoadRobot {
+    /// Its label
+    label: String,
+    /// Its URDF
+    #[arg(long, value_name = "FILE")]
+    urdf: Option<PathBuf>,
+    /// Its SRDF
+    #[arg(long, value_name = "FILE", requires = "urdf")]
+    srdf: Option<PathBuf>,
+    /// Problem file whose robot to take
+    #[arg(long, value_name = "FILE")]
+    problem: Option<PathBuf>,
+    /// Take the problem's sphere model
+    #[arg(long, requires = "problem")]
+    spheres: bool,
+    /// Folder of a package that the robot names as package://NAME/
+    #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = quantity::package)]
+    packages: Vec<(String, PathBuf)>,
+    /// Take the label away from another robot
+    #[arg(long)]
+    replace: bool,
+    #[command(flatten)]
+    instance: InstanceChoice,
+    /// Format on standard output
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Load a scene into the daemon
+///
+/// Exit code: 0 loaded, 65 a bad file, 66 an unreadable one or a label that names another scene, 69 no daemon.
+#[derive(clap::Args)]
+pub(super) struct LoadScene {
+    /// Its label
+    label: String,
+    /// Its file, or a problem file
+    file: PathBuf,
+    /// Take the label away from another scene; its version counts up
+    #[arg(long)]
+    replace: bool,
+    #[command(flatten)]
+    instance: InstanceChoice,
+    /// Format on standard output
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Forget a robot or scene of the daemon; running requests keep it
+#[derive(clap::Args)]
+pub(super) struct Unload {
+    /// Its label
+    label: String,
+    #[command(flatten)]
+    instance: InstanceChoice,
+}
+
+/// List what the daemon has loaded
+#[derive(clap::Args)]
+pub(super) struct List {
+    #[command(flatten)]
+    instance: InstanceChoice,
+    /// Format on standard output
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Show the variables, limits and groups of a robot that the daemon has loaded
+#[derive(clap::Args)]
+pub(super) struct Describe {
+    /// The robot's label
+    robot: String,
+    #[command(flatten)]
+    instance: InstanceChoice,
+    /// Format on standard output
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Stop the daemon; what runs ends with the best path so far
+#[derive(clap::Args)]
+pub(super) struct Stop {
+    #[command(flatten)]
+    instance: InstanceChoice,
+}
+
+/// Loads a robot.
+pub(super) fn load_robot(arguments: &LoadRobot) -> Result<u8, CliError> {
+    let client = arguments.instance.connect()?;
+    let packages = quantity::packages(&arguments.packages);
+    let files = match (&arguments.urdf, &arguments.problem) {
+        (Some(urdf), _) => {
+            RobotFiles { urdf: urdf.clone(), srdf: arguments.srdf.clone(), packages, ..RobotFiles::default() }
+        }
+        (None, Some(problem)) => {
+            let geometry = if arguments.spheres { Geometry::Spheres } else { Geometry::Given };
+            Reader::new(Packages::with_environment(packages)).problem(problem, geometry)?.robot_files
+        }
+        (None, None) => return Err(CliError::Usage("give --urdf or --problem".to_owned())),
+    };
+    let robot = remote::load_robot(&client, arguments.label.clone(), &files, arguments.replace)?;
+    print(arguments.format, &robot, || robot_line(&robot.label, robot.nq, robot.robot_hash))
+}
+
+/// Loads a scene.
+pub(super) fn load_scene(arguments: &LoadScene) -> Result<u8, CliError> {
+    let client = arguments.instance.connect()?;
+    let (label, replace) = (arguments.label.clone(), arguments.replace);
+    let (json, base_dir) = (files::scene_text(&arguments.file)?, folder_of(&arguments.file));
+    match control(&client, &ControlRequest::LoadScene { label, json, base_dir, replace })? {
+        ControlReply::Scene(scene) => {
+            for warning in &scene.warnings {
+                eprintln!("warning: {warning}");
+            }
+            print(arguments.format, &scene, || scene_line(&scene))
+        }
+        other => Err(unexpected(&other)),
+    }
+}
+
+/// Forgets a robot.
+pub(super) fn unload_robot(arguments: &Unload) -> Result<u8, CliError> {
+    let label = arguments.label.clone();
+    control(&arguments.instance.connect()?, &ControlRequest::UnloadRobot { label }).map(|_| 0)
+}
+
+/// Forgets a scene.
+pub(super) fn unload_scene(arguments: &Unload) -> Result<u8, CliError> {
+    let label = arguments.label.clone();
+    control(&arguments.instance.connect()?, &ControlRequest::UnloadScene { label }).map(|_| 0)
+}
+
+/// Lists what is loaded.
+pub(super) fn list(arguments: &List) -> Result<u8, CliError> {
+    match control(&arguments.instance.connect()?, &ControlRequest::List)? {
+        ControlReply::Listing(listing) => print(arguments.format, &listing, || list_lines(&listing)),
+        other => Err(unexpected(&other)),
+    }
+}
+
+/// Describes a robot.
+pub(super) fn describe(arguments: &Describe) -> Result<u8, CliError> {
+    let label = arguments.robot.clone();
+    match control(&arguments.instance.connect()?, &ControlRequest::Describe { label })? {
+        ControlReply::Robot(robot) => print(arguments.format, &robot, || description(&robot)),
+        other => Err(unexpected(&other)),
+    }
+}
+
+/// Stops the daemon and waits until it has gone.
+pub(super) fn stop(arguments: &Stop) -> Result<u8, CliError> {
+    let instance = arguments.instance.instance()?;
+    let client = arguments.instance.connect()?;
+    match control(&client, &ControlRequest::Shutdown) {
+        // It may be gone before its reply is read.
+        Err(error) if !is_lost(&error) => return Err(error),
+        _ => {}
+    }
+    drop(client);
+    let end = Instant::now() + STOP_PATIENCE;
+    while daemon_state(&instance)? != DaemonState::Absent {
+        if Instant::now() > end {
+            let text = format!("the daemon has not ended within {STOP_PATIENCE:?}; end its process");
+            return Err(CliError::Usage(text));
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    Ok(0)
+}
+
+fn print<T: Serialize>(format: Format, value: &T, table: impl Fn() -> String) -> Result<u8, CliError> {
+    let text = match format {
+        // Infinite limits become null, which JSON has.
+        Format::Json => serde_json::to_string(value).expect("control replies hold only plain values"),
+        Format::Table => table(),
+    };
+    let mut out = std::io::stdout().lock();
+    let end = if text.is_empty() { "" } else { "\n" };
+    write!(out, "{text}{end}").map_err(stdout)?;
+    Ok(0)
+}
+
+fn robot_line(label: &str, nq: u32, hash: u64) -> String {
+    format!("robot {label}   {nq} variables   hash {hash:016x}")
+}
+
+fn scene_line(scene: &SceneSummary) -> String {
+    format!("scene {} v{}   {} objects   hash {:016x}", scene.label, scene.version, scene.objects, scene.scene_hash)
+}
+
+fn list_lines(listing: &Listing) -> String {
+    let robots = listing.robots.iter().map(|robot| robot_line(&robot.label, robot.nq, robot.robot_hash));
+    robots.chain(listing.scenes.iter().map(scene_line)).collect::<Vec<_>>().join("\n")
+}
+
+fn description(robot: &RobotDescription) -> String {
+    let mut lines = vec![robot_line(&robot.label, robot.nq, robot.robot_hash)];
+    let width = robot.variables.iter().map(|variable| variable.name.len()).max().unwrap_or(0);
+    for variable in &robot.variables {
+        let limits = if variable.continuous {
+            "continuous".to_owned()
+        } else {
+            format!("{:.4} to {:.4}", variable.lower, variable.upper)
+        };
+        lines.push(format!("  {:<width$}  {limits}", variable.name));
+    }
+    for held in &robot.held_variables {
+        lines.push(format!("  {held:<width$}  held"));
+    }
+    for (index, group) in robot.groups.iter().enumerate() {
+        let names: Vec<&str> = group.variables.iter().map(|&v| robot.variables[v as usize].name.as_str()).collect();
+        lines.push(format!("  group {index} {}: {}", group.name, names.join(", ")));
+    }
+    lines.extend(robot.warnings.iter().map(|warning| format!("  warning: {warning}")));
+    lines.join("\n")
+}

@@ -1,0 +1,82 @@
+//! Where a request is computed: by the daemon, or in this process. Both give the same report.
+
+use std::path::Path;
+use std::time::Duration;
+
+use taut::files::Reader;
+use taut::optimize::{Mode, Workspace};
+use taut_ipc::{Client, ClientError};
+
+use super::connect::InstanceChoice;
+use super::error::CliError;
+use super::report::Subject;
+use super::request::{Rules, Source};
+use super::run::{self as runner, Timed};
+use super::{load, remote};
+
+/// The choice on the command line.
+#[derive(clap::Args)]
+pub(super) struct Choice {
+    /// Work in this process, without a daemon
+    #[arg(long, conflicts_with = "instance")]
+    local: bool,
+    #[command(flatten)]
+    instance: InstanceChoice,
+}
+
+/// A place.
+pub(super) enum Place {
+    /// This process.
+    Local(Box<Workspace>),
+    /// The daemon.
+    Daemon(Client),
+}
+
+impl Place {
+    /// Goes there.
+    ///
+    /// # Errors
+    /// Where there is no daemon.
+    pub(super) fn open(choice: &Choice) -> Result<Self, CliError> {
+        if choice.local {
+            return Ok(Self::Local(Box::default()));
+        }
+        match choice.instance.connect() {
+            Ok(client) => Ok(Self::Daemon(client)),
+            Err(CliError::Client(ClientError::DaemonLost { root, reason })) => Err(CliError::NoDaemon { root, reason }),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Answers the request about a file. `watch` gets the length of each improvement and when it came.
+    ///
+    /// # Errors
+    /// A file that cannot be used, a request that is refused, a daemon that went away.
+    pub(super) fn answer(
+        &mut self,
+        reader: &mut Reader,
+        file: &Path,
+        source: &Source,
+        rules: &Rules,
+        mode: Mode,
+        watch: &mut dyn FnMut(Duration, f64),
+    ) -> Result<(Subject, Timed), CliError> {
+        match self {
+            Self::Local(workspace) => {
+                let loaded = load::load(reader, file, source, false)?;
+                let settings = rules.settings(mode, loaded.weights.as_ref(), loaded.robot.space().nv());
+                let settings = settings.map_err(CliError::Usage)?;
+                let model = loaded.model()?;
+                let timed = runner::run(&loaded, &model, &settings, rules.deadline, workspace, watch)?;
+                Ok((loaded.subject(), timed))
+            }
+            Self::Daemon(client) => {
+                let prepared = remote::prepare(client, reader, file, source)?;
+                let settings = rules.settings(mode, prepared.weights.as_ref(), prepared.robot.nv as usize);
+                let settings = settings.map_err(CliError::Usage)?;
+                let timed = remote::run(client, &prepared, &settings, rules.deadline, watch)?;
+                Ok((prepared.subject, timed))
+            }
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! One run by the daemon.
+
+use std::path::{Path as FilePath, PathBuf};
+use std::time::{Duration, Instant};
+
+use taut::files::{self, PathTable, Reader, RobotFiles};
+use taut::optimize::{RequestError, Settings};
+use taut::path::Path;
+use taut::robot::Variable;
+use taut_ipc::control::{ControlReply, ControlRequest, Listing, RobotDescription, SceneSummary};
+use taut_ipc::wire::{Code, RequestBody};
+use taut_ipc::{Client, ClientError, deadline_after};
+
+use super::connect::{control, unexpected};
+use super::error::CliError;
+use super::load::{self, Loaded};
+use super::report::Subject;
+use super::request::Source;
+use super::run::Timed;
+use crate::daemon::translate;
+
+/// How often a wait looks up; it ends only with the answer or the daemon.
+const LOOK_UP: Duration = Duration::from_secs(1);
+
+/// A path, and a robot and a scene that the daemon has loaded.
+pub(super) struct Prepared {
+    /// What the report says about them.
+    pub subject: Subject,
+    /// The robot.
+    pub robot: RobotDescription,
+    /// The scene.
+    pub scene: SceneSummary,
+    /// The path.
+    pub path: Path,
+    /// The problem's weights.
+    pub weights: Option<Vec<f64>>,
+}
+
+/// Sees to it that the daemon has the robot and the scene that a file is about.
+///
+/// They are read here too: their hashes say which ones the daemon must have, and the answer is for no others.
+///
+/// # Errors
+/// A file that cannot be used, or what the daemon refuses to load.
+pub(super) fn prepare(
+    client: &Client,
+    reader: &mut Reader,
+    file: &FilePath,
+    source: &Source,
+) -> Result<Prepared, CliError> {
+    if let Some(label) = source.robot.as_deref().and_then(label) {
+        return labelled(client, file, label, source);
+    }
+    if let Some(label) = source.scene.as_deref().and_then(label) {
+        let text = format!("--scene {label} is a label; name the robot by its label too, or give a scene file");
+        return Err(CliError::Usage(text));
+    }
+    let loaded = load::load(reader, file, source, false)?;
+    let listing = listing(client)?;
+    let robot = loaded_robot(client, &listing, &loaded)?;
+    let scene = loaded_scene(client, &listing, &loaded)?;
+    Ok(Prepared { subject: loaded.subject(), robot, scene, path: loaded.path, weights: loaded.weights })
+}
+
+/// A name on the command line that is no file's.
+fn label(name: &FilePath) -> Option<&str> {
+    let text = name.to_str()?;
+    let looks_like_a_file =
+        text.contains('/') || name.is_file() || [".urdf", ".xml", ".json"].iter().any(|end| text.ends_with(end));
+    (!looks_like_a_file).then_some(text)
+}
+
+fn listing(client: &Client) -> Result<Listing, CliError> {
+    match control(client, &ControlRequest::List)? {
+        ControlReply::Listing(listing) => Ok(listing),
+        other => Err(unexpected(&other)),
+    }
+}
+
+/// A bare path for what is loaded already.
+fn labelled(client: &Client, file: &FilePath, label: &str, source: &Source) -> Result<Prepared, CliError> {
+    let robot = describe(client, label)?;
+    let scene = match &source.scene {
+        None => load_scene(client, "empty", 0, r#"{"objects": []}"#.to_owned(), None)?,
+        Some(name) => {
+            let name = name.to_string_lossy();
+            let mut scenes = listing(client)?.scenes;
+            let known: Vec<&str> = scenes.iter().map(|scene| scene.label.as_str()).collect();
+            let position = known.iter().position(|label| *label == name);
+            let message = format!("no scene {name:?} is loaded; loaded: {}", known.join(", "));
+            let unknown = CliError::Refused { code: Code::UnknownScene, message, retry_after_ms: 0 };
+            scenes.swap_remove(position.ok_or(unknown)?)
+        }
+    };
+    let columns = robot.variables.iter();
+    let variables: Vec<Variable> =
+        columns.map(|v| Variable { name: v.name.clone(), lower: v.lower, upper: v.upper }).collect();
+    let subject = Subject {
+        name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        geometry: "loaded",
+        warnings: robot.warnings.iter().chain(&scene.warnings).cloned().collect(),
+        variables: variables.iter().map(|variable| variable.name.clone()).collect(),
+    };
+    let path = PathTable::read(file)?.into_path(&variables)?;
+    Ok(Prepared { subject, robot, scene, path, weights: None })
+}
+
+fn describe(client: &Client, label: &str) -> Result<RobotDescription, CliError> {
+    match control(client, &ControlRequest::Describe { label: label.to_owned() })? {
+        ControlReply::Robot(robot) => Ok(*robot),
+        other => Err(unexpected(&other)),
+    }
+}
+
+/// The label of what comes from a file: its name and the start of its hash.
+fn file_label(name: &str, hash: u64) -> String {
+    format!("{name}@{:08x}", hash >> 32)
+}
+
+fn loaded_robot(client: &Client, listing: &Listing, loaded: &Loaded) -> Result<RobotDescription, CliError> {
+    let hash = loaded.robot.hash();
+    if let Some(robot) = listing.robots.iter().find(|robot| robot.robot_hash == hash) {
+        return describe(client, &robot.label);
+    }
+    let label = file_label(loaded.robot.name(), hash);
+    let robot = load_robot(client, label, &loaded.robot_files, false)?;
+    check_same("robot", &robot.label, robot.robot_hash, hash)?;
+    Ok(robot)
+}
+
+fn loaded_scene(client: &Client, listing: &Listing, loaded: &Loaded) -> Result<SceneSummary, CliError> {
+    let hash = loaded.scene.hash();
+    if let Some(scene) = listing.scenes.iter().find(|scene| scene.scene_hash == hash) {
+        return Ok(scene.clone());
+    }
+    let name = if loaded.scene.name().is_empty() { &loaded.name } else { loaded.scene.name() };
+    let (text, folder) = match &loaded.scene_file {
+        Some(file) => (files::scene_text(file)?, folder_of(file)),
+        None => (r#"{"objects": []}"#.to_owned(), None),
+    };
+    let scene = load_scene(client, name, hash, text, folder)?;
+    check_same("scene", &scene.label, scene.scene_hash, hash)?;
+    Ok(scene)
+}
+
+/// Two processes that read the same files may find different packages.
+fn check_same(kind: &str, label: &str, daemon: u64, own: u64) -> Result<(), CliError> {
+    if daemon == own {
+        return Ok(());
+    }
+    let message = format!(
+        "the daemon reads {kind} {label} with hash {daemon:016x}, this process with {own:016x}; name packages with --package NAME=FOLDER, or load it under a label"
+    );
+    Err(CliError::Refused { code: Code::VersionConflict, message, retry_after_ms: 0 })
+}
+
+/// Loads a robot.
+pub(super) fn load_robot(
+    client: &Client,
+    label: String,
+    files: &RobotFiles,
+    replace: bool,
+) -> Result<RobotDescription, CliError> {
+    let source = translate::robot_source(files);
+    match control(client, &ControlRequest::LoadRobot { label, source, replace })? {
+        ControlReply::Robot(robot) => Ok(*robot),
+        other => Err(unexpected(&other)),
+    }
+}
+
+fn load_scene(
+    client: &Client,
+    name: &str,
+    hash: u64,
+    json: String,
+    base_dir: Option<PathBuf>,
+) -> Result<SceneSummary, CliError> {
+    let label = file_label(name, hash);
+    match control(client, &ControlRequest::LoadScene { label, json, base_dir, replace: false })? {
+        ControlReply::Scene(scene) => Ok(scene),
+        other => Err(unexpected(&other)),
+    }
+}
+
+/// The absolute folder of a file, for a daemon that was started elsewhere.
+pub(super) fn folder_of(file: &FilePath) -> Option<PathBuf> {
+    std::path::absolute(file).ok()?.parent().map(FilePath::to_owned)
+}
+
+/// Runs a request. `watch` gets the length of each improvement and the time since the start.
+///
+/// # Errors
+/// A refusal, or a daemon that went away.
+pub(super) fn run(
+    client: &Client,
+    prepared: &Prepared,
+    settings: &Settings,
+    deadline: Option<Duration>,
+    watch: &mut dyn FnMut(Duration, f64),
+) -> Result<Timed, CliError> {
+    if settings.clearance_m == 0.0 {
+        // On the wire, 0 is the daemon's default.
+        return Err(CliError::Request { name: prepared.subject.name.clone(), source: RequestError::Clearance(0.0) });
+    }
+    let Prepared { robot, scene, path, .. } = prepared;
+    let start = Instant::now();
+    let mut request = client.request(path.len() as u32, path.nq() as u32);
+    request.header = taut_ipc::wire::RequestHeader {
+        waypoints: request.header.waypoints,
+        variables: request.header.variables,
+        robot_id: robot.robot_id,
+        robot_hash: robot.robot_hash,
+        layout_hash: robot.layout_hash,
+        scene_id: scene.scene_id,
+        scene_hash: scene.scene_hash,
+        deadline_ns: deadline.map_or(0, deadline_after),
+        ..translate::request_header(settings)
+    };
+    let weights = settings.weights.as_deref().unwrap_or(&robot.weights);
+    let body = RequestBody { weights: settings.weights.as_deref().unwrap_or_default(), ..RequestBody::default() };
+    let mut loan = request.with_body(body).loan()?;
+    loan.path_mut().copy_from_slice(path.as_flat());
+    let mut pending = loan.send()?;
+    loop {
+        let response = match pending.next(LOOK_UP) {
+            Err(ClientError::Timeout(_)) => continue,
+            response => response?.ok_or(ClientError::NoAnswer)?,
+        };
+        if !response.is_final() {
+            watch(start.elapsed(), response.header().length_after);
+            continue;
+        }
+        let view = response.view().map_err(ClientError::from)?;
+        let (outcome, code) = translate::outcome(&view, settings, weights)?;
+        let cpu_s = view.header.compute_ns as f64 * 1e-9;
+        return Ok(Timed { outcome, code, cpu_s, time_s: start.elapsed().as_secs_f64() });
+    }
+}

@@ -1,0 +1,211 @@
+//! `daemon.toml`: what `taut serve` is started with.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use taut::files::{FileError, Geometry, RobotFiles};
+use taut::optimize::Settings;
+
+/// The configuration; every entry has a default, unknown ones are refused.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// Instance to serve: `name`, `name:/root`, or empty for the default one. `--instance` and `TAUT_INSTANCE` go
+    /// before it.
+    pub instance: String,
+    /// Worker threads; 0 = as many as there are cores.
+    pub workers: usize,
+    /// Clearance of requests that name none (m).
+    pub clearance_m: f64,
+    /// Requests that may wait.
+    pub queue: usize,
+    /// Status messages per second, at least 2: the second that follows a client's death ends its connection.
+    pub status_rate_hz: f64,
+    /// Lets a request with [`super::worker::FAULT_SEED`] panic. For tests only.
+    pub fault_injection: bool,
+    /// Robots to load.
+    pub robots: Vec<RobotConfig>,
+    /// Scenes to load.
+    pub scenes: Vec<SceneConfig>,
+    /// Problem files whose robot and scene to load.
+    pub problems: Vec<ProblemConfig>,
+}
+
+/// A robot to load; names of files start at the folder of the configuration.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotConfig {
+    /// Its label.
+    pub label: String,
+    /// Its URDF.
+    pub urdf: PathBuf,
+    /// Its SRDF.
+    pub srdf: Option<PathBuf>,
+    /// Folders of packages by name.
+    #[serde(default)]
+    pub packages: BTreeMap<String, PathBuf>,
+    /// Columns of a path; all movable joints where it is missing.
+    pub variables: Option<Vec<String>>,
+    /// Link pairs that may touch, besides the SRDF's.
+    #[serde(default)]
+    pub allowed_collisions: Vec<(String, String)>,
+}
+
+/// A scene to load.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneConfig {
+    /// Its label.
+    pub label: String,
+    /// Its file, or a problem file.
+    pub file: PathBuf,
+}
+
+/// A problem whose robot and scene to load.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProblemConfig {
+    /// Its file.
+    pub file: PathBuf,
+    /// Label of the robot; the robot's own name where it is missing.
+    pub robot: Option<String>,
+    /// Label of the scene; the problem's name where it is missing.
+    pub scene: Option<String>,
+    /// Which of the robot's models to take.
+    #[serde(default)]
+    pub geometry: GeometryConfig,
+}
+
+/// Which of a robot's models to take.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GeometryConfig {
+    /// Its own shapes.
+    #[default]
+    Given,
+    /// Its spheres.
+    Spheres,
+}
+
+impl From<GeometryConfig> for Geometry {
+    fn from(geometry: GeometryConfig) -> Self {
+        match geometry {
+            GeometryConfig::Given => Self::Given,
+            GeometryConfig::Spheres => Self::Spheres,
+        }
+    }
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            instance: String::new(),
+            workers: 0,
+            clearance_m: Settings::DEFAULT_CLEARANCE_M,
+            queue: 256,
+            status_rate_hz: 2.0,
+            fault_injection: false,
+            robots: Vec::new(),
+            scenes: Vec::new(),
+            problems: Vec::new(),
+        }
+    }
+}
+
+impl Config {
+    /// Reads a configuration.
+    ///
+    /// # Errors
+    /// A file that cannot be read, an unknown entry, or a value out of its range, with line and valid entries.
+    pub fn read(file: &Path) -> Result<Self, FileError> {
+        let refuse = |text: String| FileError::Content { file: file.to_owned(), text };
+        let text = std::fs::read_to_string(file)
+            .map_err(|error| FileError::Unreadable { file: file.to_owned(), reason: error.to_string() })?;
+        let config: Self = toml::from_str(&text).map_err(|error| refuse(one_line(&text, &error)))?;
+        let mut config = config.checked().map_err(refuse)?;
+        config.start_names_at(file.parent().unwrap_or(Path::new("")));
+        Ok(config)
+    }
+
+    /// Threads that compute.
+    pub fn worker_count(&self) -> usize {
+        match self.workers {
+            0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+            count => count,
+        }
+    }
+
+    fn checked(self) -> Result<Self, String> {
+        let clearance = self.clearance_m;
+        if !(clearance.is_finite() && clearance > 0.0) {
+            return Err(format!("clearance_m is {clearance}; it must be finite and greater than 0"));
+        }
+        if !(2.0..=50.0).contains(&self.status_rate_hz) {
+            return Err(format!("status_rate_hz is {}; valid: 2 to 50", self.status_rate_hz));
+        }
+        if !(1..=65_536).contains(&self.queue) {
+            return Err(format!("queue is {}; valid: 1 to 65536", self.queue));
+        }
+        if self.workers > 1024 {
+            return Err(format!("workers is {}; valid: 0 (one per core) to 1024", self.workers));
+        }
+        Ok(self)
+    }
+
+    fn start_names_at(&mut self, folder: &Path) {
+        for robot in &mut self.robots {
+            robot.urdf = folder.join(&robot.urdf);
+            robot.srdf = robot.srdf.as_ref().map(|srdf| folder.join(srdf));
+            for package in robot.packages.values_mut() {
+                *package = folder.join(&*package);
+            }
+        }
+        for file in self.scenes.iter_mut().map(|scene| &mut scene.file) {
+            *file = folder.join(&*file);
+        }
+        for file in self.problems.iter_mut().map(|problem| &mut problem.file) {
+            *file = folder.join(&*file);
+        }
+    }
+}
+
+impl RobotConfig {
+    /// Its files.
+    pub(super) fn files(&self) -> RobotFiles {
+        RobotFiles {
+            urdf: self.urdf.clone(),
+            srdf: self.srdf.clone(),
+            packages: self.packages.clone(),
+            variables: self.variables.clone(),
+            allowed_collisions: self.allowed_collisions.clone(),
+            ..RobotFiles::default()
+        }
+    }
+}
+
+/// What TOML says is wrong, with the line, without the picture.
+fn one_line(text: &str, error: &toml::de::Error) -> String {
+    let line = error.span().map_or(0, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+    format!("line {line}: {}", error.message().replace('\n', " "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_entry_has_a_default_and_unknown_ones_are_refused() {
+        let config: Config = toml::from_str("").unwrap();
+        assert_eq!((config.queue, config.worker_count() > 0), (256, true));
+        let text = "workers = 2\n\n[[scenes]]\nlabel = \"a\"\nfile = \"b\"\nclearence = 3\n";
+        let error = one_line(text, &toml::from_str::<Config>(text).unwrap_err());
+        assert!(error.starts_with("line 6: unknown field `clearence`") && !error.contains('\n'), "{error}");
+        for (text, part) in
+            [("queue = 0", "1 to 65536"), ("clearance_m = nan", "finite"), ("status_rate_hz = 1", "2 to")]
+        {
+            let error = toml::from_str::<Config>(text).unwrap().checked().unwrap_err();
+            assert!(error.contains(part), "{error}");
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! What other threads tell the I/O thread.
+
+use std::sync::Arc;
+
+use crossbeam_channel::{Receiver, Sender, unbounded};
+use taut::robot::RobotModel;
+use taut::scene::Scene;
+use taut_ipc::control::Refusal;
+use taut_ipc::server::Waker;
+
+use super::translate::Reply;
+
+/// Everything that happens besides messages of clients.
+pub(super) enum Event {
+    /// A worker's mailbox has a shorter path.
+    Improved {
+        /// The worker.
+        worker: usize,
+    },
+    /// A job is done.
+    Answered(Box<Answered>),
+    /// A robot or scene is read, or cannot be.
+    Loaded(Box<Loaded>),
+    /// The process is asked to end.
+    Stop,
+}
+
+/// The end of a job.
+pub(super) struct Answered {
+    /// The job.
+    pub job: u64,
+    /// What its client is told.
+    pub reply: Reply,
+    /// Whether the core panicked.
+    pub panicked: bool,
+}
+
+/// The end of a load.
+pub(super) struct Loaded {
+    /// The control request that asked for it.
+    pub token: u64,
+    /// Its label.
+    pub label: String,
+    /// Whether the label may be taken away from other content.
+    pub replace: bool,
+    /// What was read.
+    pub content: Result<Content, Refusal>,
+}
+
+/// What can be loaded.
+pub(super) enum Content {
+    /// A robot and its default weights.
+    Robot(Arc<RobotModel>, Arc<[f64]>),
+    /// A scene.
+    Scene(Arc<Scene>),
+}
+
+/// Sends events and wakes the I/O thread.
+#[derive(Clone)]
+pub(super) struct EventSender {
+    channel: Sender<Event>,
+    waker: Waker,
+}
+
+impl EventSender {
+    /// A sender and the I/O thread's end. There are at most as many events as jobs, loads and workers, so the
+    /// channel needs no bound of its own.
+    pub(super) fn new(waker: Waker) -> (Self, Receiver<Event>) {
+        let (channel, receiver) = unbounded();
+        (Self { channel, waker }, receiver)
+    }
+
+    /// Sends an event. Once the I/O thread has ended nobody needs it any more.
+    pub(super) fn send(&self, event: Event) {
+        let _ = self.channel.send(event);
+        self.waker.wake();
+    }
+}

@@ -1,0 +1,68 @@
+//! One request on its way to a worker.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use taut::optimize::Settings;
+use taut::path::Path;
+use taut::store::Snapshot;
+
+/// Everything that a worker needs; nothing in it is shared memory.
+pub(super) struct Job {
+    /// Number of the job in this daemon.
+    pub id: u64,
+    /// The client's id of the request, for logs.
+    pub request_id: u64,
+    /// Robot and scene.
+    pub snapshot: Snapshot,
+    /// The input, copied, its numbers unchecked.
+    pub path: Path,
+    /// What is asked for.
+    pub settings: Settings,
+    /// When to end, on the monotonic clock; `None` = when done.
+    pub deadline_ns: Option<u64>,
+    /// When it was received.
+    pub received_ns: u64,
+    /// Higher goes first.
+    pub priority: u32,
+    /// Where the I/O thread says to stop.
+    pub stop: Arc<StopFlag>,
+}
+
+impl Job {
+    /// Whether its time is over.
+    pub(super) fn is_expired(&self, now_ns: u64) -> bool {
+        self.deadline_ns.is_some_and(|deadline| now_ns >= deadline)
+    }
+}
+
+/// Why a job ends before it is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StopCause {
+    /// The deadline came.
+    Deadline,
+    /// The client went away.
+    Cancelled,
+    /// The client wants the best so far.
+    FinishedEarly,
+    /// The daemon ends.
+    Shutdown,
+}
+
+/// Set by the I/O thread, read by the worker.
+#[derive(Debug, Default)]
+pub(super) struct StopFlag(AtomicU8);
+
+impl StopFlag {
+    /// Asks the job to end; the first cause stays.
+    pub(super) fn set(&self, cause: StopCause) {
+        let _ = self.0.compare_exchange(0, cause as u8 + 1, Ordering::Relaxed, Ordering::Relaxed);
+    }
+
+    /// Why the job is to end, if it is.
+    pub(super) fn get(&self) -> Option<StopCause> {
+        use StopCause::*;
+        let set = usize::from(self.0.load(Ordering::Relaxed)).checked_sub(1)?;
+        [Deadline, Cancelled, FinishedEarly, Shutdown].get(set).copied()
+    }
+}

@@ -1,0 +1,86 @@
+//! The loader: the thread that reads robots and scenes.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+use crossbeam_channel::{Sender, unbounded};
+use taut::collision::{CollisionModel, reach_weights};
+use taut::files::{FileError, Packages, Reader, RobotFiles};
+use taut::robot::RobotModel;
+use taut::scene::Scene;
+use taut_ipc::control::Refusal;
+use taut_ipc::wire::Code;
+
+use super::event::{Content, Event, EventSender, Loaded};
+use super::translate::{file_refusal, model_refusal};
+
+/// Something to read.
+pub(super) struct Task {
+    /// The control request that asked for it.
+    pub token: u64,
+    /// Its label.
+    pub label: String,
+    /// Whether the label may be taken away from other content.
+    pub replace: bool,
+    /// What to read.
+    pub source: Source,
+}
+
+/// Where it is.
+pub(super) enum Source {
+    /// A robot's files.
+    Robot(RobotFiles),
+    /// A scene's text, and the file that messages call it; meshes are found beside that.
+    Scene(String, PathBuf),
+}
+
+/// Starts the loader; it ends when the sender is dropped. One client has one control request at a time, so the
+/// channel needs no bound of its own.
+pub(super) fn start(events: EventSender) -> std::io::Result<(Sender<Task>, JoinHandle<()>)> {
+    let (tasks, receiver) = unbounded::<Task>();
+    let thread = std::thread::Builder::new().name("taut-loader".into()).spawn(move || {
+        for task in receiver {
+            let Task { token, label, replace, source } = task;
+            let content = read(&source);
+            events.send(Event::Loaded(Box::new(Loaded { token, label, replace, content })));
+        }
+    })?;
+    Ok((tasks, thread))
+}
+
+fn read(source: &Source) -> Result<Content, Refusal> {
+    // Files are input like any other: a reader that panics on one must not end the daemon.
+    let result = catch_unwind(AssertUnwindSafe(|| match source {
+        Source::Robot(files) => robot(files),
+        Source::Scene(text, file) => scene(text, file),
+    }));
+    result.unwrap_or_else(|_| {
+        let message = "the loader panicked on this file; report it as a defect";
+        Err(Refusal::new(Code::Crash, message))
+    })
+}
+
+fn robot(files: &RobotFiles) -> Result<Content, Refusal> {
+    // A reader of its own: it keeps meshes, and nobody may ask for these again.
+    let mut reader = Reader::new(Packages::with_environment(Default::default()));
+    let description = reader.robot_of(files).map_err(|error| file_refusal(&error))?;
+    let refuse = |source| file_refusal(&FileError::Robot { file: files.urdf.clone(), source });
+    let robot = Arc::new(RobotModel::new(description).map_err(refuse)?);
+    let weights = weights(&robot)?;
+    Ok(Content::Robot(robot, weights))
+}
+
+/// Default weights of a robot: they depend on its own bodies only.
+pub(super) fn weights(robot: &Arc<RobotModel>) -> Result<Arc<[f64]>, Refusal> {
+    let alone = CollisionModel::new(robot.clone(), Arc::new(Scene::default()));
+    let alone = alone.map_err(|error| model_refusal(&error, robot))?;
+    Ok(reach_weights(robot, alone.bodies()).into())
+}
+
+fn scene(text: &str, file: &std::path::Path) -> Result<Content, Refusal> {
+    let mut reader = Reader::new(Packages::with_environment(Default::default()));
+    let scene = reader.scene_of_text(text, file).map_err(|error| file_refusal(&error))?;
+    Ok(Content::Scene(Arc::new(scene)))
+}

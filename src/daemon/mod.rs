@@ -1,0 +1,20 @@
+//! The shell around the core: `taut serve`. Start reading in [`event_loop`].
+//!
+//! One thread owns every port and the store; it never computes and never waits for a client. Workers run the
+//! core, a loader reads files; both hand back [`event::Event`]s.
+
+mod admission;
+pub mod config;
+mod control;
+mod event;
+mod event_loop;
+mod job;
+mod loader;
+mod mailbox;
+mod metrics;
+mod queue;
+mod start;
+pub mod translate;
+mod worker;
+
+pub use start::{DaemonError, serve};

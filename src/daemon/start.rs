@@ -1,0 +1,238 @@
+//! Starting and ending the daemon.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use taut::files::{FileError, Packages, Reader};
+use taut::robot::{RobotDescription, RobotModel};
+use taut::scene::Scene;
+use taut::shape::Shape;
+use taut::store::{ModelStore, Wanted};
+use taut_ipc::server::{Janitor, Server, ServerError};
+use taut_ipc::wire::{Code, label_id};
+use taut_ipc::{DaemonState, Instance, daemon_state, monotonic_ns};
+
+use super::config::Config;
+use super::event::{Event, EventSender};
+use super::event_loop::EventLoop;
+use super::loader;
+use super::metrics::Metrics;
+use super::queue::JobQueue;
+use super::translate::store_refusal;
+use super::worker::Worker;
+
+/// Why the daemon cannot start or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum DaemonError {
+    /// A robot or scene to load.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// Robots and scenes that do not go together, or two of one label.
+    #[error("{message}")]
+    Model {
+        /// Its code.
+        code: i32,
+        /// What is wrong.
+        message: String,
+    },
+    /// The instance.
+    #[error(transparent)]
+    Instance(#[from] taut_ipc::InstanceError),
+    /// The ports.
+    #[error(transparent)]
+    Server(#[from] ServerError),
+    /// Threads and signals.
+    #[error("the system gives no {what}: {source}")]
+    System {
+        /// What was asked for.
+        what: &'static str,
+        /// What it says.
+        source: std::io::Error,
+    },
+}
+
+impl DaemonError {
+    /// The code for the command line's exit.
+    pub fn code(&self) -> Code {
+        match self {
+            Self::File(FileError::Unreadable { .. }) => Code::UnreadableFile,
+            Self::File(_) => Code::InvalidModel,
+            Self::Model { code, .. } => Code::try_from(*code).unwrap_or(Code::InvalidModel),
+            Self::Instance(_) => Code::DaemonLost,
+            Self::Server(error) => error.code(),
+            Self::System { .. } => Code::ResourceExhausted,
+        }
+    }
+}
+
+fn system(what: &'static str) -> impl Fn(std::io::Error) -> DaemonError {
+    move |source| DaemonError::System { what, source }
+}
+
+/// Serves an instance until SIGINT, SIGTERM or a client's shutdown; `out` gets the lines of the start.
+///
+/// # Errors
+/// What could not be loaded or opened, or a port that stopped working.
+pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Result<(), DaemonError> {
+    if let DaemonState::Running { .. } = daemon_state(instance)? {
+        // Creating the server says who serves; loading first would only take time.
+        Server::create(instance)?;
+    }
+    let store = preload(config, out)?;
+    let mut event_loop = assemble(config, instance, store)?;
+    let workers = event_loop.threads;
+    let name = instance.name();
+    let clearance = config.clearance_m * 1e3;
+    say(out, &format!("serving instance {name}  {} workers  clearance {clearance} mm", workers.len()));
+    let served = event_loop.io.run();
+    event_loop.io.queue.close();
+    drop(event_loop.io);
+    for worker in workers {
+        // A worker catches its panics; one that ended all the same has nothing to say here.
+        let _ = worker.join();
+    }
+    Ok(served?)
+}
+
+struct Assembled {
+    io: EventLoop,
+    threads: Vec<std::thread::JoinHandle<()>>,
+}
+
+fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<Assembled, DaemonError> {
+    let server = Server::create(instance)?;
+    let (events, receiver) = EventSender::new(server.waker());
+    stop_on_signals(events.clone()).map_err(system("signal handler"))?;
+    let waker = server.waker();
+    let janitor = Janitor::start(instance, move |_| waker.wake()).map_err(system("thread"))?;
+    let (loader, _) = loader::start(events.clone()).map_err(system("thread"))?;
+    let queue = Arc::new(JobQueue::default());
+    let (mut mailboxes, mut threads) = (Vec::new(), Vec::new());
+    for index in 0..config.worker_count() {
+        let mailbox = Arc::default();
+        mailboxes.push(Arc::clone(&mailbox));
+        let (queue, events) = (queue.clone(), events.clone());
+        let worker = Worker { index, queue, mailbox, events, fault_injection: config.fault_injection };
+        threads.push(worker.start().map_err(system("thread"))?);
+    }
+    let io = EventLoop {
+        server,
+        janitor,
+        store,
+        queue,
+        mailboxes,
+        events: receiver,
+        loader,
+        metrics: Metrics::new(),
+        default_clearance_m: config.clearance_m,
+        queue_limit: config.queue,
+        status_period_ns: (1e9 / config.status_rate_hz) as u64,
+        open: HashMap::new(),
+        loads: BTreeMap::new(),
+        loading: HashSet::new(),
+        next_number: 0,
+        next_status_ns: monotonic_ns(),
+        is_draining: false,
+        janitor_was_slow: false,
+    };
+    Ok(Assembled { io, threads })
+}
+
+/// The thread lives as long as the process; a second signal finds the daemon ending already.
+fn stop_on_signals(events: EventSender) -> std::io::Result<()> {
+    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+    std::thread::Builder::new().name("taut-signals".into()).spawn(move || {
+        for _ in signals.forever() {
+            events.send(Event::Stop);
+        }
+    })?;
+    Ok(())
+}
+
+/// Loads what the configuration names.
+fn preload(config: &Config, out: &mut dyn Write) -> Result<ModelStore, DaemonError> {
+    let mut store = ModelStore::new(label_id);
+    let mut reader = Reader::new(Packages::with_environment(BTreeMap::new()));
+    for robot in &config.robots {
+        let start = Instant::now();
+        let description = reader.robot_of(&robot.files())?;
+        add_robot(&mut store, &robot.label, description, &robot.urdf, start, out)?;
+    }
+    for scene in &config.scenes {
+        let read = reader.scene(&scene.file)?;
+        add_scene(&mut store, &scene.label, read, out)?;
+    }
+    for problem in &config.problems {
+        let start = Instant::now();
+        let read = reader.problem(&problem.file, problem.geometry.into())?;
+        let robot = problem.robot.as_ref().unwrap_or(&read.robot.name).clone();
+        let scene = problem.scene.as_ref().unwrap_or(&read.name).clone();
+        add_robot(&mut store, &robot, read.robot, &read.robot_files.urdf, start, out)?;
+        add_scene(&mut store, &scene, read.scene, out)?;
+        warm(&mut store, &robot, &scene)?;
+    }
+    Ok(store)
+}
+
+fn model(error: &taut_ipc::control::Refusal) -> DaemonError {
+    DaemonError::Model { code: error.code, message: error.message.clone() }
+}
+
+fn add_robot(
+    store: &mut ModelStore,
+    label: &str,
+    description: RobotDescription,
+    urdf: &Path,
+    start: Instant,
+    out: &mut dyn Write,
+) -> Result<(), DaemonError> {
+    let robot = RobotModel::new(description).map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
+    let robot = Arc::new(robot);
+    let weights = loader::weights(&robot).map_err(|refusal| model(&refusal))?;
+    let shapes = || robot.links().iter().flat_map(|link| &link.shapes);
+    let triangles: usize = shapes().map(|placed| triangles(&placed.shape)).sum();
+    let bodies = robot.links().iter().filter(|link| !link.shapes.is_empty()).count();
+    let line = format!(
+        "robot {label}  {} dof  {bodies} links  {triangles} triangles  hash {:016x}  warm in {:.0} ms",
+        robot.space().nv(),
+        robot.hash(),
+        start.elapsed().as_secs_f64() * 1e3,
+    );
+    store.insert_robot(label, robot, weights, false).map_err(|error| model(&store_refusal(&error)))?;
+    say(out, &line);
+    Ok(())
+}
+
+fn triangles(shape: &Shape) -> usize {
+    match shape {
+        Shape::Mesh(mesh) => mesh.triangles().len(),
+        _ => 0,
+    }
+}
+
+fn add_scene(store: &mut ModelStore, label: &str, scene: Scene, out: &mut dyn Write) -> Result<(), DaemonError> {
+    let (objects, hash) = (scene.obstacles().len(), scene.hash());
+    store.insert_scene(label, Arc::new(scene), false).map_err(|error| model(&store_refusal(&error)))?;
+    say(out, &format!("scene {label} v1  {objects} objects  hash {hash:016x}"));
+    Ok(())
+}
+
+/// Makes the collision model of a problem now, so that its first request need not.
+fn warm(store: &mut ModelStore, robot: &str, scene: &str) -> Result<(), DaemonError> {
+    let wanted = Wanted { robot_id: label_id(robot), scene_id: label_id(scene), ..Wanted::default() };
+    let snapshot = store.snapshot(&wanted).map_err(|error| model(&store_refusal(&error)))?;
+    match snapshot.model.get() {
+        Ok(_) => Ok(()),
+        Err(error) => Err(model(&super::translate::model_refusal(error, &snapshot.robot))),
+    }
+}
+
+/// Prints a line of the start. A daemon whose terminal is gone serves all the same.
+fn say(out: &mut dyn Write, line: &str) {
+    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
+}

@@ -1,0 +1,171 @@
+//! Robots and scenes: what clients say about them, and what they are told.
+
+use std::path::PathBuf;
+
+use taut::collision::CollisionModelError;
+use taut::files::{FileError, RobotFiles, RootJoint};
+use taut::robot::{Component, JointKind, RobotModel, VirtualJoint};
+use taut::store::{RobotEntry, SceneEntry, StoreError};
+use taut_ipc::control::{
+    self, GroupDescription, Refusal, RobotDescription, RobotSource, RobotSummary, SceneSummary, VariableDescription,
+    VirtualJointKind,
+};
+use taut_ipc::wire::Code;
+
+/// The files of a robot as a control message names them.
+pub(in crate::daemon) fn robot_files(source: RobotSource) -> RobotFiles {
+    let mut allowed_collisions = source.allowed_collisions;
+    let urdf = match source.spherized_urdf {
+        None => source.urdf,
+        Some(spheres) => {
+            allowed_collisions.extend(source.spherized_allowed_collisions);
+            spheres
+        }
+    };
+    RobotFiles {
+        urdf,
+        srdf: source.srdf,
+        packages: source.packages,
+        root: source.virtual_joint.map_or(RootJoint::OfSrdf, root_joint),
+        variables: Some(source.variables).filter(|variables| !variables.is_empty()),
+        allowed_collisions,
+    }
+}
+
+fn root_joint(joint: control::VirtualJoint) -> RootJoint {
+    let kind = match joint.kind {
+        VirtualJointKind::Fixed if joint.name.is_empty() => return RootJoint::Given(None),
+        VirtualJointKind::Fixed => JointKind::Fixed,
+        VirtualJointKind::Planar => JointKind::Planar,
+        VirtualJointKind::Floating => JointKind::Floating,
+    };
+    RootJoint::Given(Some(VirtualJoint { name: joint.name, kind, position_bounds: joint.position_bounds }))
+}
+
+/// The control message's part that names these files; relative names are made absolute.
+pub fn robot_source(files: &RobotFiles) -> RobotSource {
+    let absolute = |path: &PathBuf| std::path::absolute(path).unwrap_or_else(|_| path.clone());
+    RobotSource {
+        urdf: absolute(&files.urdf),
+        srdf: files.srdf.as_ref().map(absolute),
+        packages: files.packages.iter().map(|(name, folder)| (name.clone(), absolute(folder))).collect(),
+        virtual_joint: match &files.root {
+            RootJoint::OfSrdf => None,
+            RootJoint::Given(joint) => Some(virtual_joint(joint.as_ref())),
+        },
+        variables: files.variables.clone().unwrap_or_default(),
+        allowed_collisions: files.allowed_collisions.clone(),
+        ..RobotSource::default()
+    }
+}
+
+fn virtual_joint(joint: Option<&VirtualJoint>) -> control::VirtualJoint {
+    let kind = match joint.map(|joint| joint.kind) {
+        Some(JointKind::Planar) => VirtualJointKind::Planar,
+        Some(JointKind::Floating) => VirtualJointKind::Floating,
+        _ => VirtualJointKind::Fixed,
+    };
+    control::VirtualJoint {
+        name: joint.map(|joint| joint.name.clone()).unwrap_or_default(),
+        kind,
+        parent_frame: String::new(),
+        position_bounds: joint.map(|joint| joint.position_bounds.clone()).unwrap_or_default(),
+    }
+}
+
+/// What a client has to know of a robot.
+pub(in crate::daemon) fn describe(label: &str, entry: &RobotEntry) -> RobotDescription {
+    let robot = &entry.robot;
+    RobotDescription {
+        label: label.to_owned(),
+        robot_id: entry.id,
+        robot_hash: robot.hash(),
+        layout_hash: robot.layout_hash(),
+        variables: variables(robot),
+        held_variables: robot.held().iter().map(|variable| variable.name.clone()).collect(),
+        groups: robot.groups().iter().map(|(name, moving)| group(robot, name, moving)).collect(),
+        nq: robot.space().nq() as u32,
+        nv: robot.space().nv() as u32,
+        weights: entry.weights.to_vec(),
+        warnings: robot.warnings().to_vec(),
+    }
+}
+
+fn variables(robot: &RobotModel) -> Vec<VariableDescription> {
+    let circles: Vec<usize> = robot
+        .space()
+        .components()
+        .iter()
+        .filter_map(|component| if let Component::Circle { q, .. } = component { Some(*q) } else { None })
+        .collect();
+    let described = |(q, variable): (usize, &taut::robot::Variable)| VariableDescription {
+        name: variable.name.clone(),
+        lower: variable.lower,
+        upper: variable.upper,
+        continuous: circles.contains(&q),
+    };
+    robot.variables().iter().enumerate().map(described).collect()
+}
+
+fn group(robot: &RobotModel, name: &str, moving: &[bool]) -> GroupDescription {
+    let mut variables = Vec::new();
+    for component in robot.space().components() {
+        match *component {
+            Component::Line { q, v } | Component::Circle { q, v } if moving[v] => variables.push(q as u32),
+            Component::Rotation { q, v } if moving[v] => variables.extend(q as u32..q as u32 + 4),
+            _ => {}
+        }
+    }
+    GroupDescription { name: name.to_owned(), variables }
+}
+
+/// A robot in a listing.
+pub(in crate::daemon) fn robot_summary(label: &str, entry: &RobotEntry) -> RobotSummary {
+    let nq = entry.robot.space().nq() as u32;
+    RobotSummary { label: label.to_owned(), robot_id: entry.id, robot_hash: entry.robot.hash(), nq }
+}
+
+/// A scene in a listing.
+pub(in crate::daemon) fn scene_summary(label: &str, entry: &SceneEntry) -> SceneSummary {
+    SceneSummary {
+        label: label.to_owned(),
+        scene_id: entry.id,
+        scene_hash: entry.scene.hash(),
+        version: entry.version,
+        objects: entry.scene.obstacles().len() as u32,
+        warnings: entry.scene.warnings().to_vec(),
+    }
+}
+
+/// The refusal of what the store refuses.
+pub(in crate::daemon) fn store_refusal(error: &StoreError) -> Refusal {
+    let code = match error {
+        StoreError::LabelTaken { .. } | StoreError::SameId { .. } => Code::LabelTaken,
+        StoreError::UnknownRobot { .. } => Code::UnknownRobot,
+        StoreError::UnknownScene { .. } => Code::UnknownScene,
+        _ => Code::VersionConflict,
+    };
+    Refusal::new(code, error.to_string())
+}
+
+/// The refusal of a file that cannot be read or is wrong.
+pub(in crate::daemon) fn file_refusal(error: &FileError) -> Refusal {
+    let code = match error {
+        FileError::Unreadable { .. } => Code::UnreadableFile,
+        _ => Code::InvalidModel,
+    };
+    Refusal::new(code, error.to_string())
+}
+
+/// The refusal of a robot and a scene that do not go together: the scene allows a pair one of whose names does
+/// not exist. Beside a link the missing one is taken for an object, beside an object for a link.
+pub(in crate::daemon) fn model_refusal(error: &CollisionModelError, robot: &RobotModel) -> Refusal {
+    let code = match error {
+        CollisionModelError::UnknownName { a, b, name, .. } => {
+            let other = if a == name { b } else { a };
+            if robot.link_index(other).is_some() { Code::InvalidObjectName } else { Code::InvalidLinkName }
+        }
+        _ => Code::InvalidModel,
+    };
+    Refusal::new(code, error.to_string())
+}

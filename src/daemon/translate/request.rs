@@ -1,0 +1,128 @@
+//! From a request on the wire to settings and a path.
+
+use taut::optimize::{Mode, RequestError, Settings};
+use taut::path::Path;
+use taut::robot::{Component, RobotModel};
+use taut::store::Snapshot;
+use taut_ipc::control::Refusal;
+use taut_ipc::wire::{self, Code, NO_GROUP, RequestFlags, RequestView};
+
+/// The modes that are served, with their numbers.
+fn valid_modes() -> String {
+    let numbered = Mode::ALL.iter().enumerate();
+    numbered.map(|(number, mode)| format!("{} {number}", mode.name())).collect::<Vec<_>>().join(", ")
+}
+
+fn mode(mode: wire::Mode) -> Result<Mode, Refusal> {
+    match mode {
+        wire::Mode::Check => Ok(Mode::Check),
+        wire::Mode::Gradient => Ok(Mode::Gradient),
+        wire::Mode::RandomShortcut => Ok(Mode::RandomShortcut),
+        wire::Mode::PartialShortcut => Ok(Mode::PartialShortcut),
+        wire::Mode::Contact | wire::Mode::Hybrid => {
+            let text = format!("unknown mode {mode:?} ({}); valid: {}", u32::from(mode), valid_modes());
+            Err(Refusal::new(Code::MalformedRequest, text))
+        }
+    }
+}
+
+/// Copies a request out of shared memory, once, and translates the copy. The path's numbers are not checked yet;
+/// the core does that.
+///
+/// # Errors
+/// A refusal with the bad value and the valid ones.
+pub(in crate::daemon) fn settings_and_path(
+    view: &RequestView,
+    snapshot: &Snapshot,
+    default_clearance_m: f64,
+) -> Result<(Settings, Path), Refusal> {
+    let (header, robot) = (&view.header, &snapshot.robot);
+    let nq = robot.space().nq();
+    if header.variables as usize != nq {
+        let names: Vec<&str> = robot.variables().iter().map(|variable| variable.name.as_str()).collect();
+        let text = format!("the path has {} columns, the robot has {nq}: {}", header.variables, names.join(", "));
+        return Err(Refusal::new(Code::InvalidRobotState, text));
+    }
+    let path = Path::from_rows(nq, view.path.to_vec());
+    let path = path.ok_or_else(|| Refusal::new(Code::MalformedRequest, "the path is empty; it needs a waypoint"))?;
+    let listed = |numbers: &[f64]| (!numbers.is_empty()).then(|| numbers.to_vec());
+    let settings = Settings {
+        mode: mode(view.mode)?,
+        seed: header.seed,
+        clearance_m: if header.clearance_m == 0.0 { default_clearance_m } else { header.clearance_m },
+        strict: header.flags & RequestFlags::STRICT != 0,
+        unwrapped: header.flags & RequestFlags::UNWRAPPED != 0,
+        // Given here so that the core need not work them out for each request.
+        weights: listed(view.weights).or_else(|| Some(snapshot.weights.to_vec())),
+        work_budget: header.work_budget,
+        fixed_waypoints: mask("fixed_waypoints", view.fixed_waypoints)?,
+        moving: moving(view, robot)?,
+        held: listed(view.held_values),
+    };
+    Ok((settings, path))
+}
+
+/// A mask of the wire, or none where it is absent.
+fn mask(name: &str, bytes: &[u8]) -> Result<Option<Vec<bool>>, Refusal> {
+    if bytes.is_empty() {
+        return Ok(None);
+    }
+    let entry = |(index, byte): (usize, &u8)| match *byte {
+        0 => Ok(false),
+        1 => Ok(true),
+        other => {
+            let text = format!("section {name} has {other} at entry {index}; valid: 0, 1");
+            Err(Refusal::new(Code::MalformedRequest, text))
+        }
+    };
+    bytes.iter().enumerate().map(entry).collect::<Result<_, _>>().map(Some)
+}
+
+/// Which velocity coordinates may move: the mask of variables, else the group, else all.
+fn moving(view: &RequestView, robot: &RobotModel) -> Result<Option<Vec<bool>>, Refusal> {
+    if let Some(columns) = mask("group_mask", view.group_mask)? {
+        return coordinates(robot, &columns).map(Some);
+    }
+    let group = view.header.group;
+    if group == NO_GROUP {
+        return Ok(None);
+    }
+    let groups = robot.groups();
+    match groups.get(group as usize) {
+        Some((_, moving)) => Ok(Some(moving.clone())),
+        None => {
+            let names: Vec<String> = groups.iter().enumerate().map(|(i, (name, _))| format!("{name} {i}")).collect();
+            let valid = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+            Err(Refusal::new(Code::InvalidGroupName, format!("the robot has no group {group}; valid: {valid}")))
+        }
+    }
+}
+
+/// A mask of columns as one of velocity coordinates.
+fn coordinates(robot: &RobotModel, columns: &[bool]) -> Result<Vec<bool>, Refusal> {
+    let mut moving = vec![false; robot.space().nv()];
+    for component in robot.space().components() {
+        match *component {
+            Component::Line { q, v } | Component::Circle { q, v } => moving[v] = columns[q],
+            Component::Rotation { q, v } => {
+                if columns[q..q + 4].iter().any(|column| *column != columns[q]) {
+                    let name = &robot.variables()[q].name;
+                    let text =
+                        format!("group_mask splits the quaternion that starts at {name}; its four move together");
+                    return Err(Refusal::new(Code::MalformedRequest, text));
+                }
+                moving[v..v + 3].fill(columns[q]);
+            }
+        }
+    }
+    Ok(moving)
+}
+
+/// The refusal of a request that the core cannot compute.
+pub(in crate::daemon) fn request_refusal(error: &RequestError) -> Refusal {
+    let code = match error {
+        RequestError::Metric(_) | RequestError::Count { .. } | RequestError::Clearance(_) => Code::MalformedRequest,
+        _ => Code::InvalidRobotState,
+    };
+    Refusal::new(code, error.to_string())
+}

@@ -1,0 +1,125 @@
+//! Workers: the threads that compute.
+
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+use taut::optimize::{self, Improvement, Workspace};
+use taut::path::Metric;
+use taut_ipc::control::Refusal;
+use taut_ipc::monotonic_ns;
+use taut_ipc::wire::Code;
+
+use super::event::{Answered, Event, EventSender};
+use super::job::{Job, StopCause};
+use super::mailbox::Mailbox;
+use super::queue::JobQueue;
+use super::translate::{self, Reply};
+
+/// With `fault_injection` in the configuration, a request with this seed panics. For tests.
+pub const FAULT_SEED: u64 = 0xfa17_fa17_fa17_fa17;
+
+/// One worker thread's own things.
+pub(super) struct Worker {
+    /// Its number.
+    pub index: usize,
+    /// Where its jobs come from.
+    pub queue: Arc<JobQueue>,
+    /// Where its improvements go.
+    pub mailbox: Arc<Mailbox>,
+    /// Where its answers go.
+    pub events: EventSender,
+    /// Whether requests with [`FAULT_SEED`] panic.
+    pub fault_injection: bool,
+}
+
+impl Worker {
+    /// Starts the thread; it ends when the queue is closed and empty.
+    pub(super) fn start(self) -> std::io::Result<JoinHandle<()>> {
+        std::thread::Builder::new().name(format!("taut-worker-{}", self.index)).spawn(move || self.work())
+    }
+
+    fn work(self) {
+        let mut workspace = Workspace::default();
+        while let Some(job) = self.queue.take() {
+            let started = monotonic_ns();
+            let (mut reply, panicked) = self.answer(&job, &mut workspace);
+            reply.header.queue_ns = started.saturating_sub(job.received_ns);
+            reply.header.compute_ns = monotonic_ns().saturating_sub(started);
+            self.events.send(Event::Answered(Box::new(Answered { job: job.id, reply, panicked })));
+        }
+    }
+
+    /// Computes a job; a panic costs only its own request and the workspace that it left half changed.
+    fn answer(&self, job: &Job, workspace: &mut Workspace) -> (Reply, bool) {
+        if job.is_expired(monotonic_ns()) {
+            return (translate::expired(job), false);
+        }
+        match catch_unwind(AssertUnwindSafe(|| self.compute(job, workspace))) {
+            Ok(reply) => (reply, false),
+            Err(panic) => {
+                *workspace = Workspace::default();
+                let text = panic.downcast_ref::<String>().map(String::as_str);
+                let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+                tracing::error!(request = job.request_id, worker = self.index, "panicked: {text}");
+                let message = format!("the worker panicked: {text}; report this with the request as a defect");
+                (translate::refused(Refusal::new(Code::Crash, message)), true)
+            }
+        }
+    }
+
+    fn compute(&self, job: &Job, workspace: &mut Workspace) -> Reply {
+        assert!(!(self.fault_injection && job.settings.seed == FAULT_SEED), "injected fault");
+        let model = match job.snapshot.model.get() {
+            Ok(model) => model,
+            Err(error) => return translate::refused(translate::model_refusal(error, &job.snapshot.robot)),
+        };
+        let cause = Cell::new(None);
+        let mut stop = || {
+            cause.set(job.stop.get().or_else(|| job.is_expired(monotonic_ns()).then_some(StopCause::Deadline)));
+            cause.get().is_some()
+        };
+        let mut lengths = Lengths::new(job);
+        let mut publish = |improvement: Improvement| {
+            let lengths = lengths.of(improvement.length);
+            let header = translate::progress(job, improvement.path, improvement.iterations, lengths);
+            if self.mailbox.put(job.id, &header, improvement.path.as_flat()) {
+                self.events.send(Event::Improved { worker: self.index });
+            }
+        };
+        let result = optimize::run(model, &job.path, &job.settings, workspace, &mut stop, &mut publish);
+        match result {
+            Ok(outcome) => translate::answered(job, &outcome, cause.get()),
+            Err(error) => translate::refused(translate::request_refusal(&error)),
+        }
+    }
+}
+
+/// Lengths of the input for the headers of improvements, worked out with the first of them.
+struct Lengths<'a> {
+    job: &'a Job,
+    known: Option<[f64; 2]>,
+}
+
+impl<'a> Lengths<'a> {
+    fn new(job: &'a Job) -> Self {
+        Self { job, known: None }
+    }
+
+    /// Length before, this length, and the lower bound.
+    fn of(&mut self, length: f64) -> [f64; 3] {
+        let [before, bound] = *self.known.get_or_insert_with(|| input_lengths(self.job).unwrap_or_default());
+        [before, length, bound]
+    }
+}
+
+fn input_lengths(job: &Job) -> Option<[f64; 2]> {
+    let (space, path) = (job.snapshot.robot.space(), &job.path);
+    let space = if job.settings.unwrapped { space.unwrapped() } else { space.clone() };
+    let metric = Metric::new(&space, job.settings.weights.clone()?).ok()?;
+    let mut scratch = vec![0.0; space.nv()];
+    let ends = [path.waypoint(0), path.waypoint(path.len() - 1)].concat();
+    let mut length = |rows: &[f64]| metric.length(&space, rows, &mut scratch);
+    Some([length(path.as_flat()), length(&ends)])
+}

@@ -1,0 +1,249 @@
+//! What stays loaded: robots and scenes by label, and the collision models made of them.
+//!
+//! A label is a name of exactly one content. Requests get a [`Snapshot`], which nothing that is loaded or
+//! unloaded later changes.
+
+mod error;
+mod prepared;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+pub use error::StoreError;
+pub use prepared::PreparedModel;
+
+use crate::robot::RobotModel;
+use crate::scene::Scene;
+
+/// Robots, scenes and their collision models.
+#[derive(Debug)]
+pub struct ModelStore {
+    id_of: fn(&str) -> u64,
+    robots: BTreeMap<String, RobotEntry>,
+    scenes: BTreeMap<String, SceneEntry>,
+    labels: HashMap<u64, String>,
+    models: HashMap<(u64, u64), Arc<PreparedModel>>,
+}
+
+/// A loaded robot.
+#[derive(Clone, Debug)]
+pub struct RobotEntry {
+    /// Id of its label.
+    pub id: u64,
+    /// The robot.
+    pub robot: Arc<RobotModel>,
+    /// Its default weights, one per velocity coordinate.
+    pub weights: Arc<[f64]>,
+}
+
+/// A loaded scene.
+#[derive(Clone, Debug)]
+pub struct SceneEntry {
+    /// Id of its label.
+    pub id: u64,
+    /// Counts the contents that its label had, from 1.
+    pub version: u64,
+    /// The scene.
+    pub scene: Arc<Scene>,
+}
+
+/// What a request wants to be computed with; a hash or version of 0 takes what the label names now.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Wanted {
+    /// Id of the robot's label.
+    pub robot_id: u64,
+    /// Content of the robot.
+    pub robot_hash: u64,
+    /// Id of the scene's label.
+    pub scene_id: u64,
+    /// Content of the scene.
+    pub scene_hash: u64,
+    /// Version of the scene.
+    pub scene_version: u64,
+}
+
+/// What one request is computed with; it stays as it is whatever is loaded later.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    /// The robot.
+    pub robot: Arc<RobotModel>,
+    /// Its default weights.
+    pub weights: Arc<[f64]>,
+    /// Robot and scene together.
+    pub model: Arc<PreparedModel>,
+    /// Id of the scene's label.
+    pub scene_id: u64,
+    /// Content of the scene.
+    pub scene_hash: u64,
+    /// Version of the scene.
+    pub scene_version: u64,
+}
+
+/// What loading did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// The label is new.
+    Created,
+    /// The label names other content now.
+    Replaced,
+    /// The label named this content already.
+    Unchanged,
+}
+
+impl ModelStore {
+    /// An empty store whose labels have these ids.
+    pub fn new(id_of: fn(&str) -> u64) -> Self {
+        let (robots, scenes) = (BTreeMap::new(), BTreeMap::new());
+        Self { id_of, robots, scenes, labels: HashMap::new(), models: HashMap::new() }
+    }
+
+    /// Takes a robot under a label.
+    ///
+    /// # Errors
+    /// [`StoreError::LabelTaken`] if the label names other content and `replace` is not set;
+    /// [`StoreError::SameId`] if another label has the same id.
+    pub fn insert_robot(
+        &mut self,
+        label: &str,
+        robot: Arc<RobotModel>,
+        weights: Arc<[f64]>,
+        replace: bool,
+    ) -> Result<Change, StoreError> {
+        let id = self.take_id(label)?;
+        let change = match self.robots.get(label).map(|entry| entry.robot.hash()) {
+            None => Change::Created,
+            Some(hash) if hash == robot.hash() => return Ok(Change::Unchanged),
+            Some(_) if replace => Change::Replaced,
+            Some(held) => return Err(StoreError::taken("robot", label, held, robot.hash())),
+        };
+        self.robots.insert(label.to_owned(), RobotEntry { id, robot, weights });
+        self.drop_unused();
+        Ok(change)
+    }
+
+    /// Takes a scene under a label; replacing other content counts the version up.
+    ///
+    /// # Errors
+    /// As [`Self::insert_robot`].
+    pub fn insert_scene(&mut self, label: &str, scene: Arc<Scene>, replace: bool) -> Result<Change, StoreError> {
+        let id = self.take_id(label)?;
+        let (change, version) = match self.scenes.get(label) {
+            None => (Change::Created, 1),
+            Some(entry) if entry.scene.hash() == scene.hash() => return Ok(Change::Unchanged),
+            Some(entry) if replace => (Change::Replaced, entry.version + 1),
+            Some(entry) => return Err(StoreError::taken("scene", label, entry.scene.hash(), scene.hash())),
+        };
+        self.scenes.insert(label.to_owned(), SceneEntry { id, version, scene });
+        self.drop_unused();
+        Ok(change)
+    }
+
+    /// Forgets a robot; snapshots keep theirs.
+    ///
+    /// # Errors
+    /// [`StoreError::UnknownRobot`].
+    pub fn remove_robot(&mut self, label: &str) -> Result<RobotEntry, StoreError> {
+        let removed = self.robots.remove(label).ok_or_else(|| self.unknown_robot(format!("{label:?}")))?;
+        self.drop_unused();
+        Ok(removed)
+    }
+
+    /// Forgets a scene; snapshots keep theirs.
+    ///
+    /// # Errors
+    /// [`StoreError::UnknownScene`].
+    pub fn remove_scene(&mut self, label: &str) -> Result<SceneEntry, StoreError> {
+        let removed = self.scenes.remove(label).ok_or_else(|| self.unknown_scene(format!("{label:?}")))?;
+        self.drop_unused();
+        Ok(removed)
+    }
+
+    /// Robots by label.
+    pub fn robots(&self) -> &BTreeMap<String, RobotEntry> {
+        &self.robots
+    }
+
+    /// Scenes by label.
+    pub fn scenes(&self) -> &BTreeMap<String, SceneEntry> {
+        &self.scenes
+    }
+
+    /// A robot by label.
+    ///
+    /// # Errors
+    /// [`StoreError::UnknownRobot`].
+    pub fn robot(&self, label: &str) -> Result<&RobotEntry, StoreError> {
+        self.robots.get(label).ok_or_else(|| self.unknown_robot(format!("{label:?}")))
+    }
+
+    /// Newest version of the scene whose label has this id.
+    pub fn scene_version(&self, id: u64) -> Option<u64> {
+        Some(self.scenes.get(self.labels.get(&id)?)?.version)
+    }
+
+    /// What a request is computed with. Cheap: the collision model is made by whoever asks it first.
+    ///
+    /// # Errors
+    /// [`StoreError::UnknownRobot`], [`StoreError::UnknownScene`], or [`StoreError::VersionConflict`] where the
+    /// label names other content, or another version, than is wanted.
+    pub fn snapshot(&mut self, wanted: &Wanted) -> Result<Snapshot, StoreError> {
+        let label = self.labels.get(&wanted.robot_id);
+        let Some((robot_label, robot)) = label.and_then(|label| self.robots.get_key_value(label)) else {
+            return Err(self.unknown_robot(format!("of id {:016x}", wanted.robot_id)));
+        };
+        let label = self.labels.get(&wanted.scene_id);
+        let Some((scene_label, scene)) = label.and_then(|label| self.scenes.get_key_value(label)) else {
+            return Err(self.unknown_scene(format!("of id {:016x}", wanted.scene_id)));
+        };
+        check_hash("robot", robot_label, wanted.robot_hash, robot.robot.hash())?;
+        check_hash("scene", scene_label, wanted.scene_hash, scene.scene.hash())?;
+        if wanted.scene_version != 0 && wanted.scene_version != scene.version {
+            let (label, wanted, held) = (scene_label.clone(), wanted.scene_version, scene.version);
+            return Err(StoreError::VersionConflict { label, wanted, held });
+        }
+        let key = (robot.robot.hash(), scene.scene.hash());
+        let new = || Arc::new(PreparedModel::new(robot.robot.clone(), scene.scene.clone()));
+        let model = self.models.entry(key).or_insert_with(new).clone();
+        let (scene_hash, scene_version) = (key.1, scene.version);
+        let (weights, scene_id) = (robot.weights.clone(), wanted.scene_id);
+        Ok(Snapshot { robot: robot.robot.clone(), weights, model, scene_id, scene_hash, scene_version })
+    }
+
+    fn take_id(&mut self, label: &str) -> Result<u64, StoreError> {
+        let id = (self.id_of)(label);
+        match self.labels.get(&id) {
+            Some(other) if other != label => Err(StoreError::SameId { label: label.to_owned(), other: other.clone() }),
+            Some(_) => Ok(id),
+            None => {
+                self.labels.insert(id, label.to_owned());
+                Ok(id)
+            }
+        }
+    }
+
+    /// Forgets collision models and ids of what is no longer loaded.
+    fn drop_unused(&mut self) {
+        let robots: Vec<u64> = self.robots.values().map(|entry| entry.robot.hash()).collect();
+        let scenes: Vec<u64> = self.scenes.values().map(|entry| entry.scene.hash()).collect();
+        self.models.retain(|(robot, scene), _| robots.contains(robot) && scenes.contains(scene));
+        let (robots, scenes) = (&self.robots, &self.scenes);
+        self.labels.retain(|_, label| robots.contains_key(label) || scenes.contains_key(label));
+    }
+
+    fn unknown_robot(&self, asked: String) -> StoreError {
+        StoreError::UnknownRobot { asked, known: error::list(self.robots.keys()) }
+    }
+
+    fn unknown_scene(&self, asked: String) -> StoreError {
+        StoreError::UnknownScene { asked, known: error::list(self.scenes.keys()) }
+    }
+}
+
+fn check_hash(kind: &'static str, label: &str, wanted: u64, held: u64) -> Result<(), StoreError> {
+    if wanted != 0 && wanted != held {
+        return Err(StoreError::HashConflict { kind, label: label.to_owned(), wanted, held });
+    }
+    Ok(())
+}
