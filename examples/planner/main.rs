@@ -52,9 +52,14 @@ fn plan(query: &Query) -> Result<ExitCode, Box<dyn Error>> {
         Step::Planned(path, time) => println!("seed {seed}: planned {} waypoints in {time:.1?}", path.len()),
         Step::Improved(length) => println!("seed {seed}: length {length:.3}"),
     })?;
-    let (before, after) = (answer.length_before, answer.length_after);
-    let proved = if answer.proved { "proved" } else { answer.code.name() };
-    println!("seed {seed}: length {before:.3} → {after:.3}   {proved}   {:.1?}   {}", answer.time, answer.message);
+    let (before, after, time) = (answer.length_before, answer.length_after, answer.time);
+    let waypoints = answer.path.len();
+    let verdict = match (answer.proved, answer.clearance_m) {
+        (true, Some(metres)) => format!("proved, clearance at least {:.2} mm", metres * 1e3),
+        (true, None) => "proved, nothing near".to_owned(),
+        (false, _) => format!("{}: {}", answer.code.name(), answer.message),
+    };
+    println!("seed {seed}: length {before:.3} → {after:.3} in {waypoints} waypoints   {verdict}   {time:.1?}");
     Ok(ExitCode::from(answer.code.exit_code()))
 }
 

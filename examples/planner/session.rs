@@ -52,8 +52,8 @@ pub struct Answer {
     pub length_after: f64,
     /// Distance that every pair of bodies is proved to keep [m]; `None` where nothing comes near.
     pub clearance_m: Option<f64>,
-    /// The path now, its rows end to end.
-    pub rows: Vec<f64>,
+    /// The path now.
+    pub path: Path,
     /// From the request to the final answer.
     pub time: Duration,
 }
@@ -155,7 +155,8 @@ fn send(
 /// Copies the answer out of shared memory, since the table and the picture outlive the connection.
 fn into_answer(response: &Response, path: &Path, time: Duration) -> Answer {
     let header = response.header();
-    let rows = if response.path().is_empty() { path.as_flat() } else { response.path() };
+    // Without a better path the planner's own stands, with the verdict on it.
+    let shortened = Path::from_rows(path.nq(), response.path().to_vec());
     Answer {
         code: response.code(),
         message: response.message().to_owned(),
@@ -163,7 +164,7 @@ fn into_answer(response: &Response, path: &Path, time: Duration) -> Answer {
         length_before: header.length_before,
         length_after: header.length_after,
         clearance_m: header.clearance_m.is_finite().then_some(header.clearance_m),
-        rows: rows.to_vec(),
+        path: shortened.unwrap_or_else(|| path.clone()),
         time,
     }
 }

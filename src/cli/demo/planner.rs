@@ -42,7 +42,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<u8, CliError> {
                 length_after: answer.length_after,
                 clearance_m: answer.clearance_m,
                 time_s: answer.time.as_secs_f64(),
-                rows: answer.rows,
+                rows: answer.path.as_flat().to_vec(),
             };
             (answered, exit)
         }
