@@ -7,7 +7,7 @@ use super::svg::Point;
 use super::view::View;
 
 /// Places drawn of each segment of a path; between waypoints a tool moves on curves.
-const STEPS: usize = 24;
+pub(super) const STEPS: usize = 24;
 
 /// A robot that can be put anywhere.
 pub(super) struct Mover<'a> {

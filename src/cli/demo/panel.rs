@@ -2,7 +2,7 @@
 
 use taut::math::Pose;
 
-use super::motion::{Mover, Track};
+use super::motion::{Mover, STEPS, Track};
 use super::svg::{Point, Svg};
 use super::view::{Bounds, Frame, View};
 use super::world::World;
@@ -11,6 +11,8 @@ use super::world::World;
 const ROOM: f64 = 0.12;
 /// Robots of at most this many shapes are drawn along the whole path.
 const FEW_SHAPES: usize = 2;
+/// How often they are drawn.
+const GHOSTS: usize = 16;
 /// Heights that differ by less are one plane [m].
 const FLAT_M: f64 = 1e-6;
 
@@ -54,15 +56,15 @@ impl<'a> Panel<'a> {
         svg.begin("svg", &[("x", &x), ("y", &y), ("width", &width), ("height", &height)]);
         svg.element("rect", &[("class", &"view"), ("width", &width), ("height", &height)]);
         self.obstacles(svg, view, &frame, [width, height]);
+        self.swept(svg, view, &frame);
         for (class, outlines) in &robots {
             outlines.iter().for_each(|outline| svg.outline(&frame.pixels(outline), class, class));
         }
-        self.swept(svg, view, &frame);
         path(svg, view, &frame, &self.before, "before", "as planned");
         path(svg, view, &frame, &self.after, "after", "shortened");
-        svg.label([10.0, height - 10.0], "small", view.caption);
-        ruler(svg, &frame, [width, height]);
         svg.end();
+        svg.label([x, y + height + 21.0], "small", view.caption);
+        ruler(svg, &frame, [x + width, y + height + 19.0]);
     }
 
     fn obstacles(&self, svg: &mut Svg, view: View, frame: &Frame, [width, height]: [f64; 2]) {
@@ -85,9 +87,16 @@ impl<'a> Panel<'a> {
         if mover.shapes() > FEW_SHAPES {
             return;
         }
-        mover.along(self.rows, 4, &mut |mover, _| {
-            for outline in mover.outlines(view) {
-                svg.outline(&frame.pixels(&outline), "swept", "the robot on its way");
+        let places = self.after.places.len();
+        let mut place = 0;
+        mover.along(self.rows, STEPS, &mut |mover, _| {
+            // So many of them that each can still be told from the next.
+            let ghost = place * GHOSTS / places;
+            place += 1;
+            if place * GHOSTS / places > ghost {
+                for outline in mover.outlines(view) {
+                    svg.outline(&frame.pixels(&outline), "swept", "the robot on its way");
+                }
             }
         });
     }
@@ -107,9 +116,8 @@ fn path(svg: &mut Svg, view: View, frame: &Frame, track: &Track, class: &str, ti
 }
 
 /// How long a round length is.
-fn ruler(svg: &mut Svg, frame: &Frame, [width, height]: [f64; 2]) {
+fn ruler(svg: &mut Svg, frame: &Frame, [right, bottom]: Point) {
     let (metres, pixels) = frame.ruler(90.0);
-    let (right, bottom) = (width - 12.0, height - 12.0);
     let left = right - pixels;
     let ends = [[left, bottom - 5.0], [left, bottom], [right, bottom], [right, bottom - 5.0]];
     svg.line(&ends, "ruler", "scale");

@@ -52,7 +52,7 @@ fn head(svg: &mut Svg, rows: &[Row]) {
     let proved = rows.iter().filter(|row| row.proved).count();
     let planners = if rows.len() == 1 { "one planner".to_owned() } else { format!("{} planners", rows.len()) };
     svg.label([MARGIN, 42.0], "title", &format!("taut: one daemon, {planners}"));
-    let text = "free of collisions at every instant of the motion; lengths are metres that the robot's joints move it";
+    let text = "free of collisions at every instant of the motion. Lengths say how many metres the joints move the robot's farthest points.";
     svg.label([MARGIN, 66.0], "small", &format!("{proved} of {} shortened paths are proved {text}", rows.len()));
     let mut x = MARGIN;
     for (class, text) in [("before", "as planned"), ("after", "shortened")] {
@@ -70,7 +70,7 @@ fn head(svg: &mut Svg, rows: &[Row]) {
 fn card(svg: &mut Svg, row: &Row, world: &World) {
     let [width, height] = CARD;
     svg.element("rect", &[("class", &"card"), ("width", &width), ("height", &height), ("rx", &10)]);
-    svg.label([20.0, 30.0], "name", &format!("{}  {}", row.planner, row.problem));
+    svg.label([20.0, 30.0], "name", &format!("Planner {}: {}", row.planner, row.problem));
     let right = width - 20.0;
     match &row.error {
         None if row.proved => svg.label([right, 30.0], "proved", "✓ proved"),
@@ -84,7 +84,7 @@ fn card(svg: &mut Svg, row: &Row, world: &World) {
     let gap = 12.0;
     let wide = (width - 40.0 - gap * (views.len() - 1) as f64) / views.len() as f64;
     for (index, view) in views.iter().enumerate() {
-        scene.draw(svg, *view, [20.0 + index as f64 * (wide + gap), 66.0], [wide, height - 86.0]);
+        scene.draw(svg, *view, [20.0 + index as f64 * (wide + gap), 66.0], [wide, height - 102.0]);
     }
 }
 
@@ -93,5 +93,5 @@ fn figures(row: &Row) -> String {
     let percent = row.saved_percent().unwrap_or(0.0);
     let clearance = row.clearance_m.map_or("nothing near".to_owned(), |m| format!("clearance ≥ {}", report::length(m)));
     let time = row.time_s.map_or(String::new(), report::time);
-    format!("length {before:.2} → {after:.2} (−{percent:.1} %)   {clearance}   {time}")
+    format!("length {before:.2} → {after:.2} (−{percent:.1} %)  ·  {clearance}  ·  {time}")
 }
