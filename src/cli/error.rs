@@ -51,6 +51,9 @@ pub(super) enum CliError {
         /// What it said.
         text: String,
     },
+    /// The demo's daemon and planners.
+    #[error(transparent)]
+    Demo(#[from] super::demo::DemoError),
     /// The daemon's refusal.
     #[error("{}: {message}{}", code.name(), next_step(*retry_after_ms))]
     Refused {
@@ -114,6 +117,7 @@ impl CliError {
             Self::File(FileError::Unreadable { .. }) | Self::Output { .. } => UNREADABLE,
             Self::File(_) | Self::Model { .. } | Self::Request { .. } => BAD_DATA,
             Self::Panic { .. } => PANICKED,
+            Self::Demo(error) => error.exit_code(),
             Self::Refused { code, .. } => code.exit_code(),
             Self::NoDaemon { .. } => Code::DaemonLost.exit_code(),
             Self::Client(error) => error.code().exit_code(),

@@ -5,6 +5,7 @@ mod bench_table;
 mod check;
 mod code;
 mod connect;
+mod demo;
 mod error;
 mod load;
 mod models;
@@ -37,6 +38,9 @@ enum Command {
     Check(check::Arguments),
     Shorten(shorten::Arguments),
     Bench(bench::Arguments),
+    Demo(demo::Arguments),
+    #[command(hide = true)]
+    DemoPlanner(demo::planner::Arguments),
     Serve(serve::Arguments),
     LoadRobot(models::LoadRobot),
     LoadScene(models::LoadScene),
@@ -74,6 +78,8 @@ pub fn main() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::Shorten(arguments) => shorten::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::DemoPlanner(arguments) => demo::planner::run(&arguments),
         Command::Serve(arguments) => serve::run(&arguments),
         Command::LoadRobot(arguments) => models::load_robot(&arguments),
         Command::LoadScene(arguments) => models::load_scene(&arguments),

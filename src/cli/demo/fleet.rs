@@ -1,0 +1,124 @@
+//! The planner processes, all at once, and what they say.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, ChildStdout, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, unbounded};
+
+use super::error::DemoError;
+use super::progress::Progress;
+use super::row::{Message, Row};
+use super::server::{self, Daemon};
+use super::world;
+
+/// How often a signal is looked for.
+const TICK: Duration = Duration::from_millis(50);
+/// Longer than a planner can take for its search and for waiting, whatever the deadline.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Running planners; those that still run when it is dropped are stopped.
+pub(super) struct Fleet {
+    children: Vec<Child>,
+    said: Receiver<(usize, Option<Message>)>,
+}
+
+impl Fleet {
+    /// Starts a planner for each row.
+    pub(super) fn start(daemon: &Daemon, rows: &[Row], deadline: Duration) -> Result<Self, DemoError> {
+        let (say, said) = unbounded();
+        let mut fleet = Self { children: Vec::new(), said };
+        for (index, row) in rows.iter().enumerate() {
+            let mut command = server::this_program(daemon.instance())?;
+            command.arg("demo-planner").arg(world::problem_file(daemon.folder(), &row.problem));
+            command.args(["--seed", &row.seed.to_string()]);
+            command.args(["--deadline", &format!("{}us", deadline.as_micros())]);
+            command.stdin(Stdio::null()).stdout(Stdio::piped());
+            let mut child = server::spawn(command)?;
+            let out = child.stdout.take();
+            fleet.children.push(child);
+            if let Some(out) = out {
+                let say = say.clone();
+                // Ends when the process does, which closes the pipe.
+                std::thread::spawn(move || listen(index, out, &say));
+            }
+        }
+        Ok(fleet)
+    }
+
+    /// Fills the rows until every planner is done.
+    pub(super) fn watch(
+        mut self,
+        rows: &mut [Row],
+        deadline: Duration,
+        stop: &Arc<AtomicBool>,
+        progress: &mut Progress,
+    ) -> Result<(), DemoError> {
+        let end = Instant::now() + PATIENCE + deadline;
+        let mut listening = rows.len();
+        while listening > 0 {
+            if stop.load(Ordering::Relaxed) {
+                return Err(DemoError::Interrupted);
+            }
+            match self.said.recv_timeout(TICK) {
+                Ok((index, Some(message))) => {
+                    progress.tell(index, &rows[index], &message);
+                    rows[index].take(message);
+                }
+                Ok((_, None)) => listening -= 1,
+                Err(RecvTimeoutError::Timeout) if Instant::now() < end => {}
+                Err(_) => break,
+            }
+        }
+        self.end();
+        for row in rows.iter_mut().filter(|row| !row.is_done()) {
+            row.error = Some("the planner ended without an answer".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Ends and reaps every planner; those that have said their last word end by themselves.
+    fn end(&mut self) {
+        for child in &mut self.children {
+            if !reaped(child) {
+                // A child that is not reaped yet is the one that was started, whatever its number.
+                let _ = child.kill();
+                let _ = child.wait();
+            }
+        }
+        self.children.clear();
+    }
+}
+
+/// A planner that closed its pipe is about to end.
+fn reaped(child: &mut Child) -> bool {
+    let end = Instant::now() + Duration::from_secs(1);
+    while Instant::now() < end {
+        if !matches!(child.try_wait(), Ok(None)) {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    false
+}
+
+impl Drop for Fleet {
+    fn drop(&mut self) {
+        for child in &mut self.children {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+fn listen(index: usize, out: ChildStdout, say: &Sender<(usize, Option<Message>)>) {
+    for line in BufReader::new(out).lines().map_while(Result::ok) {
+        let message = serde_json::from_str(&line);
+        let message = message.unwrap_or_else(|_| Message::Failed { error: format!("unreadable: {line}") });
+        // The demo may have ended meanwhile.
+        let _ = say.send((index, Some(message)));
+    }
+    let _ = say.send((index, None));
+}

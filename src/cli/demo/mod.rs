@@ -1,0 +1,137 @@
+//! `taut demo`: a daemon of its own, several planner processes at once, a table and a picture.
+
+mod error;
+mod fleet;
+mod motion;
+mod panel;
+mod picture;
+pub(super) mod planner;
+mod progress;
+// The planner is the example's, so that there is one copy of what planner authors read.
+mod row;
+#[path = "../../../examples/planner/rrt_connect.rs"]
+mod rrt_connect;
+mod server;
+#[path = "../../../examples/planner/session.rs"]
+mod session;
+mod svg;
+mod table;
+mod view;
+mod world;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+pub(super) use error::DemoError;
+
+use super::error::{CliError, stdout};
+use super::{Format, quantity, report};
+use fleet::Fleet;
+use progress::Progress;
+use row::Row;
+use server::Daemon;
+use world::World;
+
+/// Exit code where an answer is not proved.
+const NOT_PROVED: u8 = 2;
+
+/// Start a daemon and four planners on shipped robots and scenes, and show what becomes of their paths
+///
+/// Needs no files and leaves nothing behind but the picture. Exit code: 0 all answers proved, 2 otherwise,
+/// 69 no daemon, 130 interrupted.
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Planner processes
+    #[arg(long, default_value_t = 4, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=32))]
+    planners: u8,
+    /// Seed of the first planner; the others count on
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Time that the daemon gets for each path: 50ms, 1s
+    #[arg(long, default_value = "1s", value_parser = quantity::duration)]
+    deadline: Duration,
+    /// Where to write the picture
+    #[arg(long, value_name = "FILE", default_value = "taut-demo.svg")]
+    svg: PathBuf,
+    /// Format on standard output
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    planners: &'a [Row],
+    proved: bool,
+    svg: &'a std::path::Path,
+    time_s: f64,
+}
+
+/// Runs the demo.
+pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    let start = Instant::now();
+    let stop = stop_on_signals()?;
+    let daemon = Daemon::start(world::unpack)?;
+    let (mut rows, worlds) = read_worlds(arguments, &daemon)?;
+    let mut progress = Progress::new(&rows);
+    let fleet = Fleet::start(&daemon, &rows, arguments.deadline)?;
+    let watched = fleet.watch(&mut rows, arguments.deadline, &stop, &mut progress);
+    progress.clear();
+    watched?;
+    daemon.stop()?;
+
+    let picture = picture::draw(&rows, &worlds);
+    std::fs::write(&arguments.svg, picture)
+        .map_err(|source| CliError::Output { file: arguments.svg.display().to_string(), source })?;
+    show(arguments, &rows, start.elapsed())?;
+    Ok(if rows.iter().all(|row| row.proved) { 0 } else { NOT_PROVED })
+}
+
+/// What Ctrl-C, a closed terminal and `kill` ask for.
+fn stop_on_signals() -> Result<Arc<AtomicBool>, CliError> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        let registered = signal_hook::flag::register(signal, Arc::clone(&stop));
+        registered.map_err(|source| DemoError::Start { program: "signal handler".into(), source })?;
+    }
+    Ok(stop)
+}
+
+/// A row and a world for each planner, over and over through the shipped problems.
+fn read_worlds(arguments: &Arguments, daemon: &Daemon) -> Result<(Vec<Row>, Vec<World>), CliError> {
+    let (mut rows, mut worlds) = (Vec::new(), Vec::new());
+    let names = world::PROBLEMS.iter().cycle().take(arguments.planners.into());
+    for (index, name) in names.enumerate() {
+        let world = World::read(&world::problem_file(daemon.folder(), name))?;
+        rows.push(Row {
+            planner: index + 1,
+            problem: (*name).to_owned(),
+            robot: world.robot_name.clone(),
+            seed: arguments.seed.wrapping_add(index as u64),
+            ..Row::default()
+        });
+        worlds.push(world);
+    }
+    Ok((rows, worlds))
+}
+
+fn show(arguments: &Arguments, rows: &[Row], time: Duration) -> Result<(), CliError> {
+    let proved = rows.iter().filter(|row| row.proved).count();
+    let text = match arguments.format {
+        Format::Json => {
+            let all = proved == rows.len();
+            let report = Report { planners: rows, proved: all, svg: &arguments.svg, time_s: time.as_secs_f64() };
+            serde_json::to_string(&report).expect("a report holds only strings, booleans and numbers") + "\n"
+        }
+        Format::Table => {
+            let (count, svg, time) = (rows.len(), arguments.svg.display(), report::time(time.as_secs_f64()));
+            format!("{}{proved} of {count} proved   {time}   picture: {svg}\n", table::table(rows))
+        }
+    };
+    std::io::stdout().lock().write_all(text.as_bytes()).map_err(stdout)
+}

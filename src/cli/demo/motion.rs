@@ -1,0 +1,100 @@
+//! Where a robot is along a path: its outline, and the track of its tool.
+
+use taut::math::Vec3;
+use taut::robot::{Kinematics, RobotModel};
+
+use super::svg::Point;
+use super::view::View;
+
+/// Places drawn of each segment of a path; between waypoints a tool moves on curves.
+pub(super) const STEPS: usize = 24;
+
+/// A robot that can be put anywhere.
+pub(super) struct Mover<'a> {
+    robot: &'a RobotModel,
+    held: Vec<f64>,
+    kinematics: Kinematics,
+    /// Links at the ends of the tree.
+    tips: Vec<usize>,
+}
+
+/// The track of the tool along a path.
+pub(super) struct Track {
+    /// Places close to each other.
+    pub(super) places: Vec<Vec3>,
+    /// Places at the waypoints.
+    pub(super) waypoints: Vec<Vec3>,
+}
+
+impl<'a> Mover<'a> {
+    /// A robot, nowhere yet.
+    pub(super) fn new(robot: &'a RobotModel) -> Self {
+        let carries = |link: usize| robot.joints().iter().any(|joint| joint.parent == Some(link));
+        let tips = (0..robot.links().len()).filter(|link| !carries(*link)).collect();
+        let held = robot.held().iter().map(|held| held.default).collect();
+        Self { robot, held, kinematics: Kinematics::default(), tips }
+    }
+
+    /// Puts it at a configuration.
+    pub(super) fn place(&mut self, row: &[f64]) {
+        self.kinematics.update(self.robot, row, &self.held);
+    }
+
+    /// Outlines of its shapes, seen in a direction.
+    pub(super) fn outlines(&self, view: View) -> Vec<Vec<Point>> {
+        let links = self.robot.links().iter().zip(self.kinematics.poses());
+        links.flat_map(|(link, at)| link.shapes.iter().map(move |shape| view.outline(at, shape))).collect()
+    }
+
+    /// Number of its solid shapes: the fewer, the more often it can be drawn.
+    pub(super) fn shapes(&self) -> usize {
+        self.robot.links().iter().map(|link| link.shapes.len()).sum()
+    }
+
+    /// The middle of what the last links carry: between the fingers of a gripper.
+    fn tool(&self) -> Vec3 {
+        let (poses, mut sum, mut count) = (self.kinematics.poses(), Vec3::ZERO, 0.0);
+        for &tip in &self.tips {
+            for shape in &self.robot.links()[tip].shapes {
+                sum += (poses[tip] * shape.pose).translation;
+                count += 1.0;
+            }
+        }
+        match self.tips.last() {
+            Some(&tip) if count == 0.0 => poses[tip].translation,
+            _ => sum / count,
+        }
+    }
+
+    /// The tool's track along a path of rows laid end to end.
+    pub(super) fn track(&mut self, rows: &[f64]) -> Track {
+        let mut track = Track { places: Vec::new(), waypoints: Vec::new() };
+        self.along(rows, STEPS, &mut |mover, step| {
+            let tool = mover.tool();
+            track.places.push(tool);
+            if step == 0 {
+                track.waypoints.push(tool);
+            }
+        });
+        track
+    }
+
+    /// Puts it at `steps` places of each segment, the first at its start, and at the end of the path.
+    pub(super) fn along(&mut self, rows: &[f64], steps: usize, visit: &mut dyn FnMut(&Self, usize)) {
+        let space = self.robot.space();
+        let (mut row, mut velocity) = (vec![0.0; space.nq()], vec![0.0; space.nv()]);
+        let rows: Vec<&[f64]> = rows.chunks_exact(space.nq()).collect();
+        for pair in rows.windows(2) {
+            space.difference(pair[1], pair[0], &mut velocity);
+            for step in 0..steps {
+                space.integrate(pair[0], &velocity, step as f64 / steps as f64, &mut row);
+                self.place(&row);
+                visit(self, step);
+            }
+        }
+        if let Some(last) = rows.last() {
+            self.place(last);
+            visit(self, 0);
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! From the world to a plane of the picture: outlines of solids, and the frame that holds them.
+
+use taut::math::{Pose, Vec3};
+use taut::shape::{PlacedShape, Shape};
+
+use super::svg::Point;
+
+/// Directions that an outline is looked at from: enough for a round circle.
+const DIRECTIONS: usize = 72;
+
+/// A direction to look in.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct View {
+    /// What goes to the right.
+    right: Vec3,
+    /// What goes up.
+    up: Vec3,
+    /// How it is called.
+    pub(super) caption: &'static str,
+}
+
+impl View {
+    /// x to the right, y up.
+    pub(super) const TOP: Self = Self { right: Vec3::X, up: Vec3::Y, caption: "from above (x, y)" };
+    /// x to the right, z up.
+    pub(super) const SIDE: Self = Self { right: Vec3::X, up: Vec3::Z, caption: "from the side (x, z)" };
+
+    /// Where a point of the world is seen [m].
+    pub(super) fn point(&self, point: Vec3) -> Point {
+        [self.right.dot(point), self.up.dot(point)]
+    }
+
+    /// Outline of a shape's convex hull: its farthest points in directions all around.
+    pub(super) fn outline(&self, at: &Pose, placed: &PlacedShape) -> Vec<Point> {
+        let pose = *at * placed.pose;
+        let back = pose.rotation.inverse();
+        let farthest = |step: usize| {
+            // Half a step aside, so that a box that stands straight has no direction with two farthest corners.
+            let angle = (step as f64 + 0.5) / DIRECTIONS as f64 * std::f64::consts::TAU;
+            let direction = self.right * angle.cos() + self.up * angle.sin();
+            self.point(pose.translation + pose.rotation * support(&placed.shape, back * direction))
+        };
+        (0..DIRECTIONS).map(farthest).collect()
+    }
+}
+
+/// The shape's farthest point in a direction, in its own frame.
+fn support(shape: &Shape, direction: Vec3) -> Vec3 {
+    let upwards = Vec3::Z * 1.0_f64.copysign(direction.z);
+    match shape {
+        Shape::Sphere { radius } => direction * *radius,
+        Shape::Box { half_extents } => {
+            let side = |half: f64, along: f64| half.copysign(along);
+            let h = half_extents;
+            Vec3::new(side(h.x, direction.x), side(h.y, direction.y), side(h.z, direction.z))
+        }
+        Shape::Cylinder { radius, half_height } => {
+            let across = Vec3::new(direction.x, direction.y, 0.0);
+            across.normalize_or_zero() * *radius + upwards * *half_height
+        }
+        Shape::Capsule { radius, half_length } => direction * *radius + upwards * *half_length,
+        Shape::Mesh(mesh) => {
+            let vertices = mesh.vertices().iter().copied();
+            vertices.max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction))).unwrap_or(Vec3::ZERO)
+        }
+        _ => Vec3::ZERO,
+    }
+}
+
+/// A rectangle of the plane [m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds {
+    low: Point,
+    high: Point,
+}
+
+impl Bounds {
+    /// Around points; `None` around none.
+    pub(super) fn around(points: impl Iterator<Item = Point>) -> Option<Self> {
+        points.map(|point| Self { low: point, high: point }).reduce(|a, b| Self {
+            low: [a.low[0].min(b.low[0]), a.low[1].min(b.low[1])],
+            high: [a.high[0].max(b.high[0]), a.high[1].max(b.high[1])],
+        })
+    }
+
+    /// With room on all sides, as a part of its longer side.
+    pub(super) fn widened(self, part: f64) -> Self {
+        let room = part * (self.high[0] - self.low[0]).max(self.high[1] - self.low[1]);
+        Self { low: self.low.map(|low| low - room), high: self.high.map(|high| high + room) }
+    }
+
+    /// Whether an upright rectangle fills it, which then shows nothing.
+    pub(super) fn is_inside(self, other: Self) -> bool {
+        (0..2).all(|i| other.low[i] <= self.low[i] && self.high[i] <= other.high[i])
+    }
+}
+
+/// A part of the world on a part of the picture, to scale and in its middle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    scale: f64,
+    world: Point,
+    middle: Point,
+}
+
+impl Frame {
+    /// All of `bounds` within `width` × `height` pixels.
+    pub(super) fn new(bounds: Bounds, width: f64, height: f64) -> Self {
+        let (low, high) = (bounds.low, bounds.high);
+        let fit = |pixels: f64, metres: f64| pixels / metres.max(1e-6);
+        let scale = fit(width, high[0] - low[0]).min(fit(height, high[1] - low[1]));
+        let world = [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0];
+        Self { scale, world, middle: [width / 2.0, height / 2.0] }
+    }
+
+    /// Pixels of a place [m].
+    pub(super) fn pixel(&self, [x, y]: Point) -> Point {
+        let [wx, wy] = self.world;
+        [self.middle[0] + (x - wx) * self.scale, self.middle[1] - (y - wy) * self.scale]
+    }
+
+    /// Pixels of places.
+    pub(super) fn pixels(&self, points: &[Point]) -> Vec<Point> {
+        points.iter().map(|point| self.pixel(*point)).collect()
+    }
+
+    /// All that `width` × `height` pixels show.
+    pub(super) fn shown(&self, width: f64, height: f64) -> Bounds {
+        let [wx, wy] = self.world;
+        let (x, y) = (width / 2.0 / self.scale, height / 2.0 / self.scale);
+        Bounds { low: [wx - x, wy - y], high: [wx + x, wy + y] }
+    }
+
+    /// A round length of at most `pixels` pixels: metres, and pixels that it takes.
+    pub(super) fn ruler(&self, pixels: f64) -> (f64, f64) {
+        let most = pixels / self.scale;
+        let decade = 10.0_f64.powf(most.log10().floor());
+        let metres = [5.0, 2.0, 1.0].into_iter().map(|step| step * decade).find(|metres| *metres <= most);
+        let metres = metres.unwrap_or(decade);
+        (metres, metres * self.scale)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(found: Option<Bounds>, low: Point, high: Point) -> bool {
+        let found = found.unwrap();
+        (0..2).all(|i| (found.low[i] - low[i]).abs() < 2e-3 && (found.high[i] - high[i]).abs() < 2e-3)
+    }
+
+    #[test]
+    fn outlines_reach_as_far_as_the_shapes() {
+        let at = Pose::from_translation(Vec3::new(1.0, 2.0, 3.0));
+        let sizes = [
+            (Shape::sphere(0.5).unwrap(), [0.5, 0.5]),
+            (Shape::cuboid(Vec3::new(1.0, 2.0, 3.0)).unwrap(), [0.5, 1.5]),
+            (Shape::cylinder(2.0, 0.5).unwrap(), [0.5, 1.0]),
+            (Shape::capsule(2.0, 0.5).unwrap(), [0.5, 1.5]),
+        ];
+        for (shape, [x, z]) in sizes {
+            let placed = PlacedShape { pose: Pose::identity(), shape };
+            let bounds = Bounds::around(View::SIDE.outline(&at, &placed).into_iter());
+            assert!(near(bounds, [1.0 - x, 3.0 - z], [1.0 + x, 3.0 + z]), "{placed:?}: {bounds:?}");
+        }
+    }
+
+    #[test]
+    fn a_frame_is_to_scale_with_y_upwards() {
+        let bounds = Bounds { low: [0.0, 0.0], high: [4.0, 1.0] };
+        let frame = Frame::new(bounds, 200.0, 100.0);
+        assert_eq!(frame.pixel([0.0, 0.0]), [0.0, 75.0]);
+        assert_eq!(frame.pixel([4.0, 1.0]), [200.0, 25.0]);
+        assert_eq!(frame.ruler(60.0), (1.0, 50.0));
+        assert!(bounds.is_inside(frame.shown(200.0, 100.0)));
+    }
+}
