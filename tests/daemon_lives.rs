@@ -170,9 +170,10 @@ fn a_killed_client_harms_nobody() {
         let victim = busy_client(&place);
         let survivor = place.client();
         let pending = arm.request(&survivor, RequestBody::default(), endless).send().unwrap();
+        until("both workers are at work", || number(&witness, "requests_running") == 2.0);
         victim.kill();
         let killed = Instant::now();
-        // Both workers had work; the victim's is free again.
+        // The victim's worker is free again.
         serves();
         pending.finish_early();
         let response = pending.wait(PATIENCE).unwrap();

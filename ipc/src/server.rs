@@ -7,7 +7,7 @@ mod janitor;
 mod ports;
 
 pub use bell::Waker;
-pub use cleanup::{CleanUp, clean_dead_nodes};
+pub use cleanup::{CleanUp, clean_dead_nodes, tidy};
 pub use incoming::{IncomingControl, IncomingRequest, SendError};
 pub use janitor::Janitor;
 

@@ -189,6 +189,7 @@ pub(super) fn stop(arguments: &Stop) -> Result<u8, CliError> {
         }
         std::thread::sleep(Duration::from_millis(5));
     }
+    taut_ipc::server::tidy(&instance);
     Ok(0)
 }
 

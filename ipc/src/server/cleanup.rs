@@ -7,6 +7,7 @@
 
 use crate::instance::Instance;
 use crate::limits::UNFINISHED_FILE_AGE;
+use crate::lock::DaemonLock;
 use crate::memory::{SharedFile, shared_files, wipe};
 use crate::transport::{self, Variant};
 use iceoryx2::node::{DeadNodeView, Node, NodeState, NodeView};
@@ -85,6 +86,14 @@ pub(super) fn clean_start(instance: &Instance) {
 pub(super) fn clean_end(instance: &Instance) {
     if nodes(instance).0.is_empty() {
         wipe(instance);
+    }
+}
+
+/// Removes what a daemon and its last clients left behind, unless a daemon or a client lives. For whoever stopped
+/// the daemon: a client that lives longer than the daemon leaves files that the daemon could not take along.
+pub fn tidy(instance: &Instance) {
+    if let Ok(Some(_lock)) = DaemonLock::acquire(instance) {
+        clean_end(instance);
     }
 }
 
