@@ -22,7 +22,8 @@ pub struct Config {
     pub queue: usize,
     /// Status messages per second, at least 2: the second that follows a client's death ends its connection.
     pub status_rate_hz: f64,
-    /// Lets a request with [`super::worker::FAULT_SEED`] panic. For tests only.
+    /// Lets a request with [`super::worker::PANIC_SEED`] panic and one with [`super::worker::HANG_SEED`] hang until it
+    /// is told to stop. For tests only.
     pub fault_injection: bool,
     /// Robots to load.
     pub robots: Vec<RobotConfig>,

@@ -87,8 +87,10 @@ impl EventLoop {
         let token = self.next_number();
         self.loading.insert(label_id(&label));
         self.loads.insert(token, control);
-        // The loader lives as long as this thread.
-        let _ = self.loader.send(Task { token, label, replace, source });
+        if let Some(loader) = &self.loader {
+            // It reads until the sender is dropped, when nobody waits for it any more.
+            let _ = loader.send(Task { token, label, replace, source });
+        }
     }
 
     /// Takes what the loader has read into the store.

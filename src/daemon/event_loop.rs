@@ -27,13 +27,13 @@ const JANITOR_PATIENCE: Duration = Duration::from_secs(10);
 
 /// Everything that the I/O thread owns.
 pub(super) struct EventLoop {
-    pub(super) server: Server,
     pub(super) janitor: Janitor,
     pub(super) store: ModelStore,
     pub(super) queue: Arc<JobQueue>,
     pub(super) mailboxes: Vec<Arc<Mailbox>>,
     pub(super) events: Receiver<Event>,
-    pub(super) loader: Sender<loader::Task>,
+    /// Gone once the daemon ends.
+    pub(super) loader: Option<Sender<loader::Task>>,
     pub(super) metrics: Metrics,
     pub(super) default_clearance_m: f64,
     pub(super) queue_limit: usize,
@@ -48,6 +48,8 @@ pub(super) struct EventLoop {
     pub(super) next_status_ns: u64,
     pub(super) is_draining: bool,
     pub(super) janitor_was_slow: bool,
+    /// Last: requests and the janitor hold its node, and only the last to go can leave nothing behind.
+    pub(super) server: Server,
 }
 
 /// A request that a client waits for.
@@ -77,6 +79,12 @@ impl EventLoop {
             self.publish_status_when_due()?;
         }
         Ok(())
+    }
+
+    /// Lets workers and loader end, after [`Self::run`].
+    pub(super) fn close(&mut self) {
+        self.queue.close();
+        self.loader = None;
     }
 
     /// How long nothing needs to be done unless somebody calls.

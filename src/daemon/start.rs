@@ -4,10 +4,11 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
+use std::thread::JoinHandle;
 use std::time::Instant;
 
 use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::iterator::Signals;
+use signal_hook::iterator::{Handle, Signals};
 use taut::files::{FileError, Packages, Reader};
 use taut::robot::{RobotDescription, RobotModel};
 use taut::scene::Scene;
@@ -84,50 +85,56 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
         Server::create(instance)?;
     }
     let store = preload(config, out)?;
-    let mut event_loop = assemble(config, instance, store)?;
-    let workers = event_loop.threads;
-    let name = instance.name();
-    let clearance = config.clearance_m * 1e3;
-    say(out, &format!("serving instance {name}  {} workers  clearance {clearance} mm", workers.len()));
-    let served = event_loop.io.run();
-    event_loop.io.queue.close();
-    drop(event_loop.io);
-    for worker in workers {
-        // A worker catches its panics; one that ended all the same has nothing to say here.
-        let _ = worker.join();
-    }
+    let (mut event_loop, threads) = assemble(config, instance, store)?;
+    let (name, workers) = (instance.name(), config.worker_count());
+    say(out, &format!("serving instance {name}  {workers} workers  clearance {} mm", config.clearance_m * 1e3));
+    let served = event_loop.run();
+    event_loop.close();
+    threads.join();
     Ok(served?)
 }
 
-struct Assembled {
-    io: EventLoop,
-    threads: Vec<std::thread::JoinHandle<()>>,
+/// Every thread besides the I/O thread. Each can wake it, which keeps its ports open: they have to end before it.
+struct Threads {
+    signals: Handle,
+    joined: Vec<JoinHandle<()>>,
 }
 
-fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<Assembled, DaemonError> {
+impl Threads {
+    fn join(self) {
+        self.signals.close();
+        for thread in self.joined {
+            // Workers and loader catch their panics; one that ended all the same has nothing to say here.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<(EventLoop, Threads), DaemonError> {
     let server = Server::create(instance)?;
     let (events, receiver) = EventSender::new(server.waker());
-    stop_on_signals(events.clone()).map_err(system("signal handler"))?;
+    let (signals, signal_thread) = stop_on_signals(events.clone()).map_err(system("signal handler"))?;
     let waker = server.waker();
     let janitor = Janitor::start(instance, move |_| waker.wake()).map_err(system("thread"))?;
-    let (loader, _) = loader::start(events.clone()).map_err(system("thread"))?;
+    let (loader, loader_thread) = loader::start(events.clone()).map_err(system("thread"))?;
+    let mut joined = vec![signal_thread, loader_thread];
     let queue = Arc::new(JobQueue::default());
-    let (mut mailboxes, mut threads) = (Vec::new(), Vec::new());
+    let mut mailboxes = Vec::new();
     for index in 0..config.worker_count() {
         let mailbox = Arc::default();
         mailboxes.push(Arc::clone(&mailbox));
         let (queue, events) = (queue.clone(), events.clone());
         let worker = Worker { index, queue, mailbox, events, fault_injection: config.fault_injection };
-        threads.push(worker.start().map_err(system("thread"))?);
+        joined.push(worker.start().map_err(system("thread"))?);
     }
-    let io = EventLoop {
+    let event_loop = EventLoop {
         server,
         janitor,
         store,
         queue,
         mailboxes,
         events: receiver,
-        loader,
+        loader: Some(loader),
         metrics: Metrics::new(),
         default_clearance_m: config.clearance_m,
         queue_limit: config.queue,
@@ -140,18 +147,19 @@ fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<A
         is_draining: false,
         janitor_was_slow: false,
     };
-    Ok(Assembled { io, threads })
+    Ok((event_loop, Threads { signals, joined }))
 }
 
-/// The thread lives as long as the process; a second signal finds the daemon ending already.
-fn stop_on_signals(events: EventSender) -> std::io::Result<()> {
+/// The thread ends when the handle is closed.
+fn stop_on_signals(events: EventSender) -> std::io::Result<(Handle, JoinHandle<()>)> {
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
-    std::thread::Builder::new().name("taut-signals".into()).spawn(move || {
+    let handle = signals.handle();
+    let thread = std::thread::Builder::new().name("taut-signals".into()).spawn(move || {
         for _ in signals.forever() {
             events.send(Event::Stop);
         }
     })?;
-    Ok(())
+    Ok((handle, thread))
 }
 
 /// Loads what the configuration names.

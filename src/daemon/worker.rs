@@ -4,6 +4,7 @@ use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use taut::optimize::{self, Improvement, Workspace};
 use taut::path::Metric;
@@ -18,7 +19,10 @@ use super::queue::JobQueue;
 use super::translate::{self, Reply};
 
 /// With `fault_injection` in the configuration, a request with this seed panics. For tests.
-pub const FAULT_SEED: u64 = 0xfa17_fa17_fa17_fa17;
+pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
+/// With `fault_injection`, a request with this seed stays at its first improvement until it is told to stop: work
+/// that lasts, however fast the optimizers become. For tests.
+pub const HANG_SEED: u64 = 0x4a46_4a46_4a46_4a46;
 
 /// One worker thread's own things.
 pub(super) struct Worker {
@@ -30,7 +34,7 @@ pub(super) struct Worker {
     pub mailbox: Arc<Mailbox>,
     /// Where its answers go.
     pub events: EventSender,
-    /// Whether requests with [`FAULT_SEED`] panic.
+    /// Whether requests with [`PANIC_SEED`] panic and those with [`HANG_SEED`] hang.
     pub fault_injection: bool,
 }
 
@@ -70,22 +74,27 @@ impl Worker {
     }
 
     fn compute(&self, job: &Job, workspace: &mut Workspace) -> Reply {
-        assert!(!(self.fault_injection && job.settings.seed == FAULT_SEED), "injected fault");
+        assert!(!(self.fault_injection && job.settings.seed == PANIC_SEED), "injected fault");
         let model = match job.snapshot.model.get() {
             Ok(model) => model,
             Err(error) => return translate::refused(translate::model_refusal(error, &job.snapshot.robot)),
         };
         let cause = Cell::new(None);
-        let mut stop = || {
+        let asked_to_stop = || {
             cause.set(job.stop.get().or_else(|| job.is_expired(monotonic_ns()).then_some(StopCause::Deadline)));
             cause.get().is_some()
         };
+        let mut stop = asked_to_stop;
+        let hangs = self.fault_injection && job.settings.seed == HANG_SEED;
         let mut lengths = Lengths::new(job);
         let mut publish = |improvement: Improvement| {
             let lengths = lengths.of(improvement.length);
             let header = translate::progress(job, improvement.path, improvement.iterations, lengths);
             if self.mailbox.put(job.id, &header, improvement.path.as_flat()) {
                 self.events.send(Event::Improved { worker: self.index });
+            }
+            while hangs && !asked_to_stop() {
+                std::thread::sleep(Duration::from_millis(1));
             }
         };
         let result = optimize::run(model, &job.path, &job.settings, workspace, &mut stop, &mut publish);

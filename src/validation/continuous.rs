@@ -10,14 +10,12 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::interval::{IntervalVerdict, Looks, PairInterval, ROUNDING_M};
+use super::interval::{IntervalVerdict, Looks, ROUNDING_M};
 use super::ledger::Ledger;
-use super::motion::{MotionBounds, Twist};
+use super::segment_motion::SegmentMotion;
 use super::{Contact, Hit, HitReason, SegmentProof, SegmentVerdict};
-use crate::collision::piece::Transform;
 use crate::collision::query::{self, TOUCHING_M};
 use crate::collision::{BodyPair, CollisionModel};
-use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
 
 /// Intervals that one pair at a lowered floor may take on one segment before it counts as not provable.
@@ -26,15 +24,8 @@ pub const LOWERED_FLOOR_INTERVALS: u32 = 100_000;
 /// Reusable memory of a validator; nothing in it outlives a segment but its capacity.
 #[derive(Debug, Default)]
 pub struct Scratch {
+    motion: SegmentMotion,
     kinematics: Kinematics,
-    configuration: Vec<f64>,
-    velocity: Vec<f64>,
-    bounds: Vec<MotionBounds>,
-    placed: Vec<Transform>,
-    /// World centres of the balls around whole bodies.
-    centers: Vec<Vec3>,
-    /// World twists of the links, per unit t.
-    twists: Vec<Twist>,
     /// Lists of undecided pairs, each a range of this.
     lists: Vec<u32>,
     queue: VecDeque<Interval>,
@@ -93,9 +84,6 @@ impl<'a> Validator<'a> {
         clearance: f64,
         scratch: &'a mut Scratch,
     ) -> Self {
-        scratch.configuration.resize(space.nq(), 0.0);
-        scratch.velocity.resize(space.nv(), 0.0);
-        scratch.bounds.resize_with(model.bodies().len(), MotionBounds::default);
         scratch.spent.clear();
         scratch.spent.resize(model.pairs().len(), 0);
         scratch.ledger.clear();
@@ -190,7 +178,7 @@ impl<'a> Validator<'a> {
         }
         let Some((interval, pair, reason)) = earliest else { return SegmentVerdict::Proved(proof) };
         // The contact is exact and dear: only of the hit that counts.
-        self.place(from, interval.middle);
+        self.scratch.motion.place(self.model, self.space, from, interval.middle, self.held);
         SegmentVerdict::Refused(self.hit(&interval, pair, reason))
     }
 
@@ -201,6 +189,13 @@ impl<'a> Validator<'a> {
         let BodyPair { a, b, .. } = self.model.pairs()[pair];
         let (a, b) = (&self.model.bodies()[a], &self.model.bodies()[b]);
         query::closest(a, &a.placed(&self.scratch.kinematics), b, &b.placed(&self.scratch.kinematics))
+    }
+
+    /// The same at a ratio of a segment.
+    pub fn contact_between(&mut self, pair: usize, from: &[f64], to: &[f64], t: f64) -> Contact {
+        self.scratch.motion.begin(self.model, self.space, from, to, self.held);
+        self.scratch.motion.place(self.model, self.space, from, t, self.held);
+        self.scratch.motion.contact(self.model, &self.model.pairs()[pair])
     }
 
     /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces meet there,
@@ -227,10 +222,7 @@ impl<'a> Validator<'a> {
     /// Prepares the motion bounds of a segment; returns its whole interval with every pair undecided.
     fn begin(&mut self, from: &[f64], to: &[f64]) -> Interval {
         let scratch = &mut *self.scratch;
-        self.space.difference(to, from, &mut scratch.velocity);
-        for (bounds, body) in scratch.bounds.iter_mut().zip(self.model.bodies()) {
-            bounds.update(body, from, &scratch.velocity, self.held);
-        }
+        scratch.motion.begin(self.model, self.space, from, to, self.held);
         let pairs = self.model.pairs().len() as u32;
         scratch.lists.clear();
         scratch.lists.extend(Some(self.suspect).filter(|&pair| pair < pairs));
@@ -253,7 +245,7 @@ impl<'a> Validator<'a> {
             return None;
         }
         proof.intervals += 1;
-        self.place(from, interval.middle);
+        self.scratch.motion.place(self.model, self.space, from, interval.middle, self.held);
         let first = self.scratch.lists.len();
         let mut refused = None;
         for slot in interval.first..interval.last {
@@ -289,86 +281,22 @@ impl<'a> Validator<'a> {
         self.scratch.spent[pair] > LOWERED_FLOOR_INTERVALS
     }
 
-    /// Kinematics of the segment at ratio `t`.
-    fn place(&mut self, from: &[f64], t: f64) {
-        let (robot, scratch) = (self.model.robot(), &mut *self.scratch);
-        self.space.integrate(from, &scratch.velocity, t, &mut scratch.configuration);
-        scratch.kinematics.update(robot, &scratch.configuration, self.held);
-        scratch.kinematics.update_velocities(robot, &scratch.velocity);
-        let kinematics = &scratch.kinematics;
-        scratch.placed.clear();
-        scratch.placed.extend(self.model.bodies().iter().map(|body| body.placed(kinematics)));
-        scratch.centers.clear();
-        let centers = self.model.bodies().iter().zip(&scratch.placed);
-        scratch.centers.extend(centers.map(|(body, placed)| placed.point(body.tree.balls()[0].center)));
-        scratch.twists.clear();
-        scratch.twists.extend(kinematics.poses().iter().enumerate().map(|(link, pose)| {
-            Twist::through(kinematics.angular()[link], kinematics.linear()[link], pose.translation)
-        }));
-    }
-
     fn decide(&mut self, pair: usize, half: f64, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
-        let kept = self.kept_by_whole_bodies(pair, half);
-        if kept >= self.floors[pair] + ROUNDING_M {
+        let (model, motion, floor) = (self.model, &self.scratch.motion, self.floors[pair]);
+        let pair = &model.pairs()[pair];
+        let kept = motion.kept_by_whole_bodies(model, pair, half);
+        if kept >= floor + ROUNDING_M {
             self.work += 1;
             return IntervalVerdict::Proved(kept);
         }
         let mut looks = Looks::new(stop);
-        let verdict = self.pair_interval(pair, half).decide(&mut looks);
+        let verdict = motion.pair_interval(model, pair, half, floor).decide(&mut looks);
         self.work += looks.count;
         verdict
     }
 
-    /// The first test of [`PairInterval`], in the world's frame: most pairs need no other.
-    fn kept_by_whole_bodies(&self, pair: usize, half: f64) -> f64 {
-        let (BodyPair { a, b, ancestor, motions_above: [above_a, above_b] }, scratch) =
-            (self.model.pairs()[pair], &*self.scratch);
-        let (center_a, center_b) = (scratch.centers[a], scratch.centers[b]);
-        let (offset, bodies) = (center_a - center_b, self.model.bodies());
-        let length = offset.length();
-        if length < TOUCHING_M {
-            return f64::NEG_INFINITY;
-        }
-        let twist = |body: usize, at| bodies[body].link.map_or(Vec3::ZERO, |link| scratch.twists[link].at(at));
-        let mut approach = twist(a, center_a) - twist(b, center_b);
-        if let Some(link) = ancestor {
-            approach -= scratch.twists[link].angular.cross(offset);
-        }
-        let (bounds_a, bounds_b) = (&scratch.bounds[a], &scratch.bounds[b]);
-        let bend = 0.5 * half * half * (bounds_a.acceleration(above_a) + bounds_b.acceleration(above_b));
-        let travel = half * (bounds_a.speed(above_a) + bounds_b.speed(above_b));
-        let moved = (half * offset.dot(approach).abs() / length + bend).min(travel);
-        length - bodies[a].tree.balls()[0].radius - bodies[b].tree.balls()[0].radius - moved
-    }
-
-    /// The pair on the interval of this half width about the configuration that was placed last.
-    fn pair_interval(&self, pair: usize, half: f64) -> PairInterval<'_> {
-        let (BodyPair { a, b, ancestor, motions_above }, scratch) = (self.model.pairs()[pair], &*self.scratch);
-        let (body_a, body_b) = (&self.model.bodies()[a], &self.model.bodies()[b]);
-        let (bounds_a, bounds_b) = (&scratch.bounds[a], &scratch.bounds[b]);
-        let [above_a, above_b] = motions_above;
-        let carrier = ancestor.map_or(Twist::default(), |link| scratch.twists[link]);
-        let twist = |link: Option<usize>| match link {
-            Some(link) => scratch.twists[link].relative_to(&carrier).scaled(half),
-            None => Twist::default(),
-        };
-        let (placed_a, placed_b) = (&scratch.placed[a], &scratch.placed[b]);
-        PairInterval {
-            a: body_a,
-            b: body_b,
-            relative: placed_b.inverse_of(placed_a),
-            twist_a: twist(body_a.link).seen_from(placed_b),
-            twist_b: twist(body_b.link).seen_from(placed_b),
-            bend: 0.5 * half * half * (bounds_a.acceleration(above_a) + bounds_b.acceleration(above_b)),
-            travel: half * (bounds_a.speed(above_a) + bounds_b.speed(above_b)),
-            floor: self.floors[pair],
-        }
-    }
-
     fn hit(&mut self, interval: &Interval, pair: usize, reason: HitReason) -> Hit {
-        let BodyPair { a, b, .. } = self.model.pairs()[pair];
-        let (placed, bodies) = (&self.scratch.placed, self.model.bodies());
-        let contact = query::closest(&bodies[a], &placed[a], &bodies[b], &placed[b]);
+        let contact = self.scratch.motion.contact(self.model, &self.model.pairs()[pair]);
         // What decided may have seen another part of the bodies; the closest points have the last word.
         let reason = if contact.distance <= TOUCHING_M { HitReason::Collision } else { reason };
         Hit { reason, t: interval.middle, pair, contact, proved_until: interval.middle - interval.half }
@@ -388,8 +316,9 @@ impl Validator<'_> {
         pair: usize,
     ) -> Option<(f64, f64)> {
         self.begin(from, to);
-        self.place(from, middle);
-        self.pair_interval(pair, half).weakest_pieces()
+        self.scratch.motion.place(self.model, self.space, from, middle, self.held);
+        let pair = &self.model.pairs()[pair];
+        self.scratch.motion.pair_interval(self.model, pair, half, self.clearance).weakest_pieces()
     }
 }
 

@@ -6,6 +6,7 @@ pub mod interval;
 mod ledger;
 pub mod motion;
 pub mod path_proof;
+pub mod segment_motion;
 #[cfg(test)]
 mod soundness;
 

@@ -2,6 +2,7 @@
 
 use super::continuous::Enclosed;
 use super::{Contact, Hit, HitReason, SegmentProof, SegmentVerdict, Validator};
+use crate::collision::query::TOUCHING_M;
 use crate::path::Path;
 
 /// The lowest floor that is ever promised (m).
@@ -79,9 +80,37 @@ fn prove_lowering(
         };
         match verdict {
             SegmentVerdict::Refused(hit) if hit.reason == HitReason::TooClose && lower(validator, &hit) => {}
+            SegmentVerdict::Refused(hit) if hit.reason != HitReason::Collision => {
+                return SegmentVerdict::Refused(sampled_collision(validator, from, to, hit, stop));
+            }
             settled => return settled,
         }
     }
+}
+
+/// Places at which a pair that is not provable is looked at for a collision.
+const COLLISION_SAMPLES: u32 = 1024;
+
+/// A pair that comes too close for the last floor often touches a little farther on: then that is the
+/// verdict, which only samples can find here.
+fn sampled_collision(
+    validator: &mut Validator,
+    from: &[f64],
+    to: &[f64],
+    hit: Hit,
+    stop: &mut dyn FnMut() -> bool,
+) -> Hit {
+    for sample in 0..=COLLISION_SAMPLES {
+        if stop() {
+            return hit;
+        }
+        let t = f64::from(sample) / f64::from(COLLISION_SAMPLES);
+        let contact = validator.contact_between(hit.pair, from, to, t);
+        if contact.distance <= TOUCHING_M {
+            return Hit { reason: HitReason::Collision, t, contact, ..hit };
+        }
+    }
+    hit
 }
 
 /// Lowers the floor of the pair that was too close to what the distance seen leaves hope for.
