@@ -86,9 +86,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     daemon.stop()?;
 
     let picture = picture::draw(&rows, &worlds);
-    std::fs::write(&arguments.svg, picture)
-        .map_err(|source| CliError::Output { file: arguments.svg.display().to_string(), source })?;
+    let written = std::fs::write(&arguments.svg, picture);
+    // The table is worth having even where the picture cannot be written.
     show(arguments, &rows, start.elapsed())?;
+    written.map_err(|source| CliError::Output { file: arguments.svg.display().to_string(), source })?;
     Ok(if rows.iter().all(|row| row.proved) { 0 } else { NOT_PROVED })
 }
 
