@@ -128,6 +128,12 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
     })
 }
 
+/// The SRDF of the same name beside a URDF, where there is one.
+pub(super) fn srdf_beside(urdf: &FilePath) -> Option<PathBuf> {
+    let beside = urdf.with_extension("srdf");
+    beside.is_file().then_some(beside)
+}
+
 /// A bare path: its columns are the robot's variables, every other joint is held at 0.
 fn bare(
     reader: &mut Reader,
@@ -136,8 +142,7 @@ fn bare(
     name: String,
     table: PathTable,
 ) -> Result<Loaded, CliError> {
-    let beside = urdf.with_extension("srdf");
-    let srdf = source.srdf.clone().or_else(|| beside.is_file().then_some(beside));
+    let srdf = source.srdf.clone().or_else(|| srdf_beside(urdf));
     let robot_files = RobotFiles {
         urdf: urdf.to_owned(),
         srdf,
@@ -150,6 +155,13 @@ fn bare(
     let scene = source.scene.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.scene(file))?;
     let path = table.into_path(robot.variables())?;
     let mut warnings = [robot.warnings(), scene.warnings()].concat();
+    if let Some(variable) = robot.held().iter().find(|variable| variable.lower > 0.0 || variable.upper < 0.0) {
+        let (missing, lower, upper) = (&variable.name, variable.lower, variable.upper);
+        let text = format!(
+            "column {missing:?} is missing, and the joint cannot be held at 0, outside [{lower}, {upper}]; add it"
+        );
+        return Err(FileError::Content { file: name.into(), text }.into());
+    }
     if !robot.held().is_empty() {
         let held: Vec<&str> = robot.held().iter().map(|variable| variable.name.as_str()).collect();
         warnings.push(format!("the path has no column for {}: held still at 0", held.join(", ")));

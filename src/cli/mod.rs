@@ -68,10 +68,16 @@ pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // Where even this cannot be written there is nobody to tell.
-            let _ = error.print();
-            let asked = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
-            return ExitCode::from(if asked { 0 } else { USAGE });
+            if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+                // Where even this cannot be written there is nobody to tell.
+                let _ = error.print();
+                return ExitCode::SUCCESS;
+            }
+            match error.kind() {
+                ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => eprintln!("{error}"),
+                _ => eprintln!("taut: {}", one_line(&error)),
+            }
+            return ExitCode::from(USAGE);
         }
     };
     let result = match cli.command {
@@ -90,4 +96,15 @@ pub fn main() -> ExitCode {
         Command::Stop(arguments) => models::stop(&arguments),
     };
     ExitCode::from(result.unwrap_or_else(|error| error.report()))
+}
+
+/// What clap says on several lines, as one with the next step at its end.
+fn one_line(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let said = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
+    let said: Vec<&str> = said.filter(|line| !line.is_empty() && !line.starts_with("tip: to pass")).collect();
+    format!(
+        "{}; see --help",
+        said.join(" ").trim_start_matches("error: ").trim_end_matches("For more information, try '--help'.").trim_end()
+    )
 }

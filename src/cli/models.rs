@@ -12,6 +12,7 @@ use taut_ipc::{DaemonState, daemon_state};
 use super::Format;
 use super::connect::{InstanceChoice, control, is_lost, unexpected};
 use super::error::{CliError, stdout};
+use super::load::srdf_beside;
 use super::quantity;
 use super::remote::{self, folder_of};
 
@@ -114,7 +115,8 @@ pub(super) fn load_robot(arguments: &LoadRobot) -> Result<u8, CliError> {
     let packages = quantity::packages(&arguments.packages);
     let files = match (&arguments.urdf, &arguments.problem) {
         (Some(urdf), _) => {
-            RobotFiles { urdf: urdf.clone(), srdf: arguments.srdf.clone(), packages, ..RobotFiles::default() }
+            let srdf = arguments.srdf.clone().or_else(|| srdf_beside(urdf));
+            RobotFiles { urdf: urdf.clone(), srdf, packages, ..RobotFiles::default() }
         }
         (None, Some(problem)) => {
             let geometry = if arguments.spheres { Geometry::Spheres } else { Geometry::Given };

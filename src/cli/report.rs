@@ -1,6 +1,7 @@
 //! How an answer is shown: one JSON object, or lines for people.
 
 use serde::Serialize;
+use taut::collision::query::TOUCHING_M;
 use taut::files::Geometry;
 use taut::optimize::{Mode, Outcome, Refusal, Termination};
 use taut::validation::{Certificate, HitReason};
@@ -175,7 +176,8 @@ fn refused(refusal: &Refusal, waypoints: usize) -> String {
     let segments = waypoints.saturating_sub(1).max(1);
     let place = format!("segment {} of {segments}, t = {:.3}", refusal.segment + 1, refusal.t);
     let depth = match refusal.depth_m {
-        depth if depth >= 0.0 => format!("depth {}", length(depth)),
+        depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
+        depth if depth > 0.0 => format!("depth {}", length(depth)),
         depth => format!("distance {}", length(-depth)),
     };
     let hint = if refusal.hint.is_empty() { String::new() } else { format!(" ({})", refusal.hint) };

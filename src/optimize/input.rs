@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::settings::Settings;
 use crate::path::{Metric, MetricError, Path};
 use crate::robot::configuration::shortest_arc;
-use crate::robot::{Component, ConfigurationSpace, RobotModel};
+use crate::robot::{Component, ConfigurationSpace, HeldVariable, RobotModel};
 use crate::validation::path_proof::LEAST_FLOOR_M;
 
 /// How far outside its limits a path may start (m or rad).
@@ -126,6 +126,7 @@ impl Input {
         fixed[0] = true;
         fixed[path.len() - 1] = true;
         let mut warnings = check_values(robot, path)?;
+        warnings.extend(held_outside_limits(robot, &held));
         let Canonical { path, fixed, origins } = Canonical::new(&space, path, &fixed, &mut warnings);
         Ok(Self { space, metric, held, moving, path, fixed, origins, warnings })
     }
@@ -146,6 +147,19 @@ fn check_columns(robot: &RobotModel, path: &Path) -> Result<(), RequestError> {
     let names: Vec<&str> = robot.variables().iter().map(|variable| variable.name.as_str()).collect();
     let (robot, variables) = (robot.name().to_owned(), names.join(", "));
     Err(RequestError::Columns { got: path.nq(), expected, robot, variables })
+}
+
+/// A warning for every held variable that the robot cannot hold where it is.
+fn held_outside_limits(robot: &RobotModel, held: &[f64]) -> Vec<String> {
+    let outside = robot
+        .held()
+        .iter()
+        .zip(held)
+        .filter(|(variable, value)| (variable.lower - **value).max(**value - variable.upper) > LIMIT_TOLERANCE);
+    let text = |(variable, value): (&HeldVariable, &f64)| {
+        format!("{} is held at {value}, outside [{}, {}]", variable.name, variable.lower, variable.upper)
+    };
+    outside.map(text).collect()
 }
 
 /// Checks every number; returns a warning where limits are exceeded by a little.

@@ -53,6 +53,10 @@ pub struct HeldVariable {
     pub name: String,
     /// Value where a request gives none.
     pub default: f64,
+    /// Lowest value (m or rad), −∞ where there is none.
+    pub lower: f64,
+    /// Highest value (m or rad), ∞ where there is none.
+    pub upper: f64,
 }
 
 /// Why a robot was refused.
@@ -402,7 +406,7 @@ impl Columns {
         let mut held: Vec<HeldVariable> = Vec::new();
         let is_listed: Vec<bool> = drives.iter().map(|d| matches!(d, Drive::Variable { .. })).collect();
         for position in 0..drives.len() {
-            let JointSource { name, kind, mimic, .. } = source(position);
+            let JointSource { name, kind, mimic, limits } = source(position);
             if is_listed[position] || kind == JointKind::Fixed {
                 if kind == JointKind::Fixed && mimic.is_some() {
                     warnings.push(format!("mimic on fixed joint {name:?} is ignored"));
@@ -419,7 +423,8 @@ impl Columns {
             for (i, variable) in names[position].iter().enumerate() {
                 // A floating joint at rest is the unit quaternion: its last number is 1.
                 let default = if kind == JointKind::Floating && i == 6 { 1.0 } else { 0.0 };
-                held.push(HeldVariable { name: variable.clone(), default });
+                let (lower, upper) = limits.get(i).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+                held.push(HeldVariable { name: variable.clone(), default, lower, upper });
             }
         }
         Ok(Self { drives, space: ConfigurationSpace::new(components), variables, held })

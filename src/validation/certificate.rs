@@ -15,10 +15,13 @@ pub struct Certificate {
     /// [`CHECKER_VERSION`] of the checker that made it.
     pub checker_version: u32,
     /// Content hash of the path.
+    #[serde(with = "hex")]
     pub path_hash: u64,
     /// Content hash of the robot.
+    #[serde(with = "hex")]
     pub robot_hash: u64,
     /// Content hash of the scene.
+    #[serde(with = "hex")]
     pub scene_hash: u64,
     /// Floor of every pair that is not listed (m).
     pub clearance_m: f64,
@@ -64,5 +67,20 @@ impl Certificate {
     /// Smallest clearance claimed of any segment (m); `None` where nothing comes near.
     pub fn clearance_m(&self) -> Option<f64> {
         self.segments.iter().filter_map(|segment| segment.clearance_m).min_by(f64::total_cmp)
+    }
+}
+
+/// Hashes as 16 hex digits: JSON readers lose the last bits of a number as large.
+mod hex {
+    use serde::{Deserialize, Deserializer, Serializer, de};
+
+    pub fn serialize<S: Serializer>(hash: &u64, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(&format_args!("{hash:016x}"))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        u64::from_str_radix(&text, 16)
+            .map_err(|_| de::Error::custom(format!("{text:?} is not a hash of 16 hex digits")))
     }
 }
