@@ -12,6 +12,7 @@ use crate::memory::{SharedFile, shared_files, wipe};
 use crate::transport::{self, Variant};
 use iceoryx2::node::{DeadNodeView, Node, NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
+use std::collections::HashSet;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
@@ -57,8 +58,8 @@ pub fn clean_dead_nodes(instance: &Instance) -> CleanUp {
 /// As [`clean_dead_nodes`], of nodes that were listed already.
 pub(super) fn clean(instance: &Instance, alive: usize, dead: Vec<DeadNodeView<Variant>>) -> CleanUp {
     let (files, young) = remove_unfinished(instance);
-    let mut done = CleanUp { alive, files, young: young.len(), ..CleanUp::default() };
-    remove_orphans(instance);
+    let orphans = remove_orphans(instance);
+    let mut done = CleanUp { alive, files, young: young.len() + orphans, ..CleanUp::default() };
     if young.iter().any(|file| file.bytes == 0) {
         done.postponed = dead.len();
         return done;
@@ -139,16 +140,47 @@ fn remove_unfinished_tags(folder: &Path) {
     }
 }
 
-/// Removes folders of nodes that died before they were known.
-fn remove_orphans(instance: &Instance) {
-    let Ok(entries) = std::fs::read_dir(nodes_folder(instance)) else { return };
+/// Removes folders of nodes that died before they were known, and connections and data of ports that no node has:
+/// their makers died before they registered them. Returns how many are too young to tell.
+fn remove_orphans(instance: &Instance) -> usize {
+    let mut young = 0;
+    let Ok(entries) = std::fs::read_dir(nodes_folder(instance)) else { return young };
+    let mut ports = HashSet::new();
     for entry in entries.flatten().filter(|entry| entry.path().is_dir()) {
         let id = entry.file_name().to_string_lossy().into_owned();
         let monitor = format!("{}{id}.node_monitor", instance.prefix());
         let age = entry.metadata().and_then(|meta| meta.modified()).map(|at| at.elapsed().unwrap_or_default());
         let old = age.is_ok_and(|age| age >= UNFINISHED_FILE_AGE);
-        if old && !nodes_folder(instance).join(monitor).exists() {
+        if nodes_folder(instance).join(monitor).exists() || !old {
+            young += usize::from(!old);
+            ports.extend(ports_of(instance, &entry.path()));
+        } else {
             let _ = std::fs::remove_dir_all(entry.path());
         }
     }
+    for file in shared_files(instance) {
+        if ports_in_name(&file.path).iter().all(|port| ports.contains(port)) {
+            continue;
+        }
+        if file.age < UNFINISHED_FILE_AGE {
+            young += 1;
+        } else {
+            let _ = std::fs::remove_file(&file.path);
+        }
+    }
+    young
+}
+
+/// Ids of the ports that a node has registered.
+fn ports_of(instance: &Instance, folder: &Path) -> Vec<String> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
+    names.filter_map(|name| Some(name.strip_prefix(instance.prefix())?.strip_suffix(".port_tag")?.to_owned())).collect()
+}
+
+/// Ids of the ports that a connection or a data segment belongs to; none for any other file.
+fn ports_in_name(path: &Path) -> Vec<String> {
+    let is_of_ports = path.extension().is_some_and(|extension| extension == "connection" || extension == "data");
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).filter(|_| is_of_ports);
+    stem.iter().flat_map(|stem| stem.split('_').skip(1)).map(str::to_owned).collect()
 }
