@@ -151,8 +151,9 @@ fn remove_orphans(instance: &Instance) -> usize {
         let monitor = format!("{}{id}.node_monitor", instance.prefix());
         let age = entry.metadata().and_then(|meta| meta.modified()).map(|at| at.elapsed().unwrap_or_default());
         let old = age.is_ok_and(|age| age >= UNFINISHED_FILE_AGE);
-        if nodes_folder(instance).join(monitor).exists() || !old {
-            young += usize::from(!old);
+        let known = nodes_folder(instance).join(monitor).exists();
+        if known || !old {
+            young += usize::from(!known);
             ports.extend(ports_of(instance, &entry.path()));
         } else {
             let _ = std::fs::remove_dir_all(entry.path());
