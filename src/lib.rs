@@ -5,6 +5,7 @@
 pub mod collision;
 pub mod files;
 pub(crate) mod hash;
+pub mod lanes;
 pub mod math;
 pub mod optimize;
 pub mod path;

@@ -181,7 +181,7 @@ impl Swept {
 }
 
 /// Middle of a prismatic joint's range, where it has one; 0 otherwise.
-fn rest_value(robot: &RobotModel, joint: usize) -> f64 {
+pub(super) fn rest_value(robot: &RobotModel, joint: usize) -> f64 {
     let middle = |drive: Drive| match drive {
         Drive::Variable { q, .. } => {
             let middle = (robot.variables()[q].lower + robot.variables()[q].upper) / 2.0;

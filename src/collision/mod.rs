@@ -3,6 +3,7 @@
 pub mod body;
 pub mod contact;
 pub mod distance;
+pub mod filter;
 pub mod model;
 pub mod piece;
 pub mod query;
@@ -10,4 +11,5 @@ pub mod tree;
 
 pub use body::{Body, reach_weights};
 pub use contact::Contact;
+pub use filter::Filter;
 pub use model::{BodyPair, CollisionModel, CollisionModelError};

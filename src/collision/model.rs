@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::body::Body;
 use super::contact::Contact;
+use super::filter::Filter;
 use super::query;
 use crate::robot::{Kinematics, RobotModel, kinematics};
 use crate::scene::Scene;
@@ -17,6 +18,7 @@ pub struct CollisionModel {
     bodies: Vec<Body>,
     pairs: Vec<BodyPair>,
     static_pairs: Vec<BodyPair>,
+    filter: Filter,
 }
 
 /// Two bodies that are checked against each other. `a` belongs to the robot.
@@ -73,12 +75,14 @@ impl CollisionModel {
         let robot_bodies = bodies.len();
         bodies.extend(scene.obstacles().iter().filter(|o| !o.shapes.is_empty()).map(Body::of_obstacle));
         let allowed = scene_allowed(&robot, &scene)?;
-        let mut model = Self { robot, scene, bodies, pairs: Vec::new(), static_pairs: Vec::new() };
+        let filter = Filter::new(&robot, &bodies, robot_bodies, &[]);
+        let mut model = Self { robot, scene, bodies, pairs: Vec::new(), static_pairs: Vec::new(), filter };
         for a in 0..robot_bodies {
             for b in a + 1..model.bodies.len() {
                 model.consider(a, b, &allowed);
             }
         }
+        model.filter = Filter::new(&model.robot, &model.bodies, robot_bodies, &model.pairs);
         Ok(model)
     }
 
@@ -119,6 +123,10 @@ impl CollisionModel {
     /// Pairs that some joint of the robot moves against each other.
     pub fn pairs(&self) -> &[BodyPair] {
         &self.pairs
+    }
+    /// What the filter sees of the model.
+    pub fn filter(&self) -> &Filter {
+        &self.filter
     }
     /// Names of the two bodies of pair `index`.
     pub fn pair_names(&self, index: usize) -> [String; 2] {

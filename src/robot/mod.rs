@@ -6,6 +6,7 @@ pub mod configuration;
 pub mod description;
 pub mod joint;
 pub mod kinematics;
+pub mod lane_kinematics;
 pub mod model;
 pub mod srdf;
 pub mod urdf;

@@ -1,38 +1,65 @@
-//! The certified check of one segment: bisection with one forward kinematics per interval, shared by all
-//! pairs, and a list of undecided pairs that shrinks on the way down.
+//! The certified check of segments: intervals, eight at a time, and lists of undecided pairs that shrink on
+//! the way down.
 //!
-//! At an interval, for each pair in its list: a lower bound of the distance over the whole interval
-//! reaches the pair's floor → the pair is done; the bodies touch in the middle → collision; they are
-//! closer than 1.5 floors → too close; otherwise both halves look again. Pairs that go on are at least
-//! 1.5 floors apart in the middle, so they end when their displacement bound falls to half a floor:
-//! everything clearer than 1.5 floors is proved, everything proved is at least one floor clear.
+//! A segment is cut into intervals; eight of them, of whatever segments, are looked at together by the
+//! [filter](super::rake). What it does not prove is undecided. Where it saw an undecided pair at least 1.5
+//! floors apart in the middle, the interval is split; where not, the exact bodies decide: a lower bound of
+//! the distance over the whole interval reaches the pair's floor → the pair is done; the bodies touch in the
+//! middle → collision; they are closer than 1.5 floors → too close; otherwise it is split. Parts of a split
+//! interval look only at the pairs that are undecided there. These are at least 1.5 floors apart in the
+//! middle, so they end when their displacement bound falls to half a floor: everything clearer than 1.5
+//! floors is proved, everything proved is at least one floor clear.
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::interval::{IntervalVerdict, Looks, ROUNDING_M};
+use super::interval::{IntervalVerdict, Looks};
 use super::ledger::Ledger;
+use super::rake::{Pairs, Proving, Rake, RakeScratch};
 use super::segment_motion::SegmentMotion;
-use super::{Contact, Hit, HitReason, SegmentProof, SegmentVerdict};
+use super::{Contact, Hit, HitReason, Layers, SegmentProof, SegmentVerdict};
+use crate::collision::filter::REMOTE_M;
 use crate::collision::query::{self, TOUCHING_M};
 use crate::collision::{BodyPair, CollisionModel};
+use crate::lanes::{EightWide, InstructionSet, LANES};
+use crate::path::Path;
+use crate::robot::lane_kinematics::{LaneInterval, LaneSegments};
 use crate::robot::{ConfigurationSpace, Kinematics};
 
 /// Intervals that one pair at a lowered floor may take on one segment before it counts as not provable.
 pub const LOWERED_FLOOR_INTERVALS: u32 = 100_000;
 
-/// Reusable memory of a validator; nothing in it outlives a segment but its capacity.
+/// Joint-space motion of the first intervals (rad; translations are divided by the robot's reach).
+const START_WIDTH: f64 = 0.35;
+
+/// Reusable memory of a validator; nothing in it outlives a request but its capacity.
 #[derive(Debug, Default)]
 pub struct Scratch {
     motion: SegmentMotion,
     kinematics: Kinematics,
+    pub(super) rake: RakeScratch,
+    instructions: InstructionSet,
+    segments: Segments,
     /// Lists of undecided pairs, each a range of this.
     lists: Vec<u32>,
     queue: VecDeque<Interval>,
-    /// Intervals spent by each pair with a lowered floor, on this segment.
+    floors: Vec<f64>,
+    /// Intervals spent by each pair with a lowered floor, on the segments at hand.
     spent: Vec<u32>,
     /// What this request's validator has proved.
     ledger: Ledger,
+}
+
+/// The segments that are being proved.
+#[derive(Debug, Default)]
+struct Segments {
+    /// Both ends of each, one after the other.
+    ends: Vec<f64>,
+    velocity: Vec<f64>,
+    lanes: LaneSegments,
+    proofs: Vec<SegmentProof>,
+    /// Segment for which the exact motion was prepared, and the place where its bodies stand.
+    exact: Option<(usize, Option<f64>)>,
 }
 
 /// Whether a body is inside a mesh.
@@ -47,12 +74,22 @@ pub enum Enclosed {
 }
 
 /// `[middle − half, middle + half]` of a segment, and the pairs that are undecided there.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Interval {
+    segment: usize,
     middle: f64,
     half: f64,
-    first: usize,
-    last: usize,
+    pairs: List,
+}
+
+/// Pairs that are undecided on an interval.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) enum List {
+    /// All of the model.
+    #[default]
+    All,
+    /// A range of the lists.
+    Of(usize, usize),
 }
 
 /// What a search for a refusal found first.
@@ -67,12 +104,11 @@ pub struct Validator<'a> {
     model: &'a CollisionModel,
     space: &'a ConfigurationSpace,
     held: &'a [f64],
-    scratch: &'a mut Scratch,
+    pub(super) scratch: &'a mut Scratch,
+    layers: Layers,
     clearance: f64,
-    floors: Vec<f64>,
+    highest_floor: f64,
     work: u64,
-    /// The pair that was refused last is looked at first.
-    suspect: u32,
 }
 
 impl<'a> Validator<'a> {
@@ -84,28 +120,42 @@ impl<'a> Validator<'a> {
         clearance: f64,
         scratch: &'a mut Scratch,
     ) -> Self {
+        let pairs = model.pairs().len();
+        scratch.floors.clear();
+        scratch.floors.resize(pairs, clearance);
         scratch.spent.clear();
-        scratch.spent.resize(model.pairs().len(), 0);
+        scratch.spent.resize(pairs, 0);
         scratch.ledger.clear();
-        let floors = vec![clearance; model.pairs().len()];
-        Self { model, space, held, scratch, clearance, floors, work: 0, suspect: 0 }
+        scratch.rake.reset(model.filter(), space, held);
+        Self { model, space, held, scratch, layers: Layers::default(), clearance, highest_floor: clearance, work: 0 }
+    }
+
+    /// The same with some layers switched off.
+    #[must_use]
+    pub fn with_layers(mut self, layers: Layers) -> Self {
+        self.layers = layers;
+        if layers.portable_lanes {
+            self.scratch.instructions = InstructionSet::Portable;
+        }
+        self
     }
 
     /// Floor of each pair (m).
     pub fn floors(&self) -> &[f64] {
-        &self.floors
+        &self.scratch.floors
     }
     /// Sets the floor of one pair (m).
     pub fn set_floor(&mut self, pair: usize, floor: f64) {
-        if floor > self.floors[pair] {
+        if floor > self.scratch.floors[pair] {
             // What was proved at the lower floor says nothing of the higher one.
             self.scratch.ledger.clear();
         }
-        self.floors[pair] = floor;
+        self.highest_floor = self.highest_floor.max(floor);
+        self.scratch.floors[pair] = floor;
     }
-    /// Pairs of balls looked at since the validator was made: what work is counted in.
+    /// Tests of two bodies or parts of them since the validator was made: what work is counted in.
     pub fn work(&self) -> u64 {
-        self.work
+        self.work + self.scratch.rake.looks
     }
     /// The model that is checked.
     pub fn model(&self) -> &'a CollisionModel {
@@ -115,11 +165,15 @@ impl<'a> Validator<'a> {
     /// Proves the straight segment between two configurations, or refuses it as soon as anything is found.
     ///
     /// Intervals are looked at from wide to narrow, so that a refusal is much cheaper than a proof.
-    /// `stop` is asked at every interval, and within it where the search is long.
+    /// `stop` is asked at every eight intervals, and within them where the search is long.
     pub fn segment(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> SegmentVerdict {
-        let mut proof = SegmentProof::EMPTY;
-        match self.search(from, to, stop, &mut proof) {
-            Found::Nothing => SegmentVerdict::Proved(proof),
+        if let Some(proof) = self.known(from, to) {
+            return SegmentVerdict::Proved(proof);
+        }
+        self.begin();
+        self.add(from, to);
+        match self.search(stop) {
+            Found::Nothing => SegmentVerdict::Proved(self.scratch.segments.proofs[0]),
             Found::Refusal(interval, pair, reason) => SegmentVerdict::Refused(self.hit(&interval, pair, reason)),
             Found::Stopped => SegmentVerdict::Stopped,
         }
@@ -128,57 +182,104 @@ impl<'a> Validator<'a> {
     /// Whether [`Self::segment`] would prove the segment; `None` where stopped. Cheaper than asking for the
     /// verdict, because a refusal's exact contact often costs more than finding the refusal.
     pub fn proves(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> Option<bool> {
-        let mut proof = SegmentProof::EMPTY;
-        match self.search(from, to, stop, &mut proof) {
+        if self.known(from, to).is_some() {
+            return Some(true);
+        }
+        self.begin();
+        self.add(from, to);
+        match self.search(stop) {
             Found::Nothing => Some(true),
             Found::Refusal(..) => Some(false),
             Found::Stopped => None,
         }
     }
 
-    fn search(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool, proof: &mut SegmentProof) -> Found {
-        if let Some(known) = self.scratch.ledger.get(from, to) {
-            *proof = known;
-            return Found::Nothing;
+    /// Whether every segment of a path is proved, all looked at together; `None` where stopped. What is
+    /// proved is remembered for [`Self::segment`].
+    pub fn proves_path(&mut self, path: &Path, stop: &mut dyn FnMut() -> bool) -> Option<bool> {
+        self.begin();
+        for segment in 1..path.len() {
+            let (from, to) = (path.waypoint(segment - 1), path.waypoint(segment));
+            if self.known(from, to).is_none() {
+                self.add(from, to);
+            }
         }
-        let whole = self.begin(from, to);
-        self.scratch.queue.push_back(whole);
-        while let Some(interval) = self.scratch.queue.pop_front() {
-            let Some(examined) = self.examine(from, &interval, Until::FirstRefusal, proof, stop) else {
+        match self.search(stop) {
+            Found::Nothing => Some(true),
+            Found::Refusal(..) => Some(false),
+            Found::Stopped => None,
+        }
+    }
+
+    fn known(&self, from: &[f64], to: &[f64]) -> Option<SegmentProof> {
+        self.layers.reuse.then(|| self.scratch.ledger.get(from, to)).flatten()
+    }
+
+    /// Looks at all that is queued, wide intervals first; remembers the segments if all are proved.
+    fn search(&mut self, stop: &mut dyn FnMut() -> bool) -> Found {
+        while !self.scratch.queue.is_empty() {
+            let (rake, count) = self.next_rake();
+            let Some(examined) = self.examine(&rake[..count], Until::FirstRefusal, stop) else {
                 return Found::Stopped;
             };
-            if let Some((pair, reason)) = examined.refused {
-                return Found::Refusal(interval, pair, reason);
+            if let Some((lane, pair, reason)) = examined.refused {
+                return Found::Refusal(rake[lane], pair, reason);
             }
-            self.scratch.queue.extend(interval.halves(examined.undecided).into_iter().flatten());
+            for (interval, list) in rake.iter().zip(examined.undecided) {
+                self.scratch.queue.extend(interval.parts(list));
+            }
         }
-        self.scratch.ledger.insert(from, to, *proof);
+        let nq = self.space.nq();
+        let segments = &self.scratch.segments;
+        if self.layers.reuse {
+            for (ends, proof) in segments.ends.chunks((2 * nq).max(1)).zip(&segments.proofs) {
+                self.scratch.ledger.insert(&ends[..nq], &ends[nq..], *proof);
+            }
+        }
         Found::Nothing
+    }
+
+    /// Up to eight intervals from the queue that look at the same pairs.
+    fn next_rake(&mut self) -> ([Interval; LANES], usize) {
+        let queue = &mut self.scratch.queue;
+        let mut rake = [Interval::default(); LANES];
+        let mut count = 0;
+        while count < LANES {
+            let Some(next) = queue.front().filter(|next| count == 0 || next.pairs.is(&rake[0].pairs)) else { break };
+            rake[count] = *next;
+            count += 1;
+            queue.pop_front();
+        }
+        (rake, count)
     }
 
     /// The same verdict as [`Self::segment`], but a refusal is the first along the segment, found to
     /// [`FINEST`]: everything before its `proved_until` is proved.
     pub fn first_hit(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> SegmentVerdict {
-        let whole = self.begin(from, to);
-        self.scratch.queue.push_back(whole);
-        let (mut proof, mut earliest) = (SegmentProof::EMPTY, None);
-        // A stack on which the left half is always next; a hit makes all that waits to its right idle.
+        self.begin();
+        self.add(from, to);
+        // A stack on which what is farthest left is next; a hit makes all that waits to its right idle.
+        self.scratch.queue.make_contiguous().reverse();
+        let mut earliest = None;
         while let Some(interval) = self.scratch.queue.pop_back() {
-            let Some(examined) = self.examine(from, &interval, Until::EveryPair, &mut proof, stop) else {
+            let Some(examined) = self.examine(&[interval], Until::EveryPair, stop) else {
                 return SegmentVerdict::Stopped;
             };
-            let [left, right] = interval.halves(examined.undecided);
-            if let Some((pair, reason)) = examined.refused {
+            let list = examined.undecided[0].clone();
+            if let Some((_, pair, reason)) = examined.refused {
                 earliest = Some((interval, pair, reason));
                 self.scratch.queue.clear();
-                self.scratch.queue.extend(left.filter(|left| left.half > FINEST));
+                let half = interval.half / 2.0;
+                let left = Interval { middle: interval.middle - half, half, pairs: List::of(list), ..interval };
+                self.scratch.queue.extend(Some(left).filter(|left| left.half > FINEST));
             } else {
-                self.scratch.queue.extend(right.into_iter().chain(left));
+                self.scratch.queue.extend(interval.halves(list).into_iter().rev());
             }
         }
-        let Some((interval, pair, reason)) = earliest else { return SegmentVerdict::Proved(proof) };
+        let Some((interval, pair, reason)) = earliest else {
+            return SegmentVerdict::Proved(self.scratch.segments.proofs[0]);
+        };
         // The contact is exact and dear: only of the hit that counts.
-        self.scratch.motion.place(self.model, self.space, from, interval.middle, self.held);
         SegmentVerdict::Refused(self.hit(&interval, pair, reason))
     }
 
@@ -193,6 +294,7 @@ impl<'a> Validator<'a> {
 
     /// The same at a ratio of a segment.
     pub fn contact_between(&mut self, pair: usize, from: &[f64], to: &[f64], t: f64) -> Contact {
+        self.scratch.segments.exact = None;
         self.scratch.motion.begin(self.model, self.space, from, to, self.held);
         self.scratch.motion.place(self.model, self.space, from, t, self.held);
         self.scratch.motion.contact(self.model, &self.model.pairs()[pair])
@@ -219,62 +321,185 @@ impl<'a> Validator<'a> {
         Enclosed::Nothing
     }
 
-    /// Prepares the motion bounds of a segment; returns its whole interval with every pair undecided.
-    fn begin(&mut self, from: &[f64], to: &[f64]) -> Interval {
+    /// Forgets the segments at hand.
+    pub(super) fn begin(&mut self) {
         let scratch = &mut *self.scratch;
-        scratch.motion.begin(self.model, self.space, from, to, self.held);
-        let pairs = self.model.pairs().len() as u32;
+        scratch.segments.ends.clear();
+        scratch.segments.lanes.clear();
+        scratch.segments.proofs.clear();
+        scratch.segments.exact = None;
         scratch.lists.clear();
-        scratch.lists.extend(Some(self.suspect).filter(|&pair| pair < pairs));
-        scratch.lists.extend((0..pairs).filter(|&pair| pair != self.suspect));
-        scratch.spent.fill(0);
         scratch.queue.clear();
-        Interval { middle: 0.5, half: 0.5, first: 0, last: scratch.lists.len() }
+        if scratch.floors.iter().any(|floor| *floor < self.clearance) {
+            scratch.spent.fill(0);
+        }
     }
 
-    /// Decides what can be decided on an interval; the pairs left over become a new list. `None` where stopped.
-    fn examine(
-        &mut self,
-        from: &[f64],
-        interval: &Interval,
-        until: Until,
-        proof: &mut SegmentProof,
-        stop: &mut dyn FnMut() -> bool,
-    ) -> Option<Examined> {
+    /// Adds a segment to those at hand, and its first intervals to the queue; returns the size of its motion (rad).
+    pub(super) fn add(&mut self, from: &[f64], to: &[f64]) -> f64 {
+        let (filter, segments) = (self.model.filter(), &mut self.scratch.segments);
+        segments.velocity.resize(self.space.nv(), 0.0);
+        self.space.difference(to, from, &mut segments.velocity);
+        segments.lanes.push(&filter.skeleton, from, &segments.velocity, self.held);
+        segments.ends.extend_from_slice(from);
+        segments.ends.extend_from_slice(to);
+        let segment = segments.proofs.len();
+        segments.proofs.push(SegmentProof::EMPTY);
+        let motion = filter.skeleton.motion(&segments.velocity, filter.reach);
+        let count = (motion / START_WIDTH).ceil().max(1.0);
+        let half = 0.5 / count;
+        for part in 0..count as usize {
+            let middle = half * (2 * part + 1) as f64;
+            self.scratch.queue.push_back(Interval { segment, middle, half, pairs: List::All });
+        }
+        motion
+    }
+
+    /// Decides what can be decided on intervals that look at the same pairs; the pairs left over become a
+    /// list for each interval. `None` where stopped.
+    fn examine(&mut self, rake: &[Interval], until: Until, stop: &mut dyn FnMut() -> bool) -> Option<Examined> {
         if stop() {
             return None;
         }
-        proof.intervals += 1;
-        self.scratch.motion.place(self.model, self.space, from, interval.middle, self.held);
-        let first = self.scratch.lists.len();
-        let mut refused = None;
-        for slot in interval.first..interval.last {
-            let pair = self.scratch.lists[slot];
-            let reason = match self.decide(pair as usize, interval.half, stop) {
-                IntervalVerdict::Stopped => return None,
-                IntervalVerdict::Proved(kept) => {
-                    proof.clearance_m = proof.clearance_m.min(kept);
+        self.filter(rake);
+        for (lane, interval) in rake.iter().enumerate() {
+            let proof = &mut self.scratch.segments.proofs[interval.segment];
+            proof.intervals += 1;
+            proof.clearance_m = proof.clearance_m.min(f64::from(self.scratch.rake.kept[lane]));
+        }
+        let mut examined = Examined::default();
+        // Nearest first: if anything is refused, it is most likely there.
+        if until == Until::FirstRefusal
+            && let Some((entry, lane)) = self.nearest()
+        {
+            if let Some(reason) = self.settle(&rake[lane], entry, lane, stop)? {
+                examined.refused = Some((lane, self.scratch.rake.unproved[entry].pair as usize, reason));
+                return Some(examined);
+            }
+        }
+        for lane in 0..rake.len() {
+            let first = self.scratch.lists.len();
+            for entry in 0..self.scratch.rake.unproved.len() {
+                if self.scratch.rake.unproved[entry].lanes >> lane & 1 == 0 {
                     continue;
                 }
-                IntervalVerdict::Collision => Some(HitReason::Collision),
-                IntervalVerdict::TooClose => Some(HitReason::TooClose),
-                IntervalVerdict::Split => self.spend(pair as usize).then_some(HitReason::Uncertified),
+                let reason = self.settle(&rake[lane], entry, lane, stop)?;
+                let unproved = self.scratch.rake.unproved[entry];
+                if unproved.lanes >> lane & 1 == 1 {
+                    self.scratch.lists.push(unproved.pair);
+                }
+                if let Some(reason) = reason {
+                    examined.refused = examined.refused.or(Some((lane, unproved.pair as usize, reason)));
+                    if until == Until::FirstRefusal {
+                        return Some(examined);
+                    }
+                }
+            }
+            examined.undecided[lane] = first..self.scratch.lists.len();
+        }
+        Some(examined)
+    }
+
+    /// Runs the filter on up to eight intervals.
+    fn filter(&mut self, rake: &[Interval]) {
+        let lanes = ((1_u16 << rake.len()) - 1) as u8;
+        if !self.layers.filter {
+            let Scratch { rake: filter, lists, .. } = &mut *self.scratch;
+            return match rake[0].pairs {
+                List::All => filter.leave(0..self.model.pairs().len() as u32, lanes),
+                List::Of(first, last) => filter.leave(lists[first..last].iter().copied(), lanes),
             };
-            self.scratch.lists.push(pair);
-            if let Some(reason) = reason {
-                self.suspect = pair;
-                refused = refused.or(Some((pair as usize, reason)));
-                if until == Until::FirstRefusal {
-                    break;
+        }
+        let interval = |lane: usize| {
+            let Interval { segment, middle, half, .. } = rake[lane.min(rake.len() - 1)];
+            LaneInterval { segment, middle, half }
+        };
+        self.run(Proving, std::array::from_fn(interval), lanes, rake[0].pairs);
+    }
+
+    /// Runs the filter's kernel, proving or sampling.
+    #[inline]
+    pub(super) fn run<'s, W: EightWide<Output = ()>>(
+        &'s mut self,
+        what: impl FnOnce(Rake<'s>) -> W,
+        intervals: [LaneInterval; LANES],
+        lanes: u8,
+        pairs: List,
+    ) {
+        let Scratch { rake: scratch, segments, lists, floors, instructions, .. } = &mut *self.scratch;
+        let pairs = match pairs {
+            List::All => Pairs::All { with_remote: 1.5 * self.highest_floor >= REMOTE_M },
+            List::Of(first, last) => Pairs::Of(&lists[first..last]),
+        };
+        let filter = self.model.filter();
+        let (segments, highest_floor) = (&segments.lanes, self.highest_floor);
+        let rake =
+            Rake { filter, space: self.space, segments, intervals, lanes, pairs, floors, highest_floor, scratch };
+        instructions.run(what(rake));
+    }
+
+    /// The undecided pair and lane that the filter saw nearest.
+    fn nearest(&self) -> Option<(usize, usize)> {
+        let mut nearest = None;
+        let mut least = f32::INFINITY;
+        for (entry, unproved) in self.scratch.rake.unproved.iter().enumerate() {
+            for lane in (0..LANES).filter(|lane| unproved.lanes >> lane & 1 == 1) {
+                if unproved.gap[lane] < least {
+                    (nearest, least) = (Some((entry, lane)), unproved.gap[lane]);
                 }
             }
         }
-        Some(Examined { refused, undecided: first..self.scratch.lists.len() })
+        nearest
+    }
+
+    /// Settles one undecided pair on one interval, exactly if the filter saw it too near to be split
+    /// unseen; a pair that is proved leaves the lane. `None` where stopped, `Some(reason)` where refused.
+    fn settle(
+        &mut self,
+        interval: &Interval,
+        entry: usize,
+        lane: usize,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Option<HitReason>> {
+        let unproved = self.scratch.rake.unproved[entry];
+        let pair = unproved.pair as usize;
+        let mut verdict = IntervalVerdict::Split;
+        if f64::from(unproved.gap[lane]) < 1.5 * self.scratch.floors[pair] {
+            self.place(interval);
+            verdict = self.decide(pair, interval.half, stop);
+        }
+        Some(match verdict {
+            IntervalVerdict::Stopped => return None,
+            IntervalVerdict::Proved(kept) => {
+                self.scratch.rake.unproved[entry].lanes &= !(1 << lane);
+                let proof = &mut self.scratch.segments.proofs[interval.segment];
+                proof.clearance_m = proof.clearance_m.min(kept);
+                None
+            }
+            IntervalVerdict::Collision => Some(HitReason::Collision),
+            IntervalVerdict::TooClose => Some(HitReason::TooClose),
+            IntervalVerdict::Split => self.spend(pair).then_some(HitReason::Uncertified),
+        })
+    }
+
+    /// Stands all bodies where they are in the middle of an interval.
+    fn place(&mut self, interval: &Interval) {
+        let Scratch { motion, segments, .. } = &mut *self.scratch;
+        let nq = self.space.nq();
+        let (from, to) = segments.ends[2 * nq * interval.segment..][..2 * nq].split_at(nq);
+        if segments.exact.is_none_or(|(segment, _)| segment != interval.segment) {
+            motion.begin(self.model, self.space, from, to, self.held);
+            segments.exact = Some((interval.segment, None));
+        }
+        if segments.exact != Some((interval.segment, Some(interval.middle))) {
+            motion.place(self.model, self.space, from, interval.middle, self.held);
+            segments.exact = Some((interval.segment, Some(interval.middle)));
+        }
     }
 
     /// Counts an interval against a pair with a lowered floor; true once it has had its share.
     fn spend(&mut self, pair: usize) -> bool {
-        if self.floors[pair] >= self.clearance {
+        if self.scratch.floors[pair] >= self.clearance {
             return false;
         }
         self.scratch.spent[pair] += 1;
@@ -282,20 +507,19 @@ impl<'a> Validator<'a> {
     }
 
     fn decide(&mut self, pair: usize, half: f64, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
-        let (model, motion, floor) = (self.model, &self.scratch.motion, self.floors[pair]);
-        let pair = &model.pairs()[pair];
-        let kept = motion.kept_by_whole_bodies(model, pair, half);
-        if kept >= floor + ROUNDING_M {
-            self.work += 1;
-            return IntervalVerdict::Proved(kept);
+        let (model, motion, floor) = (self.model, &self.scratch.motion, self.scratch.floors[pair]);
+        let mut interval = motion.pair_interval(model, &model.pairs()[pair], half, floor);
+        if !self.layers.along_normal {
+            interval.bend = f64::INFINITY;
         }
         let mut looks = Looks::new(stop);
-        let verdict = motion.pair_interval(model, pair, half, floor).decide(&mut looks);
+        let verdict = interval.decide(&mut looks);
         self.work += looks.count;
         verdict
     }
 
     fn hit(&mut self, interval: &Interval, pair: usize, reason: HitReason) -> Hit {
+        self.place(interval);
         let contact = self.scratch.motion.contact(self.model, &self.model.pairs()[pair]);
         // What decided may have seen another part of the bodies; the closest points have the last word.
         let reason = if contact.distance <= TOUCHING_M { HitReason::Collision } else { reason };
@@ -315,7 +539,8 @@ impl Validator<'_> {
         half: f64,
         pair: usize,
     ) -> Option<(f64, f64)> {
-        self.begin(from, to);
+        self.scratch.segments.exact = None;
+        self.scratch.motion.begin(self.model, self.space, from, to, self.held);
         self.scratch.motion.place(self.model, self.space, from, middle, self.held);
         let pair = &self.model.pairs()[pair];
         self.scratch.motion.pair_interval(self.model, pair, half, self.clearance).weakest_pieces()
@@ -334,16 +559,46 @@ enum Until {
     EveryPair,
 }
 
+#[derive(Default)]
 struct Examined {
-    refused: Option<(usize, HitReason)>,
-    undecided: Range<usize>,
+    /// Lane, pair and reason.
+    refused: Option<(usize, usize, HitReason)>,
+    /// List of each lane.
+    undecided: [Range<usize>; LANES],
+}
+
+impl List {
+    fn of(range: Range<usize>) -> Self {
+        Self::Of(range.start, range.end)
+    }
+
+    fn is(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::All, Self::All) => true,
+            (Self::Of(first, last), Self::Of(other_first, other_last)) => (first, last) == (other_first, other_last),
+            _ => false,
+        }
+    }
 }
 
 impl Interval {
-    /// Both halves with the pairs of `list`, left first; nothing where the list is empty.
-    fn halves(&self, list: Range<usize>) -> [Option<Self>; 2] {
-        let half = self.half / 2.0;
-        let side = |middle| (!list.is_empty()).then_some(Self { middle, half, first: list.start, last: list.end });
-        [side(self.middle - half), side(self.middle + half)]
+    /// Its parts, with the pairs of `list`, from left to right; none where the list is empty.
+    fn split(&self, list: Range<usize>, count: usize) -> impl DoubleEndedIterator<Item = Self> + use<> {
+        let count = if list.is_empty() { 0 } else { count };
+        let (interval, half) = (*self, self.half / count.max(1) as f64);
+        let start = self.middle - self.half;
+        (0..count).map(move |part| {
+            let middle = start + half * (2 * part + 1) as f64;
+            Self { middle, half, pairs: List::of(list.clone()), ..interval }
+        })
+    }
+
+    /// As many parts as there are lanes.
+    fn parts(&self, list: Range<usize>) -> impl DoubleEndedIterator<Item = Self> + use<> {
+        self.split(list, LANES)
+    }
+
+    fn halves(&self, list: Range<usize>) -> impl DoubleEndedIterator<Item = Self> + use<> {
+        self.split(list, 2)
     }
 }

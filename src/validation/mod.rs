@@ -2,10 +2,12 @@
 
 pub mod certificate;
 pub mod continuous;
+pub mod discretized;
 pub mod interval;
 mod ledger;
 pub mod motion;
 pub mod path_proof;
+pub mod rake;
 pub mod segment_motion;
 #[cfg(test)]
 mod soundness;
@@ -14,6 +16,26 @@ pub use certificate::{Certificate, SegmentClaim};
 pub use continuous::{Scratch, Validator};
 
 pub use crate::collision::Contact;
+
+/// What a validator may use; all of it, unless a test or a measurement wants to know what a layer is worth.
+/// Verdicts agree with and without each wherever the clearance is not between 1 and 1.5 floors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layers {
+    /// The eight-wide filter; without it every pair is decided exactly.
+    pub filter: bool,
+    /// The bound along the normal with the bend; without it the plain bound V h.
+    pub along_normal: bool,
+    /// The memory of proved segments.
+    pub reuse: bool,
+    /// Lanes without the machine's vector instructions: the same numbers, slower.
+    pub portable_lanes: bool,
+}
+
+impl Default for Layers {
+    fn default() -> Self {
+        Self { filter: true, along_normal: true, reuse: true, portable_lanes: false }
+    }
+}
 
 /// What is known of one straight segment.
 #[derive(Clone, Debug, PartialEq)]

@@ -26,6 +26,10 @@ pub enum PathVerdict {
 
 /// Proves every segment at the validator's floors. A path of one waypoint is a segment that does not move.
 pub fn prove(validator: &mut Validator, path: &Path, stop: &mut dyn FnMut() -> bool) -> PathVerdict {
+    // All segments together first: where all is well, each is then remembered.
+    if validator.proves_path(path, stop).is_none() {
+        return PathVerdict::Stopped;
+    }
     let mut proofs = Vec::with_capacity(segments(path));
     for segment in 0..segments(path) {
         let (from, to) = ends(path, segment);
@@ -48,6 +52,9 @@ pub fn prove_input(validator: &mut Validator, path: &Path, stop: &mut dyn FnMut(
         Enclosed::Nothing => {}
         Enclosed::Pair(pair, contact) => return refused_at_start(pair, contact),
         Enclosed::Stopped => return PathVerdict::Stopped,
+    }
+    if validator.proves_path(path, stop).is_none() {
+        return PathVerdict::Stopped;
     }
     let mut proofs = Vec::with_capacity(segments(path));
     let mut unprovable = None;

@@ -4,9 +4,8 @@
 use super::interval::PairInterval;
 use super::motion::{MotionBounds, Twist};
 use crate::collision::piece::Transform;
-use crate::collision::query::{self, TOUCHING_M};
+use crate::collision::query;
 use crate::collision::{BodyPair, CollisionModel, Contact};
-use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
 
 /// Reusable memory for the motion of all bodies.
@@ -17,8 +16,6 @@ pub struct SegmentMotion {
     velocity: Vec<f64>,
     bounds: Vec<MotionBounds>,
     placed: Vec<Transform>,
-    /// World centres of the balls around whole bodies.
-    centers: Vec<Vec3>,
     /// World twists of the links, per unit t.
     twists: Vec<Twist>,
 }
@@ -51,32 +48,10 @@ impl SegmentMotion {
         let kinematics = &self.kinematics;
         self.placed.clear();
         self.placed.extend(model.bodies().iter().map(|body| body.placed(kinematics)));
-        self.centers.clear();
-        let centers = model.bodies().iter().zip(&self.placed);
-        self.centers.extend(centers.map(|(body, placed)| placed.point(body.tree.balls()[0].center)));
         self.twists.clear();
         self.twists.extend(kinematics.poses().iter().enumerate().map(|(link, pose)| {
             Twist::through(kinematics.angular()[link], kinematics.linear()[link], pose.translation)
         }));
-    }
-
-    /// The first test of [`PairInterval`], in the world's frame: most pairs need no other.
-    pub fn kept_by_whole_bodies(&self, model: &CollisionModel, pair: &BodyPair, half: f64) -> f64 {
-        let &BodyPair { a, b, ancestor, .. } = pair;
-        let (center_a, center_b) = (self.centers[a], self.centers[b]);
-        let (offset, bodies) = (center_a - center_b, model.bodies());
-        let length = offset.length();
-        if length < TOUCHING_M {
-            return f64::NEG_INFINITY;
-        }
-        let twist = |body: usize, at| bodies[body].link.map_or(Vec3::ZERO, |link| self.twists[link].at(at));
-        let mut approach = twist(a, center_a) - twist(b, center_b);
-        if let Some(link) = ancestor {
-            approach -= self.twists[link].angular.cross(offset);
-        }
-        let (bend, travel) = self.bend_and_travel(pair, half);
-        let moved = (half * offset.dot(approach).abs() / length + bend).min(travel);
-        length - bodies[a].tree.balls()[0].radius - bodies[b].tree.balls()[0].radius - moved
     }
 
     /// The pair on the interval of this half width about the configuration that was placed last.

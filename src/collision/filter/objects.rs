@@ -1,0 +1,201 @@
+//! Obstacles as the filter sees them: boxes and cylinders swept by a ball, and trees over many of them.
+
+use crate::collision::body::Body;
+use crate::collision::piece::{Core, Piece};
+use crate::math::{Mat3, Vec3};
+
+/// A box or cylinder in the world swept by a ball; encloses a part of an obstacle.
+#[derive(Clone, Copy, Debug)]
+pub struct Hull {
+    /// Centre (m).
+    pub center: [f32; 3],
+    /// Axes by columns; `None` for the world's.
+    pub axes: Option<[[f32; 3]; 3]>,
+    /// What is swept.
+    pub core: HullCore,
+    /// Radius of the ball (m).
+    pub radius: f32,
+}
+
+/// What a hull is made of, in its own axes.
+#[derive(Clone, Copy, Debug)]
+pub enum HullCore {
+    /// Half sizes of a box (m).
+    Box([f32; 3]),
+    /// A cylinder about the third axis.
+    Cylinder {
+        /// Radius (m).
+        radius: f32,
+        /// Half of the height (m).
+        half_height: f32,
+    },
+}
+
+/// An obstacle.
+#[derive(Clone, Debug)]
+pub struct FilterObject {
+    /// Encloses all of it.
+    pub hull: Hull,
+    /// Boxes that enclose it together, where there is more than the hull.
+    pub boxes: Vec<Hull>,
+    /// Corners of the hull's bounding box in the world (m).
+    pub(super) bounds: [Vec3; 2],
+}
+
+/// A node of a tree over obstacles, in preorder.
+#[derive(Clone, Copy, Debug)]
+pub struct ObjectNode {
+    /// Encloses all below.
+    pub hull: Hull,
+    /// Where to go on when nothing below is near.
+    pub skip: u32,
+    /// The pair and the object that a leaf stands for.
+    pub leaf: Option<(u32, u32)>,
+}
+
+/// Boxes over a mesh, each around neighbouring triangles.
+const MESH_BOXES: usize = 16;
+/// Leaves below a node of a tree.
+const BUNCH: usize = 6;
+/// Relative, far above what f32 loses in a box's own numbers.
+const ROUNDING: f64 = 4e-7;
+
+/// A hull in f64.
+struct Exact {
+    center: Vec3,
+    axes: Mat3,
+    /// Half sizes of the box around the core.
+    half: Vec3,
+    radius: f64,
+    is_cylinder: bool,
+}
+
+impl Exact {
+    fn of_piece(piece: &Piece) -> Self {
+        let (radius, is_cylinder) = (piece.radius, false);
+        match piece.core {
+            Core::Point(center) => Self { center, axes: Mat3::IDENTITY, half: Vec3::ZERO, radius, is_cylinder },
+            Core::Segment(a, b) => {
+                let along = (b - a).try_normalize().unwrap_or(Vec3::Z);
+                let (x, y) = along.any_orthonormal_pair();
+                let (axes, half) = (Mat3::from_cols(x, y, along), Vec3::new(0.0, 0.0, a.distance(b) / 2.0));
+                Self { center: (a + b) / 2.0, axes, half, radius, is_cylinder }.upright()
+            }
+            Core::Triangle(a, b, c) => Self::of_bounds([a.min(b).min(c), a.max(b).max(c)], radius),
+            Core::Box { center, axes, half } => Self { center, axes, half, radius, is_cylinder }.upright(),
+            Core::Cylinder { center, axes, half_height, radius: across } => {
+                let half = Vec3::new(across, across, half_height);
+                Self { center, axes, half, radius, is_cylinder: true }.upright()
+            }
+        }
+    }
+
+    fn of_bounds([low, high]: [Vec3; 2], radius: f64) -> Self {
+        Self { center: (low + high) / 2.0, axes: Mat3::IDENTITY, half: (high - low) / 2.0, radius, is_cylinder: false }
+    }
+
+    /// A box turned by quarter turns is one along the world's axes, a cylinder one about the third.
+    fn upright(self) -> Self {
+        if self.is_cylinder {
+            let tilted = (self.axes.z_axis.z.abs() - 1.0).abs() > 1e-15;
+            return Self { axes: if tilted { self.axes } else { Mat3::IDENTITY }, ..self };
+        }
+        let columns = [self.axes.x_axis, self.axes.y_axis, self.axes.z_axis];
+        let nearly = |value: f64| value.abs() < 1e-12 || (value.abs() - 1.0).abs() < 1e-12;
+        if !columns.iter().all(|column| column.to_array().into_iter().all(nearly)) {
+            return self;
+        }
+        let half = columns[0].abs() * self.half.x + columns[1].abs() * self.half.y + columns[2].abs() * self.half.z;
+        Self { axes: Mat3::IDENTITY, half: half * (1.0 + 1e-11), ..self }
+    }
+
+    fn bounds(&self) -> [Vec3; 2] {
+        let [x, y, z] = [self.axes.x_axis, self.axes.y_axis, self.axes.z_axis].map(Vec3::abs);
+        let reach = x * self.half.x + y * self.half.y + z * self.half.z + Vec3::splat(self.radius);
+        [self.center - reach, self.center + reach]
+    }
+
+    fn hull(&self) -> Hull {
+        let single = |v: Vec3| v.to_array().map(|value| value as f32);
+        let columns = [self.axes.x_axis, self.axes.y_axis, self.axes.z_axis];
+        let size = self.center.length() + self.half.length() + self.radius;
+        Hull {
+            center: single(self.center),
+            axes: (self.axes != Mat3::IDENTITY).then(|| columns.map(single)),
+            core: match single(self.half) {
+                [radius, _, half_height] if self.is_cylinder => HullCore::Cylinder { radius, half_height },
+                half => HullCore::Box(half),
+            },
+            radius: (self.radius + ROUNDING * size) as f32,
+        }
+    }
+}
+
+impl FilterObject {
+    /// The boxes of an obstacle.
+    pub fn new(body: &Body) -> Self {
+        let pieces = body.tree.pieces();
+        if let [piece] = pieces {
+            let hull = Exact::of_piece(piece);
+            return Self { hull: hull.hull(), boxes: Vec::new(), bounds: hull.bounds() };
+        }
+        let bounds = bounds_of(pieces);
+        let mut boxes = Vec::new();
+        if pieces.iter().all(|piece| !matches!(piece.core, Core::Triangle(..))) {
+            boxes.extend(pieces.iter().map(|piece| Exact::of_piece(piece).hull()));
+        } else {
+            // Pieces are in the order of their tree: neighbours stand together.
+            let share = pieces.len().div_ceil(MESH_BOXES);
+            boxes.extend(pieces.chunks(share).map(|part| Exact::of_bounds(bounds_of(part), 0.0).hull()));
+        }
+        Self { hull: Exact::of_bounds(bounds, 0.0).hull(), boxes, bounds }
+    }
+
+    /// Distance from a point to the object's bounding box (m).
+    pub(super) fn distance(&self, from: Vec3) -> f64 {
+        from.distance(from.clamp(self.bounds[0], self.bounds[1]))
+    }
+}
+
+fn bounds_of(pieces: &[Piece]) -> [Vec3; 2] {
+    pieces
+        .iter()
+        .map(|piece| Exact::of_piece(piece).bounds())
+        .fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], [piece_low, piece_high]| {
+            [low.min(piece_low), high.max(piece_high)]
+        })
+}
+
+/// A tree over `(pair, object)` leaves; a few leaves need none.
+pub fn tree(leaves: &mut [(u32, u32)], objects: &[FilterObject]) -> Vec<ObjectNode> {
+    let mut nodes = Vec::new();
+    grow(leaves, objects, &mut nodes, true);
+    nodes
+}
+
+fn grow(leaves: &mut [(u32, u32)], objects: &[FilterObject], nodes: &mut Vec<ObjectNode>, is_root: bool) {
+    let few = if is_root { 2 * BUNCH } else { BUNCH };
+    let bounds = leaves.iter().map(|leaf| objects[leaf.1 as usize].bounds);
+    let [low, high] =
+        bounds.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)]);
+    let own = nodes.len();
+    if !is_root {
+        nodes.push(ObjectNode { hull: Exact::of_bounds([low, high], 0.0).hull(), skip: 0, leaf: None });
+    }
+    if leaves.len() <= few {
+        for leaf in leaves {
+            let hull = objects[leaf.1 as usize].hull;
+            nodes.push(ObjectNode { hull, skip: nodes.len() as u32 + 1, leaf: Some(*leaf) });
+        }
+    } else {
+        let axis = (0..3).max_by(|&i, &j| (high - low)[i].total_cmp(&(high - low)[j])).unwrap_or(0);
+        let key = |leaf: &(u32, u32)| objects[leaf.1 as usize].bounds.map(|corner| corner[axis]).iter().sum::<f64>();
+        leaves.sort_by(|a, b| key(a).total_cmp(&key(b)));
+        let (near, far) = leaves.split_at_mut(leaves.len() / 2);
+        grow(near, objects, nodes, false);
+        grow(far, objects, nodes, false);
+    }
+    if !is_root {
+        nodes[own].skip = nodes.len() as u32;
+    }
+}

@@ -1,0 +1,421 @@
+//! Eight f32 numbers at once: the arithmetic of the filter.
+//!
+//! The instruction set is chosen at run time. Every lane is computed alike on all of them: only IEEE
+//! additions, products, quotients and square roots, never fused, so that no answer depends on the machine.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+pub use pulp::f32x8 as Packed;
+use pulp::{Scalar256b, Simd, m32x8};
+
+/// Lanes of a vector.
+pub const LANES: usize = 8;
+
+/// An instruction set with vectors of eight f32.
+pub trait Eight: Simd<f32s = Packed, m32s = m32x8> {
+    /// The lanes as bits, lane 0 lowest.
+    fn bits(self, mask: m32x8) -> u8;
+}
+
+impl Eight for Scalar256b {
+    #[inline(always)]
+    fn bits(self, mask: m32x8) -> u8 {
+        let lanes: [u32; LANES] = pulp::cast(mask);
+        lanes.iter().enumerate().fold(0, |bits, (lane, set)| bits | ((set & 1) as u8) << lane)
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Eight for pulp::x86::V3 {
+    #[inline(always)]
+    fn bits(self, mask: m32x8) -> u8 {
+        self.avx._mm256_movemask_ps(pulp::cast(mask)) as u8
+    }
+}
+
+/// Work that is compiled once for each instruction set.
+pub trait EightWide {
+    /// What comes of it.
+    type Output;
+    /// Does it. Everything that it calls must be `#[inline(always)]`, closures and array methods are not: what is
+    /// not inlined is compiled without the instruction set.
+    fn run<S: Eight>(self, simd: S) -> Self::Output;
+}
+
+/// The instruction set of this machine.
+#[derive(Clone, Copy, Debug)]
+pub enum InstructionSet {
+    /// AVX2.
+    #[cfg(target_arch = "x86_64")]
+    Avx2(pulp::x86::V3),
+    /// Whatever the compiler makes of arrays.
+    Portable,
+}
+
+impl Default for InstructionSet {
+    fn default() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            return Self::Avx2(simd);
+        }
+        Self::Portable
+    }
+}
+
+impl InstructionSet {
+    /// Does the work.
+    #[inline]
+    pub fn run<W: EightWide>(self, work: W) -> W::Output {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(simd) => simd.vectorize(OnAvx2(simd, work)),
+            Self::Portable => work.run(Scalar256b),
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+struct OnAvx2<W>(pulp::x86::V3, W);
+
+#[cfg(target_arch = "x86_64")]
+impl<W: EightWide> pulp::NullaryFnOnce for OnAvx2<W> {
+    type Output = W::Output;
+
+    #[inline(always)]
+    fn call(self) -> W::Output {
+        self.1.run(self.0)
+    }
+}
+
+/// Eight numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Lanes<S: Eight> {
+    simd: S,
+    /// The numbers.
+    pub packed: Packed,
+}
+
+/// A truth value for each lane.
+#[derive(Clone, Copy, Debug)]
+pub struct Mask<S: Eight> {
+    simd: S,
+    mask: m32x8,
+}
+
+impl<S: Eight> Lanes<S> {
+    /// The same number in all lanes.
+    #[inline(always)]
+    pub fn splat(simd: S, value: f32) -> Self {
+        Self { simd, packed: simd.splat_f32s(value) }
+    }
+    /// Numbers from memory.
+    #[inline(always)]
+    pub fn new(simd: S, packed: Packed) -> Self {
+        Self { simd, packed }
+    }
+    #[inline(always)]
+    fn with(self, packed: Packed) -> Self {
+        Self { packed, ..self }
+    }
+    /// Square root.
+    #[inline(always)]
+    pub fn sqrt(self) -> Self {
+        self.with(self.simd.sqrt_f32s(self.packed))
+    }
+    /// Absolute value.
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        self.with(self.simd.abs_f32s(self.packed))
+    }
+    /// The larger.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        self.with(self.simd.max_f32s(self.packed, other.packed))
+    }
+    /// The smaller.
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        self.with(self.simd.min_f32s(self.packed, other.packed))
+    }
+    /// The nearest number in [−bound, bound].
+    #[inline(always)]
+    pub fn clamp(self, bound: f32) -> Self {
+        self.max(Self::splat(self.simd, -bound)).min(Self::splat(self.simd, bound))
+    }
+    /// Lanes that are at least those of `other`; a lane that is no number is not.
+    #[inline(always)]
+    pub fn at_least(self, other: Self) -> Mask<S> {
+        Mask { simd: self.simd, mask: self.simd.greater_than_or_equal_f32s(self.packed, other.packed) }
+    }
+    /// The nearest whole number, for magnitudes below 2²².
+    #[inline(always)]
+    pub fn round(self) -> Self {
+        let large = Self::splat(self.simd, 12_582_912.0);
+        self + large - large
+    }
+}
+
+impl<S: Eight> Mask<S> {
+    /// Lanes whose bit is set.
+    #[inline(always)]
+    pub fn from_bits(simd: S, bits: u8) -> Self {
+        Self { simd, mask: pulp::cast(BITS[bits as usize]) }
+    }
+    /// The lanes as bits, lane 0 lowest.
+    #[inline(always)]
+    pub fn bits(self) -> u8 {
+        self.simd.bits(self.mask)
+    }
+    /// In both.
+    #[inline(always)]
+    pub fn and(self, other: Self) -> Self {
+        Self { mask: self.simd.and_m32s(self.mask, other.mask), ..self }
+    }
+    /// `yes` where it holds, else `no`.
+    #[inline(always)]
+    pub fn select(self, yes: Lanes<S>, no: Lanes<S>) -> Lanes<S> {
+        yes.with(self.simd.select_f32s(self.mask, yes.packed, no.packed))
+    }
+}
+
+/// Every mask by its bits: a load instead of eight shifts.
+static BITS: [[u32; LANES]; 256] = {
+    let mut table = [[0; LANES]; 256];
+    let mut bits = 0;
+    while bits < 256 {
+        let mut lane = 0;
+        while lane < LANES {
+            table[bits][lane] = if bits >> lane & 1 == 1 { u32::MAX } else { 0 };
+            lane += 1;
+        }
+        bits += 1;
+    }
+    table
+};
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $simd:ident) => {
+        impl<S: Eight> $trait for Lanes<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.with(self.simd.$simd(self.packed, other.packed))
+            }
+        }
+        impl<S: Eight> $trait<f32> for Lanes<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: f32) -> Self {
+                self.with(self.simd.$simd(self.packed, self.simd.splat_f32s(other)))
+            }
+        }
+    };
+}
+operator!(Add, add, add_f32s);
+operator!(Sub, sub, sub_f32s);
+operator!(Mul, mul, mul_f32s);
+operator!(Div, div, div_f32s);
+
+impl<S: Eight> Neg for Lanes<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.with(self.simd.neg_f32s(self.packed))
+    }
+}
+
+/// Eight vectors.
+#[derive(Clone, Copy, Debug)]
+pub struct Vectors<S: Eight> {
+    /// First components.
+    pub x: Lanes<S>,
+    /// Second components.
+    pub y: Lanes<S>,
+    /// Third components.
+    pub z: Lanes<S>,
+}
+
+impl<S: Eight> Vectors<S> {
+    /// The same vector in all lanes.
+    #[inline(always)]
+    pub fn splat(simd: S, v: [f32; 3]) -> Self {
+        Self { x: Lanes::splat(simd, v[0]), y: Lanes::splat(simd, v[1]), z: Lanes::splat(simd, v[2]) }
+    }
+    /// Vectors from memory.
+    #[inline(always)]
+    pub fn new(simd: S, v: [Packed; 3]) -> Self {
+        Self { x: Lanes::new(simd, v[0]), y: Lanes::new(simd, v[1]), z: Lanes::new(simd, v[2]) }
+    }
+    /// Vectors for memory.
+    #[inline(always)]
+    pub fn packed(self) -> [Packed; 3] {
+        [self.x.packed, self.y.packed, self.z.packed]
+    }
+    /// Scalar product.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> Lanes<S> {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+    /// Vector product.
+    #[inline(always)]
+    pub fn cross(self, other: Self) -> Self {
+        Self {
+            x: self.y * other.z - self.z * other.y,
+            y: self.z * other.x - self.x * other.z,
+            z: self.x * other.y - self.y * other.x,
+        }
+    }
+    /// Euclidean length.
+    #[inline(always)]
+    pub fn length(self) -> Lanes<S> {
+        self.dot(self).sqrt()
+    }
+}
+
+impl<S: Eight> Add for Vectors<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
+    }
+}
+
+impl<S: Eight> Sub for Vectors<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
+    }
+}
+
+impl<S: Eight> Mul<Lanes<S>> for Vectors<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, scale: Lanes<S>) -> Self {
+        Self { x: self.x * scale, y: self.y * scale, z: self.z * scale }
+    }
+}
+
+impl<S: Eight> Mul<f32> for Vectors<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, scale: f32) -> Self {
+        Self { x: self.x * scale, y: self.y * scale, z: self.z * scale }
+    }
+}
+
+/// Three axes, or the columns of a matrix.
+#[derive(Clone, Copy, Debug)]
+pub struct Axes<S: Eight>(pub [Vectors<S>; 3]);
+
+impl<S: Eight> Axes<S> {
+    /// The same axes in all lanes.
+    #[inline(always)]
+    pub fn splat(simd: S, axes: &[[f32; 3]; 3]) -> Self {
+        Self([Vectors::splat(simd, axes[0]), Vectors::splat(simd, axes[1]), Vectors::splat(simd, axes[2])])
+    }
+    /// Axes from memory.
+    #[inline(always)]
+    pub fn new(simd: S, axes: &[[Packed; 3]; 3]) -> Self {
+        Self([Vectors::new(simd, axes[0]), Vectors::new(simd, axes[1]), Vectors::new(simd, axes[2])])
+    }
+    /// Axes for memory.
+    #[inline(always)]
+    pub fn packed(self) -> [[Packed; 3]; 3] {
+        [self.0[0].packed(), self.0[1].packed(), self.0[2].packed()]
+    }
+    /// The vector with these coordinates.
+    #[inline(always)]
+    pub fn combine(self, v: Vectors<S>) -> Vectors<S> {
+        self.0[0] * v.x + self.0[1] * v.y + self.0[2] * v.z
+    }
+    /// The vector with these coordinates, the same in all lanes.
+    #[inline(always)]
+    pub fn combine_constant(self, v: [f32; 3]) -> Vectors<S> {
+        self.0[0] * v[0] + self.0[1] * v[1] + self.0[2] * v[2]
+    }
+    /// Coordinates of a vector along unit axes.
+    #[inline(always)]
+    pub fn coordinates(self, v: Vectors<S>) -> Vectors<S> {
+        Vectors { x: self.0[0].dot(v), y: self.0[1].dot(v), z: self.0[2].dot(v) }
+    }
+}
+
+/// Sine and cosine, for magnitudes below 400; off by at most 3e-7.
+///
+/// The angle is brought to [−π/2, π/2] by whole multiples of π, whose parity is the sign of both; there
+/// the Taylor series are cut off below the rounding.
+#[inline(always)]
+pub fn sin_cos<S: Eight>(angle: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    // π in three parts, the first two short enough that their products with the multiple are exact.
+    const PI_HIGH: f32 = 3.140_625;
+    const PI_MIDDLE: f32 = 9.670_257_6e-4;
+    const PI_LOW: f32 = 6.277_114_4e-7;
+    let turns = (angle * std::f32::consts::FRAC_1_PI).round();
+    let x = angle - turns * PI_HIGH - turns * PI_MIDDLE - turns * PI_LOW;
+    let odd = (turns - (turns * 0.5).round() * 2.0).abs();
+    let sign = -(odd * 2.0) + 1.0;
+    let square = x * x;
+    let sine = square * (-1.0 / 39_916_800.0) + 1.0 / 362_880.0;
+    let sine = square * sine - 1.0 / 5040.0;
+    let sine = square * sine + 1.0 / 120.0;
+    let sine = square * sine - 1.0 / 6.0;
+    let sine = x + x * (square * sine);
+    let cosine = square * (1.0 / 479_001_600.0) - 1.0 / 3_628_800.0;
+    let cosine = square * cosine + 1.0 / 40_320.0;
+    let cosine = square * cosine - 1.0 / 720.0;
+    let cosine = square * cosine + 1.0 / 24.0;
+    let cosine = square * cosine - 0.5;
+    let cosine = square * cosine + 1.0;
+    (sine * sign, cosine * sign)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct SinCos([f32; LANES]);
+
+    impl EightWide for SinCos {
+        type Output = [[f32; LANES]; 2];
+        #[inline(always)]
+        fn run<S: Eight>(self, simd: S) -> Self::Output {
+            let (sine, cosine) = sin_cos(Lanes::new(simd, pulp::cast(self.0)));
+            [pulp::cast(sine.packed), pulp::cast(cosine.packed)]
+        }
+    }
+
+    #[test]
+    fn sine_and_cosine_are_right_and_alike_on_every_instruction_set() {
+        let mut random = fastrand::Rng::with_seed(1);
+        for round in 0..20_000 {
+            let range = if round % 2 == 0 { 4.0 } else { 400.0 };
+            let angles: [f32; LANES] = std::array::from_fn(|_| (random.f32() - 0.5) * 2.0 * range);
+            let here = InstructionSet::default().run(SinCos(angles));
+            assert_eq!(here, InstructionSet::Portable.run(SinCos(angles)));
+            for lane in 0..LANES {
+                let (sine, cosine) = f64::from(angles[lane]).sin_cos();
+                assert!((f64::from(here[0][lane]) - sine).abs() < 3e-7, "sine of {}", angles[lane]);
+                assert!((f64::from(here[1][lane]) - cosine).abs() < 3e-7, "cosine of {}", angles[lane]);
+            }
+        }
+    }
+
+    struct Bits(u8);
+
+    impl EightWide for Bits {
+        type Output = u8;
+        #[inline(always)]
+        fn run<S: Eight>(self, simd: S) -> u8 {
+            Mask::from_bits(simd, self.0).bits()
+        }
+    }
+
+    #[test]
+    fn masks_and_bits_are_the_same() {
+        for bits in 0..=255 {
+            assert_eq!(InstructionSet::default().run(Bits(bits)), bits);
+            assert_eq!(InstructionSet::Portable.run(Bits(bits)), bits);
+        }
+    }
+}

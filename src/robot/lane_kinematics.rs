@@ -1,0 +1,503 @@
+//! Forward kinematics of eight configurations at once, in f32, for the filter.
+//!
+//! Frames stand only at joints that can move; what is fixed to them is folded into constants. Each frame is
+//! turned so that its joint's axis is z. Velocities are *half displacements*: velocity times the half width
+//! of an interval, so that every lane may belong to an interval of another segment.
+
+use super::joint::{Drive, JointKind};
+use super::model::RobotModel;
+use super::{Component, ConfigurationSpace};
+use crate::lanes::{Axes, Eight, LANES, Lanes, Packed, Vectors, sin_cos};
+use crate::math::{Mat3, Pose, Quat, Vec3, quat_exp};
+
+/// A joint that can move, as the lanes see it.
+#[derive(Clone, Debug)]
+struct LaneJoint {
+    /// Frame that it hangs on; 0 is the world.
+    parent: usize,
+    /// Its fixed part: rotation by columns (`None`: none) and translation (m).
+    rotation: Option<[[f32; 3]; 3]>,
+    translation: [f32; 3],
+    kind: JointKind,
+    /// First input value and first rate; `None` for a joint that holds still.
+    value: usize,
+    rate: Option<usize>,
+    factor: f32,
+    offset: f32,
+    /// Value from which a prismatic joint's shift is counted (m).
+    rest: f32,
+}
+
+/// The moving skeleton of a robot. Frame 0 is the world, frame k + 1 is carried by the k-th moving joint.
+#[derive(Clone, Debug)]
+pub struct Skeleton {
+    joints: Vec<LaneJoint>,
+    /// Frame that carries each link, and the link's pose in it.
+    links: Vec<(usize, Pose)>,
+    /// Joint of the robot that carries each frame but the first.
+    movers: Vec<usize>,
+    columns: usize,
+    /// Sum of the lengths of all fixed parts (m): no point of the skeleton with translations at 0 is farther out.
+    extent: f64,
+}
+
+/// Eight configurations and half displacements, by column and coordinate.
+#[derive(Clone, Debug, Default)]
+pub struct LaneInput {
+    /// Columns of the configurations, then the held values.
+    pub values: Vec<Packed>,
+    /// Half displacements.
+    pub rates: Vec<Packed>,
+}
+
+/// Where a frame is in each lane, and how it moves.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneFrame {
+    /// Axes.
+    pub axes: [[Packed; 3]; 3],
+    /// Origin (m).
+    pub origin: [Packed; 3],
+    /// Half turn (rad).
+    pub angular: [Packed; 3],
+    /// Half displacement of the origin (m).
+    pub linear: [Packed; 3],
+}
+
+/// How much a joint alone moves in half an interval.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneMotion {
+    /// Size of its turn (rad).
+    pub turn: Packed,
+    /// Size of its translation (m).
+    pub slide: Packed,
+    /// How far its translation is from rest (m), anywhere on the interval.
+    pub shift: Packed,
+}
+
+const ZERO: Packed = Packed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+
+impl LaneFrame {
+    const WORLD: Self = {
+        const ONE: Packed = Packed(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0);
+        Self {
+            axes: [[ONE, ZERO, ZERO], [ZERO, ONE, ZERO], [ZERO, ZERO, ONE]],
+            origin: [ZERO; 3],
+            angular: [ZERO; 3],
+            linear: [ZERO; 3],
+        }
+    };
+
+    /// World place and half displacement of a point of the frame.
+    #[inline(always)]
+    pub fn point<S: Eight>(&self, simd: S, p: [f32; 3]) -> (Vectors<S>, Vectors<S>) {
+        let arm = Axes::new(simd, &self.axes).combine_constant(p);
+        let angular = Vectors::new(simd, self.angular);
+        (Vectors::new(simd, self.origin) + arm, Vectors::new(simd, self.linear) + angular.cross(arm))
+    }
+}
+
+impl Skeleton {
+    /// The skeleton of a robot; `rest` is the value (m) of a prismatic joint that its shift is counted from.
+    pub fn new(robot: &RobotModel, rest: impl Fn(usize) -> f64) -> Self {
+        let mut skeleton = Self {
+            joints: Vec::new(),
+            links: Vec::new(),
+            movers: Vec::new(),
+            columns: robot.space().nq(),
+            extent: 0.0,
+        };
+        for (index, joint) in robot.joints().iter().enumerate() {
+            let (parent, place) = joint.parent.map_or((0, Pose::identity()), |parent| skeleton.links[parent]);
+            let place = place * joint.origin;
+            if joint.kind == JointKind::Fixed {
+                skeleton.links.push((parent, place));
+                continue;
+            }
+            let (driver, factor, offset) = match joint.drive {
+                Drive::Mimic { master, multiplier, offset } => (robot.joints()[master].drive, multiplier, offset),
+                own => (own, 1.0, 0.0),
+            };
+            let (value, rate) = match driver {
+                Drive::Variable { q, v } => (q, Some(v)),
+                Drive::Held { first } => (skeleton.columns + first, None),
+                Drive::Fixed | Drive::Mimic { .. } => unreachable!("a movable joint is driven by a variable or held"),
+            };
+            // The frame stands turned against its link: its joint's axis becomes z.
+            let turn = match joint.kind {
+                JointKind::Planar | JointKind::Floating => Quat::IDENTITY,
+                _ => Quat::from_rotation_arc(Vec3::Z, joint.axis.normalize()),
+            };
+            skeleton.extent += place.translation.length();
+            let columns = Mat3::from_quat(place.rotation * turn);
+            skeleton.joints.push(LaneJoint {
+                parent,
+                rotation: (columns != Mat3::IDENTITY)
+                    .then(|| [columns.x_axis, columns.y_axis, columns.z_axis].map(single)),
+                translation: single(place.translation),
+                kind: joint.kind,
+                value,
+                rate,
+                factor: factor as f32,
+                offset: offset as f32,
+                rest: if joint.kind == JointKind::Prismatic { rest(index) as f32 } else { 0.0 },
+            });
+            skeleton.movers.push(index);
+            skeleton.links.push((skeleton.joints.len(), Pose::from_parts(Vec3::ZERO, turn.conjugate())));
+        }
+        skeleton
+    }
+
+    /// Frames, the world among them.
+    pub fn frames(&self) -> usize {
+        self.joints.len() + 1
+    }
+    /// Frame that carries a link, and the link's pose in it.
+    pub fn carrier(&self, link: Option<usize>) -> (usize, Pose) {
+        link.map_or((0, Pose::identity()), |link| self.links[link])
+    }
+    /// Motion (entry of [`Self::update`]'s motions) of one of the robot's joints that can move.
+    pub fn motion_of(&self, joint: usize) -> Option<usize> {
+        self.movers.iter().position(|&mover| mover == joint)
+    }
+    /// Size of a joint-space motion (rad): of all turns and, divided by `reach`, of all translations.
+    pub fn motion(&self, velocity: &[f64], reach: f64) -> f64 {
+        let square = |joint: &LaneJoint, first: usize| {
+            let sum = |range: std::ops::Range<usize>| velocity[range].iter().map(|x| x * x).sum::<f64>();
+            let (slides, turns) = match joint.kind {
+                JointKind::Fixed => (0, 0),
+                JointKind::Revolute | JointKind::Continuous => (0, 1),
+                JointKind::Prismatic => (1, 0),
+                JointKind::Planar => (2, 1),
+                JointKind::Floating => (3, 3),
+            };
+            sum(first..first + slides) / (reach * reach) + sum(first + slides..first + slides + turns)
+        };
+        let squares = self.joints.iter().filter_map(|joint| Some(square(joint, joint.rate?)));
+        squares.sum::<f64>().sqrt()
+    }
+    /// Sum of the lengths of all fixed parts (m).
+    pub fn extent(&self) -> f64 {
+        self.extent
+    }
+
+    /// Places all frames. `motions` has an entry for each moving joint. Without `MOVING` nothing has a velocity.
+    #[inline(always)]
+    pub fn update<S: Eight, const MOVING: bool>(
+        &self,
+        simd: S,
+        input: &LaneInput,
+        frames: &mut Vec<LaneFrame>,
+        motions: &mut Vec<LaneMotion>,
+    ) {
+        frames.clear();
+        motions.clear();
+        frames.push(LaneFrame::WORLD);
+        for joint in &self.joints {
+            let parent = frames[joint.parent];
+            let mut moved = Moved::on(simd, &parent, joint);
+            let value = Input { simd, packed: &input.values[joint.value..], known: true };
+            let rate = match joint.rate {
+                Some(first) => Input { simd, packed: &input.rates[first..], known: true },
+                None => Input { simd, packed: &[], known: false },
+            };
+            match joint.kind {
+                JointKind::Fixed => {}
+                JointKind::Revolute | JointKind::Continuous => {
+                    moved.turn_about_z::<MOVING>(value.at(0) * joint.factor + joint.offset, rate.at(0) * joint.factor);
+                }
+                JointKind::Prismatic => {
+                    let (at, by) = (value.at(0) * joint.factor + joint.offset, rate.at(0) * joint.factor);
+                    let zero = Lanes::splat(simd, 0.0);
+                    let along_z = |z| Vectors { x: zero, y: zero, z };
+                    moved.slide::<MOVING>(along_z(at), along_z(by), along_z(at - joint.rest));
+                }
+                JointKind::Planar => {
+                    let zero = Lanes::splat(simd, 0.0);
+                    let at = Vectors { x: value.at(0), y: value.at(1), z: zero };
+                    moved.slide::<MOVING>(at, Vectors { x: rate.at(0), y: rate.at(1), z: zero }, at);
+                    moved.turn_about_z::<MOVING>(value.at(2), rate.at(2));
+                }
+                JointKind::Floating => {
+                    let at = Vectors { x: value.at(0), y: value.at(1), z: value.at(2) };
+                    moved.slide::<MOVING>(at, Vectors { x: rate.at(0), y: rate.at(1), z: rate.at(2) }, at);
+                    let by = Vectors { x: rate.at(3), y: rate.at(4), z: rate.at(5) };
+                    moved.turn::<MOVING>([value.at(3), value.at(4), value.at(5), value.at(6)], by);
+                }
+            }
+            motions.push(LaneMotion {
+                turn: moved.turned.packed,
+                slide: moved.slid.packed,
+                shift: moved.shifted.packed,
+            });
+            frames.push(LaneFrame {
+                axes: moved.axes.packed(),
+                origin: moved.origin.packed(),
+                angular: moved.angular.packed(),
+                linear: moved.linear.packed(),
+            });
+        }
+    }
+}
+
+/// Values of a joint, or zeros.
+#[derive(Clone, Copy)]
+struct Input<'a, S: Eight> {
+    simd: S,
+    packed: &'a [Packed],
+    known: bool,
+}
+
+impl<S: Eight> Input<'_, S> {
+    #[inline(always)]
+    fn at(self, k: usize) -> Lanes<S> {
+        Lanes::new(self.simd, if self.known { self.packed[k] } else { ZERO })
+    }
+}
+
+/// A frame on its way from its parent to its place.
+struct Moved<S: Eight> {
+    axes: Axes<S>,
+    origin: Vectors<S>,
+    angular: Vectors<S>,
+    linear: Vectors<S>,
+    turned: Lanes<S>,
+    slid: Lanes<S>,
+    shifted: Lanes<S>,
+}
+
+impl<S: Eight> Moved<S> {
+    /// Where the joint's fixed part brings it.
+    #[inline(always)]
+    fn on(simd: S, parent: &LaneFrame, joint: &LaneJoint) -> Self {
+        let mut axes = Axes::new(simd, &parent.axes);
+        let arm = axes.combine_constant(joint.translation);
+        if let Some(columns) = &joint.rotation {
+            axes = Axes([
+                axes.combine_constant(columns[0]),
+                axes.combine_constant(columns[1]),
+                axes.combine_constant(columns[2]),
+            ]);
+        }
+        let angular = Vectors::new(simd, parent.angular);
+        let zero = Lanes::splat(simd, 0.0);
+        Self {
+            axes,
+            origin: Vectors::new(simd, parent.origin) + arm,
+            angular,
+            linear: Vectors::new(simd, parent.linear) + angular.cross(arm),
+            turned: zero,
+            slid: zero,
+            shifted: zero,
+        }
+    }
+
+    /// Translates it to `at`, half displacement `by`, which is `from_rest` of where its reach counts from.
+    #[inline(always)]
+    fn slide<const MOVING: bool>(&mut self, at: Vectors<S>, by: Vectors<S>, from_rest: Vectors<S>) {
+        let arm = self.axes.combine(at);
+        self.origin = self.origin + arm;
+        if MOVING {
+            self.linear = self.linear + self.angular.cross(arm) + self.axes.combine(by);
+            self.slid = by.length();
+            self.shifted = from_rest.length() + self.slid;
+        }
+    }
+
+    #[inline(always)]
+    fn turn_about_z<const MOVING: bool>(&mut self, angle: Lanes<S>, by: Lanes<S>) {
+        let (sine, cosine) = sin_cos(angle);
+        let [x, y, z] = self.axes.0;
+        self.axes = Axes([x * cosine + y * sine, y * cosine - x * sine, z]);
+        if MOVING {
+            self.angular = self.angular + z * by;
+            self.turned = by.abs();
+        }
+    }
+
+    /// Turns it by a unit quaternion (x, y, z, w), half displacement `by` about its own axes.
+    #[inline(always)]
+    fn turn<const MOVING: bool>(&mut self, [x, y, z, w]: [Lanes<S>; 4], by: Vectors<S>) {
+        let (x2, y2, z2) = (x * 2.0, y * 2.0, z * 2.0);
+        let (xx, yy, zz) = (x * x2, y * y2, z * z2);
+        let (xy, xz, yz, wx, wy, wz) = (x * y2, x * z2, y * z2, w * x2, w * y2, w * z2);
+        let old = self.axes;
+        self.axes = Axes([
+            old.combine(Vectors { x: -(yy + zz) + 1.0, y: xy + wz, z: xz - wy }),
+            old.combine(Vectors { x: xy - wz, y: -(xx + zz) + 1.0, z: yz + wx }),
+            old.combine(Vectors { x: xz + wy, y: yz - wx, z: -(xx + yy) + 1.0 }),
+        ]);
+        if MOVING {
+            self.angular = self.angular + self.axes.combine(by);
+            self.turned = by.length();
+        }
+    }
+}
+
+/// Segments in the form from which lanes are filled.
+#[derive(Clone, Debug, Default)]
+pub struct LaneSegments {
+    nq: usize,
+    nv: usize,
+    from: Vec<f32>,
+    velocity: Vec<f32>,
+    /// Rounding of places that comes of large values (m).
+    rounding: Vec<f32>,
+}
+
+/// What one lane looks at: the middle of an interval of a segment, and its half width.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LaneInterval {
+    /// Segment, by index.
+    pub segment: usize,
+    /// Ratio on the segment.
+    pub middle: f64,
+    /// Half width, as a ratio.
+    pub half: f64,
+}
+
+/// Unit roundoff of f32.
+const ROUNDOFF: f64 = 5.960_464_5e-8;
+
+impl Skeleton {
+    /// Bound on the error (m) of the place of a point this far (m) from its frame's origin, as long as all
+    /// translations are 0 and no angle is beyond a turn.
+    ///
+    /// A product of two rotations rounds each entry by at most 3 roundoffs, sine and cosine add 5, so the
+    /// rotation of frame k is off by at most 16 k roundoffs in norm; places add that times each arm.
+    /// Half displacements have the same error relative to the plain bound V h.
+    pub fn rounding(&self, point: f64) -> f64 {
+        self.relative_rounding() * (self.extent + point)
+    }
+
+    /// Bound on the relative error of rotations and velocities.
+    pub fn relative_rounding(&self) -> f64 {
+        16.0 * ROUNDOFF * (self.joints.len() + 4) as f64
+    }
+
+    /// What large angles and translations add to [`Self::rounding`] (m).
+    fn rounding_of_values(&self, from: &[f64], velocity: &[f64], held: &[f64]) -> f64 {
+        let (mut lengths, mut angles) = (0.0, 0.0);
+        for joint in &self.joints {
+            let size = |k: usize| {
+                let at = joint.value + k;
+                let value = if at < self.columns { from[at] } else { held[at - self.columns] };
+                let rate = joint.rate.map_or(0.0, |first| velocity[first + k]);
+                f64::from(joint.factor).abs() * (value.abs() + rate.abs()) + f64::from(joint.offset).abs()
+            };
+            match joint.kind {
+                JointKind::Fixed => {}
+                JointKind::Revolute | JointKind::Continuous => angles += size(0),
+                JointKind::Prismatic => lengths += size(0),
+                JointKind::Planar => (lengths, angles) = (lengths + size(0) + size(1), angles + size(2)),
+                JointKind::Floating => lengths += size(0) + size(1) + size(2),
+            }
+        }
+        self.relative_rounding() * lengths + 4.0 * ROUNDOFF * angles * (self.extent + lengths)
+    }
+}
+
+impl LaneSegments {
+    /// Forgets all segments.
+    pub fn clear(&mut self) {
+        self.from.clear();
+        self.velocity.clear();
+        self.rounding.clear();
+    }
+
+    /// Appends the segment `from ⊕ t velocity`.
+    pub fn push(&mut self, skeleton: &Skeleton, from: &[f64], velocity: &[f64], held: &[f64]) {
+        (self.nq, self.nv) = (from.len(), velocity.len());
+        self.from.extend(from.iter().map(|&value| value as f32));
+        self.velocity.extend(velocity.iter().map(|&value| value as f32));
+        self.rounding.push(skeleton.rounding_of_values(from, velocity, held) as f32);
+    }
+
+    /// Rounding that comes of large values, of a segment (m).
+    pub fn rounding(&self, segment: usize) -> f32 {
+        self.rounding[segment]
+    }
+
+    /// Fills the lanes. Held values stay as they are in `input`.
+    #[inline(always)]
+    pub fn fill<S: Eight>(
+        &self,
+        simd: S,
+        space: &ConfigurationSpace,
+        intervals: &[LaneInterval; LANES],
+        input: &mut LaneInput,
+    ) {
+        let (mut middles, mut halves, mut rows) = ([0.0_f32; LANES], [0.0_f32; LANES], [0; LANES]);
+        for (lane, interval) in intervals.iter().enumerate() {
+            middles[lane] = interval.middle as f32;
+            // A little wider than the interval: its middle may have been rounded.
+            halves[lane] = interval.half as f32 * (1.0 + f32::EPSILON) + f32::EPSILON;
+            rows[lane] = interval.segment;
+        }
+        let middles = Lanes::new(simd, pulp::cast(middles));
+        let halves = Lanes::new(simd, pulp::cast(halves));
+        let alike = rows.iter().all(|&row| row == rows[0]);
+        let gather = Gather { simd, rows, alike };
+        for component in space.components() {
+            match *component {
+                Component::Line { q, v } | Component::Circle { q, v } => {
+                    let velocity = gather.column(&self.velocity, self.nv, v);
+                    input.values[q] = (gather.column(&self.from, self.nq, q) + velocity * middles).packed;
+                    input.rates[v] = (velocity * halves).packed;
+                }
+                Component::Rotation { q, v } => {
+                    for k in v..v + 3 {
+                        input.rates[k] = (gather.column(&self.velocity, self.nv, k) * halves).packed;
+                    }
+                    let turned = intervals.map(|interval| self.turned(&interval, q, v));
+                    for k in 0..4 {
+                        input.values[q + k] = pulp::cast(turned.map(|rotation| rotation[k] as f32));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Rotation of a ball joint at the middle of an interval.
+    fn turned(&self, interval: &LaneInterval, q: usize, v: usize) -> [f64; 4] {
+        let from: [f64; 4] = std::array::from_fn(|k| f64::from(self.from[interval.segment * self.nq + q + k]));
+        let turn: [f64; 3] = std::array::from_fn(|k| f64::from(self.velocity[interval.segment * self.nv + v + k]));
+        let turn = quat_exp(Vec3::from_array(turn) * interval.middle);
+        (Quat::from_array(from) * turn).normalize().to_array()
+    }
+}
+
+/// Reads a column of a table for each lane's row.
+struct Gather<S: Eight> {
+    simd: S,
+    rows: [usize; LANES],
+    alike: bool,
+}
+
+impl<S: Eight> Gather<S> {
+    #[inline(always)]
+    fn column(&self, values: &[f32], width: usize, column: usize) -> Lanes<S> {
+        if self.alike {
+            return Lanes::splat(self.simd, values[self.rows[0] * width + column]);
+        }
+        let mut lanes = [0.0_f32; LANES];
+        for (lane, row) in lanes.iter_mut().zip(self.rows) {
+            *lane = values[row * width + column];
+        }
+        Lanes::new(self.simd, pulp::cast(lanes))
+    }
+}
+
+impl LaneInput {
+    /// Memory for a robot, with the values of its held variables in place.
+    pub fn reset(&mut self, space: &ConfigurationSpace, held: &[f64]) {
+        self.values.clear();
+        self.values.resize(space.nq(), ZERO);
+        self.values.extend(held.iter().map(|&value| -> Packed { pulp::cast([value as f32; LANES]) }));
+        self.rates.clear();
+        self.rates.resize(space.nv(), ZERO);
+    }
+}
+
+fn single(v: Vec3) -> [f32; 3] {
+    v.to_array().map(|value| value as f32)
+}
