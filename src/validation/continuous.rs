@@ -11,7 +11,6 @@
 //! floors is proved, everything proved is at least one floor clear.
 
 use std::collections::VecDeque;
-use std::ops::Range;
 
 use super::interval::{IntervalVerdict, Looks};
 use super::ledger::Ledger;
@@ -42,6 +41,9 @@ pub struct Scratch {
     segments: Segments,
     /// Lists of undecided pairs, each a range of this.
     lists: Vec<u32>,
+    /// The pairs of a rake, each with the lanes that look at it, and where each pair stands in it.
+    merged: Vec<(u32, u8)>,
+    slots: Vec<u32>,
     queue: VecDeque<Interval>,
     floors: Vec<f64>,
     /// Intervals spent by each pair with a lowered floor, on the segments at hand.
@@ -84,7 +86,7 @@ struct Interval {
 
 /// Pairs that are undecided on an interval.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) enum List {
+enum List {
     /// All of the model.
     #[default]
     All,
@@ -125,6 +127,8 @@ impl<'a> Validator<'a> {
         scratch.floors.resize(pairs, clearance);
         scratch.spent.clear();
         scratch.spent.resize(pairs, 0);
+        scratch.slots.clear();
+        scratch.slots.resize(pairs, 0);
         scratch.ledger.clear();
         scratch.rake.reset(model.filter(), space, held);
         Self { model, space, held, scratch, layers: Layers::default(), clearance, highest_floor: clearance, work: 0 }
@@ -225,8 +229,8 @@ impl<'a> Validator<'a> {
             if let Some((lane, pair, reason)) = examined.refused {
                 return Found::Refusal(rake[lane], pair, reason);
             }
-            for (interval, list) in rake.iter().zip(examined.undecided) {
-                self.scratch.queue.extend(interval.parts(list));
+            for (interval, undecided) in rake.iter().zip(&examined.undecided) {
+                self.scratch.queue.extend(interval.split(undecided, undecided.parts));
             }
         }
         let nq = self.space.nq();
@@ -239,13 +243,16 @@ impl<'a> Validator<'a> {
         Found::Nothing
     }
 
-    /// Up to eight intervals from the queue that look at the same pairs.
+    /// Up to eight intervals from the queue, either all new or all parts of others.
     fn next_rake(&mut self) -> ([Interval; LANES], usize) {
         let queue = &mut self.scratch.queue;
         let mut rake = [Interval::default(); LANES];
         let mut count = 0;
         while count < LANES {
-            let Some(next) = queue.front().filter(|next| count == 0 || next.pairs.is(&rake[0].pairs)) else { break };
+            let Some(next) = queue.front().filter(|next| count == 0 || next.pairs.is_all() == rake[0].pairs.is_all())
+            else {
+                break;
+            };
             rake[count] = *next;
             count += 1;
             queue.pop_front();
@@ -265,15 +272,15 @@ impl<'a> Validator<'a> {
             let Some(examined) = self.examine(&[interval], Until::EveryPair, stop) else {
                 return SegmentVerdict::Stopped;
             };
-            let list = examined.undecided[0].clone();
+            let list = &examined.undecided[0];
             if let Some((_, pair, reason)) = examined.refused {
                 earliest = Some((interval, pair, reason));
                 self.scratch.queue.clear();
                 let half = interval.half / 2.0;
-                let left = Interval { middle: interval.middle - half, half, pairs: List::of(list), ..interval };
+                let left = Interval { middle: interval.middle - half, half, pairs: list.pairs, ..interval };
                 self.scratch.queue.extend(Some(left).filter(|left| left.half > FINEST));
             } else {
-                self.scratch.queue.extend(interval.halves(list).into_iter().rev());
+                self.scratch.queue.extend(interval.split(list, 2).rev());
             }
         }
         let Some((interval, pair, reason)) = earliest else {
@@ -378,15 +385,16 @@ impl<'a> Validator<'a> {
             }
         }
         for lane in 0..rake.len() {
-            let first = self.scratch.lists.len();
+            let (first, mut excess) = (self.scratch.lists.len(), 0.0_f32);
             for entry in 0..self.scratch.rake.unproved.len() {
                 if self.scratch.rake.unproved[entry].lanes >> lane & 1 == 0 {
                     continue;
                 }
                 let reason = self.settle(&rake[lane], entry, lane, stop)?;
-                let unproved = self.scratch.rake.unproved[entry];
+                let unproved = &self.scratch.rake.unproved[entry];
                 if unproved.lanes >> lane & 1 == 1 {
                     self.scratch.lists.push(unproved.pair);
+                    excess = excess.max(unproved.excess[lane]);
                 }
                 if let Some(reason) = reason {
                     examined.refused = examined.refused.or(Some((lane, unproved.pair as usize, reason)));
@@ -395,7 +403,8 @@ impl<'a> Validator<'a> {
                     }
                 }
             }
-            examined.undecided[lane] = first..self.scratch.lists.len();
+            let parts = excess.ceil().clamp(2.0, LANES as f32) as usize;
+            examined.undecided[lane] = Undecided { pairs: List::Of(first, self.scratch.lists.len()), parts };
         }
         Some(examined)
     }
@@ -403,18 +412,32 @@ impl<'a> Validator<'a> {
     /// Runs the filter on up to eight intervals.
     fn filter(&mut self, rake: &[Interval]) {
         let lanes = ((1_u16 << rake.len()) - 1) as u8;
+        let Scratch { rake: filter, lists, merged, slots, .. } = &mut *self.scratch;
+        merged.clear();
+        for (lane, interval) in rake.iter().enumerate() {
+            let List::Of(first, last) = interval.pairs else { break };
+            for &pair in &lists[first..last] {
+                let slot = &mut slots[pair as usize];
+                match merged.get_mut(*slot as usize) {
+                    Some((known, lanes)) if *known == pair => *lanes |= 1 << lane,
+                    _ => {
+                        *slot = merged.len() as u32;
+                        merged.push((pair, 1 << lane));
+                    }
+                }
+            }
+        }
         if !self.layers.filter {
-            let Scratch { rake: filter, lists, .. } = &mut *self.scratch;
             return match rake[0].pairs {
-                List::All => filter.leave(0..self.model.pairs().len() as u32, lanes),
-                List::Of(first, last) => filter.leave(lists[first..last].iter().copied(), lanes),
+                List::All => filter.leave((0..self.model.pairs().len() as u32).map(|pair| (pair, lanes))),
+                List::Of(..) => filter.leave(merged.iter().copied()),
             };
         }
         let interval = |lane: usize| {
             let Interval { segment, middle, half, .. } = rake[lane.min(rake.len() - 1)];
             LaneInterval { segment, middle, half }
         };
-        self.run(Proving, std::array::from_fn(interval), lanes, rake[0].pairs);
+        self.run(Proving, std::array::from_fn(interval), lanes, rake[0].pairs.is_all());
     }
 
     /// Runs the filter's kernel, proving or sampling.
@@ -424,12 +447,12 @@ impl<'a> Validator<'a> {
         what: impl FnOnce(Rake<'s>) -> W,
         intervals: [LaneInterval; LANES],
         lanes: u8,
-        pairs: List,
+        all_pairs: bool,
     ) {
-        let Scratch { rake: scratch, segments, lists, floors, instructions, .. } = &mut *self.scratch;
-        let pairs = match pairs {
-            List::All => Pairs::All { with_remote: 1.5 * self.highest_floor >= REMOTE_M },
-            List::Of(first, last) => Pairs::Of(&lists[first..last]),
+        let Scratch { rake: scratch, segments, merged, floors, instructions, .. } = &mut *self.scratch;
+        let pairs = match all_pairs {
+            true => Pairs::All { with_remote: 1.5 * self.highest_floor >= REMOTE_M },
+            false => Pairs::Of(merged),
         };
         let filter = self.model.filter();
         let (segments, highest_floor) = (&segments.lanes, self.highest_floor);
@@ -563,42 +586,33 @@ enum Until {
 struct Examined {
     /// Lane, pair and reason.
     refused: Option<(usize, usize, HitReason)>,
-    /// List of each lane.
-    undecided: [Range<usize>; LANES],
+    /// What is left of each lane.
+    undecided: [Undecided; LANES],
+}
+
+/// Pairs that an interval leaves undecided, and the number of parts that should settle them.
+#[derive(Clone, Copy, Default)]
+struct Undecided {
+    pairs: List,
+    parts: usize,
 }
 
 impl List {
-    fn of(range: Range<usize>) -> Self {
-        Self::Of(range.start, range.end)
+    fn is_all(&self) -> bool {
+        matches!(self, Self::All)
     }
 
-    fn is(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::All, Self::All) => true,
-            (Self::Of(first, last), Self::Of(other_first, other_last)) => (first, last) == (other_first, other_last),
-            _ => false,
-        }
+    fn is_empty(&self) -> bool {
+        matches!(self, Self::Of(first, last) if first == last)
     }
 }
 
 impl Interval {
-    /// Its parts, with the pairs of `list`, from left to right; none where the list is empty.
-    fn split(&self, list: Range<usize>, count: usize) -> impl DoubleEndedIterator<Item = Self> + use<> {
-        let count = if list.is_empty() { 0 } else { count };
-        let (interval, half) = (*self, self.half / count.max(1) as f64);
+    /// Equal parts from left to right, which look at what is undecided; none where nothing is.
+    fn split(&self, undecided: &Undecided, parts: usize) -> impl DoubleEndedIterator<Item = Self> + use<> {
+        let parts = if undecided.pairs.is_empty() { 0 } else { parts };
+        let (interval, pairs, half) = (*self, undecided.pairs, self.half / parts.max(1) as f64);
         let start = self.middle - self.half;
-        (0..count).map(move |part| {
-            let middle = start + half * (2 * part + 1) as f64;
-            Self { middle, half, pairs: List::of(list.clone()), ..interval }
-        })
-    }
-
-    /// As many parts as there are lanes.
-    fn parts(&self, list: Range<usize>) -> impl DoubleEndedIterator<Item = Self> + use<> {
-        self.split(list, LANES)
-    }
-
-    fn halves(&self, list: Range<usize>) -> impl DoubleEndedIterator<Item = Self> + use<> {
-        self.split(list, 2)
+        (0..parts).map(move |part| Self { middle: start + half * (2 * part + 1) as f64, half, pairs, ..interval })
     }
 }

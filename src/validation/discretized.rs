@@ -1,7 +1,7 @@
 //! The check that others make: configurations along the path, none in between. It proves nothing; it is
 //! here to be compared with, on the same kernels.
 
-use super::continuous::{List, Validator};
+use super::continuous::Validator;
 use super::rake::Sampling;
 use crate::lanes::LANES;
 use crate::path::Path;
@@ -37,7 +37,7 @@ impl Validator<'_> {
     }
 
     fn rake_is_free(&mut self, intervals: [LaneInterval; LANES]) -> bool {
-        self.run(Sampling, intervals, u8::MAX, List::All);
+        self.run(Sampling, intervals, u8::MAX, true);
         self.scratch.rake.unproved.is_empty()
     }
 }

@@ -21,6 +21,8 @@ pub struct Unproved {
     pub lanes: u8,
     /// At most the distance in the middle of each of those lanes (m).
     pub gap: [f32; LANES],
+    /// How many times too wide each of those intervals is, as far as the filter can tell.
+    pub excess: [f32; LANES],
 }
 
 /// Pairs that a rake looks at.
@@ -31,8 +33,8 @@ pub enum Pairs<'a> {
         /// Whether obstacles that are always far count.
         with_remote: bool,
     },
-    /// These.
-    Of(&'a [u32]),
+    /// These, each in some lanes.
+    Of(&'a [(u32, u8)]),
 }
 
 /// Eight intervals to be looked at together.
@@ -114,10 +116,11 @@ impl RakeScratch {
     }
 
     /// What comes of a filter that is switched off: everything is undecided, at no known distance.
-    pub fn leave(&mut self, pairs: impl Iterator<Item = u32>, lanes: u8) {
+    pub fn leave(&mut self, pairs: impl Iterator<Item = (u32, u8)>) {
+        let (gap, excess) = ([f32::NEG_INFINITY; LANES], [f32::INFINITY; LANES]);
         self.unproved.clear();
         self.kept = [f32::INFINITY; LANES];
-        self.unproved.extend(pairs.map(|pair| Unproved { pair, lanes, gap: [f32::NEG_INFINITY; LANES] }));
+        self.unproved.extend(pairs.map(|(pair, lanes)| Unproved { pair, lanes, gap, excess }));
     }
 }
 
@@ -154,6 +157,31 @@ struct Look<'a, S: Eight, const MOVING: bool> {
 struct Tested<S: Eight> {
     fails: u8,
     gap: Lanes<S>,
+    kept: Lanes<S>,
+}
+
+/// What the failed tests of a pair have in common.
+struct Failed<S: Eight> {
+    lanes: u8,
+    gap: Lanes<S>,
+    excess: Lanes<S>,
+}
+
+impl<S: Eight> Failed<S> {
+    #[inline(always)]
+    fn none(simd: S) -> Self {
+        Self { lanes: 0, gap: Lanes::splat(simd, f32::INFINITY), excess: Lanes::splat(simd, 0.0) }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, simd: S, tested: &Tested<S>, need: Lanes<S>) {
+        let failed = Mask::from_bits(simd, tested.fails);
+        // What may be moved is gap − need, what moves gap − kept.
+        let room = (tested.gap - need).max(Lanes::splat(simd, f32::MIN_POSITIVE));
+        self.lanes |= tested.fails;
+        self.gap = failed.select(self.gap.min(tested.gap), self.gap);
+        self.excess = failed.select(self.excess.max((tested.gap - tested.kept) / room), self.excess);
+    }
 }
 
 /// A ball in all lanes.
@@ -200,7 +228,7 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
                 }
             }
             Pairs::Of(pairs) => {
-                for &pair in pairs {
+                for &(pair, lanes) in pairs {
                     self.pair(pair, lanes);
                 }
             }
@@ -265,10 +293,11 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         if tested.fails == 0 {
             return;
         }
+        let mut failed = Failed::none(self.simd);
         if shape.balls.len() == 1 && object.boxes.is_empty() {
-            return self.report(pair, tested.fails, tested.gap);
+            failed.add(self.simd, &tested, need);
+            return self.report(pair, &failed);
         }
-        let (mut fails, mut gap) = (0, Lanes::splat(self.simd, f32::INFINITY));
         for (index, (_, range)) in shape.clusters.iter().enumerate() {
             let mut left = tested.fails;
             if shape.clusters.len() > 1 {
@@ -285,17 +314,15 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
                     continue;
                 }
                 if object.boxes.is_empty() {
-                    gap = gap.min(Mask::from_bits(self.simd, tested.fails).select(tested.gap, gap));
-                    fails |= tested.fails;
+                    failed.add(self.simd, &tested, need);
                 }
                 for part in &object.boxes {
                     let tested = self.near_hull(&ball, part, bend, need, tested.fails);
-                    gap = gap.min(Mask::from_bits(self.simd, tested.fails).select(tested.gap, gap));
-                    fails |= tested.fails;
+                    failed.add(self.simd, &tested, need);
                 }
             }
         }
-        self.report(pair, fails, gap);
+        self.report(pair, &failed);
     }
 
     /// Two bodies of the robot.
@@ -314,7 +341,7 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         if tested.fails == 0 {
             return;
         }
-        let (mut fails, mut gap) = (0, Lanes::splat(self.simd, f32::INFINITY));
+        let mut failed = Failed::none(self.simd);
         for (index_a, (_, range_a)) in shape_a.clusters.iter().enumerate() {
             let cluster_a = if shape_a.clusters.len() > 1 { self.cluster(a, index_a) } else { root_a };
             for (index_b, (_, range_b)) in shape_b.clusters.iter().enumerate() {
@@ -332,19 +359,19 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
                     for j in range_b.clone() {
                         let ball_b = self.ball(b, j);
                         let tested = self.near_ball(&ball_a, &ball_b, bend, need, left);
-                        gap = gap.min(Mask::from_bits(self.simd, tested.fails).select(tested.gap, gap));
-                        fails |= tested.fails;
+                        failed.add(self.simd, &tested, need);
                     }
                 }
             }
         }
-        self.report(pair, fails, gap);
+        self.report(pair, &failed);
     }
 
     #[inline(always)]
-    fn report(&mut self, pair: u32, fails: u8, gap: Lanes<S>) {
-        if fails != 0 {
-            self.rake.scratch.unproved.push(Unproved { pair, lanes: fails, gap: pulp::cast(gap.packed) });
+    fn report(&mut self, pair: u32, failed: &Failed<S>) {
+        if failed.lanes != 0 {
+            let (gap, excess) = (pulp::cast(failed.gap.packed), pulp::cast(failed.excess.packed));
+            self.rake.scratch.unproved.push(Unproved { pair, lanes: failed.lanes, gap, excess });
         }
     }
 
@@ -404,7 +431,7 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
     ) -> Tested<S> {
         self.rake.scratch.looks += 1;
         if !MOVING {
-            return Tested { fails: lanes & !gap.at_least(need).bits(), gap };
+            return Tested { fails: lanes & !gap.at_least(need).bits(), gap, kept: gap };
         }
         let slack = gap - bend;
         let kept = slack - speed;
@@ -413,13 +440,13 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         let counted = Mask::from_bits(self.simd, lanes);
         if lanes & !passes.bits() == 0 {
             self.kept = self.kept.min(counted.select(kept, infinite));
-            return Tested { fails: 0, gap };
+            return Tested { fails: 0, gap, kept };
         }
         let directed = slack - away.dot(velocity).abs() / length;
         let kept = passes.select(kept, directed);
         let passes = kept.at_least(need);
         self.kept = self.kept.min(counted.and(passes).select(kept, infinite));
-        Tested { fails: lanes & !passes.bits(), gap }
+        Tested { fails: lanes & !passes.bits(), gap, kept }
     }
 
     #[inline(always)]
