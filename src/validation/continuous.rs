@@ -230,7 +230,7 @@ impl<'a> Validator<'a> {
                 return Found::Refusal(rake[lane], pair, reason);
             }
             for (interval, undecided) in rake.iter().zip(&examined.undecided) {
-                self.scratch.queue.extend(interval.split(undecided, undecided.parts));
+                self.scratch.queue.extend(interval.split(undecided));
             }
         }
         let nq = self.space.nq();
@@ -280,7 +280,7 @@ impl<'a> Validator<'a> {
                 let left = Interval { middle: interval.middle - half, half, pairs: list.pairs, ..interval };
                 self.scratch.queue.extend(Some(left).filter(|left| left.half > FINEST));
             } else {
-                self.scratch.queue.extend(interval.split(list, 2).rev());
+                self.scratch.queue.extend(interval.split(list).rev());
             }
         }
         let Some((interval, pair, reason)) = earliest else {
@@ -609,8 +609,8 @@ impl List {
 
 impl Interval {
     /// Equal parts from left to right, which look at what is undecided; none where nothing is.
-    fn split(&self, undecided: &Undecided, parts: usize) -> impl DoubleEndedIterator<Item = Self> + use<> {
-        let parts = if undecided.pairs.is_empty() { 0 } else { parts };
+    fn split(&self, undecided: &Undecided) -> impl DoubleEndedIterator<Item = Self> + use<> {
+        let parts = if undecided.pairs.is_empty() { 0 } else { undecided.parts };
         let (interval, pairs, half) = (*self, undecided.pairs, self.half / parts.max(1) as f64);
         let start = self.middle - self.half;
         (0..parts).map(move |part| Self { middle: start + half * (2 * part + 1) as f64, half, pairs, ..interval })
