@@ -7,7 +7,7 @@
 
 use super::interval::ROUNDING_M;
 use crate::collision::Filter;
-use crate::collision::filter::{FilterBall, FilterBody, Hop, Hull, HullCore, ObjectNode, Partner, REMOTE_M};
+use crate::collision::filter::{FilterBall, FilterBody, Hull, HullCore, ObjectNode, Partner, REMOTE_M};
 use crate::lanes::{Axes, Eight, EightWide, LANES, Lanes, Mask, Packed, Vectors};
 use crate::robot::ConfigurationSpace;
 use crate::robot::lane_kinematics::{LaneFrame, LaneInput, LaneInterval, LaneMotion, LaneSegments};
@@ -75,6 +75,9 @@ pub struct RakeScratch {
     bodies: Vec<PlacedBody>,
     balls: Vec<PlacedBall>,
     open: Vec<(u32, u8)>,
+    near: Vec<(u32, u8)>,
+    /// Bends of each body relative to the joints that carry it, from the body up.
+    bends: Vec<Packed>,
     rake: u64,
 }
 
@@ -84,6 +87,8 @@ struct PlacedBody {
     bent_rake: u64,
     /// First entry of `balls`: the root, then the clusters, then the balls.
     first: usize,
+    /// First entry of `bends`, one for each hop.
+    first_bend: usize,
     /// Bend of the body relative to the world.
     bend: Packed,
     /// Rounding of its places and velocities.
@@ -106,9 +111,12 @@ impl RakeScratch {
         self.input.reset(space, held);
         self.bodies.clear();
         self.balls.clear();
+        self.bends.clear();
         let unknown = PlacedBall { rake: 0, center: [ZERO; 3], velocity: [ZERO; 3], speed: ZERO };
         for body in &filter.bodies {
-            self.bodies.push(PlacedBody { bent_rake: 0, first: self.balls.len(), bend: ZERO, blur: ZERO });
+            let (first, first_bend) = (self.balls.len(), self.bends.len());
+            self.bodies.push(PlacedBody { bent_rake: 0, first, first_bend, bend: ZERO, blur: ZERO });
+            self.bends.resize(first_bend + body.hops.len(), ZERO);
             self.balls.resize(self.balls.len() + 1 + body.clusters.len() + body.balls.len(), unknown);
         }
         self.rake = 0;
@@ -212,47 +220,44 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         scratch.unproved.clear();
         segments.fill(simd, space, intervals, &mut scratch.input);
         filter.skeleton.update::<S, MOVING>(simd, &scratch.input, &mut scratch.frames, &mut scratch.motions);
+        let mut near = std::mem::take(&mut scratch.near);
+        near.clear();
         match self.rake.pairs {
+            Pairs::Of(pairs) => near.extend_from_slice(pairs),
             Pairs::All { with_remote } => {
                 if !with_remote && filter.remote.iter().any(|remote| !remote.is_empty()) {
                     self.kept = Lanes::splat(simd, REMOTE_M as f32);
                 }
                 for body in 0..filter.bodies.len() {
-                    self.objects(body, &filter.near[body], lanes);
+                    self.near_objects(body, &filter.near[body], lanes, &mut near);
                     if with_remote {
-                        self.objects(body, &filter.remote[body], lanes);
+                        self.near_objects(body, &filter.remote[body], lanes, &mut near);
                     }
                 }
-                for &pair in &filter.own {
-                    self.pair(pair, lanes);
-                }
-            }
-            Pairs::Of(pairs) => {
-                for &(pair, lanes) in pairs {
-                    self.pair(pair, lanes);
-                }
+                self.near_bodies(lanes, &mut near);
             }
         }
+        for &(pair, lanes) in &near {
+            let entry = filter.pairs[pair as usize];
+            match entry.partner {
+                Partner::Object(object) => self.object(entry.body, pair, object, lanes),
+                Partner::Body { body, hops } => self.own(pair, [entry.body, body], hops, lanes),
+            }
+        }
+        self.rake.scratch.near = near;
         self.rake.scratch.kept = pulp::cast(self.kept.packed);
     }
 
+    /// The broad phase of one body: obstacles that the ball around all of it may come near. Lanes that a node
+    /// of the tree proves do not go on below it.
     #[inline(always)]
-    fn pair(&mut self, pair: u32, lanes: u8) {
-        let entry = self.rake.filter.pairs[pair as usize];
-        match entry.partner {
-            Partner::Object(object) => self.object(entry.body, pair, object, lanes),
-            Partner::Body { body, hops } => self.own(pair, [entry.body, body], hops, lanes),
-        }
-    }
-
-    /// Goes down a tree over obstacles; lanes that a node proves do not go on below it.
-    #[inline(always)]
-    fn objects(&mut self, body: usize, nodes: &[ObjectNode], lanes: u8) {
+    fn near_objects(&mut self, body: usize, nodes: &[ObjectNode], lanes: u8, near: &mut Vec<(u32, u8)>) {
         if nodes.is_empty() {
             return;
         }
         let need = self.need_of(self.rake.highest_floor);
         let (root, bend) = (self.root(body), self.bend(body).0);
+        let reach = root.speed + bend + root.radius;
         let mut open = std::mem::take(&mut self.rake.scratch.open);
         open.clear();
         let mut mask = lanes;
@@ -262,24 +267,51 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
                 mask = outer;
             }
             let node = &nodes[at];
-            match node.leaf {
-                Some((pair, object)) => {
-                    self.object(body, pair, object as usize, mask);
-                    at += 1;
-                }
-                None => {
-                    let tested = self.near_hull(&root, &node.hull, bend, need, mask);
-                    if tested.fails == 0 {
-                        at = node.skip as usize;
-                    } else {
-                        open.push((node.skip, mask));
-                        mask = tested.fails;
-                        at += 1;
-                    }
+            let (away, _) = self.away(&root, &node.hull);
+            let fails = self.is_far(away, reach + node.hull.radius, need, mask);
+            at += 1;
+            match (fails, node.leaf) {
+                (0, _) => at = node.skip as usize,
+                (_, Some((pair, _))) => near.push((pair, fails)),
+                (_, None) => {
+                    open.push((node.skip, mask));
+                    mask = fails;
                 }
             }
         }
         self.rake.scratch.open = open;
+    }
+
+    /// The broad phase of the robot against itself.
+    #[inline(always)]
+    fn near_bodies(&mut self, lanes: u8, near: &mut Vec<(u32, u8)>) {
+        let filter = self.rake.filter;
+        for &pair in &filter.own {
+            let entry = &filter.pairs[pair as usize];
+            let Partner::Body { body: b, .. } = entry.partner else { continue };
+            let (root_a, root_b) = (self.root(entry.body), self.root(b));
+            // Seen from the world both move more than against each other; enough for most.
+            let reach = root_a.speed + root_b.speed + self.bend(entry.body).0 + self.bend(b).0;
+            let reach = reach + (root_a.radius + root_b.radius);
+            let fails = self.is_far(root_a.center - root_b.center, reach, self.need(pair), lanes);
+            if fails != 0 {
+                near.push((pair, fails));
+            }
+        }
+    }
+
+    /// Lanes in which two balls this far away from each other, which reach this far together, may come too
+    /// near. The comparison of squares does not wait for a root.
+    #[inline(always)]
+    fn is_far(&mut self, away: Vectors<S>, reach: Lanes<S>, need: Lanes<S>, lanes: u8) -> u8 {
+        self.rake.scratch.looks += 1;
+        let (square, least) = (away.dot(away), reach + need);
+        let passes = square.at_least(least * least);
+        if MOVING {
+            let passes = passes.and(Mask::from_bits(self.simd, lanes));
+            self.kept = passes.select(self.kept.min(square.sqrt() - reach), self.kept);
+        }
+        lanes & !passes.bits()
     }
 
     /// A body against an obstacle: all of it, then its clusters, then its balls.
@@ -334,7 +366,7 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         let mut bend = Lanes::splat(self.simd, 0.0);
         if MOVING {
             let blur = self.bend(a).1 + self.bend(b).1;
-            bend = self.leg(&shape_a.hops[..hops[0]]).0 + self.leg(&shape_b.hops[..hops[1]]).0 + blur;
+            bend = self.bend_below(a, hops[0]) + self.bend_below(b, hops[1]) + blur;
         }
         let (root_a, root_b) = (self.root(a), self.root(b));
         let tested = self.near_ball(&root_a, &root_b, bend, need, lanes);
@@ -378,6 +410,15 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
     /// A ball against a hull that stands still.
     #[inline(always)]
     fn near_hull(&mut self, ball: &Moving<S>, object: &Hull, bend: Lanes<S>, need: Lanes<S>, lanes: u8) -> Tested<S> {
+        let (away, velocity) = self.away(ball, object);
+        let length = away.length();
+        let gap = length - (ball.radius + object.radius);
+        self.decide(gap, length, ball.speed, (away, velocity), bend, need, lanes)
+    }
+
+    /// From the nearest point of a hull's core to a ball's centre, and the centre's velocity; in the hull's axes.
+    #[inline(always)]
+    fn away(&self, ball: &Moving<S>, object: &Hull) -> (Vectors<S>, Vectors<S>) {
         let mut offset = ball.center - Vectors::splat(self.simd, object.center);
         let mut velocity = ball.velocity;
         if let Some(axes) = &object.axes {
@@ -398,9 +439,7 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
                 Vectors { x: offset.x * share, y: offset.y * share, z: outside(offset.z, half_height) }
             }
         };
-        let length = away.length();
-        let gap = length - (ball.radius + object.radius);
-        self.decide(gap, length, ball.speed, (away, velocity), bend, need, lanes)
+        (away, velocity)
     }
 
     /// Two balls. What carries both may turn, but at right angles to the offset: only their own velocities
@@ -502,8 +541,9 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         self.placed(entry, shape.frame, shape.balls[index])
     }
 
-    /// Bend of a body's path relative to the world with the blur of its velocity, and the blur alone;
-    /// computed once a rake.
+    /// Of a body, computed once a rake: the bend of its path relative to the world ½ h² A =
+    /// Σ s_l (ω_l / 2 + Σ_{i<l} ω_i), everything times h, with the blur of its velocity, and the blur alone: a
+    /// share of Σ (s_l + ω_l · reach of the robot).
     #[inline(always)]
     fn bend(&mut self, body: usize) -> (Lanes<S>, Lanes<S>) {
         let zero = Lanes::splat(self.simd, 0.0);
@@ -514,31 +554,33 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         if known.bent_rake == rake {
             return (Lanes::new(self.simd, known.bend), Lanes::new(self.simd, known.blur));
         }
-        let (bend, travel) = self.leg(&self.rake.filter.bodies[body].hops);
-        let blur = travel * self.rake.filter.blur + self.drift;
-        let bend = bend + blur;
-        let known = &mut self.rake.scratch.bodies[body];
-        (known.bent_rake, known.bend, known.blur) = (rake, bend.packed, blur.packed);
-        (bend, blur)
-    }
-
-    /// Of a body that these joints carry, from the body up, everything times h: its bend ½ h² A =
-    /// Σ s_l (ω_l / 2 + Σ_{i<l} ω_i), and Σ (s_l + ω_l · reach of the robot), by which velocities blur.
-    #[inline(always)]
-    fn leg(&self, hops: &[Hop]) -> (Lanes<S>, Lanes<S>) {
-        let zero = Lanes::splat(self.simd, 0.0);
+        let (filter, scratch) = (self.rake.filter, &mut *self.rake.scratch);
         let (mut bend, mut speed, mut pushed, mut turned) = (zero, zero, zero, zero);
-        for hop in hops {
-            let motion = &self.rake.scratch.motions[hop.motion];
+        let bends = &mut scratch.bends[known.first_bend..];
+        for (hop, below) in filter.bodies[body].hops.iter().zip(bends) {
+            let motion = &scratch.motions[hop.motion];
             let turn = Lanes::new(self.simd, motion.turn);
             let swing = turn * (pushed + hop.reach);
             bend = bend + turn * (speed + swing * 0.5);
+            // Sums of at most some dozens of products: their own rounding is a few millionths.
+            *below = (bend * (1.0 + 1e-5)).packed;
             speed = speed + swing + Lanes::new(self.simd, motion.slide);
             pushed = pushed + Lanes::new(self.simd, motion.shift);
             turned = turned + turn;
         }
-        // Sums of at most a dozen products: their own rounding is a few millionths.
-        (bend * (1.0 + 1e-5), speed + turned * (pushed + self.rake.filter.skeleton.extent() as f32))
+        let blur = (speed + turned * (pushed + filter.skeleton.extent() as f32)) * filter.blur + self.drift;
+        let bend = bend * (1.0 + 1e-5) + blur;
+        let known = &mut scratch.bodies[body];
+        (known.bent_rake, known.bend, known.blur) = (rake, bend.packed, blur.packed);
+        (bend, blur)
+    }
+
+    /// Bend of a body that counts only so many of the joints that carry it; after [`Self::bend`].
+    #[inline(always)]
+    fn bend_below(&self, body: usize, hops: usize) -> Lanes<S> {
+        let scratch = &*self.rake.scratch;
+        let first = scratch.bodies[body].first_bend;
+        Lanes::new(self.simd, if hops == 0 { ZERO } else { scratch.bends[first + hops - 1] })
     }
 }
 
