@@ -106,20 +106,19 @@ struct PlacedBall {
 const ZERO: Packed = Packed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
 
 impl RakeScratch {
-    /// Memory for the bodies of a model.
+    /// Memory for the bodies of a model. What an earlier request left there is of an earlier rake and never read.
     pub fn reset(&mut self, filter: &Filter, space: &ConfigurationSpace, held: &[f64]) {
         self.input.reset(space, held);
         self.bodies.clear();
-        self.balls.clear();
-        self.bends.clear();
         let unknown = PlacedBall { rake: 0, center: [ZERO; 3], velocity: [ZERO; 3], speed: ZERO };
+        let (mut first, mut first_bend) = (0, 0);
         for body in &filter.bodies {
-            let (first, first_bend) = (self.balls.len(), self.bends.len());
             self.bodies.push(PlacedBody { bent_rake: 0, first, first_bend, bend: ZERO, blur: ZERO });
-            self.bends.resize(first_bend + body.hops.len(), ZERO);
-            self.balls.resize(self.balls.len() + 1 + body.clusters.len() + body.balls.len(), unknown);
+            first += 1 + body.clusters.len() + body.balls.len();
+            first_bend += body.hops.len();
         }
-        self.rake = 0;
+        self.balls.resize(first, unknown);
+        self.bends.resize(first_bend, ZERO);
         self.looks = 0;
     }
 
