@@ -11,6 +11,7 @@
 //! floors is proved, everything proved is at least one floor clear.
 
 use std::collections::VecDeque;
+use std::ops::RangeInclusive;
 
 use super::interval::{IntervalVerdict, Looks};
 use super::ledger::Ledger;
@@ -60,6 +61,8 @@ struct Segments {
     velocity: Vec<f64>,
     lanes: LaneSegments,
     proofs: Vec<SegmentProof>,
+    /// Some end is outside of the limits that remote obstacles count on.
+    is_unconfined: bool,
     /// Segment for which the exact motion was prepared, and the place where its bodies stand.
     exact: Option<(usize, Option<f64>)>,
 }
@@ -334,6 +337,7 @@ impl<'a> Validator<'a> {
         scratch.segments.ends.clear();
         scratch.segments.lanes.clear();
         scratch.segments.proofs.clear();
+        scratch.segments.is_unconfined = false;
         scratch.segments.exact = None;
         scratch.lists.clear();
         scratch.queue.clear();
@@ -350,6 +354,9 @@ impl<'a> Validator<'a> {
         segments.lanes.push(&filter.skeleton, from, &segments.velocity, self.held);
         segments.ends.extend_from_slice(from);
         segments.ends.extend_from_slice(to);
+        let is_outside =
+            |(q, range): &(usize, RangeInclusive<f64>)| !range.contains(&from[*q]) || !range.contains(&to[*q]);
+        segments.is_unconfined |= filter.confines.iter().any(is_outside);
         let segment = segments.proofs.len();
         segments.proofs.push(SegmentProof::EMPTY);
         let motion = filter.skeleton.motion(&segments.velocity, filter.reach);
@@ -451,7 +458,7 @@ impl<'a> Validator<'a> {
     ) {
         let Scratch { rake: scratch, segments, merged, floors, instructions, .. } = &mut *self.scratch;
         let pairs = match all_pairs {
-            true => Pairs::All { with_remote: 1.5 * self.highest_floor >= REMOTE_M },
+            true => Pairs::All { with_remote: segments.is_unconfined || 1.5 * self.highest_floor >= REMOTE_M },
             false => Pairs::Of(merged),
         };
         let filter = self.model.filter();

@@ -86,6 +86,8 @@ pub struct Filter {
     pub near: Vec<Vec<ObjectNode>>,
     /// For each body, the obstacles that it is always farther from than [`REMOTE_M`].
     pub remote: Vec<Vec<ObjectNode>>,
+    /// Columns of translations and their ranges (m), outside of which what was taken for remote may not be.
+    pub confines: Vec<(usize, std::ops::RangeInclusive<f64>)>,
     /// Pairs of two bodies of the robot.
     pub own: Vec<u32>,
     /// Rounding of half displacements, relative to their plain bound.
@@ -131,9 +133,16 @@ impl Filter {
             lists.into_iter().map(|mut list| objects::tree(&mut list, &objects)).collect::<Vec<_>>()
         };
         let (near, remote) = (trees(near), trees(remote));
+        let confines = robot.joints().iter().filter_map(|joint| match (joint.kind, joint.drive) {
+            (JointKind::Prismatic, Drive::Variable { q, .. }) => {
+                Some((q, robot.variables()[q].lower..=robot.variables()[q].upper))
+            }
+            _ => None,
+        });
+        let confines = confines.collect();
         let filter_bodies = bodies[..robot_bodies].iter().map(|body| FilterBody::new(body, &skeleton)).collect();
         let blur = 2.0 * skeleton.relative_rounding() as f32;
-        Self { skeleton, blur, bodies: filter_bodies, objects, pairs: filter_pairs, near, remote, own, reach }
+        Self { skeleton, blur, bodies: filter_bodies, objects, pairs: filter_pairs, near, remote, confines, own, reach }
     }
 }
 
@@ -167,7 +176,8 @@ impl FilterBody {
     }
 }
 
-/// Ball in the world that the body never leaves, whatever the joints do; `None` where there is no such ball.
+/// Ball in the world that the body never leaves as long as translations keep their limits; `None` where there
+/// is no such ball.
 fn confinement(robot: &RobotModel, body: &Body) -> Option<Ball> {
     let root = body.tree.balls()[0];
     let mut ball = Ball { center: root.center, radius: root.radius };
@@ -187,8 +197,7 @@ fn confinement(robot: &RobotModel, body: &Body) -> Option<Ball> {
                 if !half.is_finite() {
                     return None;
                 }
-                // Paths may start a little outside of the limits.
-                ball = Ball { center: ball.center + joint.axis * middle, radius: ball.radius + half + REMOTE_M / 10.0 };
+                ball = Ball { center: ball.center + joint.axis * middle, radius: ball.radius + half };
             }
             JointKind::Planar | JointKind::Floating => return None,
         }
