@@ -96,6 +96,23 @@ impl LaneFrame {
     }
 }
 
+#[cfg(test)]
+impl LaneFrame {
+    /// World place of a point of the frame in one lane.
+    pub(crate) fn lane(&self, lane: usize, p: [f32; 3]) -> [f32; 3] {
+        struct Place<'a>(&'a LaneFrame, [f32; 3]);
+        impl crate::lanes::EightWide for Place<'_> {
+            type Output = [Packed; 3];
+            #[inline(always)]
+            fn run<S: Eight>(self, simd: S) -> [Packed; 3] {
+                self.0.point(simd, self.1).0.packed()
+            }
+        }
+        let place = crate::lanes::InstructionSet::default().run(Place(self, p));
+        place.map(|lanes| pulp::cast::<Packed, [f32; LANES]>(lanes)[lane])
+    }
+}
+
 impl Skeleton {
     /// The skeleton of a robot; `rest` is the value (m) of a prismatic joint that its shift is counted from.
     pub fn new(robot: &RobotModel, rest: impl Fn(usize) -> f64) -> Self {

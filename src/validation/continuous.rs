@@ -559,6 +559,36 @@ impl<'a> Validator<'a> {
 
 #[cfg(test)]
 impl Validator<'_> {
+    /// What the filter leaves undecided of eight intervals of a segment, and what the rest keeps in each lane.
+    pub(crate) fn filtered(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        intervals: [LaneInterval; LANES],
+    ) -> (Vec<(u32, u8)>, [f32; LANES]) {
+        self.begin();
+        self.add(from, to);
+        self.run(Proving, intervals, u8::MAX, true);
+        let unproved = &self.scratch.rake.unproved;
+        (unproved.iter().map(|unproved| (unproved.pair, unproved.lanes)).collect(), self.scratch.rake.kept)
+    }
+
+    /// Where the filter sees the frames on eight intervals of a segment.
+    pub(crate) fn filtered_frames(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        intervals: [LaneInterval; LANES],
+    ) -> Vec<crate::robot::lane_kinematics::LaneFrame> {
+        self.filtered(from, to, intervals);
+        self.scratch.rake.frames().to_vec()
+    }
+
+    /// Margin for the size of the values of the last segment (m).
+    pub(crate) fn rounding_of_values(&self) -> f32 {
+        self.scratch.segments.lanes.rounding(0)
+    }
+
     /// Support gap and displacement bound of the closest pieces of a pair on one interval, for the tests of
     /// the bound; `None` where the pieces are too close for a direction.
     pub(crate) fn closest_bound(

@@ -122,6 +122,12 @@ impl RakeScratch {
         self.looks = 0;
     }
 
+    /// Where the frames of the last rake are.
+    #[cfg(test)]
+    pub(crate) fn frames(&self) -> &[LaneFrame] {
+        &self.frames
+    }
+
     /// What comes of a filter that is switched off: everything is undecided, at no known distance.
     pub fn leave(&mut self, pairs: impl Iterator<Item = (u32, u8)>) {
         let (gap, excess) = ([f32::NEG_INFINITY; LANES], [f32::INFINITY; LANES]);
@@ -588,3 +594,6 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
 fn outside<S: Eight>(at: Lanes<S>, half: f32) -> Lanes<S> {
     at - at.clamp(half)
 }
+
+#[cfg(test)]
+mod tests;

@@ -10,7 +10,7 @@ use crate::robot::Kinematics;
 use crate::testing::{self, Oracle};
 
 /// Random cases; `TAUT_CASES` asks for a long run, `TAUT_SEED` for other ones.
-fn cases(short: usize) -> (usize, Rng) {
+pub(super) fn cases(short: usize) -> (usize, Rng) {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
     let seed = number("TAUT_SEED").unwrap_or(20_150_423);
     println!("seed {seed}");
@@ -78,7 +78,7 @@ fn speed_and_acceleration_bounds_hold_and_are_tight() {
 }
 
 /// Points that span a piece.
-fn surface_points(piece: &crate::collision::piece::Piece) -> Vec<crate::math::Vec3> {
+pub(super) fn surface_points(piece: &crate::collision::piece::Piece) -> Vec<crate::math::Vec3> {
     let directions = (0..26).map(|i| {
         let i = i + i / 13;
         crate::math::Vec3::new((i % 3 - 1) as f64, (i / 3 % 3 - 1) as f64, (i / 9 - 1) as f64)

@@ -101,8 +101,9 @@ impl Filter {
     pub fn new(robot: &RobotModel, bodies: &[Body], robot_bodies: usize, pairs: &[BodyPair]) -> Self {
         let skeleton = Skeleton::new(robot, |joint| super::body::rest_value(robot, joint));
         let objects: Vec<_> = bodies[robot_bodies..].iter().map(FilterObject::new).collect();
-        let reach = bodies[..robot_bodies].iter().flat_map(|body| &body.chain).map(|motion| motion.reach);
-        let reach = reach.fold(0.0, f64::max).max(1e-3);
+        let of_body =
+            |body: &Body| body.chain.iter().map(|motion| motion.reach).fold(body.tree.balls()[0].radius, f64::max);
+        let reach = bodies[..robot_bodies].iter().map(of_body).fold(1e-3, f64::max);
         let (mut near, mut remote) = (vec![Vec::new(); robot_bodies], vec![Vec::new(); robot_bodies]);
         let stays: Vec<_> = bodies[..robot_bodies].iter().map(|body| confinement(robot, body)).collect();
         let (mut own, mut filter_pairs) = (Vec::new(), Vec::new());
