@@ -12,36 +12,41 @@ const CAPACITY: usize = 1 << 20;
 #[derive(Debug, Default)]
 pub struct Ledger {
     entries: HashMap<u64, Entry>,
-    numbers: usize,
+    /// Both ends of every segment that was remembered, one after the other.
+    ends: Vec<f64>,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Entry {
-    ends: Box<[f64]>,
+    /// First number in `ends`.
+    first: usize,
     proof: SegmentProof,
 }
 
 impl Ledger {
-    /// Forgets everything.
+    /// Forgets everything, but keeps its memory.
     pub fn clear(&mut self) {
         self.entries.clear();
-        self.numbers = 0;
+        self.ends.clear();
     }
 
     /// The proof of a segment, if it is remembered.
     pub fn get(&self, from: &[f64], to: &[f64]) -> Option<SegmentProof> {
         let entry = self.entries.get(&key(from, to))?;
-        let (first, second) = entry.ends.split_at(from.len());
+        let ends = self.ends.get(entry.first..entry.first + from.len() + to.len())?;
+        let (first, second) = ends.split_at(from.len());
         (same(first, from) && same(second, to)).then_some(entry.proof)
     }
 
     /// Remembers a proof.
     pub fn insert(&mut self, from: &[f64], to: &[f64], proof: SegmentProof) {
-        if self.numbers > CAPACITY {
+        if self.ends.len() > CAPACITY {
             self.clear();
         }
-        self.numbers += from.len() + to.len();
-        self.entries.insert(key(from, to), Entry { ends: [from, to].concat().into(), proof });
+        let first = self.ends.len();
+        self.ends.extend_from_slice(from);
+        self.ends.extend_from_slice(to);
+        self.entries.insert(key(from, to), Entry { first, proof });
     }
 }
 
