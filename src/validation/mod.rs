@@ -3,17 +3,22 @@
 pub mod certificate;
 pub mod continuous;
 pub mod discretized;
+mod examine;
 pub mod interval;
+
 mod ledger;
 pub mod motion;
 pub mod path_proof;
+mod poses;
 pub mod rake;
 pub mod segment_motion;
 #[cfg(test)]
 mod soundness;
+mod undecided;
 
 pub use certificate::{Certificate, SegmentClaim};
 pub use continuous::{Scratch, Validator};
+pub use poses::Enclosed;
 
 pub use crate::collision::Contact;
 

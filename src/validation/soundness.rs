@@ -172,7 +172,7 @@ fn proved_segments_are_free_and_clear_segments_are_proved() {
         let floor = 1e-3;
         let mut scratch = Scratch::default();
         let mut validator = Validator::new(&model, robot.space(), &held, floor, &mut scratch);
-        if validator.enclosed_at(&from, &mut || false) != continuous::Enclosed::Nothing {
+        if validator.enclosed_at(&from, &mut || false) != crate::validation::Enclosed::Nothing {
             continue;
         }
         let verdict = validator.segment(&from, &to, &mut || false);
