@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand, stable exit codes, one-line errors with the next step.
 
 mod bench;
+mod bench_check;
 mod bench_table;
 mod check;
 mod code;

@@ -20,7 +20,7 @@ use super::rake::Proving;
 use super::rake::RakeScratch;
 use super::segment_motion::SegmentMotion;
 use super::undecided::{Interval, List, Segments};
-use super::{Hit, HitReason, Layers, SegmentProof, SegmentVerdict};
+use super::{Hit, HitReason, Layers, Queries, SegmentProof, SegmentVerdict};
 use crate::collision::CollisionModel;
 use crate::collision::query::TOUCHING_M;
 use crate::lanes::{InstructionSet, LANES};
@@ -72,7 +72,7 @@ pub struct Validator<'a> {
     pub(super) layers: Layers,
     pub(super) clearance: f64,
     pub(super) highest_floor: f64,
-    pub(super) work: u64,
+    pub(super) exact: u64,
 }
 
 impl<'a> Validator<'a> {
@@ -93,7 +93,7 @@ impl<'a> Validator<'a> {
         scratch.slots.resize(pairs, 0);
         scratch.ledger.clear();
         scratch.rake.reset(model.filter(), space, held);
-        Self { model, space, held, scratch, layers: Layers::default(), clearance, highest_floor: clearance, work: 0 }
+        Self { model, space, held, scratch, layers: Layers::default(), clearance, highest_floor: clearance, exact: 0 }
     }
 
     /// The same with some layers switched off.
@@ -121,7 +121,13 @@ impl<'a> Validator<'a> {
     }
     /// Tests of two bodies or parts of them since the validator was made: what work is counted in.
     pub fn work(&self) -> u64 {
-        self.work + self.scratch.rake.looks
+        let Queries { far, near, exact } = self.queries();
+        far + near + exact
+    }
+    /// The same by layer.
+    pub fn queries(&self) -> Queries {
+        let RakeScratch { far, near, .. } = self.scratch.rake;
+        Queries { far, near, exact: self.exact }
     }
     /// The model that is checked.
     pub fn model(&self) -> &'a CollisionModel {

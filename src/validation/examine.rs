@@ -206,7 +206,7 @@ impl Validator<'_> {
         }
         let mut looks = Looks::new(stop);
         let verdict = interval.decide(&mut looks);
-        self.work += looks.count;
+        self.exact += looks.count;
         verdict
     }
 }

@@ -5,7 +5,6 @@ pub mod continuous;
 pub mod discretized;
 mod examine;
 pub mod interval;
-
 mod ledger;
 pub mod motion;
 pub mod path_proof;
@@ -40,6 +39,17 @@ impl Default for Layers {
     fn default() -> Self {
         Self { filter: true, along_normal: true, reuse: true, portable_lanes: false }
     }
+}
+
+/// Tests that a validator has made, by layer. A test of the filter is of eight intervals at once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Queries {
+    /// Broad phase: balls around whole bodies against nodes over obstacles, and against each other.
+    pub far: u64,
+    /// Parts of two bodies in the filter.
+    pub near: u64,
+    /// Balls and pieces of two bodies, exactly.
+    pub exact: u64,
 }
 
 /// What is known of one straight segment.

@@ -6,6 +6,7 @@ pub mod objects;
 
 use super::body::{Body, MotionKind};
 use super::model::BodyPair;
+use super::piece::Core;
 use crate::robot::lane_kinematics::Skeleton;
 use crate::robot::{Drive, JointKind, RobotModel};
 use cover::Ball;
@@ -46,6 +47,8 @@ pub struct FilterBody {
     pub balls: Vec<FilterBall>,
     /// Joints that carry it, from the body down to the root.
     pub hops: Vec<Hop>,
+    /// The body is made of these balls.
+    pub is_exact: bool,
 }
 
 /// Whom a body of the robot is checked against.
@@ -147,6 +150,14 @@ impl Filter {
     }
 }
 
+impl Filter {
+    /// Whether the filter sees the distance of every pair as it is, up to rounding: the robot is made of balls,
+    /// and every obstacle is a ball, box, cylinder or capsule or several of them.
+    pub fn is_exact(&self) -> bool {
+        self.bodies.iter().all(|body| body.is_exact) && self.objects.iter().all(|object| object.is_exact)
+    }
+}
+
 impl FilterBody {
     fn new(body: &Body, skeleton: &Skeleton) -> Self {
         let (frame, place) = skeleton.carrier(body.link);
@@ -173,7 +184,8 @@ impl FilterBody {
             }
         }
         let root = single(&cover::around(&balls));
-        Self { frame, root, clusters, balls: balls.iter().map(single).collect(), hops }
+        let is_exact = body.tree.pieces().iter().all(|piece| matches!(piece.core, Core::Point(_)));
+        Self { frame, root, clusters, balls: balls.iter().map(single).collect(), hops, is_exact }
     }
 }
 

@@ -40,6 +40,8 @@ pub struct FilterObject {
     pub boxes: Vec<Hull>,
     /// Corners of the hull's bounding box in the world (m).
     pub(super) bounds: [Vec3; 2],
+    /// The object is what encloses it.
+    pub is_exact: bool,
 }
 
 /// A node of a tree over obstacles, in preorder.
@@ -137,18 +139,20 @@ impl FilterObject {
         let pieces = body.tree.pieces();
         if let [piece] = pieces {
             let hull = Exact::of_piece(piece);
-            return Self { hull: hull.hull(), boxes: Vec::new(), bounds: hull.bounds() };
+            let is_exact = !matches!(piece.core, Core::Triangle(..));
+            return Self { hull: hull.hull(), boxes: Vec::new(), bounds: hull.bounds(), is_exact };
         }
         let bounds = bounds_of(pieces);
         let mut boxes = Vec::new();
-        if pieces.iter().all(|piece| !matches!(piece.core, Core::Triangle(..))) {
+        let is_exact = pieces.iter().all(|piece| !matches!(piece.core, Core::Triangle(..)));
+        if is_exact {
             boxes.extend(pieces.iter().map(|piece| Exact::of_piece(piece).hull()));
         } else {
             // Pieces are in the order of their tree: neighbours stand together.
             let share = pieces.len().div_ceil(MESH_BOXES);
             boxes.extend(pieces.chunks(share).map(|part| Exact::of_bounds(bounds_of(part), 0.0).hull()));
         }
-        Self { hull: Exact::of_bounds(bounds, 0.0).hull(), boxes, bounds }
+        Self { hull: Exact::of_bounds(bounds, 0.0).hull(), boxes, bounds, is_exact }
     }
 
     /// Distance from a point to the object's bounding box (m).

@@ -74,14 +74,16 @@ pub struct RakeScratch {
     pub unproved: Vec<Unproved>,
     /// Distance that all that was proved in a lane keeps (m).
     pub kept: [f32; LANES],
-    /// Tests made.
-    pub looks: u64,
+    /// Tests of the broad phase: a ball around a body against a node over obstacles or another such ball.
+    pub far: u64,
+    /// Tests of two parts of bodies.
+    pub near: u64,
     frames: Vec<LaneFrame>,
     motions: Vec<LaneMotion>,
     bodies: Vec<PlacedBody>,
     balls: Vec<PlacedBall>,
     open: Vec<(u32, u8)>,
-    near: Vec<(u32, u8)>,
+    pairs: Vec<(u32, u8)>,
     /// Bends of each body relative to the joints that carry it, from the body up.
     bends: Vec<Packed>,
     rake: u64,
@@ -103,7 +105,7 @@ impl RakeScratch {
         }
         self.balls.resize(first, unknown);
         self.bends.resize(first_bend, ZERO);
-        self.looks = 0;
+        (self.far, self.near) = (0, 0);
     }
 
     /// Where the frames of the last rake are.
@@ -168,7 +170,7 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         scratch.unproved.clear();
         segments.fill(simd, space, intervals, &mut scratch.input);
         filter.skeleton.update::<S, MOVING>(simd, &scratch.input, &mut scratch.frames, &mut scratch.motions);
-        let mut near = std::mem::take(&mut scratch.near);
+        let mut near = std::mem::take(&mut scratch.pairs);
         near.clear();
         match self.rake.pairs {
             Pairs::Of(pairs) => near.extend_from_slice(pairs),
@@ -192,7 +194,7 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
                 Partner::Body { body, hops } => self.own(pair, [entry.body, body], hops, lanes),
             }
         }
-        self.rake.scratch.near = near;
+        self.rake.scratch.pairs = near;
         self.rake.scratch.kept = pulp::cast(self.kept.packed);
     }
 
@@ -252,7 +254,7 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
     /// near. The comparison of squares does not wait for a root.
     #[inline(always)]
     fn is_far(&mut self, away: Vectors<S>, reach: Lanes<S>, need: Lanes<S>, lanes: u8) -> u8 {
-        self.rake.scratch.looks += 1;
+        self.rake.scratch.far += 1;
         let (square, least) = (away.dot(away), reach + need);
         let passes = square.at_least(least * least);
         if MOVING {

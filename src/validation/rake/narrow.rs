@@ -192,7 +192,7 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
         need: Lanes<S>,
         lanes: u8,
     ) -> Tested<S> {
-        self.rake.scratch.looks += 1;
+        self.rake.scratch.near += 1;
         if !MOVING {
             return Tested { fails: lanes & !gap.at_least(need).bits(), gap, kept: gap };
         }
