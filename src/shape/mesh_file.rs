@@ -1,8 +1,8 @@
-//! Mesh files: bytes of an STL or OBJ file to a [`Mesh`], exactly as it stands, never made convex.
+//! Mesh files: bytes of an STL, OBJ or DAE file to a [`Mesh`], exactly as it stands, never made convex.
 
 use std::path::Path;
 
-use super::{Mesh, MeshError};
+use super::{Mesh, MeshError, collada};
 use crate::math::Vec3;
 
 /// Bytes of a binary STL before its first triangle, and of each triangle.
@@ -15,7 +15,7 @@ const STL_TRIANGLE: usize = 50;
 /// mirrors the mesh.
 ///
 /// # Errors
-/// Another format than STL or OBJ, a file that is cut short or cannot be decoded, one without a
+/// Another format than STL, OBJ or DAE, a file that is cut short or cannot be decoded, one without a
 /// triangle that has an area, a scale that is zero or not finite.
 pub fn read(name: &str, bytes: &[u8], scale: Vec3) -> Result<Mesh, MeshError> {
     let refuse = |reason: String| MeshError::Unreadable { name: name.to_owned(), reason };
@@ -23,18 +23,25 @@ pub fn read(name: &str, bytes: &[u8], scale: Vec3) -> Result<Mesh, MeshError> {
         return Err(refuse(format!("its scale is {scale}; every factor must be finite and not 0")));
     }
     let extension = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let parts = match extension.as_str() {
-        "stl" => stl(bytes).map_err(refuse)?,
+    let (mut vertices, mut triangles) = match extension.as_str() {
+        "stl" => join(&stl(bytes).map_err(refuse)?.meshes),
         "obj" => {
             // Materials say nothing about the shape.
             let no_material = |_: &Path| -> std::io::Result<&[u8]> { Err(std::io::ErrorKind::NotFound.into()) };
-            mesh_loader::obj::from_slice(bytes, None, no_material)
-                .map_err(|e| refuse(format!("not an OBJ file: {e}")))?
+            let scene = mesh_loader::obj::from_slice(bytes, None, no_material);
+            join(&scene.map_err(|e| refuse(format!("not an OBJ file: {e}")))?.meshes)
         }
-        "dae" => return Err(refuse("DAE comes later; convert it to STL or OBJ".to_owned())),
-        other => return Err(refuse(format!("{other:?} is no mesh format; valid formats: stl, obj"))),
+        "dae" => {
+            let surface = collada::read(bytes).map_err(refuse)?;
+            (surface.vertices, surface.triangles)
+        }
+        other => return Err(refuse(format!("{other:?} is no mesh format; valid formats: stl, obj, dae"))),
     };
-    let (vertices, triangles) = join(&parts.meshes, scale);
+    vertices.iter_mut().for_each(|vertex| *vertex *= scale);
+    // An odd number of negative factors turns the triangles over.
+    if scale.x * scale.y * scale.z < 0.0 {
+        triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    }
     Mesh::new(name, vertices, triangles)
 }
 
@@ -62,17 +69,13 @@ fn stl(bytes: &[u8]) -> Result<mesh_loader::Scene, String> {
     }
 }
 
-/// Joins the parts of a file. An odd number of negative factors turns the triangles over, so the winding is flipped.
-fn join(parts: &[mesh_loader::Mesh], scale: Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let mirrored = scale.x * scale.y * scale.z < 0.0;
+/// Joins the parts of a file.
+fn join(parts: &[mesh_loader::Mesh]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
     for part in parts {
         let first = vertices.len() as u32;
-        vertices.extend(part.vertices.iter().map(|vertex| Vec3::from_array(vertex.map(f64::from)) * scale));
-        triangles.extend(part.faces.iter().map(|face| {
-            let [a, b, c] = face.map(|i| first + i);
-            if mirrored { [a, c, b] } else { [a, b, c] }
-        }));
+        vertices.extend(part.vertices.iter().map(|vertex| Vec3::from_array(vertex.map(f64::from))));
+        triangles.extend(part.faces.iter().map(|face| face.map(|i| first + i)));
     }
     (vertices, triangles)
 }
@@ -157,8 +160,8 @@ mod tests {
 
     #[test]
     fn what_is_no_mesh_is_refused_with_what_would_be() {
-        assert!(refusal("cup.dae", b"<COLLADA/>").contains("convert it to STL or OBJ"));
-        assert!(refusal("cup.ply", b"ply").contains("valid formats: stl, obj"));
+        assert!(refusal("cup.dae", b"<COLLADA/>").contains("cup.dae: it shows no polygon"));
+        assert!(refusal("cup.ply", b"ply").contains("valid formats: stl, obj, dae"));
         assert!(refusal("cup.obj", b"v 0 0 0\nf 1 2 3\n").contains("cup.obj"));
         let nan = [[[f32::NAN, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]];
         assert!(refusal("cup.stl", &binary_stl("", &nan)).contains("not finite"));
