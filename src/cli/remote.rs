@@ -65,8 +65,9 @@ pub(super) fn prepare(
 /// A name on the command line that is no file's.
 fn label(name: &FilePath) -> Option<&str> {
     let text = name.to_str()?;
-    let looks_like_a_file =
-        text.contains('/') || name.is_file() || [".urdf", ".xml", ".json"].iter().any(|end| text.ends_with(end));
+    let looks_like_a_file = text.contains('/')
+        || name.is_file()
+        || [".urdf", ".xml", ".json", ".scene"].iter().any(|end| text.ends_with(end));
     (!looks_like_a_file).then_some(text)
 }
 

@@ -142,7 +142,7 @@ fn what_cannot_be_read_is_refused_with_its_line() {
         ("instance_geometry url='#cube'", "instance_controller url='#x'", ["line 23", "skeleton", "armature"]),
         (CUBE, last, ["line 23", "\"#again\"", "no <node>"]),
         (CUBE, "", ["shows no polygon", "<triangles>", "visual scene"]),
-        ("<node><inst", "<node id='me'><instance_node url='#me'/><inst", ["line 23", "64 deep", "itself"]),
+        ("<node><inst", "<node id='me'><instance_node url='#me'/><inst", ["line 22", "64 deep", "itself"]),
         ("url=\"#scene\"", "url=\"#set\"", ["line 24", "\"#set\"", "<visual_scene>"]),
         ("</COLLADA>", "", ["not a DAE file", "", ""]),
         ("<COLLADA", "<COLLAGE", ["not a DAE file", "", ""]),
