@@ -3,6 +3,7 @@
 mod collada;
 pub mod mesh;
 pub mod mesh_file;
+mod oddities;
 mod polygon;
 
 use std::sync::Arc;
