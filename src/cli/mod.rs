@@ -10,6 +10,7 @@ mod error;
 mod load;
 mod models;
 mod place;
+mod progress;
 mod quantity;
 mod remote;
 mod report;

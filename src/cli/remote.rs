@@ -59,7 +59,11 @@ pub(super) fn prepare(
     let listing = listing(client)?;
     let robot = loaded_robot(client, &listing, &loaded)?;
     let scene = loaded_scene(client, &listing, &loaded)?;
-    Ok(Prepared { subject: loaded.subject(), robot, scene, path: loaded.path, weights: loaded.weights })
+    let mut subject = loaded.subject();
+    // The daemon may have found more, such as links that collide as the robot stands.
+    let more = robot.warnings.iter().filter(|warning| !loaded.warnings.contains(warning));
+    subject.warnings.extend(more.cloned());
+    Ok(Prepared { subject, robot, scene, path: loaded.path, weights: loaded.weights })
 }
 
 /// A name on the command line that is no file's.

@@ -1,6 +1,7 @@
 //! Triangle meshes: what a mesh file becomes once it is checked.
 
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 
 use super::oddities;
 use crate::math::Vec3;
@@ -120,7 +121,7 @@ impl Mesh {
 
 /// Merges equal vertices and drops triangles that this leaves with two corners.
 fn weld(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let mut known: HashMap<[u64; 3], u32> = HashMap::with_capacity(vertices.len());
+    let mut known: HashMap<[u64; 3], u32, BuildHasherDefault<CoordinateHasher>> = HashMap::default();
     let mut kept = Vec::new();
     let merged: Vec<u32> = vertices
         .iter()
@@ -138,4 +139,24 @@ fn weld(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[u32; 3]>)
 
 fn corners(vertices: &[Vec3], triangle: [u32; 3]) -> [Vec3; 3] {
     triangle.map(|i| vertices[i as usize])
+}
+
+/// Hashes the bits of coordinates: meshes have them by the hundred thousand, and nobody chooses them to collide.
+#[derive(Default)]
+struct CoordinateHasher(u64);
+
+impl Hasher for CoordinateHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.chunks(8).for_each(|chunk| {
+            let word = chunk.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte));
+            // Steele, Lea and Flood's mixer (2014): coordinates that are round in binary differ in few bits.
+            let mixed = (self.0 ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mixed = (mixed ^ mixed >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            self.0 = mixed ^ mixed >> 27;
+        });
+    }
+    fn finish(&self) -> u64 {
+        let mixed = self.0.wrapping_mul(0x94d0_49bb_1331_11eb);
+        mixed ^ mixed >> 31
+    }
 }
