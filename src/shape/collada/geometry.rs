@@ -119,7 +119,7 @@ fn positions(source: Source) -> Result<Vec<Vec3>, String> {
 /// The position indices of a `<p>`.
 fn indices(p: Node, offset: usize, stride: usize, positions: usize) -> Result<Vec<u32>, String> {
     let all: Vec<&str> = words(p).collect();
-    if all.len() % stride != 0 {
+    if !all.len().is_multiple_of(stride) {
         return Err(at(p, format!("<p> has {} indices, {stride} a corner; is it cut short?", all.len())));
     }
     let index = |word: &&str| {
