@@ -5,6 +5,9 @@ use sha2::{Digest, Sha256};
 use crate::math::Pose;
 use crate::shape::{PlacedShape, Shape};
 
+/// Vertices or triangles that are hashed by one call.
+const PORTION: usize = 4096;
+
 /// Collects content; equal content gives equal hashes on every machine.
 #[derive(Default)]
 pub(crate) struct ContentHasher(Sha256);
@@ -36,11 +39,14 @@ impl ContentHasher {
         match &placed.shape {
             Shape::Mesh(mesh) => {
                 self.text("mesh");
-                for vertex in mesh.vertices() {
-                    self.floats(&vertex.to_array());
+                // In portions: a call for each number would cost more than the hash.
+                for part in mesh.vertices().chunks(PORTION) {
+                    let numbers = part.iter().flat_map(|vertex| vertex.to_array());
+                    self.0.update(numbers.flat_map(|value| value.to_bits().to_le_bytes()).collect::<Vec<u8>>());
                 }
-                for index in mesh.triangles().iter().flatten() {
-                    self.0.update(index.to_le_bytes());
+                for part in mesh.triangles().chunks(PORTION) {
+                    let indices = part.iter().flatten();
+                    self.0.update(indices.flat_map(|index| index.to_le_bytes()).collect::<Vec<u8>>());
                 }
             }
             primitive => {

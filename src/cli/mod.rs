@@ -11,6 +11,7 @@ mod error;
 mod load;
 mod models;
 mod place;
+mod progress;
 mod quantity;
 mod remote;
 mod report;

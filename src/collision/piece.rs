@@ -97,6 +97,16 @@ impl Piece {
         self.core.farthest(from) + self.radius
     }
 
+    /// The square of [`Self::farthest`] (m²): of a triangle it needs no root.
+    pub fn farthest_squared(&self, from: Vec3) -> f64 {
+        match self.core {
+            Core::Triangle(a, b, c) if self.radius == 0.0 => {
+                a.distance_squared(from).max(b.distance_squared(from)).max(c.distance_squared(from))
+            }
+            _ => self.farthest(from).powi(2),
+        }
+    }
+
     /// The piece as seen from the frame in which `pose` places its body.
     pub fn transformed(&self, pose: &Transform) -> Self {
         Self { core: self.core.transformed(pose), radius: self.radius }

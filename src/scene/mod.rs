@@ -1,11 +1,12 @@
 //! Scenes: obstacles in the world, and the pairs that may touch. Knows no robot.
 
+pub mod moveit_scene;
 pub mod scene_file;
 
 use std::collections::BTreeSet;
 
 use crate::hash::ContentHasher;
-use crate::shape::PlacedShape;
+use crate::shape::{PlacedShape, Shape};
 
 /// Obstacles and allowed pairs, checked once when built.
 #[derive(Clone, Debug)]
@@ -124,6 +125,34 @@ impl Scene {
     pub fn hash(&self) -> u64 {
         self.hash
     }
+}
+
+/// What is odd about obstacles, a line each; each mesh once, however many objects it is used in.
+fn oddities(obstacles: &[Obstacle]) -> Vec<String> {
+    let mut found = Vec::new();
+    // Users of a warning in the order in which it first came up.
+    let mut of_meshes: Vec<(&str, Vec<&str>)> = Vec::new();
+    for obstacle in obstacles {
+        if obstacle.shapes.is_empty() {
+            found.push(format!("object {:?} has no shapes; nothing can collide with it", obstacle.id));
+        }
+        let meshes = obstacle.shapes.iter().filter_map(|placed| match &placed.shape {
+            Shape::Mesh(mesh) => Some(mesh),
+            _ => None,
+        });
+        for warning in meshes.flat_map(|mesh| mesh.warnings()) {
+            match of_meshes.iter_mut().find(|(text, _)| text == warning) {
+                Some((_, users)) if users.contains(&obstacle.id.as_str()) => {}
+                Some((_, users)) => users.push(&obstacle.id),
+                None => of_meshes.push((warning, vec![&obstacle.id])),
+            }
+        }
+    }
+    found.extend(of_meshes.into_iter().map(|(text, users)| match users.as_slice() {
+        [user] => format!("object {user:?}: {text}"),
+        users => format!("object {:?} and {} more: {text}", users[0], users.len() - 1),
+    }));
+    found
 }
 
 fn content_hash(obstacles: &[Obstacle], allowed: &[(String, String)]) -> u64 {

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{Obstacle, Scene, SceneError};
+use super::{Obstacle, Scene, SceneError, oddities};
 use crate::math::{Pose, Quat, Vec3};
 use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
 
@@ -110,20 +110,8 @@ impl SceneFile {
     /// # Errors
     /// An object whose sizes, poses or meshes are none.
     pub fn build(self, meshes: &mut MeshSource<'_>) -> Result<Scene, SceneError> {
-        let mut warnings = Vec::new();
-        let mut obstacles = Vec::with_capacity(self.objects.len());
-        for object in self.objects {
-            let obstacle = object.build(meshes)?;
-            if obstacle.shapes.is_empty() {
-                warnings.push(format!("object {:?} has no shapes; nothing can collide with it", obstacle.id));
-            }
-            for shape in &obstacle.shapes {
-                if let Shape::Mesh(mesh) = &shape.shape {
-                    warnings.extend(mesh.warnings().iter().map(|text| format!("object {:?}: {text}", obstacle.id)));
-                }
-            }
-            obstacles.push(obstacle);
-        }
+        let obstacles = self.objects.into_iter().map(|object| object.build(meshes)).collect::<Result<Vec<_>, _>>()?;
+        let warnings = oddities(&obstacles);
         Scene::new(self.name, obstacles, self.allowed_collisions, warnings)
     }
 }
@@ -176,20 +164,28 @@ impl PrimitiveFile {
 
 impl PoseFile {
     fn build(&self, id: &str) -> Result<Pose, SceneError> {
-        let bad = |what, value, rule| SceneError::BadPose { id: id.to_owned(), what, value, rule };
-        let position = Vec3::from_array(self.position);
-        if !position.is_finite() {
-            return Err(bad("position", position.to_string(), "it must be finite"));
-        }
         let QuaternionFile { x, y, z, w } = self.orientation;
-        let rotation = Quat::from_xyzw(x, y, z, w);
-        let norm = rotation.length();
-        if !norm.is_finite() || (norm - 1.0).abs() > NORM_TOLERANCE {
-            let value = format!("x {x}, y {y}, z {z}, w {w} (norm {norm})");
-            return Err(bad("orientation", value, "it must be a unit quaternion"));
-        }
-        Ok(Pose::from_parts(position, rotation.normalize()))
+        checked_pose(id, self.position, [x, y, z, w])
     }
+}
+
+/// The pose of a position (m) and a quaternion (x, y, z, w) that is of unit length but for rounding.
+///
+/// # Errors
+/// A number that is not finite, or a quaternion that is no rotation; `id` is the object whose pose it is.
+pub(super) fn checked_pose(id: &str, position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Result<Pose, SceneError> {
+    let bad = |what, value, rule| SceneError::BadPose { id: id.to_owned(), what, value, rule };
+    let position = Vec3::from_array(position);
+    if !position.is_finite() {
+        return Err(bad("position", position.to_string(), "it must be finite"));
+    }
+    let rotation = Quat::from_xyzw(x, y, z, w);
+    let norm = rotation.length();
+    if !norm.is_finite() || (norm - 1.0).abs() > NORM_TOLERANCE {
+        let value = format!("x {x}, y {y}, z {z}, w {w} (norm {norm})");
+        return Err(bad("orientation", value, "it must be a unit quaternion"));
+    }
+    Ok(Pose::from_parts(position, rotation.normalize()))
 }
 
 #[cfg(test)]
