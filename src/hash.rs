@@ -2,7 +2,7 @@
 
 use sha2::{Digest, Sha256};
 
-use crate::math::Pose;
+use crate::math::{Pose, Vec3};
 use crate::shape::{PlacedShape, Shape};
 
 /// Collects content; equal content gives equal hashes on every machine.
@@ -25,6 +25,12 @@ impl ContentHasher {
         self
     }
 
+    /// A number of things that follow.
+    pub fn count(&mut self, count: usize) -> &mut Self {
+        self.0.update((count as u64).to_le_bytes());
+        self
+    }
+
     /// A pose.
     pub fn pose(&mut self, pose: &Pose) -> &mut Self {
         self.floats(&pose.translation.to_array()).floats(&pose.rotation.to_array())
@@ -36,16 +42,22 @@ impl ContentHasher {
         match &placed.shape {
             Shape::Mesh(mesh) => {
                 self.text("mesh");
-                for vertex in mesh.vertices() {
-                    self.floats(&vertex.to_array());
-                }
-                for index in mesh.triangles().iter().flatten() {
-                    self.0.update(index.to_le_bytes());
-                }
+                self.0.update(mesh.hash().to_le_bytes());
             }
             primitive => {
                 self.text(&format!("{primitive:?}"));
             }
+        }
+        self
+    }
+
+    /// Vertices and triangles of a mesh.
+    pub fn mesh(&mut self, vertices: &[Vec3], triangles: &[[u32; 3]]) -> &mut Self {
+        for vertex in vertices {
+            self.floats(&vertex.to_array());
+        }
+        for index in triangles.iter().flatten() {
+            self.0.update(index.to_le_bytes());
         }
         self
     }

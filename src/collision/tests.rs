@@ -1,0 +1,1 @@
+//! What a new scene leaves as it is.
