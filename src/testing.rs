@@ -143,6 +143,12 @@ fn living(rng: &mut Rng, robot: &RobotModel, scene: &Scene) -> Scene {
     scene.with(changes).unwrap()
 }
 
+/// A robot among obstacles.
+pub fn plain_model(rng: &mut Rng) -> CollisionModel {
+    CollisionModel::new(Arc::new(robot(rng)), Arc::new(scene(rng))).unwrap()
+}
+
+/// The same, and in every other scene links carry objects and some things are padded.
 pub fn model(rng: &mut Rng) -> CollisionModel {
     let (robot, mut scene) = (robot(rng), scene(rng));
     if rng.bool() {

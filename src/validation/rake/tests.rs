@@ -162,7 +162,7 @@ fn the_filters_bound_has_teeth() {
     let (count, mut rng) = cases(600);
     let (mut checked, mut refuted, floor) = (0, 0, 1e-3);
     for _ in 0..count {
-        let model = testing::model(&mut rng);
+        let model = testing::plain_model(&mut rng);
         let (robot, oracle) = (model.robot(), Oracle::new(&model));
         let from = testing::configuration(&mut rng, robot);
         let to = testing::neighbour(&mut rng, robot, &from);
