@@ -1,6 +1,5 @@
 //! Scene files and changes to scenes.
 
-
 use super::scene_file::parse;
 use super::*;
 use crate::math::Vec3;
