@@ -124,7 +124,8 @@ pub fn neighbour(rng: &mut Rng, robot: &RobotModel, from: &[f64]) -> Vec<f64> {
     to
 }
 
-/// What every other scene has besides obstacles: objects that links carry, and padding of anything.
+/// What every other scene has besides obstacles: objects that links carry, padding of anything, pairs that are
+/// allowed or forbidden.
 fn living(rng: &mut Rng, robot: &RobotModel, scene: &Scene) -> Scene {
     let link = |rng: &mut Rng| robot.links()[rng.usize(0..robot.links().len())].name.clone();
     let mut changes = Vec::new();
@@ -140,7 +141,21 @@ fn living(rng: &mut Rng, robot: &RobotModel, scene: &Scene) -> Scene {
         changes.push(SceneChange::Pad { name: obstacle.id.clone(), padding: uniform(rng, 0.0, 0.03) });
         changes.push(SceneChange::Move { id: obstacle.id.clone(), pose: pose(rng, 0.2) });
     }
-    scene.with(changes).unwrap()
+    let scene = scene.with(changes).unwrap();
+    let names: Vec<_> = scene.attached().iter().map(|a| &a.object).chain(scene.obstacles()).map(|o| &o.id).collect();
+    let changes = (0..names.len() / 2).map(|_| {
+        let (a, b) = (names[rng.usize(0..names.len())].clone(), link(rng));
+        let c = if rng.bool() { link(rng) } else { a };
+        if rng.bool() { SceneChange::Allow(b, c) } else { SceneChange::Forbid(b, c) }
+    });
+    scene.with(changes.collect::<Vec<_>>()).unwrap()
+}
+
+/// A robot and two scenes that share some of their objects.
+pub fn two_scenes(rng: &mut Rng) -> (Arc<RobotModel>, Arc<Scene>, Arc<Scene>) {
+    let (robot, scene) = (robot(rng), scene(rng));
+    let (first, second) = (living(rng, &robot, &scene), living(rng, &robot, &scene));
+    (Arc::new(robot), Arc::new(first), Arc::new(second))
 }
 
 /// A robot among obstacles.

@@ -113,6 +113,10 @@ impl CollisionModel {
     pub fn pairs(&self) -> &[BodyPair] {
         &self.pairs.moving
     }
+    /// Pairs that are checked though no joint of the robot moves them against each other.
+    pub fn static_pairs(&self) -> &[BodyPair] {
+        &self.pairs.standing
+    }
     /// What the filter sees of the model.
     pub fn filter(&self) -> &Filter {
         &self.filter

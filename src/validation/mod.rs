@@ -10,7 +10,7 @@ pub mod path_proof;
 pub mod rake;
 pub mod segment_motion;
 #[cfg(test)]
-mod soundness;
+pub(crate) mod soundness;
 
 pub use certificate::{Certificate, SegmentClaim};
 pub use continuous::{Scratch, Validator};

@@ -10,7 +10,7 @@ use crate::robot::Kinematics;
 use crate::testing::{self, Oracle};
 
 /// Random cases; `TAUT_CASES` asks for a long run, `TAUT_SEED` for other ones.
-pub(super) fn cases(short: usize) -> (usize, Rng) {
+pub(crate) fn cases(short: usize) -> (usize, Rng) {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
     let seed = number("TAUT_SEED").unwrap_or(20_150_423);
     println!("seed {seed}");
