@@ -127,7 +127,7 @@ fn among(mut case: Case, count: usize, mut place: impl FnMut(&mut fastrand::Rng,
 
 fn obstacle(id: String, shape: Shape, at: Vec3) -> Obstacle {
     let pose = Pose::from_parts(at, Quat::IDENTITY);
-    Obstacle { id, shapes: vec![PlacedShape { pose, shape }] }
+    Obstacle::new(id, vec![PlacedShape { pose: Pose::identity(), shape }]).at(pose)
 }
 
 /// Boxes from 4 m to 30 m away.

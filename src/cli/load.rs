@@ -51,7 +51,7 @@ impl Loaded {
     /// Triangles of robot and scene.
     pub(super) fn triangles(&self) -> usize {
         let links = self.robot.links().iter().flat_map(|link| &link.shapes);
-        let objects = self.scene.obstacles().iter().flat_map(|object| &object.shapes);
+        let objects = self.scene.objects().flat_map(|object| &*object.shapes);
         let count = |placed: &taut::shape::PlacedShape| match &placed.shape {
             Shape::Mesh(mesh) => mesh.triangles().len(),
             _ => 0,

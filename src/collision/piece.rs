@@ -184,12 +184,17 @@ pub struct Transform {
 }
 
 impl Transform {
-    /// Where obstacles are: the world itself.
+    /// No motion at all.
     pub const IDENTITY: Self = Self { rotation: Mat3::IDENTITY, translation: Vec3::ZERO };
 
     /// Moves a point.
     pub fn point(&self, p: Vec3) -> Vec3 {
         self.rotation * p + self.translation
+    }
+
+    /// `self · other`: where `other`, given in this frame, is in the frame that this one is given in.
+    pub fn of(&self, other: &Self) -> Self {
+        Self { rotation: self.rotation * other.rotation, translation: self.point(other.translation) }
     }
 
     /// `self⁻¹ · other`: other's frame as seen from this one.

@@ -27,7 +27,8 @@ pub fn overlap(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option
 fn surface_contact(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform, within: f64) -> Contact {
     let relative = at_b.inverse_of(at_a);
     let far = Contact { point_a: Vec3::ZERO, point_b: Vec3::ZERO, normal: Vec3::Z, distance: within };
-    let mut search = Search { a: &a.tree, b: &b.tree, relative, best: far, any_overlap_will_do: a.hollow && b.hollow };
+    let any_overlap_will_do = a.solid.hollow && b.solid.hollow;
+    let mut search = Search { a: &a.solid.tree, b: &b.solid.tree, relative, best: far, any_overlap_will_do };
     search.descend(0, 0);
     let best = search.best;
     Contact {
@@ -107,8 +108,9 @@ pub fn children(a: &Ball, b: &Ball) -> Split {
 /// A part of one body that lies wholly inside a mesh of the other.
 pub fn enclosed(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option<Contact> {
     let inside = |outer: &Body, at_outer: &Transform, inner: &Body, at_inner: &Transform| {
-        let anchors = inner.anchors.iter().map(|anchor| at_inner.point(*anchor));
-        let mut hits = anchors.filter(|p| outer.hollow && contains(&outer.tree, at_outer.inverse_point(*p)));
+        let anchors = inner.solid.anchors.iter().map(|anchor| at_inner.point(*anchor));
+        let mut hits =
+            anchors.filter(|p| outer.solid.hollow && contains(&outer.solid.tree, at_outer.inverse_point(*p)));
         hits.next()
     };
     let point = inside(b, at_b, a, at_a).or_else(|| inside(a, at_a, b, at_b))?;

@@ -51,6 +51,14 @@ impl BallTree {
         Self { pieces, balls }
     }
 
+    /// The tree of the same pieces, all of them thicker by `padding` (m).
+    #[must_use]
+    pub fn padded(&self, padding: f64) -> Self {
+        let thicker = |piece: &Piece| Piece { radius: piece.radius + padding, ..*piece };
+        let wider = |ball: &Ball| Ball { radius: (ball.radius + padding) * (1.0 + ROUNDING), ..*ball };
+        Self { pieces: self.pieces.iter().map(thicker).collect(), balls: self.balls.iter().map(wider).collect() }
+    }
+
     /// The pieces, in tree order.
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces

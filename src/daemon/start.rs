@@ -222,7 +222,7 @@ fn triangles(shape: &Shape) -> usize {
 }
 
 fn add_scene(store: &mut ModelStore, label: &str, scene: Scene, out: &mut dyn Write) -> Result<(), DaemonError> {
-    let (objects, hash) = (scene.obstacles().len(), scene.hash());
+    let (objects, hash) = (scene.obstacles().len() + scene.attached().len(), scene.hash());
     store.insert_scene(label, Arc::new(scene), false).map_err(|error| model(&store_refusal(&error)))?;
     say(out, &format!("scene {label} v1  {objects} objects  hash {hash:016x}"));
     Ok(())

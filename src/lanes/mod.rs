@@ -18,6 +18,10 @@ pub const LANES: usize = 8;
 pub trait Eight: Simd<f32s = Packed, m32s = m32x8> {
     /// The lanes as bits, lane 0 lowest.
     fn bits(self, mask: m32x8) -> u8;
+    /// `a > b ? a : b`: the second where one is no number, on every instruction set.
+    fn larger(self, a: Packed, b: Packed) -> Packed;
+    /// `a < b ? a : b`.
+    fn smaller(self, a: Packed, b: Packed) -> Packed;
 }
 
 impl Eight for Scalar256b {
@@ -26,6 +30,14 @@ impl Eight for Scalar256b {
         let lanes: [u32; LANES] = pulp::cast(mask);
         lanes.iter().enumerate().fold(0, |bits, (lane, set)| bits | ((set & 1) as u8) << lane)
     }
+    #[inline(always)]
+    fn larger(self, a: Packed, b: Packed) -> Packed {
+        self.select_f32s(self.greater_than_f32s(a, b), a, b)
+    }
+    #[inline(always)]
+    fn smaller(self, a: Packed, b: Packed) -> Packed {
+        self.select_f32s(self.less_than_f32s(a, b), a, b)
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -33,6 +45,14 @@ impl Eight for pulp::x86::V3 {
     #[inline(always)]
     fn bits(self, mask: m32x8) -> u8 {
         self.avx._mm256_movemask_ps(pulp::cast(mask)) as u8
+    }
+    #[inline(always)]
+    fn larger(self, a: Packed, b: Packed) -> Packed {
+        pulp::cast(self.avx._mm256_max_ps(pulp::cast(a), pulp::cast(b)))
+    }
+    #[inline(always)]
+    fn smaller(self, a: Packed, b: Packed) -> Packed {
+        pulp::cast(self.avx._mm256_min_ps(pulp::cast(a), pulp::cast(b)))
     }
 }
 
@@ -130,15 +150,15 @@ impl<S: Eight> Lanes<S> {
     pub fn abs(self) -> Self {
         self.with(self.simd.abs_f32s(self.packed))
     }
-    /// The larger.
+    /// The larger; `other` where one of the two is no number.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
-        self.with(self.simd.max_f32s(self.packed, other.packed))
+        self.with(self.simd.larger(self.packed, other.packed))
     }
-    /// The smaller.
+    /// The smaller; `other` where one of the two is no number.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
-        self.with(self.simd.min_f32s(self.packed, other.packed))
+        self.with(self.simd.smaller(self.packed, other.packed))
     }
     /// The nearest number in [−bound, bound].
     #[inline(always)]
@@ -303,5 +323,28 @@ mod tests {
             assert_eq!(InstructionSet::default().run(Bits(bits)), bits);
             assert_eq!(InstructionSet::Portable.run(Bits(bits)), bits);
         }
+    }
+
+    struct Extremes([f32; LANES], [f32; LANES]);
+
+    impl EightWide for Extremes {
+        type Output = [[u32; LANES]; 2];
+        #[inline(always)]
+        fn run<S: Eight>(self, simd: S) -> Self::Output {
+            let (a, b) = (Lanes::new(simd, pulp::cast(self.0)), Lanes::new(simd, pulp::cast(self.1)));
+            [pulp::cast(a.max(b).packed), pulp::cast(a.min(b).packed)]
+        }
+    }
+
+    /// An arithmetic of its own once made proofs differ between machines: of a ball whose centre is in a box
+    /// the approach is 0 / 0.
+    #[test]
+    fn what_is_no_number_is_treated_alike_on_every_instruction_set() {
+        let a = [f32::NAN, 1.0, 0.0, -0.0, f32::INFINITY, 2.0, f32::NAN, -1.0];
+        let b = [1.0, f32::NAN, -0.0, 0.0, f32::NAN, 3.0, f32::NAN, f32::NEG_INFINITY];
+        let here = InstructionSet::default().run(Extremes(a, b));
+        assert_eq!(here, InstructionSet::Portable.run(Extremes(a, b)));
+        assert_eq!(f32::from_bits(here[0][0]), 1.0);
+        assert!(f32::from_bits(here[1][1]).is_nan());
     }
 }

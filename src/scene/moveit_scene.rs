@@ -22,7 +22,7 @@
 use std::sync::Arc;
 
 use super::scene_file::checked_pose;
-use super::{Obstacle, Scene, SceneError, oddities};
+use super::{Obstacle, Scene, SceneError};
 use crate::math::{Pose, Vec3};
 use crate::shape::{Mesh, PlacedShape, Shape};
 
@@ -60,7 +60,7 @@ pub fn parse(text: &str) -> Result<Scene, SceneError> {
             }
         }
     }
-    let mut warnings = oddities(&obstacles);
+    let mut warnings = Vec::new();
     if !words.rest.trim().is_empty() {
         warnings.push(format!("what follows the \".\" of line {} is ignored", words.line));
     }
@@ -79,14 +79,14 @@ fn object(words: &mut Words, is_new: bool) -> Result<Obstacle, SceneError> {
     if id.is_empty() {
         return Err(words.refuse(line, "an object without a name; write \"* NAME\"".to_owned()));
     }
-    let carrier = if is_new { words.pose(&id)? } else { Pose::identity() };
+    let pose = if is_new { words.pose(&id)? } else { Pose::identity() };
     let count = words.whole(&format!("the number of shapes of object {id:?}"))?;
     let mut shapes = Vec::new();
     for _ in 0..count {
         let shape = shape(words, &id)?;
-        let pose = carrier * words.pose(&id)?;
+        let placed = words.pose(&id)?;
         let _colour: [f64; 4] = words.numbers(&format!("the colour of a shape of object {id:?}"))?;
-        shapes.push(PlacedShape { pose, shape });
+        shapes.push(PlacedShape { pose: placed, shape });
     }
     if is_new {
         for _ in 0..words.whole(&format!("the number of subframes of object {id:?}"))? {
@@ -94,7 +94,7 @@ fn object(words: &mut Words, is_new: bool) -> Result<Obstacle, SceneError> {
             words.pose(&id)?;
         }
     }
-    Ok(Obstacle { id, shapes })
+    Ok(Obstacle::new(id, shapes).at(pose))
 }
 
 fn shape(words: &mut Words, id: &str) -> Result<Shape, SceneError> {
@@ -210,11 +210,12 @@ mod tests {
         assert_eq!((scene.name(), scene.warnings()), ("our kitchen", &[] as &[String]));
         let [table, tent] = scene.obstacles() else { panic!("two objects") };
         assert_eq!((table.id.as_str(), tent.id.as_str()), ("big table", "tent"));
-        let [lid, leg, ball] = table.shapes.as_slice() else { panic!("three shapes") };
+        let [lid, leg, ball] = &*table.shapes else { panic!("three shapes") };
         assert_eq!(lid.shape, Shape::cuboid(Vec3::new(1.2, 0.8, 0.05)).unwrap());
         assert_eq!(leg.shape, Shape::cylinder(0.7, 0.03).unwrap(), "the text has the radius first");
         assert_eq!(ball.shape, Shape::sphere(0.1).unwrap());
         // A quarter turn of the object takes the shape's x to y; six digits are what MoveIt writes.
+        let lid = table.placed_shapes().next().unwrap();
         assert!((lid.pose.translation - Vec3::new(0.5, 1.0, 0.4)).length() < 1e-6, "{}", lid.pose.translation);
         let quarter = quat_exp(Vec3::Z * std::f64::consts::FRAC_PI_2);
         assert!((lid.pose.rotation * Vec3::X - quarter * Vec3::X).length() < 1e-6);

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use super::oddities;
+use crate::hash::ContentHasher;
 use crate::math::Vec3;
 
 /// A checked triangle mesh (m), scale already applied.
@@ -15,6 +16,8 @@ pub struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     warnings: Vec<String>,
+    // Kept: a scene that only moves a large mesh need not read all of it again.
+    hash: u64,
 }
 
 /// Why a mesh was refused.
@@ -56,6 +59,11 @@ impl Mesh {
     /// open or faces inwards or both ways, some of its triangles have no area.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// Hash of vertices and triangles, whatever the file is called.
+    pub fn hash(&self) -> u64 {
+        self.hash
     }
 
     /// One vertex of every connected part of the surface.
@@ -113,7 +121,9 @@ impl Mesh {
         if welded.is_empty() {
             return Err(MeshError::Empty { name, triangles: triangles.len() });
         }
-        let mut mesh = Self { name, vertices, triangles: welded, warnings: Vec::new() };
+        let mut hasher = ContentHasher::default();
+        hasher.mesh(&vertices, &welded);
+        let mut mesh = Self { name, vertices, triangles: welded, warnings: Vec::new(), hash: hasher.finish() };
         mesh.warnings = oddities::of(&mesh, &edges, triangles.len() - mesh.triangles.len());
         Ok(mesh)
     }

@@ -72,7 +72,8 @@ impl Validator<'_> {
                     }
                 }
             }
-            let parts = excess.ceil().clamp(2.0, LANES as f32) as usize;
+            // Also of what is no number, two parts.
+            let parts = excess.ceil().max(2.0).min(LANES as f32) as usize;
             examined.undecided[lane] = Undecided { pairs: List::Of(first, self.scratch.lists.len()), parts };
         }
         Some(examined)

@@ -83,7 +83,7 @@ impl PairInterval<'_> {
         if looks.is_stopped() {
             return IntervalVerdict::Stopped;
         }
-        let (ball_a, ball_b) = (self.a.tree.ball(a), self.b.tree.ball(b));
+        let (ball_a, ball_b) = (self.a.solid.tree.ball(a), self.b.solid.tree.ball(b));
         let kept = self.kept_by_balls(ball_a, ball_b);
         if kept >= self.floor + ROUNDING_M {
             return IntervalVerdict::Proved(kept);
@@ -104,14 +104,14 @@ impl PairInterval<'_> {
     }
 
     fn ball_gap(&self, a: u32, b: u32) -> f64 {
-        let (a, b) = (self.a.tree.ball(a), self.b.tree.ball(b));
+        let (a, b) = (self.a.solid.tree.ball(a), self.b.solid.tree.ball(b));
         self.relative.point(a.center).distance(b.center) - a.radius - b.radius
     }
 
     /// Distance that two balls keep on the interval; a ball over a single piece is that piece.
     fn kept_by_balls(&self, a: &Ball, b: &Ball) -> f64 {
         let center_a = self.relative.point(a.center);
-        match (self.a.tree.leaf(a), self.b.tree.leaf(b)) {
+        match (self.a.solid.tree.leaf(a), self.b.solid.tree.leaf(b)) {
             (_, Some(piece)) => {
                 let reach = || piece.core.farthest(piece.center());
                 let Some((normal, gap)) = from_piece(piece, center_a) else { return f64::NEG_INFINITY };
@@ -149,7 +149,8 @@ impl PairInterval<'_> {
 
     /// Separation of two pieces in the middle, and how much of it the interval can take.
     fn pieces(&self, i: usize, j: usize) -> (Separation, f64) {
-        let (piece_a, piece_b) = (self.a.tree.pieces()[i].transformed(&self.relative), &self.b.tree.pieces()[j]);
+        let (piece_a, piece_b) =
+            (self.a.solid.tree.pieces()[i].transformed(&self.relative), &self.b.solid.tree.pieces()[j]);
         let apart = distance::separation(&piece_a, piece_b);
         let (center_a, center_b) = (piece_a.center(), piece_b.center());
         let radius_a = piece_a.core.farthest(center_a);
@@ -161,7 +162,7 @@ impl PairInterval<'_> {
     #[cfg(test)]
     pub fn weakest_pieces(&self) -> Option<(f64, f64)> {
         let pieces = |tree: &crate::collision::tree::BallTree| 0..tree.pieces().len();
-        let all = pieces(&self.a.tree).flat_map(|i| pieces(&self.b.tree).map(move |j| (i, j)));
+        let all = pieces(&self.a.solid.tree).flat_map(|i| pieces(&self.b.solid.tree).map(move |j| (i, j)));
         let bounds = all.map(|(i, j)| self.pieces(i, j)).map(|(apart, moved)| (apart.gap, moved));
         bounds.min_by(|x, y| (x.0 - x.1).total_cmp(&(y.0 - y.1))).filter(|(gap, _)| *gap > 1e-6)
     }

@@ -12,7 +12,7 @@ mod poses;
 pub mod rake;
 pub mod segment_motion;
 #[cfg(test)]
-mod soundness;
+pub(crate) mod soundness;
 mod undecided;
 
 pub use certificate::{Certificate, SegmentClaim};

@@ -42,7 +42,7 @@ impl Validator<'_> {
         let (bodies, kinematics) = (self.model.bodies(), &self.scratch.kinematics);
         for (index, pair) in self.model.pairs().iter().enumerate() {
             let (a, b) = (&bodies[pair.a], &bodies[pair.b]);
-            if !(a.hollow || b.hollow) {
+            if !(a.solid.hollow || b.solid.hollow) {
                 continue;
             }
             if stop() {

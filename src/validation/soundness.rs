@@ -10,7 +10,7 @@ use crate::robot::Kinematics;
 use crate::testing::{self, Oracle};
 
 /// Random cases; `TAUT_CASES` asks for a long run, `TAUT_SEED` for other ones.
-pub(super) fn cases(short: usize) -> (usize, Rng) {
+pub(crate) fn cases(short: usize) -> (usize, Rng) {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
     let seed = number("TAUT_SEED").unwrap_or(20_150_423);
     println!("seed {seed}");
@@ -57,7 +57,8 @@ fn speed_and_acceleration_bounds_hold_and_are_tight() {
                 let mut bounds = MotionBounds::default();
                 bounds.update(body, &from, &velocity, &held);
                 let (speed, acceleration) = (bounds.speed(above), bounds.acceleration(above));
-                let points: Vec<_> = body.tree.pieces().iter().flat_map(surface_points).collect();
+                let points: Vec<_> =
+                    body.solid.tree.pieces().iter().flat_map(surface_points).map(|p| body.place.point(p)).collect();
                 let (fastest, hardest) = sampled_motion(robot, &from, &velocity, link, pair.ancestor, &points);
                 assert!(fastest <= speed * (1.0 + 1e-6) + 1e-6, "speed {fastest} above its bound {speed}");
                 assert!(hardest <= acceleration * (1.0 + 1e-3) + 1e-3, "acceleration {hardest} above {acceleration}");

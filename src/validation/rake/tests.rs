@@ -13,10 +13,10 @@ fn wide(v: [f32; 3]) -> Vec3 {
     Vec3::from_array(v.map(f64::from))
 }
 
-/// Points on and in the pieces of a body, in its own frame.
+/// Points on and in the pieces of a body, in the frame that carries it.
 fn points_in(body: &crate::collision::Body, rng: &mut fastrand::Rng) -> Vec<Vec3> {
     let mut points = Vec::new();
-    for piece in body.tree.pieces() {
+    for piece in body.solid.tree.pieces() {
         let surface = surface_points(piece);
         for _ in 0..20 {
             let mut pick = || surface[rng.usize(0..surface.len())];
@@ -26,7 +26,7 @@ fn points_in(body: &crate::collision::Body, rng: &mut fastrand::Rng) -> Vec<Vec3
         }
         points.extend(surface);
     }
-    points
+    points.into_iter().map(|point| body.place.point(point)).collect()
 }
 
 fn in_ball(ball: &FilterBall, point: Vec3) -> bool {
@@ -112,7 +112,7 @@ fn places_in_the_lanes_are_off_by_less_than_their_margin() {
             let poses = testing::link_poses(robot, &q);
             for body in &model.bodies()[..filter.bodies.len()] {
                 let (frame, place) = filter.skeleton.carrier(body.link);
-                let center = body.tree.balls()[0].center;
+                let center = body.ball().center;
                 let exact = poses[body.link.unwrap()] * nalgebra::Point3::new(center.x, center.y, center.z);
                 let seen = frames[frame].lane(lane, place.transform_point(center).to_array().map(|x| x as f32));
                 let error = wide(seen).distance(Vec3::new(exact.x, exact.y, exact.z));
@@ -162,7 +162,7 @@ fn the_filters_bound_has_teeth() {
     let (count, mut rng) = cases(600);
     let (mut checked, mut refuted, floor) = (0, 0, 1e-3);
     for _ in 0..count {
-        let model = testing::model(&mut rng);
+        let model = testing::plain_model(&mut rng);
         let (robot, oracle) = (model.robot(), Oracle::new(&model));
         let from = testing::configuration(&mut rng, robot);
         let to = testing::neighbour(&mut rng, robot, &from);
