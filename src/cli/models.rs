@@ -60,7 +60,7 @@ pub(super) struct LoadRobot {
 pub(super) struct LoadScene {
     /// Its label
     label: String,
-    /// Its file, or a problem file
+    /// Its file (JSON or MoveIt's .scene text), or a problem file
     file: PathBuf,
     /// Take the label away from another scene; its version counts up
     #[arg(long)]

@@ -169,3 +169,25 @@ fn nodes_that_multiply_each_other_end() {
     let text = file("", &(0..10).map(level).collect::<String>());
     assert!(read(text.as_bytes()).unwrap_err().contains("multiply each other"));
 }
+
+#[test]
+fn triangles_that_are_missing_are_noticed() {
+    let good = file("", "<node><instance_geometry url='#tent'/></node>");
+    assert!(read(good.as_bytes()).is_ok());
+    for (old, new, parts) in [
+        ("triangles count=\"4\"", "triangles count=\"5\"", ["line 17", "4 triangles", "says 5"]),
+        ("2 0 1 0 2 0 3</p>", "2 0 1 0 2 0</p>", ["line 19", "23 indices", "2 a corner"]),
+        ("2 0 1 0 2 0 3</p>", "2 0 1 0 2</p>", ["line 17", "11 corners", "multiple of 3"]),
+        ("offset=\"1\"", "offset=\"x\"", ["line 18", "offset=\"x\"", "whole number"]),
+        (
+            "semantic=\"VERTEX\" source=\"#tent",
+            "semantic=\"TEXCOORD\" source=\"#tent",
+            ["line 17", "<triangles>", "VERTEX"],
+        ),
+        ("0 3</p></triangles>", "0 3</p><ph/></triangles>", ["line 19", "holes", "triangles"]),
+    ] {
+        assert!(good.contains(old), "{old} is not in the file");
+        let text = read(good.replace(old, new).as_bytes()).expect_err(new);
+        assert!(parts.iter().all(|part| text.contains(part)), "{text:?} lacks one of {parts:?}");
+    }
+}
