@@ -9,8 +9,8 @@ use crate::collision::query::TOUCHING_M;
 use crate::collision::{CollisionModel, reach_weights};
 use crate::path::Path;
 use crate::robot::Kinematics;
-use crate::validation::path_proof::{self, PathVerdict};
 use crate::validation::certificate::Terms;
+use crate::validation::path_proof::{self, PathVerdict};
 use crate::validation::{Certificate, Contact, Hit, HitReason, Scratch, SegmentProof, Validator};
 
 /// Reusable memory of a worker; every request starts from the same state whatever ran before.
@@ -175,8 +175,7 @@ impl Answer {
         let ends = [path.waypoint(0), path.waypoint(path.len() - 1)].concat();
         let lower_bound = input.metric.length(&input.space, &ends, &mut scratch);
         let is_unchanged = self.path == input.path;
-        let output =
-            if is_unchanged { path.clone() } else { Restorer::new(path, input).restore(&self.path).clone() };
+        let output = if is_unchanged { path.clone() } else { Restorer::new(path, input).restore(&self.path).clone() };
         let lowered = self.floors.iter().enumerate().filter(|(_, floor)| **floor < settings.clearance_m);
         let floors_lowered: Vec<_> =
             lowered.map(|(pair, &floor_m)| LoweredFloor { bodies: model.pair_names(pair), floor_m }).collect();

@@ -8,6 +8,7 @@ mod ledger;
 pub mod motion;
 pub mod path_proof;
 pub mod rake;
+pub mod reference;
 pub mod segment_motion;
 #[cfg(test)]
 mod soundness;
