@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use indicatif::{ProgressBar, ProgressStyle};
 use taut::collision::CollisionModel;
 use taut::files::{FileError, Kind};
 use taut::optimize::{Mode, Workspace};
@@ -14,7 +13,7 @@ use super::error::{CliError, stdout};
 use super::load::{self, Loaded};
 use super::report::{geometry_name, termination_name, verdict};
 use super::request::{self, Rules, Source};
-use super::{Format, bench_check, run as runner};
+use super::{Format, bench_check, progress_bar, run as runner};
 
 /// Shorten every problem of a folder and compare with the recorded answers of others
 ///
@@ -219,10 +218,4 @@ fn set_name(root: &Path, file: &Path) -> String {
 
 fn stem(file: &Path) -> String {
     file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// A bar on standard error; it hides itself where that is no terminal.
-fn progress_bar(length: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}  {eta} left");
-    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

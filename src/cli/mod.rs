@@ -19,11 +19,13 @@ mod request;
 mod run;
 mod serve;
 mod shorten;
+mod verify;
 
 use std::process::ExitCode;
 
 use clap::Parser;
 use clap::error::ErrorKind;
+use indicatif::{ProgressBar, ProgressStyle};
 
 use error::USAGE;
 
@@ -63,6 +65,12 @@ enum Format {
     Table,
     /// One JSON object per answer.
     Json,
+}
+
+/// A bar on standard error; it hides itself where that is no terminal.
+fn progress_bar(length: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}  {eta} left");
+    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Runs the command line and gives its exit code: 0 proved, 1 collision, 2 not provable, 64 and above an error.

@@ -9,6 +9,7 @@ use crate::collision::query::TOUCHING_M;
 use crate::collision::{CollisionModel, reach_weights};
 use crate::path::Path;
 use crate::robot::Kinematics;
+use crate::validation::certificate::Terms;
 use crate::validation::path_proof::{self, PathVerdict};
 use crate::validation::{Certificate, Contact, Hit, HitReason, Scratch, SegmentProof, Validator};
 
@@ -173,8 +174,8 @@ impl Answer {
         let (length_before, length_after) = (length(&input.path), length(&self.path));
         let ends = [path.waypoint(0), path.waypoint(path.len() - 1)].concat();
         let lower_bound = input.metric.length(&input.space, &ends, &mut scratch);
-        let output =
-            if self.path == input.path { path.clone() } else { Restorer::new(path, input).restore(&self.path).clone() };
+        let is_unchanged = self.path == input.path;
+        let output = if is_unchanged { path.clone() } else { Restorer::new(path, input).restore(&self.path).clone() };
         let lowered = self.floors.iter().enumerate().filter(|(_, floor)| **floor < settings.clearance_m);
         let floors_lowered: Vec<_> =
             lowered.map(|(pair, &floor_m)| LoweredFloor { bodies: model.pair_names(pair), floor_m }).collect();
@@ -183,8 +184,14 @@ impl Answer {
             (a, b, lowered.floor_m)
         };
         let certificate = self.proofs.map(|proofs| {
-            let lowered = floors_lowered.iter().map(named).collect();
-            Certificate::new(model, &output, settings.clearance_m, lowered, &proofs)
+            let terms = Terms {
+                clearance_m: settings.clearance_m,
+                lowered: floors_lowered.iter().map(named).collect(),
+                unwrapped: settings.unwrapped,
+                held: settings.held.clone(),
+            };
+            let proofs = if is_unchanged { spread(&proofs, &input.standing_for) } else { proofs };
+            Certificate::new(model, &output, terms, &proofs)
         });
         Outcome {
             path: output,
@@ -204,6 +211,15 @@ impl Answer {
             certificate,
         }
     }
+}
+
+/// Proofs of the caller's segments: one between equal waypoints keeps what the segment beside it keeps.
+fn spread(proofs: &[SegmentProof], standing_for: &[usize]) -> Vec<SegmentProof> {
+    let of_segment = |ends: &[usize]| match proofs[ends[0].min(proofs.len() - 1)] {
+        proof if ends[0] < ends[1] => proof,
+        proof => SegmentProof { intervals: 0, ..proof },
+    };
+    if standing_for.len() < 2 { proofs.to_vec() } else { standing_for.windows(2).map(of_segment).collect() }
 }
 
 /// Gives waypoints that must stay as they were the caller's bits back: the optimizers' form of a row may

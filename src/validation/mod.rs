@@ -10,6 +10,7 @@ pub mod motion;
 pub mod path_proof;
 mod poses;
 pub mod rake;
+pub mod reference;
 pub mod segment_motion;
 #[cfg(test)]
 pub(crate) mod soundness;

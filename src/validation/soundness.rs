@@ -88,7 +88,7 @@ pub(super) fn surface_points(piece: &crate::collision::piece::Piece) -> Vec<crat
 }
 
 /// Fastest and hardest accelerated of `points` of a link in the frame of `ancestor`, by differences.
-fn sampled_motion(
+pub(super) fn sampled_motion(
     robot: &crate::robot::RobotModel,
     from: &[f64],
     velocity: &[f64],
