@@ -218,6 +218,9 @@ fn the_hash_is_of_everything() {
         with(&[SceneChange::Allow("cup".into(), "hand".into())]),
         with(&[SceneChange::Forbid("cup".into(), "hand".into())]),
     ];
+    // Of ids, poses, shapes and allowed pairs alone, by another implementation.
+    let plain = scene.with([SceneChange::Allow("a".into(), "b".into())]).unwrap();
+    assert_eq!(plain.hash(), 0x1647_877c_b362_d176);
     let different: BTreeSet<_> = hashes.iter().collect();
     assert_eq!(different.len(), hashes.len());
     assert_eq!(
