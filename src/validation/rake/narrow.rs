@@ -205,6 +205,8 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
             self.kept = self.kept.min(counted.select(kept, infinite));
             return Tested { fails: 0, gap, kept };
         }
+        // A centre inside a hull is away from it in no direction: nothing moves along it.
+        let length = length.max(Lanes::splat(self.simd, f32::MIN_POSITIVE));
         let directed = slack - away.dot(velocity).abs() / length;
         let kept = passes.select(kept, directed);
         let passes = kept.at_least(need);

@@ -155,6 +155,33 @@ fn what_the_filter_proves_is_kept() {
     assert!(checked > count);
 }
 
+/// A ball whose centre was inside a box once had 0 / 0 for what it keeps, which each set of instructions took
+/// for something else: intervals were split into other parts from machine to machine.
+#[test]
+fn what_the_filter_says_of_overlaps_is_a_number() {
+    let (count, mut rng) = cases(300);
+    let mut inside = 0;
+    for _ in 0..count {
+        let model = testing::model(&mut rng);
+        let robot = model.robot();
+        let from = testing::configuration(&mut rng, robot);
+        let to = testing::neighbour(&mut rng, robot, &from);
+        let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
+        let said = [false, true].map(|portable_lanes| {
+            let mut scratch = Scratch::default();
+            let layers = Layers { portable_lanes, ..Layers::default() };
+            let validator = Validator::new(&model, robot.space(), &held, 1e-3, &mut scratch);
+            let mut validator = validator.with_layers(layers);
+            validator.filtered(&from, &to, [LaneInterval { segment: 0, middle: 0.5, half: 0.1 }; LANES]);
+            validator.scratch.rake.unproved.iter().map(|u| (u.pair, u.gap[0], u.excess[0])).collect::<Vec<_>>()
+        });
+        assert!(said[0].iter().all(|(_, gap, excess)| !gap.is_nan() && !excess.is_nan()), "{:?}", said[0]);
+        assert_eq!(said[0], said[1]);
+        inside += said[0].iter().filter(|(_, gap, _)| *gap < 0.0).count();
+    }
+    assert!(inside > count, "{inside} overlaps");
+}
+
 /// The widest interval that the filter proves is free, and one a quarter wider (a bound cut by a fifth would
 /// prove it) often is not.
 #[test]
