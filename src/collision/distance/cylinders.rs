@@ -1,0 +1,174 @@
+//! Two cylinders: an iteration, because their rims have no closed form.
+//!
+//! The algorithm of Gilbert, Johnson and Keerthi on the difference A − B, whose point closest to the origin
+//! is sought. Each step gives a support gap, a lower bound, and two points, an upper one; it ends where they meet.
+
+use super::point::closest_on;
+use super::{Nearest, gap_of_cores};
+use crate::collision::piece::{Core, Piece};
+use crate::math::Vec3;
+
+/// Steps at most; a dozen is usual.
+const MOST_STEPS: usize = 64;
+/// Rounds of nearest points from one to the other at most, for what the steps left.
+const MOST_ROUNDS: usize = 32;
+/// Where upper and lower bound have met (m), relative to a metre and the distance.
+const CLOSE_ENOUGH: f64 = 1e-13;
+
+/// A point of A − B, and the points that it comes from.
+#[derive(Clone, Copy, Default)]
+struct Vertex {
+    offset: Vec3,
+    a: Vec3,
+    b: Vec3,
+}
+
+impl Vertex {
+    fn new(a: Vec3, b: Vec3) -> Self {
+        Self { offset: a - b, a, b }
+    }
+}
+
+/// At most four vertices and the weights of the point of their hull that is closest to the origin.
+#[derive(Default)]
+struct Simplex {
+    vertices: [Vertex; 4],
+    weights: [f64; 4],
+    len: usize,
+}
+
+/// Closest points of two convex cores; equal, or as good as, where they overlap.
+pub(super) fn closest(a: &Core, b: &Core) -> (Vec3, Vec3) {
+    let middle = |core: &Core| Piece { core: *core, radius: 0.0 }.center();
+    let mut best = Nearest::default();
+    let mut lower = 0.0_f64;
+    let mut simplex = Simplex::default();
+    let mut nearest = Vertex::new(middle(a), middle(b));
+    for _ in 0..MOST_STEPS {
+        let length = nearest.offset.length();
+        if length < 1e-12 {
+            return (nearest.a, nearest.a);
+        }
+        let towards = -nearest.offset / length;
+        let corner = Vertex::new(a.support(towards), b.support(-towards));
+        lower = lower.max(-towards.dot(corner.offset));
+        if simplex.len > 0 && (length - lower <= CLOSE_ENOUGH * (1.0 + length) || simplex.holds(&corner)) {
+            break;
+        }
+        simplex.push(corner);
+        let Some(next) = simplex.reduce() else { return (nearest.a, nearest.a) };
+        nearest = next;
+        if !best.offer((nearest.a, nearest.b)) {
+            break;
+        }
+    }
+    polish(a, b, best, lower)
+}
+
+/// Goes to and fro between the cores, each time to the nearest point; this reaches exactly what lies flat.
+fn polish(a: &Core, b: &Core, mut best: Nearest, mut lower: f64) -> (Vec3, Vec3) {
+    for _ in 0..MOST_ROUNDS {
+        let length = best.length();
+        let offset = best.points.0 - best.points.1;
+        lower = lower.max(gap_of_cores(a, b, offset / length));
+        if !(length > 0.0 && length - lower > CLOSE_ENOUGH * (1.0 + length)) {
+            break;
+        }
+        let on_b = closest_on(b, best.points.0);
+        if !best.offer((closest_on(a, on_b), on_b)) {
+            break;
+        }
+    }
+    best.points
+}
+
+impl Simplex {
+    fn holds(&self, vertex: &Vertex) -> bool {
+        self.vertices[..self.len].iter().any(|known| known.offset == vertex.offset)
+    }
+
+    fn push(&mut self, vertex: Vertex) {
+        self.vertices[self.len] = vertex;
+        self.len += 1;
+    }
+
+    /// Point of the hull closest to the origin; keeps only the vertices that it is made of. `None` where the
+    /// origin is inside.
+    fn reduce(&mut self) -> Option<Vertex> {
+        let offsets = self.vertices.map(|vertex| vertex.offset);
+        self.weights = match self.len {
+            1 => [1.0, 0.0, 0.0, 0.0],
+            2 => {
+                let [u, v] = on_edge(offsets[0], offsets[1]);
+                [u, v, 0.0, 0.0]
+            }
+            3 => {
+                let [u, v, w] = on_face(offsets[0], offsets[1], offsets[2]);
+                [u, v, w, 0.0]
+            }
+            _ => on_solid(&offsets)?,
+        };
+        let mut point = Vertex::default();
+        let mut kept = 0;
+        for i in 0..self.len {
+            let weight = self.weights[i];
+            if weight > 0.0 {
+                let vertex = self.vertices[i];
+                point.offset += vertex.offset * weight;
+                point.a += vertex.a * weight;
+                point.b += vertex.b * weight;
+                self.vertices[kept] = vertex;
+                kept += 1;
+            }
+        }
+        self.len = kept;
+        Some(point)
+    }
+}
+
+/// Weights of the point of a segment that is closest to the origin.
+fn on_edge(a: Vec3, b: Vec3) -> [f64; 2] {
+    let along = b - a;
+    let square = along.length_squared();
+    let v = if square > 0.0 { (-a.dot(along) / square).clamp(0.0, 1.0) } else { 0.0 };
+    [1.0 - v, v]
+}
+
+/// The same for a triangle: inside, if all weights are positive, else on its nearest edge.
+fn on_face(a: Vec3, b: Vec3, c: Vec3) -> [f64; 3] {
+    let normal = (b - a).cross(c - a);
+    let weights = [normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b))];
+    let square = normal.length_squared();
+    if square > 0.0 && weights.iter().all(|w| *w > 0.0) {
+        return weights.map(|w| w / square);
+    }
+    let ([ab, ba], [bc, cb], [ca, ac]) = (on_edge(a, b), on_edge(b, c), on_edge(c, a));
+    let options = [([ab, ba, 0.0], a * ab + b * ba), ([0.0, bc, cb], b * bc + c * cb), ([ac, 0.0, ca], c * ca + a * ac)];
+    least(options)
+}
+
+/// The same for a tetrahedron; `None` where the origin is inside.
+fn on_solid(p: &[Vec3; 4]) -> Option<[f64; 4]> {
+    const FACES: [[usize; 4]; 4] = [[0, 1, 2, 3], [0, 1, 3, 2], [0, 2, 3, 1], [1, 2, 3, 0]];
+    let mut is_inside = true;
+    let options = FACES.map(|[i, j, k, opposite]| {
+        let normal = (p[j] - p[i]).cross(p[k] - p[i]);
+        is_inside &= normal.dot(p[opposite] - p[i]) * normal.dot(-p[i]) > 0.0;
+        let face = on_face(p[i], p[j], p[k]);
+        let mut weights = [0.0; 4];
+        (weights[i], weights[j], weights[k]) = (face[0], face[1], face[2]);
+        (weights, p[i] * face[0] + p[j] * face[1] + p[k] * face[2])
+    });
+    (!is_inside).then(|| least(options))
+}
+
+/// Weights of the point closest to the origin.
+fn least<const N: usize, const M: usize>(options: [([f64; N], Vec3); M]) -> [f64; N] {
+    let mut best = options[0];
+    for option in &options[1..] {
+        if option.1.length_squared() < best.1.length_squared() {
+            best = *option;
+        }
+    }
+    best.0
+}
