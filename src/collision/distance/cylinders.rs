@@ -56,8 +56,11 @@ pub(super) fn closest(a: &Core, b: &Core) -> (Vec3, Vec3) {
             break;
         }
         simplex.push(corner);
-        let Some(next) = simplex.reduce() else { return (nearest.a, nearest.a) };
-        nearest = next;
+        nearest = simplex.reduce();
+        if simplex.len == 4 {
+            // The origin is inside: what both points are, but for rounding, is common to the cores.
+            return (nearest.a, nearest.a);
+        }
         if !best.offer((nearest.a, nearest.b)) {
             break;
         }
@@ -92,9 +95,9 @@ impl Simplex {
         self.len += 1;
     }
 
-    /// Point of the hull closest to the origin; keeps only the vertices that it is made of. `None` where the
-    /// origin is inside.
-    fn reduce(&mut self) -> Option<Vertex> {
+    /// Point of the hull closest to the origin; keeps only the vertices that it is made of: all four where
+    /// the origin is inside.
+    fn reduce(&mut self) -> Vertex {
         let offsets = self.vertices.map(|vertex| vertex.offset);
         self.weights = match self.len {
             1 => [1.0, 0.0, 0.0, 0.0],
@@ -106,7 +109,7 @@ impl Simplex {
                 let [u, v, w] = on_face(offsets[0], offsets[1], offsets[2]);
                 [u, v, w, 0.0]
             }
-            _ => on_solid(&offsets)?,
+            _ => on_solid(&offsets),
         };
         let mut point = Vertex::default();
         let mut kept = 0;
@@ -122,7 +125,7 @@ impl Simplex {
             }
         }
         self.len = kept;
-        Some(point)
+        point
     }
 }
 
@@ -138,28 +141,34 @@ fn on_edge(a: Vec3, b: Vec3) -> [f64; 2] {
 fn on_face(a: Vec3, b: Vec3, c: Vec3) -> [f64; 3] {
     let normal = (b - a).cross(c - a);
     let weights = [normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b))];
-    let square = normal.length_squared();
-    if square > 0.0 && weights.iter().all(|w| *w > 0.0) {
-        return weights.map(|w| w / square);
+    if weights.iter().all(|w| *w > 0.0) {
+        // Their own sum, not the normal's square, which for a sliver differs: the point stays in the plane.
+        let sum: f64 = weights.iter().sum();
+        return weights.map(|w| w / sum);
     }
     let ([ab, ba], [bc, cb], [ca, ac]) = (on_edge(a, b), on_edge(b, c), on_edge(c, a));
     let options = [([ab, ba, 0.0], a * ab + b * ba), ([0.0, bc, cb], b * bc + c * cb), ([ac, 0.0, ca], c * ca + a * ac)];
     least(options)
 }
 
-/// The same for a tetrahedron; `None` where the origin is inside.
-fn on_solid(p: &[Vec3; 4]) -> Option<[f64; 4]> {
+/// The same for a tetrahedron: inside, if all weights are positive, else on its nearest face.
+fn on_solid(p: &[Vec3; 4]) -> [f64; 4] {
     const FACES: [[usize; 4]; 4] = [[0, 1, 2, 3], [0, 1, 3, 2], [0, 2, 3, 1], [1, 2, 3, 0]];
-    let mut is_inside = true;
-    let options = FACES.map(|[i, j, k, opposite]| {
+    let mut within = [0.0; 4];
+    for [i, j, k, opposite] in FACES {
         let normal = (p[j] - p[i]).cross(p[k] - p[i]);
-        is_inside &= normal.dot(p[opposite] - p[i]) * normal.dot(-p[i]) > 0.0;
+        within[opposite] = normal.dot(-p[i]) / normal.dot(p[opposite] - p[i]);
+    }
+    if within.iter().all(|w| *w > 0.0 && w.is_finite()) {
+        let sum: f64 = within.iter().sum();
+        return within.map(|w| w / sum);
+    }
+    least(FACES.map(|[i, j, k, _]| {
         let face = on_face(p[i], p[j], p[k]);
         let mut weights = [0.0; 4];
         (weights[i], weights[j], weights[k]) = (face[0], face[1], face[2]);
         (weights, p[i] * face[0] + p[j] * face[1] + p[k] * face[2])
-    });
-    (!is_inside).then(|| least(options))
+    }))
 }
 
 /// Weights of the point closest to the origin.

@@ -19,6 +19,8 @@ mod cylinders;
 mod overlap;
 mod point;
 mod segment;
+#[cfg(test)]
+mod tests;
 mod triangle;
 
 pub use point::closest_on;

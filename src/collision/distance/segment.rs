@@ -23,23 +23,25 @@ pub(super) fn closest(p: Vec3, q: Vec3, other: &Core) -> (Vec3, Vec3) {
     }
 }
 
-/// Closest points of two segments (Ericson, Real-Time Collision Detection, 5.1.9).
+/// Closest points of two segments (Ericson, Real-Time Collision Detection, 5.1.9). The place on the first
+/// line comes from cross products: for segments all but parallel the usual determinant is all rounding.
 pub(super) fn to_segment(a0: Vec3, a1: Vec3, b0: Vec3, b1: Vec3) -> (Vec3, Vec3) {
     let (da, db, r) = (a1 - a0, b1 - b0, a0 - b0);
-    let (aa, bb, f) = (da.length_squared(), db.length_squared(), db.dot(r));
+    let (aa, bb) = (da.length_squared(), db.length_squared());
     if aa <= 0.0 {
         return (a0, on_segment(b0, b1, a0));
     }
     if bb <= 0.0 {
         return (on_segment(a0, a1, b0), b0);
     }
-    let (c, ab) = (da.dot(r), da.dot(db));
-    let determinant = aa * bb - ab * ab;
-    let mut s = if determinant > 0.0 { ((ab * f - c * bb) / determinant).clamp(0.0, 1.0) } else { 0.0 };
+    let across = da.cross(db);
+    let square = across.length_squared();
+    let mut s = if square > 0.0 { (db.cross(r).dot(across) / square).clamp(0.0, 1.0) } else { 0.0 };
+    let (ab, f) = (da.dot(db), db.dot(r));
     let mut t = (ab * s + f) / bb;
     if !(0.0..=1.0).contains(&t) {
         t = t.clamp(0.0, 1.0);
-        s = ((ab * t - c) / aa).clamp(0.0, 1.0);
+        s = ((ab * t - da.dot(r)) / aa).clamp(0.0, 1.0);
     }
     (a0 + da * s, b0 + db * t)
 }

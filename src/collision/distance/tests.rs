@@ -1,0 +1,207 @@
+//! Each answer is its own certificate: points on the pieces bound the distance from above, the support gap
+//! from below. The tests check both with formulas of their own, and that they meet.
+
+use fastrand::Rng;
+use parry3d_f64::query;
+use parry3d_f64::shape::{Cuboid, Segment, Triangle};
+
+use super::*;
+use crate::collision::piece::Transform;
+use crate::math::{Mat3, Pose, Quat, quat_exp};
+use crate::testing::{uniform, vector};
+
+const KINDS: [&str; 5] = ["point", "segment", "triangle", "box", "cylinder"];
+
+/// Random cases; `TAUT_CASES` asks for a long run, `TAUT_SEED` for other ones.
+fn cases(short: usize) -> (usize, Rng) {
+    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
+    let seed = number("TAUT_SEED").unwrap_or(20_150_423);
+    println!("seed {seed}");
+    (number("TAUT_CASES").map_or(short, |n| n as usize), Rng::with_seed(seed))
+}
+
+/// A core of one kind about a place within `size` of the origin.
+fn core(rng: &mut Rng, kind: usize, size: f64) -> Core {
+    let pose = Transform { rotation: Mat3::from_quat(quat_exp(vector(rng, 1.8))), translation: vector(rng, size) };
+    upright(rng, kind).transformed(&pose)
+}
+
+fn upright(rng: &mut Rng, kind: usize) -> Core {
+    let (center, axes) = (Vec3::ZERO, Mat3::IDENTITY);
+    let mut size = || uniform(rng, 0.02, 0.4);
+    match kind {
+        0 => Core::Point(center),
+        1 => Core::Segment(Vec3::Z * -size(), Vec3::Z * size()),
+        2 => Core::Triangle(Vec3::X * size(), Vec3::new(-size(), size(), 0.0), Vec3::new(-size(), -size(), 0.0)),
+        3 => Core::Box { center, axes, half: Vec3::new(size(), size(), size()) },
+        _ => Core::Cylinder { center, axes, half_height: size(), radius: size() },
+    }
+}
+
+/// Two cores in parallel or at right angles, on a grid so coarse that faces, edges and corners meet; some
+/// out of line by a rounding or by a nanoradian.
+fn aligned(rng: &mut Rng, kinds: (usize, usize)) -> (Core, Core) {
+    let mut place = |kind| {
+        let quarter = |rng: &mut Rng| std::f64::consts::FRAC_PI_2 * f64::from(rng.u8(0..4));
+        let turn = Quat::from_rotation_z(quarter(rng)) * Quat::from_rotation_x(quarter(rng));
+        let tilt = [0.0, 0.0, 1e-16, 1e-12, 1e-9, 1e-6][rng.usize(0..6)];
+        let grid = |rng: &mut Rng| 0.1 * f64::from(rng.i8(-6..7));
+        let step = |rng: &mut Rng| 0.1 * f64::from(rng.u8(1..4));
+        let core = match kind {
+            0 => Core::Point(Vec3::ZERO),
+            1 => Core::Segment(Vec3::ZERO, Vec3::Z * step(rng)),
+            2 => Core::Triangle(Vec3::ZERO, Vec3::X * step(rng), Vec3::Y * step(rng)),
+            3 => {
+                let half = Vec3::new(step(rng), step(rng), step(rng));
+                Core::Box { center: Vec3::ZERO, axes: Mat3::IDENTITY, half }
+            }
+            _ => {
+                let (half_height, radius) = (step(rng), step(rng));
+                Core::Cylinder { center: Vec3::ZERO, axes: Mat3::IDENTITY, half_height, radius }
+            }
+        };
+        let turn = Mat3::from_quat(turn * quat_exp(vector(rng, tilt)));
+        let translation = Vec3::new(grid(rng), grid(rng), grid(rng));
+        core.transformed(&Transform { rotation: turn, translation })
+    };
+    let first = place(kinds.0);
+    (first, place(kinds.1))
+}
+
+/// Corners of a core, for a cylinder those of prisms around its rims: their hull contains the core.
+fn corners(core: &Core) -> Vec<Vec3> {
+    let signs = || (0..8).map(|i| Vec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64) * 2.0 - Vec3::ONE);
+    match *core {
+        Core::Point(a) => vec![a],
+        Core::Segment(a, b) => vec![a, b],
+        Core::Triangle(a, b, c) => vec![a, b, c],
+        Core::Box { center, axes, half } => signs().map(|s| center + axes * (s * half)).collect(),
+        Core::Cylinder { .. } => unreachable!("a cylinder has no corners"),
+    }
+}
+
+/// Largest `direction · x` over a core, from the definition.
+fn reach(core: &Core, direction: Vec3) -> f64 {
+    if let Core::Cylinder { center, axes, half_height, radius } = *core {
+        let along = axes.z_axis.dot(direction);
+        let across = direction.cross(axes.z_axis).length();
+        return center.dot(direction) + half_height * along.abs() + radius * across;
+    }
+    corners(core).iter().map(|x| x.dot(direction)).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// How far a point is from a core, by the core's own inequalities.
+fn outside(core: &Core, p: Vec3) -> f64 {
+    let beside = |a: Vec3, b: Vec3| {
+        let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+        (a + (b - a) * t).distance(p)
+    };
+    match *core {
+        Core::Point(a) => a.distance(p),
+        Core::Segment(a, b) => beside(a, b),
+        Core::Triangle(a, b, c) => {
+            let normal = (b - a).cross(c - a).normalize();
+            let over = [(a, b), (b, c), (c, a)].map(|(u, v)| (v - u).cross(p - u).dot(normal) >= 0.0);
+            if over == [true; 3] { normal.dot(p - a).abs() } else { beside(a, b).min(beside(b, c)).min(beside(c, a)) }
+        }
+        Core::Box { center, axes, half } => {
+            let local = Vec3::new(axes.x_axis.dot(p - center), axes.y_axis.dot(p - center), axes.z_axis.dot(p - center));
+            (local.abs() - half).max(Vec3::ZERO).length()
+        }
+        Core::Cylinder { center, axes, half_height, radius } => {
+            let along = axes.z_axis.dot(p - center);
+            let across = (p - center - axes.z_axis * along).length();
+            (across - radius).max(0.0).hypot((along.abs() - half_height).max(0.0))
+        }
+    }
+}
+
+/// Upper bound minus lower bound of an answer, all of its promises checked; `None` where it says overlap.
+fn slack(a: &Piece, b: &Piece, seen: &Separation, what: &str) -> Option<f64> {
+    assert!((seen.normal.length() - 1.0).abs() < 1e-12, "{what}: normal {:?}", seen.normal);
+    let upper = (seen.point_a - seen.point_b).dot(seen.normal);
+    if upper <= 1e-9 {
+        assert!(seen.gap <= 1e-9, "{what}: overlap, but gap {}", seen.gap);
+        return None;
+    }
+    let lower = -reach(&a.core, -seen.normal) - reach(&b.core, seen.normal) - a.radius - b.radius;
+    assert!((seen.gap - lower).abs() < 1e-13, "{what}: gap {} by the definition {lower}", seen.gap);
+    for (piece, point, side) in [(a, seen.point_a, "A"), (b, seen.point_b, "B")] {
+        let beside = outside(&piece.core, point) - piece.radius;
+        assert!(beside < 1e-9, "{what}: point of {side} {beside} m outside");
+    }
+    let apart = seen.point_a - seen.point_b;
+    assert!(apart.distance(seen.normal * upper) < 1e-9, "{what}: points {apart} along {}", seen.normal);
+    assert!(seen.gap <= upper + 1e-12, "{what}: gap {} above the points' distance {upper}", seen.gap);
+    Some(upper - seen.gap)
+}
+
+fn piece(core: Core) -> Piece {
+    Piece { core, radius: 0.0 }
+}
+
+/// What parry says of two cores without curves; it is exact there.
+fn by_parry(a: &Core, b: &Core) -> Option<f64> {
+    let shape = |core: &Core| -> Option<(Pose, Box<dyn parry3d_f64::shape::Shape>)> {
+        let here = Pose::identity();
+        Some(match *core {
+            Core::Segment(p, q) => (here, Box::new(Segment::new(p, q))),
+            Core::Triangle(p, q, r) => (here, Box::new(Triangle::new(p, q, r))),
+            Core::Box { center, axes, half } => {
+                (Pose::from_parts(center, Quat::from_mat3(&axes)), Box::new(Cuboid::new(half)))
+            }
+            _ => return None,
+        })
+    };
+    let ((at_a, a), (at_b, b)) = (shape(a)?, shape(b)?);
+    query::distance(&at_a, &*a, &at_b, &*b).ok().map(|answer| answer.distance)
+}
+
+/// Checks many poses of each pair of kinds; returns the largest slack.
+fn check_pairs(name: &str, count: usize, mut pose: impl FnMut((usize, usize)) -> (Core, Core)) -> f64 {
+    let mut worst = 0.0_f64;
+    for i in 0..5 {
+        for j in 0..5 {
+            let what = format!("{name} {} × {}", KINDS[i], KINDS[j]);
+            let (mut widest, mut apart) = (0.0_f64, 0);
+            for _ in 0..count {
+                let (a, b) = pose((i, j));
+                let what = format!("{what}: {a:?} {b:?}");
+                let seen = separation(&piece(a), &piece(b));
+                let slack = slack(&piece(a), &piece(b), &seen, &what);
+                let upper = seen.point_a.distance(seen.point_b);
+                if let Some(parry) = by_parry(&a, &b) {
+                    // Parry takes segments a nanoradian apart for parallel.
+                    assert!(upper < parry + 1e-9 && upper > parry - 1e-7, "{what}: {upper}, parry {parry}");
+                }
+                if let Some(slack) = slack {
+                    // A direction is as good as its points, to a rounding over the distance.
+                    let most = if (i, j) == (4, 4) { 1e-9 } else { 1e-12 };
+                    assert!(slack < most + 1e-15 / upper, "{what}: between {} and {upper}, {slack}", seen.gap);
+                    (widest, apart) = (widest.max(slack), apart + 1);
+                } else if i != j || i == 4 {
+                    let common = outside(&a, seen.point_b).max(outside(&b, seen.point_a));
+                    assert!(common < 1e-9, "{what}: said to overlap, {common}");
+                }
+            }
+            println!("{what}: {apart} of {count} apart, slack up to {widest:.1e}");
+            worst = worst.max(widest);
+        }
+    }
+    worst
+}
+
+#[test]
+fn points_and_gaps_meet_in_random_poses() {
+    let (count, mut rng) = cases(400);
+    check_pairs("random", count, |(i, j)| {
+        let size = [0.2, 0.8, 3.0][rng.usize(0..3)];
+        (core(&mut rng, i, size), core(&mut rng, j, size))
+    });
+}
+
+#[test]
+fn points_and_gaps_meet_in_parallel_poses() {
+    let (count, mut rng) = cases(400);
+    check_pairs("parallel", count, |kinds| aligned(&mut rng, kinds));
+}
