@@ -8,8 +8,8 @@ use super::{Nearest, gap_of_cores};
 use crate::collision::piece::{Core, Piece};
 use crate::math::Vec3;
 
-/// Steps at most; a dozen is usual.
-const MOST_STEPS: usize = 64;
+/// Times at most that rounding may end the steps too early.
+const MOST_ATTEMPTS: usize = 6;
 /// Rounds of nearest points from one to the other at most, for what the steps left.
 const MOST_ROUNDS: usize = 32;
 /// Where upper and lower bound have met (m), relative to a metre and the distance.
@@ -40,49 +40,64 @@ struct Simplex {
 /// Closest points of two convex cores; equal, or as good as, where they overlap.
 pub(super) fn closest(a: &Core, b: &Core) -> (Vec3, Vec3) {
     let middle = |core: &Core| Piece { core: *core, radius: 0.0 }.center();
+    let mut points = (middle(a), middle(b));
+    for _ in 0..MOST_ATTEMPTS {
+        let best = descend(a, b, points);
+        let is_certain;
+        (points, is_certain) = polish(a, b, best);
+        if is_certain {
+            break;
+        }
+    }
+    points
+}
+
+/// Steps towards the closest points from any two points of the cores, until rounding ends them.
+fn descend(a: &Core, b: &Core, start: (Vec3, Vec3)) -> Nearest {
     let mut best = Nearest::default();
     let mut lower = 0.0_f64;
     let mut simplex = Simplex::default();
-    let mut nearest = Vertex::new(middle(a), middle(b));
-    for _ in 0..MOST_STEPS {
+    let mut nearest = Vertex::new(start.0, start.1);
+    simplex.push(nearest);
+    while best.offer((nearest.a, nearest.b)) {
         let length = nearest.offset.length();
         if length < 1e-12 {
-            return (nearest.a, nearest.a);
+            return Nearest::common(nearest.a);
         }
         let towards = -nearest.offset / length;
         let corner = Vertex::new(a.support(towards), b.support(-towards));
         lower = lower.max(-towards.dot(corner.offset));
-        if simplex.len > 0 && (length - lower <= CLOSE_ENOUGH * (1.0 + length) || simplex.holds(&corner)) {
+        if length - lower <= CLOSE_ENOUGH * (1.0 + length) || simplex.holds(&corner) {
             break;
         }
         simplex.push(corner);
         nearest = simplex.reduce();
         if simplex.len == 4 {
             // The origin is inside: what both points are, but for rounding, is common to the cores.
-            return (nearest.a, nearest.a);
-        }
-        if !best.offer((nearest.a, nearest.b)) {
-            break;
+            return Nearest::common(nearest.a);
         }
     }
-    polish(a, b, best, lower)
+    best
 }
 
 /// Goes to and fro between the cores, each time to the nearest point; this reaches exactly what lies flat.
-fn polish(a: &Core, b: &Core, mut best: Nearest, mut lower: f64) -> (Vec3, Vec3) {
+/// Says whether the points' own direction shows that none are closer.
+fn polish(a: &Core, b: &Core, mut best: Nearest) -> ((Vec3, Vec3), bool) {
     for _ in 0..MOST_ROUNDS {
         let length = best.length();
-        let offset = best.points.0 - best.points.1;
-        lower = lower.max(gap_of_cores(a, b, offset / length));
-        if !(length > 0.0 && length - lower > CLOSE_ENOUGH * (1.0 + length)) {
-            break;
+        if length <= 1e-12 {
+            return (best.points, true);
+        }
+        let normal = (best.points.0 - best.points.1) / length;
+        if length - gap_of_cores(a, b, normal) <= CLOSE_ENOUGH * (1.0 + length) {
+            return (best.points, true);
         }
         let on_b = closest_on(b, best.points.0);
         if !best.offer((closest_on(a, on_b), on_b)) {
             break;
         }
     }
-    best.points
+    (best.points, false)
 }
 
 impl Simplex {
@@ -147,7 +162,8 @@ fn on_face(a: Vec3, b: Vec3, c: Vec3) -> [f64; 3] {
         return weights.map(|w| w / sum);
     }
     let ([ab, ba], [bc, cb], [ca, ac]) = (on_edge(a, b), on_edge(b, c), on_edge(c, a));
-    let options = [([ab, ba, 0.0], a * ab + b * ba), ([0.0, bc, cb], b * bc + c * cb), ([ac, 0.0, ca], c * ca + a * ac)];
+    let options =
+        [([ab, ba, 0.0], a * ab + b * ba), ([0.0, bc, cb], b * bc + c * cb), ([ac, 0.0, ca], c * ca + a * ac)];
     least(options)
 }
 

@@ -59,6 +59,26 @@ pub fn separation(a: &Piece, b: &Piece) -> Separation {
     }
 }
 
+/// The largest gap along a few directions that cost no search: between the middles, and across the triangles.
+fn cheap_gap(a: &Piece, b: &Piece) -> f64 {
+    let between = (a.center() - b.center()).try_normalize();
+    let across = |piece: &Piece| match piece.core {
+        Core::Triangle(p, q, r) => (q - p).cross(r - p).try_normalize(),
+        _ => None,
+    };
+    let gap = |normal: Vec3| gap_along(a, b, normal);
+    let both = |normal: Vec3| gap(normal).max(gap(-normal));
+    let gaps = [between.map(gap), across(a).map(both), across(b).map(both)];
+    gaps.into_iter().flatten().fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// [`contact`] of two pieces that are closer than `within` (m); negative for "overlap deeper than that".
+/// `None` where a cheap direction shows that they are not; nothing is said of the others.
+pub fn contact_within(a: &Piece, b: &Piece, within: f64) -> Option<Contact> {
+    // No direction has a wider gap than the distance, or than minus the depth.
+    (within.is_infinite() || cheap_gap(a, b) < within).then(|| contact(a, b))
+}
+
 /// `min_A n·a − max_B n·b` for a unit `normal`: a lower bound of the distance whatever the normal.
 pub fn gap_along(a: &Piece, b: &Piece, normal: Vec3) -> f64 {
     gap_of_cores(&a.core, &b.core, normal) - a.radius - b.radius
@@ -98,6 +118,11 @@ impl Default for Nearest {
 }
 
 impl Nearest {
+    /// Both at one point.
+    fn common(point: Vec3) -> Self {
+        Self { points: (point, point), square: 0.0 }
+    }
+
     /// Takes the pair if it is nearer than all before; says whether it is.
     fn offer(&mut self, points: (Vec3, Vec3)) -> bool {
         let square = points.0.distance_squared(points.1);
