@@ -4,7 +4,7 @@
 //! face's, so the other solid's point lowest above it is a closest one. Only faces beyond which the other's
 //! middle lies can have a part in the direction of the least distance, and of the edges only theirs.
 
-use super::{Nearest, gap_of_cores, segment};
+use super::{Nearest, is_certain, segment};
 use crate::collision::piece::{Core, Piece, Transform};
 use crate::math::{Mat3, Vec3};
 
@@ -41,9 +41,11 @@ fn upright_to_solid(half: Vec3, other: &Core) -> (Vec3, Vec3) {
                 (from[along], from[j], from[k]) = (-half[along], side_j * half[j], side_k * half[k]);
                 let mut to = from;
                 to[along] = half[along];
-                if best.offer(segment::closest(from, to, other)) && is_certain(&this, other, best.points) {
-                    return best.points;
+                let points = segment::closest(from, to, other);
+                if is_certain(&this, other, points) {
+                    return points;
                 }
+                best.offer(points);
             }
         }
     }
@@ -64,11 +66,4 @@ fn seen_from_face(half: Vec3, i: usize, middle: Vec3, other: &Core) -> Option<(V
     foot[i] = outwards[i] * half[i];
     let is_over = (0..3).all(|j| j == i || foot[j].abs() <= half[j]);
     is_over.then_some((foot, if height > 0.0 { corner } else { foot }))
-}
-
-/// Whether the support gap says that no points are closer, up to rounding.
-fn is_certain(a: &Core, b: &Core, (on_a, on_b): (Vec3, Vec3)) -> bool {
-    let offset = on_a - on_b;
-    let length = offset.length();
-    length > 0.0 && gap_of_cores(a, b, offset / length) >= length - 1e-13 * (1.0 + length)
 }

@@ -8,10 +8,8 @@ use super::{Nearest, gap_of_cores};
 use crate::collision::piece::{Core, Piece};
 use crate::math::Vec3;
 
-/// Times at most that rounding may end the steps too early.
-const MOST_ATTEMPTS: usize = 6;
 /// Rounds of nearest points from one to the other at most, for what the steps left.
-const MOST_ROUNDS: usize = 32;
+const MOST_ROUNDS: usize = 64;
 /// Where upper and lower bound have met (m), relative to a metre and the distance.
 const CLOSE_ENOUGH: f64 = 1e-13;
 
@@ -40,16 +38,7 @@ struct Simplex {
 /// Closest points of two convex cores; equal, or as good as, where they overlap.
 pub(super) fn closest(a: &Core, b: &Core) -> (Vec3, Vec3) {
     let middle = |core: &Core| Piece { core: *core, radius: 0.0 }.center();
-    let mut points = (middle(a), middle(b));
-    for _ in 0..MOST_ATTEMPTS {
-        let best = descend(a, b, points);
-        let is_certain;
-        (points, is_certain) = polish(a, b, best);
-        if is_certain {
-            break;
-        }
-    }
-    points
+    polish(a, b, descend(a, b, (middle(a), middle(b))).points)
 }
 
 /// Steps towards the closest points from any two points of the cores, until rounding ends them.
@@ -72,32 +61,32 @@ fn descend(a: &Core, b: &Core, start: (Vec3, Vec3)) -> Nearest {
         }
         simplex.push(corner);
         nearest = simplex.reduce();
-        if simplex.len == 4 {
-            // The origin is inside: what both points are, but for rounding, is common to the cores.
-            return Nearest::common(nearest.a);
-        }
     }
     best
 }
 
-/// Goes to and fro between the cores, each time to the nearest point; this reaches exactly what lies flat.
-/// Says whether the points' own direction shows that none are closer.
-fn polish(a: &Core, b: &Core, mut best: Nearest) -> ((Vec3, Vec3), bool) {
+/// Goes to and fro between the cores, each time to the nearest point, and takes the points whose direction
+/// has the widest gap. The length alone would not tell: it hardly changes with points that slide along a side,
+/// while the gap shrinks in proportion.
+fn polish(a: &Core, b: &Core, mut points: (Vec3, Vec3)) -> (Vec3, Vec3) {
+    let (mut best, mut widest) = (points, f64::NEG_INFINITY);
     for _ in 0..MOST_ROUNDS {
-        let length = best.length();
+        let offset = points.0 - points.1;
+        let length = offset.length();
         if length <= 1e-12 {
-            return (best.points, true);
+            return points;
         }
-        let normal = (best.points.0 - best.points.1) / length;
-        if length - gap_of_cores(a, b, normal) <= CLOSE_ENOUGH * (1.0 + length) {
-            return (best.points, true);
+        let gap = gap_of_cores(a, b, offset / length);
+        if gap > widest {
+            (best, widest) = (points, gap);
         }
-        let on_b = closest_on(b, best.points.0);
-        if !best.offer((closest_on(a, on_b), on_b)) {
+        if length - gap <= CLOSE_ENOUGH * (1.0 + length) {
             break;
         }
+        let on_b = closest_on(b, points.0);
+        points = (closest_on(a, on_b), on_b);
     }
-    (best.points, false)
+    best
 }
 
 impl Simplex {
@@ -175,9 +164,12 @@ fn on_solid(p: &[Vec3; 4]) -> [f64; 4] {
         let normal = (p[j] - p[i]).cross(p[k] - p[i]);
         within[opposite] = normal.dot(-p[i]) / normal.dot(p[opposite] - p[i]);
     }
-    if within.iter().all(|w| *w > 0.0 && w.is_finite()) {
-        let sum: f64 = within.iter().sum();
-        return within.map(|w| w / sum);
+    let sum: f64 = within.iter().sum();
+    let weights = within.map(|w| w / sum);
+    let point = (0..4).map(|i| p[i] * weights[i]).sum::<Vec3>();
+    // Of a flat one the weights are all rounding, and the point is not the origin.
+    if within.iter().all(|w| *w > 0.0) && point.length() < 1e-12 {
+        return weights;
     }
     least(FACES.map(|[i, j, k, _]| {
         let face = on_face(p[i], p[j], p[k]);

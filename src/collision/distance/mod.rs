@@ -59,24 +59,37 @@ pub fn separation(a: &Piece, b: &Piece) -> Separation {
     }
 }
 
-/// The largest gap along a few directions that cost no search: between the middles, and across the triangles.
-fn cheap_gap(a: &Piece, b: &Piece) -> f64 {
-    let between = (a.center() - b.center()).try_normalize();
-    let across = |piece: &Piece| match piece.core {
-        Core::Triangle(p, q, r) => (q - p).cross(r - p).try_normalize(),
-        _ => None,
+/// The widest gap along a few directions that cost no search, and its direction: between the middles, and
+/// across faces and lids.
+fn cheap_gap(a: &Piece, b: &Piece) -> (Vec3, f64) {
+    let mut best = (Vec3::Z, f64::NEG_INFINITY);
+    let mut offer = |normal: Vec3| {
+        let gap = gap_along(a, b, normal);
+        if gap > best.1 {
+            best = (normal, gap);
+        }
     };
-    let gap = |normal: Vec3| gap_along(a, b, normal);
-    let both = |normal: Vec3| gap(normal).max(gap(-normal));
-    let gaps = [between.map(gap), across(a).map(both), across(b).map(both)];
-    gaps.into_iter().flatten().fold(f64::NEG_INFINITY, f64::max)
+    (a.center() - b.center()).try_normalize().into_iter().for_each(&mut offer);
+    for piece in [a, b] {
+        let across = match piece.core {
+            Core::Triangle(p, q, r) => [(q - p).cross(r - p).try_normalize(), None, None],
+            Core::Box { axes, .. } => [Some(axes.x_axis), Some(axes.y_axis), Some(axes.z_axis)],
+            Core::Cylinder { axes, .. } => [Some(axes.z_axis), None, None],
+            Core::Point(_) | Core::Segment(..) => [None; 3],
+        };
+        for normal in across.into_iter().flatten() {
+            offer(normal);
+            offer(-normal);
+        }
+    }
+    best
 }
 
 /// [`contact`] of two pieces that are closer than `within` (m); negative for "overlap deeper than that".
 /// `None` where a cheap direction shows that they are not; nothing is said of the others.
 pub fn contact_within(a: &Piece, b: &Piece, within: f64) -> Option<Contact> {
     // No direction has a wider gap than the distance, or than minus the depth.
-    (within.is_infinite() || cheap_gap(a, b) < within).then(|| contact(a, b))
+    (within.is_infinite() || cheap_gap(a, b).1 < within).then(|| contact(a, b))
 }
 
 /// `min_A n·a − max_B n·b` for a unit `normal`: a lower bound of the distance whatever the normal.
@@ -103,6 +116,14 @@ fn core_points(a: &Core, b: &Core) -> (Vec3, Vec3) {
             (on_a, on_b)
         }
     }
+}
+
+/// Whether the support gap says that no points are closer, up to rounding. Of several
+/// pairs that are as near as rounding can tell, only the right one has a direction that says so.
+fn is_certain(a: &Core, b: &Core, (on_a, on_b): (Vec3, Vec3)) -> bool {
+    let offset = on_a - on_b;
+    let length = offset.length();
+    length > 0.0 && gap_of_cores(a, b, offset / length) >= length - 1e-13 * (1.0 + length)
 }
 
 /// The nearest of several pairs of points.
@@ -132,10 +153,6 @@ impl Nearest {
         }
         is_nearer
     }
-
-    fn length(&self) -> f64 {
-        self.square.sqrt()
-    }
 }
 
 /// Contact of two pieces, apart or overlapping, in the frame that both are given in.
@@ -149,12 +166,14 @@ pub fn contact(a: &Piece, b: &Piece) -> Contact {
         let distance = core_a.distance(core_b) - a.radius - b.radius;
         return place(apart.point_a, apart.point_b, apart.normal, distance);
     }
+    // The iteration finds corners and edges, and may miss by centimetres where solids are round.
+    let (normal, gap) = cheap_gap(a, b);
     match overlap::deepest(&a.core, &b.core) {
-        Some((p, q, normal)) => {
+        Some((p, q, normal)) if p.distance(q) + a.radius + b.radius <= -gap => {
             let depth = p.distance(q) + a.radius + b.radius;
             place(p - normal * a.radius, q + normal * b.radius, normal, -depth)
         }
-        None => place(core_a, core_a, Vec3::Z, -(a.radius + b.radius)),
+        _ => place(core_a, core_a, normal, gap),
     }
 }
 

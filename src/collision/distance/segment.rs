@@ -97,7 +97,18 @@ fn nearest_to_cylinder(start: Vec3, along: Vec3, half_height: f64, radius: f64) 
     if rising <= 0.0 {
         return 1.0;
     }
-    let enough = 1e-15 * (rising - falling);
+    // Between the places where the segment crosses the planes of the lids and the side, the slope is smooth.
+    for s in crossings(start, along, half_height, radius) {
+        if s > low && s < high {
+            let here = slope(s);
+            if here < 0.0 {
+                (low, falling) = (s, here);
+            } else {
+                (high, rising) = (s, here);
+            }
+        }
+    }
+    let enough = 1e-16 * (rising - falling);
     let mut last_was_low = None;
     for _ in 0..MOST_STEPS {
         let s = low + (high - low) * (falling / (falling - rising));
@@ -116,6 +127,16 @@ fn nearest_to_cylinder(start: Vec3, along: Vec3, half_height: f64, radius: f64) 
         last_was_low = Some(is_low);
     }
     low + (high - low) * 0.5
+}
+
+/// Places where a line crosses the planes of the lids and the side of an upright cylinder; not finite where
+/// it does not.
+fn crossings(start: Vec3, along: Vec3, half_height: f64, radius: f64) -> [f64; 4] {
+    let square = along.x * along.x + along.y * along.y;
+    let middle = -(start.x * along.x + start.y * along.y) / square;
+    let beside = (start.x * along.y - start.y * along.x).powi(2) / square;
+    let reach = ((radius * radius - beside) / square).sqrt();
+    [(-half_height - start.z) / along.z, (half_height - start.z) / along.z, middle - reach, middle + reach]
 }
 
 /// Far more than false position needs.

