@@ -31,8 +31,8 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
 const CORE: [&str; 11] =
     ["math", "lanes", "hash", "shape", "robot", "scene", "path", "collision", "validation", "optimize", "store"];
 
-/// Rooms where the geometry library's queries are wrapped; everywhere else its types come from `math`.
-const NAMES_LIBRARIES: [&str; 3] = ["math.rs", "collision/piece.rs", "collision/distance.rs"];
+/// Where the geometry library's queries are wrapped; everywhere else its types come from `math`.
+const NAMES_LIBRARIES: [&str; 2] = ["math.rs", "collision/distance/overlap.rs"];
 
 fn sources() -> Vec<(String, PathBuf)> {
     fn walk(folder: &Path, found: &mut Vec<PathBuf>) {

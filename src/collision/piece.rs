@@ -1,7 +1,5 @@
 //! Convex pieces: a core swept by a ball. Every solid is made of them; a mesh's are its triangles.
 
-use parry3d_f64::shape::SupportMap;
-
 use crate::math::{Mat3, Pose, Vec3};
 use crate::shape::{PlacedShape, Shape};
 
@@ -166,12 +164,6 @@ impl Core {
 
 fn further(a: Vec3, b: Vec3, direction: Vec3) -> Vec3 {
     if (b - a).dot(direction) > 0.0 { b } else { a }
-}
-
-impl SupportMap for Core {
-    fn local_support_point(&self, direction: Vec3) -> Vec3 {
-        self.support(direction)
-    }
 }
 
 /// A pose with its rotation as a matrix, for moving many points.

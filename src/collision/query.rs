@@ -63,8 +63,9 @@ impl Search<'_> {
         match children(&ball_a, &ball_b) {
             Split::Neither(i, j) => {
                 let piece_a = self.a.pieces()[i as usize].transformed(&self.relative);
-                let contact = distance::contact(&piece_a, &self.b.pieces()[j as usize]);
-                if contact.distance < self.best.distance {
+                let piece_b = &self.b.pieces()[j as usize];
+                let contact = distance::contact_within(&piece_a, piece_b, self.best.distance);
+                if let Some(contact) = contact.filter(|contact| contact.distance < self.best.distance) {
                     self.best = contact;
                 }
             }

@@ -45,10 +45,11 @@ impl Near {
 }
 
 impl Cover {
-    /// Covers at least one piece.
-    pub fn new(pieces: &[Piece]) -> Self {
+    /// Covers at least one piece; `place` is where their frame is in the link's.
+    pub fn new(pieces: &[Piece], place: &Transform) -> Self {
         let mut cover = Self { pieces: pieces.to_vec(), parts: Vec::new(), reach: 0.0 };
-        cover.reach = cover.pieces.iter().map(|piece| piece.farthest(Vec3::ZERO)).fold(0.0, f64::max);
+        let origin = place.inverse_point(Vec3::ZERO);
+        cover.reach = cover.pieces.iter().map(|piece| piece.farthest(origin)).fold(0.0, f64::max);
         cover.add(0, pieces.len());
         cover
     }

@@ -71,7 +71,8 @@ pub fn verify(
 
     let space = model.robot().space();
     let space = if certificate.unwrapped { space.unwrapped() } else { space.clone() };
-    let covers: Vec<Cover> = model.bodies().iter().map(|body| Cover::new(body.tree.pieces())).collect();
+    let covers: Vec<Cover> =
+        model.bodies().iter().map(|body| Cover::new(body.solid.tree.pieces(), &body.place)).collect();
     let mut effort = Effort::default();
     for (index, claim) in certificate.segments.iter().enumerate() {
         let ends = [index, (index + 1).min(path.len() - 1)].map(|waypoint| path.waypoint(waypoint));
@@ -179,7 +180,9 @@ fn check_start(model: &CollisionModel, start: &[f64], held: &[f64]) -> Result<()
     }
     for (index, pair) in model.pairs().iter().enumerate() {
         let (a, b) = (&model.bodies()[pair.a], &model.bodies()[pair.b]);
-        if (a.hollow || b.hollow) && query::enclosed(a, &a.placed(&kinematics), b, &b.placed(&kinematics)).is_some() {
+        if (a.solid.hollow || b.solid.hollow)
+            && query::enclosed(a, &a.placed(&kinematics), b, &b.placed(&kinematics)).is_some()
+        {
             return Err(Objection::StandsIn { bodies: model.pair_names(index) });
         }
     }

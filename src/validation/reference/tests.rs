@@ -251,8 +251,10 @@ fn no_point_is_faster_than_the_plain_bound() {
             let (mut bound, mut fastest) = (0.0, 0.0);
             for body in [pair.a, pair.b].map(|body| &model.bodies()[body]) {
                 let Some(link) = body.link else { continue };
-                let points: Vec<_> = body.tree.pieces().iter().flat_map(surface_points).collect();
-                let speed = travel.speed(Some(link), pair.ancestor, Cover::new(body.tree.pieces()).reach);
+                let points = body.solid.tree.pieces().iter().flat_map(surface_points);
+                let points: Vec<_> = points.map(|point| body.place.point(point)).collect();
+                let reach = Cover::new(body.solid.tree.pieces(), &body.place).reach;
+                let speed = travel.speed(Some(link), pair.ancestor, reach);
                 let sampled = sampled_motion(robot, &from, &velocity, link, pair.ancestor, &points);
                 assert!(sampled.0 <= speed * (1.0 + 1e-6) + 1e-6, "{} above {speed}", sampled.0);
                 bound += speed;
@@ -281,11 +283,11 @@ fn a_search_of_covers_finds_what_trying_all_pieces_finds() {
         for pair in model.pairs() {
             let (a, b) = (&model.bodies()[pair.a], &model.bodies()[pair.b]);
             let relative = b.placed(&kinematics).inverse_of(&a.placed(&kinematics));
-            let all = a.tree.pieces().iter().flat_map(|x| b.tree.pieces().iter().map(move |y| (x, y)));
+            let all = a.solid.tree.pieces().iter().flat_map(|x| b.solid.tree.pieces().iter().map(move |y| (x, y)));
             let least = all
                 .map(|(x, y)| crate::collision::distance::separation(&x.transformed(&relative), y).gap)
                 .fold(f64::INFINITY, f64::min);
-            let (a, b) = (Cover::new(a.tree.pieces()), Cover::new(b.tree.pieces()));
+            let [a, b] = [a, b].map(|body| Cover::new(body.solid.tree.pieces(), &body.place));
             let found = cover::near(&a, &b, &relative, f64::INFINITY, cover::Until::Closest);
             assert!((found.gap - least).abs() < 1e-9 || least < 0.0 && found.gap < 1e-9, "{} {least}", found.gap);
             if least > 0.0 {

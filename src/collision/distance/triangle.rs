@@ -1,0 +1,104 @@
+//! Triangles against cores, in closed form.
+//!
+//! Where a closest point is inside the triangle, the direction is the triangle's normal, and the other
+//! core's point lowest along it is a closest one, or else the closest points that do not lie inside reach
+//! an edge. So the lowest point and the three edges are all that need be tried.
+
+use super::{Nearest, is_certain, segment};
+use crate::collision::piece::Core;
+use crate::math::Vec3;
+
+/// Closest points of a triangle and a segment; equal where they overlap.
+pub(super) fn to_segment(triangle: [Vec3; 3], p: Vec3, q: Vec3) -> (Vec3, Vec3) {
+    seen_from_face(triangle, [p, q]).unwrap_or_else(|| {
+        let mut best = Nearest::default();
+        let [a, b, c] = triangle;
+        for (from, to, behind) in [(a, b, c), (b, c, a), (c, a, b)] {
+            let (x, y) = segment::to_segment(from, to, p, q);
+            if (behind - x).dot(y - x) <= 0.0 {
+                return (x, y);
+            }
+            best.offer((x, y));
+        }
+        best.points
+    })
+}
+
+/// Closest points of a triangle and of a box or cylinder; equal where they overlap.
+pub(super) fn to_solid(triangle: [Vec3; 3], other: &Core) -> (Vec3, Vec3) {
+    let normal = normal(triangle);
+    seen_from_face(triangle, [other.support(-normal), other.support(normal)]).unwrap_or_else(|| {
+        let mut best = Nearest::default();
+        for (a, b) in edges(triangle) {
+            let points = segment::closest(a, b, other);
+            if is_certain(&Core::Triangle(triangle[0], triangle[1], triangle[2]), other, points) {
+                return points;
+            }
+            best.offer(points);
+        }
+        best.points
+    })
+}
+
+/// Closest points of two triangles; equal where they overlap.
+pub(super) fn to_triangle(first: [Vec3; 3], second: [Vec3; 3]) -> (Vec3, Vec3) {
+    if let Some(points) = seen_from_face(first, second) {
+        return points;
+    }
+    if let Some((on_second, on_first)) = seen_from_face(second, first) {
+        return (on_first, on_second);
+    }
+    let mut best = Nearest::default();
+    for i in 0..3 {
+        let (a, b, behind_a) = (first[i], first[(i + 1) % 3], first[(i + 2) % 3]);
+        for j in 0..3 {
+            let (c, d, behind_c) = (second[j], second[(j + 1) % 3], second[(j + 2) % 3]);
+            let (x, y) = segment::to_segment(a, b, c, d);
+            // Where both third corners lie behind the two points, a slab parts the triangles: nothing is closer.
+            let offset = y - x;
+            if (behind_a - x).dot(offset) <= 0.0 && (behind_c - y).dot(offset) >= 0.0 {
+                return (x, y);
+            }
+            best.offer((x, y));
+        }
+    }
+    best.points
+}
+
+/// The closest points of a triangle and a convex solid if one is inside the triangle, and a common point
+/// if the solid passes through the inside. `corners` are the solid's own, or those of its points that
+/// lie lowest and highest above the triangle.
+fn seen_from_face<const N: usize>(triangle: [Vec3; 3], corners: [Vec3; N]) -> Option<(Vec3, Vec3)> {
+    let normal = normal(triangle);
+    let heights = corners.map(|corner| normal.dot(corner - triangle[0]));
+    let nearest = |sign: f64| (0..N).min_by(|&i, &j| (sign * heights[i]).total_cmp(&(sign * heights[j])));
+    let lowest = if heights.iter().all(|h| *h > 0.0) {
+        nearest(1.0)?
+    } else if heights.iter().all(|h| *h < 0.0) {
+        nearest(-1.0)?
+    } else {
+        return (0..N).find_map(|i| {
+            let j = (i + 1) % N;
+            let passes = (heights[i] > 0.0) != (heights[j] > 0.0);
+            let at = corners[i] + (corners[j] - corners[i]) * (heights[i] / (heights[i] - heights[j]));
+            (passes && is_over(triangle, normal, at)).then_some((at, at))
+        });
+    };
+    let corner = corners[lowest];
+    let foot = corner - normal * (heights[lowest] / normal.length_squared());
+    is_over(triangle, normal, foot).then_some((foot, corner))
+}
+
+/// Normal of a triangle, not of unit length.
+fn normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+    (b - a).cross(c - a)
+}
+
+/// Whether a point of the triangle's plane is in the triangle.
+fn is_over(triangle: [Vec3; 3], normal: Vec3, point: Vec3) -> bool {
+    edges(triangle).iter().all(|(a, b)| (*b - *a).cross(point - *a).dot(normal) >= 0.0)
+}
+
+fn edges([a, b, c]: [Vec3; 3]) -> [(Vec3, Vec3); 3] {
+    [(a, b), (b, c), (c, a)]
+}
