@@ -117,6 +117,10 @@ impl CollisionModel {
     pub fn static_pairs(&self) -> &[BodyPair] {
         &self.pairs.standing
     }
+    /// Of [`Self::pairs`], those with a mesh, in which the other body may be hidden.
+    pub fn hollow_pairs(&self) -> &[usize] {
+        &self.pairs.hollow
+    }
     /// What the filter sees of the model.
     pub fn filter(&self) -> &Filter {
         &self.filter
@@ -129,7 +133,8 @@ impl CollisionModel {
 
     /// First pair that is checked, that no joint moves and that overlaps, with its names and contact.
     pub fn static_contact(&self, kinematics: &Kinematics) -> Option<([String; 2], Contact)> {
-        self.pairs.standing.iter().find_map(|pair| {
+        self.pairs.close.iter().find_map(|&index| {
+            let pair = &self.pairs.standing[index];
             let (a, b) = (&self.bodies[pair.a], &self.bodies[pair.b]);
             let contact = query::overlap(a, &a.placed(kinematics), b, &b.placed(kinematics))?;
             Some(([a.name.clone(), b.name.clone()], contact))

@@ -3,8 +3,10 @@
 use std::collections::{HashMap, HashSet};
 
 use super::body::{Body, BodyKind};
+use super::filter::cover::Ball;
 use super::model::CollisionModelError;
-use crate::robot::{RobotModel, kinematics};
+use super::query::TOUCHING_M;
+use crate::robot::{JointKind, RobotModel, kinematics};
 use crate::scene::Scene;
 
 /// Two bodies that are checked against each other. `a` moves with the robot.
@@ -27,6 +29,38 @@ pub struct Pairs {
     pub moving: Vec<BodyPair>,
     /// Those that no joint moves, but that may overlap as they stand.
     pub standing: Vec<BodyPair>,
+    /// Of the moving, those with a mesh, in which the other body may be hidden.
+    pub hollow: Vec<usize>,
+    /// Of the standing, those that are not far apart for good.
+    pub close: Vec<usize>,
+}
+
+impl Pairs {
+    /// Finds those that each request looks at: of a thousand objects far away it should not hear.
+    fn sort_out(&mut self, robot: &RobotModel, bodies: &[Body]) {
+        let is_hollow = |pair: &BodyPair| bodies[pair.a].solid.hollow || bodies[pair.b].solid.hollow;
+        self.hollow = (0..self.moving.len()).filter(|&index| is_hollow(&self.moving[index])).collect();
+        let balls: Vec<_> = bodies.iter().map(|body| fixed_ball(robot, body)).collect();
+        let is_close = |pair: &BodyPair| match (&balls[pair.a], &balls[pair.b]) {
+            (Some(a), Some(b)) => a.center.distance(b.center) <= a.radius + b.radius + TOUCHING_M,
+            _ => true,
+        };
+        self.close = (0..self.standing.len()).filter(|&index| is_close(&self.standing[index])).collect();
+    }
+}
+
+/// Ball in the world around a body that no joint of any kind carries.
+fn fixed_ball(robot: &RobotModel, body: &Body) -> Option<Ball> {
+    let (mut ball, mut at) = (body.ball(), body.link);
+    while let Some(link) = at {
+        let joint = &robot.joints()[link];
+        if joint.kind != JointKind::Fixed {
+            return None;
+        }
+        ball.center = joint.origin.transform_point(ball.center);
+        at = joint.parent;
+    }
+    Some(ball)
 }
 
 /// Names of links and objects as numbers, and what the scene says about pairs of them.
@@ -136,6 +170,7 @@ impl<'a> Rules<'a> {
                 self.consider(bodies, outer, b, &mut pairs);
             }
         }
+        pairs.sort_out(self.robot, bodies);
         pairs
     }
 

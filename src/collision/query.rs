@@ -14,7 +14,9 @@ pub const TOUCHING_M: f64 = 1e-9;
 
 /// Closest points of two bodies, in the world; a body wholly inside a mesh counts as overlapping.
 pub fn closest(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
-    enclosed(a, at_a, b, at_b).unwrap_or_else(|| surface_contact(a, at_a, b, at_b, f64::INFINITY))
+    // Surfaces first: whether a point is inside a mesh takes all of its triangles.
+    let surfaces = surface_contact(a, at_a, b, at_b, f64::INFINITY);
+    if surfaces.distance <= TOUCHING_M { surfaces } else { enclosed(a, at_a, b, at_b).unwrap_or(surfaces) }
 }
 
 /// The contact of two bodies that touch or overlap; `None` where they are apart.

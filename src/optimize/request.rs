@@ -57,7 +57,8 @@ struct Answer {
     path: Path,
     proofs: Option<Vec<SegmentProof>>,
     refusal: Option<Refusal>,
-    floors: Vec<f64>,
+    /// Pairs with a lowered floor, and their floors (m).
+    lowered: Vec<(usize, f64)>,
     iterations: u64,
     work: u64,
     termination: Termination,
@@ -69,7 +70,7 @@ impl Answer {
             path: path.clone(),
             proofs: None,
             refusal: None,
-            floors: Vec::new(),
+            lowered: Vec::new(),
             iterations: 0,
             work: 0,
             termination: Termination::Done,
@@ -87,7 +88,7 @@ fn answer(
 ) -> Answer {
     let mut answer = Answer::unproved(&input.path);
     let mut restored = Restorer::new(path, input);
-    match prove_input(validator, &input.path, settings.strict, stop) {
+    match prove_input(validator, &input.path, settings, stop) {
         PathVerdict::Stopped => answer.termination = Termination::Stopped,
         PathVerdict::Proved(proofs) => {
             let mut publish = |improvement: Improvement| restored.publish(&improvement, publish);
@@ -111,20 +112,25 @@ fn answer(
             }
         }
     }
-    answer.floors = validator.floors().to_vec();
+    answer.lowered = validator.lowered().collect();
+    answer.lowered.sort_by_key(|(pair, _)| *pair);
     answer.work = validator.work();
     answer
 }
 
 /// Proves the input, lowering floors unless that is forbidden.
-fn prove_input(validator: &mut Validator, path: &Path, strict: bool, stop: &mut dyn FnMut() -> bool) -> PathVerdict {
-    let asked = validator.floors().to_vec();
+fn prove_input(
+    validator: &mut Validator,
+    path: &Path,
+    settings: &Settings,
+    stop: &mut dyn FnMut() -> bool,
+) -> PathVerdict {
     let verdict = path_proof::prove_input(validator, path, stop);
-    let lowered = validator.floors() != asked;
+    let lowered: Vec<usize> = validator.lowered().map(|(pair, _)| pair).collect();
     match verdict {
-        PathVerdict::Proved(_) if strict && lowered => {
-            for (pair, floor) in asked.iter().enumerate() {
-                validator.set_floor(pair, *floor);
+        PathVerdict::Proved(_) if settings.strict && !lowered.is_empty() => {
+            for pair in lowered {
+                validator.set_floor(pair, settings.clearance_m);
             }
             path_proof::prove(validator, path, stop)
         }
@@ -176,9 +182,9 @@ impl Answer {
         let lower_bound = input.metric.length(&input.space, &ends, &mut scratch);
         let is_unchanged = self.path == input.path;
         let output = if is_unchanged { path.clone() } else { Restorer::new(path, input).restore(&self.path).clone() };
-        let lowered = self.floors.iter().enumerate().filter(|(_, floor)| **floor < settings.clearance_m);
+        let lowered = self.lowered.iter();
         let floors_lowered: Vec<_> =
-            lowered.map(|(pair, &floor_m)| LoweredFloor { bodies: model.pair_names(pair), floor_m }).collect();
+            lowered.map(|&(pair, floor_m)| LoweredFloor { bodies: model.pair_names(pair), floor_m }).collect();
         let named = |lowered: &LoweredFloor| {
             let [a, b] = lowered.bodies.clone();
             (a, b, lowered.floor_m)

@@ -14,6 +14,7 @@ use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
 use super::examine::Until;
+use super::floors::Floors;
 use super::ledger::Ledger;
 #[cfg(test)]
 use super::rake::Proving;
@@ -49,9 +50,7 @@ pub struct Scratch {
     pub(super) merged: Vec<(u32, u8)>,
     pub(super) slots: Vec<u32>,
     pub(super) queue: VecDeque<Interval>,
-    pub(super) floors: Vec<f64>,
-    /// Intervals spent by each pair with a lowered floor, on the segments at hand.
-    pub(super) spent: Vec<u32>,
+    pub(super) floors: Floors,
     /// What this request's validator has proved.
     pub(super) ledger: Ledger,
 }
@@ -70,8 +69,6 @@ pub struct Validator<'a> {
     pub(super) held: &'a [f64],
     pub(super) scratch: &'a mut Scratch,
     pub(super) layers: Layers,
-    pub(super) clearance: f64,
-    pub(super) highest_floor: f64,
     pub(super) exact: u64,
 }
 
@@ -85,15 +82,12 @@ impl<'a> Validator<'a> {
         scratch: &'a mut Scratch,
     ) -> Self {
         let pairs = model.pairs().len();
-        scratch.floors.clear();
-        scratch.floors.resize(pairs, clearance);
-        scratch.spent.clear();
-        scratch.spent.resize(pairs, 0);
-        scratch.slots.clear();
+        scratch.floors.reset(pairs, clearance);
+        // A slot counts only where the merged list agrees: what an earlier request left does no harm.
         scratch.slots.resize(pairs, 0);
         scratch.ledger.clear();
         scratch.rake.reset(model.filter(), space, held);
-        Self { model, space, held, scratch, layers: Layers::default(), clearance, highest_floor: clearance, exact: 0 }
+        Self { model, space, held, scratch, layers: Layers::default(), exact: 0 }
     }
 
     /// The same with some layers switched off.
@@ -108,16 +102,19 @@ impl<'a> Validator<'a> {
 
     /// Floor of each pair (m).
     pub fn floors(&self) -> &[f64] {
-        &self.scratch.floors
+        self.scratch.floors.all()
+    }
+    /// Pairs whose floor is below the clearance asked for, with their floors (m).
+    pub fn lowered(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.scratch.floors.lowered()
     }
     /// Sets the floor of one pair (m).
     pub fn set_floor(&mut self, pair: usize, floor: f64) {
-        if floor > self.scratch.floors[pair] {
+        if floor > self.floors()[pair] {
             // What was proved at the lower floor says nothing of the higher one.
             self.scratch.ledger.clear();
         }
-        self.highest_floor = self.highest_floor.max(floor);
-        self.scratch.floors[pair] = floor;
+        self.scratch.floors.set(pair, floor);
     }
     /// Tests of two bodies or parts of them since the validator was made: what work is counted in.
     pub fn work(&self) -> u64 {
@@ -268,9 +265,7 @@ impl<'a> Validator<'a> {
         scratch.segments.exact = None;
         scratch.lists.clear();
         scratch.queue.clear();
-        if scratch.floors.iter().any(|floor| *floor < self.clearance) {
-            scratch.spent.fill(0);
-        }
+        scratch.floors.begin();
     }
 
     /// Adds a segment to those at hand, and its first intervals to the queue; returns the size of its motion (rad).
@@ -350,8 +345,8 @@ impl Validator<'_> {
         self.scratch.segments.exact = None;
         self.scratch.motion.begin(self.model, self.space, from, to, self.held);
         self.scratch.motion.place(self.model, self.space, from, middle, self.held);
-        let pair = &self.model.pairs()[pair];
-        self.scratch.motion.pair_interval(self.model, pair, half, self.clearance).weakest_pieces()
+        let floor = self.floors()[pair];
+        self.scratch.motion.pair_interval(self.model, &self.model.pairs()[pair], half, floor).weakest_pieces()
     }
 }
 

@@ -121,11 +121,11 @@ impl Validator<'_> {
     ) {
         let Scratch { rake: scratch, segments, merged, floors, instructions, .. } = &mut *self.scratch;
         let pairs = match all_pairs {
-            true => Pairs::All { with_remote: segments.is_unconfined || 1.5 * self.highest_floor >= REMOTE_M },
+            true => Pairs::All { with_remote: segments.is_unconfined || 1.5 * floors.highest() >= REMOTE_M },
             false => Pairs::Of(merged),
         };
         let filter = self.model.filter();
-        let (segments, highest_floor) = (&segments.lanes, self.highest_floor);
+        let (segments, highest_floor, floors) = (&segments.lanes, floors.highest(), floors.all());
         let rake =
             Rake { filter, space: self.space, segments, intervals, lanes, pairs, floors, highest_floor, scratch };
         instructions.run(what(rake));
@@ -157,7 +157,7 @@ impl Validator<'_> {
         let unproved = self.scratch.rake.unproved[entry];
         let pair = unproved.pair as usize;
         let mut verdict = IntervalVerdict::Split;
-        if f64::from(unproved.gap[lane]) < 1.5 * self.scratch.floors[pair] {
+        if f64::from(unproved.gap[lane]) < 1.5 * self.floors()[pair] {
             self.place(interval);
             verdict = self.decide(pair, interval.half, stop);
         }
@@ -192,15 +192,11 @@ impl Validator<'_> {
 
     /// Counts an interval against a pair with a lowered floor; true once it has had its share.
     fn spend(&mut self, pair: usize) -> bool {
-        if self.scratch.floors[pair] >= self.clearance {
-            return false;
-        }
-        self.scratch.spent[pair] += 1;
-        self.scratch.spent[pair] > LOWERED_FLOOR_INTERVALS
+        self.scratch.floors.spend(pair) > LOWERED_FLOOR_INTERVALS
     }
 
     fn decide(&mut self, pair: usize, half: f64, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
-        let (model, motion, floor) = (self.model, &self.scratch.motion, self.scratch.floors[pair]);
+        let (model, motion, floor) = (self.model, &self.scratch.motion, self.floors()[pair]);
         let mut interval = motion.pair_interval(model, &model.pairs()[pair], half, floor);
         if !self.layers.along_normal {
             interval.bend = f64::INFINITY;

@@ -4,6 +4,7 @@ pub mod certificate;
 pub mod continuous;
 pub mod discretized;
 mod examine;
+mod floors;
 pub mod interval;
 mod ledger;
 pub mod motion;

@@ -40,11 +40,9 @@ impl Validator<'_> {
     pub fn enclosed_at(&mut self, configuration: &[f64], stop: &mut dyn FnMut() -> bool) -> Enclosed {
         self.scratch.kinematics.update(self.model.robot(), configuration, self.held);
         let (bodies, kinematics) = (self.model.bodies(), &self.scratch.kinematics);
-        for (index, pair) in self.model.pairs().iter().enumerate() {
+        for &index in self.model.hollow_pairs() {
+            let pair = &self.model.pairs()[index];
             let (a, b) = (&bodies[pair.a], &bodies[pair.b]);
-            if !(a.solid.hollow || b.solid.hollow) {
-                continue;
-            }
             if stop() {
                 return Enclosed::Stopped;
             }
