@@ -494,7 +494,8 @@ impl<'a> Validator<'a> {
         let unproved = self.scratch.rake.unproved[entry];
         let pair = unproved.pair as usize;
         let mut verdict = IntervalVerdict::Split;
-        if f64::from(unproved.gap[lane]) < 1.5 * self.scratch.floors[pair] {
+        // Where the filter's rounding exceeds half a floor, halving alone would go on without an end.
+        if f64::from(unproved.gap[lane]) < 1.5 * self.scratch.floors[pair] || interval.half < FINEST {
             self.place(interval);
             verdict = self.decide(pair, interval.half, stop);
         }

@@ -7,7 +7,7 @@ use crate::optimize::{self, Mode, Settings, Workspace};
 use crate::testing::{self, Oracle};
 use crate::validation::soundness::{cases, sampled_motion, surface_points};
 
-/// A random model, a path and its certificate; `None` where the path is refused or its proof takes long.
+/// A random model, a path and its certificate; `None` where the path is refused.
 fn proved(rng: &mut Rng) -> Option<(CollisionModel, Path, Certificate)> {
     let model = testing::model(rng);
     let robot = model.robot();
@@ -27,10 +27,12 @@ fn proved(rng: &mut Rng) -> Option<(CollisionModel, Path, Certificate)> {
     let mut asked = 0;
     let mut stop = || {
         asked += 1;
-        asked > 20_000
+        asked > 200_000
     };
     let answer = optimize::run(&model, &path, &settings, &mut Workspace::default(), &mut stop, &mut |_| {});
-    let certificate = answer.ok()?.certificate?;
+    let answer = answer.ok()?;
+    assert!(answer.termination != optimize::Termination::Stopped, "no end at clearance {clearance_m}");
+    let certificate = answer.certificate?;
     assert_eq!(certificate.segments.len(), (path.len() - 1).max(1));
     Some((model, path, certificate))
 }
