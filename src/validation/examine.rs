@@ -1,13 +1,17 @@
 //! One look at up to eight intervals: the filter, then the exact bodies where it saw them too near.
 
 use super::HitReason;
-use super::continuous::{LOWERED_FLOOR_INTERVALS, Scratch, Validator};
+use super::continuous::{FINEST, LOWERED_FLOOR_INTERVALS, Scratch, Validator};
 use super::interval::{IntervalVerdict, Looks};
 use super::rake::{Pairs, Proving, Rake};
 use super::undecided::{Interval, List, Undecided};
 use crate::collision::filter::REMOTE_M;
 use crate::lanes::{EightWide, LANES};
 use crate::robot::lane_kinematics::LaneInterval;
+
+/// What the filter sees closer than this (m) is decided exactly whatever its floor: some times what the filter
+/// rounds in a room of some metres.
+const EXACT_BELOW_M: f64 = 2e-5;
 
 /// When an interval has been looked at enough.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -157,7 +161,9 @@ impl Validator<'_> {
         let unproved = self.scratch.rake.unproved[entry];
         let pair = unproved.pair as usize;
         let mut verdict = IntervalVerdict::Split;
-        if f64::from(unproved.gap[lane]) < 1.5 * self.floors()[pair] {
+        // Where its rounding exceeds half a floor, splitting would go on without an end.
+        let exactly_below = (1.5 * self.floors()[pair]).max(EXACT_BELOW_M);
+        if f64::from(unproved.gap[lane]) < exactly_below || interval.half < FINEST {
             self.place(interval);
             verdict = self.decide(pair, interval.half, stop);
         }

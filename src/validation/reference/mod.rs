@@ -33,8 +33,8 @@ use crate::robot::{Component, Kinematics};
 use cover::Cover;
 use segment::Segment;
 
-/// What is not resolved of a claim (m).
-pub const RESOLUTION_M: f64 = 1e-5;
+/// What is not resolved of a claim (m): more than the distance of two smooth solids is uncertain by.
+pub const RESOLUTION_M: f64 = 5e-5;
 
 /// What verifying a certificate took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -7,7 +7,10 @@ use crate::optimize::{self, Mode, Settings, Workspace};
 use crate::testing::{self, Oracle};
 use crate::validation::soundness::{cases, sampled_motion, surface_points};
 
-/// A random model, a path and its certificate; `None` where the path is refused or its proof takes long.
+/// Parry over-estimates the distance of smooth shapes by up to 1.7e-5 m.
+const SMOOTH_M: f64 = 2e-5;
+
+/// A random model, a path and its certificate; `None` where the path is refused.
 fn proved(rng: &mut Rng) -> Option<(CollisionModel, Path, Certificate)> {
     let model = testing::model(rng);
     let robot = model.robot();
@@ -27,10 +30,12 @@ fn proved(rng: &mut Rng) -> Option<(CollisionModel, Path, Certificate)> {
     let mut asked = 0;
     let mut stop = || {
         asked += 1;
-        asked > 20_000
+        asked > 200_000
     };
     let answer = optimize::run(&model, &path, &settings, &mut Workspace::default(), &mut stop, &mut |_| {});
-    let certificate = answer.ok()?.certificate?;
+    let answer = answer.ok()?;
+    assert!(answer.termination != optimize::Termination::Stopped, "no end at clearance {clearance_m}");
+    let certificate = answer.certificate?;
     assert_eq!(certificate.segments.len(), (path.len() - 1).max(1));
     Some((model, path, certificate))
 }
@@ -100,11 +105,15 @@ fn a_clearance_above_the_distance_is_refused() {
         }
         let claim = proved.2.segments[segment].clearance_m.unwrap();
         assert!(claim <= least[segment] + 1e-7, "case {case}: {claim} is verified, {} found", least[segment]);
-        // Parry over-estimates smooth shapes by up to 1.7e-5 m.
         for raised in [least[segment] + RESOLUTION_M, 2.0 * least[segment] + 1e-3] {
             let found = forged(&proved, |certificate| certificate.segments[segment].clearance_m = Some(raised));
-            let Err(Objection::Closer(place)) = found else { panic!("case {case}: {raised} is verified: {found:?}") };
-            assert!(place.segment == segment && place.distance_m < raised && place.claimed_m == raised, "{place:?}");
+            let place = match found {
+                Err(Objection::Closer(place)) if place.distance_m < raised => place,
+                // Where the distance itself is uncertain.
+                Err(Objection::NotProved(place)) if place.distance_m < raised + SMOOTH_M => place,
+                found => panic!("case {case}: {raised} is verified, {} found: {found:?}", least[segment]),
+            };
+            assert!(place.segment == segment && place.claimed_m == raised, "{place:?}");
         }
         let found = forged(&proved, |certificate| certificate.segments[segment].clearance_m = None);
         assert!(matches!(found, Err(Objection::Closer(_))), "case {case}: {found:?}");
@@ -125,7 +134,7 @@ fn a_raised_floor_and_a_lowered_pair_that_is_left_out_are_refused() {
                 certificate.clearance_m = least + RESOLUTION_M;
                 certificate.segments.iter_mut().for_each(|claim| claim.clearance_m = Some(least + RESOLUTION_M));
             });
-            assert!(matches!(found, Err(Objection::Closer(_))), "case {case}: {found:?}");
+            assert!(matches!(found, Err(Objection::Closer(_) | Objection::NotProved(_))), "case {case}: {found:?}");
             // Two thirds of it would still be true.
             let found = forged(&proved, |certificate| certificate.clearance_m = 1.4 * least + RESOLUTION_M);
             assert!(matches!(found, Err(Objection::Number { .. } | Objection::Closer(_))), "case {case}: {found:?}");
@@ -289,10 +298,12 @@ fn a_search_of_covers_finds_what_trying_all_pieces_finds() {
                 .fold(f64::INFINITY, f64::min);
             let [a, b] = [a, b].map(|body| Cover::new(body.solid.tree.pieces(), &body.place));
             let found = cover::near(&a, &b, &relative, f64::INFINITY, cover::Until::Closest);
-            assert!((found.gap - least).abs() < 1e-9 || least < 0.0 && found.gap < 1e-9, "{} {least}", found.gap);
+            // A gap is at most the distance, and pieces farther than the least gap are not looked at.
+            assert!(found.gap >= least && found.gap <= least.max(0.0) + SMOOTH_M, "{} {least}", found.gap);
             if least > 0.0 {
                 let any = |within| cover::near(&a, &b, &relative, within, cover::Until::AnyCloser).gap;
-                assert!(any(least + 1e-6) < least + 1e-6 && any(least - 1e-6) >= least - 1e-6);
+                let (above, below) = (least + SMOOTH_M, least - 1e-6);
+                assert!(any(above) < above && any(below) >= below, "{least}");
             }
             met += 1;
         }
