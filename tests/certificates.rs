@@ -92,7 +92,7 @@ fn a_forged_certificate_is_refused_in_one_line_that_says_why() {
     let place = Place::new();
     let file = problem("arm_shelf");
     let honest = data("arm_shelf.certificate.json");
-    let changes: [(&str, fn(&mut Value), &str); 8] = [
+    let changes: [(&str, Change, &str); 8] = [
         ("raised", |c| c["segments"][3]["clearance_m"] = 0.05.into(), "changed after the proof"),
         ("raised a little", |c| c["segments"][3]["clearance_m"] = raised(c, 1e-6), "changed after the proof"),
         ("floor", |c| c["clearance_m"] = 0.0011.into(), "changed after the proof"),
@@ -116,6 +116,8 @@ fn a_forged_certificate_is_refused_in_one_line_that_says_why() {
         assert!(run.json()["reason"].as_str().unwrap().contains(reason), "{what}: {}", run.out);
     }
 }
+
+type Change = fn(&mut Value);
 
 fn raised(certificate: &Value, by: f64) -> Value {
     (certificate["segments"][3]["clearance_m"].as_f64().unwrap() + by).into()

@@ -4,7 +4,7 @@
 //! at one configuration, and how far apart two convex pieces are. It shares no filter, no lanes, no ball
 //! tree and no bound that depends on a direction or on an acceleration.
 //!
-//! On a segment `q(t) = q₀ ⊕ t v` no point of a body is faster than [V](travel) as seen from the link that
+//! On a segment `q(t) = q₀ ⊕ t v` no point of a body is faster than V (`travel.rs`) as seen from the link that
 //! carries both bodies of a pair. So if they are d apart in the middle of an interval of half width h, they
 //! are at least d − V h apart on all of it. Where that is not enough, both halves are looked at.
 //!
