@@ -57,8 +57,24 @@ impl Search<'_> {
         self.relative.point(a.center).distance(b.center) - a.radius - b.radius
     }
 
+    /// The gap of two balls along the direction of the deepest overlap so far; a ball over a single piece of B is
+    /// that piece. No overlap is deeper than minus its gap along any direction.
+    fn shallow_gap(&self, a: u32, b: u32) -> f64 {
+        let normal = self.best.normal;
+        let (ball_a, ball_b) = (self.a.ball(a), self.b.ball(b));
+        let nearest_a = normal.dot(self.relative.point(ball_a.center)) - ball_a.radius;
+        let farthest_b = match self.b.leaf(ball_b) {
+            Some(piece) => normal.dot(piece.core.support(normal)) + piece.radius,
+            None => normal.dot(ball_b.center) + ball_b.radius,
+        };
+        nearest_a - farthest_b
+    }
+
     fn descend(&mut self, a: u32, b: u32) {
         if self.ball_gap(a, b) >= self.best.distance || (self.any_overlap_will_do && self.best.distance <= 0.0) {
+            return;
+        }
+        if self.best.distance < 0.0 && self.shallow_gap(a, b) >= self.best.distance {
             return;
         }
         let (ball_a, ball_b) = (*self.a.ball(a), *self.b.ball(b));
@@ -66,6 +82,10 @@ impl Search<'_> {
             Split::Neither(i, j) => {
                 let piece_a = self.a.pieces()[i as usize].transformed(&self.relative);
                 let piece_b = &self.b.pieces()[j as usize];
+                let is_overlap = self.best.distance < 0.0;
+                if is_overlap && distance::gap_along(&piece_a, piece_b, self.best.normal) >= self.best.distance {
+                    return;
+                }
                 let contact = distance::contact_within(&piece_a, piece_b, self.best.distance);
                 if let Some(contact) = contact.filter(|contact| contact.distance < self.best.distance) {
                     self.best = contact;
