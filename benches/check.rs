@@ -104,9 +104,14 @@ fn wander(name: &str, waypoints: usize, clearance: f64) -> Case {
     case
 }
 
-/// The same case with more obstacles: as many as asked for of those that `place` makes and that leave the path
-/// as provable as it is.
-fn among(mut case: Case, count: usize, mut place: impl FnMut(&mut fastrand::Rng, usize) -> Obstacle) -> Case {
+/// The same case with more obstacles: as many as asked for of those that `place` makes, that leave the path as
+/// provable as it is and that take so many exact tests.
+fn among(
+    mut case: Case,
+    count: usize,
+    exact_tests: u64,
+    mut place: impl FnMut(&mut fastrand::Rng, usize) -> Obstacle,
+) -> Case {
     let mut random = fastrand::Rng::with_seed(11);
     let mut scratch = Scratch::default();
     let robot = case.model.robot().clone();
@@ -117,7 +122,8 @@ fn among(mut case: Case, count: usize, mut place: impl FnMut(&mut fastrand::Rng,
         tried += 1;
         case.model = model(&robot, vec![candidate.clone()]);
         let mut validator = case.validator(&mut scratch);
-        if validator.proves_path(&case.path, &mut || false) == Some(true) {
+        let is_free = validator.proves_path(&case.path, &mut || false) == Some(true);
+        if is_free && validator.queries().exact >= exact_tests {
             kept.push(candidate);
         }
     }
@@ -132,7 +138,7 @@ fn obstacle(id: String, shape: Shape, at: Vec3) -> Obstacle {
 
 /// Boxes from 4 m to 30 m away.
 fn far(case: Case, count: usize) -> Case {
-    among(case, count, |random, index| {
+    among(case, count, 0, |random, index| {
         let turn = random.f64() * std::f64::consts::TAU;
         let at = Vec3::new(turn.cos(), turn.sin(), 0.2 * random.f64()) * (4.0 + 26.0 * random.f64());
         obstacle(format!("far{index}"), Shape::cuboid(Vec3::splat(0.3)).expect("a size"), at)
@@ -141,19 +147,20 @@ fn far(case: Case, count: usize) -> Case {
 
 /// Boxes in the arm's reach that its path clears.
 fn near(count: usize) -> Case {
-    among(wander("arm_shelf", 8, CLEARANCE_M), count, |random, index| {
+    among(wander("arm_shelf", 8, CLEARANCE_M), count, 0, |random, index| {
         let mut coordinate = || random.f64() - 0.5;
         let at = Vec3::new(1.6 * coordinate(), 1.6 * coordinate(), 0.5 + coordinate());
         obstacle(format!("near{index}"), Shape::cuboid(Vec3::splat(0.04)).expect("a size"), at)
     })
 }
 
-/// A bumpy ball of so many triangles in the arm's reach.
+/// A bumpy ball of so many triangles that the arm passes closely.
 fn triangles(count: usize) -> Case {
-    among(wander("arm_shelf", 8, CLEARANCE_M), 1, |random, _| {
+    let mesh = Arc::new(bumpy_ball(count));
+    among(wander("arm_shelf", 8, CLEARANCE_M), 1, 20, |random, _| {
         let mut coordinate = || random.f64() - 0.5;
         let at = Vec3::new(1.2 * coordinate(), 1.2 * coordinate(), 0.6 + coordinate());
-        obstacle("bumpy".to_owned(), Shape::Mesh(Arc::new(bumpy_ball(count))), at)
+        obstacle("bumpy".to_owned(), Shape::Mesh(mesh.clone()), at)
     })
 }
 

@@ -109,6 +109,10 @@ impl CollisionModel {
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
+    /// The first of [`Self::bodies`]: those that links carry.
+    pub fn carried_bodies(&self) -> &[Body] {
+        &self.bodies[..self.filter.bodies.len()]
+    }
     /// Pairs that some joint of the robot moves against each other.
     pub fn pairs(&self) -> &[BodyPair] {
         &self.pairs.moving

@@ -14,6 +14,7 @@ pub struct SegmentMotion {
     kinematics: Kinematics,
     configuration: Vec<f64>,
     velocity: Vec<f64>,
+    /// Of the bodies that links carry: obstacles, which may be thousands, stand where they are.
     bounds: Vec<MotionBounds>,
     placed: Vec<Transform>,
     /// World twists of the links, per unit t.
@@ -32,9 +33,10 @@ impl SegmentMotion {
     ) {
         self.configuration.resize(space.nq(), 0.0);
         self.velocity.resize(space.nv(), 0.0);
-        self.bounds.resize_with(model.bodies().len(), MotionBounds::default);
+        let carried = model.carried_bodies();
+        self.bounds.resize_with(carried.len(), MotionBounds::default);
         space.difference(to, from, &mut self.velocity);
-        for (bounds, body) in self.bounds.iter_mut().zip(model.bodies()) {
+        for (bounds, body) in self.bounds.iter_mut().zip(carried) {
             bounds.update(body, from, &self.velocity, held);
         }
     }
@@ -47,7 +49,7 @@ impl SegmentMotion {
         self.kinematics.update_velocities(robot, &self.velocity);
         let kinematics = &self.kinematics;
         self.placed.clear();
-        self.placed.extend(model.bodies().iter().map(|body| body.placed(kinematics)));
+        self.placed.extend(model.carried_bodies().iter().map(|body| body.placed(kinematics)));
         self.twists.clear();
         self.twists.extend(kinematics.poses().iter().enumerate().map(|(link, pose)| {
             Twist::through(kinematics.angular()[link], kinematics.linear()[link], pose.translation)
@@ -69,7 +71,7 @@ impl SegmentMotion {
             Some(link) => self.twists[link].relative_to(&carrier).scaled(half),
             None => Twist::default(),
         };
-        let (placed_a, placed_b) = (&self.placed[a], &self.placed[b]);
+        let (placed_a, placed_b) = (self.placed(model, a), self.placed(model, b));
         let (bend, travel) = self.bend_and_travel(pair, half);
         PairInterval {
             a: body_a,
@@ -83,16 +85,23 @@ impl SegmentMotion {
         }
     }
 
+    fn placed<'a>(&'a self, model: &'a CollisionModel, body: usize) -> &'a Transform {
+        self.placed.get(body).unwrap_or(&model.bodies()[body].place)
+    }
+
     /// ½h²(A_A + A_B) and h(V_A + V_B) of a pair.
     fn bend_and_travel(&self, pair: &BodyPair, half: f64) -> (f64, f64) {
-        let (a, b, [above_a, above_b]) = (&self.bounds[pair.a], &self.bounds[pair.b], pair.motions_above);
-        let bend = 0.5 * half * half * (a.acceleration(above_a) + b.acceleration(above_b));
-        (bend, half * (a.speed(above_a) + b.speed(above_b)))
+        let of = |body: usize, above: usize| {
+            self.bounds.get(body).map_or((0.0, 0.0), |bounds| (bounds.acceleration(above), bounds.speed(above)))
+        };
+        let (a, b) = (of(pair.a, pair.motions_above[0]), of(pair.b, pair.motions_above[1]));
+        (0.5 * half * half * (a.0 + b.0), half * (a.1 + b.1))
     }
 
     /// Closest points of a pair where the bodies were placed last, exact, in the world.
     pub fn contact(&self, model: &CollisionModel, pair: &BodyPair) -> Contact {
-        let (placed, bodies) = (&self.placed, model.bodies());
-        query::closest(&bodies[pair.a], &placed[pair.a], &bodies[pair.b], &placed[pair.b])
+        let [a, b] = [pair.a, pair.b];
+        let bodies = model.bodies();
+        query::closest(&bodies[a], self.placed(model, a), &bodies[b], self.placed(model, b))
     }
 }
