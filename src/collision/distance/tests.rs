@@ -161,9 +161,9 @@ fn by_parry(a: &Core, b: &Core) -> Option<f64> {
 /// Checks many poses of each pair of kinds; returns the largest slack.
 fn check_pairs(name: &str, count: usize, most: f64, mut pose: impl FnMut((usize, usize)) -> (Core, Core)) -> f64 {
     let mut worst = 0.0_f64;
-    for i in 0..5 {
-        for j in 0..5 {
-            let what = format!("{name} {} × {}", KINDS[i], KINDS[j]);
+    for (i, kind_a) in KINDS.iter().enumerate() {
+        for (j, kind_b) in KINDS.iter().enumerate() {
+            let what = format!("{name} {kind_a} × {kind_b}");
             let (mut widest, mut apart) = (0.0_f64, 0);
             for _ in 0..count {
                 let (a, b) = pose((i, j));
