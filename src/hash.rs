@@ -2,8 +2,11 @@
 
 use sha2::{Digest, Sha256};
 
-use crate::math::Pose;
+use crate::math::{Pose, Vec3};
 use crate::shape::{PlacedShape, Shape};
+
+/// Vertices or triangles that are hashed by one call.
+const PORTION: usize = 4096;
 
 /// Collects content; equal content gives equal hashes on every machine.
 #[derive(Default)]
@@ -25,6 +28,12 @@ impl ContentHasher {
         self
     }
 
+    /// A number of things that follow.
+    pub fn count(&mut self, count: usize) -> &mut Self {
+        self.0.update((count as u64).to_le_bytes());
+        self
+    }
+
     /// A pose.
     pub fn pose(&mut self, pose: &Pose) -> &mut Self {
         self.floats(&pose.translation.to_array()).floats(&pose.rotation.to_array())
@@ -36,16 +45,25 @@ impl ContentHasher {
         match &placed.shape {
             Shape::Mesh(mesh) => {
                 self.text("mesh");
-                for vertex in mesh.vertices() {
-                    self.floats(&vertex.to_array());
-                }
-                for index in mesh.triangles().iter().flatten() {
-                    self.0.update(index.to_le_bytes());
-                }
+                self.0.update(mesh.hash().to_le_bytes());
             }
             primitive => {
                 self.text(&format!("{primitive:?}"));
             }
+        }
+        self
+    }
+
+    /// Vertices and triangles of a mesh.
+    pub fn mesh(&mut self, vertices: &[Vec3], triangles: &[[u32; 3]]) -> &mut Self {
+        // In portions: a call for each number would cost more than the hash.
+        for part in vertices.chunks(PORTION) {
+            let numbers = part.iter().flat_map(|vertex| vertex.to_array());
+            self.0.update(numbers.flat_map(|value| value.to_bits().to_le_bytes()).collect::<Vec<u8>>());
+        }
+        for part in triangles.chunks(PORTION) {
+            let indices = part.iter().flatten();
+            self.0.update(indices.flat_map(|index| index.to_le_bytes()).collect::<Vec<u8>>());
         }
         self
     }

@@ -1,6 +1,7 @@
 //! Random robots and scenes for the tests, and an oracle that shares nothing with the checker but the
 //! description: nalgebra poses and parry's shapes and distances.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use fastrand::Rng;
@@ -12,7 +13,7 @@ use crate::collision::CollisionModel;
 use crate::math::{Pose, Quat, Vec3, quat_exp};
 use crate::robot::{Drive, JointDescription, JointKind, LinkDescription, Mimic, RobotDescription, RobotModel};
 use crate::robot::{VirtualJoint, configuration};
-use crate::scene::{Obstacle, Scene};
+use crate::scene::{Obstacle, Scene, SceneChange};
 use crate::shape::{Mesh, PlacedShape, Shape};
 
 pub fn uniform(rng: &mut Rng, low: f64, high: f64) -> f64 {
@@ -97,9 +98,8 @@ pub fn robot(rng: &mut Rng) -> RobotModel {
 }
 
 pub fn scene(rng: &mut Rng) -> Scene {
-    let obstacle = |rng: &mut Rng, i: usize| Obstacle {
-        id: format!("obstacle{i}"),
-        shapes: vec![PlacedShape { pose: pose(rng, 0.9), shape: shape(rng) }],
+    let obstacle = |rng: &mut Rng, i: usize| {
+        Obstacle::new(format!("obstacle{i}"), vec![PlacedShape { pose: pose(rng, 0.9), shape: shape(rng) }])
     };
     let obstacles = (0..rng.usize(0..9)).map(|i| obstacle(rng, i)).collect();
     Scene::new("random", obstacles, Vec::new(), Vec::new()).unwrap()
@@ -124,8 +124,52 @@ pub fn neighbour(rng: &mut Rng, robot: &RobotModel, from: &[f64]) -> Vec<f64> {
     to
 }
 
-pub fn model(rng: &mut Rng) -> CollisionModel {
+/// What every other scene has besides obstacles: objects that links carry, padding of anything, pairs that are
+/// allowed or forbidden.
+fn living(rng: &mut Rng, robot: &RobotModel, scene: &Scene) -> Scene {
+    let link = |rng: &mut Rng| robot.links()[rng.usize(0..robot.links().len())].name.clone();
+    let mut changes = Vec::new();
+    for i in 0..rng.usize(0..3) {
+        let (id, shape) = (format!("carried{i}"), PlacedShape { pose: pose(rng, 0.1), shape: shape(rng) });
+        let (link_name, touch_links) = (link(rng), (0..rng.usize(0..2)).map(|_| link(rng)).collect());
+        changes.push(SceneChange::Add(Obstacle::new(id.clone(), vec![shape])));
+        changes.push(SceneChange::Attach { id, link_name, touch_links, pose: pose(rng, 0.2) });
+        let padding = uniform(rng, 0.0, 0.03);
+        changes.push(SceneChange::Pad { name: if rng.bool() { link(rng) } else { format!("carried{i}") }, padding });
+    }
+    if let Some(obstacle) = scene.obstacles().first() {
+        changes.push(SceneChange::Pad { name: obstacle.id.clone(), padding: uniform(rng, 0.0, 0.03) });
+        changes.push(SceneChange::Move { id: obstacle.id.clone(), pose: pose(rng, 0.2) });
+    }
+    let scene = scene.with(changes).unwrap();
+    let names: Vec<_> = scene.attached().iter().map(|a| &a.object).chain(scene.obstacles()).map(|o| &o.id).collect();
+    let changes = (0..names.len() / 2).map(|_| {
+        let (a, b) = (names[rng.usize(0..names.len())].clone(), link(rng));
+        let c = if rng.bool() { link(rng) } else { a };
+        if rng.bool() { SceneChange::Allow(b, c) } else { SceneChange::Forbid(b, c) }
+    });
+    scene.with(changes.collect::<Vec<_>>()).unwrap()
+}
+
+/// A robot and two scenes that share some of their objects.
+pub fn two_scenes(rng: &mut Rng) -> (Arc<RobotModel>, Arc<Scene>, Arc<Scene>) {
+    let (robot, scene) = (robot(rng), scene(rng));
+    let (first, second) = (living(rng, &robot, &scene), living(rng, &robot, &scene));
+    (Arc::new(robot), Arc::new(first), Arc::new(second))
+}
+
+/// A robot among obstacles.
+pub fn plain_model(rng: &mut Rng) -> CollisionModel {
     CollisionModel::new(Arc::new(robot(rng)), Arc::new(scene(rng))).unwrap()
+}
+
+/// The same, and in every other scene links carry objects and some things are padded.
+pub fn model(rng: &mut Rng) -> CollisionModel {
+    let (robot, mut scene) = (robot(rng), scene(rng));
+    if rng.bool() {
+        scene = living(rng, &robot, &scene);
+    }
+    CollisionModel::new(Arc::new(robot), Arc::new(scene)).unwrap()
 }
 
 /// World poses of the links by nalgebra, straight from the joints' definitions.
@@ -187,34 +231,61 @@ fn parry_shape(shape: &Shape) -> (Pose, SharedShape) {
     }
 }
 
-/// Smallest distance over a model's pairs at one configuration, by parry; overlap is 0.
+/// Distances of links and objects by name, by parry, straight from the descriptions of robot and scene; overlap is 0.
 pub struct Oracle {
-    shapes: Vec<Vec<(Pose, SharedShape)>>,
+    solids: BTreeMap<String, Carried>,
+}
+
+/// Shapes in the frame of a link or of the world.
+struct Carried {
+    link: Option<usize>,
+    shapes: Vec<(Pose, SharedShape)>,
 }
 
 impl Oracle {
     pub fn new(model: &CollisionModel) -> Self {
-        let place = |s: &PlacedShape| {
-            let (own, shape) = parry_shape(&s.shape);
-            (s.pose * own, shape)
+        let carried = |link: Option<usize>, own: Pose, shapes: &[PlacedShape]| {
+            let place = |placed: &PlacedShape| {
+                let (upright, shape) = parry_shape(&placed.shape);
+                (own * placed.pose * upright, shape)
+            };
+            Carried { link, shapes: shapes.iter().map(place).collect() }
         };
-        let links = model.robot().links().iter().filter(|l| !l.shapes.is_empty()).map(|l| &l.shapes);
-        let all = links.chain(model.scene().obstacles().iter().map(|o| &o.shapes));
-        Self { shapes: all.map(|shapes| shapes.iter().map(place).collect()).collect() }
+        let mut solids = BTreeMap::new();
+        for (index, link) in model.robot().links().iter().enumerate() {
+            solids.insert(link.name.clone(), carried(Some(index), Pose::identity(), &link.shapes));
+        }
+        for attached in model.scene().attached() {
+            let link = model.robot().link_index(&attached.link_name);
+            let object = &attached.object;
+            solids.insert(object.id.clone(), carried(link, object.pose, &object.shapes));
+        }
+        for object in model.scene().obstacles() {
+            solids.insert(object.id.clone(), carried(None, object.pose, &object.shapes));
+        }
+        Self { solids }
     }
 
+    /// Distance of the two bodies of a pair, less their padding where one of them is an obstacle.
     pub fn pair_distance(&self, model: &CollisionModel, pair: usize, q: &[f64]) -> f64 {
+        let [a, b] = model.pair_names(pair);
+        self.distance(model, &a, &b, q)
+    }
+
+    /// The same of any two links or objects.
+    pub fn distance(&self, model: &CollisionModel, a: &str, b: &str, q: &[f64]) -> f64 {
         let poses = link_poses(model.robot(), q);
-        let pair = model.pairs()[pair];
-        let at = |body: usize| model.bodies()[body].link.map_or(Pose::identity(), |l| parry_pose(&poses[l]));
-        let (at_a, at_b) = (at(pair.a), at(pair.b));
+        let [solid_a, solid_b] = [a, b].map(|name| &self.solids[name]);
+        let [at_a, at_b] =
+            [solid_a, solid_b].map(|solid| solid.link.map_or(Pose::identity(), |link| parry_pose(&poses[link])));
         let mut least = f64::INFINITY;
-        for (pose_a, a) in &self.shapes[pair.a] {
-            for (pose_b, b) in &self.shapes[pair.b] {
+        for (pose_a, a) in &solid_a.shapes {
+            for (pose_b, b) in &solid_b.shapes {
                 let distance = query::distance(&(at_a * *pose_a), &**a, &(at_b * *pose_b), &**b).unwrap();
                 least = least.min(distance.distance);
             }
         }
-        least
+        let faces_obstacle = solid_a.link.is_none() || solid_b.link.is_none();
+        if faces_obstacle { least - model.scene().padding(a) - model.scene().padding(b) } else { least }
     }
 }

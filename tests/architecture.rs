@@ -11,11 +11,12 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("math", vec![]),
         ("hash", vec!["shape"]),
         ("shape", vec![]),
-        ("robot", vec!["shape"]),
+        ("lanes", vec![]),
+        ("robot", vec!["shape", "lanes"]),
         ("scene", vec!["shape"]),
         ("path", vec!["robot"]),
         ("collision", vec!["robot", "scene", "shape"]),
-        ("validation", vec!["collision", "path", "robot"]),
+        ("validation", vec!["collision", "path", "robot", "lanes"]),
         ("optimize", vec!["validation", "collision", "path", "robot"]),
         ("store", vec!["collision", "robot", "scene"]),
         ("files", vec!["path", "robot", "scene", "shape"]),
@@ -27,8 +28,8 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
 }
 
 /// Rooms without clock, thread, disk, log or transport.
-const CORE: [&str; 10] =
-    ["math", "hash", "shape", "robot", "scene", "path", "collision", "validation", "optimize", "store"];
+const CORE: [&str; 11] =
+    ["math", "lanes", "hash", "shape", "robot", "scene", "path", "collision", "validation", "optimize", "store"];
 
 /// Where the geometry library's queries are wrapped; everywhere else its types come from `math`.
 const NAMES_LIBRARIES: [&str; 2] = ["math.rs", "collision/distance/overlap.rs"];

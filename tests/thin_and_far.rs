@@ -41,7 +41,7 @@ fn robot(joints: Vec<JointDescription>, shape: PlacedShape) -> Arc<RobotModel> {
 }
 
 fn proved(robot: &Arc<RobotModel>, obstacle: PlacedShape, from: &[f64], to: &[f64]) -> bool {
-    let obstacle = Obstacle { id: "obstacle".into(), shapes: vec![obstacle] };
+    let obstacle = Obstacle::new("obstacle", vec![obstacle]);
     let scene = Scene::new("one", vec![obstacle], Vec::new(), Vec::new()).unwrap();
     let model = CollisionModel::new(robot.clone(), Arc::new(scene)).unwrap();
     let path = Path::from_rows(from.len(), [from, to].concat()).unwrap();

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use indicatif::{ProgressBar, ProgressStyle};
 use taut::collision::CollisionModel;
 use taut::files::{FileError, Kind};
 use taut::optimize::{Mode, Workspace};
@@ -14,7 +13,7 @@ use super::error::{CliError, stdout};
 use super::load::{self, Loaded};
 use super::report::{geometry_name, termination_name, verdict};
 use super::request::{self, Rules, Source};
-use super::{Format, run as runner};
+use super::{Format, bench_check, progress_bar, run as runner};
 
 /// Shorten every problem of a folder and compare with the recorded answers of others
 ///
@@ -32,6 +31,9 @@ pub(super) struct Arguments {
     source: Source,
     #[command(flatten)]
     rules: Rules,
+    /// Measure the check instead: time to prove each path, to refuse the straight way, and to sample the path
+    #[arg(long, conflicts_with_all = ["modes", "deadline", "seed", "strict", "weights"])]
+    check: bool,
     /// Only problems whose folder or file name contains this text
     #[arg(long, value_name = "TEXT")]
     filter: Option<String>,
@@ -49,6 +51,9 @@ pub(super) struct Arguments {
 /// Runs every problem.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let files = problems(arguments)?;
+    if arguments.check {
+        return check(arguments, &files);
+    }
     let mut reader = load::reader(&arguments.source);
     let mut workspace = Workspace::default();
     let bar = progress_bar(files.len() as u64);
@@ -68,16 +73,41 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 
     let modes: Vec<&'static str> = arguments.modes.iter().map(|mode| mode.name()).collect();
     let report = bench_table::Report::new(rows, modes);
+    show(arguments, &report.json(), || report.table())?;
+    Ok(if report.has_errors() { 65 } else { 0 })
+}
+
+/// Measures the check on every problem.
+fn check(arguments: &Arguments, files: &[PathBuf]) -> Result<u8, CliError> {
+    let mut reader = load::reader(&arguments.source);
+    let mut scratch = taut::validation::Scratch::default();
+    let bar = progress_bar(files.len() as u64);
+    let mut rows = Vec::with_capacity(files.len());
+    for file in files {
+        let (set, name) = (set_name(&arguments.folder, file), stem(file));
+        bar.set_message(format!("{set}/{name}"));
+        let measured = load::load(&mut reader, file, &arguments.source, true)
+            .and_then(|loaded| bench_check::measure(&loaded, arguments.rules.clearance, &mut scratch));
+        rows.push(bench_check::Row::new(set, name, measured));
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let report = bench_check::Report::new(rows);
+    show(arguments, &report.json(), || report.table())?;
+    Ok(if report.has_errors() { 65 } else { 0 })
+}
+
+/// Writes a report where the arguments want it.
+fn show(arguments: &Arguments, json: &str, table: impl FnOnce() -> String) -> Result<(), CliError> {
+    let json = format!("{json}\n");
     if let Some(file) = &arguments.out {
-        std::fs::write(file, report.json() + "\n")
-            .map_err(|source| CliError::Output { file: file.display().to_string(), source })?;
+        std::fs::write(file, &json).map_err(|source| CliError::Output { file: file.display().to_string(), source })?;
     }
     let text = match arguments.format {
-        Format::Json => report.json() + "\n",
-        Format::Table => report.table(),
+        Format::Json => json,
+        Format::Table => table(),
     };
-    std::io::stdout().lock().write_all(text.as_bytes()).map_err(stdout)?;
-    Ok(if report.has_errors() { 65 } else { 0 })
+    std::io::stdout().lock().write_all(text.as_bytes()).map_err(stdout)
 }
 
 /// Runs each mode and copies the figures of the peers.
@@ -188,10 +218,4 @@ fn set_name(root: &Path, file: &Path) -> String {
 
 fn stem(file: &Path) -> String {
     file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// A bar on standard error; it hides itself where that is no terminal.
-fn progress_bar(length: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}  {eta} left");
-    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

@@ -10,9 +10,9 @@ use super::error::{CliError, stdout};
 use super::place::{self, Place};
 use super::report::{self, Answer};
 use super::request::{Rules, Source};
-use super::{Format, load};
+use super::{Format, load, verify};
 
-/// Prove that paths are collision-free, for every instant of their motion
+/// Prove that paths are collision-free, for every instant of their motion, or verify a proof
 ///
 /// Exit code: 0 all proved, 1 a collision, 2 not provable, 64 usage, 65 a bad file, 66 an unreadable one,
 /// 69 no daemon; of several files, the highest.
@@ -27,13 +27,35 @@ pub(super) struct Arguments {
     rules: Rules,
     #[command(flatten)]
     place: place::Choice,
+    /// Verify this proof by the slow and simple reference checker, in this process: a certificate, or an answer
+    /// as JSON; one of `shorten` is verified for the path that it holds
+    #[arg(long, value_name = "PROOF", conflicts_with_all = FIXED_BY_A_PROOF)]
+    certificate: Option<PathBuf>,
+    /// Write the certificate of the path to this file
+    #[arg(long, value_name = "FILE")]
+    write_certificate: Option<PathBuf>,
     /// Format of the answers
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
 
+/// Options that a certificate has the say about, or that make a new one.
+const FIXED_BY_A_PROOF: [&str; 7] =
+    ["clearance", "strict", "unwrapped", "weights", "seed", "instance", "write_certificate"];
+
 /// Checks every file; one that cannot be read does not keep the others from being checked.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    let proof = arguments.certificate.as_ref();
+    if let Some(file) = proof.or(arguments.write_certificate.as_ref())
+        && arguments.files.len() > 1
+    {
+        let text = format!("{} is the certificate of one path, {} files given", file.display(), arguments.files.len());
+        return Err(CliError::Usage(text + "; give one"));
+    }
+    if let Some(proof) = proof {
+        let (source, deadline) = (&arguments.source, arguments.rules.deadline);
+        return verify::run(&arguments.files[0], proof, source, deadline, arguments.format);
+    }
     let mut reader = load::reader(&arguments.source);
     let mut place = Place::open(&arguments.place)?;
     let mut exit = 0;
@@ -50,6 +72,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 fn check(arguments: &Arguments, file: &Path, reader: &mut Reader, place: &mut Place) -> Result<u8, CliError> {
     let (source, rules) = (&arguments.source, &arguments.rules);
     let (subject, timed) = place.answer(reader, file, source, rules, Mode::Check, &mut |_, _| {})?;
+    if let (Some(file), Some(certificate)) = (&arguments.write_certificate, &timed.outcome.certificate) {
+        let text = serde_json::to_string(certificate).expect("a certificate holds only strings and numbers");
+        std::fs::write(file, text + "\n")
+            .map_err(|source| CliError::Output { file: file.display().to_string(), source })?;
+    }
     let mut out = std::io::stdout().lock();
     match arguments.format {
         Format::Json => writeln!(out, "{}", Answer::new(&subject, Mode::Check, &timed).json()),

@@ -8,6 +8,7 @@ use taut::files::{FileError, Geometry, Kind, Packages, PathTable, Peer, Problem,
 use taut::path::Path;
 use taut::robot::RobotModel;
 use taut::scene::Scene;
+use taut::shape::Shape;
 
 use super::error::CliError;
 use super::quantity;
@@ -45,6 +46,17 @@ impl Loaded {
     pub(super) fn model(&self) -> Result<CollisionModel, CliError> {
         let model = CollisionModel::new(self.robot.clone(), self.scene.clone());
         model.map_err(|source| CliError::Model { name: self.name.clone(), source: Box::new(source) })
+    }
+
+    /// Triangles of robot and scene.
+    pub(super) fn triangles(&self) -> usize {
+        let links = self.robot.links().iter().flat_map(|link| &link.shapes);
+        let objects = self.scene.objects().flat_map(|object| &*object.shapes);
+        let count = |placed: &taut::shape::PlacedShape| match &placed.shape {
+            Shape::Mesh(mesh) => mesh.triangles().len(),
+            _ => 0,
+        };
+        links.chain(objects).map(count).sum()
     }
 
     /// What a report says about it.

@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand, stable exit codes, one-line errors with the next step.
 
 mod bench;
+mod bench_check;
 mod bench_table;
 mod check;
 mod code;
@@ -10,6 +11,7 @@ mod error;
 mod load;
 mod models;
 mod place;
+mod progress;
 mod quantity;
 mod remote;
 mod report;
@@ -17,11 +19,13 @@ mod request;
 mod run;
 mod serve;
 mod shorten;
+mod verify;
 
 use std::process::ExitCode;
 
 use clap::Parser;
 use clap::error::ErrorKind;
+use indicatif::{ProgressBar, ProgressStyle};
 
 use error::USAGE;
 
@@ -61,6 +65,12 @@ enum Format {
     Table,
     /// One JSON object per answer.
     Json,
+}
+
+/// A bar on standard error; it hides itself where that is no terminal.
+fn progress_bar(length: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}  {eta} left");
+    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Runs the command line and gives its exit code: 0 proved, 1 collision, 2 not provable, 64 and above an error.

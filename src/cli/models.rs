@@ -13,6 +13,7 @@ use super::Format;
 use super::connect::{InstanceChoice, control, is_lost, unexpected};
 use super::error::{CliError, stdout};
 use super::load::srdf_beside;
+use super::progress::Progress;
 use super::quantity;
 use super::remote::{self, folder_of};
 
@@ -59,7 +60,7 @@ pub(super) struct LoadRobot {
 pub(super) struct LoadScene {
     /// Its label
     label: String,
-    /// Its file, or a problem file
+    /// Its file (JSON or MoveIt's .scene text), or a problem file
     file: PathBuf,
     /// Take the label away from another scene; its version counts up
     #[arg(long)]
@@ -124,7 +125,12 @@ pub(super) fn load_robot(arguments: &LoadRobot) -> Result<u8, CliError> {
         }
         (None, None) => return Err(CliError::Usage("give --urdf or --problem".to_owned())),
     };
+    let progress = Progress::start(&files.urdf);
     let robot = remote::load_robot(&client, arguments.label.clone(), &files, arguments.replace)?;
+    drop(progress);
+    for warning in &robot.warnings {
+        eprintln!("warning: {warning}");
+    }
     print(arguments.format, &robot, || robot_line(&robot.label, robot.nq, robot.robot_hash))
 }
 
@@ -133,7 +139,10 @@ pub(super) fn load_scene(arguments: &LoadScene) -> Result<u8, CliError> {
     let client = arguments.instance.connect()?;
     let (label, replace) = (arguments.label.clone(), arguments.replace);
     let (json, base_dir) = (files::scene_text(&arguments.file)?, folder_of(&arguments.file));
-    match control(&client, &ControlRequest::LoadScene { label, json, base_dir, replace })? {
+    let progress = Progress::start(&arguments.file);
+    let reply = control(&client, &ControlRequest::LoadScene { label, json, base_dir, replace });
+    drop(progress);
+    match reply? {
         ControlReply::Scene(scene) => {
             for warning in &scene.warnings {
                 eprintln!("warning: {warning}");

@@ -3,12 +3,14 @@
 use std::path::Path;
 use std::time::Duration;
 
+use taut::collision::neutral_warnings;
 use taut::files::Reader;
 use taut::optimize::{Mode, Workspace};
 use taut_ipc::{Client, ClientError};
 
 use super::connect::InstanceChoice;
 use super::error::CliError;
+use super::progress::Progress;
 use super::report::Subject;
 use super::request::{Rules, Source};
 use super::run::{self as runner, Timed};
@@ -63,15 +65,24 @@ impl Place {
     ) -> Result<(Subject, Timed), CliError> {
         match self {
             Self::Local(workspace) => {
+                let progress = Progress::start(file);
                 let loaded = load::load(reader, file, source, false)?;
                 let settings = rules.settings(mode, loaded.weights.as_ref(), loaded.robot.space().nv());
                 let settings = settings.map_err(CliError::Usage)?;
+                progress.preparing(loaded.triangles());
                 let model = loaded.model()?;
+                let mut subject = loaded.subject();
+                if loaded.robot_files.srdf.is_none() {
+                    subject.warnings.extend(neutral_warnings(&model));
+                }
+                drop(progress);
                 let timed = runner::run(&loaded, &model, &settings, rules.deadline, workspace, watch)?;
-                Ok((loaded.subject(), timed))
+                Ok((subject, timed))
             }
             Self::Daemon(client) => {
+                let progress = Progress::start(file);
                 let prepared = remote::prepare(client, reader, file, source)?;
+                drop(progress);
                 let settings = rules.settings(mode, prepared.weights.as_ref(), prepared.robot.nv as usize);
                 let settings = settings.map_err(CliError::Usage)?;
                 let timed = remote::run(client, &prepared, &settings, rules.deadline, watch)?;

@@ -59,14 +59,19 @@ pub(super) fn prepare(
     let listing = listing(client)?;
     let robot = loaded_robot(client, &listing, &loaded)?;
     let scene = loaded_scene(client, &listing, &loaded)?;
-    Ok(Prepared { subject: loaded.subject(), robot, scene, path: loaded.path, weights: loaded.weights })
+    let mut subject = loaded.subject();
+    // The daemon may have found more, such as links that collide as the robot stands.
+    let more = robot.warnings.iter().filter(|warning| !loaded.warnings.contains(warning));
+    subject.warnings.extend(more.cloned());
+    Ok(Prepared { subject, robot, scene, path: loaded.path, weights: loaded.weights })
 }
 
 /// A name on the command line that is no file's.
 fn label(name: &FilePath) -> Option<&str> {
     let text = name.to_str()?;
-    let looks_like_a_file =
-        text.contains('/') || name.is_file() || [".urdf", ".xml", ".json"].iter().any(|end| text.ends_with(end));
+    let looks_like_a_file = text.contains('/')
+        || name.is_file()
+        || [".urdf", ".xml", ".json", ".scene"].iter().any(|end| text.ends_with(end));
     (!looks_like_a_file).then_some(text)
 }
 

@@ -159,15 +159,17 @@ pub(super) fn verdict(timed: &Timed) -> String {
     }
     match &outcome.certificate {
         Some(certificate) => {
-            let clearance = match certificate.clearance_m() {
-                Some(metres) => format!("clearance ≥ {}", length(metres)),
-                None => "nothing near".to_owned(),
-            };
+            let clearance = clearance(certificate.clearance_m());
             format!("proved   {clearance}{}", floors(outcome))
         }
         None if timed.code == Code::Preempted => format!("{}   ended before the path was proved", timed.code.name()),
         None => format!("{}   the deadline passed before the path was proved", timed.code.name()),
     }
+}
+
+/// What a certificate claims that a path keeps.
+pub(super) fn clearance(claimed_m: Option<f64>) -> String {
+    claimed_m.map_or_else(|| "nothing near".to_owned(), |metres| format!("clearance ≥ {}", length(metres)))
 }
 
 fn refused(refusal: &Refusal, waypoints: usize) -> String {

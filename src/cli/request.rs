@@ -18,8 +18,8 @@ pub(super) struct Source {
     /// SRDF of the robot, where it is not beside the URDF
     #[arg(long, value_name = "SRDF", requires = "robot")]
     pub srdf: Option<PathBuf>,
-    /// Scene of a bare path, a problem file whose scene to take, or the label of a scene that the daemon has
-    /// loaded; without it there is no obstacle
+    /// Scene of a bare path (JSON or MoveIt's .scene text), a problem file whose scene to take, or the label of
+    /// a scene that the daemon has loaded; without it there is no obstacle
     #[arg(long, value_name = "FILE", requires = "robot")]
     pub scene: Option<PathBuf>,
     /// Problem file whose robot, scene and weights a bare path is for

@@ -1,27 +1,43 @@
-//! A body: a link's or an obstacle's solid, and how far each joint swings it.
+//! A body: a link's or an object's solid, where it is, and how far each joint swings it.
 
-use super::piece::{Piece, Transform};
+use std::sync::Arc;
+
+use super::filter::cover::Ball;
+use super::piece::Transform;
+use super::solid::Solid;
 use super::tree::BallTree;
 use crate::math::Vec3;
 use crate::robot::{Component, Drive, JointKind, Kinematics, RobotModel};
 use crate::scene::Obstacle;
-use crate::shape::Shape;
 
-/// A rigid solid that is checked as a whole.
+/// A solid that is checked as a whole, where it is and what carries it.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// Name of the link or obstacle.
+    /// Name of the link or object.
     pub name: String,
+    /// Whose solid it is.
+    pub kind: BodyKind,
     /// The link that carries it; `None` for an obstacle, which stands still in the world.
     pub link: Option<usize>,
-    /// Its pieces, in the link's (or world's) frame.
-    pub tree: BallTree,
-    /// A point of every connected part of its surface, for asking whether the part is inside a mesh.
-    pub anchors: Vec<Vec3>,
-    /// Pieces that belong to closed surfaces (mesh triangles): only these can hide something inside.
-    pub hollow: bool,
+    /// Where the solid's frame is in the link's (or the world's).
+    pub place: Transform,
+    /// By how much it is thicker than its shapes (m).
+    pub padding: f64,
+    /// The solid with its padding, shared by all models in which it is the same.
+    pub solid: Arc<Solid>,
     /// The motions that carry it, from the root to it.
     pub chain: Vec<ChainMotion>,
+}
+
+/// Whose solid a body is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BodyKind {
+    /// A link's own.
+    Link,
+    /// An object's that a link carries.
+    Attached,
+    /// An object's that stands in the world.
+    Obstacle,
 }
 
 /// One elementary motion of a joint and how far it swings a body.
@@ -67,39 +83,48 @@ pub enum MotionKind {
 }
 
 impl Body {
-    /// The body of a link that has shapes.
-    pub fn of_link(robot: &RobotModel, link: usize) -> Self {
-        let shapes = &robot.links()[link].shapes;
-        let mut body = Self::of_shapes(robot.links()[link].name.clone(), shapes);
-        body.link = Some(link);
-        body.chain = chain(robot, link, &body.tree);
-        body
+    /// The body of a link's own solid.
+    pub fn of_link(robot: &RobotModel, link: usize, solid: Arc<Solid>) -> Self {
+        let name = robot.links()[link].name.clone();
+        Self { link: Some(link), ..Self::standing(name, BodyKind::Link, Transform::IDENTITY, solid) }.carried(robot)
+    }
+
+    /// The body of an object that a link carries.
+    pub fn of_attached(robot: &RobotModel, link: usize, object: &Obstacle, solid: Arc<Solid>) -> Self {
+        let place = Transform::from(&object.pose);
+        let body = Self::standing(object.id.clone(), BodyKind::Attached, place, solid);
+        Self { link: Some(link), ..body }.carried(robot)
     }
 
     /// The body of an obstacle.
-    pub fn of_obstacle(obstacle: &Obstacle) -> Self {
-        Self::of_shapes(obstacle.id.clone(), &obstacle.shapes)
+    pub fn of_obstacle(obstacle: &Obstacle, solid: Arc<Solid>) -> Self {
+        Self::standing(obstacle.id.clone(), BodyKind::Obstacle, Transform::from(&obstacle.pose), solid)
     }
 
-    fn of_shapes(name: String, shapes: &[crate::shape::PlacedShape]) -> Self {
-        let (mut pieces, mut anchors, mut hollow) = (Vec::new(), Vec::new(), false);
-        for placed in shapes {
-            let first = pieces.len();
-            Piece::append_of(placed, &mut pieces);
-            match &placed.shape {
-                Shape::Mesh(mesh) => {
-                    hollow = true;
-                    anchors.extend(mesh.parts().into_iter().map(|vertex| placed.pose.transform_point(vertex)));
-                }
-                _ => anchors.extend(pieces[first..].iter().map(Piece::center)),
-            }
-        }
-        Self { name, link: None, tree: BallTree::new(pieces), anchors, hollow, chain: Vec::new() }
+    fn standing(name: String, kind: BodyKind, place: Transform, solid: Arc<Solid>) -> Self {
+        Self { name, kind, link: None, place, padding: 0.0, solid, chain: Vec::new() }
     }
 
-    /// Where the body's frame is.
+    fn carried(mut self, robot: &RobotModel) -> Self {
+        self.chain = self.link.map_or(Vec::new(), |link| chain(robot, link, &self.place, &self.solid.tree));
+        self
+    }
+
+    /// The same body with a solid that is thicker by `padding` (m).
+    #[must_use]
+    pub fn padded(&self, robot: &RobotModel, padding: f64, solid: Arc<Solid>) -> Self {
+        Self { padding, solid, ..self.clone() }.carried(robot)
+    }
+
+    /// Where the solid's frame is in the world.
     pub fn placed(&self, kinematics: &Kinematics) -> Transform {
-        self.link.map_or(Transform::IDENTITY, |link| Transform::from(&kinematics.poses()[link]))
+        self.link.map_or(self.place, |link| Transform::from(&kinematics.poses()[link]).of(&self.place))
+    }
+
+    /// A ball that encloses it, in the frame of its link (or the world).
+    pub fn ball(&self) -> Ball {
+        let root = self.solid.tree.balls()[0];
+        Ball { center: self.place.point(root.center), radius: root.radius }
     }
 
     /// Motions of the chain that act at or above `ancestor`: the relative motion begins after them.
@@ -116,12 +141,12 @@ struct Swept {
 
 /// The motions from the root to `link`. Going up from the body, a ball that encloses it is swept by each
 /// joint: a rotation about an axis turns it into a ball about the nearest point of the axis.
-fn chain(robot: &RobotModel, link: usize, tree: &BallTree) -> Vec<ChainMotion> {
+fn chain(robot: &RobotModel, link: usize, place: &Transform, tree: &BallTree) -> Vec<ChainMotion> {
     let root = tree.balls()[0];
     // Centres of the tree's balls count as points of the body: bounds on the body then hold for them.
     let centers = tree.balls().iter().map(|ball| ball.center.distance(root.center));
     let radius = centers.fold(root.radius, f64::max);
-    let mut swept = Swept { center: root.center, radius };
+    let mut swept = Swept { center: place.point(root.center), radius };
     let mut motions = Vec::new();
     let mut at = Some(link);
     while let Some(index) = at {
@@ -196,11 +221,12 @@ pub(super) fn rest_value(robot: &RobotModel, joint: usize) -> f64 {
 }
 
 /// Weights that make a path's length metres: 1 for a translation; for a rotation the farthest that any
-/// body it carries can be from its axis. Never below 1 cm, so that every joint counts.
+/// link's body it carries can be from its axis. Never below 1 cm, so that every joint counts. Neither what links
+/// carry nor padding counts: lengths stay comparable from one scene to the next.
 pub fn reach_weights(robot: &RobotModel, bodies: &[Body]) -> Vec<f64> {
     const LEAST: f64 = 0.01;
     let mut weights = vec![LEAST; robot.space().nv()];
-    for body in bodies {
+    for body in bodies.iter().filter(|body| body.kind == BodyKind::Link && body.padding == 0.0) {
         // Translations between a rotation and the body push it out by up to half their range.
         let mut pushed = 0.0;
         for motion in body.chain.iter().rev() {

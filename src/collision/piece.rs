@@ -95,6 +95,16 @@ impl Piece {
         self.core.farthest(from) + self.radius
     }
 
+    /// The square of [`Self::farthest`] (m²): of a triangle it needs no root.
+    pub fn farthest_squared(&self, from: Vec3) -> f64 {
+        match self.core {
+            Core::Triangle(a, b, c) if self.radius == 0.0 => {
+                a.distance_squared(from).max(b.distance_squared(from)).max(c.distance_squared(from))
+            }
+            _ => self.farthest(from).powi(2),
+        }
+    }
+
     /// The piece as seen from the frame in which `pose` places its body.
     pub fn transformed(&self, pose: &Transform) -> Self {
         Self { core: self.core.transformed(pose), radius: self.radius }
@@ -166,12 +176,17 @@ pub struct Transform {
 }
 
 impl Transform {
-    /// Where obstacles are: the world itself.
+    /// No motion at all.
     pub const IDENTITY: Self = Self { rotation: Mat3::IDENTITY, translation: Vec3::ZERO };
 
     /// Moves a point.
     pub fn point(&self, p: Vec3) -> Vec3 {
         self.rotation * p + self.translation
+    }
+
+    /// `self · other`: where `other`, given in this frame, is in the frame that this one is given in.
+    pub fn of(&self, other: &Self) -> Self {
+        Self { rotation: self.rotation * other.rotation, translation: self.point(other.translation) }
     }
 
     /// `self⁻¹ · other`: other's frame as seen from this one.

@@ -14,7 +14,9 @@ pub const TOUCHING_M: f64 = 1e-9;
 
 /// Closest points of two bodies, in the world; a body wholly inside a mesh counts as overlapping.
 pub fn closest(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
-    enclosed(a, at_a, b, at_b).unwrap_or_else(|| surface_contact(a, at_a, b, at_b, f64::INFINITY))
+    // Surfaces first: whether a point is inside a mesh takes all of its triangles.
+    let surfaces = surface_contact(a, at_a, b, at_b, f64::INFINITY);
+    if surfaces.distance <= TOUCHING_M { surfaces } else { enclosed(a, at_a, b, at_b).unwrap_or(surfaces) }
 }
 
 /// The contact of two bodies that touch or overlap; `None` where they are apart.
@@ -27,7 +29,8 @@ pub fn overlap(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option
 fn surface_contact(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform, within: f64) -> Contact {
     let relative = at_b.inverse_of(at_a);
     let far = Contact { point_a: Vec3::ZERO, point_b: Vec3::ZERO, normal: Vec3::Z, distance: within };
-    let mut search = Search { a: &a.tree, b: &b.tree, relative, best: far, any_overlap_will_do: a.hollow && b.hollow };
+    let any_overlap_will_do = a.solid.hollow && b.solid.hollow;
+    let mut search = Search { a: &a.solid.tree, b: &b.solid.tree, relative, best: far, any_overlap_will_do };
     search.descend(0, 0);
     let best = search.best;
     Contact {
@@ -108,8 +111,9 @@ pub fn children(a: &Ball, b: &Ball) -> Split {
 /// A part of one body that lies wholly inside a mesh of the other.
 pub fn enclosed(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option<Contact> {
     let inside = |outer: &Body, at_outer: &Transform, inner: &Body, at_inner: &Transform| {
-        let anchors = inner.anchors.iter().map(|anchor| at_inner.point(*anchor));
-        let mut hits = anchors.filter(|p| outer.hollow && contains(&outer.tree, at_outer.inverse_point(*p)));
+        let anchors = inner.solid.anchors.iter().map(|anchor| at_inner.point(*anchor));
+        let mut hits =
+            anchors.filter(|p| outer.solid.hollow && contains(&outer.solid.tree, at_outer.inverse_point(*p)));
         hits.next()
     };
     let point = inside(b, at_b, a, at_a).or_else(|| inside(a, at_a, b, at_b))?;
@@ -146,14 +150,17 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::collision::solid::Solid;
     use crate::math::{Pose, Quat};
     use crate::scene::{Obstacle, Scene};
     use crate::shape::{PlacedShape, Shape};
     use crate::testing::wedge;
 
     fn solid(shape: Shape, at: Vec3) -> Body {
-        let shapes = vec![PlacedShape { pose: Pose::from_parts(at, Quat::IDENTITY), shape }];
-        Body::of_obstacle(&Obstacle { id: "solid".into(), shapes })
+        let shapes = [PlacedShape { pose: Pose::from_parts(at, Quat::IDENTITY), shape }];
+        let solid = Arc::new(Solid::new(&shapes));
+        let obstacle = Obstacle { id: "solid".into(), pose: Pose::identity(), shapes: Arc::new(shapes) };
+        Body::of_obstacle(&obstacle, solid)
     }
 
     fn cuboid(size: f64, at: Vec3) -> Body {
@@ -195,7 +202,7 @@ mod tests {
                 // Balls hang free above the roof, whose middle is pressed in.
                 for (gap, touches) in [(-1e-6, true), (5e-10, true), (5e-9, false)] {
                     let seen = overlap(&at(gap), &HERE, &lower, &HERE).is_some();
-                    let rim_only = lower.hollow && matches!(upper, Shape::Sphere { .. } | Shape::Capsule { .. });
+                    let rim_only = lower.solid.hollow && matches!(upper, Shape::Sphere { .. } | Shape::Capsule { .. });
                     assert_eq!(seen, touches && !rim_only, "{upper:?}, {gap} m above {lower:?}");
                 }
             }
@@ -209,8 +216,9 @@ mod tests {
             let here = Quat::IDENTITY;
             let turned = Quat::from_xyzw(bad, 0.0, 0.0, 1.0);
             for pose in [Pose::from_parts(Vec3::X * bad, here), Pose::from_parts(Vec3::ZERO, turned)] {
-                let shapes = vec![PlacedShape { pose, shape: Shape::sphere(0.1).unwrap() }];
-                let refused = Scene::new("scene", vec![Obstacle { id: "crate".into(), shapes }], vec![], vec![]);
+                let shapes = Arc::new([PlacedShape { pose, shape: Shape::sphere(0.1).unwrap() }]);
+                let obstacle = Obstacle { id: "crate".into(), pose: Pose::identity(), shapes };
+                let refused = Scene::new("scene", vec![obstacle], vec![], vec![]);
                 assert!(refused.unwrap_err().to_string().starts_with("object \"crate\": pose is "));
             }
         }

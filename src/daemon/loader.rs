@@ -1,14 +1,14 @@
 //! The loader: the thread that reads robots and scenes.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use crossbeam_channel::{Sender, unbounded};
-use taut::collision::{CollisionModel, reach_weights};
+use taut::collision::{CollisionModel, neutral_warnings, reach_weights};
 use taut::files::{FileError, Packages, Reader, RobotFiles};
-use taut::robot::RobotModel;
+use taut::robot::{RobotDescription, RobotModel};
 use taut::scene::Scene;
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::Code;
@@ -66,20 +66,27 @@ fn robot(files: &RobotFiles) -> Result<Content, Refusal> {
     // A reader of its own: it keeps meshes, and nobody may ask for these again.
     let mut reader = Reader::new(Packages::with_environment(Default::default()));
     let description = reader.robot_of(files).map_err(|error| file_refusal(&error))?;
-    let refuse = |source| file_refusal(&FileError::Robot { file: files.urdf.clone(), source });
-    let robot = Arc::new(RobotModel::new(description).map_err(refuse)?);
-    let weights = weights(&robot)?;
+    let (robot, weights) = prepared(description, &files.urdf)?;
     Ok(Content::Robot(robot, weights))
 }
 
-/// Default weights of a robot: they depend on its own bodies only.
-pub(super) fn weights(robot: &Arc<RobotModel>) -> Result<Arc<[f64]>, Refusal> {
+/// The robot of a description, with a warning for each pair of links that collides as it stands where no SRDF
+/// speaks for it, and its default weights, which depend on its own bodies only.
+pub(super) fn prepared(description: RobotDescription, urdf: &Path) -> Result<(Arc<RobotModel>, Arc<[f64]>), Refusal> {
+    let has_srdf = description.semantics.is_some();
+    let refuse = |source| file_refusal(&FileError::Robot { file: urdf.to_owned(), source });
+    let robot = Arc::new(RobotModel::new(description).map_err(refuse)?);
     let alone = CollisionModel::new(robot.clone(), Arc::new(Scene::default()));
-    let alone = alone.map_err(|error| model_refusal(&error, robot))?;
-    Ok(reach_weights(robot, alone.bodies()).into())
+    let alone = alone.map_err(|error| model_refusal(&error, &robot))?;
+    let weights = reach_weights(&robot, alone.bodies()).into();
+    if has_srdf {
+        return Ok((robot, weights));
+    }
+    let warned = RobotModel::clone(&robot).with_warnings(neutral_warnings(&alone));
+    Ok((Arc::new(warned), weights))
 }
 
-fn scene(text: &str, file: &std::path::Path) -> Result<Content, Refusal> {
+fn scene(text: &str, file: &Path) -> Result<Content, Refusal> {
     let mut reader = Reader::new(Packages::with_environment(Default::default()));
     let scene = reader.scene_of_text(text, file).map_err(|error| file_refusal(&error))?;
     Ok(Content::Scene(Arc::new(scene)))

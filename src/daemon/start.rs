@@ -10,7 +10,7 @@ use std::time::Instant;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::{Handle, Signals};
 use taut::files::{FileError, Packages, Reader};
-use taut::robot::{RobotDescription, RobotModel};
+use taut::robot::RobotDescription;
 use taut::scene::Scene;
 use taut::shape::Shape;
 use taut::store::{ModelStore, Wanted};
@@ -199,9 +199,7 @@ fn add_robot(
     start: Instant,
     out: &mut dyn Write,
 ) -> Result<(), DaemonError> {
-    let robot = RobotModel::new(description).map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
-    let robot = Arc::new(robot);
-    let weights = loader::weights(&robot).map_err(|refusal| model(&refusal))?;
+    let (robot, weights) = loader::prepared(description, urdf).map_err(|refusal| model(&refusal))?;
     let shapes = || robot.links().iter().flat_map(|link| &link.shapes);
     let triangles: usize = shapes().map(|placed| triangles(&placed.shape)).sum();
     let bodies = robot.links().iter().filter(|link| !link.shapes.is_empty()).count();
@@ -224,7 +222,7 @@ fn triangles(shape: &Shape) -> usize {
 }
 
 fn add_scene(store: &mut ModelStore, label: &str, scene: Scene, out: &mut dyn Write) -> Result<(), DaemonError> {
-    let (objects, hash) = (scene.obstacles().len(), scene.hash());
+    let (objects, hash) = (scene.obstacles().len() + scene.attached().len(), scene.hash());
     store.insert_scene(label, Arc::new(scene), false).map_err(|error| model(&store_refusal(&error)))?;
     say(out, &format!("scene {label} v1  {objects} objects  hash {hash:016x}"));
     Ok(())

@@ -22,7 +22,7 @@ pub use table::PathTable;
 use crate::math::Vec3;
 use crate::robot::{RobotDescription, RobotError, srdf, urdf};
 use crate::scene::scene_file::SceneFile;
-use crate::scene::{Scene, SceneError};
+use crate::scene::{Scene, SceneError, moveit_scene};
 use crate::shape::{Mesh, MeshError, mesh_file};
 
 /// Why a file was refused.
@@ -107,7 +107,8 @@ impl Reader {
         Ok(robot)
     }
 
-    /// Reads a scene file, or the scene of a problem file. Meshes are found beside it.
+    /// Reads a scene file (JSON or MoveIt's `.scene` text), or the scene of a problem file. Meshes are found
+    /// beside it.
     ///
     /// # Errors
     /// A file that cannot be read or holds no scene.
@@ -127,6 +128,9 @@ impl Reader {
         #[derive(serde::Deserialize)]
         struct Holder {
             scene: SceneFile,
+        }
+        if is_moveit_scene(text, file) {
+            return moveit_scene::parse(text).map_err(|source| FileError::Scene { file: file.to_owned(), source });
         }
         // A first look tells the two apart, so that what is then wrong is said of the right one.
         let is_problem = serde_json::from_str::<Probe>(text).is_ok_and(|probe| probe.scene.is_some());
@@ -167,7 +171,15 @@ impl Reader {
     }
 }
 
-/// The JSON text of a scene file, or of the scene in a problem file, as it stands: unchecked.
+/// Whether a scene is MoveIt's text: its file says so, or it has objects as only that has. A text that was sent
+/// to another process has lost its file's name.
+fn is_moveit_scene(text: &str, file: &Path) -> bool {
+    let is_json = text.trim_start_matches('\u{feff}').trim_start().starts_with('{');
+    let named = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("scene"));
+    !is_json && (named || text.lines().any(|line| line.starts_with('*')))
+}
+
+/// The text of a scene file, or the JSON of the scene in a problem file, as it stands: unchecked.
 ///
 /// # Errors
 /// A file that cannot be read.

@@ -193,3 +193,78 @@ fn a_scene_comes_from_its_own_file_or_from_a_problem() {
         assert!(text.contains("scene.json") && text.contains(part), "{text}");
     }
 }
+
+#[test]
+fn a_scene_may_be_moveits_text_whatever_became_of_its_files_name() {
+    let dir = folder();
+    let text = "kitchen\n* cup\n1\nsphere\n0.1\n0 0 1\n0 0 0 1\n0 0 0 0\n.\n";
+    let file = dir.path().join("kitchen.scene");
+    fs::write(&file, text).unwrap();
+    let scene = Reader::default().scene(&file).unwrap();
+    assert_eq!((scene.name(), scene.obstacles()[0].id.as_str()), ("kitchen", "cup"));
+    // The daemon gets the text and a label.
+    let sent = Reader::default().scene_of_text(&scene_text(&file).unwrap(), &dir.path().join("my kitchen")).unwrap();
+    assert_eq!(sent.hash(), scene.hash());
+    fs::write(&file, text.replace("sphere", "cone")).unwrap();
+    let text = Reader::default().scene(&file).unwrap_err().to_string();
+    assert!(text.contains("kitchen.scene: line 4") && text.contains("\"cup\" has a cone"), "{text}");
+    // A JSON scene that is broken is still called one.
+    let own = dir.path().join("scene.json");
+    fs::write(&own, "[1, 2").unwrap();
+    assert!(Reader::default().scene(&own).unwrap_err().to_string().contains("not a scene"));
+}
+
+/// An open triangle drawn in millimetres.
+const SHEET: &str = "v 0 0 0\nv 80 0 0\nv 0 60 0\nf 1 2 3\n";
+
+#[test]
+fn an_odd_mesh_is_told_once_for_a_robot_and_once_for_a_scene() {
+    let dir = folder();
+    fs::write(dir.path().join("sheet.obj"), SHEET).unwrap();
+    let shape = "<collision><geometry><mesh filename='sheet.obj'/></geometry></collision>";
+    let robot = format!("<robot name='r'><link name='a'>{}</link></robot>", shape.repeat(3));
+    fs::write(dir.path().join("r.urdf"), robot).unwrap();
+    let robot = Reader::default().robot(&dir.path().join("r.urdf"), None).unwrap();
+    let [large, open] = robot.warnings.as_slice() else { panic!("two warnings: {:?}", robot.warnings) };
+    assert!(large.contains("sheet.obj is 80.0 × 60.0 × 0.000 m large"), "{large}");
+    assert!(large.contains(r#"scale="0.001 0.001 0.001""#), "{large}");
+    assert!(open.contains("sheet.obj is not closed: 3 of 3 edges"), "{open}");
+
+    let object = |id: &str| {
+        format!(
+            r#"{{ "id": "{id}", "meshes": [{{ "file": "sheet.obj" }}, {{ "file": "sheet.obj" }}], "mesh_poses": [{{}}, {{}}] }}"#
+        )
+    };
+    let scene = format!(r#"{{ "objects": [{}, {}, {}] }}"#, object("cup"), object("jug"), object("pot"));
+    fs::write(dir.path().join("s.json"), scene).unwrap();
+    let scene = Reader::default().scene(&dir.path().join("s.json")).unwrap();
+    assert_eq!(scene.warnings().len(), 2, "{:?}", scene.warnings());
+    assert!(scene.warnings()[0].starts_with("object \"cup\" and 2 more: mesh sheet.obj is 80.0"));
+}
+
+#[test]
+fn collada_meshes_are_read_for_robots_and_scenes() {
+    let dir = folder();
+    let dae = r##"<COLLADA version="1.4.1"><asset><unit meter="0.01"/></asset><library_geometries><geometry id="g"><mesh>
+        <source id="s"><float_array id="f" count="12">0 0 0 1 0 0 0 1 0 0 0 1</float_array></source>
+        <vertices id="v"><input semantic="POSITION" source="#s"/></vertices>
+        <triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/><p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles>
+        </mesh></geometry></library_geometries></COLLADA>"##;
+    fs::write(dir.path().join("arm_package/meshes/tent.DAE"), dae).unwrap();
+    let mesh = "<mesh filename='package://arm_package/meshes/tent.DAE' scale='10 10 10'/>";
+    let robot =
+        format!("<robot name='r'><link name='a'><collision><geometry>{mesh}</geometry></collision></link></robot>");
+    fs::write(dir.path().join("arm_package/urdf/r.urdf"), robot).unwrap();
+    let robot = Reader::default().robot(&dir.path().join("arm_package/urdf/r.urdf"), None).unwrap();
+    let crate::shape::Shape::Mesh(mesh) = &robot.links[0].collision[0].shape else { panic!("a mesh") };
+    assert!((mesh.signed_volume() - 0.001 / 6.0).abs() < 1e-12 && robot.warnings.is_empty(), "{:?}", robot.warnings);
+
+    let scene = r#"{ "objects": [{ "id": "tent", "meshes": [{ "file": "arm_package/meshes/tent.DAE" }], "mesh_poses": [{}] }] }"#;
+    let file = dir.path().join("s.json");
+    fs::write(&file, scene).unwrap();
+    assert_eq!(Reader::default().scene(&file).unwrap().obstacles()[0].shapes.len(), 1);
+    fs::write(dir.path().join("arm_package/meshes/tent.DAE"), dae.replace("<p>0 2 1 ", "<p>0 2 9 ")).unwrap();
+    let text = Reader::default().scene(&file).unwrap_err().to_string();
+    assert!(text.contains("s.json: object \"tent\": mesh arm_package/meshes/tent.DAE: line 4"), "{text}");
+    assert!(text.contains("position 9"), "{text}");
+}

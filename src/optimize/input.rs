@@ -96,6 +96,8 @@ pub(super) struct Input {
     pub fixed: Vec<bool>,
     /// For each waypoint of `path`, the caller's waypoint that it stands for.
     pub origins: Vec<usize>,
+    /// For each of the caller's waypoints, the waypoint of `path` that stands for it.
+    pub standing_for: Vec<usize>,
     pub warnings: Vec<String>,
 }
 
@@ -127,8 +129,8 @@ impl Input {
         fixed[path.len() - 1] = true;
         let mut warnings = check_values(robot, path)?;
         warnings.extend(held_outside_limits(robot, &held));
-        let Canonical { path, fixed, origins } = Canonical::new(&space, path, &fixed, &mut warnings);
-        Ok(Self { space, metric, held, moving, path, fixed, origins, warnings })
+        let Canonical { path, fixed, origins, standing_for } = Canonical::new(&space, path, &fixed, &mut warnings);
+        Ok(Self { space, metric, held, moving, path, fixed, origins, standing_for, warnings })
     }
 }
 
@@ -199,6 +201,7 @@ struct Canonical {
     path: Path,
     fixed: Vec<bool>,
     origins: Vec<usize>,
+    standing_for: Vec<usize>,
 }
 
 impl Canonical {
@@ -208,6 +211,7 @@ impl Canonical {
         let nq = space.nq();
         let mut rows: Vec<f64> = Vec::with_capacity(path.as_flat().len());
         let (mut kept, mut origins): (Vec<bool>, Vec<usize>) = (Vec::new(), Vec::new());
+        let mut standing_for = Vec::with_capacity(path.len());
         let mut velocity = vec![0.0; space.nv()];
         for (index, waypoint) in path.waypoints().enumerate() {
             let previous = rows.len().checked_sub(nq).map(|start| &rows[start..]);
@@ -218,16 +222,18 @@ impl Canonical {
                     if fixed[index] {
                         (*last, origins[kept.len() - 1]) = (true, index);
                     }
+                    standing_for.push(kept.len() - 1);
                     continue;
                 }
             }
             rows.extend_from_slice(&row);
+            standing_for.push(kept.len());
             kept.push(fixed[index]);
             origins.push(index);
         }
         warnings.extend(long_step(space, path));
         let path = Path::from_rows(nq, rows).expect("a path has at least one whole row");
-        Self { path, fixed: kept, origins }
+        Self { path, fixed: kept, origins, standing_for }
     }
 }
 

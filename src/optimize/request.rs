@@ -9,6 +9,7 @@ use crate::collision::query::TOUCHING_M;
 use crate::collision::{CollisionModel, reach_weights};
 use crate::path::Path;
 use crate::robot::Kinematics;
+use crate::validation::certificate::Terms;
 use crate::validation::path_proof::{self, PathVerdict};
 use crate::validation::{Certificate, Contact, Hit, HitReason, Scratch, SegmentProof, Validator};
 
@@ -56,7 +57,8 @@ struct Answer {
     path: Path,
     proofs: Option<Vec<SegmentProof>>,
     refusal: Option<Refusal>,
-    floors: Vec<f64>,
+    /// Pairs with a lowered floor, and their floors (m).
+    lowered: Vec<(usize, f64)>,
     iterations: u64,
     work: u64,
     termination: Termination,
@@ -68,7 +70,7 @@ impl Answer {
             path: path.clone(),
             proofs: None,
             refusal: None,
-            floors: Vec::new(),
+            lowered: Vec::new(),
             iterations: 0,
             work: 0,
             termination: Termination::Done,
@@ -86,7 +88,7 @@ fn answer(
 ) -> Answer {
     let mut answer = Answer::unproved(&input.path);
     let mut restored = Restorer::new(path, input);
-    match prove_input(validator, &input.path, settings.strict, stop) {
+    match prove_input(validator, &input.path, settings, stop) {
         PathVerdict::Stopped => answer.termination = Termination::Stopped,
         PathVerdict::Proved(proofs) => {
             let mut publish = |improvement: Improvement| restored.publish(&improvement, publish);
@@ -110,20 +112,25 @@ fn answer(
             }
         }
     }
-    answer.floors = validator.floors().to_vec();
+    answer.lowered = validator.lowered().collect();
+    answer.lowered.sort_by_key(|(pair, _)| *pair);
     answer.work = validator.work();
     answer
 }
 
 /// Proves the input, lowering floors unless that is forbidden.
-fn prove_input(validator: &mut Validator, path: &Path, strict: bool, stop: &mut dyn FnMut() -> bool) -> PathVerdict {
-    let asked = validator.floors().to_vec();
+fn prove_input(
+    validator: &mut Validator,
+    path: &Path,
+    settings: &Settings,
+    stop: &mut dyn FnMut() -> bool,
+) -> PathVerdict {
     let verdict = path_proof::prove_input(validator, path, stop);
-    let lowered = validator.floors() != asked;
+    let lowered: Vec<usize> = validator.lowered().map(|(pair, _)| pair).collect();
     match verdict {
-        PathVerdict::Proved(_) if strict && lowered => {
-            for (pair, floor) in asked.iter().enumerate() {
-                validator.set_floor(pair, *floor);
+        PathVerdict::Proved(_) if settings.strict && !lowered.is_empty() => {
+            for pair in lowered {
+                validator.set_floor(pair, settings.clearance_m);
             }
             path_proof::prove(validator, path, stop)
         }
@@ -173,18 +180,24 @@ impl Answer {
         let (length_before, length_after) = (length(&input.path), length(&self.path));
         let ends = [path.waypoint(0), path.waypoint(path.len() - 1)].concat();
         let lower_bound = input.metric.length(&input.space, &ends, &mut scratch);
-        let output =
-            if self.path == input.path { path.clone() } else { Restorer::new(path, input).restore(&self.path).clone() };
-        let lowered = self.floors.iter().enumerate().filter(|(_, floor)| **floor < settings.clearance_m);
+        let is_unchanged = self.path == input.path;
+        let output = if is_unchanged { path.clone() } else { Restorer::new(path, input).restore(&self.path).clone() };
+        let lowered = self.lowered.iter();
         let floors_lowered: Vec<_> =
-            lowered.map(|(pair, &floor_m)| LoweredFloor { bodies: model.pair_names(pair), floor_m }).collect();
+            lowered.map(|&(pair, floor_m)| LoweredFloor { bodies: model.pair_names(pair), floor_m }).collect();
         let named = |lowered: &LoweredFloor| {
             let [a, b] = lowered.bodies.clone();
             (a, b, lowered.floor_m)
         };
         let certificate = self.proofs.map(|proofs| {
-            let lowered = floors_lowered.iter().map(named).collect();
-            Certificate::new(model, &output, settings.clearance_m, lowered, &proofs)
+            let terms = Terms {
+                clearance_m: settings.clearance_m,
+                lowered: floors_lowered.iter().map(named).collect(),
+                unwrapped: settings.unwrapped,
+                held: settings.held.clone(),
+            };
+            let proofs = if is_unchanged { spread(&proofs, &input.standing_for) } else { proofs };
+            Certificate::new(model, &output, terms, &proofs)
         });
         Outcome {
             path: output,
@@ -204,6 +217,15 @@ impl Answer {
             certificate,
         }
     }
+}
+
+/// Proofs of the caller's segments: one between equal waypoints keeps what the segment beside it keeps.
+fn spread(proofs: &[SegmentProof], standing_for: &[usize]) -> Vec<SegmentProof> {
+    let of_segment = |ends: &[usize]| match proofs[ends[0].min(proofs.len() - 1)] {
+        proof if ends[0] < ends[1] => proof,
+        proof => SegmentProof { intervals: 0, ..proof },
+    };
+    if standing_for.len() < 2 { proofs.to_vec() } else { standing_for.windows(2).map(of_segment).collect() }
 }
 
 /// Gives waypoints that must stay as they were the caller's bits back: the optimizers' form of a row may

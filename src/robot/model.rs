@@ -198,6 +198,11 @@ impl RobotModel {
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
+    /// The same robot with more that is odd about it, found where it was put to use.
+    pub fn with_warnings(mut self, more: Vec<String>) -> Self {
+        self.warnings.extend(more);
+        self
+    }
     /// Content hash: equal models have equal hashes whatever their label.
     pub fn hash(&self) -> u64 {
         self.hash

@@ -6,15 +6,29 @@
 //!     "primitives": [ { "type": "box", "dimensions": [1.2, 0.8, 0.05] } ],
 //!     "primitive_poses": [ { "position": [0.5, 0, 0.4], "orientation": { "x": 0, "y": 0, "z": 0, "w": 1 } } ] } ] }
 //! ```
+//! What links carry, with poses in the link's frame, and what is thicker or checked in any case:
+//!
+//! ```json
+//! { "objects": [],
+//!   "attached_collision_objects": [ { "link_name": "hand", "touch_links": ["finger_left", "finger_right"],
+//!     "object": { "id": "cup", "pose": { "position": [0, 0, 0.1] },
+//!       "primitives": [ { "type": "cylinder", "dimensions": [0.1, 0.03] } ], "primitive_poses": [ {} ] } } ],
+//!   "link_padding": [ { "link_name": "forearm", "padding": 0.02 } ],
+//!   "forbidden_collisions": [["forearm", "cup"]] }
+//! ```
 //! Lengths in metres. `dimensions` are MoveIt's: box x y z; sphere radius; cylinder height, radius;
 //! ours: capsule length of its straight part, radius. `meshes` give `file` and `scale`, with
-//! `mesh_poses`. An object's own `pose`, where there is one, carries all its shapes.
+//! `mesh_poses`. An object's own `pose`, where there is one, carries all its shapes. `link_padding` may also be a map
+//! from names to lengths, and name objects.
 
+use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 
-use serde::Deserialize;
+use serde::de::{Error, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
-use super::{Obstacle, Scene, SceneError};
+use super::{AttachedObject, Obstacle, Scene, SceneDescription, SceneError};
 use crate::math::{Pose, Quat, Vec3};
 use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
 
@@ -35,12 +49,36 @@ pub struct SceneFile {
     /// Pairs of links or objects that may touch.
     #[serde(default)]
     pub allowed_collisions: Vec<(String, String)>,
+    /// Pairs of links or objects that are checked whatever allows them to touch.
+    #[serde(default)]
+    pub forbidden_collisions: Vec<(String, String)>,
+    /// What links carry.
+    #[serde(default)]
+    pub attached_collision_objects: Vec<AttachedObjectFile>,
+    /// Links and objects that count as thicker.
+    #[serde(default)]
+    pub link_padding: PaddingFile,
 }
+
+/// MoveIt's attached collision object.
+#[derive(Clone, Debug, Deserialize)]
+pub struct AttachedObjectFile {
+    link_name: String,
+    object: ObjectFile,
+    #[serde(default)]
+    touch_links: Vec<String>,
+}
+
+/// Paddings (m) by name, written as MoveIt's list or as a map.
+#[derive(Clone, Debug, Default)]
+pub struct PaddingFile(BTreeMap<String, f64>);
 
 /// MoveIt's collision object.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ObjectFile {
     id: String,
+    #[serde(default)]
+    header: HeaderFile,
     pose: Option<PoseFile>,
     #[serde(default)]
     primitives: Vec<PrimitiveFile>,
@@ -53,6 +91,12 @@ pub struct ObjectFile {
     /// Read only to be refused: an infinite plane is no solid here.
     #[serde(default)]
     planes: Vec<serde::de::IgnoredAny>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+struct HeaderFile {
+    #[serde(default)]
+    frame_id: String,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -110,21 +154,81 @@ impl SceneFile {
     /// # Errors
     /// An object whose sizes, poses or meshes are none.
     pub fn build(self, meshes: &mut MeshSource<'_>) -> Result<Scene, SceneError> {
-        let mut warnings = Vec::new();
-        let mut obstacles = Vec::with_capacity(self.objects.len());
-        for object in self.objects {
-            let obstacle = object.build(meshes)?;
-            if obstacle.shapes.is_empty() {
-                warnings.push(format!("object {:?} has no shapes; nothing can collide with it", obstacle.id));
-            }
-            for shape in &obstacle.shapes {
-                if let Shape::Mesh(mesh) = &shape.shape {
-                    warnings.extend(mesh.warnings().iter().map(|text| format!("object {:?}: {text}", obstacle.id)));
-                }
-            }
-            obstacles.push(obstacle);
+        let obstacles = self.objects.into_iter().map(|object| object.build(meshes));
+        let obstacles = obstacles.collect::<Result<_, _>>()?;
+        let attached = self.attached_collision_objects.into_iter().map(|object| object.build(meshes));
+        let attached = attached.collect::<Result<_, _>>()?;
+        let description = SceneDescription {
+            name: self.name,
+            obstacles,
+            attached,
+            padding: self.link_padding.0,
+            allowed: self.allowed_collisions,
+            forbidden: self.forbidden_collisions,
+            warnings: Vec::new(),
+        };
+        Scene::of(description)
+    }
+}
+
+impl AttachedObjectFile {
+    fn build(self, meshes: &mut MeshSource<'_>) -> Result<AttachedObject, SceneError> {
+        let (id, link_name, frame) = (&self.object.id, &self.link_name, &self.object.header.frame_id);
+        // Taken for poses in the link's frame, those of another frame would put the object elsewhere unseen.
+        if !frame.is_empty() && frame != link_name {
+            let text = format!("object {id:?} is attached to {link_name:?}, but its poses are in the frame {frame:?}");
+            return Err(SceneError::Syntax(format!("{text}; give them in the frame of {link_name:?}")));
         }
-        Scene::new(self.name, obstacles, self.allowed_collisions, warnings)
+        let object = self.object.build(meshes)?;
+        Ok(AttachedObject { link_name: self.link_name, object, touch_links: self.touch_links })
+    }
+}
+
+impl<'de> Deserialize<'de> for PaddingFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(PaddingVisitor)
+    }
+}
+
+struct PaddingVisitor;
+
+impl<'de> Visitor<'de> for PaddingVisitor {
+    type Value = PaddingFile;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a list of { \"link_name\": …, \"padding\": … } or a map from names to lengths (m)")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<PaddingFile, A::Error> {
+        #[derive(Deserialize)]
+        struct Entry {
+            link_name: String,
+            padding: f64,
+        }
+        let mut file = PaddingFile::default();
+        while let Some(Entry { link_name, padding }) = list.next_element()? {
+            file.add(link_name, padding)?;
+        }
+        Ok(file)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<PaddingFile, A::Error> {
+        let mut file = PaddingFile::default();
+        while let Some((name, padding)) = map.next_entry()? {
+            file.add(name, padding)?;
+        }
+        Ok(file)
+    }
+}
+
+impl PaddingFile {
+    fn add<E: Error>(&mut self, name: String, padding: f64) -> Result<(), E> {
+        match self.0.insert(name.clone(), padding) {
+            None => Ok(()),
+            Some(before) => {
+                Err(E::custom(format!("link_padding gives {name:?} both {before} and {padding}; give it one")))
+            }
+        }
     }
 }
 
@@ -143,17 +247,17 @@ impl ObjectFile {
                 return Err(SceneError::Syntax(format!("{text}; each needs one")));
             }
         }
-        let carrier = self.pose.map_or(Ok(Pose::identity()), |pose| pose.build(&id))?;
+        let own = self.pose.map_or(Ok(Pose::identity()), |pose| pose.build(&id))?;
         let mut shapes = Vec::new();
         for (primitive, pose) in self.primitives.iter().zip(&self.primitive_poses) {
-            shapes.push(PlacedShape { pose: carrier * pose.build(&id)?, shape: primitive.build(&id)? });
+            shapes.push(PlacedShape { pose: pose.build(&id)?, shape: primitive.build(&id)? });
         }
         for (mesh, pose) in self.meshes.iter().zip(&self.mesh_poses) {
             let source = meshes(&mesh.file, Vec3::from_array(mesh.scale));
             let shape = Shape::Mesh(source.map_err(|source| SceneError::Mesh { id: id.clone(), source })?);
-            shapes.push(PlacedShape { pose: carrier * pose.build(&id)?, shape });
+            shapes.push(PlacedShape { pose: pose.build(&id)?, shape });
         }
-        Ok(Obstacle { id, shapes })
+        Ok(Obstacle::new(id, shapes).at(own))
     }
 }
 
@@ -176,91 +280,26 @@ impl PrimitiveFile {
 
 impl PoseFile {
     fn build(&self, id: &str) -> Result<Pose, SceneError> {
-        let bad = |what, value, rule| SceneError::BadPose { id: id.to_owned(), what, value, rule };
-        let position = Vec3::from_array(self.position);
-        if !position.is_finite() {
-            return Err(bad("position", position.to_string(), "it must be finite"));
-        }
         let QuaternionFile { x, y, z, w } = self.orientation;
-        let rotation = Quat::from_xyzw(x, y, z, w);
-        let norm = rotation.length();
-        if !norm.is_finite() || (norm - 1.0).abs() > NORM_TOLERANCE {
-            let value = format!("x {x}, y {y}, z {z}, w {w} (norm {norm})");
-            return Err(bad("orientation", value, "it must be a unit quaternion"));
-        }
-        Ok(Pose::from_parts(position, rotation.normalize()))
+        checked_pose(id, self.position, [x, y, z, w])
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn parse_objects(objects: &str) -> Result<Scene, SceneError> {
-        let mut no_mesh =
-            |name: &str, _| Err(MeshError::Unreadable { name: name.to_owned(), reason: "none".to_owned() });
-        parse(&format!(r#"{{ "name": "s", "objects": [{objects}] }}"#), &mut no_mesh)
+/// The pose of a position (m) and a quaternion (x, y, z, w) that is of unit length but for rounding.
+///
+/// # Errors
+/// A number that is not finite, or a quaternion that is no rotation; `id` is the object whose pose it is.
+pub(super) fn checked_pose(id: &str, position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Result<Pose, SceneError> {
+    let bad = |what, value, rule| SceneError::BadPose { id: id.to_owned(), what, value, rule };
+    let position = Vec3::from_array(position);
+    if !position.is_finite() {
+        return Err(bad("position", position.to_string(), "it must be finite"));
     }
-
-    fn message(objects: &str) -> String {
-        parse_objects(objects).expect_err("must be refused").to_string()
+    let rotation = Quat::from_xyzw(x, y, z, w);
+    let norm = rotation.length();
+    if !norm.is_finite() || (norm - 1.0).abs() > NORM_TOLERANCE {
+        let value = format!("x {x}, y {y}, z {z}, w {w} (norm {norm})");
+        return Err(bad("orientation", value, "it must be a unit quaternion"));
     }
-
-    #[test]
-    fn dimensions_are_moveits() {
-        let object = r#"{ "id": "a",
-            "primitives": [{ "type": "box", "dimensions": [1, 2, 3] }, { "type": "cylinder", "dimensions": [4, 0.5] }],
-            "primitive_poses": [{ "position": [1, 0, 0] }, { "orientation": { "x": 0, "y": 0, "z": 0, "w": 1 } }] }"#;
-        let scene = parse_objects(object).unwrap();
-        let [cuboid, cylinder] = scene.obstacles()[0].shapes.as_slice() else { panic!("two shapes") };
-        assert_eq!(cuboid.shape, Shape::Box { half_extents: Vec3::new(0.5, 1.0, 1.5) });
-        assert_eq!(cuboid.pose.translation, Vec3::X);
-        assert_eq!(cylinder.shape, Shape::Cylinder { radius: 0.5, half_height: 2.0 });
-    }
-
-    #[test]
-    fn the_objects_own_pose_carries_its_shapes() {
-        let object = r#"{ "id": "a", "pose": { "position": [0, 0, 1] },
-            "primitives": [{ "type": "sphere", "dimensions": [1] }], "primitive_poses": [{ "position": [0, 2, 0] }] }"#;
-        let scene = parse_objects(object).unwrap();
-        assert_eq!(scene.obstacles()[0].shapes[0].pose.translation, Vec3::new(0.0, 2.0, 1.0));
-    }
-
-    #[test]
-    fn a_quaternion_that_is_not_unit_is_refused_and_a_rounded_one_normalised() {
-        let with_w = |w: f64| {
-            format!(
-                r#"{{ "id": "cup", "primitives": [{{ "type": "sphere", "dimensions": [1] }}],
-                "primitive_poses": [{{ "position": [0, 0, 0], "orientation": {{ "x": 0, "y": 0, "z": 0, "w": {w} }} }}] }}"#
-            )
-        };
-        let text = message(&with_w(1.01));
-        assert!(text.contains("cup") && text.contains("1.01") && text.contains("unit quaternion"), "{text}");
-        let scene = parse_objects(&with_w(1.0001)).unwrap();
-        assert_eq!(scene.obstacles()[0].shapes[0].pose.rotation.w, 1.0);
-    }
-
-    #[test]
-    fn what_is_no_solid_is_named() {
-        let one = |shape: &str| format!(r#"{{ "id": "cup", "primitives": [{shape}], "primitive_poses": [{{}}] }}"#);
-        for (objects, parts) in [
-            (one(r#"{ "type": "cone", "dimensions": [1, 1] }"#), ["cup", "cone", "cylinder [height, radius]"]),
-            (one(r#"{ "type": "box", "dimensions": [1, 1] }"#), ["cup", "2 dimensions", "box [x, y, z]"]),
-            (one(r#"{ "type": "sphere", "dimensions": [-1] }"#), ["cup", "radius is -1", "greater than 0"]),
-            (
-                r#"{ "id": "cup", "primitives": [{ "type": "sphere", "dimensions": [1] }] }"#.into(),
-                ["cup", "1 primitives", "0 poses"],
-            ),
-            (r#"{ "id": "cup", "planes": [{}] }"#.into(), ["cup", "planes", "box"]),
-            (
-                r#"{ "id": "cup", "meshes": [{ "file": "cup.stl" }], "mesh_poses": [{}] }"#.into(),
-                ["cup", "cup.stl", "none"],
-            ),
-            (r#"{ "id": "cup" }, { "id": "cup" }"#.into(), ["cup", "twice", "unique"]),
-            (r#"{ "primitives": [] }"#.into(), ["missing field", "id", "line 1"]),
-        ] {
-            let text = message(&objects);
-            assert!(parts.iter().all(|part| text.contains(part)), "{text}");
-        }
-    }
+    Ok(Pose::from_parts(position, rotation.normalize()))
 }

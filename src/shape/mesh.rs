@@ -1,11 +1,11 @@
 //! Triangle meshes: what a mesh file becomes once it is checked.
 
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 
+use super::oddities;
+use crate::hash::ContentHasher;
 use crate::math::Vec3;
-
-/// A mesh larger than this (m) was probably drawn in millimetres.
-const SUSPICIOUS_SIZE_M: f64 = 10.0;
 
 /// A checked triangle mesh (m), scale already applied.
 ///
@@ -16,6 +16,8 @@ pub struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     warnings: Vec<String>,
+    // Kept: a scene that only moves a large mesh need not read all of it again.
+    hash: u64,
 }
 
 /// Why a mesh was refused.
@@ -53,9 +55,15 @@ impl Mesh {
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
-    /// What is odd about the mesh, a line each: its size, holes in its surface, a surface turned inside out.
+    /// What is odd about the mesh, a line each with its name and size: it may be in millimetres, its surface is
+    /// open or faces inwards or both ways, some of its triangles have no area.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// Hash of vertices and triangles, whatever the file is called.
+    pub fn hash(&self) -> u64 {
+        self.hash
     }
 
     /// One vertex of every connected part of the surface.
@@ -107,21 +115,23 @@ impl Mesh {
         }
         let (vertices, mut welded) = weld(&vertices, &triangles);
         // Before slivers are dropped: they have no area, but they do close the surface.
-        let edges = edges(&welded);
+        let edges = oddities::Edges::of(&welded);
         let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length();
         welded.retain(|t| area(corners(&vertices, *t)) > 0.0);
         if welded.is_empty() {
             return Err(MeshError::Empty { name, triangles: triangles.len() });
         }
-        let mut mesh = Self { name, vertices, triangles: welded, warnings: Vec::new() };
-        mesh.warnings = oddities(&mesh, edges);
+        let mut hasher = ContentHasher::default();
+        hasher.mesh(&vertices, &welded);
+        let mut mesh = Self { name, vertices, triangles: welded, warnings: Vec::new(), hash: hasher.finish() };
+        mesh.warnings = oddities::of(&mesh, &edges, triangles.len() - mesh.triangles.len());
         Ok(mesh)
     }
 }
 
 /// Merges equal vertices and drops triangles that this leaves with two corners.
 fn weld(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let mut known: HashMap<[u64; 3], u32> = HashMap::with_capacity(vertices.len());
+    let mut known: HashMap<[u64; 3], u32, BuildHasherDefault<CoordinateHasher>> = HashMap::default();
     let mut kept = Vec::new();
     let merged: Vec<u32> = vertices
         .iter()
@@ -141,33 +151,22 @@ fn corners(vertices: &[Vec3], triangle: [u32; 3]) -> [Vec3; 3] {
     triangle.map(|i| vertices[i as usize])
 }
 
-fn oddities(mesh: &Mesh, (edges, open): (usize, usize)) -> Vec<String> {
-    let (mut found, name) = (Vec::new(), &mesh.name);
-    let bounds = |(low, high): (Vec3, Vec3), v: &Vec3| (low.min(*v), high.max(*v));
-    let (low, high) = mesh.vertices.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), bounds);
-    let size = high - low;
-    if size.max_element() > SUSPICIOUS_SIZE_M {
-        let text = format!("is {:.1} × {:.1} × {:.1} m large", size.x, size.y, size.z);
-        found.push(format!("mesh {name} {text}; if it was drawn in millimetres, give it the scale 0.001"));
-    }
-    let volume = mesh.signed_volume();
-    if open > 0 {
-        let text = format!("is not closed: {open} of {edges} edges do not belong to exactly two triangles");
-        found.push(format!("mesh {name} {text}; a point inside it may count as outside"));
-    } else if volume < 0.0 {
-        let text = format!("faces inwards (signed volume {volume:.3e} m³)");
-        found.push(format!("mesh {name} {text}; it is taken as the solid that its surface encloses"));
-    }
-    found
-}
+/// Hashes the bits of coordinates: meshes have them by the hundred thousand, and nobody chooses them to collide.
+#[derive(Default)]
+struct CoordinateHasher(u64);
 
-/// Number of edges, and of those that do not belong to exactly two triangles.
-fn edges(triangles: &[[u32; 3]]) -> (usize, usize) {
-    let mut uses: HashMap<(u32, u32), u32> = HashMap::new();
-    for &[a, b, c] in triangles {
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            *uses.entry((from.min(to), from.max(to))).or_default() += 1;
-        }
+impl Hasher for CoordinateHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.chunks(8).for_each(|chunk| {
+            let word = chunk.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte));
+            // Steele, Lea and Flood's mixer (2014): coordinates that are round in binary differ in few bits.
+            let mixed = (self.0 ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mixed = (mixed ^ mixed >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            self.0 = mixed ^ mixed >> 27;
+        });
     }
-    (uses.len(), uses.values().filter(|count| **count != 2).count())
+    fn finish(&self) -> u64 {
+        let mixed = self.0.wrapping_mul(0x94d0_49bb_1331_11eb);
+        mixed ^ mixed >> 31
+    }
 }

@@ -1,8 +1,8 @@
-//! Mesh files: bytes of an STL or OBJ file to a [`Mesh`], exactly as it stands, never made convex.
+//! Mesh files: bytes of an STL, OBJ or DAE file to a [`Mesh`], exactly as it stands, never made convex.
 
 use std::path::Path;
 
-use super::{Mesh, MeshError};
+use super::{Mesh, MeshError, collada};
 use crate::math::Vec3;
 
 /// Bytes of a binary STL before its first triangle, and of each triangle.
@@ -15,7 +15,7 @@ const STL_TRIANGLE: usize = 50;
 /// mirrors the mesh.
 ///
 /// # Errors
-/// Another format than STL or OBJ, a file that is cut short or cannot be decoded, one without a
+/// Another format than STL, OBJ or DAE, a file that is cut short or cannot be decoded, one without a
 /// triangle that has an area, a scale that is zero or not finite.
 pub fn read(name: &str, bytes: &[u8], scale: Vec3) -> Result<Mesh, MeshError> {
     let refuse = |reason: String| MeshError::Unreadable { name: name.to_owned(), reason };
@@ -23,36 +23,44 @@ pub fn read(name: &str, bytes: &[u8], scale: Vec3) -> Result<Mesh, MeshError> {
         return Err(refuse(format!("its scale is {scale}; every factor must be finite and not 0")));
     }
     let extension = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let parts = match extension.as_str() {
+    let (mut vertices, mut triangles) = match extension.as_str() {
         "stl" => stl(bytes).map_err(refuse)?,
         "obj" => {
             // Materials say nothing about the shape.
             let no_material = |_: &Path| -> std::io::Result<&[u8]> { Err(std::io::ErrorKind::NotFound.into()) };
-            mesh_loader::obj::from_slice(bytes, None, no_material)
-                .map_err(|e| refuse(format!("not an OBJ file: {e}")))?
+            let scene = mesh_loader::obj::from_slice(bytes, None, no_material);
+            join(&scene.map_err(|e| refuse(format!("not an OBJ file: {e}")))?.meshes)
         }
-        "dae" => return Err(refuse("DAE comes later; convert it to STL or OBJ".to_owned())),
-        other => return Err(refuse(format!("{other:?} is no mesh format; valid formats: stl, obj"))),
+        "dae" => {
+            let surface = collada::read(bytes).map_err(refuse)?;
+            (surface.vertices, surface.triangles)
+        }
+        other => return Err(refuse(format!("{other:?} is no mesh format; valid formats: stl, obj, dae"))),
     };
-    let (vertices, triangles) = join(&parts.meshes, scale);
+    vertices.iter_mut().for_each(|vertex| *vertex *= scale);
+    // An odd number of negative factors turns the triangles over.
+    if scale.x * scale.y * scale.z < 0.0 {
+        triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    }
     Mesh::new(name, vertices, triangles)
 }
 
+/// Vertices in the file's unit, and triangles of them.
+type Surface = (Vec<Vec3>, Vec<[u32; 3]>);
+
 /// Decodes an STL. The size decides between binary and text: many binary headers start with `solid `.
-fn stl(bytes: &[u8]) -> Result<mesh_loader::Scene, String> {
+fn stl(bytes: &[u8]) -> Result<Surface, String> {
     let announced = bytes.get(80..STL_HEADER).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
     let size = announced.map(|count| STL_HEADER + STL_TRIANGLE * count);
     let is_text = bytes.trim_ascii_start().starts_with(b"solid") && size != Some(bytes.len()) && !bytes.contains(&0);
     if is_text {
-        return mesh_loader::stl::from_slice(bytes).map_err(|e| format!("not a text STL: {e}"));
+        let scene = mesh_loader::stl::from_slice(bytes).map_err(|e| format!("not a text STL: {e}"))?;
+        return Ok(join(&scene.meshes));
     }
     match (announced, size) {
         // Up to a triangle's worth of stray bytes (a line end) is harmless; more would be triangles lost.
-        (Some(count), Some(size)) if (size..size + STL_TRIANGLE).contains(&bytes.len()) => {
-            let mut binary = bytes[..size].to_vec();
-            binary[..80].fill(0); // else a header that starts with `solid ` is taken for text
-            let scene = mesh_loader::stl::from_slice(&binary);
-            scene.map_err(|e| format!("not a binary STL of {count} triangles: {e}"))
+        (Some(_), Some(size)) if (size..size + STL_TRIANGLE).contains(&bytes.len()) => {
+            Ok(binary_stl(&bytes[STL_HEADER..size]))
         }
         (Some(count), Some(size)) => {
             let what = if bytes.len() < size { "cut short" } else { "longer than it says" };
@@ -62,17 +70,22 @@ fn stl(bytes: &[u8]) -> Result<mesh_loader::Scene, String> {
     }
 }
 
-/// Joins the parts of a file. An odd number of negative factors turns the triangles over, so the winding is flipped.
-fn join(parts: &[mesh_loader::Mesh], scale: Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let mirrored = scale.x * scale.y * scale.z < 0.0;
+/// Triangles of a binary STL: each a normal, which says nothing new, three corners, and two bytes of anything.
+fn binary_stl(triangles: &[u8]) -> Surface {
+    let number = |b: &[u8]| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let corner = |b: &[u8]| Vec3::new(number(b), number(&b[4..]), number(&b[8..]));
+    let each = triangles.chunks_exact(STL_TRIANGLE);
+    let faces = (0..each.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    (each.flat_map(|triangle| triangle[12..48].chunks_exact(12)).map(corner).collect(), faces)
+}
+
+/// Joins the parts of a file.
+fn join(parts: &[mesh_loader::Mesh]) -> Surface {
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
     for part in parts {
         let first = vertices.len() as u32;
-        vertices.extend(part.vertices.iter().map(|vertex| Vec3::from_array(vertex.map(f64::from)) * scale));
-        triangles.extend(part.faces.iter().map(|face| {
-            let [a, b, c] = face.map(|i| first + i);
-            if mirrored { [a, c, b] } else { [a, b, c] }
-        }));
+        vertices.extend(part.vertices.iter().map(|vertex| Vec3::from_array(vertex.map(f64::from))));
+        triangles.extend(part.faces.iter().map(|face| face.map(|i| first + i)));
     }
     (vertices, triangles)
 }
@@ -88,7 +101,7 @@ mod tests {
     };
     const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng a\nf 1 3 2\nf 1 2 4\ng b\nf 1 4 3\nf 2 3 4\n";
 
-    fn binary_stl(header: &str, faces: &[[[f32; 3]; 3]]) -> Vec<u8> {
+    fn written_stl(header: &str, faces: &[[[f32; 3]; 3]]) -> Vec<u8> {
         let mut bytes = header.as_bytes().to_vec();
         bytes.resize(80, b' ');
         bytes.extend((faces.len() as u32).to_le_bytes());
@@ -118,8 +131,8 @@ mod tests {
     #[test]
     fn every_format_gives_the_same_welded_and_closed_solid() {
         for (name, bytes) in [
-            ("a.stl", binary_stl("made by hand", &FACES)),
-            ("a.STL", binary_stl("solid made by a trap", &FACES)),
+            ("a.stl", written_stl("made by hand", &FACES)),
+            ("a.STL", written_stl("solid made by a trap", &FACES)),
             ("a.stl", text_stl(&FACES).into_bytes()),
             ("a.obj", OBJ.as_bytes().to_vec()),
         ] {
@@ -131,11 +144,11 @@ mod tests {
 
     #[test]
     fn a_file_that_is_cut_short_is_refused_with_its_sizes() {
-        let whole = binary_stl("solid", &FACES);
+        let whole = written_stl("solid", &FACES);
         assert_eq!(whole.len(), 284);
         let text = refusal("cup.stl", &whole[..270]);
         assert!(text.contains("cup.stl") && text.contains("4 triangles need 284 bytes, the file has 270"), "{text}");
-        let text = refusal("cup.stl", &binary_stl("", &FACES)[..60]);
+        let text = refusal("cup.stl", &written_stl("", &FACES)[..60]);
         assert!(text.contains("at least 84 bytes, the file has 60"), "{text}");
         let written = text_stl(&FACES);
         let text = refusal("cup.stl", &written.as_bytes()[..written.len() / 2]);
@@ -148,7 +161,7 @@ mod tests {
     #[test]
     fn a_file_without_an_area_is_refused() {
         let flat = [[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]];
-        for bytes in [binary_stl("", &[]), binary_stl("", &flat), text_stl(&[]).into_bytes()] {
+        for bytes in [written_stl("", &[]), written_stl("", &flat), text_stl(&[]).into_bytes()] {
             let text = refusal("cup.stl", &bytes);
             assert!(text.contains("cup.stl") && text.contains("no triangle with an area"), "{text}");
         }
@@ -157,12 +170,12 @@ mod tests {
 
     #[test]
     fn what_is_no_mesh_is_refused_with_what_would_be() {
-        assert!(refusal("cup.dae", b"<COLLADA/>").contains("convert it to STL or OBJ"));
-        assert!(refusal("cup.ply", b"ply").contains("valid formats: stl, obj"));
+        assert!(refusal("cup.dae", b"<COLLADA/>").contains("cup.dae: it shows no polygon"));
+        assert!(refusal("cup.ply", b"ply").contains("valid formats: stl, obj, dae"));
         assert!(refusal("cup.obj", b"v 0 0 0\nf 1 2 3\n").contains("cup.obj"));
         let nan = [[[f32::NAN, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]];
-        assert!(refusal("cup.stl", &binary_stl("", &nan)).contains("not finite"));
-        let bytes = binary_stl("", &FACES);
+        assert!(refusal("cup.stl", &written_stl("", &nan)).contains("not finite"));
+        let bytes = written_stl("", &FACES);
         for scale in [Vec3::ZERO, Vec3::new(1.0, f64::NAN, 1.0)] {
             assert!(read("cup.stl", &bytes, scale).unwrap_err().to_string().contains("scale"));
         }
@@ -170,7 +183,7 @@ mod tests {
 
     #[test]
     fn a_mirroring_scale_keeps_the_surface_outside_out() {
-        let bytes = binary_stl("", &FACES);
+        let bytes = written_stl("", &FACES);
         let mesh = read("a.stl", &bytes, Vec3::new(-2.0, 1.0, 1.0)).unwrap();
         assert!(mesh.warnings().is_empty(), "{:?}", mesh.warnings());
         assert!(mesh.vertices().contains(&Vec3::new(-2.0, 0.0, 0.0)));
@@ -179,7 +192,7 @@ mod tests {
     #[test]
     fn odd_meshes_are_kept_with_a_warning_that_names_them() {
         let warning = |faces: &[[[f32; 3]; 3]], scale| {
-            let mesh = read("cup.stl", &binary_stl("", faces), scale).unwrap();
+            let mesh = read("cup.stl", &written_stl("", faces), scale).unwrap();
             assert!(mesh.warnings().iter().all(|text| text.contains("cup.stl")));
             mesh.warnings().join("; ")
         };

@@ -1,7 +1,10 @@
 //! Shapes of links and obstacles, and the meshes they may be. Knows neither robots nor scenes.
 
+mod collada;
 pub mod mesh;
 pub mod mesh_file;
+mod oddities;
+mod polygon;
 
 use std::sync::Arc;
 

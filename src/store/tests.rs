@@ -12,7 +12,7 @@ fn robot(link: &str) -> Arc<RobotModel> {
 }
 
 fn scene(object: &str) -> Arc<Scene> {
-    let obstacle = Obstacle { id: object.to_owned(), shapes: Vec::new() };
+    let obstacle = Obstacle::new(object, Vec::new());
     Arc::new(Scene::new("scene", vec![obstacle], Vec::new(), Vec::new()).unwrap())
 }
 

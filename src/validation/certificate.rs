@@ -1,13 +1,20 @@
 //! The proof in short: what was proved, of what, by which checker, and by how much.
+//!
+//! Anyone can make a certificate, so it counts only as far as the [reference checker](super::reference) finds
+//! it true. The digest is no signature: it shows that numbers were changed after the proof, even where they
+//! would still be true, and does not keep anybody from computing it anew.
 
 use serde::{Deserialize, Serialize};
 
 use super::SegmentProof;
 use crate::collision::CollisionModel;
+use crate::hash::ContentHasher;
 use crate::path::Path;
 
 /// Raised whenever the checker proves or refuses anything differently.
-pub const CHECKER_VERSION: u32 = 1;
+pub const CHECKER_VERSION: u32 = 2;
+/// Certificates of this checker version and later carry a digest.
+pub const FIRST_WITH_DIGEST: u32 = 2;
 
 /// A claim that a path is free, small enough to travel with every answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,32 +34,49 @@ pub struct Certificate {
     pub clearance_m: f64,
     /// Pairs with a lowered floor: names of the bodies and floor (m).
     pub lowered: Vec<(String, String, f64)>,
-    /// One claim per segment.
+    /// Columns of continuous joints are taken as they stand, not as angles on the circle.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unwrapped: bool,
+    /// Values of the robot's held variables (m or rad); `None` = their defaults.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held: Option<Vec<f64>>,
+    /// One claim per segment of the path, also of one that does not move; a path of one waypoint has one.
     pub segments: Vec<SegmentClaim>,
+    /// [`Self::content`] when it was made; `None` before checker version [`FIRST_WITH_DIGEST`].
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "hex_or_none")]
+    pub digest: Option<u64>,
 }
 
 /// What is claimed of one segment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SegmentClaim {
-    /// Distance that every pair keeps on the segment (m); `None` where nothing comes near.
+    /// Distance that every pair keeps on the segment (m); `None` where there is nothing to collide with.
     pub clearance_m: Option<f64>,
     /// Intervals of the proof.
     pub intervals: u32,
 }
 
+/// What the paths of a request are proved to keep.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Terms {
+    /// Floor of every pair that is not listed (m).
+    pub clearance_m: f64,
+    /// Names of the bodies and floor (m) of the others.
+    pub lowered: Vec<(String, String, f64)>,
+    /// Whether columns of continuous joints are taken as they stand.
+    pub unwrapped: bool,
+    /// Values of the held variables, where they are not the defaults.
+    pub held: Option<Vec<f64>>,
+}
+
 impl Certificate {
     /// Certificate of a path proved with these results, one per segment.
-    pub(crate) fn new(
-        model: &CollisionModel,
-        path: &Path,
-        clearance_m: f64,
-        lowered: Vec<(String, String, f64)>,
-        proofs: &[SegmentProof],
-    ) -> Self {
+    pub(crate) fn new(model: &CollisionModel, path: &Path, terms: Terms, proofs: &[SegmentProof]) -> Self {
         let claim = |proof: &SegmentProof| SegmentClaim {
             clearance_m: proof.clearance_m.is_finite().then_some(proof.clearance_m),
             intervals: proof.intervals,
         };
+        let Terms { clearance_m, lowered, unwrapped, held } = terms;
         Self {
             checker_version: CHECKER_VERSION,
             path_hash: path.hash(),
@@ -60,13 +84,50 @@ impl Certificate {
             scene_hash: model.scene().hash(),
             clearance_m,
             lowered,
+            unwrapped,
+            held,
             segments: proofs.iter().map(claim).collect(),
+            digest: None,
         }
+        .sealed()
     }
 
     /// Smallest clearance claimed of any segment (m); `None` where nothing comes near.
     pub fn clearance_m(&self) -> Option<f64> {
         self.segments.iter().filter_map(|segment| segment.clearance_m).min_by(f64::total_cmp)
+    }
+
+    /// Smallest floor of any pair (m).
+    pub fn floor_m(&self) -> f64 {
+        self.lowered.iter().map(|(.., floor)| *floor).fold(self.clearance_m, f64::min)
+    }
+
+    /// The same with the digest of what it says now.
+    #[must_use]
+    pub fn sealed(self) -> Self {
+        Self { digest: Some(self.content()), ..self }
+    }
+
+    /// Hash of everything but the digest, by the exact bits of its numbers.
+    pub fn content(&self) -> u64 {
+        let mut hasher = ContentHasher::default();
+        for number in [u64::from(self.checker_version), self.path_hash, self.robot_hash, self.scene_hash] {
+            hasher.text(&format!("{number:016x}"));
+        }
+        hasher.floats(&[self.clearance_m]);
+        for (a, b, floor) in &self.lowered {
+            hasher.text(a).text(b).floats(&[*floor]);
+        }
+        hasher.text(if self.unwrapped { "unwrapped" } else { "wrapped" });
+        match &self.held {
+            Some(held) => hasher.text("held").floats(held),
+            None => hasher.text("defaults"),
+        };
+        for segment in &self.segments {
+            hasher.text(&segment.intervals.to_string());
+            hasher.floats(&[segment.clearance_m.unwrap_or(f64::INFINITY)]);
+        }
+        hasher.finish()
     }
 }
 
@@ -82,5 +143,21 @@ mod hex {
         let text = String::deserialize(deserializer)?;
         u64::from_str_radix(&text, 16)
             .map_err(|_| de::Error::custom(format!("{text:?} is not a hash of 16 hex digits")))
+    }
+}
+
+/// The same where there may be none.
+mod hex_or_none {
+    use serde::{Deserializer, Serializer};
+
+    pub fn serialize<S: Serializer>(hash: &Option<u64>, serializer: S) -> Result<S::Ok, S::Error> {
+        match hash {
+            Some(hash) => super::hex::serialize(hash, serializer),
+            None => serializer.serialize_none(),
+        }
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u64>, D::Error> {
+        super::hex::deserialize(deserializer).map(Some)
     }
 }

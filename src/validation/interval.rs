@@ -83,7 +83,7 @@ impl PairInterval<'_> {
         if looks.is_stopped() {
             return IntervalVerdict::Stopped;
         }
-        let (ball_a, ball_b) = (self.a.tree.ball(a), self.b.tree.ball(b));
+        let (ball_a, ball_b) = (self.a.solid.tree.ball(a), self.b.solid.tree.ball(b));
         let kept = self.kept_by_balls(ball_a, ball_b);
         if kept >= self.floor + ROUNDING_M {
             return IntervalVerdict::Proved(kept);
@@ -104,14 +104,14 @@ impl PairInterval<'_> {
     }
 
     fn ball_gap(&self, a: u32, b: u32) -> f64 {
-        let (a, b) = (self.a.tree.ball(a), self.b.tree.ball(b));
+        let (a, b) = (self.a.solid.tree.ball(a), self.b.solid.tree.ball(b));
         self.relative.point(a.center).distance(b.center) - a.radius - b.radius
     }
 
     /// Distance that two balls keep on the interval; a ball over a single piece is that piece.
     fn kept_by_balls(&self, a: &Ball, b: &Ball) -> f64 {
         let center_a = self.relative.point(a.center);
-        match (self.a.tree.leaf(a), self.b.tree.leaf(b)) {
+        match (self.a.solid.tree.leaf(a), self.b.solid.tree.leaf(b)) {
             (_, Some(piece)) => {
                 let reach = || reach(b, piece);
                 let Some((normal, gap)) = from_piece(piece, center_a) else { return f64::NEG_INFINITY };
@@ -135,7 +135,8 @@ impl PairInterval<'_> {
     }
 
     fn decide_pieces(&self, (ball_a, i): (&Ball, usize), (ball_b, j): (&Ball, usize)) -> IntervalVerdict {
-        let (piece_a, piece_b) = (self.a.tree.pieces()[i].transformed(&self.relative), &self.b.tree.pieces()[j]);
+        let (piece_a, piece_b) =
+            (self.a.solid.tree.pieces()[i].transformed(&self.relative), &self.b.solid.tree.pieces()[j]);
         let reaches = (reach(ball_a, &piece_a), reach(ball_b, piece_b));
         // Most pairs of pieces are settled along a direction that costs no search.
         for normal in cheap_normals(&piece_a, piece_b).into_iter().flatten() {
@@ -168,11 +169,11 @@ impl PairInterval<'_> {
     #[cfg(test)]
     pub fn weakest_pieces(&self) -> Option<(f64, f64)> {
         let pieces = |tree: &crate::collision::tree::BallTree| 0..tree.pieces().len();
-        let all = pieces(&self.a.tree).flat_map(|i| pieces(&self.b.tree).map(move |j| (i, j)));
-        let piece = |i: usize| self.a.tree.pieces()[i].transformed(&self.relative);
+        let all = pieces(&self.a.solid.tree).flat_map(|i| pieces(&self.b.solid.tree).map(move |j| (i, j)));
+        let piece = |i: usize| self.a.solid.tree.pieces()[i].transformed(&self.relative);
         let reach = |piece: &Piece| piece.core.farthest(piece.center());
         let bounds = all.map(|(i, j)| {
-            let (a, b) = (piece(i), &self.b.tree.pieces()[j]);
+            let (a, b) = (piece(i), &self.b.solid.tree.pieces()[j]);
             let apart = distance::separation(&a, b);
             (apart.gap, self.displacement_of_pieces(&a, b, apart.normal, (reach(&a), reach(b))))
         });

@@ -3,17 +3,23 @@
 pub mod certificate;
 pub mod continuous;
 pub mod discretized;
+mod examine;
+mod floors;
 pub mod interval;
 mod ledger;
 pub mod motion;
 pub mod path_proof;
+mod poses;
 pub mod rake;
+pub mod reference;
 pub mod segment_motion;
 #[cfg(test)]
-mod soundness;
+pub(crate) mod soundness;
+mod undecided;
 
 pub use certificate::{Certificate, SegmentClaim};
 pub use continuous::{Scratch, Validator};
+pub use poses::Enclosed;
 
 pub use crate::collision::Contact;
 
@@ -35,6 +41,17 @@ impl Default for Layers {
     fn default() -> Self {
         Self { filter: true, along_normal: true, reuse: true, portable_lanes: false }
     }
+}
+
+/// Tests that a validator has made, by layer. A test of the filter is of eight intervals at once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Queries {
+    /// Broad phase: balls around whole bodies against nodes over obstacles, and against each other.
+    pub far: u64,
+    /// Parts of two bodies in the filter.
+    pub near: u64,
+    /// Balls and pieces of two bodies, exactly.
+    pub exact: u64,
 }
 
 /// What is known of one straight segment.

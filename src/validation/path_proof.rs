@@ -1,7 +1,6 @@
 //! Proof of a whole path, and the floors that a request's input sets.
 
-use super::continuous::Enclosed;
-use super::{Contact, Hit, HitReason, SegmentProof, SegmentVerdict, Validator};
+use super::{Contact, Enclosed, Hit, HitReason, SegmentProof, SegmentVerdict, Validator};
 use crate::collision::query::TOUCHING_M;
 use crate::path::Path;
 

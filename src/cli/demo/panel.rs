@@ -1,7 +1,5 @@
 //! One planner's robot, obstacles and paths, drawn in one view.
 
-use taut::math::Pose;
-
 use super::motion::{Mover, STEPS, Track};
 use super::svg::{Point, Svg};
 use super::view::{Bounds, Frame, View};
@@ -70,8 +68,8 @@ impl<'a> Panel<'a> {
     fn obstacles(&self, svg: &mut Svg, view: View, frame: &Frame, [width, height]: [f64; 2]) {
         let shown = frame.shown(width, height);
         for obstacle in self.world.scene.obstacles() {
-            for shape in &obstacle.shapes {
-                let outline = view.outline(&Pose::identity(), shape);
+            for shape in obstacle.shapes.iter() {
+                let outline = view.outline(&obstacle.pose, shape);
                 // A floor seen from above fills everything and shows nothing.
                 let fills = Bounds::around(outline.iter().copied()).is_some_and(|bounds| shown.is_inside(bounds));
                 if !fills {

@@ -13,6 +13,14 @@ pub struct Ball {
     pub radius: f64,
 }
 
+impl Ball {
+    /// The ball around what the ball encloses, made thicker by `padding` (m).
+    #[must_use]
+    pub fn padded(&self, padding: f64) -> Self {
+        Self { radius: (self.radius + padding) * (1.0 + ROUNDING), ..*self }
+    }
+}
+
 /// Balls over parts of a mesh: more of them are tighter, and dearer where nothing is near.
 const MESH_BALLS: usize = 32;
 /// Slices of a long piece, one ball each.

@@ -5,11 +5,12 @@ pub mod cover;
 pub mod objects;
 
 use super::body::{Body, MotionKind};
-use super::model::BodyPair;
+use super::pairs::BodyPair;
+use super::piece::Core;
 use crate::robot::lane_kinematics::Skeleton;
 use crate::robot::{Drive, JointKind, RobotModel};
 use cover::Ball;
-pub use objects::{FilterObject, Hull, HullCore, ObjectNode};
+pub use objects::{FilterObject, Hull, HullCore, ObjectNode, SolidHulls};
 
 /// Obstacles that stay farther than this (m) from a body in every configuration are not looked at for
 /// clearances below it.
@@ -46,6 +47,8 @@ pub struct FilterBody {
     pub balls: Vec<FilterBall>,
     /// Joints that carry it, from the body down to the root.
     pub hops: Vec<Hop>,
+    /// The body is made of these balls.
+    pub is_exact: bool,
 }
 
 /// Whom a body of the robot is checked against.
@@ -97,12 +100,12 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// Balls and boxes for the bodies of a model, of which the first `robot_bodies` are the robot's.
+    /// Balls and boxes for the bodies of a model, of which the first `robot_bodies` move with the robot.
     pub fn new(robot: &RobotModel, bodies: &[Body], robot_bodies: usize, pairs: &[BodyPair]) -> Self {
         let skeleton = Skeleton::new(robot, |joint| super::body::rest_value(robot, joint));
-        let objects: Vec<_> = bodies[robot_bodies..].iter().map(FilterObject::new).collect();
-        let of_body =
-            |body: &Body| body.chain.iter().map(|motion| motion.reach).fold(body.tree.balls()[0].radius, f64::max);
+        let objects = bodies[robot_bodies..].iter();
+        let objects: Vec<_> = objects.map(|body| FilterObject::new(&body.solid.hulls, &body.place)).collect();
+        let of_body = |body: &Body| body.chain.iter().map(|motion| motion.reach).fold(body.ball().radius, f64::max);
         let reach = bodies[..robot_bodies].iter().map(of_body).fold(1e-3, f64::max);
         let (mut near, mut remote) = (vec![Vec::new(); robot_bodies], vec![Vec::new(); robot_bodies]);
         let stays: Vec<_> = bodies[..robot_bodies].iter().map(|body| confinement(robot, body)).collect();
@@ -147,12 +150,20 @@ impl Filter {
     }
 }
 
+impl Filter {
+    /// Whether the filter sees the distance of every pair as it is, up to rounding: the robot is made of balls,
+    /// and every obstacle is a ball, box, cylinder or capsule or several of them.
+    pub fn is_exact(&self) -> bool {
+        self.bodies.iter().all(|body| body.is_exact) && self.objects.iter().all(|object| object.is_exact)
+    }
+}
+
 impl FilterBody {
     fn new(body: &Body, skeleton: &Skeleton) -> Self {
         let (frame, place) = skeleton.carrier(body.link);
-        let mut balls = cover::balls(&body.tree);
+        let mut balls = body.solid.cover.clone();
         for ball in &mut balls {
-            ball.center = place.transform_point(ball.center);
+            ball.center = place.transform_point(body.place.point(ball.center));
         }
         let starts = cover::cluster(&mut balls);
         let single = |ball: &Ball| FilterBall {
@@ -173,15 +184,15 @@ impl FilterBody {
             }
         }
         let root = single(&cover::around(&balls));
-        Self { frame, root, clusters, balls: balls.iter().map(single).collect(), hops }
+        let is_exact = body.solid.tree.pieces().iter().all(|piece| matches!(piece.core, Core::Point(_)));
+        Self { frame, root, clusters, balls: balls.iter().map(single).collect(), hops, is_exact }
     }
 }
 
 /// Ball in the world that the body never leaves as long as translations keep their limits; `None` where there
 /// is no such ball.
 fn confinement(robot: &RobotModel, body: &Body) -> Option<Ball> {
-    let root = body.tree.balls()[0];
-    let mut ball = Ball { center: root.center, radius: root.radius };
+    let mut ball = body.ball();
     let mut at = body.link;
     while let Some(link) = at {
         let joint = &robot.joints()[link];

@@ -1,7 +1,6 @@
 //! Obstacles as the filter sees them: boxes and cylinders swept by a ball, and trees over many of them.
 
-use crate::collision::body::Body;
-use crate::collision::piece::{Core, Piece};
+use crate::collision::piece::{Core, Piece, Transform};
 use crate::math::{Mat3, Vec3};
 
 /// A box or cylinder in the world swept by a ball; encloses a part of an obstacle.
@@ -40,6 +39,8 @@ pub struct FilterObject {
     pub boxes: Vec<Hull>,
     /// Corners of the hull's bounding box in the world (m).
     pub(super) bounds: [Vec3; 2],
+    /// The object is what encloses it.
+    pub is_exact: bool,
 }
 
 /// A node of a tree over obstacles, in preorder.
@@ -61,6 +62,7 @@ const BUNCH: usize = 6;
 const ROUNDING: f64 = 4e-7;
 
 /// A hull in f64.
+#[derive(Clone, Copy, Debug)]
 struct Exact {
     center: Vec3,
     axes: Mat3,
@@ -109,6 +111,15 @@ impl Exact {
         Self { axes: Mat3::IDENTITY, half: half * (1.0 + 1e-11), ..self }
     }
 
+    /// The hull in the frame in which `place` puts its own.
+    fn placed(&self, place: &Transform) -> Self {
+        Self { center: place.point(self.center), axes: place.rotation * self.axes, ..*self }.upright()
+    }
+
+    fn padded(&self, padding: f64) -> Self {
+        Self { radius: self.radius + padding, ..*self }
+    }
+
     fn bounds(&self) -> [Vec3; 2] {
         let [x, y, z] = [self.axes.x_axis, self.axes.y_axis, self.axes.z_axis].map(Vec3::abs);
         let reach = x * self.half.x + y * self.half.y + z * self.half.z + Vec3::splat(self.radius);
@@ -131,24 +142,51 @@ impl Exact {
     }
 }
 
-impl FilterObject {
-    /// The boxes of an obstacle.
-    pub fn new(body: &Body) -> Self {
-        let pieces = body.tree.pieces();
+/// Hulls of a solid in its own frame, made once however often it is moved.
+#[derive(Clone, Debug)]
+pub struct SolidHulls {
+    whole: Exact,
+    /// Hulls that enclose it together, where there is more than one piece.
+    parts: Vec<Exact>,
+    /// The solid is what its hulls are.
+    is_exact: bool,
+}
+
+impl SolidHulls {
+    /// Hulls over pieces that stand in the order of their tree: neighbours together.
+    pub fn new(pieces: &[Piece]) -> Self {
         if let [piece] = pieces {
-            let hull = Exact::of_piece(piece);
-            return Self { hull: hull.hull(), boxes: Vec::new(), bounds: hull.bounds() };
+            let is_exact = !matches!(piece.core, Core::Triangle(..));
+            return Self { whole: Exact::of_piece(piece), parts: Vec::new(), is_exact };
         }
-        let bounds = bounds_of(pieces);
-        let mut boxes = Vec::new();
-        if pieces.iter().all(|piece| !matches!(piece.core, Core::Triangle(..))) {
-            boxes.extend(pieces.iter().map(|piece| Exact::of_piece(piece).hull()));
+        let is_exact = pieces.iter().all(|piece| !matches!(piece.core, Core::Triangle(..)));
+        let parts: Vec<_> = if is_exact {
+            pieces.iter().map(Exact::of_piece).collect()
         } else {
-            // Pieces are in the order of their tree: neighbours stand together.
-            let share = pieces.len().div_ceil(MESH_BOXES);
-            boxes.extend(pieces.chunks(share).map(|part| Exact::of_bounds(bounds_of(part), 0.0).hull()));
-        }
-        Self { hull: Exact::of_bounds(bounds, 0.0).hull(), boxes, bounds }
+            let share = pieces.len().div_ceil(MESH_BOXES).max(1);
+            pieces
+                .chunks(share)
+                .map(|part| Exact::of_bounds(bounds_of(part.iter().map(Exact::of_piece)), 0.0))
+                .collect()
+        };
+        Self { whole: Exact::of_bounds(bounds_of(parts.iter().copied()), 0.0), parts, is_exact }
+    }
+
+    /// Hulls of the same solid, thicker by `padding` (m).
+    #[must_use]
+    pub fn padded(&self, padding: f64) -> Self {
+        let parts = self.parts.iter().map(|part| part.padded(padding)).collect();
+        Self { whole: self.whole.padded(padding), parts, is_exact: self.is_exact }
+    }
+}
+
+impl FilterObject {
+    /// The hulls of a solid that stands at `place` in the world.
+    pub fn new(hulls: &SolidHulls, place: &Transform) -> Self {
+        let whole = hulls.whole.placed(place);
+        let parts: Vec<_> = hulls.parts.iter().map(|part| part.placed(place)).collect();
+        let bounds = if parts.is_empty() { whole.bounds() } else { bounds_of(parts.iter().copied()) };
+        Self { hull: whole.hull(), boxes: parts.iter().map(Exact::hull).collect(), bounds, is_exact: hulls.is_exact }
     }
 
     /// Distance from a point to the object's bounding box (m).
@@ -157,13 +195,10 @@ impl FilterObject {
     }
 }
 
-fn bounds_of(pieces: &[Piece]) -> [Vec3; 2] {
-    pieces
-        .iter()
-        .map(|piece| Exact::of_piece(piece).bounds())
-        .fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], [piece_low, piece_high]| {
-            [low.min(piece_low), high.max(piece_high)]
-        })
+fn bounds_of(hulls: impl Iterator<Item = Exact>) -> [Vec3; 2] {
+    hulls
+        .map(|hull| hull.bounds())
+        .fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)])
 }
 
 /// A tree over `(pair, object)` leaves; a few leaves need none.

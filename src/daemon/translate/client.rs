@@ -66,7 +66,7 @@ pub fn outcome(view: &ResponseView, settings: &Settings, weights: &[f64]) -> Res
     let hint: Vec<String> = warnings.extract_if(.., |line| !line.starts_with(WARNING)).collect();
     let lowered: Vec<LoweredFloor> =
         view.lowered_pairs.iter().map(|pair| lowered(pair, view)).collect::<Result<_, _>>()?;
-    let certificate = certificate(view, &path, &lowered)?;
+    let certificate = certificate(view, settings, &path, &lowered)?;
     let outcome = Outcome {
         path,
         proved: view.is_proved(),
@@ -136,7 +136,12 @@ fn refusal(view: &ResponseView, hint: String) -> Result<Option<Refusal>, WireErr
 }
 
 /// The certificate, after comparing its hash with the path that came.
-fn certificate(view: &ResponseView, path: &Path, lowered: &[LoweredFloor]) -> Result<Option<Certificate>, AnswerError> {
+fn certificate(
+    view: &ResponseView,
+    settings: &Settings,
+    path: &Path,
+    lowered: &[LoweredFloor],
+) -> Result<Option<Certificate>, AnswerError> {
     let Some(head) = view.certificate_head else { return Ok(None) };
     if head.path_hash != path_hash(path.as_flat()) {
         return Err(AnswerError::OtherPath);
@@ -146,13 +151,17 @@ fn certificate(view: &ResponseView, path: &Path, lowered: &[LoweredFloor]) -> Re
         intervals: segment.intervals,
     };
     let named = |floor: &LoweredFloor| (floor.bodies[0].clone(), floor.bodies[1].clone(), floor.floor_m);
-    Ok(Some(Certificate {
+    let certificate = Certificate {
         checker_version: head.checker_version,
         path_hash: path.hash(),
         robot_hash: view.header.robot_hash,
         scene_hash: view.header.scene_hash,
         clearance_m: head.clearance_m,
         lowered: lowered.iter().map(named).collect(),
+        unwrapped: settings.unwrapped,
+        held: settings.held.clone(),
         segments: view.certificate.iter().map(claim).collect(),
-    }))
+        digest: None,
+    };
+    Ok(Some(certificate.sealed()))
 }

@@ -132,7 +132,7 @@ pub(in crate::daemon) fn scene_summary(label: &str, entry: &SceneEntry) -> Scene
         scene_id: entry.id,
         scene_hash: entry.scene.hash(),
         version: entry.version,
-        objects: entry.scene.obstacles().len() as u32,
+        objects: (entry.scene.obstacles().len() + entry.scene.attached().len()) as u32,
         warnings: entry.scene.warnings().to_vec(),
     }
 }
@@ -157,14 +157,18 @@ pub(in crate::daemon) fn file_refusal(error: &FileError) -> Refusal {
     Refusal::new(code, error.to_string())
 }
 
-/// The refusal of a robot and a scene that do not go together: the scene allows a pair one of whose names does
-/// not exist. Beside a link the missing one is taken for an object, beside an object for a link.
+/// The refusal of a robot and a scene that do not go together: a pair of names one of which does not
+/// exist. Beside a link the missing one is taken for an object, beside an object for a link.
 pub(in crate::daemon) fn model_refusal(error: &CollisionModelError, robot: &RobotModel) -> Refusal {
     let code = match error {
-        CollisionModelError::UnknownName { a, b, name, .. } => {
-            let other = if a == name { b } else { a };
-            if robot.link_index(other).is_some() { Code::InvalidObjectName } else { Code::InvalidLinkName }
+        CollisionModelError::UnknownName { beside, .. } => {
+            if robot.link_index(beside).is_some() {
+                Code::InvalidObjectName
+            } else {
+                Code::InvalidLinkName
+            }
         }
+        CollisionModelError::UnknownLink { .. } => Code::InvalidLinkName,
         _ => Code::InvalidModel,
     };
     Refusal::new(code, error.to_string())

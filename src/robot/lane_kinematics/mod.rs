@@ -4,11 +4,15 @@
 //! turned so that its joint's axis is z. Velocities are *half displacements*: velocity times the half width
 //! of an interval, so that every lane may belong to an interval of another segment.
 
+mod segments;
+
 use super::joint::{Drive, JointKind};
 use super::model::RobotModel;
-use super::{Component, ConfigurationSpace};
-use crate::lanes::{Axes, Eight, LANES, Lanes, Packed, Vectors, sin_cos};
-use crate::math::{Mat3, Pose, Quat, Vec3, quat_exp};
+#[cfg(test)]
+use crate::lanes::LANES;
+use crate::lanes::{Axes, Eight, Lanes, Packed, Vectors, sin_cos};
+use crate::math::{Mat3, Pose, Quat, Vec3};
+pub use segments::{LaneInput, LaneInterval, LaneSegments};
 
 /// A joint that can move, as the lanes see it.
 #[derive(Clone, Debug)]
@@ -39,15 +43,6 @@ pub struct Skeleton {
     columns: usize,
     /// Sum of the lengths of all fixed parts (m): no point of the skeleton with translations at 0 is farther out.
     extent: f64,
-}
-
-/// Eight configurations and half displacements, by column and coordinate.
-#[derive(Clone, Debug, Default)]
-pub struct LaneInput {
-    /// Columns of the configurations, then the held values.
-    pub values: Vec<Packed>,
-    /// Half displacements.
-    pub rates: Vec<Packed>,
 }
 
 /// Where a frame is in each lane, and how it moves.
@@ -350,28 +345,6 @@ impl<S: Eight> Moved<S> {
     }
 }
 
-/// Segments in the form from which lanes are filled.
-#[derive(Clone, Debug, Default)]
-pub struct LaneSegments {
-    nq: usize,
-    nv: usize,
-    from: Vec<f32>,
-    velocity: Vec<f32>,
-    /// Rounding of places that comes of large values (m).
-    rounding: Vec<f32>,
-}
-
-/// What one lane looks at: the middle of an interval of a segment, and its half width.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct LaneInterval {
-    /// Segment, by index.
-    pub segment: usize,
-    /// Ratio on the segment.
-    pub middle: f64,
-    /// Half width, as a ratio.
-    pub half: f64,
-}
-
 /// Unit roundoff of f32.
 const ROUNDOFF: f64 = 5.960_464_5e-8;
 
@@ -410,108 +383,6 @@ impl Skeleton {
             }
         }
         self.relative_rounding() * lengths + 4.0 * ROUNDOFF * angles * (self.extent + lengths)
-    }
-}
-
-impl LaneSegments {
-    /// Forgets all segments.
-    pub fn clear(&mut self) {
-        self.from.clear();
-        self.velocity.clear();
-        self.rounding.clear();
-    }
-
-    /// Appends the segment `from ⊕ t velocity`.
-    pub fn push(&mut self, skeleton: &Skeleton, from: &[f64], velocity: &[f64], held: &[f64]) {
-        (self.nq, self.nv) = (from.len(), velocity.len());
-        self.from.extend(from.iter().map(|&value| value as f32));
-        self.velocity.extend(velocity.iter().map(|&value| value as f32));
-        self.rounding.push(skeleton.rounding_of_values(from, velocity, held) as f32);
-    }
-
-    /// Rounding that comes of large values, of a segment (m).
-    pub fn rounding(&self, segment: usize) -> f32 {
-        self.rounding[segment]
-    }
-
-    /// Fills the lanes. Held values stay as they are in `input`.
-    #[inline(always)]
-    pub fn fill<S: Eight>(
-        &self,
-        simd: S,
-        space: &ConfigurationSpace,
-        intervals: &[LaneInterval; LANES],
-        input: &mut LaneInput,
-    ) {
-        let (mut middles, mut halves, mut rows) = ([0.0_f32; LANES], [0.0_f32; LANES], [0; LANES]);
-        for (lane, interval) in intervals.iter().enumerate() {
-            middles[lane] = interval.middle as f32;
-            // A little wider than the interval: its middle may have been rounded.
-            halves[lane] = interval.half as f32 * (1.0 + f32::EPSILON) + f32::EPSILON;
-            rows[lane] = interval.segment;
-        }
-        let middles = Lanes::new(simd, pulp::cast(middles));
-        let halves = Lanes::new(simd, pulp::cast(halves));
-        let alike = rows.iter().all(|&row| row == rows[0]);
-        let gather = Gather { simd, rows, alike };
-        for component in space.components() {
-            match *component {
-                Component::Line { q, v } | Component::Circle { q, v } => {
-                    let velocity = gather.column(&self.velocity, self.nv, v);
-                    input.values[q] = (gather.column(&self.from, self.nq, q) + velocity * middles).packed;
-                    input.rates[v] = (velocity * halves).packed;
-                }
-                Component::Rotation { q, v } => {
-                    for k in v..v + 3 {
-                        input.rates[k] = (gather.column(&self.velocity, self.nv, k) * halves).packed;
-                    }
-                    let turned = intervals.map(|interval| self.turned(&interval, q, v));
-                    for k in 0..4 {
-                        input.values[q + k] = pulp::cast(turned.map(|rotation| rotation[k] as f32));
-                    }
-                }
-            }
-        }
-    }
-
-    /// Rotation of a ball joint at the middle of an interval.
-    fn turned(&self, interval: &LaneInterval, q: usize, v: usize) -> [f64; 4] {
-        let from: [f64; 4] = std::array::from_fn(|k| f64::from(self.from[interval.segment * self.nq + q + k]));
-        let turn: [f64; 3] = std::array::from_fn(|k| f64::from(self.velocity[interval.segment * self.nv + v + k]));
-        let turn = quat_exp(Vec3::from_array(turn) * interval.middle);
-        (Quat::from_array(from) * turn).normalize().to_array()
-    }
-}
-
-/// Reads a column of a table for each lane's row.
-struct Gather<S: Eight> {
-    simd: S,
-    rows: [usize; LANES],
-    alike: bool,
-}
-
-impl<S: Eight> Gather<S> {
-    #[inline(always)]
-    fn column(&self, values: &[f32], width: usize, column: usize) -> Lanes<S> {
-        if self.alike {
-            return Lanes::splat(self.simd, values[self.rows[0] * width + column]);
-        }
-        let mut lanes = [0.0_f32; LANES];
-        for (lane, row) in lanes.iter_mut().zip(self.rows) {
-            *lane = values[row * width + column];
-        }
-        Lanes::new(self.simd, pulp::cast(lanes))
-    }
-}
-
-impl LaneInput {
-    /// Memory for a robot, with the values of its held variables in place.
-    pub fn reset(&mut self, space: &ConfigurationSpace, held: &[f64]) {
-        self.values.clear();
-        self.values.resize(space.nq(), ZERO);
-        self.values.extend(held.iter().map(|&value| -> Packed { pulp::cast([value as f32; LANES]) }));
-        self.rates.clear();
-        self.rates.resize(space.nv(), ZERO);
     }
 }
 

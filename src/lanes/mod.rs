@@ -3,10 +3,13 @@
 //! The instruction set is chosen at run time. Every lane is computed alike on all of them: only IEEE
 //! additions, products, quotients and square roots, never fused, so that no answer depends on the machine.
 
+mod vectors;
+
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 pub use pulp::f32x8 as Packed;
 use pulp::{Scalar256b, Simd, m32x8};
+pub use vectors::{Axes, Vectors};
 
 /// Lanes of a vector.
 pub const LANES: usize = 8;
@@ -15,6 +18,10 @@ pub const LANES: usize = 8;
 pub trait Eight: Simd<f32s = Packed, m32s = m32x8> {
     /// The lanes as bits, lane 0 lowest.
     fn bits(self, mask: m32x8) -> u8;
+    /// `a > b ? a : b`: the second where one is no number, on every instruction set.
+    fn larger(self, a: Packed, b: Packed) -> Packed;
+    /// `a < b ? a : b`.
+    fn smaller(self, a: Packed, b: Packed) -> Packed;
 }
 
 impl Eight for Scalar256b {
@@ -23,6 +30,14 @@ impl Eight for Scalar256b {
         let lanes: [u32; LANES] = pulp::cast(mask);
         lanes.iter().enumerate().fold(0, |bits, (lane, set)| bits | ((set & 1) as u8) << lane)
     }
+    #[inline(always)]
+    fn larger(self, a: Packed, b: Packed) -> Packed {
+        self.select_f32s(self.greater_than_f32s(a, b), a, b)
+    }
+    #[inline(always)]
+    fn smaller(self, a: Packed, b: Packed) -> Packed {
+        self.select_f32s(self.less_than_f32s(a, b), a, b)
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -30,6 +45,14 @@ impl Eight for pulp::x86::V3 {
     #[inline(always)]
     fn bits(self, mask: m32x8) -> u8 {
         self.avx._mm256_movemask_ps(pulp::cast(mask)) as u8
+    }
+    #[inline(always)]
+    fn larger(self, a: Packed, b: Packed) -> Packed {
+        pulp::cast(self.avx._mm256_max_ps(pulp::cast(a), pulp::cast(b)))
+    }
+    #[inline(always)]
+    fn smaller(self, a: Packed, b: Packed) -> Packed {
+        pulp::cast(self.avx._mm256_min_ps(pulp::cast(a), pulp::cast(b)))
     }
 }
 
@@ -127,15 +150,15 @@ impl<S: Eight> Lanes<S> {
     pub fn abs(self) -> Self {
         self.with(self.simd.abs_f32s(self.packed))
     }
-    /// The larger.
+    /// The larger; `other` where one of the two is no number.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
-        self.with(self.simd.max_f32s(self.packed, other.packed))
+        self.with(self.simd.larger(self.packed, other.packed))
     }
-    /// The smaller.
+    /// The smaller; `other` where one of the two is no number.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
-        self.with(self.simd.min_f32s(self.packed, other.packed))
+        self.with(self.simd.smaller(self.packed, other.packed))
     }
     /// The nearest number in [−bound, bound].
     #[inline(always)]
@@ -224,123 +247,6 @@ impl<S: Eight> Neg for Lanes<S> {
     }
 }
 
-/// Eight vectors.
-#[derive(Clone, Copy, Debug)]
-pub struct Vectors<S: Eight> {
-    /// First components.
-    pub x: Lanes<S>,
-    /// Second components.
-    pub y: Lanes<S>,
-    /// Third components.
-    pub z: Lanes<S>,
-}
-
-impl<S: Eight> Vectors<S> {
-    /// The same vector in all lanes.
-    #[inline(always)]
-    pub fn splat(simd: S, v: [f32; 3]) -> Self {
-        Self { x: Lanes::splat(simd, v[0]), y: Lanes::splat(simd, v[1]), z: Lanes::splat(simd, v[2]) }
-    }
-    /// Vectors from memory.
-    #[inline(always)]
-    pub fn new(simd: S, v: [Packed; 3]) -> Self {
-        Self { x: Lanes::new(simd, v[0]), y: Lanes::new(simd, v[1]), z: Lanes::new(simd, v[2]) }
-    }
-    /// Vectors for memory.
-    #[inline(always)]
-    pub fn packed(self) -> [Packed; 3] {
-        [self.x.packed, self.y.packed, self.z.packed]
-    }
-    /// Scalar product.
-    #[inline(always)]
-    pub fn dot(self, other: Self) -> Lanes<S> {
-        self.x * other.x + self.y * other.y + self.z * other.z
-    }
-    /// Vector product.
-    #[inline(always)]
-    pub fn cross(self, other: Self) -> Self {
-        Self {
-            x: self.y * other.z - self.z * other.y,
-            y: self.z * other.x - self.x * other.z,
-            z: self.x * other.y - self.y * other.x,
-        }
-    }
-    /// Euclidean length.
-    #[inline(always)]
-    pub fn length(self) -> Lanes<S> {
-        self.dot(self).sqrt()
-    }
-}
-
-impl<S: Eight> Add for Vectors<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
-    }
-}
-
-impl<S: Eight> Sub for Vectors<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
-    }
-}
-
-impl<S: Eight> Mul<Lanes<S>> for Vectors<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, scale: Lanes<S>) -> Self {
-        Self { x: self.x * scale, y: self.y * scale, z: self.z * scale }
-    }
-}
-
-impl<S: Eight> Mul<f32> for Vectors<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, scale: f32) -> Self {
-        Self { x: self.x * scale, y: self.y * scale, z: self.z * scale }
-    }
-}
-
-/// Three axes, or the columns of a matrix.
-#[derive(Clone, Copy, Debug)]
-pub struct Axes<S: Eight>(pub [Vectors<S>; 3]);
-
-impl<S: Eight> Axes<S> {
-    /// The same axes in all lanes.
-    #[inline(always)]
-    pub fn splat(simd: S, axes: &[[f32; 3]; 3]) -> Self {
-        Self([Vectors::splat(simd, axes[0]), Vectors::splat(simd, axes[1]), Vectors::splat(simd, axes[2])])
-    }
-    /// Axes from memory.
-    #[inline(always)]
-    pub fn new(simd: S, axes: &[[Packed; 3]; 3]) -> Self {
-        Self([Vectors::new(simd, axes[0]), Vectors::new(simd, axes[1]), Vectors::new(simd, axes[2])])
-    }
-    /// Axes for memory.
-    #[inline(always)]
-    pub fn packed(self) -> [[Packed; 3]; 3] {
-        [self.0[0].packed(), self.0[1].packed(), self.0[2].packed()]
-    }
-    /// The vector with these coordinates.
-    #[inline(always)]
-    pub fn combine(self, v: Vectors<S>) -> Vectors<S> {
-        self.0[0] * v.x + self.0[1] * v.y + self.0[2] * v.z
-    }
-    /// The vector with these coordinates, the same in all lanes.
-    #[inline(always)]
-    pub fn combine_constant(self, v: [f32; 3]) -> Vectors<S> {
-        self.0[0] * v[0] + self.0[1] * v[1] + self.0[2] * v[2]
-    }
-    /// Coordinates of a vector along unit axes.
-    #[inline(always)]
-    pub fn coordinates(self, v: Vectors<S>) -> Vectors<S> {
-        Vectors { x: self.0[0].dot(v), y: self.0[1].dot(v), z: self.0[2].dot(v) }
-    }
-}
-
 /// Sine and cosine, for magnitudes below 400; off by at most 3e-7.
 ///
 /// The angle is brought to [−π/2, π/2] by whole multiples of π, whose parity is the sign of both; there
@@ -350,7 +256,7 @@ pub fn sin_cos<S: Eight>(angle: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
     // π in three parts, the first two short enough that their products with the multiple are exact.
     const PI_HIGH: f32 = 3.140_625;
     const PI_MIDDLE: f32 = 9.670_257_6e-4;
-    const PI_LOW: f32 = 6.277_114_4e-7;
+    const PI_LOW: f32 = 6.277_114e-7;
     let turns = (angle * std::f32::consts::FRAC_1_PI).round();
     let x = angle - turns * PI_HIGH - turns * PI_MIDDLE - turns * PI_LOW;
     let odd = (turns - (turns * 0.5).round() * 2.0).abs();
@@ -417,5 +323,28 @@ mod tests {
             assert_eq!(InstructionSet::default().run(Bits(bits)), bits);
             assert_eq!(InstructionSet::Portable.run(Bits(bits)), bits);
         }
+    }
+
+    struct Extremes([f32; LANES], [f32; LANES]);
+
+    impl EightWide for Extremes {
+        type Output = [[u32; LANES]; 2];
+        #[inline(always)]
+        fn run<S: Eight>(self, simd: S) -> Self::Output {
+            let (a, b) = (Lanes::new(simd, pulp::cast(self.0)), Lanes::new(simd, pulp::cast(self.1)));
+            [pulp::cast(a.max(b).packed), pulp::cast(a.min(b).packed)]
+        }
+    }
+
+    /// An arithmetic of its own once made proofs differ between machines: of a ball whose centre is in a box
+    /// the approach is 0 / 0.
+    #[test]
+    fn what_is_no_number_is_treated_alike_on_every_instruction_set() {
+        let a = [f32::NAN, 1.0, 0.0, -0.0, f32::INFINITY, 2.0, f32::NAN, -1.0];
+        let b = [1.0, f32::NAN, -0.0, 0.0, f32::NAN, 3.0, f32::NAN, f32::NEG_INFINITY];
+        let here = InstructionSet::default().run(Extremes(a, b));
+        assert_eq!(here, InstructionSet::Portable.run(Extremes(a, b)));
+        assert_eq!(f32::from_bits(here[0][0]), 1.0);
+        assert!(f32::from_bits(here[1][1]).is_nan());
     }
 }

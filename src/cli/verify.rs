@@ -1,0 +1,184 @@
+//! `taut check --certificate`: verify a proof by the reference checker, in this process.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+use taut::files::{FileError, Kind, PathTable};
+use taut::optimize::Mode;
+use taut::path;
+use taut::validation::Certificate;
+use taut::validation::certificate::CHECKER_VERSION;
+use taut::validation::reference::{self, Effort, Objection};
+
+use super::code::Code;
+use super::error::{CliError, stdout};
+use super::load::{self, Loaded};
+use super::request::Source;
+use super::{Format, progress_bar, report};
+
+/// A file that holds a certificate, alone or with the answer that it came with.
+struct Proof {
+    file: PathBuf,
+    certificate: Certificate,
+    /// The answer holds a path of its own: it is no answer of `check`, which changes nothing.
+    has_path: bool,
+}
+
+/// What was found, as JSON has it. Distances are in metres, times in seconds.
+#[derive(Serialize)]
+struct Finding<'a> {
+    name: &'a str,
+    geometry: &'static str,
+    verified: bool,
+    code: i32,
+    code_name: &'static str,
+    reason: Option<String>,
+    checker_version: u32,
+    verified_by: u32,
+    segments: usize,
+    clearance_m: Option<f64>,
+    floor_m: f64,
+    intervals: u64,
+    distances: u64,
+    time_s: f64,
+}
+
+/// Verifies the certificate in `proof` for the robot, scene and path of `file`.
+///
+/// # Errors
+/// Files that cannot be used; a certificate that is refused is no error but an exit code.
+pub(super) fn run(
+    file: &Path,
+    proof: &Path,
+    source: &Source,
+    deadline: Option<Duration>,
+    format: Format,
+) -> Result<u8, CliError> {
+    let proof = Proof::read(proof)?;
+    let loaded = load::load(&mut load::reader(source), file, source, false)?;
+    let model = loaded.model()?;
+    let start = Instant::now();
+    let result = match proof.path(file, &loaded)? {
+        Ok(path) => {
+            let bar = progress_bar(proof.certificate.segments.len() as u64);
+            bar.set_message("segments verified");
+            let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
+            let mut progress = |done: usize| bar.set_position(done as u64);
+            let result = reference::verify(&model, &path, &proof.certificate, &mut stop, &mut progress);
+            bar.finish_and_clear();
+            result.map_err(|objection| (code(&objection), refusal(&objection, &proof)))
+        }
+        Err(reason) => Err((Code::Uncertified, reason)),
+    };
+    tell(&loaded, &proof.certificate, result, start.elapsed(), format)
+}
+
+impl Proof {
+    fn read(file: &Path) -> Result<Self, FileError> {
+        #[derive(Deserialize)]
+        struct Answer {
+            mode: Option<String>,
+            certificate: Option<Certificate>,
+        }
+        let text = std::fs::read_to_string(file)
+            .map_err(|error| FileError::Unreadable { file: file.to_owned(), reason: error.to_string() })?;
+        let refuse = |text: String| FileError::Content { file: file.to_owned(), text };
+        let expected = "not a certificate, nor an answer of `taut check` or `taut shorten` as JSON";
+        let bad = |error: serde_json::Error| refuse(format!("{expected}: {error}"));
+        let value: serde_json::Value = serde_json::from_str(&text).map_err(bad)?;
+        if value.get("certificate").is_none() {
+            let certificate = serde_json::from_value(value).map_err(bad)?;
+            return Ok(Self { file: file.to_owned(), certificate, has_path: false });
+        }
+        let Answer { mode, certificate } = serde_json::from_value(value).map_err(bad)?;
+        let none = || refuse("the answer has no certificate: its path was not proved".to_owned());
+        let has_path = mode.is_some_and(|mode| mode != Mode::Check.name());
+        Ok(Self { file: file.to_owned(), certificate: certificate.ok_or_else(none)?, has_path })
+    }
+
+    /// The path that the certificate is about: that of `file`, unless this is the answer to it, with a path of
+    /// its own. The inner error is a refusal.
+    fn path(&self, file: &Path, loaded: &Loaded) -> Result<Result<path::Path, String>, CliError> {
+        if !self.has_path || Kind::of(file)? == Kind::BarePath {
+            return Ok(Ok(loaded.path.clone()));
+        }
+        let answer = PathTable::read(&self.file)?.into_path(loaded.robot.variables())?;
+        let ends = |path: &path::Path| [0, path.len() - 1].map(|end| path.waypoint(end).to_vec());
+        if ends(&answer) != ends(&loaded.path) {
+            return Ok(Err("the answer's path has other ends than the problem's; give the problem it answers".into()));
+        }
+        Ok(Ok(answer))
+    }
+}
+
+fn code(objection: &Objection) -> Code {
+    match objection {
+        Objection::Stopped => Code::TimedOut,
+        _ => Code::Uncertified,
+    }
+}
+
+/// The objection, with what is to be done about it.
+fn refusal(objection: &Objection, proof: &Proof) -> String {
+    match objection {
+        Objection::Other { kind: "robot", .. } => {
+            format!("{objection}, with the --geometry, --srdf and columns of its proof")
+        }
+        Objection::Other { kind: "path", .. } if !proof.has_path => {
+            format!("{objection}; the certificate of a shortened path comes with the answer that holds it")
+        }
+        other => other.to_string(),
+    }
+}
+
+fn tell(
+    loaded: &Loaded,
+    certificate: &Certificate,
+    result: Result<Effort, (Code, String)>,
+    time: Duration,
+    format: Format,
+) -> Result<u8, CliError> {
+    let (code, reason, effort) = match result {
+        Ok(effort) => (Code::Success, None, effort),
+        Err((code, reason)) => (code, Some(reason), Effort::default()),
+    };
+    let mut out = std::io::stdout().lock();
+    match format {
+        Format::Json => {
+            let finding = Finding {
+                name: &loaded.name,
+                geometry: report::geometry_name(loaded.geometry),
+                verified: reason.is_none(),
+                code: code.into(),
+                code_name: code.name(),
+                reason,
+                checker_version: certificate.checker_version,
+                verified_by: CHECKER_VERSION,
+                segments: certificate.segments.len(),
+                clearance_m: certificate.clearance_m(),
+                floor_m: certificate.floor_m(),
+                intervals: effort.intervals,
+                distances: effort.distances,
+                time_s: time.as_secs_f64(),
+            };
+            let text = serde_json::to_string(&finding).expect("a finding holds only strings, booleans and numbers");
+            writeln!(out, "{text}")
+        }
+        Format::Table => {
+            let time = report::time(time.as_secs_f64());
+            match reason {
+                None => {
+                    let clearance = report::clearance(certificate.clearance_m());
+                    let segments = certificate.segments.len();
+                    let plural = if segments == 1 { "" } else { "s" };
+                    writeln!(out, "verified   {segments} segment{plural}, {clearance}   {time}")
+                }
+                Some(reason) => writeln!(out, "{}   {reason}   {time}", code.name()),
+            }
+        }
+    }
+    .map_err(stdout)?;
+    Ok(code.exit_code())
+}

@@ -1,0 +1,230 @@
+//! Which bodies are checked against each other, and where in the kinematic tree they part.
+
+use std::collections::{HashMap, HashSet};
+
+use super::body::{Body, BodyKind};
+use super::filter::cover::Ball;
+use super::model::CollisionModelError;
+use super::query::TOUCHING_M;
+use crate::robot::{JointKind, RobotModel, kinematics};
+use crate::scene::Scene;
+
+/// Two bodies that are checked against each other. `a` moves with the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BodyPair {
+    /// First body.
+    pub a: usize,
+    /// Second body.
+    pub b: usize,
+    /// Nearest link that carries both; `None` is the world.
+    pub ancestor: Option<usize>,
+    /// How many motions of each body's chain act at or above the ancestor.
+    pub motions_above: [usize; 2],
+}
+
+/// The pairs of a model.
+#[derive(Clone, Debug, Default)]
+pub struct Pairs {
+    /// Those that some joint moves against each other.
+    pub moving: Vec<BodyPair>,
+    /// Those that no joint moves, but that may overlap as they stand.
+    pub standing: Vec<BodyPair>,
+    /// Of the moving, those with a mesh, in which the other body may be hidden.
+    pub hollow: Vec<usize>,
+    /// Of the standing, those that are not far apart for good.
+    pub close: Vec<usize>,
+}
+
+impl Pairs {
+    /// Finds those that each request looks at: of a thousand objects far away it should not hear.
+    fn sort_out(&mut self, robot: &RobotModel, bodies: &[Body]) {
+        let is_hollow = |pair: &BodyPair| bodies[pair.a].solid.hollow || bodies[pair.b].solid.hollow;
+        self.hollow = (0..self.moving.len()).filter(|&index| is_hollow(&self.moving[index])).collect();
+        let balls: Vec<_> = bodies.iter().map(|body| fixed_ball(robot, body)).collect();
+        let is_close = |pair: &BodyPair| match (&balls[pair.a], &balls[pair.b]) {
+            (Some(a), Some(b)) => a.center.distance(b.center) <= a.radius + b.radius + TOUCHING_M,
+            _ => true,
+        };
+        self.close = (0..self.standing.len()).filter(|&index| is_close(&self.standing[index])).collect();
+    }
+}
+
+/// Ball in the world around a body that no joint of any kind carries.
+fn fixed_ball(robot: &RobotModel, body: &Body) -> Option<Ball> {
+    let (mut ball, mut at) = (body.ball(), body.link);
+    while let Some(link) = at {
+        let joint = &robot.joints()[link];
+        if joint.kind != JointKind::Fixed {
+            return None;
+        }
+        ball.center = joint.origin.transform_point(ball.center);
+        at = joint.parent;
+    }
+    Some(ball)
+}
+
+/// Names of links and objects as numbers, and what the scene says about pairs of them.
+pub struct Rules<'a> {
+    robot: &'a RobotModel,
+    scene: &'a Scene,
+    numbers: HashMap<&'a str, u32>,
+    allowed: HashSet<(u32, u32)>,
+    forbidden: HashSet<(u32, u32)>,
+}
+
+impl<'a> Rules<'a> {
+    /// The rules of a scene for a robot.
+    ///
+    /// # Errors
+    /// A pair, padding, touch link or attachment that names neither a link nor an object.
+    pub fn new(robot: &'a RobotModel, scene: &'a Scene) -> Result<Self, CollisionModelError> {
+        let links = robot.links().iter().map(|link| link.name.as_str());
+        let objects = scene.obstacles().iter().chain(scene.attached().iter().map(|attached| &attached.object));
+        let mut numbers = HashMap::new();
+        for (number, name) in links.chain(objects.map(|object| object.id.as_str())).enumerate() {
+            numbers.entry(name).or_insert(number as u32);
+        }
+        let mut rules = Self { robot, scene, numbers, allowed: HashSet::new(), forbidden: HashSet::new() };
+        for (a, b) in scene.allowed() {
+            let pair = rules.pair(a, b, || format!("allows {a} × {b}"))?;
+            rules.allowed.insert(pair);
+        }
+        for attached in scene.attached() {
+            let id = &attached.object.id;
+            if robot.link_index(&attached.link_name).is_none() {
+                return Err(rules.unknown_link(id, &attached.link_name));
+            }
+            for name in attached.touch_links.iter().chain([&attached.link_name]) {
+                let pair = rules.pair(id, name, || format!("lets {id} touch {name}"))?;
+                rules.allowed.insert(pair);
+            }
+        }
+        for (a, b) in scene.forbidden() {
+            let pair = rules.pair(a, b, || format!("forbids {a} × {b}"))?;
+            rules.forbidden.insert(pair);
+        }
+        for name in scene.padded().keys() {
+            rules.pair(name, name, || format!("pads {name}"))?;
+        }
+        Ok(rules)
+    }
+
+    fn pair(&self, a: &str, b: &str, what: impl Fn() -> String) -> Result<(u32, u32), CollisionModelError> {
+        let number = |name: &str, beside: &str| {
+            let unknown = || CollisionModelError::UnknownName {
+                what: what(),
+                name: name.to_owned(),
+                beside: beside.to_owned(),
+                links: self.link_names(),
+                objects: self.object_names(),
+            };
+            self.numbers.get(name).copied().ok_or_else(unknown)
+        };
+        Ok(sorted(number(a, b)?, number(b, a)?))
+    }
+
+    fn unknown_link(&self, object: &str, link: &str) -> CollisionModelError {
+        let (object, link, links) = (object.to_owned(), link.to_owned(), self.link_names());
+        CollisionModelError::UnknownLink { object, link, links }
+    }
+
+    fn link_names(&self) -> String {
+        self.robot.links().iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(", ")
+    }
+
+    fn object_names(&self) -> String {
+        let objects = self.scene.obstacles().iter().chain(self.scene.attached().iter().map(|a| &a.object));
+        let names: Vec<_> = objects.map(|object| object.id.as_str()).collect();
+        if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+    }
+
+    /// Number of a body's name.
+    fn number(&self, body: &Body) -> u32 {
+        self.numbers[body.name.as_str()]
+    }
+
+    /// Whether two bodies may touch.
+    fn may_touch(&self, a: &Body, b: &Body) -> bool {
+        let names = sorted(self.number(a), self.number(b));
+        if self.forbidden.contains(&names) {
+            return false;
+        }
+        // What the robot says of two links it does not say of what they carry.
+        let of_robot = match (a.kind, b.kind, a.link, b.link) {
+            (BodyKind::Link, BodyKind::Link, Some(a), Some(b)) => self.robot.is_allowed(a, b),
+            _ => false,
+        };
+        of_robot || self.allowed.contains(&names)
+    }
+
+    /// The pairs among `bodies`. The first of them are the links' and what they carry: each is checked against
+    /// every other of these, and against obstacles, which are the bodies from `obstacles` on, as the body that
+    /// `facing` has for it.
+    pub fn pairs(&self, bodies: &[Body], facing: &[usize], obstacles: usize) -> Pairs {
+        let mut pairs = Pairs::default();
+        for (a, &outer) in facing.iter().enumerate() {
+            for b in a + 1..facing.len() {
+                self.consider(bodies, a, b, &mut pairs);
+            }
+            for b in obstacles..bodies.len() {
+                self.consider(bodies, outer, b, &mut pairs);
+            }
+        }
+        pairs.sort_out(self.robot, bodies);
+        pairs
+    }
+
+    fn consider(&self, bodies: &[Body], a: usize, b: usize, pairs: &mut Pairs) {
+        let (body_a, body_b) = (&bodies[a], &bodies[b]);
+        if self.may_touch(body_a, body_b) {
+            return;
+        }
+        let ancestor = common_ancestor(self.robot, body_a.link, body_b.link);
+        let motions_above = [body_a.motions_up_to(ancestor), body_b.motions_up_to(ancestor)];
+        let pair = BodyPair { a, b, ancestor, motions_above };
+        if moves_below(self.robot, body_a.link, ancestor) || moves_below(self.robot, body_b.link, ancestor) {
+            pairs.moving.push(pair);
+        } else if self.may_stand_wrongly(body_a, body_b) {
+            pairs.standing.push(pair);
+        }
+    }
+
+    /// Whether two bodies that no joint moves against each other are looked at. A robot's own links are built as
+    /// they are; what somebody placed or attached, or asked to be checked, may be in the wrong place.
+    fn may_stand_wrongly(&self, a: &Body, b: &Body) -> bool {
+        let are_links = a.kind == BodyKind::Link && b.kind == BodyKind::Link;
+        !are_links || self.forbidden.contains(&sorted(self.number(a), self.number(b)))
+    }
+}
+
+fn sorted(a: u32, b: u32) -> (u32, u32) {
+    (a.min(b), a.max(b))
+}
+
+/// Nearest link that both hang on (it may be one of them); `None` is the world, where obstacles are.
+fn common_ancestor(robot: &RobotModel, a: Option<usize>, b: Option<usize>) -> Option<usize> {
+    let (mut a, mut b) = (a?, b?);
+    // Parents come before children, so the later of the two is never above the other.
+    while a != b {
+        if a > b {
+            a = robot.joints()[a].parent?;
+        } else {
+            b = robot.joints()[b].parent?;
+        }
+    }
+    Some(a)
+}
+
+/// Whether a variable moves some joint between `ancestor` (excluded) and `link`.
+fn moves_below(robot: &RobotModel, link: Option<usize>, ancestor: Option<usize>) -> bool {
+    let mut at = link;
+    while at != ancestor {
+        let Some(link) = at else { return false };
+        let joint = &robot.joints()[link];
+        if kinematics::rate(robot.joints(), joint).is_some() {
+            return true;
+        }
+        at = joint.parent;
+    }
+    false
+}

@@ -1,0 +1,96 @@
+//! The solids of a model, by what they were made of, so that the next scene's model takes over what stays.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::solid::Solid;
+use crate::hash::ContentHasher;
+use crate::robot::RobotModel;
+use crate::shape::PlacedShape;
+
+/// Solids of a robot's links and a scene's objects.
+#[derive(Clone, Debug, Default)]
+pub struct Solids {
+    /// One for each link that has shapes.
+    links: Arc<[Option<Arc<Solid>>]>,
+    /// By where an object's shapes are in memory, which costs nothing to compare. The shapes are kept, so nothing
+    /// else can be there.
+    by_place: HashMap<usize, Made>,
+    /// By content: equal shapes that were read twice.
+    by_content: HashMap<u64, Arc<Solid>>,
+    /// By solid and bits of the padding.
+    padded: HashMap<(usize, u64), Thicker>,
+}
+
+#[derive(Clone, Debug)]
+struct Made {
+    shapes: Arc<[PlacedShape]>,
+    content: u64,
+    solid: Arc<Solid>,
+}
+
+#[derive(Clone, Debug)]
+struct Thicker {
+    /// Kept, so that nothing else can be where it is in memory.
+    bare: Arc<Solid>,
+    solid: Arc<Solid>,
+}
+
+impl Solids {
+    /// Those of a robot's links.
+    pub fn of_links(robot: &RobotModel) -> Self {
+        let solid = |shapes: &[PlacedShape]| (!shapes.is_empty()).then(|| Arc::new(Solid::new(shapes)));
+        let links = robot.links().iter().map(|link| solid(&link.shapes)).collect();
+        Self { links, ..Self::default() }
+    }
+
+    /// Those of the same robot's links, with no object yet.
+    pub fn links_only(&self) -> Self {
+        Self { links: self.links.clone(), ..Self::default() }
+    }
+
+    /// The solid of a link; `None` where it has no shapes.
+    pub fn link(&self, link: usize) -> Option<Arc<Solid>> {
+        self.links[link].clone()
+    }
+
+    /// The solid of an object's shapes, of which there is at least one: taken from `before` if it is there.
+    pub fn object(&mut self, shapes: &Arc<[PlacedShape]>, before: &Self) -> Arc<Solid> {
+        let place = Arc::as_ptr(shapes).cast::<PlacedShape>() as usize;
+        if let Some(made) = self.by_place.get(&place) {
+            return made.solid.clone();
+        }
+        let known = before.by_place.get(&place).filter(|made| Arc::ptr_eq(&made.shapes, shapes));
+        let made = known.cloned().unwrap_or_else(|| self.read_again(shapes, before));
+        let solid = made.solid.clone();
+        self.by_content.insert(made.content, solid.clone());
+        self.by_place.insert(place, made);
+        solid
+    }
+
+    fn read_again(&self, shapes: &Arc<[PlacedShape]>, before: &Self) -> Made {
+        let mut hasher = ContentHasher::default();
+        for shape in shapes.iter() {
+            hasher.shape(shape);
+        }
+        let content = hasher.finish();
+        let known = self.by_content.get(&content).or_else(|| before.by_content.get(&content));
+        let solid = known.cloned().unwrap_or_else(|| Arc::new(Solid::new(shapes)));
+        Made { shapes: shapes.clone(), content, solid }
+    }
+
+    /// The solid, thicker by `padding` (m): itself where that is 0, taken from `before` if it is there.
+    pub fn padded(&mut self, bare: &Arc<Solid>, padding: f64, before: &Self) -> Arc<Solid> {
+        if padding == 0.0 {
+            return bare.clone();
+        }
+        let key = (Arc::as_ptr(bare) as usize, padding.to_bits());
+        let known = self.padded.get(&key).or_else(|| before.padded.get(&key));
+        let known = known.filter(|thicker| Arc::ptr_eq(&thicker.bare, bare)).cloned();
+        let make = || Thicker { bare: bare.clone(), solid: Arc::new(bare.padded(padding)) };
+        let thicker = known.unwrap_or_else(make);
+        let solid = thicker.solid.clone();
+        self.padded.insert(key, thicker);
+        solid
+    }
+}

@@ -1,0 +1,190 @@
+//! Which pairs are checked, and what a new scene leaves as it is.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use super::*;
+use crate::math::{Pose, Vec3};
+use crate::robot::{Kinematics, RobotModel};
+use crate::scene::{Obstacle, Scene, SceneChange};
+use crate::shape::{PlacedShape, Shape};
+use crate::testing;
+use crate::validation::soundness::cases;
+
+type Names = BTreeSet<(String, String)>;
+
+fn names(model: &CollisionModel, pairs: &[BodyPair]) -> Names {
+    let name = |body: usize| model.bodies()[body].name.clone();
+    pairs.iter().map(|pair| ordered(name(pair.a), name(pair.b))).collect()
+}
+
+fn ordered(a: String, b: String) -> (String, String) {
+    if a <= b { (a, b) } else { (b, a) }
+}
+
+/// Whether two carriers move against each other: whether they do from one random configuration to the next.
+fn part(model: &CollisionModel, a: Option<usize>, b: Option<usize>, rng: &mut fastrand::Rng) -> bool {
+    let mut seen: Option<nalgebra::Isometry3<f64>> = None;
+    (0..3).any(|_| {
+        let q = testing::configuration(rng, model.robot());
+        let poses = testing::link_poses(model.robot(), &q);
+        let pose = |link: Option<usize>| link.map_or(nalgebra::Isometry3::identity(), |link| poses[link]);
+        let relative = pose(a).inverse() * pose(b);
+        let before = *seen.get_or_insert(relative);
+        let turn = before.rotation.angle_to(&relative.rotation);
+        (before.translation.vector - relative.translation.vector).norm() > 1e-9 || turn > 1e-6
+    })
+}
+
+/// The rules by names: what the description of the scene says, and whether two carriers are seen to move.
+fn expected(model: &CollisionModel, rng: &mut fastrand::Rng) -> (Names, Names) {
+    let (robot, scene) = (model.robot(), model.scene());
+    let mut all = Vec::new();
+    for (index, link) in robot.links().iter().enumerate().filter(|(_, link)| !link.shapes.is_empty()) {
+        all.push((link.name.clone(), Some(index), None));
+    }
+    for attached in scene.attached() {
+        all.push((attached.object.id.clone(), robot.link_index(&attached.link_name), Some(attached)));
+    }
+    all.extend(scene.obstacles().iter().map(|obstacle| (obstacle.id.clone(), None, None)));
+    let (mut moving, mut standing) = (Names::new(), Names::new());
+    for (i, (a, link_a, carried_a)) in all.iter().enumerate() {
+        for (b, link_b, carried_b) in &all[i + 1..] {
+            let named =
+                |pairs: &[(String, String)]| pairs.iter().any(|(x, y)| (x == a && y == b) || (x == b && y == a));
+            let are_links = carried_a.is_none() && carried_b.is_none() && link_a.is_some() && link_b.is_some();
+            let touch = |carried: &Option<&crate::scene::AttachedObject>, other: &String| {
+                carried.is_some_and(|carried| carried.link_name == *other || carried.touch_links.contains(other))
+            };
+            let by_robot = are_links && robot.is_allowed(link_a.unwrap(), link_b.unwrap());
+            let allowed = by_robot || named(scene.allowed()) || touch(carried_a, b) || touch(carried_b, a);
+            if (link_a.is_none() && link_b.is_none()) || (allowed && !named(scene.forbidden())) {
+                continue;
+            }
+            if part(model, *link_a, *link_b, rng) {
+                moving.insert(ordered(a.clone(), b.clone()));
+            } else if !are_links || named(scene.forbidden()) {
+                standing.insert(ordered(a.clone(), b.clone()));
+            }
+        }
+    }
+    (moving, standing)
+}
+
+#[test]
+fn the_pairs_are_those_that_robot_and_scene_say() {
+    let (count, mut rng) = cases(300);
+    let (mut moving, mut standing) = (0, 0);
+    for _ in 0..count {
+        let model = testing::model(&mut rng);
+        let expected = expected(&model, &mut rng);
+        let found = (names(&model, model.pairs()), names(&model, model.static_pairs()));
+        assert_eq!(found, expected);
+        assert_eq!(model.pairs().len() + model.static_pairs().len(), found.0.len() + found.1.len(), "a pair twice");
+        moving += found.0.len();
+        standing += found.1.len();
+    }
+    assert!(moving > 10 * count / 2 && standing > count / 4, "{moving} moving, {standing} standing");
+}
+
+/// A robot and a scene of meshes, each in a place of its own.
+fn cell() -> CollisionModel {
+    let mut rng = fastrand::Rng::with_seed(5);
+    let with_shapes = |robot: &RobotModel| robot.links().iter().filter(|link| !link.shapes.is_empty()).count() > 1;
+    let robot = std::iter::repeat_with(|| testing::robot(&mut rng)).find(with_shapes).unwrap();
+    let obstacles = (0..5).map(|i| {
+        let mesh = testing::wedge(Vec3::new(0.1, 0.2, 0.3 + 0.01 * f64::from(i)));
+        let shape = PlacedShape { pose: Pose::identity(), shape: Shape::Mesh(Arc::new(mesh)) };
+        Obstacle::new(format!("part{i}"), vec![shape]).at(Pose::from_translation(Vec3::X * 3.0 * f64::from(i)))
+    });
+    let scene = Scene::new("cell", obstacles.collect(), Vec::new(), Vec::new()).unwrap();
+    CollisionModel::new(Arc::new(robot), Arc::new(scene)).unwrap()
+}
+
+/// Counts the solids of a model that no model had before it.
+fn count_new(seen: &mut Vec<Arc<Solid>>, model: &CollisionModel) -> usize {
+    let before = seen.len();
+    for body in model.bodies() {
+        if !seen.iter().any(|solid| Arc::ptr_eq(solid, &body.solid)) {
+            seen.push(body.solid.clone());
+        }
+    }
+    seen.len() - before
+}
+
+#[test]
+fn a_change_makes_nothing_anew_but_what_it_brings() {
+    let mut model = cell();
+    let link = model.bodies()[0].name.clone();
+    let place = Pose::from_translation(Vec3::new(0.0, 1.0, 2.0));
+    let id = |i: usize| format!("part{i}");
+    let pad = |name: &str, padding| SceneChange::Pad { name: name.to_owned(), padding };
+    let sphere = PlacedShape { pose: place, shape: Shape::sphere(0.1).unwrap() };
+    // The same shapes, read once more.
+    let twin = model.scene().obstacles()[4].shapes.to_vec();
+    let steps = [
+        (SceneChange::Move { id: id(0), pose: place }, 0),
+        (SceneChange::Attach { id: id(1), link_name: link.clone(), touch_links: Vec::new(), pose: place }, 0),
+        (SceneChange::Move { id: id(1), pose: Pose::identity() }, 0),
+        (SceneChange::Allow(id(1), id(2)), 0),
+        (SceneChange::Forbid(link.clone(), id(2)), 0),
+        (SceneChange::Remove { id: id(3) }, 0),
+        (SceneChange::Add(Obstacle::new("other", vec![sphere])), 1),
+        (SceneChange::Add(Obstacle::new("twin", twin)), 0),
+        (pad("part2", 0.01), 1),
+        (pad(&link, 0.02), 1),
+        (SceneChange::Move { id: id(2), pose: Pose::identity() }, 0),
+        (SceneChange::Detach { id: id(1), pose: place }, 0),
+        (pad("part2", 0.0), 0),
+    ];
+    let mut seen = Vec::new();
+    assert_eq!(count_new(&mut seen, &model), model.bodies().len());
+    for (change, brings) in steps {
+        let scene = Arc::new(model.scene().with([change.clone()]).unwrap());
+        model = model.with_scene(scene).unwrap();
+        assert_eq!(count_new(&mut seen, &model), brings, "{change:?}");
+    }
+}
+
+/// Whatever a model was made from, it is the same: bodies, pairs and what the filter sees of them.
+#[test]
+fn a_changed_model_is_the_one_that_its_scene_makes_from_nothing() {
+    let (count, mut rng) = cases(60);
+    for _ in 0..count {
+        let (robot, first, second) = testing::two_scenes(&mut rng);
+        let made = CollisionModel::new(robot.clone(), second.clone()).unwrap();
+        let changed = CollisionModel::new(robot, first).unwrap().with_scene(second).unwrap();
+        let show = |model: &CollisionModel| {
+            format!("{:?}{:?}{:?}{:?}", model.bodies(), model.pairs(), model.static_pairs(), model.filter())
+        };
+        assert!(show(&made) == show(&changed));
+    }
+}
+
+#[test]
+fn names_that_are_not_there_are_refused_with_those_that_are() {
+    let model = cell();
+    let link = model.bodies()[0].name.clone();
+    let attach = |link_name: &str, touch_links: &[&str]| SceneChange::Attach {
+        id: "part1".into(),
+        link_name: link_name.into(),
+        touch_links: touch_links.iter().map(|name| (*name).to_owned()).collect(),
+        pose: Pose::identity(),
+    };
+    for (change, parts) in [
+        (attach("claw", &[]), ["part1", "\"claw\", which is no link", "links: link0"]),
+        (attach(&link, &["claw"]), ["lets part1 touch claw", "\"claw\" is neither", "objects: part0"]),
+        (SceneChange::Pad { name: "claw".into(), padding: 0.1 }, ["pads claw", "\"claw\" is neither", "links: link0"]),
+        (SceneChange::Allow("claw".into(), link.clone()), ["allows claw", "\"claw\" is neither", "objects: part0"]),
+        (SceneChange::Forbid("part0".into(), "claw".into()), ["forbids part0 × claw", "\"claw\"", "links: link0"]),
+    ] {
+        let scene = model.scene().with([change]).unwrap();
+        let text = model.with_scene(Arc::new(scene)).unwrap_err().to_string();
+        assert!(parts.iter().all(|part| text.contains(part)) && !text.contains('\n'), "{text}");
+    }
+    let kinematics = Kinematics::default();
+    let text = model.detach("part1", &kinematics).unwrap_err().to_string();
+    assert!(text.contains("part1") && text.contains("attached objects: none"), "{text}");
+    let text = model.attach("part1", "claw", Vec::new(), &kinematics).unwrap_err().to_string();
+    assert!(text.contains("claw") && text.contains("links: link0"), "{text}");
+}

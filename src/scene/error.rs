@@ -1,0 +1,75 @@
+//! Why a scene, or a change to one, is refused.
+
+/// Why a scene was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Two objects of one name, standing or attached.
+    #[error("object {0:?} is defined twice; object ids must be unique")]
+    Duplicate(String),
+    /// A pose that is no pose.
+    #[error("object {id:?}: {what} is {value}; {rule}")]
+    BadPose {
+        /// Object.
+        id: String,
+        /// Position or orientation.
+        what: &'static str,
+        /// Its value.
+        value: String,
+        /// What it must be.
+        rule: &'static str,
+    },
+    /// A size that no solid has.
+    #[error("object {id:?}: {source}")]
+    Shape {
+        /// Object.
+        id: String,
+        /// What is wrong.
+        source: crate::shape::ShapeError,
+    },
+    /// A mesh that cannot be used.
+    #[error("object {id:?}: {source}")]
+    Mesh {
+        /// Object.
+        id: String,
+        /// What is wrong.
+        source: crate::shape::MeshError,
+    },
+    /// A padding that is no length.
+    #[error("the padding of {name:?} is {value}; it must be finite and at least 0 (metres)")]
+    BadPadding {
+        /// Link or object.
+        name: String,
+        /// Its value.
+        value: f64,
+    },
+    /// A change to an object that is not there.
+    #[error("cannot {change} object {id:?}, which is not in the scene; objects: {known}")]
+    UnknownObject {
+        /// What was to be done.
+        change: &'static str,
+        /// Object.
+        id: String,
+        /// Objects that it can be done to.
+        known: String,
+    },
+    /// An object that a link carries already.
+    #[error("object {id:?} is already attached to {link_name:?}; detach it before it is attached to another link")]
+    AlreadyAttached {
+        /// Object.
+        id: String,
+        /// The link that carries it.
+        link_name: String,
+    },
+    /// An object that no link carries.
+    #[error("object {id:?} stands in the world and cannot be detached; attached objects: {known}")]
+    NotAttached {
+        /// Object.
+        id: String,
+        /// Attached objects.
+        known: String,
+    },
+    /// A text that is not the format it should be, with line and column where known.
+    #[error("{0}")]
+    Syntax(String),
+}

@@ -1,0 +1,205 @@
+//! The polygons of a `<geometry>`, as triangles.
+
+use roxmltree::Node;
+
+use super::super::polygon;
+use super::{at, children, numbers, tag, words};
+use crate::math::Vec3;
+
+/// Triangles over one list of positions, in the geometry's own frame and unit.
+pub(super) struct Polygons {
+    /// Positions.
+    pub positions: Vec<Vec3>,
+    /// Indices of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Finds the element of a kind that an attribute of a node names.
+pub(super) type Target<'f, 'a, 'input> = dyn Fn(Node<'a, 'input>, &str, &str) -> Result<Node<'a, 'input>, String> + 'f;
+
+/// Elements that hold polygons.
+const POLYGONS: [&str; 5] = ["triangles", "polylist", "polygons", "tristrips", "trifans"];
+
+/// The polygons of a geometry, one entry for each element that holds some.
+pub(super) fn polygons<'a, 'input>(
+    geometry: Node<'a, 'input>,
+    target: &Target<'_, 'a, 'input>,
+) -> Result<Vec<Polygons>, String> {
+    let Some(mesh) = children(geometry, "mesh").next() else {
+        let id = geometry.attribute("id").unwrap_or_default();
+        return Err(at(geometry, format!("geometry {id:?} has no <mesh>; other shapes are not read")));
+    };
+    let elements = mesh.children().filter(|node| POLYGONS.contains(&node.tag_name().name()));
+    elements.map(|element| polygons_of(element, target)).collect()
+}
+
+fn polygons_of<'a, 'input>(element: Node<'a, 'input>, target: &Target<'_, 'a, 'input>) -> Result<Polygons, String> {
+    let (source, offset, stride) = corners(element, target)?;
+    let positions = positions(source)?;
+    let lists: Vec<Vec<u32>> =
+        children(element, "p").map(|p| indices(p, offset, stride, positions.len())).collect::<Result<_, _>>()?;
+    if let Some(holed) = children(element, "ph").next() {
+        return Err(at(holed, "polygons with holes (<ph>) are not read; export the mesh as triangles"));
+    }
+    let triangles = match element.tag_name().name() {
+        "triangles" => of_triangles(&lists),
+        "polylist" => of_polylist(element, &lists, &positions)?,
+        "polygons" => lists.iter().flat_map(|list| of_polygon(list, &positions)).collect(),
+        "tristrips" => lists.iter().flat_map(|list| of_strip(list)).collect(),
+        _ => lists.iter().flat_map(|list| of_fan(list)).collect(),
+    };
+    check_count(element, &lists, triangles.len())?;
+    Ok(Polygons { positions, triangles })
+}
+
+/// Where the positions are, at which place of a corner's indices theirs stands, and how many indices a corner has.
+fn corners<'a, 'input>(
+    element: Node<'a, 'input>,
+    target: &Target<'_, 'a, 'input>,
+) -> Result<(Source<'a, 'input>, usize, usize), String> {
+    let (mut vertex, mut stride) = (None, 1);
+    for input in children(element, "input") {
+        let offset = match input.attribute("offset") {
+            None => 0,
+            Some(text) => text
+                .trim()
+                .parse::<u16>()
+                .map_err(|_| at(input, format!("<input offset={text:?}> must be a small whole number")))?,
+        };
+        stride = stride.max(usize::from(offset) + 1);
+        if input.attribute("semantic") == Some("VERTEX") {
+            vertex = Some((input, usize::from(offset)));
+        }
+    }
+    let missing = || at(element, format!("{} has no <input semantic=\"VERTEX\">", tag(element)));
+    let (input, offset) = vertex.ok_or_else(missing)?;
+    let vertices = target(input, "source", "vertices")?;
+    let position = children(vertices, "input").find(|input| input.attribute("semantic") == Some("POSITION"));
+    let position = position.ok_or_else(|| at(vertices, "<vertices> has no <input semantic=\"POSITION\">"))?;
+    let source = target(position, "source", "source")?;
+    let accessor = children(source, "technique_common").flat_map(|node| children(node, "accessor")).next();
+    let array = match accessor {
+        Some(accessor) => target(accessor, "source", "float_array")?,
+        None => children(source, "float_array").next().ok_or_else(|| at(source, "<source> has no <float_array>"))?,
+    };
+    Ok((Source { accessor, array }, offset, stride))
+}
+
+/// An array of numbers and how positions stand in it.
+struct Source<'a, 'input> {
+    accessor: Option<Node<'a, 'input>>,
+    array: Node<'a, 'input>,
+}
+
+fn positions(source: Source) -> Result<Vec<Vec3>, String> {
+    let Source { accessor, array } = source;
+    let values = numbers(array)?;
+    if let Some(count) = whole(array, "count")?.filter(|count| *count != values.len()) {
+        return Err(at(
+            array,
+            format!("<float_array> has {} numbers, it says {count}; is it cut short?", values.len()),
+        ));
+    }
+    let field = |name| accessor.map_or(Ok(None), |accessor| whole(accessor, name));
+    let (stride, offset) = (field("stride")?.unwrap_or(3), field("offset")?.unwrap_or(0));
+    if stride < 3 {
+        return Err(at(array, format!("positions of {stride} numbers; they must have x, y and z")));
+    }
+    let rows = values.get(offset..).unwrap_or_default().chunks(stride).filter(|row| row.len() >= 3);
+    let positions: Vec<Vec3> = rows.map(|row| Vec3::new(row[0], row[1], row[2])).collect();
+    match field("count")? {
+        Some(count) if count > positions.len() => {
+            Err(at(array, format!("<float_array> holds {} positions, its accessor says {count}", positions.len())))
+        }
+        Some(count) => Ok(positions[..count].to_vec()),
+        None => Ok(positions),
+    }
+}
+
+/// The position indices of a `<p>`.
+fn indices(p: Node, offset: usize, stride: usize, positions: usize) -> Result<Vec<u32>, String> {
+    let all: Vec<&str> = words(p).collect();
+    if !all.len().is_multiple_of(stride) {
+        return Err(at(p, format!("<p> has {} indices, {stride} a corner; is it cut short?", all.len())));
+    }
+    let index = |word: &&str| {
+        let index = word.parse::<u32>().map_err(|_| at(p, format!("<p> holds {word:?}, which is no index")))?;
+        match (index as usize) < positions {
+            true => Ok(index),
+            false => Err(at(p, format!("<p> names position {index}; there are {positions}, from 0"))),
+        }
+    };
+    all.iter().skip(offset).step_by(stride).map(index).collect()
+}
+
+/// Refuses an element that says it holds more or fewer polygons than it does.
+fn check_count(element: Node, lists: &[Vec<u32>], triangles: usize) -> Result<(), String> {
+    let (what, held) = match element.tag_name().name() {
+        "triangles" => {
+            if let Some(odd) = lists.iter().find(|list| list.len() % 3 != 0) {
+                return Err(at(element, format!("<triangles> has {} corners, no multiple of 3", odd.len())));
+            }
+            ("triangles", triangles)
+        }
+        "polylist" => return Ok(()),
+        _ => ("<p> elements", lists.len()),
+    };
+    match whole(element, "count")? {
+        Some(count) if count != held => {
+            Err(at(element, format!("{} has {held} {what}, it says {count}; is it cut short?", tag(element))))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn whole(node: Node, attribute: &str) -> Result<Option<usize>, String> {
+    let Some(text) = node.attribute(attribute) else { return Ok(None) };
+    let value = text.trim().parse().map_err(|_| at(node, format!("{} {attribute}={text:?} is no count", tag(node))));
+    value.map(Some)
+}
+
+fn of_triangles(lists: &[Vec<u32>]) -> Vec<[u32; 3]> {
+    lists.iter().flat_map(|list| list.chunks_exact(3)).map(|c| [c[0], c[1], c[2]]).collect()
+}
+
+fn of_polylist(element: Node, lists: &[Vec<u32>], positions: &[Vec3]) -> Result<Vec<[u32; 3]>, String> {
+    let counts = children(element, "vcount").next();
+    let mut corners = lists.iter().flatten().copied();
+    let (mut triangles, mut polygons, mut list) = (Vec::new(), 0, Vec::new());
+    for word in counts.into_iter().flat_map(words) {
+        let short = |text: String| at(element, format!("<polylist> {text}; is it cut short?"));
+        let count: usize = word.parse().map_err(|_| short(format!("has a polygon of {word:?} corners")))?;
+        list.clear();
+        list.extend(corners.by_ref().take(count));
+        if list.len() != count {
+            return Err(short(format!("has too few corners for its <vcount>, from polygon {polygons} on")));
+        }
+        triangles.extend(of_polygon(&list, positions));
+        polygons += 1;
+    }
+    let (left, says) = (corners.count(), whole(element, "count")?.unwrap_or(polygons));
+    if left > 0 || says != polygons {
+        let text = format!("<polylist> has {polygons} polygons in <vcount> and {left} more corners, it says {says}");
+        return Err(at(element, format!("{text}; is it cut short?")));
+    }
+    Ok(triangles)
+}
+
+fn of_polygon(list: &[u32], positions: &[Vec3]) -> Vec<[u32; 3]> {
+    if let &[a, b, c] = list {
+        return vec![[a, b, c]];
+    }
+    let corners: Vec<Vec3> = list.iter().map(|&i| positions[i as usize]).collect();
+    polygon::triangulate(&corners).into_iter().map(|t| t.map(|i| list[i])).collect()
+}
+
+/// A strip: each corner makes a triangle with the two before it, every second one turned over.
+fn of_strip(list: &[u32]) -> Vec<[u32; 3]> {
+    let turned = |(i, w): (usize, &[u32])| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] };
+    list.windows(3).enumerate().map(turned).collect()
+}
+
+/// A fan: each corner makes a triangle with the one before it and the first.
+fn of_fan(list: &[u32]) -> Vec<[u32; 3]> {
+    list.get(1..).unwrap_or_default().windows(2).map(|w| [list[0], w[0], w[1]]).collect()
+}

@@ -1,0 +1,215 @@
+//! One look at up to eight intervals: the filter, then the exact bodies where it saw them too near.
+
+use super::HitReason;
+use super::continuous::{FINEST, LOWERED_FLOOR_INTERVALS, Scratch, Validator};
+use super::interval::{IntervalVerdict, Looks};
+use super::rake::{Pairs, Proving, Rake};
+use super::undecided::{Interval, List, Undecided};
+use crate::collision::filter::REMOTE_M;
+use crate::lanes::{EightWide, LANES};
+use crate::robot::lane_kinematics::LaneInterval;
+
+/// What the filter sees closer than this (m) is decided exactly whatever its floor: some times what the filter
+/// rounds in a room of some metres.
+const EXACT_BELOW_M: f64 = 2e-5;
+
+/// When an interval has been looked at enough.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Until {
+    /// One refusal settles the segment.
+    FirstRefusal,
+    /// The left half needs all that is undecided.
+    EveryPair,
+}
+
+#[derive(Default)]
+pub(super) struct Examined {
+    /// Lane, pair and reason.
+    pub(super) refused: Option<(usize, usize, HitReason)>,
+    /// What is left of each lane.
+    pub(super) undecided: [Undecided; LANES],
+}
+
+impl Validator<'_> {
+    /// Decides what can be decided on intervals that look at the same pairs; the pairs left over become a
+    /// list for each interval. `None` where stopped.
+    pub(super) fn examine(
+        &mut self,
+        rake: &[Interval],
+        until: Until,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Examined> {
+        if stop() {
+            return None;
+        }
+        self.filter(rake);
+        for (lane, interval) in rake.iter().enumerate() {
+            let proof = &mut self.scratch.segments.proofs[interval.segment];
+            proof.intervals += 1;
+            proof.clearance_m = proof.clearance_m.min(f64::from(self.scratch.rake.kept[lane]));
+        }
+        let mut examined = Examined::default();
+        // Nearest first: if anything is refused, it is most likely there.
+        if until == Until::FirstRefusal
+            && let Some((entry, lane)) = self.nearest()
+            && let Some(reason) = self.settle(&rake[lane], entry, lane, stop)?
+        {
+            examined.refused = Some((lane, self.scratch.rake.unproved[entry].pair as usize, reason));
+            return Some(examined);
+        }
+        for (lane, interval) in rake.iter().enumerate() {
+            let (first, mut excess) = (self.scratch.lists.len(), 0.0_f32);
+            for entry in 0..self.scratch.rake.unproved.len() {
+                if self.scratch.rake.unproved[entry].lanes >> lane & 1 == 0 {
+                    continue;
+                }
+                let reason = self.settle(interval, entry, lane, stop)?;
+                let unproved = &self.scratch.rake.unproved[entry];
+                if unproved.lanes >> lane & 1 == 1 {
+                    self.scratch.lists.push(unproved.pair);
+                    excess = excess.max(unproved.excess[lane]);
+                }
+                if let Some(reason) = reason {
+                    examined.refused = examined.refused.or(Some((lane, unproved.pair as usize, reason)));
+                    if until == Until::FirstRefusal {
+                        return Some(examined);
+                    }
+                }
+            }
+            // Also of what is no number, two parts.
+            let parts = excess.ceil().max(2.0).min(LANES as f32) as usize;
+            examined.undecided[lane] = Undecided { pairs: List::Of(first, self.scratch.lists.len()), parts };
+        }
+        Some(examined)
+    }
+
+    /// Runs the filter on up to eight intervals.
+    fn filter(&mut self, rake: &[Interval]) {
+        let lanes = ((1_u16 << rake.len()) - 1) as u8;
+        let Scratch { rake: filter, lists, merged, slots, .. } = &mut *self.scratch;
+        merged.clear();
+        for (lane, interval) in rake.iter().enumerate() {
+            let List::Of(first, last) = interval.pairs else { break };
+            for &pair in &lists[first..last] {
+                let slot = &mut slots[pair as usize];
+                match merged.get_mut(*slot as usize) {
+                    Some((known, lanes)) if *known == pair => *lanes |= 1 << lane,
+                    _ => {
+                        *slot = merged.len() as u32;
+                        merged.push((pair, 1 << lane));
+                    }
+                }
+            }
+        }
+        if !self.layers.filter {
+            return match rake[0].pairs {
+                List::All => filter.leave((0..self.model.pairs().len() as u32).map(|pair| (pair, lanes))),
+                List::Of(..) => filter.leave(merged.iter().copied()),
+            };
+        }
+        let interval = |lane: usize| {
+            let Interval { segment, middle, half, .. } = rake[lane.min(rake.len() - 1)];
+            LaneInterval { segment, middle, half }
+        };
+        self.run(Proving, std::array::from_fn(interval), lanes, rake[0].pairs.is_all());
+    }
+
+    /// Runs the filter's kernel, proving or sampling.
+    #[inline]
+    pub(super) fn run<'s, W: EightWide<Output = ()>>(
+        &'s mut self,
+        what: impl FnOnce(Rake<'s>) -> W,
+        intervals: [LaneInterval; LANES],
+        lanes: u8,
+        all_pairs: bool,
+    ) {
+        let Scratch { rake: scratch, segments, merged, floors, instructions, .. } = &mut *self.scratch;
+        let pairs = match all_pairs {
+            true => Pairs::All { with_remote: segments.is_unconfined || 1.5 * floors.highest() >= REMOTE_M },
+            false => Pairs::Of(merged),
+        };
+        let filter = self.model.filter();
+        let (segments, highest_floor, floors) = (&segments.lanes, floors.highest(), floors.all());
+        let rake =
+            Rake { filter, space: self.space, segments, intervals, lanes, pairs, floors, highest_floor, scratch };
+        instructions.run(what(rake));
+    }
+
+    /// The undecided pair and lane that the filter saw nearest.
+    fn nearest(&self) -> Option<(usize, usize)> {
+        let mut nearest = None;
+        let mut least = f32::INFINITY;
+        for (entry, unproved) in self.scratch.rake.unproved.iter().enumerate() {
+            for lane in (0..LANES).filter(|lane| unproved.lanes >> lane & 1 == 1) {
+                if unproved.gap[lane] < least {
+                    (nearest, least) = (Some((entry, lane)), unproved.gap[lane]);
+                }
+            }
+        }
+        nearest
+    }
+
+    /// Settles one undecided pair on one interval, exactly if the filter saw it too near to be split
+    /// unseen; a pair that is proved leaves the lane. `None` where stopped, `Some(reason)` where refused.
+    fn settle(
+        &mut self,
+        interval: &Interval,
+        entry: usize,
+        lane: usize,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Option<HitReason>> {
+        let unproved = self.scratch.rake.unproved[entry];
+        let pair = unproved.pair as usize;
+        let mut verdict = IntervalVerdict::Split;
+        // Where its rounding exceeds half a floor, splitting would go on without an end.
+        let exactly_below = (1.5 * self.floors()[pair]).max(EXACT_BELOW_M);
+        if f64::from(unproved.gap[lane]) < exactly_below || interval.half < FINEST {
+            self.place(interval);
+            verdict = self.decide(pair, interval.half, stop);
+        }
+        Some(match verdict {
+            IntervalVerdict::Stopped => return None,
+            IntervalVerdict::Proved(kept) => {
+                self.scratch.rake.unproved[entry].lanes &= !(1 << lane);
+                let proof = &mut self.scratch.segments.proofs[interval.segment];
+                proof.clearance_m = proof.clearance_m.min(kept);
+                None
+            }
+            IntervalVerdict::Collision => Some(HitReason::Collision),
+            IntervalVerdict::TooClose => Some(HitReason::TooClose),
+            IntervalVerdict::Split => self.spend(pair).then_some(HitReason::Uncertified),
+        })
+    }
+
+    /// Stands all bodies where they are in the middle of an interval.
+    pub(super) fn place(&mut self, interval: &Interval) {
+        let Scratch { motion, segments, .. } = &mut *self.scratch;
+        let nq = self.space.nq();
+        let (from, to) = segments.ends[2 * nq * interval.segment..][..2 * nq].split_at(nq);
+        if segments.exact.is_none_or(|(segment, _)| segment != interval.segment) {
+            motion.begin(self.model, self.space, from, to, self.held);
+            segments.exact = Some((interval.segment, None));
+        }
+        if segments.exact != Some((interval.segment, Some(interval.middle))) {
+            motion.place(self.model, self.space, from, interval.middle, self.held);
+            segments.exact = Some((interval.segment, Some(interval.middle)));
+        }
+    }
+
+    /// Counts an interval against a pair with a lowered floor; true once it has had its share.
+    fn spend(&mut self, pair: usize) -> bool {
+        self.scratch.floors.spend(pair) > LOWERED_FLOOR_INTERVALS
+    }
+
+    fn decide(&mut self, pair: usize, half: f64, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
+        let (model, motion, floor) = (self.model, &self.scratch.motion, self.floors()[pair]);
+        let mut interval = motion.pair_interval(model, &model.pairs()[pair], half, floor);
+        if !self.layers.along_normal {
+            interval.bend = f64::INFINITY;
+        }
+        let mut looks = Looks::new(stop);
+        let verdict = interval.decide(&mut looks);
+        self.exact += looks.count;
+        verdict
+    }
+}

@@ -1,0 +1,91 @@
+//! Distances that pairs must keep: one for almost all, others for a few.
+//!
+//! A scene of a thousand objects makes ten thousand pairs. Only what was set is ever undone, so that a request
+//! that does not come near them does not pay for them.
+
+/// Floors of all pairs of a model.
+#[derive(Debug, Default)]
+pub(super) struct Floors {
+    /// Floor of each pair (m).
+    all: Vec<f64>,
+    /// Floor of the pairs that are not in `set` (m).
+    common: f64,
+    highest: f64,
+    /// Pairs whose floor was set, and the intervals that each has spent on the segments at hand.
+    set: Vec<(usize, u32)>,
+}
+
+impl Floors {
+    /// The same floor for so many pairs.
+    pub(super) fn reset(&mut self, pairs: usize, common: f64) {
+        if self.common.to_bits() != common.to_bits() {
+            self.all.clear();
+        }
+        for (pair, _) in self.set.drain(..) {
+            if let Some(floor) = self.all.get_mut(pair) {
+                *floor = common;
+            }
+        }
+        (self.common, self.highest) = (common, common);
+        self.all.resize(pairs, common);
+    }
+
+    /// Gives one pair another floor.
+    pub(super) fn set(&mut self, pair: usize, floor: f64) {
+        self.highest = self.highest.max(floor);
+        self.all[pair] = floor;
+        if !self.set.iter().any(|(known, _)| *known == pair) {
+            self.set.push((pair, 0));
+        }
+    }
+
+    /// Floor of each pair (m).
+    pub(super) fn all(&self) -> &[f64] {
+        &self.all
+    }
+    /// The highest that any pair has had (m).
+    pub(super) fn highest(&self) -> f64 {
+        self.highest
+    }
+    /// Pairs with a floor below that of most, and their floors (m).
+    pub(super) fn lowered(&self) -> impl Iterator<Item = (usize, f64)> {
+        let lowered = self.set.iter().map(|(pair, _)| (*pair, self.all[*pair]));
+        lowered.filter(|(_, floor)| *floor < self.common)
+    }
+
+    /// Forgets what was spent.
+    pub(super) fn begin(&mut self) {
+        self.set.iter_mut().for_each(|(_, spent)| *spent = 0);
+    }
+    /// Counts an interval against a pair; how many it has spent, 0 for a pair whose floor is not lowered.
+    pub(super) fn spend(&mut self, pair: usize) -> u32 {
+        if self.all[pair] >= self.common {
+            return 0;
+        }
+        let Some((_, spent)) = self.set.iter_mut().find(|(known, _)| *known == pair) else { return 0 };
+        *spent += 1;
+        *spent
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_of_an_earlier_request_is_left() {
+        let mut floors = Floors::default();
+        for (pairs, common) in [(3, 1e-3), (5, 1e-3), (2, 1e-3), (6, 1e-3), (4, 2e-3), (4, 1e-3)] {
+            floors.reset(pairs, common);
+            assert_eq!((floors.all(), floors.highest()), (vec![common; pairs].as_slice(), common));
+            assert_eq!(floors.lowered().count(), 0);
+            floors.set(pairs - 1, common / 4.0);
+            floors.set(0, common * 2.0);
+            assert_eq!(floors.lowered().collect::<Vec<_>>(), [(pairs - 1, common / 4.0)]);
+            assert_eq!((floors.highest(), floors.spend(0)), (common * 2.0, 0));
+            assert_eq!([floors.spend(pairs - 1), floors.spend(pairs - 1)], [1, 2]);
+            floors.begin();
+            assert_eq!(floors.spend(pairs - 1), 1);
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! Single configurations, exactly: closest points of a pair, and what is inside of a mesh.
+
+use super::Contact;
+use super::Validator;
+use crate::collision::BodyPair;
+use crate::collision::query;
+
+/// Whether a body is inside a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Enclosed {
+    /// None is.
+    Nothing,
+    /// This pair, with a point inside and the depth to the nearest surface.
+    Pair(usize, Contact),
+    /// `stop` said so before all pairs were asked.
+    Stopped,
+}
+
+impl Validator<'_> {
+    /// Closest points of a pair at one configuration, exact, in the world.
+    pub fn contact(&mut self, pair: usize, configuration: &[f64]) -> Contact {
+        let robot = self.model.robot();
+        self.scratch.kinematics.update(robot, configuration, self.held);
+        let BodyPair { a, b, .. } = self.model.pairs()[pair];
+        let (a, b) = (&self.model.bodies()[a], &self.model.bodies()[b]);
+        query::closest(a, &a.placed(&self.scratch.kinematics), b, &b.placed(&self.scratch.kinematics))
+    }
+
+    /// The same at a ratio of a segment.
+    pub fn contact_between(&mut self, pair: usize, from: &[f64], to: &[f64], t: f64) -> Contact {
+        self.scratch.segments.exact = None;
+        self.scratch.motion.begin(self.model, self.space, from, to, self.held);
+        self.scratch.motion.place(self.model, self.space, from, t, self.held);
+        self.scratch.motion.contact(self.model, &self.model.pairs()[pair])
+    }
+
+    /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces meet there,
+    /// and a proof that goes on from such a configuration would be of no worth. Asked once per request, of the
+    /// configuration that everything proved is connected to. `stop` is asked at every pair.
+    pub fn enclosed_at(&mut self, configuration: &[f64], stop: &mut dyn FnMut() -> bool) -> Enclosed {
+        self.scratch.kinematics.update(self.model.robot(), configuration, self.held);
+        let (bodies, kinematics) = (self.model.bodies(), &self.scratch.kinematics);
+        for &index in self.model.hollow_pairs() {
+            let pair = &self.model.pairs()[index];
+            let (a, b) = (&bodies[pair.a], &bodies[pair.b]);
+            if stop() {
+                return Enclosed::Stopped;
+            }
+            if let Some(contact) = query::enclosed(a, &a.placed(kinematics), b, &b.placed(kinematics)) {
+                return Enclosed::Pair(index, contact);
+            }
+        }
+        Enclosed::Nothing
+    }
+}

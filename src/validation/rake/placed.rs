@@ -1,0 +1,121 @@
+//! Where the filter's balls are and how they move, each computed once a rake.
+
+use super::{Look, ZERO};
+use crate::collision::filter::{FilterBall, FilterBody};
+use crate::lanes::{Eight, Lanes, Packed, Vectors};
+
+/// What was computed of a body for rake number `rake`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlacedBody {
+    pub(super) bent_rake: u64,
+    /// First entry of `balls`: the root, then the clusters, then the balls.
+    pub(super) first: usize,
+    /// First entry of `bends`, one for each hop.
+    pub(super) first_bend: usize,
+    /// Bend of the body relative to the world.
+    pub(super) bend: Packed,
+    /// Rounding of its places and velocities.
+    pub(super) blur: Packed,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlacedBall {
+    pub(super) rake: u64,
+    pub(super) center: [Packed; 3],
+    pub(super) velocity: [Packed; 3],
+    pub(super) speed: Packed,
+}
+
+/// A ball in all lanes.
+#[derive(Clone, Copy)]
+pub(super) struct Moving<S: Eight> {
+    pub(super) center: Vectors<S>,
+    pub(super) velocity: Vectors<S>,
+    pub(super) speed: Lanes<S>,
+    pub(super) radius: f32,
+}
+
+impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
+    /// Where a body's ball is, computed once a rake.
+    #[inline(always)]
+    fn placed(&mut self, entry: usize, frame: usize, ball: FilterBall) -> Moving<S> {
+        let (simd, scratch) = (self.simd, &mut *self.rake.scratch);
+        let known = &mut scratch.balls[entry];
+        if known.rake != scratch.rake {
+            let (center, velocity) = scratch.frames[frame].point(simd, ball.center);
+            known.rake = scratch.rake;
+            known.center = center.packed();
+            if MOVING {
+                known.velocity = velocity.packed();
+                known.speed = velocity.length().packed;
+            }
+        }
+        Moving {
+            center: Vectors::new(simd, known.center),
+            velocity: Vectors::new(simd, known.velocity),
+            speed: Lanes::new(simd, known.speed),
+            radius: ball.radius,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn root(&mut self, body: usize) -> Moving<S> {
+        let shape: &FilterBody = &self.rake.filter.bodies[body];
+        self.placed(self.rake.scratch.bodies[body].first, shape.frame, shape.root)
+    }
+
+    #[inline(always)]
+    pub(super) fn cluster(&mut self, body: usize, index: usize) -> Moving<S> {
+        let shape = &self.rake.filter.bodies[body];
+        self.placed(self.rake.scratch.bodies[body].first + 1 + index, shape.frame, shape.clusters[index].0)
+    }
+
+    #[inline(always)]
+    pub(super) fn ball(&mut self, body: usize, index: usize) -> Moving<S> {
+        let shape = &self.rake.filter.bodies[body];
+        let entry = self.rake.scratch.bodies[body].first + 1 + shape.clusters.len() + index;
+        self.placed(entry, shape.frame, shape.balls[index])
+    }
+
+    /// Of a body, computed once a rake: the bend of its path relative to the world ½ h² A =
+    /// Σ s_l (ω_l / 2 + Σ_{i<l} ω_i), everything times h, with the blur of its velocity, and the blur alone: a
+    /// share of Σ (s_l + ω_l · reach of the robot).
+    #[inline(always)]
+    pub(super) fn bend(&mut self, body: usize) -> (Lanes<S>, Lanes<S>) {
+        let zero = Lanes::splat(self.simd, 0.0);
+        if !MOVING {
+            return (zero, zero);
+        }
+        let (known, rake) = (self.rake.scratch.bodies[body], self.rake.scratch.rake);
+        if known.bent_rake == rake {
+            return (Lanes::new(self.simd, known.bend), Lanes::new(self.simd, known.blur));
+        }
+        let (filter, scratch) = (self.rake.filter, &mut *self.rake.scratch);
+        let (mut bend, mut speed, mut pushed, mut turned) = (zero, zero, zero, zero);
+        let bends = &mut scratch.bends[known.first_bend..];
+        for (hop, below) in filter.bodies[body].hops.iter().zip(bends) {
+            let motion = &scratch.motions[hop.motion];
+            let turn = Lanes::new(self.simd, motion.turn);
+            let swing = turn * (pushed + hop.reach);
+            bend = bend + turn * (speed + swing * 0.5);
+            // Sums of at most some dozens of products: their own rounding is a few millionths.
+            *below = (bend * (1.0 + 1e-5)).packed;
+            speed = speed + swing + Lanes::new(self.simd, motion.slide);
+            pushed = pushed + Lanes::new(self.simd, motion.shift);
+            turned = turned + turn;
+        }
+        let blur = (speed + turned * (pushed + filter.skeleton.extent() as f32)) * filter.blur + self.drift;
+        let bend = bend * (1.0 + 1e-5) + blur;
+        let known = &mut scratch.bodies[body];
+        (known.bent_rake, known.bend, known.blur) = (rake, bend.packed, blur.packed);
+        (bend, blur)
+    }
+
+    /// Bend of a body that counts only so many of the joints that carry it; after [`Self::bend`].
+    #[inline(always)]
+    pub(super) fn bend_below(&self, body: usize, hops: usize) -> Lanes<S> {
+        let scratch = &*self.rake.scratch;
+        let first = scratch.bodies[body].first_bend;
+        Lanes::new(self.simd, if hops == 0 { ZERO } else { scratch.bends[first + hops - 1] })
+    }
+}

@@ -1,0 +1,64 @@
+//! Segments, their intervals, and the pairs that are undecided on each.
+
+use super::SegmentProof;
+use crate::robot::lane_kinematics::LaneSegments;
+
+/// `[middle − half, middle + half]` of a segment, and the pairs that are undecided there.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Interval {
+    pub(super) segment: usize,
+    pub(super) middle: f64,
+    pub(super) half: f64,
+    pub(super) pairs: List,
+}
+
+/// Pairs that are undecided on an interval.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) enum List {
+    /// All of the model.
+    #[default]
+    All,
+    /// A range of the lists.
+    Of(usize, usize),
+}
+
+/// Pairs that an interval leaves undecided, and the number of parts that should settle them.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Undecided {
+    pub(super) pairs: List,
+    pub(super) parts: usize,
+}
+
+impl List {
+    pub(super) fn is_all(&self) -> bool {
+        matches!(self, Self::All)
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        matches!(self, Self::Of(first, last) if first == last)
+    }
+}
+
+impl Interval {
+    /// Equal parts from left to right, which look at what is undecided; none where nothing is.
+    pub(super) fn split(&self, undecided: &Undecided) -> impl DoubleEndedIterator<Item = Self> + use<> {
+        let parts = if undecided.pairs.is_empty() { 0 } else { undecided.parts };
+        let (interval, pairs, half) = (*self, undecided.pairs, self.half / parts.max(1) as f64);
+        let start = self.middle - self.half;
+        (0..parts).map(move |part| Self { middle: start + half * (2 * part + 1) as f64, half, pairs, ..interval })
+    }
+}
+
+/// The segments that are being proved.
+#[derive(Debug, Default)]
+pub(super) struct Segments {
+    /// Both ends of each, one after the other.
+    pub(super) ends: Vec<f64>,
+    pub(super) velocity: Vec<f64>,
+    pub(super) lanes: LaneSegments,
+    pub(super) proofs: Vec<SegmentProof>,
+    /// Some end is outside of the limits that remote obstacles count on.
+    pub(super) is_unconfined: bool,
+    /// Segment for which the exact motion was prepared, and the place where its bodies stand.
+    pub(super) exact: Option<(usize, Option<f64>)>,
+}
