@@ -121,7 +121,7 @@ impl Core {
             Self::Box { center, axes, half } => ((axes.transpose() * (from - center)).abs() + half).length(),
             Self::Cylinder { center, axes, half_height, radius } => {
                 let local = axes.transpose() * (from - center);
-                (local.z.abs() + half_height).hypot(local.x.hypot(local.y) + radius)
+                (local.z.abs() + half_height).hypot(local.truncate().length() + radius)
             }
         }
     }
@@ -154,7 +154,7 @@ impl Core {
                 // In the cylinder's own axes: beside its axis a direction is all rounding, and a rim made
                 // of that in the world's axes would leave the lid's plane.
                 let local = axes.transpose() * direction;
-                let across = local.x.hypot(local.y);
+                let across = local.truncate().length();
                 let stretch = if across > 0.0 { radius / across } else { 0.0 };
                 center + axes * Vec3::new(local.x * stretch, local.y * stretch, half_height.copysign(local.z))
             }

@@ -164,3 +164,83 @@ fn solid_angle(a: Vec3, b: Vec3, c: Vec3) -> f64 {
     let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
     2.0 * a.dot(b.cross(c)).atan2(denominator)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::collision::solid::Solid;
+    use crate::math::{Pose, Quat};
+    use crate::scene::{Obstacle, Scene};
+    use crate::shape::{PlacedShape, Shape};
+    use crate::testing::wedge;
+
+    fn solid(shape: Shape, at: Vec3) -> Body {
+        let shapes = [PlacedShape { pose: Pose::from_parts(at, Quat::IDENTITY), shape }];
+        let solid = Arc::new(Solid::new(&shapes));
+        let obstacle = Obstacle { id: "solid".into(), pose: Pose::identity(), shapes: Arc::new(shapes) };
+        Body::of_obstacle(&obstacle, solid)
+    }
+
+    fn cuboid(size: f64, at: Vec3) -> Body {
+        solid(Shape::cuboid(Vec3::splat(size)).unwrap(), at)
+    }
+
+    const HERE: Transform = Transform::IDENTITY;
+
+    /// Parry sees surfaces only: a box inside a closed mesh was 0.8 m away and not intersecting.
+    #[test]
+    fn a_body_wholly_inside_a_closed_mesh_collides() {
+        let hall = solid(Shape::Mesh(Arc::new(wedge(Vec3::ONE))), Vec3::ZERO);
+        let inside = cuboid(0.1, Vec3::new(0.0, 0.0, -0.6));
+        for (a, b) in [(&hall, &inside), (&inside, &hall)] {
+            let contact = overlap(a, &HERE, b, &HERE).expect("a box in the hall");
+            assert!(contact.distance < -0.2, "{contact:?}");
+            assert!(closest(a, &HERE, b, &HERE).distance < -0.2);
+        }
+        // In the hollow of the roof it is outside, 0.35 m above the middle that is pressed in.
+        let above = cuboid(0.1, Vec3::Z * 0.9);
+        assert!(overlap(&hall, &HERE, &above, &HERE).is_none());
+        assert!(closest(&hall, &HERE, &above, &HERE).distance > 0.4);
+    }
+
+    /// Parry's distance and its intersection test can disagree where solids touch.
+    #[test]
+    fn less_than_a_nanometre_is_contact_and_more_is_not() {
+        let shapes = [
+            Shape::cuboid(Vec3::splat(0.2)).unwrap(),
+            Shape::cylinder(0.2, 0.1).unwrap(),
+            Shape::sphere(0.1).unwrap(),
+            Shape::capsule(0.1, 0.05).unwrap(),
+            Shape::Mesh(Arc::new(wedge(Vec3::splat(0.1)))),
+        ];
+        for upper in &shapes {
+            for lower in &shapes {
+                let lower = solid(lower.clone(), Vec3::ZERO);
+                let at = |gap: f64| solid(upper.clone(), Vec3::Z * (0.2 + gap));
+                // Balls hang free above the roof, whose middle is pressed in.
+                for (gap, touches) in [(-1e-6, true), (5e-10, true), (5e-9, false)] {
+                    let seen = overlap(&at(gap), &HERE, &lower, &HERE).is_some();
+                    let rim_only = lower.solid.hollow && matches!(upper, Shape::Sphere { .. } | Shape::Capsule { .. });
+                    assert_eq!(seen, touches && !rim_only, "{upper:?}, {gap} m above {lower:?}");
+                }
+            }
+        }
+    }
+
+    /// A pose that is not a number once gave distance 0 and "not intersecting": it must not get this far.
+    #[test]
+    fn a_pose_that_is_not_finite_is_refused_before_any_query() {
+        for bad in [f64::NAN, f64::INFINITY] {
+            let here = Quat::IDENTITY;
+            let turned = Quat::from_xyzw(bad, 0.0, 0.0, 1.0);
+            for pose in [Pose::from_parts(Vec3::X * bad, here), Pose::from_parts(Vec3::ZERO, turned)] {
+                let shapes = Arc::new([PlacedShape { pose, shape: Shape::sphere(0.1).unwrap() }]);
+                let obstacle = Obstacle { id: "crate".into(), pose: Pose::identity(), shapes };
+                let refused = Scene::new("scene", vec![obstacle], vec![], vec![]);
+                assert!(refused.unwrap_err().to_string().starts_with("object \"crate\": pose is "));
+            }
+        }
+    }
+}

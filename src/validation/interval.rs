@@ -6,7 +6,7 @@
 
 use super::motion::Twist;
 use crate::collision::body::Body;
-use crate::collision::distance::{self, Separation};
+use crate::collision::distance;
 use crate::collision::piece::{Core, Piece, Transform};
 use crate::collision::query::{self, Split, TOUCHING_M};
 use crate::collision::tree::Ball;
@@ -89,7 +89,7 @@ impl PairInterval<'_> {
             return IntervalVerdict::Proved(kept);
         }
         match query::children(ball_a, ball_b) {
-            Split::Neither(i, j) => self.decide_pieces(i as usize, j as usize),
+            Split::Neither(i, j) => self.decide_pieces((ball_a, i as usize), (ball_b, j as usize)),
             Split::A(left, right) => {
                 let first_is_left = self.ball_gap(left, b) <= self.ball_gap(right, b);
                 let (near, far) = if first_is_left { (left, right) } else { (right, left) };
@@ -113,15 +113,14 @@ impl PairInterval<'_> {
         let center_a = self.relative.point(a.center);
         match (self.a.solid.tree.leaf(a), self.b.solid.tree.leaf(b)) {
             (_, Some(piece)) => {
-                let reach = || piece.core.farthest(piece.center());
+                let reach = || reach(b, piece);
                 let Some((normal, gap)) = from_piece(piece, center_a) else { return f64::NEG_INFINITY };
                 gap - a.radius - self.displacement(normal, center_a, 0.0, piece.center(), reach)
             }
             (Some(piece), None) => {
                 let piece = piece.transformed(&self.relative);
                 let Some((outward, gap)) = from_piece(&piece, b.center) else { return f64::NEG_INFINITY };
-                let (center, reach) = (piece.center(), piece.core.farthest(piece.center()));
-                gap - b.radius - self.displacement(-outward, center, reach, b.center, || 0.0)
+                gap - b.radius - self.displacement(-outward, center_a, reach(a, &piece), b.center, || 0.0)
             }
             (None, None) => {
                 let offset = center_a - b.center;
@@ -135,39 +134,35 @@ impl PairInterval<'_> {
         }
     }
 
-    fn decide_pieces(&self, i: usize, j: usize) -> IntervalVerdict {
+    fn decide_pieces(&self, (ball_a, i): (&Ball, usize), (ball_b, j): (&Ball, usize)) -> IntervalVerdict {
         let (piece_a, piece_b) =
             (self.a.solid.tree.pieces()[i].transformed(&self.relative), &self.b.solid.tree.pieces()[j]);
+        let reaches = (reach(ball_a, &piece_a), reach(ball_b, piece_b));
         // Most pairs of pieces are settled along a direction that costs no search.
         for normal in cheap_normals(&piece_a, piece_b).into_iter().flatten() {
             let gap = distance::gap_along(&piece_a, piece_b, normal);
             if gap >= 1.5 * self.floor {
-                let kept = gap - self.displacement_of_pieces(&piece_a, piece_b, normal);
+                let kept = gap - self.displacement_of_pieces(&piece_a, piece_b, normal, reaches);
                 if kept >= self.floor + ROUNDING_M {
                     return IntervalVerdict::Proved(kept);
                 }
             }
         }
-        let (apart, moved) = self.separation_and_displacement(&piece_a, piece_b);
+        let apart = distance::separation(&piece_a, piece_b);
         if (apart.point_a - apart.point_b).dot(apart.normal) <= TOUCHING_M {
             return IntervalVerdict::Collision;
         }
         if apart.gap < 1.5 * self.floor {
             return IntervalVerdict::TooClose;
         }
-        let kept = apart.gap - moved;
+        let kept = apart.gap - self.displacement_of_pieces(&piece_a, piece_b, apart.normal, reaches);
         if kept >= self.floor + ROUNDING_M { IntervalVerdict::Proved(kept) } else { IntervalVerdict::Split }
     }
 
-    /// Separation of two pieces in the middle, and how much of it the interval can take.
-    fn separation_and_displacement(&self, a: &Piece, b: &Piece) -> (Separation, f64) {
-        let apart = distance::separation(a, b);
-        (apart, self.displacement_of_pieces(a, b, apart.normal))
-    }
-
-    fn displacement_of_pieces(&self, a: &Piece, b: &Piece, normal: Vec3) -> f64 {
-        let (center_a, center_b) = (a.center(), b.center());
-        self.displacement(normal, center_a, a.core.farthest(center_a), center_b, || b.core.farthest(center_b))
+    /// How much of the gap of two pieces along `normal` the interval can take, with their reaches about
+    /// their middles.
+    fn displacement_of_pieces(&self, a: &Piece, b: &Piece, normal: Vec3, reaches: (f64, f64)) -> f64 {
+        self.displacement(normal, a.center(), reaches.0, b.center(), || reaches.1)
     }
 
     /// Gap and displacement bound of the two pieces that keep least.
@@ -176,8 +171,12 @@ impl PairInterval<'_> {
         let pieces = |tree: &crate::collision::tree::BallTree| 0..tree.pieces().len();
         let all = pieces(&self.a.solid.tree).flat_map(|i| pieces(&self.b.solid.tree).map(move |j| (i, j)));
         let piece = |i: usize| self.a.solid.tree.pieces()[i].transformed(&self.relative);
-        let bounds = all.map(|(i, j)| self.separation_and_displacement(&piece(i), &self.b.solid.tree.pieces()[j]));
-        let bounds = bounds.map(|(apart, moved)| (apart.gap, moved));
+        let reach = |piece: &Piece| piece.core.farthest(piece.center());
+        let bounds = all.map(|(i, j)| {
+            let (a, b) = (piece(i), &self.b.solid.tree.pieces()[j]);
+            let apart = distance::separation(&a, b);
+            (apart.gap, self.displacement_of_pieces(&a, b, apart.normal, (reach(&a), reach(b))))
+        });
         bounds.min_by(|x, y| (x.0 - x.1).total_cmp(&(y.0 - y.1))).filter(|(gap, _)| *gap > 1e-6)
     }
 
@@ -189,6 +188,11 @@ impl PairInterval<'_> {
         let turn_b = if still { 0.0 } else { normal.cross(self.twist_b.angular).length() * radius_b() };
         (approach + turn_a + turn_b + self.bend).min(self.travel)
     }
+}
+
+/// How far the core of the only piece of a ball reaches about its middle, which is the ball's.
+fn reach(ball: &Ball, piece: &Piece) -> f64 {
+    ball.radius - piece.radius
 }
 
 /// Directions that may part two pieces, from B to A: from B's point nearest to A's middle, and the normals

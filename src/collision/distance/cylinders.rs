@@ -8,10 +8,12 @@ use super::{Nearest, gap_of_cores};
 use crate::collision::piece::{Core, Piece};
 use crate::math::Vec3;
 
+/// Steps at most; a dozen is usual.
+const MOST_STEPS: usize = 64;
 /// Rounds of nearest points from one to the other at most, for what the steps left.
-const MOST_ROUNDS: usize = 64;
+const MOST_ROUNDS: usize = 32;
 /// Where upper and lower bound have met (m), relative to a metre and the distance.
-const CLOSE_ENOUGH: f64 = 1e-13;
+const CLOSE_ENOUGH: f64 = 1e-12;
 
 /// A point of A − B, and the points that it comes from.
 #[derive(Clone, Copy, Default)]
@@ -48,7 +50,10 @@ fn descend(a: &Core, b: &Core, start: (Vec3, Vec3)) -> Nearest {
     let mut simplex = Simplex::default();
     let mut nearest = Vertex::new(start.0, start.1);
     simplex.push(nearest);
-    while best.offer((nearest.a, nearest.b)) {
+    for _ in 0..MOST_STEPS {
+        if !best.offer((nearest.a, nearest.b)) {
+            break;
+        }
         let length = nearest.offset.length();
         if length < 1e-12 {
             return Nearest::common(nearest.a);
@@ -168,7 +173,7 @@ fn on_solid(p: &[Vec3; 4]) -> [f64; 4] {
     let weights = within.map(|w| w / sum);
     let point = (0..4).map(|i| p[i] * weights[i]).sum::<Vec3>();
     // Of a flat one the weights are all rounding, and the point is not the origin.
-    if within.iter().all(|w| *w > 0.0) && point.length() < 1e-12 {
+    if within.iter().all(|w| *w > 0.0) && point.length() < 5e-13 {
         return weights;
     }
     least(FACES.map(|[i, j, k, _]| {

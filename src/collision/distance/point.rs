@@ -24,7 +24,7 @@ pub fn closest_on(core: &Core, p: Vec3) -> Vec3 {
 
 /// Closest point of the cylinder about the z axis, in its own frame.
 pub(super) fn in_upright_cylinder(half_height: f64, radius: f64, p: Vec3) -> Vec3 {
-    let across = p.x.hypot(p.y);
+    let across = p.truncate().length();
     let height = p.z.clamp(-half_height, half_height);
     if across <= radius {
         return Vec3::new(p.x, p.y, height);

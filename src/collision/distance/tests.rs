@@ -9,16 +9,9 @@ use super::*;
 use crate::collision::piece::Transform;
 use crate::math::{Mat3, Pose, Quat, quat_exp};
 use crate::testing::{uniform, vector};
+use crate::validation::soundness::cases;
 
 const KINDS: [&str; 5] = ["point", "segment", "triangle", "box", "cylinder"];
-
-/// Random cases; `TAUT_CASES` asks for a long run, `TAUT_SEED` for other ones.
-fn cases(short: usize) -> (usize, Rng) {
-    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
-    let seed = number("TAUT_SEED").unwrap_or(20_150_423);
-    println!("seed {seed}");
-    (number("TAUT_CASES").map_or(short, |n| n as usize), Rng::with_seed(seed))
-}
 
 /// A core of one kind about a place within `size` of the origin.
 fn core(rng: &mut Rng, kind: usize, size: f64) -> Core {
@@ -161,9 +154,9 @@ fn by_parry(a: &Core, b: &Core) -> Option<f64> {
 /// Checks many poses of each pair of kinds; returns the largest slack.
 fn check_pairs(name: &str, count: usize, most: f64, mut pose: impl FnMut((usize, usize)) -> (Core, Core)) -> f64 {
     let mut worst = 0.0_f64;
-    for i in 0..5 {
-        for j in 0..5 {
-            let what = format!("{name} {} × {}", KINDS[i], KINDS[j]);
+    for (i, kind_a) in KINDS.iter().enumerate() {
+        for (j, kind_b) in KINDS.iter().enumerate() {
+            let what = format!("{name} {kind_a} × {kind_b}");
             let (mut widest, mut apart) = (0.0_f64, 0);
             for _ in 0..count {
                 let (a, b) = pose((i, j));

@@ -48,6 +48,9 @@ pub(super) fn to_triangle(first: [Vec3; 3], second: [Vec3; 3]) -> (Vec3, Vec3) {
     if let Some((on_second, on_first)) = seen_from_face(second, first) {
         return (on_first, on_second);
     }
+    // The edges that meet at the corners which look at each other are most often the closest.
+    let between = second[0] + second[1] + second[2] - first[0] - first[1] - first[2];
+    let (first, second) = (corner_second(first, between), corner_second(second, -between));
     let mut best = Nearest::default();
     for i in 0..3 {
         let (a, b, behind_a) = (first[i], first[(i + 1) % 3], first[(i + 2) % 3]);
@@ -87,6 +90,19 @@ fn seen_from_face<const N: usize>(triangle: [Vec3; 3], corners: [Vec3; N]) -> Op
     let corner = corners[lowest];
     let foot = corner - normal * (heights[lowest] / normal.length_squared());
     is_over(triangle, normal, foot).then_some((foot, corner))
+}
+
+/// The triangle from another of its corners on, so that the second is the one farthest along a direction:
+/// the first two edges meet there.
+fn corner_second([a, b, c]: [Vec3; 3], direction: Vec3) -> [Vec3; 3] {
+    let (u, v, w) = (direction.dot(a), direction.dot(b), direction.dot(c));
+    if v >= u && v >= w {
+        [a, b, c]
+    } else if w >= u {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
 }
 
 /// Normal of a triangle, not of unit length.
