@@ -16,7 +16,7 @@ use taut::robot::RobotModel;
 use taut::scene::{Obstacle, Scene};
 use taut::shape::{Mesh, PlacedShape, Shape};
 use taut::validation::path_proof::{self, PathVerdict};
-use taut::validation::{Queries, Scratch, SegmentVerdict, Validator};
+use taut::validation::{Queries, Scratch, SegmentVerdict, SegmentsVerdict, Validator};
 
 const CLEARANCE_M: f64 = 1e-3;
 const WAYPOINTS: [usize; 6] = [2, 4, 8, 16, 32, 64];
@@ -122,7 +122,7 @@ fn among(
         tried += 1;
         case.model = model(&robot, vec![candidate.clone()]);
         let mut validator = case.validator(&mut scratch);
-        let is_free = validator.proves_path(&case.path, &mut || false) == Some(true);
+        let is_free = validator.segments(case.path.segments(), &mut || false) == SegmentsVerdict::Proved;
         if is_free && validator.queries().exact >= exact_tests {
             kept.push(candidate);
         }

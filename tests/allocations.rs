@@ -6,7 +6,7 @@ use std::sync::Arc;
 use taut::collision::CollisionModel;
 use taut::files::{Geometry, Packages, Problem, Reader};
 use taut::path::Path;
-use taut::validation::{Scratch, SegmentVerdict, Validator};
+use taut::validation::{Scratch, SegmentVerdict, SegmentsVerdict, Validator};
 
 fn problem(name: &str) -> (Problem, CollisionModel) {
     let file = File::new(env!("CARGO_MANIFEST_DIR")).join("config/problems").join(name);
@@ -16,12 +16,12 @@ fn problem(name: &str) -> (Problem, CollisionModel) {
 }
 
 /// Proves the path, refuses the straight way from its first to its last waypoint, and looks for the first hit.
-fn check(model: &CollisionModel, path: &Path, scratch: &mut Scratch) -> (Option<bool>, bool) {
+fn check(model: &CollisionModel, path: &Path, scratch: &mut Scratch) -> (SegmentsVerdict, bool) {
     let robot = model.robot();
     let held = [0.0; 16];
     let held = &held[..robot.held().len()];
     let mut validator = Validator::new(model, robot.space(), held, 1e-3, scratch);
-    let proved = validator.proves_path(path, &mut || false);
+    let proved = validator.segments(path.segments(), &mut || false);
     let (first, last) = (path.waypoint(0), path.waypoint(path.len() - 1));
     let straight = validator.proves(first, last, &mut || false);
     let hit = validator.first_hit(first, last, &mut || false);
@@ -34,10 +34,10 @@ fn a_warm_check_allocates_nothing() {
         let (problem, model) = problem(name);
         let mut scratch = Scratch::default();
         let cold = check(&model, &problem.path, &mut scratch);
-        let mut warm = (None, false);
+        let mut warm = (SegmentsVerdict::Stopped, false);
         let counted = allocation_counter::measure(|| warm = check(&model, &problem.path, &mut scratch));
         assert_eq!(warm, cold, "{name}");
-        assert_eq!(cold, (Some(true), true), "{name}");
+        assert_eq!(cold, (SegmentsVerdict::Proved, true), "{name}");
         assert_eq!(counted.count_total, 0, "{name}: {counted:?}");
     }
 }

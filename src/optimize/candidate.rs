@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::task::{SHORTER, Task, columns};
 use crate::path::Path;
-use crate::validation::Validator;
+use crate::validation::{SegmentsVerdict, Validator};
 
 /// Least gain, as a part of the length, for each waypoint that a candidate adds: waypoints cost time ever after.
 const WORTH_A_WAYPOINT: f64 = 1e-4;
@@ -167,20 +167,11 @@ impl<'a, 'p> Search<'a, 'p> {
         (gain > least * self.length()).then_some(gain)
     }
 
-    /// Proves the candidate's segments, the new ones in the middle first.
-    pub fn proves(&self, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> Proof {
+    /// Proves the candidate's segments.
+    pub fn proves(&self, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> SegmentsVerdict {
         let nq = self.path.nq();
-        let count = self.candidate.len() / nq - 1;
-        // The outer two are mostly parts of segments that are proved: refusals come from the middle.
-        for segment in (1..count).chain([0]) {
-            let (from, to) = self.candidate[segment * nq..(segment + 2) * nq].split_at(nq);
-            match validator.proves(from, to, stop) {
-                Some(true) => {}
-                Some(false) => return Proof::Refused,
-                None => return Proof::Stopped,
-            }
-        }
-        Proof::Proved
+        let rows: Vec<&[f64]> = self.candidate.chunks_exact(nq).collect();
+        validator.segments(rows.windows(2).map(|pair| [pair[0], pair[1]]), stop)
     }
 
     /// Puts the candidate in its place; `replaced` is then where it lies.
@@ -208,23 +199,15 @@ impl<'a, 'p> Search<'a, 'p> {
             self.candidate.extend_from_slice(self.path.waypoint(waypoint + 1));
             // What lies on the straight line between its neighbours is dropped too: not longer is enough.
             match self.proves(validator, stop) {
-                Proof::Proved => {
+                SegmentsVerdict::Proved => {
                     self.accept();
                     end -= 1;
                 }
-                Proof::Refused => waypoint += 1,
-                Proof::Stopped => return,
+                SegmentsVerdict::Refused(_) => waypoint += 1,
+                SegmentsVerdict::Stopped => return,
             }
         }
     }
-}
-
-/// What the validator says of a candidate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Proof {
-    Proved,
-    Refused,
-    Stopped,
 }
 
 /// Adds a row unless it equals the last one.

@@ -16,7 +16,7 @@ use super::quadratic_step::QuadraticStep;
 use super::rows::{CollisionRow, Row};
 use super::task::{Improvement, SHORTER, Task, columns};
 use crate::path::Path;
-use crate::validation::{Hit, SegmentVerdict, Validator};
+use crate::validation::{Hit, SegmentVerdict, SegmentsVerdict, Validator};
 
 /// α of a cautious trial: the part of the step that is tried while its rows are not yet known.
 const CAUTIOUS_PART: f64 = 0.2;
@@ -213,21 +213,14 @@ impl<'a, 'p> Descent<'a, 'p> {
         self.trial_length = self.task.length(self.trial.as_flat(), &mut self.velocity);
     }
 
-    /// Proves the segments that moved, in order, up to the first that is refused.
+    /// Proves the trial, unless one of its segments is refused; what did not move is known.
     fn validate_trial(&mut self, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> Trial {
-        for segment in 0..self.path.len() - 1 {
-            let (from, to) = (self.trial.waypoint(segment), self.trial.waypoint(segment + 1));
-            if from == self.path.waypoint(segment) && to == self.path.waypoint(segment + 1) {
-                continue;
-            }
-            match validator.proves(from, to, stop) {
-                Some(true) => {}
-                Some(false) => return Trial::Collides { segment },
-                None => return Trial::Stopped,
-            }
+        match validator.segments(self.trial.segments(), stop) {
+            SegmentsVerdict::Proved if self.trial_length < self.length * (1.0 - SHORTER) => Trial::Shorter,
+            SegmentsVerdict::Proved => Trial::NotShorter,
+            SegmentsVerdict::Refused(segment) => Trial::Collides { segment },
+            SegmentsVerdict::Stopped => Trial::Stopped,
         }
-        let shorter = self.trial_length < self.length * (1.0 - SHORTER);
-        if shorter { Trial::Shorter } else { Trial::NotShorter }
     }
 
     fn accept_trial(&mut self) {

@@ -5,11 +5,11 @@
 //! ("partial shortcut"). A candidate counts only when every segment that changed is proved and the path
 //! is strictly shorter. It never reaches across a fixed waypoint.
 
-use super::candidate::{Proof, Search};
+use super::candidate::Search;
 use super::outcome::Termination;
 use super::task::{Improvement, Task};
 use crate::path::Path;
-use crate::validation::Validator;
+use crate::validation::{SegmentsVerdict, Validator};
 
 /// A candidate that gains less than this part of the length counts as a failure, though it is taken.
 const WORTHWHILE: f64 = 3e-4;
@@ -94,9 +94,9 @@ impl Search<'_, '_> {
             failures += 1;
             let Some(gain) = propose(self).and_then(|()| self.gain()) else { continue };
             match self.proves(validator, stop) {
-                Proof::Refused => continue,
-                Proof::Stopped => return (tried, Termination::Stopped),
-                Proof::Proved => self.accept(),
+                SegmentsVerdict::Refused(_) => continue,
+                SegmentsVerdict::Stopped => return (tried, Termination::Stopped),
+                SegmentsVerdict::Proved => self.accept(),
             }
             if gain >= WORTHWHILE * self.length() {
                 failures = 0;

@@ -45,6 +45,10 @@ impl Path {
         assert!(rows.len().is_multiple_of(self.nq) && (!rows.is_empty() || range.len() < self.len()));
         self.rows.splice(range.start * self.nq..range.end * self.nq, rows.iter().copied());
     }
+    /// The waypoints before and after each segment, in order.
+    pub fn segments(&self) -> impl ExactSizeIterator<Item = [&[f64]; 2]> {
+        (1..self.len()).map(|segment| [self.waypoint(segment - 1), self.waypoint(segment)])
+    }
     /// The waypoints in order.
     pub fn waypoints(&self) -> impl ExactSizeIterator<Item = &[f64]> {
         self.rows.chunks_exact(self.nq)

@@ -21,11 +21,10 @@ use super::rake::Proving;
 use super::rake::RakeScratch;
 use super::segment_motion::SegmentMotion;
 use super::undecided::{Interval, List, Segments};
-use super::{Hit, HitReason, Layers, Queries, SegmentProof, SegmentVerdict};
+use super::{Hit, HitReason, Layers, Queries, SegmentProof, SegmentVerdict, SegmentsVerdict};
 use crate::collision::CollisionModel;
 use crate::collision::query::TOUCHING_M;
 use crate::lanes::{InstructionSet, LANES};
-use crate::path::Path;
 #[cfg(test)]
 use crate::robot::lane_kinematics::LaneInterval;
 use crate::robot::{ConfigurationSpace, Kinematics};
@@ -148,35 +147,35 @@ impl<'a> Validator<'a> {
         }
     }
 
-    /// Whether [`Self::segment`] would prove the segment; `None` where stopped. Cheaper than asking for the
-    /// verdict, because a refusal's exact contact often costs more than finding the refusal.
-    pub fn proves(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> Option<bool> {
-        if self.known(from, to).is_some() {
-            return Some(true);
-        }
+    /// Whether [`Self::segment`] would prove each of several segments, all looked at together: eight intervals of
+    /// whatever segments at once, and wide ones before narrow ones. Proofs are remembered for
+    /// [`Self::segment`]. Cheaper than asking that for a verdict, because a refusal's exact contact often costs
+    /// more than finding the refusal.
+    pub fn segments<'q>(
+        &mut self,
+        segments: impl Iterator<Item = [&'q [f64]; 2]>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> SegmentsVerdict {
         self.begin();
-        self.add(from, to);
-        match self.search(stop) {
-            Found::Nothing => Some(true),
-            Found::Refusal(..) => Some(false),
-            Found::Stopped => None,
-        }
-    }
-
-    /// Whether every segment of a path is proved, all looked at together; `None` where stopped. What is
-    /// proved is remembered for [`Self::segment`].
-    pub fn proves_path(&mut self, path: &Path, stop: &mut dyn FnMut() -> bool) -> Option<bool> {
-        self.begin();
-        for segment in 1..path.len() {
-            let (from, to) = (path.waypoint(segment - 1), path.waypoint(segment));
+        for (number, [from, to]) in segments.enumerate() {
             if self.known(from, to).is_none() {
                 self.add(from, to);
+                self.scratch.segments.numbers.push(number);
             }
         }
         match self.search(stop) {
-            Found::Nothing => Some(true),
-            Found::Refusal(..) => Some(false),
-            Found::Stopped => None,
+            Found::Nothing => SegmentsVerdict::Proved,
+            Found::Refusal(interval, ..) => SegmentsVerdict::Refused(self.scratch.segments.numbers[interval.segment]),
+            Found::Stopped => SegmentsVerdict::Stopped,
+        }
+    }
+
+    /// The same of one segment; `None` where stopped.
+    pub fn proves(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> Option<bool> {
+        match self.segments([[from, to]].into_iter(), stop) {
+            SegmentsVerdict::Proved => Some(true),
+            SegmentsVerdict::Refused(_) => Some(false),
+            SegmentsVerdict::Stopped => None,
         }
     }
 
@@ -261,6 +260,7 @@ impl<'a> Validator<'a> {
         scratch.segments.ends.clear();
         scratch.segments.lanes.clear();
         scratch.segments.proofs.clear();
+        scratch.segments.numbers.clear();
         scratch.segments.is_unconfined = false;
         scratch.segments.exact = None;
         scratch.lists.clear();

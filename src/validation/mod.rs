@@ -65,6 +65,17 @@ pub enum SegmentVerdict {
     Stopped,
 }
 
+/// What is known of several segments that were looked at together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SegmentsVerdict {
+    /// All are proved.
+    Proved,
+    /// One is refused, by its number; not always the first that would be.
+    Refused(usize),
+    /// `stop` said so before there was a verdict.
+    Stopped,
+}
+
 /// A proof, in short.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentProof {

@@ -1,6 +1,6 @@
 //! Proof of a whole path, and the floors that a request's input sets.
 
-use super::{Contact, Enclosed, Hit, HitReason, SegmentProof, SegmentVerdict, Validator};
+use super::{Contact, Enclosed, Hit, HitReason, SegmentProof, SegmentVerdict, SegmentsVerdict, Validator};
 use crate::collision::query::TOUCHING_M;
 use crate::path::Path;
 
@@ -26,7 +26,7 @@ pub enum PathVerdict {
 /// Proves every segment at the validator's floors. A path of one waypoint is a segment that does not move.
 pub fn prove(validator: &mut Validator, path: &Path, stop: &mut dyn FnMut() -> bool) -> PathVerdict {
     // All segments together first: where all is well, each is then remembered.
-    if validator.proves_path(path, stop).is_none() {
+    if validator.segments(path.segments(), stop) == SegmentsVerdict::Stopped {
         return PathVerdict::Stopped;
     }
     let mut proofs = Vec::with_capacity(segments(path));
@@ -52,7 +52,7 @@ pub fn prove_input(validator: &mut Validator, path: &Path, stop: &mut dyn FnMut(
         Enclosed::Pair(pair, contact) => return refused_at_start(pair, contact),
         Enclosed::Stopped => return PathVerdict::Stopped,
     }
-    if validator.proves_path(path, stop).is_none() {
+    if validator.segments(path.segments(), stop) == SegmentsVerdict::Stopped {
         return PathVerdict::Stopped;
     }
     let mut proofs = Vec::with_capacity(segments(path));

@@ -57,6 +57,8 @@ pub(super) struct Segments {
     pub(super) velocity: Vec<f64>,
     pub(super) lanes: LaneSegments,
     pub(super) proofs: Vec<SegmentProof>,
+    /// What the caller calls each.
+    pub(super) numbers: Vec<usize>,
     /// Some end is outside of the limits that remote obstacles count on.
     pub(super) is_unconfined: bool,
     /// Segment for which the exact motion was prepared, and the place where its bodies stand.
