@@ -130,3 +130,38 @@ fn a_ball_that_moves_wholly_inside_a_mesh() {
         assert!(proved(&robot, cube, &[0.6], &[0.9]), "outside, faces inwards: {inwards}");
     }
 }
+
+/// A path that grazes an obstacle along all of its way: nothing may stall. What is left of the room after a floor
+/// of a micrometre is proved or said not to be, within the nodes that a lowered floor may take.
+#[test]
+fn what_grazes_ends_and_says_so() {
+    let slide = joint(0, JointKind::Prismatic, Vec3::X, (-1.0, 1.0));
+    let turn = JointDescription { origin: Pose::identity(), ..joint(1, JointKind::Continuous, Vec3::Z, (0.0, 0.0)) };
+    let turn = JointDescription { limits: None, ..turn };
+    let shapes =
+        [Shape::sphere(0.05).unwrap(), Shape::cylinder(0.1, 0.05).unwrap(), Shape::cuboid(Vec3::splat(0.1)).unwrap()];
+    for (index, shape) in shapes.into_iter().enumerate() {
+        let pose = if index == 1 { Pose::identity() } else { Pose::from_parts(Vec3::ZERO, quat_exp(Vec3::Z * 0.3)) };
+        let robot = robot(vec![slide.clone(), turn.clone()], PlacedShape { pose, shape });
+        for (gap, proved) in [(1e-6, false), (1.4e-6, false), (2e-6, true), (1e-4, true), (1.6e-3, true)] {
+            let top = Shape::cuboid(Vec3::new(3.0, 3.0, 0.2)).unwrap();
+            let table = PlacedShape { pose: Pose::from_translation(Vec3::new(0.0, 0.0, -0.15 - gap)), shape: top };
+            let scene = Scene::new("table", vec![Obstacle::new("table", vec![table])], Vec::new(), Vec::new()).unwrap();
+            let model = CollisionModel::new(robot.clone(), Arc::new(scene)).unwrap();
+            let path = Path::from_rows(2, vec![-0.5, 0.0, 0.5, 1.0]).unwrap();
+            let settings = Settings { mode: Mode::Check, clearance_m: CLEARANCE_M, ..Settings::default() };
+            let outcome = run(&model, &path, &settings, &mut Workspace::default(), &mut || false, &mut |_| {}).unwrap();
+            let said = outcome.refusal.as_ref();
+            assert_eq!(outcome.proved, proved, "{gap} m: {said:?}");
+            assert!(outcome.work < 1_000_000, "{gap} m: {} tests", outcome.work);
+            match outcome.certificate {
+                Some(certificate) => {
+                    let intervals: u32 = certificate.segments.iter().map(|claim| claim.intervals).sum();
+                    assert!(intervals < 100_000, "{gap} m: {intervals} intervals");
+                    assert!(certificate.clearance_m().unwrap() <= gap + 1e-9);
+                }
+                None => assert!(said.is_some_and(|refusal| -refusal.depth_m < 1.6e-6), "{gap} m: {said:?}"),
+            }
+        }
+    }
+}

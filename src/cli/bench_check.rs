@@ -6,9 +6,10 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use taut::collision::CollisionModel;
+use taut::optimize::{self, Settings, Workspace};
 use taut::path::Path;
 use taut::validation::path_proof::{self, PathVerdict};
-use taut::validation::{Queries, Scratch, SegmentVerdict, Validator};
+use taut::validation::{Layers, Queries, Scratch, SegmentVerdict, Validator};
 
 use super::bench_table::median;
 use super::error::CliError;
@@ -58,6 +59,9 @@ pub(super) struct Figures {
     sampled_free: Option<bool>,
     /// Proof over sampling, where both find the path free.
     ratio: Option<f64>,
+    /// Tests of a whole run of the gradient method, and those that it takes when it remembers no proof.
+    run_tests: u64,
+    run_tests_without_reuse: u64,
 }
 
 /// Medians of one set over the paths that are proved.
@@ -71,6 +75,8 @@ struct SetMedians {
     sampled_s: Option<f64>,
     ratio: Option<f64>,
     worst_ratio: Option<f64>,
+    /// Part of a run's tests that remembered proofs save.
+    saved: Option<f64>,
 }
 
 /// All rows and their medians.
@@ -111,6 +117,7 @@ pub(super) fn measure(loaded: &Loaded, clearance: f64, scratch: &mut Scratch) ->
         _ => (0, None),
     };
     let proved = matches!(verdict, PathVerdict::Proved(_));
+    let [run_tests, run_tests_without_reuse] = [true, false].map(|reuse| run_tests(&model, path, clearance, reuse));
     let both = sampled_s.filter(|_| proved && sampled_free == Some(true));
     Ok(Figures {
         geometry: geometry_name(loaded.geometry),
@@ -127,7 +134,17 @@ pub(super) fn measure(loaded: &Loaded, clearance: f64, scratch: &mut Scratch) ->
         sampled_s,
         sampled_free,
         ratio: both.map(|sampled_s| proof_s / sampled_s),
+        run_tests,
+        run_tests_without_reuse,
     })
+}
+
+/// Tests that the gradient method makes on a path, with or without remembered proofs; 0 where it cannot run.
+fn run_tests(model: &CollisionModel, path: &Path, clearance_m: f64, reuse: bool) -> u64 {
+    let layers = Layers { reuse, ..Layers::default() };
+    let settings = Settings { clearance_m, layers, ..Settings::default() };
+    let outcome = optimize::run(model, path, &settings, &mut Workspace::default(), &mut || false, &mut |_| {});
+    outcome.map_or(0, |outcome| outcome.work)
 }
 
 /// One path's robot, scene and floors.
@@ -248,6 +265,11 @@ impl Report {
 }
 
 impl Figures {
+    /// Part of a run's tests that remembered proofs save.
+    fn saved(&self) -> f64 {
+        1.0 - self.run_tests as f64 / self.run_tests_without_reuse.max(1) as f64
+    }
+
     fn cells(&self) -> String {
         let optional = |seconds: Option<f64>, none: &str| seconds.map_or(none.to_owned(), time);
         let keeps = match (self.proved, self.clearance_m) {
@@ -283,6 +305,7 @@ impl SetMedians {
             sampled_s: median(proved().filter_map(|figures| figures.sampled_s)),
             ratio: median(ratios()),
             worst_ratio: ratios().max_by(f64::total_cmp),
+            saved: median(proved().map(|figures| figures.saved())),
         }
     }
 
@@ -294,6 +317,9 @@ impl SetMedians {
         if let (Some(ratio), Some(worst)) = (self.ratio, self.worst_ratio) {
             let sampled = or_none(self.sampled_s);
             let _ = write!(text, "  sampled every 1/32 rad {sampled}  proof ÷ sampled {ratio:.2} (worst {worst:.2})");
+        }
+        if let Some(saved) = self.saved {
+            let _ = write!(text, "  remembered proofs save {:.0} % of a run's tests", 100.0 * saved);
         }
         let _ = writeln!(text);
     }

@@ -47,7 +47,8 @@ pub fn run(
         return Ok(Answer { refusal: Some(refusal), ..Answer::unproved(&input.path) }
             .into_outcome(model, path, settings, &input));
     }
-    let mut validator = Validator::new(model, &input.space, &input.held, settings.clearance_m, &mut workspace.scratch);
+    let validator = Validator::new(model, &input.space, &input.held, settings.clearance_m, &mut workspace.scratch);
+    let mut validator = validator.with_layers(settings.layers);
     let answer = answer(&mut validator, path, settings, &input, stop, publish);
     Ok(answer.into_outcome(model, path, settings, &input))
 }

@@ -1,5 +1,7 @@
 //! What a request may choose.
 
+use crate::validation::Layers;
+
 /// Optimizer of a request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
@@ -52,6 +54,8 @@ pub struct Settings {
     pub moving: Option<Vec<bool>>,
     /// Values of the held variables; `None` = their defaults.
     pub held: Option<Vec<f64>>,
+    /// What the validator may use: all of it, but where a measurement wants to know what a layer is worth.
+    pub layers: Layers,
 }
 
 impl Settings {
@@ -72,6 +76,7 @@ impl Default for Settings {
             fixed_waypoints: None,
             moving: None,
             held: None,
+            layers: Layers::default(),
         }
     }
 }

@@ -41,7 +41,6 @@ pub struct Scratch {
     pub(super) motion: SegmentMotion,
     pub(super) kinematics: Kinematics,
     pub(super) rake: RakeScratch,
-    pub(super) instructions: InstructionSet,
     pub(super) segments: Segments,
     /// Lists of undecided pairs, each a range of this.
     pub(super) lists: Vec<u32>,
@@ -68,6 +67,7 @@ pub struct Validator<'a> {
     pub(super) held: &'a [f64],
     pub(super) scratch: &'a mut Scratch,
     pub(super) layers: Layers,
+    pub(super) instructions: InstructionSet,
     pub(super) exact: u64,
 }
 
@@ -86,7 +86,15 @@ impl<'a> Validator<'a> {
         scratch.slots.resize(pairs, 0);
         scratch.ledger.clear();
         scratch.rake.reset(model.filter(), space, held);
-        Self { model, space, held, scratch, layers: Layers::default(), exact: 0 }
+        Self {
+            model,
+            space,
+            held,
+            scratch,
+            layers: Layers::default(),
+            instructions: InstructionSet::default(),
+            exact: 0,
+        }
     }
 
     /// The same with some layers switched off.
@@ -94,11 +102,15 @@ impl<'a> Validator<'a> {
     pub fn with_layers(mut self, layers: Layers) -> Self {
         self.layers = layers;
         if layers.portable_lanes {
-            self.scratch.instructions = InstructionSet::Portable;
+            self.instructions = InstructionSet::Portable;
         }
         self
     }
 
+    /// Whether what is proved is remembered.
+    pub fn remembers(&self) -> bool {
+        self.layers.reuse
+    }
     /// Floor of each pair (m).
     pub fn floors(&self) -> &[f64] {
         self.scratch.floors.all()

@@ -123,7 +123,7 @@ impl Validator<'_> {
         lanes: u8,
         all_pairs: bool,
     ) {
-        let Scratch { rake: scratch, segments, merged, floors, instructions, .. } = &mut *self.scratch;
+        let Scratch { rake: scratch, segments, merged, floors, .. } = &mut *self.scratch;
         let pairs = match all_pairs {
             true => Pairs::All { with_remote: segments.is_unconfined || 1.5 * floors.highest() >= REMOTE_M },
             false => Pairs::Of(merged),
@@ -132,7 +132,7 @@ impl Validator<'_> {
         let (segments, highest_floor, floors) = (&segments.lanes, floors.highest(), floors.all());
         let rake =
             Rake { filter, space: self.space, segments, intervals, lanes, pairs, floors, highest_floor, scratch };
-        instructions.run(what(rake));
+        self.instructions.run(what(rake));
     }
 
     /// The undecided pair and lane that the filter saw nearest.

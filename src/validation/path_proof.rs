@@ -26,7 +26,7 @@ pub enum PathVerdict {
 /// Proves every segment at the validator's floors. A path of one waypoint is a segment that does not move.
 pub fn prove(validator: &mut Validator, path: &Path, stop: &mut dyn FnMut() -> bool) -> PathVerdict {
     // All segments together first: where all is well, each is then remembered.
-    if validator.segments(path.segments(), stop) == SegmentsVerdict::Stopped {
+    if validator.remembers() && validator.segments(path.segments(), stop) == SegmentsVerdict::Stopped {
         return PathVerdict::Stopped;
     }
     let mut proofs = Vec::with_capacity(segments(path));
@@ -52,7 +52,7 @@ pub fn prove_input(validator: &mut Validator, path: &Path, stop: &mut dyn FnMut(
         Enclosed::Pair(pair, contact) => return refused_at_start(pair, contact),
         Enclosed::Stopped => return PathVerdict::Stopped,
     }
-    if validator.segments(path.segments(), stop) == SegmentsVerdict::Stopped {
+    if validator.remembers() && validator.segments(path.segments(), stop) == SegmentsVerdict::Stopped {
         return PathVerdict::Stopped;
     }
     let mut proofs = Vec::with_capacity(segments(path));

@@ -121,7 +121,7 @@ pub(super) fn sampled_motion(
 /// The theorem itself: whatever an interval is proved to keep, parry finds kept; cut by a fifth it would not be.
 #[test]
 fn what_an_interval_keeps_is_kept_and_the_bound_has_teeth() {
-    let (count, mut rng) = cases(1500);
+    let (count, mut rng) = cases(10_000);
     let (mut checked, mut refuted, mut weakest) = (0, 0, f64::INFINITY);
     for _ in 0..count {
         let model = testing::model(&mut rng);
@@ -162,7 +162,7 @@ fn what_an_interval_keeps_is_kept_and_the_bound_has_teeth() {
 /// 1.5 floors by the oracle is proved.
 #[test]
 fn proved_segments_are_free_and_clear_segments_are_proved() {
-    let (count, mut rng) = cases(1200);
+    let (count, mut rng) = cases(10_000);
     let (mut proved, mut refused) = (0, 0);
     for _ in 0..count {
         let model = testing::model(&mut rng);
