@@ -1,7 +1,7 @@
 //! Distance of two convex pieces, as a certified lower bound along a direction.
 //!
-//! Closed forms find the closest points ([`segment`], [`triangle`], [`boxes`]), for two cylinders an
-//! iteration does ([`cylinders`]). Whatever finds them, the bound is computed from the shapes' own support
+//! Closed forms find the closest points (`segment`, `triangle`, `boxes`), for two cylinders an
+//! iteration does (`cylinders`). Whatever finds them, the bound is computed from the shapes' own support
 //! functions along their direction: a direction that is a little off costs tightness, never truth.
 //!
 //! # Rounding
