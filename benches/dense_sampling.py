@@ -8,7 +8,8 @@
 Each problem file (`taut-problem/1`) below the folders is checked twice, one after the other:
 
 * by sampling: pinocchio and coal on the robot's given geometry (meshes as triangle trees) at so many configurations
-  that no point of a robot's body travels more than the step between two of them. It stops at the first collision;
+  that no point of a robot's body travels more than the step between two of them (the few extreme points of a body that
+  are followed may leave 2 % more to others). It stops at the first collision;
 * by proof: `taut bench --check --geometry given`, whose time to prove the path is taken.
 
 What is compared, and what is not counted against sampling:
@@ -47,6 +48,7 @@ try:
 except ImportError as error:
     sys.exit(f"{error}; next: pip install pin==4.1.0 coal==3.0.3 numpy==2.4.6")
 
+sys.dont_write_bytecode = True
 from dense_problem import Problem, Refused
 
 # Calls on the empty robot, and runs of which the least is taken.
