@@ -32,7 +32,7 @@ const CORE: [&str; 11] =
     ["math", "lanes", "hash", "shape", "robot", "scene", "path", "collision", "validation", "optimize", "store"];
 
 /// Where the geometry library's queries are wrapped; everywhere else its types come from `math`.
-const NAMES_LIBRARIES: [&str; 2] = ["math.rs", "collision/distance/overlap.rs"];
+const NAMES_LIBRARIES: [&str; 2] = ["math.rs", "collision/distance/convex.rs"];
 
 fn sources() -> Vec<(String, PathBuf)> {
     fn walk(folder: &Path, found: &mut Vec<PathBuf>) {

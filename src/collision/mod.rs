@@ -10,6 +10,7 @@ pub mod neutral;
 pub mod pairs;
 pub mod piece;
 pub mod query;
+pub mod shell;
 pub mod solid;
 pub mod solids;
 #[cfg(test)]

@@ -4,6 +4,7 @@
 use super::filter::SolidHulls;
 use super::filter::cover::{self, Ball};
 use super::piece::Piece;
+use super::shell::Shell;
 use super::tree::BallTree;
 use crate::math::Vec3;
 use crate::shape::{PlacedShape, Shape};
@@ -21,6 +22,8 @@ pub struct Solid {
     pub cover: Vec<Ball>,
     /// Boxes and cylinders that enclose it: what the filter sees of it where it stands.
     pub hulls: SolidHulls,
+    /// Its convex hull, a little too large, unless it has too many pieces.
+    pub shell: Option<Shell>,
 }
 
 impl Solid {
@@ -39,8 +42,8 @@ impl Solid {
             }
         }
         let tree = BallTree::new(pieces);
-        let (cover, hulls) = (cover::balls(&tree), SolidHulls::new(tree.pieces()));
-        Self { tree, anchors, hollow, cover, hulls }
+        let (cover, hulls, shell) = (cover::balls(&tree), SolidHulls::new(tree.pieces()), Shell::new(&tree));
+        Self { tree, anchors, hollow, cover, hulls, shell }
     }
 
     /// All points within `padding` (m) of the solid. Pieces are cores swept by a ball, and so they stay: the
@@ -53,6 +56,7 @@ impl Solid {
             hollow: self.hollow,
             cover: self.cover.iter().map(|ball| ball.padded(padding)).collect(),
             hulls: self.hulls.padded(padding),
+            shell: self.shell.as_ref().map(|shell| shell.padded(padding)),
         }
     }
 }

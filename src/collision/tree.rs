@@ -71,6 +71,38 @@ impl BallTree {
     pub fn ball(&self, index: u32) -> &Ball {
         &self.balls[index as usize]
     }
+    /// A point of a core that gets farthest along `direction`.
+    pub fn farthest_along(&self, direction: Vec3) -> Vec3 {
+        let mut farthest = (f64::NEG_INFINITY, Vec3::ZERO);
+        self.look_along(0, direction, &mut farthest);
+        farthest.1
+    }
+
+    fn look_along(&self, ball: u32, direction: Vec3, farthest: &mut (f64, Vec3)) {
+        match self.ball(ball).content {
+            Content::Piece(index) => {
+                let point = self.pieces[index as usize].core.support(direction);
+                let along = direction.dot(point);
+                if along > farthest.0 {
+                    *farthest = (along, point);
+                }
+            }
+            Content::Balls(left, right) => {
+                let length = direction.length();
+                let reach = |ball: u32| direction.dot(self.ball(ball).center) + length * self.ball(ball).radius;
+                let (mut first, mut second) = ((reach(left), left), (reach(right), right));
+                if second.0 > first.0 {
+                    (first, second) = (second, first);
+                }
+                for (reach, ball) in [first, second] {
+                    if reach > farthest.0 {
+                        self.look_along(ball, direction, farthest);
+                    }
+                }
+            }
+        }
+    }
+
     /// The piece below a ball, where it is only one.
     pub fn leaf(&self, ball: &Ball) -> Option<&Piece> {
         match ball.content {

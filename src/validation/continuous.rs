@@ -344,8 +344,8 @@ impl Validator<'_> {
         self.scratch.segments.lanes.rounding(0)
     }
 
-    /// Support gap and displacement bound of the closest pieces of a pair on one interval, for the tests of
-    /// the bound; `None` where the pieces are too close for a direction.
+    /// Support gap and displacement bound of the closest pieces of a pair on one interval, and what its bodies keep
+    /// as wholes, for the tests of the bound; `None` where the pieces are too close for a direction.
     pub(crate) fn closest_bound(
         &mut self,
         from: &[f64],
@@ -353,12 +353,14 @@ impl Validator<'_> {
         middle: f64,
         half: f64,
         pair: usize,
-    ) -> Option<(f64, f64)> {
+    ) -> Option<(f64, f64, f64)> {
         self.scratch.segments.exact = None;
         self.scratch.motion.begin(self.model, self.space, from, to, self.held);
         self.scratch.motion.place(self.model, self.space, from, middle, self.held);
         let floor = self.floors()[pair];
-        self.scratch.motion.pair_interval(self.model, &self.model.pairs()[pair], half, floor).weakest_pieces()
+        let interval = self.scratch.motion.pair_interval(self.model, &self.model.pairs()[pair], half, floor);
+        let (gap, displacement) = interval.weakest_pieces()?;
+        Some((gap, displacement, interval.kept_by_wholes()))
     }
 }
 

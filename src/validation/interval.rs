@@ -9,12 +9,16 @@ use crate::collision::body::Body;
 use crate::collision::distance;
 use crate::collision::piece::{Core, Piece, Transform};
 use crate::collision::query::{self, Split, TOUCHING_M};
+use crate::collision::shell::Shell;
 use crate::collision::tree::Ball;
 use crate::math::Vec3;
 
 /// Allowed for the rounding of poses, distances and bounds (m): a thousand times what they amount to in
 /// a world of a kilometre.
 pub const ROUNDING_M: f64 = 1e-9;
+
+/// Pairs of pieces from which on two bodies are first tried as wholes.
+const MANY_PAIRS: usize = 64;
 
 /// Two bodies on an interval, everything in B's frame and multiplied by the interval's half width.
 pub struct PairInterval<'a> {
@@ -76,7 +80,37 @@ impl<'a> Looks<'a> {
 impl PairInterval<'_> {
     /// Decides the interval.
     pub fn decide(&self, looks: &mut Looks) -> IntervalVerdict {
+        let (tree_a, tree_b) = (&self.a.solid.tree, &self.b.solid.tree);
+        if tree_a.pieces().len() * tree_b.pieces().len() >= MANY_PAIRS {
+            let balls = self.kept_by_balls(tree_a.ball(0), tree_b.ball(0));
+            if balls < self.floor + ROUNDING_M {
+                looks.count += 1;
+                let kept = self.kept_by_wholes();
+                if kept >= self.floor + ROUNDING_M {
+                    return IntervalVerdict::Proved(kept);
+                }
+            }
+        }
         self.descend(0, 0, looks)
+    }
+
+    /// Distance that the bodies' convex hulls keep on the interval, along the direction between them: most meshes that
+    /// pass each other closely never reach into each other's hollows.
+    ///
+    /// But for the bend, a point p of a body that moves with the half displacements ω and l is at
+    /// p + τ (l + ω × p) for τ in [−1, 1], and along n at (n + τ n × ω)·p + τ n·l. The least of such linear functions
+    /// over A less the greatest over B is concave in τ, so it is least at an end.
+    pub fn kept_by_wholes(&self) -> f64 {
+        let (Some(a), Some(b)) = (&self.a.solid.shell, &self.b.solid.shell) else { return f64::NEG_INFINITY };
+        let Some(normal) = Shell::direction(a, &self.relative, b) else { return f64::NEG_INFINITY };
+        let gap_at = |end: f64| {
+            let along_a = normal + normal.cross(self.twist_a.angular) * end;
+            let along_b = normal + normal.cross(self.twist_b.angular) * end;
+            let back = self.relative.rotation.transpose() * (-along_a);
+            let nearest_a = along_a.dot(self.relative.translation) - a.farthest_along(back);
+            nearest_a - b.farthest_along(along_b) + end * normal.dot(self.twist_a.linear - self.twist_b.linear)
+        };
+        gap_at(-1.0).min(gap_at(1.0)) - self.bend
     }
 
     fn descend(&self, a: u32, b: u32, looks: &mut Looks) -> IntervalVerdict {

@@ -122,7 +122,7 @@ pub(super) fn sampled_motion(
 #[test]
 fn what_an_interval_keeps_is_kept_and_the_bound_has_teeth() {
     let (count, mut rng) = cases(10_000);
-    let (mut checked, mut refuted, mut weakest) = (0, 0, f64::INFINITY);
+    let (mut checked, mut refuted, mut refuted_wholes, mut weakest) = (0, 0, 0, f64::INFINITY);
     for _ in 0..count {
         let model = testing::model(&mut rng);
         let (robot, oracle) = (model.robot(), Oracle::new(&model));
@@ -134,7 +134,8 @@ fn what_an_interval_keeps_is_kept_and_the_bound_has_teeth() {
         let half = [0.5, 0.1, 0.02][rng.usize(0..3)];
         let middle = testing::uniform(&mut rng, half, 1.0 - half);
         for pair in 0..model.pairs().len() {
-            let Some((gap, displacement)) = validator.closest_bound(&from, &to, middle, half, pair) else { continue };
+            let bound = validator.closest_bound(&from, &to, middle, half, pair);
+            let Some((gap, displacement, wholes)) = bound else { continue };
             let least = (0..=16)
                 .map(|i| {
                     let t = middle + half * (f64::from(i) / 8.0 - 1.0);
@@ -149,13 +150,16 @@ fn what_an_interval_keeps_is_kept_and_the_bound_has_teeth() {
             let kept = gap - displacement;
             weakest = weakest.min(least - kept);
             assert!(least > kept - 1e-7, "kept {kept} promised, {least} seen");
+            assert!(least > wholes - 1e-7, "kept {wholes} promised of the wholes, {least} seen");
             checked += 1;
             refuted += usize::from(least < gap - 0.8 * displacement - 2e-5);
+            refuted_wholes += usize::from(least < gap - 0.8 * (gap - wholes) - 2e-5);
         }
     }
-    println!("{checked} intervals, closest to the promise {weakest:.2e} m, × 0.8 refuted {refuted}");
+    println!("{checked} intervals, closest to the promise {weakest:.2e} m, × 0.8 refuted {refuted}, {refuted_wholes}");
     assert!(checked > count / 2);
     assert!(refuted * 200 > checked, "only {refuted} of {checked} refute the bound cut by a fifth");
+    assert!(refuted_wholes * 20 > checked, "only {refuted_wholes} of {checked} refute that of the wholes");
 }
 
 /// No proved segment in which the oracle finds the pair closer than its floor; and what keeps clear of

@@ -15,14 +15,15 @@
 //! radians); this only lowers the gap.
 
 mod boxes;
+mod convex;
 mod cylinders;
-mod overlap;
 mod point;
 mod segment;
 #[cfg(test)]
 mod tests;
 mod triangle;
 
+pub use convex::{direction_between, from_hull};
 pub use point::closest_on;
 
 use super::contact::Contact;
@@ -168,7 +169,7 @@ pub fn contact(a: &Piece, b: &Piece) -> Contact {
     }
     // The iteration finds corners and edges, and may miss by centimetres where solids are round.
     let (normal, gap) = cheap_gap(a, b);
-    match overlap::deepest(&a.core, &b.core) {
+    match convex::deepest(&a.core, &b.core) {
         Some((p, q, normal)) if p.distance(q) + a.radius + b.radius <= -gap => {
             let depth = p.distance(q) + a.radius + b.radius;
             place(p - normal * a.radius, q + normal * b.radius, normal, -depth)

@@ -1,0 +1,123 @@
+//! The convex hull of a solid, a little too large: some of its outermost points, and how far it reaches beyond
+//! them.
+
+use super::distance;
+use super::piece::{Core, Transform};
+use super::tree::BallTree;
+use crate::math::Vec3;
+
+/// Points and a slack: the solid is within `slack` of the points' convex hull.
+#[derive(Clone, Debug)]
+pub struct Shell {
+    corners: Vec<Vec3>,
+    slack: f64,
+}
+
+/// Directions along which corners are looked for.
+const CORNERS: usize = 128;
+/// Solids of more pieces get no shell: every point of them would have to be measured.
+const MOST_PIECES: usize = 32_768;
+/// Points on the rim of a cylinder's lid.
+const RIM: usize = 16;
+/// Allowed for the rounding of a point's distance from the hull (m).
+const ROUNDING_M: f64 = 1e-7;
+
+impl Shell {
+    /// The shell of a solid; `None` for one of too many pieces.
+    pub fn new(tree: &BallTree) -> Option<Self> {
+        if tree.pieces().len() > MOST_PIECES {
+            return None;
+        }
+        let mut corners: Vec<_> = (0..CORNERS).map(|index| tree.farthest_along(direction(index))).collect();
+        sort_out(&mut corners);
+        let (mut points, mut round) = (Vec::new(), 0.0_f64);
+        for piece in tree.pieces() {
+            round = round.max(piece.radius + outline(&piece.core, &mut points));
+        }
+        sort_out(&mut points);
+        let beyond = points.iter().map(|point| distance::from_hull(&corners, *point)).fold(0.0, f64::max);
+        Some(Self { corners, slack: beyond + round + ROUNDING_M })
+    }
+
+    /// The shell of the same solid, thicker by `padding` (m).
+    #[must_use]
+    pub fn padded(&self, padding: f64) -> Self {
+        Self { corners: self.corners.clone(), slack: self.slack + padding }
+    }
+
+    /// Direction from B's shell to A's, which `relative` places in B's frame; `None` where they overlap.
+    pub fn direction(a: &Self, relative: &Transform, b: &Self) -> Option<Vec3> {
+        distance::direction_between(&a.corners, relative, &b.corners)
+    }
+
+    /// At least the farthest that any point of the solid gets along `direction`, times its length (m).
+    pub fn farthest_along(&self, direction: Vec3) -> f64 {
+        let farthest = self.corners.iter().map(|corner| corner.dot(direction)).fold(f64::NEG_INFINITY, f64::max);
+        farthest + direction.length() * self.slack
+    }
+}
+
+/// Adds points of which the core is the convex hull, but for the slack that it returns (m).
+fn outline(core: &Core, points: &mut Vec<Vec3>) -> f64 {
+    match *core {
+        Core::Point(a) => points.push(a),
+        Core::Segment(a, b) => points.extend([a, b]),
+        Core::Triangle(a, b, c) => points.extend([a, b, c]),
+        Core::Box { center, axes, half } => {
+            let signs = (0..8).map(|corner: u32| [1, 2, 4].map(|bit| if corner & bit == 0 { 1.0 } else { -1.0 }));
+            points.extend(signs.map(|signs| center + axes * (half * Vec3::from_array(signs))));
+        }
+        Core::Cylinder { center, axes, half_height, radius } => {
+            for index in 0..RIM {
+                let (sine, cosine) = (std::f64::consts::TAU * index as f64 / RIM as f64).sin_cos();
+                let rim = |height| center + axes * Vec3::new(radius * cosine, radius * sine, height);
+                points.extend([rim(half_height), rim(-half_height)]);
+            }
+            return radius * (1.0 - (std::f64::consts::PI / RIM as f64).cos());
+        }
+    }
+    0.0
+}
+
+/// Directions that are spread evenly, on a spiral by the golden angle.
+fn direction(index: usize) -> Vec3 {
+    const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+    let height = 1.0 - (2 * index + 1) as f64 / CORNERS as f64;
+    let (sine, cosine) = (GOLDEN_ANGLE * index as f64).sin_cos();
+    let across = (1.0 - height * height).sqrt();
+    Vec3::new(across * cosine, across * sine, height)
+}
+
+fn sort_out(points: &mut Vec<Vec3>) {
+    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
+    points.dedup();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+    use crate::validation::soundness::cases;
+
+    #[test]
+    fn a_shell_encloses_its_solid_and_not_much_more() {
+        let (count, mut rng) = cases(300);
+        let (mut slack, mut size) = (0.0, 0.0);
+        for _ in 0..count {
+            let model = testing::model(&mut rng);
+            for body in model.bodies() {
+                let shell = body.solid.shell.as_ref().unwrap();
+                let directions: Vec<_> = (0..50).map(|_| testing::vector(&mut rng, 1.0)).collect();
+                let pieces = body.solid.tree.pieces();
+                for (piece, &along) in pieces.iter().flat_map(|piece| directions.iter().map(move |d| (piece, d))) {
+                    let farthest = along.dot(piece.core.support(along)) + along.length() * piece.radius;
+                    assert!(farthest <= shell.farthest_along(along), "{farthest} along {along}");
+                }
+                let round = pieces.iter().map(|piece| piece.radius).fold(0.0, f64::max);
+                slack += shell.slack - round;
+                size += body.solid.tree.balls()[0].radius;
+            }
+        }
+        assert!(slack < 0.1 * size, "{slack} of {size}");
+    }
+}
