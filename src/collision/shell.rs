@@ -95,7 +95,6 @@ fn sort_out(points: &mut Vec<Vec3>) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::testing;
     use crate::validation::soundness::cases;
 
