@@ -265,24 +265,22 @@ fn an_answer_says_when_its_scene_was_superseded() {
     assert_eq!((header.scene_version, header.scene_hash), (1, arm.scene.scene_hash));
 }
 
+/// It never polls: what it does while nobody asks is counted in wakes, which the rest of the machine does not change
+/// as it changes the time that each takes.
 #[test]
 fn an_idle_daemon_takes_no_processor() {
-    let window = Duration::from_secs(5);
+    const WAKES_PER_SECOND: f64 = 15.0;
     let place = Place::new();
     let daemon = place.serve("");
     let clients: Vec<Client> = (0..8).map(|_| place.client()).collect();
     std::thread::sleep(Duration::from_secs(1));
-    // What else runs on the machine only ever adds: cold caches after every wake. The quietest window is the daemon's own.
-    let mut least = f64::INFINITY;
-    for _ in 0..4 {
-        let (start, before) = (Instant::now(), cpu_time(daemon.pid()));
-        std::thread::sleep(window);
-        let share = (cpu_time(daemon.pid()) - before).as_secs_f64() / start.elapsed().as_secs_f64();
-        println!("idle daemon with {} clients: {:.3} % of a core", clients.len(), share * 100.0);
-        least = least.min(share);
-        if least <= 0.0005 {
-            break;
-        }
-    }
-    assert!(least <= 0.001, "{least}");
+    let (start, woken, spent) = (Instant::now(), wakes(daemon.pid()), cpu_time(daemon.pid()));
+    std::thread::sleep(Duration::from_secs(5));
+    let seconds = start.elapsed().as_secs_f64();
+    let woken = (wakes(daemon.pid()) - woken) as f64 / seconds;
+    let share = (cpu_time(daemon.pid()) - spent).as_secs_f64() / seconds;
+    println!("idle daemon with {} clients: {woken:.1} wakes a second, {:.3} % of a core", clients.len(), share * 100.0);
+    assert!(woken <= WAKES_PER_SECOND, "{woken} wakes a second");
+    // Far above what is promised and measured on a quiet machine: only a loop that does not wait gets there.
+    assert!(share <= 0.02, "{share} of a core");
 }

@@ -249,3 +249,14 @@ pub fn cpu_time(pid: u32) -> Duration {
     });
     Duration::from_nanos(spent.sum())
 }
+
+/// Times that the threads of a process have waited for something and been woken.
+pub fn wakes(pid: u32) -> u64 {
+    let tasks = fs::read_dir(format!("/proc/{pid}/task")).unwrap();
+    let woken = tasks.flatten().map(|task| {
+        let text = fs::read_to_string(task.path().join("status")).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"));
+        line.and_then(|count| count.trim().parse::<u64>().ok()).unwrap_or(0)
+    });
+    woken.sum()
+}
