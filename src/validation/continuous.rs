@@ -10,7 +10,7 @@
 //! middle, so they end when their displacement bound falls to half a floor: everything clearer than 1.5
 //! floors is proved, everything proved is at least one floor clear.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::ops::RangeInclusive;
 
 use super::examine::Until;
@@ -25,6 +25,7 @@ use super::{Hit, HitReason, Layers, Queries, SegmentProof, SegmentVerdict, Segme
 use crate::collision::CollisionModel;
 use crate::collision::query::TOUCHING_M;
 use crate::lanes::{InstructionSet, LANES};
+use crate::math::Vec3;
 #[cfg(test)]
 use crate::robot::lane_kinematics::LaneInterval;
 use crate::robot::{ConfigurationSpace, Kinematics};
@@ -51,6 +52,8 @@ pub struct Scratch {
     pub(super) floors: Floors,
     /// What this request's validator has proved.
     pub(super) ledger: Ledger,
+    /// Where pairs of many pieces lay apart when they were last looked at.
+    pub(super) directions: HashMap<usize, Vec3>,
 }
 
 /// What a search for a refusal found first.
@@ -85,6 +88,7 @@ impl<'a> Validator<'a> {
         // A slot counts only where the merged list agrees: what an earlier request left does no harm.
         scratch.slots.resize(pairs, 0);
         scratch.ledger.clear();
+        scratch.directions.clear();
         scratch.rake.reset(model.filter(), space, held);
         Self {
             model,
@@ -360,7 +364,8 @@ impl Validator<'_> {
         let floor = self.floors()[pair];
         let interval = self.scratch.motion.pair_interval(self.model, &self.model.pairs()[pair], half, floor);
         let (gap, displacement) = interval.weakest_pieces()?;
-        Some((gap, displacement, interval.kept_by_wholes()))
+        let wholes = interval.direction_of_wholes().map(|normal| interval.kept_by_wholes(normal));
+        Some((gap, displacement, wholes.unwrap_or(f64::NEG_INFINITY)))
     }
 }
 

@@ -208,8 +208,12 @@ impl Validator<'_> {
             interval.bend = f64::INFINITY;
         }
         let mut looks = Looks::new(stop);
-        let verdict = interval.decide(&mut looks);
+        let mut direction = self.scratch.directions.get(&pair).copied();
+        let verdict = interval.decide(&mut direction, &mut looks);
         self.exact += looks.count;
+        if let Some(direction) = direction {
+            self.scratch.directions.insert(pair, direction);
+        }
         verdict
     }
 }

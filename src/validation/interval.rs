@@ -78,31 +78,40 @@ impl<'a> Looks<'a> {
 }
 
 impl PairInterval<'_> {
-    /// Decides the interval.
-    pub fn decide(&self, looks: &mut Looks) -> IntervalVerdict {
+    /// Decides the interval. `direction` is where the bodies lay apart as wholes when they were last looked at, and
+    /// becomes where they do now; a direction that is out of date costs a search, never truth.
+    pub fn decide(&self, direction: &mut Option<Vec3>, looks: &mut Looks) -> IntervalVerdict {
         let (tree_a, tree_b) = (&self.a.solid.tree, &self.b.solid.tree);
-        if tree_a.pieces().len() * tree_b.pieces().len() >= MANY_PAIRS {
-            let balls = self.kept_by_balls(tree_a.ball(0), tree_b.ball(0));
-            if balls < self.floor + ROUNDING_M {
-                looks.count += 1;
-                let kept = self.kept_by_wholes();
-                if kept >= self.floor + ROUNDING_M {
-                    return IntervalVerdict::Proved(kept);
-                }
+        let need = self.floor + ROUNDING_M;
+        if tree_a.pieces().len() * tree_b.pieces().len() >= MANY_PAIRS
+            && self.kept_by_balls(tree_a.ball(0), tree_b.ball(0)) < need
+        {
+            looks.count += 1;
+            let mut kept = direction.map_or(f64::NEG_INFINITY, |normal| self.kept_by_wholes(normal));
+            if kept < need {
+                *direction = self.direction_of_wholes();
+                kept = direction.map_or(f64::NEG_INFINITY, |normal| self.kept_by_wholes(normal));
+            }
+            if kept >= need {
+                return IntervalVerdict::Proved(kept);
             }
         }
         self.descend(0, 0, looks)
     }
 
-    /// Distance that the bodies' convex hulls keep on the interval, along the direction between them: most meshes that
-    /// pass each other closely never reach into each other's hollows.
+    /// Unit vector from B's convex hull towards A's in the middle, in B's frame; `None` where they overlap.
+    pub fn direction_of_wholes(&self) -> Option<Vec3> {
+        Shell::direction(self.a.solid.shell.as_ref()?, &self.relative, self.b.solid.shell.as_ref()?)
+    }
+
+    /// Distance that the bodies' convex hulls keep on the interval along a unit vector: most meshes that pass each
+    /// other closely never reach into each other's hollows.
     ///
     /// But for the bend, a point p of a body that moves with the half displacements ω and l is at
     /// p + τ (l + ω × p) for τ in [−1, 1], and along n at (n + τ n × ω)·p + τ n·l. The least of such linear functions
     /// over A less the greatest over B is concave in τ, so it is least at an end.
-    pub fn kept_by_wholes(&self) -> f64 {
+    pub fn kept_by_wholes(&self, normal: Vec3) -> f64 {
         let (Some(a), Some(b)) = (&self.a.solid.shell, &self.b.solid.shell) else { return f64::NEG_INFINITY };
-        let Some(normal) = Shell::direction(a, &self.relative, b) else { return f64::NEG_INFINITY };
         let gap_at = |end: f64| {
             let along_a = normal + normal.cross(self.twist_a.angular) * end;
             let along_b = normal + normal.cross(self.twist_b.angular) * end;

@@ -226,7 +226,7 @@ fn a_pair_far_away_is_proved_by_its_root_balls_alone() {
             PairInterval { a, b, relative: away, twist_a: still, twist_b: still, bend: 0.0, travel: 0.0, floor: 1e-3 };
         let mut never = || false;
         let mut looks = super::interval::Looks::new(&mut never);
-        assert!(matches!(interval.decide(&mut looks), super::interval::IntervalVerdict::Proved(_)));
+        assert!(matches!(interval.decide(&mut None, &mut looks), super::interval::IntervalVerdict::Proved(_)));
         assert_eq!(looks.count, 1);
     }
 }
