@@ -15,6 +15,8 @@ pub struct Shell {
 
 /// Directions along which corners are looked for.
 const CORNERS: usize = 128;
+/// Points beyond the hull of those that become corners too.
+const MORE_CORNERS: usize = 32;
 /// Solids of more pieces get no shell: every point of them would have to be measured.
 const MOST_PIECES: usize = 32_768;
 /// Points on the rim of a cylinder's lid.
@@ -35,8 +37,15 @@ impl Shell {
             round = round.max(piece.radius + outline(&piece.core, &mut points));
         }
         sort_out(&mut points);
-        let beyond = points.iter().map(|point| distance::from_hull(&corners, *point)).fold(0.0, f64::max);
-        Some(Self { corners, slack: beyond + round + ROUNDING_M })
+        let mut beyond: Vec<_> =
+            points.into_iter().map(|point| (distance::from_hull(&corners, point), point)).collect();
+        beyond.sort_by(|a, b| b.0.total_cmp(&a.0));
+        // Those that are farthest from the hull, or could not be measured well, become corners themselves.
+        let farther = beyond.len().min(MORE_CORNERS);
+        corners.extend(beyond.drain(..farther).filter(|(distance, _)| *distance > ROUNDING_M).map(|(_, point)| point));
+        sort_out(&mut corners);
+        let slack = beyond.first().map_or(0.0, |(distance, _)| *distance);
+        Some(Self { corners, slack: slack + round + ROUNDING_M })
     }
 
     /// The shell of the same solid, thicker by `padding` (m).
