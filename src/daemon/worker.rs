@@ -89,7 +89,7 @@ impl Worker {
         let mut lengths = Lengths::new(job);
         let mut publish = |improvement: Improvement| {
             let lengths = lengths.of(improvement.length);
-            let header = translate::progress(job, improvement.path, improvement.iterations, lengths);
+            let header = translate::progress(job, &improvement, lengths);
             if self.mailbox.put(job.id, &header, improvement.path.as_flat()) {
                 self.events.send(Event::Improved { worker: self.index });
             }

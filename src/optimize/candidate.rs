@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::task::{SHORTER, Task, columns};
-use crate::path::Path;
-use crate::validation::{SegmentsVerdict, Validator};
+use super::progress::Progress;
+use super::task::{SHORTER, columns};
+use crate::validation::SegmentsVerdict;
 
 /// Least gain, as a part of the length, for each waypoint that a candidate adds: waypoints cost time ever after.
 const WORTH_A_WAYPOINT: f64 = 1e-4;
@@ -19,15 +19,12 @@ pub struct Place {
 }
 
 /// The path, the candidate for a part of it, and scratch.
-pub struct Search<'a, 'p> {
-    pub task: &'a Task<'a>,
-    pub path: &'p mut Path,
-    fixed: Vec<bool>,
+pub struct Search<'s, 'r, 'm> {
+    pub progress: &'s mut Progress<'r, 'm>,
     /// Length of the path up to each waypoint.
     arcs: Vec<f64>,
     /// Columns of each component that may move.
     pub moving: Vec<Range<usize>>,
-    pub random: fastrand::Rng,
     /// Flat rows that would replace waypoints `replaced`, the two ends of which they repeat.
     candidate: Vec<f64>,
     replaced: Range<usize>,
@@ -37,23 +34,21 @@ pub struct Search<'a, 'p> {
     straight: Vec<f64>,
 }
 
-impl<'a, 'p> Search<'a, 'p> {
-    pub fn new(task: &'a Task<'a>, path: &'p mut Path) -> Self {
+impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
+    pub fn new(progress: &'s mut Progress<'r, 'm>) -> Self {
+        let task = progress.task;
         let components = task.space.components().iter();
         let row = vec![0.0; task.space.nq()];
         let mut search = Self {
-            task,
-            fixed: task.fixed.to_vec(),
             arcs: Vec::new(),
             moving: components.filter(|component| task.may_move(component)).map(columns).collect(),
-            random: fastrand::Rng::with_seed(task.seed),
             candidate: Vec::new(),
             replaced: 0..0,
             velocity: vec![0.0; task.space.nv()],
             ends: [row.clone(), row.clone()],
             straight: row.clone(),
             row,
-            path,
+            progress,
         };
         search.measure();
         search
@@ -67,20 +62,21 @@ impl<'a, 'p> Search<'a, 'p> {
         self.arcs.clear();
         let mut arc = 0.0;
         self.arcs.push(arc);
-        for i in 1..self.path.len() {
-            let (from, to) = (self.path.waypoint(i - 1), self.path.waypoint(i));
-            arc += self.task.metric.distance(self.task.space, from, to, &mut self.velocity);
+        for i in 1..self.progress.path.len() {
+            let (from, to) = (self.progress.path.waypoint(i - 1), self.progress.path.waypoint(i));
+            arc += self.progress.task.metric.distance(self.progress.task.space, from, to, &mut self.velocity);
             self.arcs.push(arc);
         }
+        self.progress.length = arc;
     }
 
     /// Number of stretches between neighbouring fixed waypoints.
     pub fn stretches(&self) -> usize {
-        self.fixed.iter().filter(|fixed| **fixed).count() - 1
+        self.progress.fixed.iter().filter(|fixed| **fixed).count() - 1
     }
 
     pub fn whole_stretch(&self, stretch: usize) -> (Place, Place) {
-        let mut ends = (0..self.fixed.len()).filter(|&i| self.fixed[i]).skip(stretch);
+        let mut ends = (0..self.progress.fixed.len()).filter(|&i| self.progress.fixed[i]).skip(stretch);
         let mut next = || self.at_waypoint(ends.next().unwrap_or(0));
         (next(), next())
     }
@@ -92,15 +88,15 @@ impl<'a, 'p> Search<'a, 'p> {
     /// Two random places on different segments of one stretch, in order; each is a waypoint with
     /// probability `snapped`.
     pub fn draw_places(&mut self, snapped: f64) -> Option<(Place, Place)> {
-        let anywhere = self.random.f64() * self.length();
+        let anywhere = self.progress.random.f64() * self.length();
         let segment = self.segment_at(anywhere);
-        let start = (0..=segment).rev().find(|&i| self.fixed[i])?;
-        let end = (segment + 1..self.fixed.len()).find(|&i| self.fixed[i])?;
-        let other = self.arcs[start] + self.random.f64() * (self.arcs[end] - self.arcs[start]);
+        let start = (0..=segment).rev().find(|&i| self.progress.fixed[i])?;
+        let end = (segment + 1..self.progress.fixed.len()).find(|&i| self.progress.fixed[i])?;
+        let other = self.arcs[start] + self.progress.random.f64() * (self.arcs[end] - self.arcs[start]);
         let [from, to] = [anywhere.min(other), anywhere.max(other)].map(|arc| {
             let place = self.place_at(arc);
             let nearest = place.segment + usize::from(place.ratio > 0.5);
-            if self.random.f64() < snapped { self.at_waypoint(nearest) } else { place }
+            if self.progress.random.f64() < snapped { self.at_waypoint(nearest) } else { place }
         });
         let last = to.segment - usize::from(to.ratio == 0.0 && to.segment > 0);
         (from.segment < last).then_some((from, to))
@@ -123,35 +119,39 @@ impl<'a, 'p> Search<'a, 'p> {
         let (first, last) = (from.segment, to.segment + usize::from(to.ratio > 0.0));
         self.replaced = first..last + 1;
         for (side, place) in [from, to].into_iter().enumerate() {
-            let (start, end) = (place.segment, (place.segment + 1).min(self.path.len() - 1));
-            self.task.space.difference(self.path.waypoint(end), self.path.waypoint(start), &mut self.velocity);
+            let (start, end) = (place.segment, (place.segment + 1).min(self.progress.path.len() - 1));
+            self.progress.task.space.difference(
+                self.progress.path.waypoint(end),
+                self.progress.path.waypoint(start),
+                &mut self.velocity,
+            );
             let at = &mut self.ends[side];
-            self.task.space.integrate(self.path.waypoint(start), &self.velocity, place.ratio, at);
+            self.progress.task.space.integrate(self.progress.path.waypoint(start), &self.velocity, place.ratio, at);
             if place.ratio == 0.0 {
-                at.copy_from_slice(self.path.waypoint(start));
+                at.copy_from_slice(self.progress.path.waypoint(start));
             }
         }
         self.candidate.clear();
-        self.candidate.extend_from_slice(self.path.waypoint(first));
+        self.candidate.extend_from_slice(self.progress.path.waypoint(first));
         push_different(&mut self.candidate, &self.ends[0]);
-        let is_straight = straightened.len() == self.task.space.components().len();
+        let is_straight = straightened.len() == self.progress.task.space.components().len();
         if !is_straight {
-            self.task.space.difference(&self.ends[1], &self.ends[0], &mut self.velocity);
+            self.progress.task.space.difference(&self.ends[1], &self.ends[0], &mut self.velocity);
             for waypoint in first + 1..last {
                 self.straighten(waypoint, (self.arcs[waypoint] - from.arc) / (to.arc - from.arc), straightened.clone());
             }
         }
         push_different(&mut self.candidate, &self.ends[1]);
-        if self.candidate.ends_with(self.path.waypoint(last)) {
+        if self.candidate.ends_with(self.progress.path.waypoint(last)) {
             return;
         }
-        self.candidate.extend_from_slice(self.path.waypoint(last));
+        self.candidate.extend_from_slice(self.progress.path.waypoint(last));
     }
 
     /// Adds a waypoint whose components `straightened` are at `ratio` of the straight line, the others as they were.
     fn straighten(&mut self, waypoint: usize, ratio: f64, straightened: Range<usize>) {
-        self.row.copy_from_slice(self.path.waypoint(waypoint));
-        self.task.space.integrate(&self.ends[0], &self.velocity, ratio, &mut self.straight);
+        self.row.copy_from_slice(self.progress.path.waypoint(waypoint));
+        self.progress.task.space.integrate(&self.ends[0], &self.velocity, ratio, &mut self.straight);
         for columns in &self.moving[straightened] {
             self.row[columns.clone()].copy_from_slice(&self.straight[columns.clone()]);
         }
@@ -161,44 +161,55 @@ impl<'a, 'p> Search<'a, 'p> {
     /// How much shorter the candidate is; `None` where that is not worth it.
     pub fn gain(&mut self) -> Option<f64> {
         let before = self.arcs[self.replaced.end - 1] - self.arcs[self.replaced.start];
-        let gain = before - self.task.length(&self.candidate, &mut self.velocity);
-        let added = (self.candidate.len() / self.path.nq()).saturating_sub(self.replaced.len());
+        let gain = before - self.progress.task.length(&self.candidate, &mut self.velocity);
+        let added = (self.candidate.len() / self.progress.path.nq()).saturating_sub(self.replaced.len());
         let least = SHORTER.max(WORTH_A_WAYPOINT * added as f64);
         (gain > least * self.length()).then_some(gain)
     }
 
     /// Proves the candidate's segments.
-    pub fn proves(&self, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> SegmentsVerdict {
-        let nq = self.path.nq();
-        let rows: Vec<&[f64]> = self.candidate.chunks_exact(nq).collect();
-        validator.segments(rows.windows(2).map(|pair| [pair[0], pair[1]]), stop)
+    pub fn proves(&mut self) -> SegmentsVerdict {
+        self.progress.prove(&self.candidate)
     }
 
     /// Puts the candidate in its place; `replaced` is then where it lies.
     pub fn accept(&mut self) {
-        let interior = self.replaced.start + 1..self.replaced.end - 1;
-        let count = self.candidate.len() / self.path.nq();
-        self.fixed.splice(interior, std::iter::repeat_n(false, count - 2));
-        self.path.splice(self.replaced.clone(), &self.candidate);
-        self.replaced.end = self.replaced.start + count;
+        self.progress.replace(self.replaced.clone(), &self.candidate);
+        self.replaced.end = self.replaced.start + self.candidate.len() / self.progress.path.nq();
         self.measure();
+    }
+
+    /// Leaves out these waypoints if none is fixed, it gains, and the straight line is proved; says whether.
+    pub fn leave_out(&mut self, waypoints: Range<usize>) -> bool {
+        if self.progress.fixed[waypoints.clone()].contains(&true) {
+            return false;
+        }
+        self.replaced = waypoints.start - 1..waypoints.end + 1;
+        self.candidate.clear();
+        self.candidate.extend_from_slice(self.progress.path.waypoint(waypoints.start - 1));
+        self.candidate.extend_from_slice(self.progress.path.waypoint(waypoints.end));
+        let leaves = self.gain().is_some() && self.proves() == SegmentsVerdict::Proved;
+        if leaves {
+            self.accept();
+        }
+        leaves
     }
 
     /// Drops those waypoints of the candidate just accepted that the path can do without.
     ///
     /// Without this, partial shortcuts add waypoints without end, and each makes the next candidate dearer.
-    pub fn drop_needless(&mut self, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) {
-        if self.moving.len() < self.task.space.components().len() {
+    pub fn drop_needless(&mut self) {
+        if self.moving.len() < self.progress.task.space.components().len() {
             return; // A straight line would move what may not move otherwise than before.
         }
         let (mut waypoint, mut end) = (self.replaced.start + 1, self.replaced.end - 1);
         while waypoint < end {
             self.replaced = waypoint - 1..waypoint + 2;
             self.candidate.clear();
-            self.candidate.extend_from_slice(self.path.waypoint(waypoint - 1));
-            self.candidate.extend_from_slice(self.path.waypoint(waypoint + 1));
+            self.candidate.extend_from_slice(self.progress.path.waypoint(waypoint - 1));
+            self.candidate.extend_from_slice(self.progress.path.waypoint(waypoint + 1));
             // What lies on the straight line between its neighbours is dropped too: not longer is enough.
-            match self.proves(validator, stop) {
+            match self.proves() {
                 SegmentsVerdict::Proved => {
                     self.accept();
                     end -= 1;

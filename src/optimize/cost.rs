@@ -51,8 +51,21 @@ impl<'a> Cost<'a> {
     ///
     /// `fixed` has one entry a waypoint (the first and last are true), `moving` one a velocity coordinate.
     pub fn new(space: &'a ConfigurationSpace, metric: &Metric, rows: &[f64], fixed: &[bool], moving: &[bool]) -> Self {
+        Self::with_shortest(space, metric, rows, fixed, moving, SHORTEST_SEGMENT)
+    }
+
+    /// The same where a segment shorter than `shortest`, a part of the path's length, is as stiff as one of that
+    /// length.
+    pub fn with_shortest(
+        space: &'a ConfigurationSpace,
+        metric: &Metric,
+        rows: &[f64],
+        fixed: &[bool],
+        moving: &[bool],
+        shortest: f64,
+    ) -> Self {
         let lengths = segment_lengths(space, metric, rows);
-        let shortest = (SHORTEST_SEGMENT * lengths.iter().sum::<f64>()).max(f64::MIN_POSITIVE);
+        let shortest = (shortest * lengths.iter().sum::<f64>()).max(f64::MIN_POSITIVE);
         let lengths: Vec<f64> = lengths.into_iter().map(|length| length.max(shortest)).collect();
         let squared_weights: Vec<f64> = metric.weights().iter().map(|w| w * w).collect();
         let inverse = |(w, &moves): (&f64, &bool)| if moves { 1.0 / w } else { 0.0 };

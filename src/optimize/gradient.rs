@@ -11,12 +11,12 @@
 
 use super::cost::Cost;
 use super::limits::Limits;
-use super::outcome::Termination;
+use super::outcome::{Stage, Termination};
+use super::progress::Progress;
 use super::quadratic_step::QuadraticStep;
 use super::rows::{CollisionRow, Row};
-use super::task::{Improvement, SHORTER, Task, columns};
 use crate::path::Path;
-use crate::validation::{Hit, SegmentVerdict, SegmentsVerdict, Validator};
+use crate::validation::{Hit, SegmentVerdict, SegmentsVerdict};
 
 /// α of a cautious trial: the part of the step that is tried while its rows are not yet known.
 const CAUTIOUS_PART: f64 = 0.2;
@@ -73,70 +73,57 @@ enum Trial {
     Stopped,
 }
 
-/// Pulls `path` taut, which must be proved and have no equal neighbours but fixed ones.
-///
-/// Leaves the best path in `path` and returns the iterations and why they ended.
-pub fn optimize(
-    task: &Task,
-    path: &mut Path,
-    validator: &mut Validator,
-    stop: &mut dyn FnMut() -> bool,
-    publish: &mut dyn FnMut(Improvement),
-) -> (u64, Termination) {
-    let mut descent = Descent::new(task, path);
+/// Pulls the path taut; returns why that ended.
+pub fn optimize(progress: &mut Progress) -> Termination {
+    progress.enter(Stage::Gradient);
+    let mut descent = Descent::new(progress);
     let mut stride = Stride::FIRST;
-    for iteration in 1..=ITERATIONS {
-        if stop() {
-            return (iteration, Termination::Stopped);
+    for _ in 0..ITERATIONS {
+        if let Some(termination) = descent.progress.must_end() {
+            return termination;
         }
-        if validator.work() >= task.work_budget {
-            return (iteration, Termination::WorkBudget);
-        }
+        descent.progress.iterations += 1;
         descent.update_step();
         if descent.step_norm == 0.0 {
-            return (iteration, Termination::Converged);
+            return Termination::Converged;
         }
-        let is_last = stride.part() * descent.step_norm < SMALL_STEP * descent.length;
+        let is_last = stride.part() * descent.step_norm < SMALL_STEP * descent.progress.length;
         descent.move_trial(stride.part());
-        match descent.validate_trial(validator, stop) {
-            Trial::Stopped => return (iteration, Termination::Stopped),
+        match descent.validate_trial() {
+            Trial::Stopped => return Termination::Stopped,
             Trial::Shorter => {
                 descent.accept_trial();
-                publish(Improvement { path: descent.path, length: descent.length, iterations: iteration });
                 // After a whole step there is nothing left under these rows, but where the space is curved.
                 if is_last || (stride == Stride::Full && descent.is_at_minimum()) {
-                    return (iteration, Termination::Converged);
+                    return Termination::Converged;
                 }
                 stride = Stride::FIRST;
             }
             Trial::NotShorter => match stride.halved() {
                 Some(halved) => stride = halved,
-                None => return (iteration, Termination::Converged),
+                None => return Termination::Converged,
             },
-            Trial::Collides { segment } if stride != Stride::Full => match descent.add_row(segment, validator, stop) {
+            Trial::Collides { segment } if stride != Stride::Full => match descent.add_row(segment) {
                 Some(true) => stride = Stride::Full,
-                Some(false) => return (iteration, Termination::Converged),
-                None => return (iteration, Termination::Stopped),
+                Some(false) => return Termination::Converged,
+                None => return Termination::Stopped,
             },
             // Too far from the path for its rows to mean anything: no row, the same step.
             Trial::Collides { .. } => stride = Stride::FIRST,
         }
     }
-    (ITERATIONS, Termination::IterationLimit)
+    Termination::IterationLimit
 }
 
 /// The path x₀, the trial x₁ = x₀ ⊕ αp, and the model that p comes from.
-struct Descent<'a, 'p> {
-    task: &'a Task<'a>,
-    cost: Cost<'a>,
+struct Descent<'s, 'r, 'm> {
+    /// x₀, proved, and its length.
+    progress: &'s mut Progress<'r, 'm>,
+    cost: Cost<'r>,
     quadratic: QuadraticStep,
     collision_rows: usize,
     limits: Limits,
-    collision_row: CollisionRow<'a>,
-    /// x₀, proved.
-    path: &'p mut Path,
-    /// Its length.
-    length: f64,
+    collision_row: CollisionRow<'r>,
     /// x₁.
     trial: Path,
     trial_length: f64,
@@ -152,28 +139,26 @@ struct Descent<'a, 'p> {
     velocity: Vec<f64>,
 }
 
-impl<'a, 'p> Descent<'a, 'p> {
-    fn new(task: &'a Task<'a>, path: &'p mut Path) -> Self {
-        let cost = Cost::new(task.space, task.metric, path.as_flat(), task.fixed, task.moving);
-        let mut velocity = vec![0.0; task.space.nv()];
+impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
+    fn new(progress: &'s mut Progress<'r, 'm>) -> Self {
+        let (task, path) = (progress.task, &progress.path);
+        let cost = Cost::new(task.space, task.metric, path.as_flat(), &progress.fixed, task.moving);
         let size = path.len() * task.space.nv();
         Self {
-            task,
             quadratic: QuadraticStep::new(&cost),
             cost,
             collision_rows: 0,
-            limits: Limits::new(task),
+            limits: Limits::new(task, &progress.fixed),
             collision_row: CollisionRow::new(task.model, task.space, task.held),
-            length: task.length(path.as_flat(), &mut velocity),
             trial: path.clone(),
-            path,
             trial_length: f64::INFINITY,
             gradient: vec![0.0; size],
             step: vec![0.0; size],
             step_norm: 0.0,
             largest_part: 1.0,
             outdated: true,
-            velocity,
+            velocity: vec![0.0; task.space.nv()],
+            progress,
         }
     }
 
@@ -182,11 +167,11 @@ impl<'a, 'p> Descent<'a, 'p> {
         if !self.outdated {
             return;
         }
-        let rows = self.path.as_flat();
+        let rows = self.progress.path.as_flat();
         self.cost.gradient(rows, &mut self.velocity, &mut self.gradient);
         let (quadratic, count) = (&mut self.quadratic, self.collision_rows);
         self.largest_part = self.limits.solve(quadratic, count, &self.cost, rows, &self.gradient, &mut self.step);
-        let squares = self.step.chunks_exact(self.velocity.len()).map(|p| self.task.metric.norm(p).powi(2));
+        let squares = self.step.chunks_exact(self.velocity.len()).map(|p| self.progress.task.metric.norm(p).powi(2));
         self.step_norm = self.largest_part * squares.sum::<f64>().sqrt();
         self.outdated = false;
     }
@@ -194,29 +179,21 @@ impl<'a, 'p> Descent<'a, 'p> {
     /// Whether the model promises no more than a small step.
     fn is_at_minimum(&mut self) -> bool {
         self.update_step();
-        self.step_norm < SMALL_STEP * self.length
+        self.step_norm < SMALL_STEP * self.progress.length
     }
 
     /// x₁ ← x₀ ⊕ αp; what may not move keeps its bits.
     fn move_trial(&mut self, part: f64) {
-        let (space, nv) = (self.task.space, self.task.space.nv());
-        let part = part.min(self.largest_part);
-        for i in (0..self.path.len()).filter(|&i| !self.task.fixed[i]) {
-            let (from, to) = (self.path.waypoint(i), self.trial.waypoint_mut(i));
-            space.integrate(from, &self.step[i * nv..(i + 1) * nv], part, to);
-            for still in space.components().iter().filter(|component| !self.task.may_move(component)) {
-                let columns = columns(still);
-                to[columns.clone()].copy_from_slice(&from[columns]);
-            }
-        }
-        self.limits.settle(self.path, &mut self.trial);
-        self.trial_length = self.task.length(self.trial.as_flat(), &mut self.velocity);
+        let Progress { task, path, fixed, .. } = &*self.progress;
+        task.displace(path, fixed, &self.step, part.min(self.largest_part), &mut self.trial);
+        self.limits.settle(path, &mut self.trial);
+        self.trial_length = task.length(self.trial.as_flat(), &mut self.velocity);
     }
 
     /// Proves the trial, unless one of its segments is refused; what did not move is known.
-    fn validate_trial(&mut self, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> Trial {
-        match validator.segments(self.trial.segments(), stop) {
-            SegmentsVerdict::Proved if self.trial_length < self.length * (1.0 - SHORTER) => Trial::Shorter,
+    fn validate_trial(&mut self) -> Trial {
+        match self.progress.prove(self.trial.as_flat()) {
+            SegmentsVerdict::Proved if self.progress.is_shorter(self.trial_length) => Trial::Shorter,
             SegmentsVerdict::Proved => Trial::NotShorter,
             SegmentsVerdict::Refused(segment) => Trial::Collides { segment },
             SegmentsVerdict::Stopped => Trial::Stopped,
@@ -224,8 +201,7 @@ impl<'a, 'p> Descent<'a, 'p> {
     }
 
     fn accept_trial(&mut self) {
-        std::mem::swap(self.path, &mut self.trial);
-        self.length = self.trial_length;
+        self.progress.take(&mut self.trial, self.trial_length);
         self.outdated = true;
     }
 
@@ -234,16 +210,16 @@ impl<'a, 'p> Descent<'a, 'p> {
     ///
     /// Where the row depends on those there are, another is looked for between the free and the colliding
     /// configuration, by bisection.
-    fn add_row(&mut self, segment: usize, validator: &mut Validator, stop: &mut dyn FnMut() -> bool) -> Option<bool> {
+    fn add_row(&mut self, segment: usize) -> Option<bool> {
         let (from, to) = (self.trial.waypoint(segment), self.trial.waypoint(segment + 1));
-        let mut hit = match validator.first_hit(from, to, stop) {
+        let mut hit = match self.progress.validator.first_hit(from, to, self.progress.stop) {
             SegmentVerdict::Refused(hit) => hit,
             SegmentVerdict::Proved(_) => return Some(false),
             SegmentVerdict::Stopped => return None,
         };
         let ratio = hit.t;
         let mut q_coll = self.between(&self.trial, segment, ratio);
-        let q_free = self.between(self.path, segment, ratio);
+        let q_free = self.between(&self.progress.path, segment, ratio);
         let mut q_clear = q_free.clone();
         self.quadratic.truncate(self.collision_rows);
         for _ in 0..=BISECTIONS {
@@ -252,7 +228,7 @@ impl<'a, 'p> Descent<'a, 'p> {
                 return Some(true);
             }
             let middle = self.interpolate(&q_clear, &q_coll, 0.5);
-            match validator.segment(&middle, &middle, stop) {
+            match self.progress.validator.segment(&middle, &middle, self.progress.stop) {
                 SegmentVerdict::Refused(nearer) => (hit, q_coll) = (nearer, middle),
                 SegmentVerdict::Proved(_) => q_clear = middle,
                 SegmentVerdict::Stopped => return None,
@@ -274,9 +250,6 @@ impl<'a, 'p> Descent<'a, 'p> {
     }
 
     fn interpolate(&self, from: &[f64], to: &[f64], ratio: f64) -> Vec<f64> {
-        let (mut velocity, mut at) = (vec![0.0; self.velocity.len()], vec![0.0; from.len()]);
-        self.task.space.difference(to, from, &mut velocity);
-        self.task.space.integrate(from, &velocity, ratio, &mut at);
-        at
+        self.progress.task.space.between(from, to, ratio)
     }
 }

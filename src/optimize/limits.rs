@@ -5,6 +5,7 @@
 //! again; a row that pulls away from its limit is dropped. The primal-dual active set method for bounds
 //! (Hintermüller, Ito, Kunisch 2002) does both at once, and starts from the rows of the last step.
 
+use super::active_set::ActiveSet;
 use super::cost::Cost;
 use super::quadratic_step::QuadraticStep;
 use super::rows::Row;
@@ -79,7 +80,7 @@ pub struct Limits {
 
 impl Limits {
     /// The limits that a task's variables have.
-    pub fn new(task: &Task<'_>) -> Self {
+    pub fn new(task: &Task<'_>, fixed: &[bool]) -> Self {
         let variables = task.model.robot().variables();
         let limited = |component: &Component| match *component {
             Component::Line { q, v } if task.moving[v] => {
@@ -92,7 +93,7 @@ impl Limits {
             nq: task.space.nq(),
             nv: task.space.nv(),
             limited: task.space.components().iter().filter_map(limited).collect(),
-            free: (0..task.fixed.len()).filter(|&i| !task.fixed[i]).collect(),
+            free: (0..fixed.len()).filter(|&i| !fixed[i]).collect(),
             active: Vec::new(),
             next: Vec::new(),
             unit: vec![0.0; task.space.nv()],
@@ -131,6 +132,24 @@ impl Limits {
             }
         }
         self.largest_part(path, step)
+    }
+
+    /// Adds a half-space for every limit that the step leaves; false where it leaves none.
+    pub fn push_left(&mut self, set: &mut ActiveSet, cost: &Cost<'_>, path: &[f64], step: &[f64]) -> bool {
+        let mut left = std::mem::take(&mut self.next);
+        left.clear();
+        self.for_each_left(path, step, |held, _| left.push(held));
+        for held in &left {
+            let variable = &self.limited[held.limited];
+            let room = variable.room(held.side, path[held.waypoint * self.nq + variable.q]);
+            let inwards = if held.side == Side::Lower { 1.0 } else { -1.0 };
+            self.unit[variable.v] = inwards;
+            let row = Row { segment: held.waypoint, ratio: 0.0, jacobian: &self.unit, right_hand_side: inwards * room };
+            set.push(cost, row);
+            self.unit[variable.v] = 0.0;
+        }
+        self.next = left;
+        !self.next.is_empty()
     }
 
     /// Brings what rounding left outside its limits back to them; `from` is the path that the step began at.

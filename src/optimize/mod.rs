@@ -1,11 +1,17 @@
 //! The method: from a proved path to ever shorter proved paths. Start reading in [`gradient`].
 
+pub mod active_set;
 mod candidate;
+pub mod contact;
 pub mod cost;
+mod factor;
 pub mod gradient;
+pub mod half_space;
+pub mod hybrid;
 mod input;
 pub mod limits;
 pub mod outcome;
+pub mod progress;
 #[cfg(test)]
 mod properties;
 pub mod quadratic_step;
@@ -18,7 +24,7 @@ pub mod task;
 mod testing;
 
 pub use input::{LIMIT_TOLERANCE, QUATERNION_TOLERANCE, RequestError};
-pub use outcome::{LoweredFloor, Outcome, Refusal, RefusalPlace, Termination};
+pub use outcome::{LoweredFloor, Outcome, Refusal, RefusalPlace, Stage, StageShare, Termination};
 pub use request::{Workspace, run};
 pub use settings::{Mode, Settings};
 pub use task::{Improvement, Task};

@@ -19,6 +19,55 @@ pub enum Termination {
     Stopped,
 }
 
+/// A part of an optimizer that finds paths on its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stage {
+    /// None: the input.
+    #[default]
+    Input,
+    /// Straight lines for all joints at once.
+    Shortcut,
+    /// Straight lines for one joint at a time.
+    PartialShortcut,
+    /// The paper's loop.
+    Gradient,
+    /// The loop with contact half-spaces.
+    Contact,
+}
+
+impl Stage {
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Input => "input",
+            Self::Shortcut => "shortcut",
+            Self::PartialShortcut => "partial-shortcut",
+            Self::Gradient => "gradient",
+            Self::Contact => "contact",
+        }
+    }
+}
+
+/// What one stage of a run did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StageShare {
+    /// The stage.
+    pub stage: Stage,
+    /// By how much it shortened the path, in the request's metric.
+    pub gain: f64,
+    /// Pairs that were examined for it.
+    pub work: u64,
+    /// Its trials.
+    pub iterations: u64,
+}
+
+impl StageShare {
+    /// A stage that has done nothing yet.
+    pub fn new(stage: Stage) -> Self {
+        Self { stage, gain: 0.0, work: 0, iterations: 0 }
+    }
+}
+
 /// A pair whose floor the input forced down.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoweredFloor {
@@ -91,6 +140,10 @@ pub struct Outcome {
     pub iterations: u64,
     /// Pairs examined at nodes.
     pub work: u64,
+    /// The stage that found `path`.
+    pub stage: Stage,
+    /// What each stage of the optimizer did, in the order in which they first came.
+    pub stages: Vec<StageShare>,
     /// How the run ended.
     pub termination: Termination,
     /// What is odd about the request, a line each.

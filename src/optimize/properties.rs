@@ -8,7 +8,8 @@ use crate::path::Path;
 use crate::testing;
 use crate::validation::{Scratch, SegmentVerdict, Validator};
 
-const OPTIMIZERS: [Mode; 3] = [Mode::Gradient, Mode::RandomShortcut, Mode::PartialShortcut];
+const OPTIMIZERS: [Mode; 5] =
+    [Mode::Gradient, Mode::RandomShortcut, Mode::PartialShortcut, Mode::Contact, Mode::Hybrid];
 const CLEARANCE_M: f64 = 1e-3;
 
 /// A random walk whose every segment is proved; `None` where the robot cannot start or move.
@@ -96,7 +97,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
     #[test]
-    fn every_answer_is_proved_and_never_longer(seed: u64, mode in 0usize..3) {
+    fn every_answer_is_proved_and_never_longer(seed: u64, mode in 0usize..5) {
         let Some((model, path, settings)) = request(seed, OPTIMIZERS[mode]) else { return Ok(()) };
         let (outcome, published) = answer(&model, &path, &settings);
         prop_assert!(outcome.proved);
@@ -113,7 +114,7 @@ proptest! {
     }
 
     #[test]
-    fn fixed_waypoints_stay_and_limits_hold(seed: u64, mode in 0usize..3) {
+    fn fixed_waypoints_stay_and_limits_hold(seed: u64, mode in 0usize..5) {
         let Some((model, path, settings)) = request(seed, OPTIMIZERS[mode]) else { return Ok(()) };
         let (outcome, _) = answer(&model, &path, &settings);
         let mut rest = outcome.path.waypoints();
@@ -131,7 +132,7 @@ proptest! {
     }
 
     #[test]
-    fn what_may_not_move_moves_as_before(seed: u64, mode in 0usize..3) {
+    fn what_may_not_move_moves_as_before(seed: u64, mode in 0usize..5) {
         let Some((model, path, settings)) = request(seed, OPTIMIZERS[mode]) else { return Ok(()) };
         let Some(moving) = &settings.moving else { return Ok(()) };
         let (outcome, _) = answer(&model, &path, &settings);
@@ -141,7 +142,7 @@ proptest! {
     }
 
     #[test]
-    fn the_same_request_has_the_same_answer(seed: u64, mode in 0usize..3) {
+    fn the_same_request_has_the_same_answer(seed: u64, mode in 0usize..5) {
         let Some((model, path, settings)) = request(seed, OPTIMIZERS[mode]) else { return Ok(()) };
         let (first, second) = (answer(&model, &path, &settings), answer(&model, &path, &settings));
         prop_assert_eq!(first.0.path.hash(), second.0.path.hash());

@@ -6,18 +6,16 @@
 //! whether the row depends on the others.
 
 use super::cost::Cost;
+use super::factor::Factor;
 use super::rows::{Row, Rows};
-
-/// A row is dependent when its squared pivot is at most this part of its diagonal entry.
-const DEPENDENT: f64 = 1e-10;
 
 /// Rows, the factor of their M, and scratch.
 #[derive(Clone, Debug)]
 pub struct QuadraticStep {
     rows: Rows,
-    /// Lower triangle of M's Cholesky factor, line after line.
-    factor: Vec<f64>,
+    factor: Factor,
     multipliers: Vec<f64>,
+    column: Vec<f64>,
     force: Vec<f64>,
 }
 
@@ -25,7 +23,8 @@ impl QuadraticStep {
     /// No rows yet.
     pub fn new(cost: &Cost<'_>) -> Self {
         let force = vec![0.0; cost.waypoints() * cost.nv()];
-        Self { rows: Rows::new(cost.nv()), factor: Vec::new(), multipliers: Vec::new(), force }
+        let rows = Rows::new(cost.nv());
+        Self { rows, factor: Factor::default(), multipliers: Vec::new(), column: Vec::new(), force }
     }
 
     /// The rows so far.
@@ -39,27 +38,17 @@ impl QuadraticStep {
     /// Keeps the first `count` rows.
     pub fn truncate(&mut self, count: usize) {
         self.rows.truncate(count);
-        self.factor.truncate(count * (count + 1) / 2);
+        self.factor.truncate(count);
     }
 
     /// Takes one more row unless it depends on those before it, or moves nothing; says whether it did.
     #[must_use]
     pub fn append(&mut self, cost: &Cost<'_>, row: Row<'_>) -> bool {
-        let start = self.factor.len();
-        for (i, other) in self.rows.iter().enumerate() {
-            let line = i * (i + 1) / 2;
-            let known: f64 = (0..i).map(|k| self.factor[line + k] * self.factor[start + k]).sum();
-            let entry = (coupling(cost, row, other) - known) / self.factor[line + i];
-            self.factor.push(entry);
-        }
-        let diagonal = coupling(cost, row, row);
-        let pivot = diagonal - self.factor[start..].iter().map(|entry| entry * entry).sum::<f64>();
-        let independent = diagonal > 0.0 && pivot > DEPENDENT * diagonal;
+        self.column.clear();
+        self.column.extend(self.rows.iter().map(|other| row.coupling(&other, cost)));
+        let independent = self.factor.append(&self.column, row.coupling(&row, cost));
         if independent {
-            self.factor.push(pivot.sqrt());
             self.rows.push(row);
-        } else {
-            self.factor.truncate(start);
         }
         independent
     }
@@ -71,54 +60,13 @@ impl QuadraticStep {
         for row in self.rows.iter() {
             self.multipliers.push(-(row.right_hand_side + row.of_step(step)));
         }
-        solve_factored(&self.factor, &mut self.multipliers);
+        self.factor.solve(&mut self.multipliers);
         self.force.copy_from_slice(gradient);
         for (row, multiplier) in self.rows.iter().zip(&self.multipliers) {
-            add_force(row, *multiplier, &mut self.force);
+            row.add_force(*multiplier, &mut self.force);
         }
         cost.apply_inverse_hessian(&self.force, step);
         step.iter_mut().for_each(|p| *p = -*p);
-    }
-}
-
-/// `J_a H⁻¹ J_bᵀ`: T⁻¹ interpolated between the nodes of the two rows, times `j_a W⁻² j_bᵀ`.
-fn coupling(cost: &Cost<'_>, a: Row<'_>, b: Row<'_>) -> f64 {
-    let mut compliance = 0.0;
-    for (i, of_a) in a.spread() {
-        for (j, of_b) in b.spread() {
-            if of_a != 0.0 && of_b != 0.0 {
-                compliance += of_a * of_b * cost.compliance(i, j);
-            }
-        }
-    }
-    if compliance == 0.0 {
-        return 0.0;
-    }
-    let products = a.jacobian.iter().zip(b.jacobian).zip(cost.inverse_weights());
-    compliance * products.map(|((a, b), inverse)| a * inverse * b).sum::<f64>()
-}
-
-/// Adds `Jᵀμ` of one row.
-fn add_force(row: Row<'_>, multiplier: f64, force: &mut [f64]) {
-    let nv = row.jacobian.len();
-    for (waypoint, spread) in row.spread() {
-        if spread != 0.0 {
-            let at = &mut force[waypoint * nv..(waypoint + 1) * nv];
-            at.iter_mut().zip(row.jacobian).for_each(|(f, j)| *f += spread * multiplier * j);
-        }
-    }
-}
-
-/// Solves `L Lᵀ x = b` in place, L packed line after line.
-fn solve_factored(factor: &[f64], x: &mut [f64]) {
-    let line = |i: usize| i * (i + 1) / 2;
-    for i in 0..x.len() {
-        let known: f64 = (0..i).map(|k| factor[line(i) + k] * x[k]).sum();
-        x[i] = (x[i] - known) / factor[line(i) + i];
-    }
-    for i in (0..x.len()).rev() {
-        let known: f64 = (i + 1..x.len()).map(|k| factor[line(k) + i] * x[k]).sum();
-        x[i] = (x[i] - known) / factor[line(i) + i];
     }
 }
 

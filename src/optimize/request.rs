@@ -1,10 +1,11 @@
 //! One request from end to end: check, prove the input, optimize, prove the answer.
 
 use super::input::{Input, RequestError};
-use super::outcome::{LoweredFloor, Outcome, Refusal, RefusalPlace, Termination};
+use super::outcome::{LoweredFloor, Outcome, Refusal, RefusalPlace, Stage, StageShare, Termination};
+use super::progress::Progress;
 use super::settings::{Mode, Settings};
 use super::task::{Improvement, Task};
-use super::{gradient, shortcut};
+use super::{contact, gradient, hybrid, shortcut};
 use crate::collision::query::TOUCHING_M;
 use crate::collision::{CollisionModel, reach_weights};
 use crate::path::Path;
@@ -62,6 +63,8 @@ struct Answer {
     lowered: Vec<(usize, f64)>,
     iterations: u64,
     work: u64,
+    stage: Stage,
+    stages: Vec<StageShare>,
     termination: Termination,
 }
 
@@ -74,6 +77,8 @@ impl Answer {
             lowered: Vec::new(),
             iterations: 0,
             work: 0,
+            stage: Stage::Input,
+            stages: Vec::new(),
             termination: Termination::Done,
         }
     }
@@ -171,8 +176,15 @@ impl Answer {
             Mode::Gradient => gradient::optimize,
             Mode::RandomShortcut => shortcut::random,
             Mode::PartialShortcut => shortcut::partial,
+            Mode::Contact => contact::optimize,
+            Mode::Hybrid => hybrid::optimize,
         };
-        (self.iterations, self.termination) = optimizer(&task, &mut self.path, validator, stop, publish);
+        let mut progress = Progress::new(&task, self.path.clone(), validator, stop, publish);
+        self.termination = optimizer(&mut progress);
+        self.iterations = progress.iterations;
+        self.stage = progress.found_by;
+        self.stages = progress.shares();
+        self.path = progress.path;
     }
 
     fn into_outcome(self, model: &CollisionModel, path: &Path, settings: &Settings, input: &Input) -> Outcome {
@@ -213,6 +225,8 @@ impl Answer {
             floors_lowered,
             iterations: self.iterations,
             work: self.work,
+            stage: if is_unchanged { Stage::Input } else { self.stage },
+            stages: self.stages,
             termination: self.termination,
             warnings: input.warnings.clone(),
             certificate,
@@ -262,8 +276,7 @@ impl Restorer {
     }
 
     fn publish(&mut self, improvement: &Improvement, publish: &mut dyn FnMut(Improvement)) {
-        let (length, iterations) = (improvement.length, improvement.iterations);
-        publish(Improvement { path: self.restore(improvement.path), length, iterations });
+        publish(Improvement { path: self.restore(improvement.path), ..*improvement });
     }
 }
 

@@ -1,6 +1,7 @@
 //! Linear rows `J p = b` on the step of a path, each touching at most two neighbouring waypoints.
 
-use crate::collision::CollisionModel;
+use super::cost::Cost;
+use crate::collision::{BodyPair, CollisionModel};
 use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
 use crate::validation::Hit;
@@ -36,6 +37,34 @@ impl Row<'_> {
             spread * self.jacobian.iter().zip(p).map(|(j, p)| j * p).sum::<f64>()
         };
         self.spread().into_iter().map(at).sum()
+    }
+
+    /// `J_a H⁻¹ J_bᵀ`: T⁻¹ interpolated between the nodes of the two rows, times `j_a W⁻² j_bᵀ`.
+    pub fn coupling(&self, other: &Row<'_>, cost: &Cost<'_>) -> f64 {
+        let mut compliance = 0.0;
+        for (i, of_a) in self.spread() {
+            for (j, of_b) in other.spread() {
+                if of_a != 0.0 && of_b != 0.0 {
+                    compliance += of_a * of_b * cost.compliance(i, j);
+                }
+            }
+        }
+        if compliance == 0.0 {
+            return 0.0;
+        }
+        let products = self.jacobian.iter().zip(other.jacobian).zip(cost.inverse_weights());
+        compliance * products.map(|((a, b), inverse)| a * inverse * b).sum::<f64>()
+    }
+
+    /// Adds `Jᵀ multiplier` to a force on every waypoint.
+    pub fn add_force(&self, multiplier: f64, force: &mut [f64]) {
+        let nv = self.jacobian.len();
+        for (waypoint, spread) in self.spread() {
+            if spread != 0.0 {
+                let at = &mut force[waypoint * nv..(waypoint + 1) * nv];
+                at.iter_mut().zip(self.jacobian).for_each(|(f, j)| *f += spread * multiplier * j);
+            }
+        }
     }
 }
 
@@ -77,6 +106,10 @@ impl Rows {
         self.right_hand_sides.push(row.right_hand_side);
         self.jacobians.extend_from_slice(row.jacobian);
     }
+    /// Changes the right-hand side of a row.
+    pub fn set_right_hand_side(&mut self, index: usize, value: f64) {
+        self.right_hand_sides[index] = value;
+    }
     /// Keeps the first `count` rows.
     pub fn truncate(&mut self, count: usize) {
         self.places.truncate(count);
@@ -112,11 +145,11 @@ impl<'a> CollisionRow<'a> {
     pub fn at(&mut self, hit: &Hit, q_coll: &[f64], q_free: &[f64]) -> Option<&[f64]> {
         let robot = self.model.robot();
         let pair = self.model.pairs()[hit.pair];
-        let sides = [(pair.a, hit.contact.point_a, 1.0), (pair.b, hit.contact.point_b, -1.0)];
+        let sides = [(pair.a, hit.contact.point_a), (pair.b, hit.contact.point_b)];
         let link = |body: usize| self.model.bodies()[body].link;
         self.kinematics.update(robot, q_coll, self.held);
         let poses = self.kinematics.poses();
-        let local = sides.map(|(body, point, _)| link(body).map_or(point, |l| poses[l].inverse_transform_point(point)));
+        let local = sides.map(|(body, point)| link(body).map_or(point, |l| poses[l].inverse_transform_point(point)));
 
         self.kinematics.update(robot, q_free, self.held);
         let poses = self.kinematics.poses();
@@ -127,12 +160,24 @@ impl<'a> CollisionRow<'a> {
         }
         let direction = parted.normalize();
         self.jacobian.fill(0.0);
-        for ((body, _, sign), point) in sides.into_iter().zip(world) {
-            if let Some(link) = link(body) {
-                self.kinematics.add_point_row(robot, link, point, direction, sign, &mut self.jacobian);
-            }
-        }
+        add_point_rows(self.model, &self.kinematics, &pair, world, direction, &mut self.jacobian);
         Some(&self.jacobian)
+    }
+}
+
+/// Adds `directionᵀ (J_A(c_A) − J_B(c_B))` to a row of nv numbers, for world points of the bodies of a pair.
+pub fn add_point_rows(
+    model: &CollisionModel,
+    kinematics: &Kinematics,
+    pair: &BodyPair,
+    points: [Vec3; 2],
+    direction: Vec3,
+    row: &mut [f64],
+) {
+    for (body, point, sign) in [(pair.a, points[0], 1.0), (pair.b, points[1], -1.0)] {
+        if let Some(link) = model.bodies()[body].link {
+            kinematics.add_point_row(model.robot(), link, point, direction, sign, row);
+        }
     }
 }
 

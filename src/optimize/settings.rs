@@ -8,17 +8,22 @@ pub enum Mode {
     /// Prove the path, change nothing.
     Check,
     /// The gradient-based method of Campana, Lamiraux and Laumond.
-    #[default]
     Gradient,
     /// Straight lines between random places of the path.
     RandomShortcut,
     /// The same for one joint at a time.
     PartialShortcut,
+    /// The gradient with half-spaces from true closest points.
+    Contact,
+    /// Shortcuts and contact half-spaces in turns, scheduled by what they gain.
+    #[default]
+    Hybrid,
 }
 
 impl Mode {
     /// Every mode, in the order of the wire.
-    pub const ALL: [Self; 4] = [Self::Check, Self::Gradient, Self::RandomShortcut, Self::PartialShortcut];
+    pub const ALL: [Self; 6] =
+        [Self::Check, Self::Gradient, Self::RandomShortcut, Self::PartialShortcut, Self::Contact, Self::Hybrid];
 
     /// Name on the command line and in results.
     pub fn name(self) -> &'static str {
@@ -27,6 +32,8 @@ impl Mode {
             Self::Gradient => "gradient",
             Self::RandomShortcut => "random-shortcut",
             Self::PartialShortcut => "partial-shortcut",
+            Self::Contact => "contact",
+            Self::Hybrid => "hybrid",
         }
     }
 }

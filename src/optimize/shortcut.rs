@@ -6,10 +6,9 @@
 //! is strictly shorter. It never reaches across a fixed waypoint.
 
 use super::candidate::Search;
-use super::outcome::Termination;
-use super::task::{Improvement, Task};
-use crate::path::Path;
-use crate::validation::{SegmentsVerdict, Validator};
+use super::outcome::{Stage, Termination};
+use super::progress::Progress;
+use crate::validation::SegmentsVerdict;
 
 /// A candidate that gains less than this part of the length counts as a failure, though it is taken.
 const WORTHWHILE: f64 = 3e-4;
@@ -26,89 +25,93 @@ const LEAST_PATIENCE: u64 = 200;
 /// How often a place of a partial shortcut is moved to the nearest waypoint, where it adds none.
 const SNAPPED: f64 = 0.5;
 
-/// Random shortcuts over all coordinates that may move.
-///
-/// Leaves the best path in `path` and returns the candidates tried and why they ended.
-pub fn random(
-    task: &Task,
-    path: &mut Path,
-    validator: &mut Validator,
-    stop: &mut dyn FnMut() -> bool,
-    publish: &mut dyn FnMut(Improvement),
-) -> (u64, Termination) {
-    let mut search = Search::new(task, path);
+/// Random shortcuts over all coordinates that may move; returns why they ended.
+pub fn random(progress: &mut Progress) -> Termination {
+    progress.enter(Stage::Shortcut);
+    let mut search = Search::new(progress);
     let everything = 0..search.moving.len();
-    search.run(validator, stop, publish, &mut |search| {
+    search.run(&mut |search| {
         let places = search.draw_places(0.0)?;
         search.build(places, everything.clone());
         Some(())
     })
 }
 
-/// Partial shortcuts: one factor of the configuration space (a joint's angle, a rotation) at a time.
+/// Partial shortcuts: one factor of the configuration space (a joint's angle, a rotation) at a time; returns why
+/// they ended.
 ///
 /// Each is first tried over every whole stretch between fixed waypoints, then between random places.
-/// Leaves the best path in `path` and returns the candidates tried and why they ended.
-pub fn partial(
-    task: &Task,
-    path: &mut Path,
-    validator: &mut Validator,
-    stop: &mut dyn FnMut() -> bool,
-    publish: &mut dyn FnMut(Improvement),
-) -> (u64, Termination) {
-    let mut search = Search::new(task, path);
+pub fn partial(progress: &mut Progress) -> Termination {
+    progress.enter(Stage::PartialShortcut);
+    let mut search = Search::new(progress);
     let mut whole: Vec<(usize, usize)> =
         (0..search.moving.len()).flat_map(|c| (0..search.stretches()).map(move |s| (c, s))).collect();
-    search.run(validator, stop, publish, &mut |search| {
+    search.run(&mut |search| {
         let (component, places) = match whole.pop() {
             Some((component, stretch)) => (component, search.whole_stretch(stretch)),
             None if search.moving.is_empty() => return None,
-            None => (search.random.usize(..search.moving.len()), search.draw_places(SNAPPED)?),
+            None => (search.progress.random.usize(..search.moving.len()), search.draw_places(SNAPPED)?),
         };
         search.build(places, component..component + 1);
         Some(())
     })
 }
 
-impl Search<'_, '_> {
+impl Search<'_, '_, '_> {
     /// Tries what `propose` builds until nothing is gained any more. `None` proposes nothing, which is a failure.
-    fn run(
-        &mut self,
-        validator: &mut Validator,
-        stop: &mut dyn FnMut() -> bool,
-        publish: &mut dyn FnMut(Improvement),
-        propose: &mut dyn FnMut(&mut Self) -> Option<()>,
-    ) -> (u64, Termination) {
-        let (mut tried, mut failures) = (0, 0);
-        if self.path.len() < 3 {
-            return (tried, Termination::Converged);
+    fn run(&mut self, propose: &mut dyn FnMut(&mut Self) -> Option<()>) -> Termination {
+        let mut failures = 0;
+        if self.progress.path.len() < 3 {
+            return Termination::Converged;
         }
         while failures < self.patience() {
-            if stop() {
-                return (tried, Termination::Stopped);
+            if let Some(termination) = self.progress.must_end() {
+                return termination;
             }
-            if validator.work() >= self.task.work_budget {
-                return (tried, Termination::WorkBudget);
-            }
-            tried += 1;
+            self.progress.iterations += 1;
             failures += 1;
             let Some(gain) = propose(self).and_then(|()| self.gain()) else { continue };
-            match self.proves(validator, stop) {
+            match self.proves() {
                 SegmentsVerdict::Refused(_) => continue,
-                SegmentsVerdict::Stopped => return (tried, Termination::Stopped),
+                SegmentsVerdict::Stopped => return Termination::Stopped,
                 SegmentsVerdict::Proved => self.accept(),
             }
             if gain >= WORTHWHILE * self.length() {
                 failures = 0;
             }
-            self.drop_needless(validator, stop);
-            publish(Improvement { path: self.path, length: self.length(), iterations: tried });
+            self.drop_needless();
+            self.progress.publish();
         }
-        (tried, Termination::Converged)
+        Termination::Converged
     }
 
     fn patience(&self) -> u64 {
-        let waypoints = PATIENCE_PER_WAYPOINT * self.path.len() as u64;
+        let waypoints = PATIENCE_PER_WAYPOINT * self.progress.path.len() as u64;
         LEAST_PATIENCE.max(waypoints).max(PATIENCE_PER_COMPONENT * self.moving.len() as u64)
     }
+}
+
+/// Leaves out runs of waypoints: half of the path at once, then a quarter, and so on down to single ones.
+pub fn skip(progress: &mut Progress) -> Option<Termination> {
+    progress.enter(Stage::Shortcut);
+    let mut search = Search::new(progress);
+    if search.moving.len() < search.progress.task.space.components().len() {
+        return None; // A straight line would move what may not move otherwise than before.
+    }
+    let mut stride = search.progress.path.len() - 1;
+    while stride >= 2 {
+        let mut from = 0;
+        while from + stride < search.progress.path.len() {
+            if let Some(termination) = search.progress.must_end() {
+                return Some(termination);
+            }
+            search.progress.iterations += 1;
+            if search.leave_out(from + 1..from + stride) {
+                search.progress.publish();
+            }
+            from += 1.max(stride / 2);
+        }
+        stride = (stride - 1).min(stride * 2 / 3);
+    }
+    None
 }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::cost;
+use super::outcome::Stage;
 use crate::collision::CollisionModel;
 use crate::path::{Metric, Path};
 use crate::robot::{Component, ConfigurationSpace};
@@ -36,6 +37,19 @@ impl Task<'_> {
         cost::length(self.space, self.metric, rows, velocity)
     }
 
+    /// `to` ← `from ⊕ part · step`; fixed waypoints and components that may not move keep their bits.
+    pub fn displace(&self, from: &Path, fixed: &[bool], step: &[f64], part: f64, to: &mut Path) {
+        let nv = self.space.nv();
+        for i in (0..from.len()).filter(|&i| !fixed[i]) {
+            let (before, after) = (from.waypoint(i), to.waypoint_mut(i));
+            self.space.integrate(before, &step[i * nv..(i + 1) * nv], part, after);
+            for still in self.space.components().iter().filter(|component| !self.may_move(component)) {
+                let columns = columns(still);
+                after[columns.clone()].copy_from_slice(&before[columns]);
+            }
+        }
+    }
+
     /// Whether a factor of the space may move: all of its coordinates.
     pub fn may_move(&self, component: &Component) -> bool {
         match *component {
@@ -54,6 +68,10 @@ pub struct Improvement<'a> {
     pub length: f64,
     /// Iterations so far.
     pub iterations: u64,
+    /// Pairs examined so far.
+    pub work: u64,
+    /// The stage that found it.
+    pub stage: Stage,
 }
 
 /// Columns of a factor of the space.

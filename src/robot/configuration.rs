@@ -102,6 +102,14 @@ impl ConfigurationSpace {
         }
     }
 
+    /// The configuration at a ratio of the straight segment between two.
+    pub fn between(&self, from: &[f64], to: &[f64], ratio: f64) -> Vec<f64> {
+        let (mut velocity, mut at) = (vec![0.0; self.nv], vec![0.0; self.nq]);
+        self.difference(to, from, &mut velocity);
+        self.integrate(from, &velocity, ratio, &mut at);
+        at
+    }
+
     /// `from ⊕ t·velocity`. Circles are not wrapped, so values follow each other continuously.
     pub fn integrate(&self, from: &[f64], velocity: &[f64], t: f64, out: &mut [f64]) {
         for component in &self.components {

@@ -52,6 +52,8 @@ pub struct Scratch {
     pub(super) floors: Floors,
     /// What this request's validator has proved.
     pub(super) ledger: Ledger,
+    /// What the last search found, while its segments are at hand.
+    pub(super) refusal: Option<(Interval, usize, HitReason)>,
     /// Where pairs of many pieces lay apart when they were last looked at.
     pub(super) directions: HashMap<usize, Vec3>,
 }
@@ -181,9 +183,18 @@ impl<'a> Validator<'a> {
         }
         match self.search(stop) {
             Found::Nothing => SegmentsVerdict::Proved,
-            Found::Refusal(interval, ..) => SegmentsVerdict::Refused(self.scratch.segments.numbers[interval.segment]),
+            Found::Refusal(interval, pair, reason) => {
+                self.scratch.refusal = Some((interval, pair, reason));
+                SegmentsVerdict::Refused(self.scratch.segments.numbers[interval.segment])
+            }
             Found::Stopped => SegmentsVerdict::Stopped,
         }
+    }
+
+    /// Where [`Self::segments`] has just refused a segment; `None` once others were looked at.
+    pub fn refusal(&mut self) -> Option<Hit> {
+        let (interval, pair, reason) = self.scratch.refusal.take()?;
+        Some(self.hit(&interval, pair, reason))
     }
 
     /// The same of one segment; `None` where stopped.
@@ -278,6 +289,7 @@ impl<'a> Validator<'a> {
         scratch.segments.proofs.clear();
         scratch.segments.numbers.clear();
         scratch.segments.is_unconfined = false;
+        scratch.refusal = None;
         scratch.segments.exact = None;
         scratch.lists.clear();
         scratch.queue.clear();

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use sha2::{Digest, Sha256};
-use taut::optimize::{Mode, Outcome, Refusal as Hit, RefusalPlace, Termination};
+use taut::optimize::{self, Improvement, Outcome, Refusal as Hit, RefusalPlace, Termination};
 use taut::path::Path;
 use taut::store::Snapshot;
 use taut::validation::{Certificate, HitReason};
@@ -78,12 +78,13 @@ fn termination(outcome: &Outcome, cause: Option<StopCause>) -> wire::Termination
     }
 }
 
-fn stage(mode: Mode) -> Stage {
-    match mode {
-        Mode::Check => Stage::Input,
-        Mode::Gradient => Stage::Gradient,
-        Mode::RandomShortcut => Stage::Shortcut,
-        Mode::PartialShortcut => Stage::PartialShortcut,
+fn stage(stage: optimize::Stage) -> Stage {
+    match stage {
+        optimize::Stage::Input => Stage::Input,
+        optimize::Stage::Shortcut => Stage::Shortcut,
+        optimize::Stage::PartialShortcut => Stage::PartialShortcut,
+        optimize::Stage::Gradient => Stage::Gradient,
+        optimize::Stage::Contact => Stage::Contact,
     }
 }
 
@@ -101,19 +102,20 @@ fn header(snapshot: &Snapshot, path: &Path) -> ResponseHeader {
 }
 
 /// Header of an improvement. Its clearance and floor come with the final response.
-pub(in crate::daemon) fn progress(job: &Job, path: &Path, iterations: u64, lengths: [f64; 3]) -> ResponseHeader {
+pub(in crate::daemon) fn progress(job: &Job, improvement: &Improvement, lengths: [f64; 3]) -> ResponseHeader {
     let [length_before, length_after, lower_bound] = lengths;
     ResponseHeader {
         status: Status::Progress.into(),
         code: Code::Success.into(),
         termination: wire::Termination::Running.into(),
         flags: ResponseFlags::PROVED,
-        stage: stage(job.settings.mode).into(),
+        stage: stage(improvement.stage).into(),
         length_before,
         length_after,
         lower_bound,
-        iterations,
-        ..header(&job.snapshot, path)
+        iterations: improvement.iterations,
+        work: improvement.work,
+        ..header(&job.snapshot, improvement.path)
     }
 }
 
@@ -122,7 +124,6 @@ pub(in crate::daemon) fn answered(job: &Job, outcome: &Outcome, cause: Option<St
     let mut names = Names::default();
     let refusal = outcome.refusal.as_ref().map(|hit| refusal_record(hit, outcome, &mut names));
     let reason = outcome.refusal.as_ref().map_or(RefusalReason::None, |hit| reason(hit.reason));
-    let stage = if outcome.path == job.path { Stage::Input } else { stage(job.settings.mode) };
     let certificate = outcome.certificate.as_ref();
     let header = ResponseHeader {
         status: Status::Final.into(),
@@ -130,7 +131,7 @@ pub(in crate::daemon) fn answered(job: &Job, outcome: &Outcome, cause: Option<St
         termination: termination(outcome, cause).into(),
         refusal_reason: reason.into(),
         flags: if outcome.proved { ResponseFlags::PROVED } else { 0 },
-        stage: stage.into(),
+        stage: stage(outcome.stage).into(),
         length_before: outcome.length_before,
         length_after: outcome.length_after,
         lower_bound: outcome.lower_bound,

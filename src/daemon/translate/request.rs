@@ -7,22 +7,14 @@ use taut::store::Snapshot;
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{self, Code, NO_GROUP, RequestFlags, RequestView};
 
-/// The modes that are served, with their numbers.
-fn valid_modes() -> String {
-    let numbered = Mode::ALL.iter().enumerate();
-    numbered.map(|(number, mode)| format!("{} {number}", mode.name())).collect::<Vec<_>>().join(", ")
-}
-
-fn mode(mode: wire::Mode) -> Result<Mode, Refusal> {
+fn mode(mode: wire::Mode) -> Mode {
     match mode {
-        wire::Mode::Check => Ok(Mode::Check),
-        wire::Mode::Gradient => Ok(Mode::Gradient),
-        wire::Mode::RandomShortcut => Ok(Mode::RandomShortcut),
-        wire::Mode::PartialShortcut => Ok(Mode::PartialShortcut),
-        wire::Mode::Contact | wire::Mode::Hybrid => {
-            let text = format!("unknown mode {mode:?} ({}); valid: {}", u32::from(mode), valid_modes());
-            Err(Refusal::new(Code::MalformedRequest, text))
-        }
+        wire::Mode::Check => Mode::Check,
+        wire::Mode::Gradient => Mode::Gradient,
+        wire::Mode::RandomShortcut => Mode::RandomShortcut,
+        wire::Mode::PartialShortcut => Mode::PartialShortcut,
+        wire::Mode::Contact => Mode::Contact,
+        wire::Mode::Hybrid => Mode::Hybrid,
     }
 }
 
@@ -47,7 +39,7 @@ pub(in crate::daemon) fn settings_and_path(
     let path = path.ok_or_else(|| Refusal::new(Code::MalformedRequest, "the path is empty; it needs a waypoint"))?;
     let listed = |numbers: &[f64]| (!numbers.is_empty()).then(|| numbers.to_vec());
     let settings = Settings {
-        mode: mode(view.mode)?,
+        mode: mode(view.mode),
         seed: header.seed,
         clearance_m: if header.clearance_m == 0.0 { default_clearance_m } else { header.clearance_m },
         strict: header.flags & RequestFlags::STRICT != 0,

@@ -47,7 +47,7 @@ impl Case {
         let (mut gradient, mut step) = (vec![0.0; path.len()], vec![0.0; path.len()]);
         cost.gradient(path, &mut [0.0; JOINTS], &mut gradient);
         let count = quadratic.rows().len();
-        let part = Limits::new(&task).solve(&mut quadratic, count, &cost, path, &gradient, &mut step);
+        let part = Limits::new(&task, task.fixed).solve(&mut quadratic, count, &cost, path, &gradient, &mut step);
         (step, part, count)
     }
 

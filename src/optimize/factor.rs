@@ -1,0 +1,132 @@
+//! The Cholesky factor of a matrix that grows and shrinks by single lines.
+
+/// A line is dependent when its squared pivot is at most this part of its diagonal entry.
+const DEPENDENT: f64 = 1e-10;
+
+/// Lower triangle L of `M = L Lᵀ`, line after line.
+#[derive(Clone, Debug, Default)]
+pub struct Factor {
+    entries: Vec<f64>,
+    size: usize,
+}
+
+/// Where a line starts.
+fn line(index: usize) -> usize {
+    index * (index + 1) / 2
+}
+
+impl Factor {
+    /// Lines.
+    pub fn len(&self) -> usize {
+        self.size
+    }
+
+    /// Adds the line of M that starts with `column` and ends with `diagonal`, unless it depends on those before it:
+    /// the pivot tells. Says whether it did. O(m²).
+    pub fn append(&mut self, column: &[f64], diagonal: f64) -> bool {
+        let start = self.entries.len();
+        for (i, coupling) in column.iter().enumerate() {
+            let known: f64 = dot(&self.entries[line(i)..][..i], &self.entries[start..]);
+            let entry = (coupling - known) / self.entries[line(i) + i];
+            self.entries.push(entry);
+        }
+        let pivot = diagonal - self.entries[start..].iter().map(|entry| entry * entry).sum::<f64>();
+        let independent = diagonal > 0.0 && pivot > DEPENDENT * diagonal;
+        if independent {
+            self.entries.push(pivot.sqrt());
+            self.size += 1;
+        } else {
+            self.entries.truncate(start);
+        }
+        independent
+    }
+
+    /// Keeps the first `count` lines.
+    pub fn truncate(&mut self, count: usize) {
+        self.size = count.min(self.size);
+        self.entries.truncate(line(self.size));
+    }
+
+    /// Takes a line and its column out of M, by turning the lines below back into a triangle. O(m²).
+    pub fn remove(&mut self, index: usize) {
+        for below in index + 1..self.size {
+            // Line `below` moves up; its entry right of the new diagonal is turned away.
+            let (upper, lower) = (line(below) + below - 1, line(below) + below);
+            let (a, b) = (self.entries[upper], self.entries[lower]);
+            let length = a.hypot(b);
+            let (cosine, sine) = (a / length, b / length);
+            for row in below..self.size {
+                let at = line(row) + below - 1;
+                let (x, y) = (self.entries[at], self.entries[at + 1]);
+                self.entries[at] = cosine * x + sine * y;
+                self.entries[at + 1] = cosine * y - sine * x;
+            }
+        }
+        let mut end = line(index);
+        for row in index + 1..self.size {
+            self.entries.copy_within(line(row)..line(row) + row, end);
+            end += row;
+        }
+        self.size -= 1;
+        self.entries.truncate(end);
+    }
+
+    /// Solves `L Lᵀ x = b` in place.
+    pub fn solve(&self, x: &mut [f64]) {
+        let l = &self.entries;
+        for i in 0..x.len() {
+            let known = dot(&l[line(i)..][..i], &x[..i]);
+            x[i] = (x[i] - known) / l[line(i) + i];
+        }
+        for i in (0..x.len()).rev() {
+            x[i] /= l[line(i) + i];
+            let solved = x[i];
+            for (x, entry) in x[..i].iter_mut().zip(&l[line(i)..][..i]) {
+                *x -= entry * solved;
+            }
+        }
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A random positive definite matrix, dense.
+    fn matrix(seed: u64, size: usize) -> Vec<Vec<f64>> {
+        let mut random = fastrand::Rng::with_seed(seed);
+        let rows: Vec<Vec<f64>> = (0..size).map(|_| (0..size + 2).map(|_| random.f64() - 0.5).collect()).collect();
+        rows.iter().map(|a| rows.iter().map(|b| dot(a, b)).collect()).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_left_after_lines_are_removed_is_solved(seed: u64, size in 1usize..12, removals in 0usize..8) {
+            let m = matrix(seed, size);
+            let mut factor = Factor::default();
+            for i in 0..size {
+                prop_assert!(factor.append(&m[i][..i], m[i][i]));
+            }
+            let mut random = fastrand::Rng::with_seed(!seed);
+            let mut left: Vec<usize> = (0..size).collect();
+            for _ in 0..removals.min(size - 1) {
+                let index = random.usize(..left.len());
+                factor.remove(index);
+                left.remove(index);
+            }
+            let x: Vec<f64> = left.iter().map(|_| random.f64() - 0.5).collect();
+            let mut b: Vec<f64> =
+                left.iter().map(|&i| left.iter().zip(&x).map(|(&j, x)| m[i][j] * x).sum()).collect();
+            factor.solve(&mut b);
+            prop_assert_eq!(factor.len(), left.len());
+            for (found, x) in b.iter().zip(&x) {
+                prop_assert!((found - x).abs() < 1e-6, "{found} instead of {x}");
+            }
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! The best path so far, and what every optimizer needs to better it.
+
+use super::outcome::{Stage, StageShare, Termination};
+use super::task::{Improvement, SHORTER, Task};
+use crate::path::Path;
+use crate::validation::{SegmentsVerdict, Validator};
+
+/// One run on one task: optimizers change `path` only to paths that are proved and strictly shorter, or to the same
+/// motion with fewer waypoints.
+pub struct Progress<'r, 'm> {
+    /// What is asked.
+    pub task: &'r Task<'r>,
+    /// Proves.
+    pub validator: &'r mut Validator<'m>,
+    /// The best path so far, proved.
+    pub path: Path,
+    /// Its waypoints that must stay as they are, the first and the last among them.
+    pub fixed: Vec<bool>,
+    /// Its length.
+    pub length: f64,
+    /// Random choices of the whole run.
+    pub random: fastrand::Rng,
+    /// Trials so far.
+    pub iterations: u64,
+    /// Ends the run.
+    pub stop: &'r mut dyn FnMut() -> bool,
+    publish: &'r mut dyn FnMut(Improvement),
+    stage: Stage,
+    /// The stage that found the path.
+    pub found_by: Stage,
+    /// Work, length and iterations at the start of the present stage.
+    since: (u64, f64, u64),
+    shares: Vec<StageShare>,
+}
+
+impl<'r, 'm> Progress<'r, 'm> {
+    /// Starts from a proved path without equal neighbours but fixed ones.
+    pub fn new(
+        task: &'r Task<'r>,
+        path: Path,
+        validator: &'r mut Validator<'m>,
+        stop: &'r mut dyn FnMut() -> bool,
+        publish: &'r mut dyn FnMut(Improvement),
+    ) -> Self {
+        let length = task.length(path.as_flat(), &mut vec![0.0; task.space.nv()]);
+        Self {
+            task,
+            fixed: task.fixed.to_vec(),
+            length,
+            random: fastrand::Rng::with_seed(task.seed),
+            iterations: 0,
+            stop,
+            publish,
+            stage: Stage::Input,
+            found_by: Stage::Input,
+            since: (validator.work(), length, 0),
+            shares: Vec::new(),
+            validator,
+            path,
+        }
+    }
+
+    /// Why the run must end now, if it must.
+    pub fn must_end(&mut self) -> Option<Termination> {
+        if (self.stop)() {
+            return Some(Termination::Stopped);
+        }
+        (self.validator.work() >= self.task.work_budget).then_some(Termination::WorkBudget)
+    }
+
+    /// What follows counts for `stage`.
+    pub fn enter(&mut self, stage: Stage) {
+        let now = (self.validator.work(), self.length, self.iterations);
+        let (work, length, iterations) = self.since;
+        if self.stage != Stage::Input {
+            let known = self.shares.iter().position(|share| share.stage == self.stage);
+            let index = known.unwrap_or_else(|| {
+                self.shares.push(StageShare::new(self.stage));
+                self.shares.len() - 1
+            });
+            let share = &mut self.shares[index];
+            share.work += now.0 - work;
+            share.gain += length - now.1;
+            share.iterations += now.2 - iterations;
+        }
+        (self.stage, self.since) = (stage, now);
+    }
+
+    /// What each stage has done, in the order in which they first came.
+    pub fn shares(&mut self) -> Vec<StageShare> {
+        self.enter(Stage::Input);
+        std::mem::take(&mut self.shares)
+    }
+
+    /// Whether a length is strictly shorter than the path's.
+    pub fn is_shorter(&self, length: f64) -> bool {
+        length < self.length * (1.0 - SHORTER)
+    }
+
+    /// Proves consecutive segments of rows laid end to end.
+    pub fn prove(&mut self, rows: &[f64]) -> SegmentsVerdict {
+        let nq = self.path.nq();
+        let pairs = rows.chunks_exact(nq).zip(rows.chunks_exact(nq).skip(1));
+        self.validator.segments(pairs.map(|(from, to)| [from, to]), self.stop)
+    }
+
+    /// Puts `rows`, which are proved, in the place of the waypoints `range`, whose ends they repeat.
+    pub fn replace(&mut self, range: std::ops::Range<usize>, rows: &[f64]) {
+        let count = rows.len() / self.path.nq();
+        self.fixed.splice(range.start + 1..range.end - 1, std::iter::repeat_n(false, count - 2));
+        self.path.splice(range, rows);
+    }
+
+    /// Takes another path with the same waypoints fixed; it is proved and strictly shorter.
+    pub fn take(&mut self, path: &mut Path, length: f64) {
+        std::mem::swap(&mut self.path, path);
+        self.length = length;
+        self.publish();
+    }
+
+    /// Takes another path with other fixed waypoints; it is proved and strictly shorter.
+    pub fn adopt(&mut self, path: &Path, fixed: &[bool], length: f64) {
+        self.path.clone_from(path);
+        self.fixed.clear();
+        self.fixed.extend_from_slice(fixed);
+        self.length = length;
+        self.publish();
+    }
+
+    /// Tells of the path, which has become shorter.
+    pub fn publish(&mut self) {
+        self.found_by = self.stage;
+        let (path, length, iterations, stage) = (&self.path, self.length, self.iterations, self.stage);
+        let work = self.validator.work();
+        (self.publish)(Improvement { path, length, iterations, work, stage });
+    }
+}
