@@ -133,17 +133,17 @@ fn three_turns_given_unwrapped_stay_three_turns() {
         let unwrapped = Settings { unwrapped: true, ..ones(&model, mode) };
         let outcome = shorten(&model, &given, &unwrapped);
         assert!((outcome.length_after - 3.0 * TAU).abs() < 1e-6, "{mode:?}: {}", outcome.length_after);
-        // On the circle the same ends are one place, and every step is the short way.
-        let wrapped = shorten(&model, &given, &ones(&model, mode));
-        assert!(wrapped.length_after < 1e-6, "{mode:?}: {}", wrapped.length_after);
     }
+    // On the circle the same ends are one place; a pull alone does not unwind it, a shortcut does.
+    let wrapped = shorten(&model, &given, &ones(&model, Mode::Hybrid));
+    assert!(wrapped.length_after < 1e-6, "{}", wrapped.length_after);
 }
 
 /// A bar that has to turn on end to pass below a beam, and comes back level.
 #[test]
 fn a_floating_body_goes_round_what_is_in_its_way() {
     let bar = cuboid(Vec3::new(0.8, 0.05, 0.05), Vec3::ZERO);
-    let beam = cuboid(Vec3::new(0.1, 4.0, 0.4), Vec3::new(0.0, 0.0, 0.3));
+    let beam = cuboid(Vec3::new(0.1, 4.0, 0.6), Vec3::ZERO);
     let model = free_body(JointKind::Floating, bar, vec![beam]);
     let level = [0.0, 0.0, 0.0, 1.0];
     let turned = Quat::from_rotation_z(1.2).to_array();

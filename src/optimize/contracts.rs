@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
 
-use super::properties::{OPTIMIZERS, request};
+use super::properties::{OPTIMIZERS, cases, request};
 use super::{Outcome, Settings, Termination, Workspace, run};
 use crate::collision::CollisionModel;
 use crate::path::Path;
@@ -164,7 +164,7 @@ fn has_only_lines(model: &CollisionModel) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig::with_cases(cases()))]
 
     #[test]
     fn promises_hold_at_any_work_budget(seed: u64, mode in 0usize..5, budget in 1u64..200_000) {
@@ -237,5 +237,21 @@ proptest! {
             let closest = distances.map(|distance| (distance - contact.distance_m).abs()).fold(f64::INFINITY, f64::min);
             prop_assert!(closest < 1e-9, "{contact:?} is off by {closest}");
         }
+    }
+}
+
+#[test]
+fn hang_hunt() {
+    for (seed, last) in [(17_527_688_941_367_142_743_u64, 743), (9_776_730_716_190_796_179, 179)] {
+        let (model, path, settings) = request(seed, OPTIMIZERS[(seed % 5) as usize]).unwrap();
+        eprintln!("{:?} {} waypoints nv {} fixed {:?} moving {:?}", settings.mode, path.len(), model.robot().space().nv(), settings.fixed_waypoints, settings.moving);
+        let (tx, rx) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            let mut count = 0_u64;
+            let mut stop = || { count += 1; if count % 1000 == 0 || count > last { eprintln!("poll {count}"); } count > last };
+            let run = run(&model, &path, &settings, &mut Workspace::default(), &mut stop, &mut |_| {});
+            let _ = tx.send(run.is_ok());
+        });
+        eprintln!("{:?}", rx.recv_timeout(std::time::Duration::from_secs(10)));
     }
 }

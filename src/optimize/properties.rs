@@ -12,6 +12,11 @@ pub(super) const OPTIMIZERS: [Mode; 5] =
     [Mode::Gradient, Mode::RandomShortcut, Mode::PartialShortcut, Mode::Contact, Mode::Hybrid];
 const CLEARANCE_M: f64 = 1e-3;
 
+/// Random cases of each property; `TAUT_CASES` asks for more.
+pub(super) fn cases() -> u32 {
+    std::env::var("TAUT_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(60)
+}
+
 /// A random walk whose every segment is proved; `None` where the robot cannot start or move.
 fn walk(rng: &mut fastrand::Rng, model: &CollisionModel, waypoints: usize) -> Option<Path> {
     let robot = model.robot();
@@ -94,7 +99,7 @@ fn travel_of_still(model: &CollisionModel, path: &Path, moving: &[bool]) -> f64 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig::with_cases(cases()))]
 
     #[test]
     fn every_answer_is_proved_and_never_longer(seed: u64, mode in 0usize..5) {
