@@ -18,7 +18,7 @@ use super::outcome::{Stage, Termination};
 use super::progress::Progress;
 use super::rows::Row;
 use crate::path::Path;
-use crate::validation::{Hit, SegmentsVerdict};
+use crate::validation::{SegmentRefusal, SegmentsVerdict};
 
 /// Distance that half-spaces aim at, in floors: what is 1.5 floors clear is proved for certain.
 const AIMED_FLOORS: f64 = 2.0;
@@ -27,10 +27,19 @@ const AIMED_FLOORS: f64 = 2.0;
 const SHORTEST_SEGMENT: f64 = 1e-3;
 
 /// Trials from one path.
-const TRIALS: u32 = 16;
+const TRIALS: u32 = 24;
+
+/// Part of the step that is tried first, while the half-spaces are not known yet.
+const FIRST_PART: f64 = 0.5;
+
+/// The smallest part of a step that is tried.
+const SMALLEST_PART: f64 = 0.02;
 
 /// Trials refused in a row before less of the step is tried.
 const PATIENCE: u32 = 4;
+
+/// Looks for the place where a pair is last apart on its way to a refusal.
+const RAY_LOOKS: u32 = 6;
 
 /// Accepted paths for which a contact that does not push is kept.
 const IDLE: u32 = 3;
@@ -51,6 +60,13 @@ struct Place {
     row: Option<usize>,
     /// Accepted paths since it last pushed.
     idle: u32,
+}
+
+impl Place {
+    /// Whether two places are one as far as a half-space goes.
+    fn is_near(&self, other: &Self) -> bool {
+        self.pair == other.pair && self.segment == other.segment && (self.ratio - other.ratio).abs() < SAME_RATIO
+    }
 }
 
 /// What came of the trials from one path.
@@ -100,6 +116,10 @@ struct Descent<'s, 'r, 'm> {
     step: Vec<f64>,
     velocity: Vec<f64>,
     configuration: Vec<f64>,
+    refusals: Vec<SegmentRefusal>,
+    ends: [Vec<f64>; 2],
+    cutting: Vec<f64>,
+    cut_distance: f64,
     refinements: u32,
 }
 
@@ -114,12 +134,16 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             limits: Limits::new(task, &fixed),
             half_space: HalfSpace::new(task.model, task.space, task.held),
             places: Vec::new(),
-            part: 1.0,
+            part: FIRST_PART,
             trial: base.clone(),
             gradient: vec![0.0; size],
             step: vec![0.0; size],
             velocity: vec![0.0; task.space.nv()],
             configuration: vec![0.0; task.space.nq()],
+            refusals: Vec::new(),
+            ends: [vec![0.0; task.space.nq()], vec![0.0; task.space.nq()]],
+            cutting: Vec::new(),
+            cut_distance: 0.0,
             refinements: 0,
             base,
             fixed,
@@ -134,6 +158,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         self.cost = Cost::with_shortest(task.space, task.metric, rows, &self.fixed, task.moving, SHORTEST_SEGMENT);
         self.cost.gradient(rows, &mut self.velocity, &mut self.gradient);
         self.set.begin(&self.cost, &self.gradient);
+        self.limits.release();
         self.places.retain(|place| place.idle <= IDLE);
         for index in 0..self.places.len() {
             self.places[index].row = self.hold(self.places[index]);
@@ -144,7 +169,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
 
     /// Adds the half-space of a place of the present path.
     fn hold(&mut self, place: Place) -> Option<usize> {
-        self.interpolate(false, place.segment, place.ratio);
+        self.interpolate(place.segment, place.ratio);
         let floor = self.progress.validator.floors()[place.pair];
         let (distance, jacobian) = self.half_space.at(place.pair, &self.configuration)?;
         let right_hand_side = AIMED_FLOORS * floor - distance;
@@ -152,9 +177,9 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         self.set.push(&self.cost, row)
     }
 
-    /// `configuration` ← the one at a ratio of a segment of x₀, or of the trial.
-    fn interpolate(&mut self, of_trial: bool, segment: usize, ratio: f64) {
-        let path = if of_trial { &self.trial } else { &self.base };
+    /// `configuration` ← the one at a ratio of a segment of x₀.
+    fn interpolate(&mut self, segment: usize, ratio: f64) {
+        let path = &self.base;
         let space = self.progress.task.space;
         let (from, to) = (path.waypoint(segment), path.waypoint((segment + 1).min(path.len() - 1)));
         space.difference(to, from, &mut self.velocity);
@@ -164,17 +189,17 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     /// Tries steps from the present path until one is shorter and proved.
     fn pull(&mut self) -> Pulled {
         self.linearise();
+        self.update_step();
         let mut part = self.part;
         for trial in 1..=TRIALS {
             if let Some(termination) = self.progress.must_end() {
                 return Pulled::Ended(termination);
             }
             self.progress.iterations += 1;
-            self.update_step();
             let length = self.move_trial(part);
             if !self.progress.is_shorter(length) {
-                if part < 0.1 {
-                    return Pulled::Nothing;
+                if part < SMALLEST_PART {
+                    break;
                 }
                 part *= 0.5;
                 continue;
@@ -187,18 +212,33 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
                     self.part = (2.0 * part).min(1.0);
                     return Pulled::By(gain);
                 }
-                SegmentsVerdict::Refused(segment) => {
-                    if let Some(hit) = self.progress.validator.refusal() {
-                        self.learn(segment, &hit, part);
-                    }
+                SegmentsVerdict::Refused(_) => {
+                    let reach = self.learn_from_refusals(part);
                     if trial % PATIENCE == 0 {
-                        part *= 0.5;
+                        part = (0.95 * reach).clamp(0.25 * part, 0.9 * part);
+                    } else {
+                        self.update_step();
                     }
                 }
             }
         }
-        self.part = (0.5 * self.part).max(0.05);
+        self.part = (0.5 * self.part).max(SMALLEST_PART);
         Pulled::Nothing
+    }
+
+    /// Adds half-spaces for all that is refused of the trial x₀ ⊕ αp; returns the largest part of p at which none of
+    /// these pairs was seen to touch yet.
+    fn learn_from_refusals(&mut self, part: f64) -> f64 {
+        let mut refusals = std::mem::take(&mut self.refusals);
+        refusals.clear();
+        refusals.extend_from_slice(self.progress.validator.refusals(self.progress.stop));
+        let mut reach = part;
+        for &SegmentRefusal { pair, segment, t, .. } in &refusals {
+            let refused = Place { pair, segment, ratio: t, row: None, idle: 0 };
+            reach = reach.min(self.learn(refused, part));
+        }
+        self.refusals = refusals;
+        reach
     }
 
     /// p ← the minimum of the model under half-spaces and limits.
@@ -219,38 +259,75 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     /// x₁ ← x₀ ⊕ αp; returns its length.
     fn move_trial(&mut self, part: f64) -> f64 {
         let task = self.progress.task;
+        let part = part.min(self.limits.largest_part(self.base.as_flat(), &self.step));
         task.displace(&self.base, &self.fixed, &self.step, part, &mut self.trial);
         self.limits.settle(&self.base, &mut self.trial);
         task.length(self.trial.as_flat(), &mut self.velocity)
     }
 
     /// Adds a half-space for a refusal of the trial x₀ ⊕ αp.
-    fn learn(&mut self, segment: usize, hit: &Hit, part: f64) {
-        let same = |place: &&Place| {
-            place.pair == hit.pair && place.segment == segment && (place.ratio - hit.t).abs() < SAME_RATIO
-        };
-        let known = self.places.iter().find(same).and_then(|place| place.row);
-        let row = known.or_else(|| {
-            let place = Place { pair: hit.pair, segment, ratio: hit.t, row: None, idle: 0 };
-            let row = self.hold(place);
-            self.places.push(Place { row, ..place });
-            row
-        });
-        let Some(row) = row else { return };
-        let held = self.set.rows().get(row);
-        if known.is_none() && held.of_step(&self.step) < held.right_hand_side {
-            return;
+    fn learn(&mut self, refused: Place, part: f64) -> f64 {
+        if !self.places.iter().any(|place| place.is_near(&refused)) {
+            let row = self.hold(refused);
+            self.places.push(Place { row, ..refused });
+            if let Some(row) = row {
+                let held = self.set.rows().get(row);
+                if held.of_step(&self.step) < held.right_hand_side {
+                    return part;
+                }
+            }
         }
-        let mut jacobian = held.jacobian.to_vec();
-        let floor = self.progress.validator.floors()[hit.pair];
-        let missing = AIMED_FLOORS * floor - hit.contact.distance;
-        self.interpolate(true, segment, hit.t);
-        if let Some((_, of_trial)) = self.half_space.at(hit.pair, &self.configuration) {
-            jacobian.copy_from_slice(of_trial);
+        self.cut(&refused, part)
+    }
+
+    /// Adds a cutting plane where the pair, moving straight from x₀ towards the refused trial, is last seen apart.
+    fn cut(&mut self, refused: &Place, part: f64) -> f64 {
+        let &Place { pair, segment, ratio, .. } = refused;
+        let (mut apart, mut refused_at) = (0.0, part);
+        let mut tried = part;
+        for _ in 0..RAY_LOOKS {
+            self.place_on_ray(segment, ratio, tried);
+            match self.half_space.at(pair, &self.configuration) {
+                None => refused_at = tried,
+                Some((distance, jacobian)) => {
+                    apart = tried;
+                    self.cutting.clear();
+                    self.cutting.extend_from_slice(jacobian);
+                    self.cut_distance = distance;
+                    if tried == part {
+                        break;
+                    }
+                    let row = Row { segment, ratio, jacobian: &self.cutting, right_hand_side: 0.0 };
+                    let rate = row.of_step(&self.step);
+                    let reached = apart - distance / rate;
+                    if rate < 0.0 && reached < refused_at && reached - apart > 0.1 * (refused_at - apart) {
+                        tried = 0.1 * apart + 0.9 * reached;
+                        continue;
+                    }
+                }
+            }
+            tried = 0.5 * (apart + refused_at);
         }
-        let mut cut = Row { segment, ratio: hit.t, jacobian: &jacobian, right_hand_side: 0.0 };
-        cut.right_hand_side = part * cut.of_step(&self.step) + missing;
+        if apart == 0.0 {
+            return 0.0;
+        }
+        let floor = self.progress.validator.floors()[pair];
+        let mut cut = Row { segment, ratio, jacobian: &self.cutting, right_hand_side: 0.0 };
+        cut.right_hand_side = apart * cut.of_step(&self.step) + AIMED_FLOORS * floor - self.cut_distance;
         self.set.push(&self.cost, cut);
+        apart
+    }
+
+    /// `configuration` ← the one at a ratio of a segment of x₀ ⊕ αp.
+    fn place_on_ray(&mut self, segment: usize, ratio: f64, part: f64) {
+        let (space, nv) = (self.progress.task.space, self.velocity.len());
+        for side in 0..2 {
+            let waypoint = (segment + side).min(self.base.len() - 1);
+            let step = &self.step[waypoint * nv..(waypoint + 1) * nv];
+            space.integrate(self.base.waypoint(waypoint), step, part, &mut self.ends[side]);
+        }
+        space.difference(&self.ends[1], &self.ends[0], &mut self.velocity);
+        space.integrate(&self.ends[0], &self.velocity, ratio, &mut self.configuration);
     }
 
     fn accept(&mut self, length: f64) {

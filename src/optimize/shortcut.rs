@@ -98,7 +98,7 @@ pub fn skip(progress: &mut Progress) -> Option<Termination> {
     if search.moving.len() < search.progress.task.space.components().len() {
         return None; // A straight line would move what may not move otherwise than before.
     }
-    let mut stride = search.progress.path.len() - 1;
+    let mut stride = (search.progress.path.len() - 1) * 2 / 3;
     while stride >= 2 {
         let mut from = 0;
         while from + stride < search.progress.path.len() {
@@ -109,7 +109,7 @@ pub fn skip(progress: &mut Progress) -> Option<Termination> {
             if search.leave_out(from + 1..from + stride) {
                 search.progress.publish();
             }
-            from += 1.max(stride / 2);
+            from += stride;
         }
         stride = (stride - 1).min(stride * 2 / 3);
     }
