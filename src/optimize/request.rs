@@ -94,11 +94,11 @@ fn answer(
 ) -> Answer {
     let mut answer = Answer::unproved(&input.path);
     let mut restored = Restorer::new(path, input);
+    let mut publish = |improvement: Improvement| restored.publish(&improvement, publish);
     match prove_input(validator, &input.path, settings, stop) {
         PathVerdict::Stopped => answer.termination = Termination::Stopped,
         PathVerdict::Proved(proofs) => {
-            let mut publish = |improvement: Improvement| restored.publish(&improvement, publish);
-            answer.optimize(validator, settings, input, stop, &mut publish);
+            answer.optimize(validator, settings, input, true, stop, &mut publish);
             // Asked again of the validator, which remembers what it proved: the certificate gets its claims,
             // and an answer never rests on an optimizer's bookkeeping.
             answer.proofs = if answer.path == input.path { Some(proofs) } else { proved(validator, &answer.path) };
@@ -107,9 +107,9 @@ fn answer(
         PathVerdict::Refused { segment, hit } => {
             answer.refusal = Some(refusal(validator, &input.path, segment, &hit));
             if hit.reason != HitReason::Collision && !settings.strict && settings.mode != Mode::Check {
-                // Not provable, but nowhere found colliding: optimized all the same. Nothing is published,
-                // and the result counts only if all of it is proved.
-                answer.optimize(validator, settings, input, stop, &mut |_| {});
+                // Not provable, but nowhere found colliding: optimized all the same. The result counts only if all
+                // of it is proved.
+                answer.optimize(validator, settings, input, false, stop, &mut publish);
                 answer.proofs = proved(validator, &answer.path);
                 match answer.proofs {
                     Some(_) => answer.refusal = None,
@@ -157,6 +157,7 @@ impl Answer {
         validator: &mut Validator,
         settings: &Settings,
         input: &Input,
+        is_proved: bool,
         stop: &mut dyn FnMut() -> bool,
         publish: &mut dyn FnMut(Improvement),
     ) {
@@ -179,7 +180,7 @@ impl Answer {
             Mode::Contact => contact::optimize,
             Mode::Hybrid => hybrid::optimize,
         };
-        let mut progress = Progress::new(&task, self.path.clone(), validator, stop, publish);
+        let mut progress = Progress::new(&task, self.path.clone(), is_proved, validator, stop, publish);
         self.termination = optimizer(&mut progress);
         self.iterations = progress.iterations;
         self.stage = progress.found_by;
