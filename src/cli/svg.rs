@@ -70,6 +70,12 @@ impl Svg {
         self.element("circle", &[("class", &class), ("cx", &number(x)), ("cy", &number(y)), ("r", &radius)]);
     }
 
+    /// A dot with a name that a pointer over it shows.
+    pub(super) fn titled_dot(&mut self, [x, y]: Point, radius: f64, class: &str, title: &str) {
+        self.start("circle", &[("class", &class), ("cx", &number(x)), ("cy", &number(y)), ("r", &radius)]);
+        let _ = writeln!(self.text, "><title>{}</title></circle>", escaped(title));
+    }
+
     /// The whole picture.
     pub(super) fn finish(mut self) -> String {
         while !self.open.is_empty() {
