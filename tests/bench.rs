@@ -33,7 +33,7 @@ fn family() -> tempfile::TempDir {
         if let Some(srdf) = problem["robot"]["srdf"].as_str() {
             problem["robot"]["srdf"] = Value::from(config(&format!("problems/{srdf}")));
         }
-        let length = common_length(&format!("problems/{name}.json"));
+        let length = input_length(&format!("problems/{name}.json"));
         problem["peers"] = serde_json::json!({
             "short/one": { "length": 0.01 * length, "cpu_s": 0.5, "honest": false },
             "same/path": { "length": length, "cpu_s": 0.002, "honest": true, "path": rows },
@@ -47,7 +47,7 @@ fn family() -> tempfile::TempDir {
 }
 
 /// Length of a shipped problem's path in its own metric.
-fn common_length(problem: &str) -> f64 {
+fn input_length(problem: &str) -> f64 {
     let run = Command::new(env!("CARGO_BIN_EXE_taut"))
         .args(["check", &config(problem), "--local", "--format", "json"])
         .output()
@@ -60,7 +60,7 @@ fn every_curve_falls_from_the_input_to_the_answer() {
     let folder = tempfile::tempdir().unwrap();
     let picture = folder.path().join("curves.svg");
     let budgets = ["--at", "0us,1ms,1000s", "--repeat", "2", "--svg", picture.to_str().unwrap()];
-    let run = bench(&[&[config("problems").as_str(), "--format", "json", "--filter", "o"], &budgets[..]].concat());
+    let run = bench(&[&[config("problems").as_str(), "--format", "json"], &budgets[..]].concat());
     assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
     let report = run.json();
     assert!(number(&report["calibration_s"]) > 0.0);
@@ -86,6 +86,11 @@ fn every_curve_falls_from_the_input_to_the_answer() {
         assert_eq!((number(&answer["runs"]), answer["path_hash"].as_str().unwrap().len()), (2.0, 16), "{what}");
         assert!(number(&answer["idle_travel"]) <= number(&answer["idle_travel_before"]) + 1e-9, "{what}");
         improvements += curve.len() - 1;
+        // The base ends where it starts; its planner sent it around.
+        if row["name"] == "exchange_arms" && mode == "gradient" {
+            let [before, after] = ["idle_travel_before", "idle_travel"].map(|name| number(&answer[name]));
+            assert!(before > 2.0 && after < 0.2 * before, "{before} → {after}");
+        }
     }
     assert!(improvements > 10);
     let modes = report["sets"][0]["modes"].as_object().unwrap();

@@ -10,7 +10,7 @@ use super::statistics::median;
 use crate::cli::run::thread_cpu;
 
 const TABLE: usize = 4096;
-const ROUNDS: u32 = 1_000_000;
+const ROUNDS: u32 = 1_500_000;
 const RUNS: usize = 5;
 
 /// CPU time of the kernel on this machine, now: the median of five (s).

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use taut::files::FileError;
 use taut::path::Path;
 
 use crate::cli::error::CliError;
@@ -39,8 +40,10 @@ impl<'a> From<'a> {
         let columns = loaded.robot.space().nq();
         let whole = rows.iter().all(|row| row.len() == columns);
         let path = Path::from_rows(columns, rows.concat()).filter(|_| whole);
-        let text = || format!("{}: the path of {} is not rows of {columns} numbers", loaded.name, self.peer);
-        loaded.path = path.ok_or_else(|| CliError::Usage(text()))?;
+        loaded.path = path.ok_or_else(|| FileError::Content {
+            file: loaded.name.clone().into(),
+            text: format!("the path of {} is not rows of {columns} numbers", self.peer),
+        })?;
         Ok(true)
     }
 

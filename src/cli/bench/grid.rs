@@ -7,7 +7,7 @@ const GAP: &str = "  ";
 
 /// Lines of cells.
 pub(super) struct Grid {
-    /// `<` or `>` for each column; further columns are to the right.
+    /// `<` or `>` for each column; the last is for all further ones too.
     sides: &'static str,
     lines: Vec<Vec<String>>,
 }
@@ -36,7 +36,7 @@ impl Grid {
             for (column, (cell, width)) in line.iter().zip(&widths).enumerate() {
                 let gap = if column == 0 { "" } else { GAP };
                 // Writing to a string cannot fail.
-                let _ = match self.sides.as_bytes().get(column) {
+                let _ = match self.sides.as_bytes().get(column).or(self.sides.as_bytes().last()) {
                     Some(b'<') => write!(out, "{gap}{cell:<width$}"),
                     _ => write!(out, "{gap}{cell:>width$}"),
                 };

@@ -1,5 +1,7 @@
 //! Runs one problem in every mode, several times, and puts down what came of it.
 
+use std::collections::BTreeMap;
+
 use taut::collision::CollisionModel;
 use taut::files::Peer;
 use taut::optimize::{Mode, Settings, Workspace};
@@ -8,7 +10,7 @@ use super::Arguments;
 use super::curve::{Curve, ratio};
 use super::idle::Idle;
 use super::meshes;
-use super::repeats::{self, Repeat};
+use super::repeats::{self, Combined, Repeat};
 use super::row::{Figures, PeerFigures, Row};
 use crate::cli::error::CliError;
 use crate::cli::load::Loaded;
@@ -104,35 +106,39 @@ impl Runs {
             None => repeats::alike(&self.repeats)?,
             Some(_) => repeats::middle(&self.repeats),
         };
-        let hash = self.repeats[combined.run].hash;
         let timed = self.timed.swap_remove(combined.run);
-        let space = match arguments.rules.unwrapped {
-            true => loaded.robot.space().unwrapped(),
-            false => loaded.robot.space().clone(),
-        };
-        let (idle, outcome) = (Idle::of(&space, &loaded.path), &timed.outcome);
-        let figures = Figures {
-            proved: outcome.proved,
-            code: timed.code.name(),
-            ratio: ratio(outcome.length_after, outcome.length_before),
-            length: outcome.length_after,
-            runs: self.repeats.len(),
-            cpu_s: combined.cpu_s,
-            time_s: combined.time_s,
-            first_improvement_s: combined.curve.first_s(),
-            ratio_at: arguments.at.iter().map(|budget| combined.curve.remaining(budget.as_secs_f64())).collect(),
-            curve: combined.curve,
-            over_best_honest_peer: Default::default(),
-            idle_travel_before: idle.travel(&loaded.path),
-            idle_travel: idle.travel(&outcome.path),
-            path_hash: format!("{hash:016x}"),
-            floor_m: outcome.floor_m,
-            floors_lowered: outcome.floors_lowered.len(),
-            iterations: outcome.iterations,
-            work: outcome.work,
-            termination: termination_name(outcome.termination),
-            refusal: outcome.refusal.is_some().then(|| verdict(&timed)),
-        };
+        let figures = figures(arguments, loaded, &timed, combined);
         Ok((timed, figures))
+    }
+}
+
+fn figures(arguments: &Arguments, loaded: &Loaded, timed: &Timed, combined: Combined) -> Figures {
+    let outcome = &timed.outcome;
+    let space = match arguments.rules.unwrapped {
+        true => loaded.robot.space().unwrapped(),
+        false => loaded.robot.space().clone(),
+    };
+    let idle = Idle::of(&space, &loaded.path);
+    Figures {
+        proved: outcome.proved,
+        code: timed.code.name(),
+        ratio: ratio(outcome.length_after, outcome.length_before),
+        length: outcome.length_after,
+        runs: combined.runs,
+        cpu_s: combined.cpu_s,
+        time_s: combined.time_s,
+        first_improvement_s: combined.curve.first_s(),
+        ratio_at: arguments.at.iter().map(|budget| combined.curve.remaining(budget.as_secs_f64())).collect(),
+        curve: combined.curve,
+        over_best_honest_peer: BTreeMap::new(),
+        idle_travel_before: idle.travel(&loaded.path),
+        idle_travel: idle.travel(&outcome.path),
+        path_hash: format!("{:016x}", timed.outcome.path.hash()),
+        floor_m: outcome.floor_m,
+        floors_lowered: outcome.floors_lowered.len(),
+        iterations: outcome.iterations,
+        work: outcome.work,
+        termination: termination_name(outcome.termination),
+        refusal: outcome.refusal.is_some().then(|| verdict(timed)),
     }
 }

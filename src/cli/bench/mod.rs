@@ -9,7 +9,9 @@ mod grid;
 mod idle;
 mod measure;
 mod meshes;
+mod mode_summary;
 mod moment;
+mod peer_summary;
 mod pooled;
 mod problems;
 mod repeats;
@@ -19,6 +21,8 @@ mod sections;
 mod statistics;
 mod summary;
 mod table;
+#[cfg(test)]
+mod tests;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

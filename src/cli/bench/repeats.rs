@@ -21,6 +21,8 @@ pub(super) struct Repeat {
 pub(super) struct Combined {
     /// The run whose answer it is.
     pub run: usize,
+    /// Number of runs.
+    pub runs: usize,
     /// Its lengths over time.
     pub curve: Curve,
     /// CPU time (s).
@@ -48,6 +50,7 @@ pub(super) fn alike(repeats: &[Repeat]) -> Result<Combined, String> {
     let of = |value: &dyn Fn(&Repeat) -> f64| median(repeats.iter().map(value)).unwrap_or_default();
     Ok(Combined {
         run: 0,
+        runs: repeats.len(),
         curve: first.curve.at_times(|step| of(&|repeat| repeat.curve.time_s(step))),
         cpu_s: of(&|repeat| repeat.cpu_s),
         time_s: of(&|repeat| repeat.time_s),
@@ -61,7 +64,7 @@ pub(super) fn middle(repeats: &[Repeat]) -> Combined {
     order.sort_by(|&a, &b| remaining(a).total_cmp(&remaining(b)));
     let run = order[(order.len() - 1) / 2];
     let Repeat { curve, cpu_s, time_s, .. } = repeats[run].clone();
-    Combined { run, curve, cpu_s, time_s }
+    Combined { run, runs: repeats.len(), curve, cpu_s, time_s }
 }
 
 #[cfg(test)]
@@ -83,7 +86,7 @@ mod tests {
         ];
         let combined = alike(&runs).unwrap();
         assert_eq!(combined.curve, repeat(7, &[(0.2, 3.0), (0.5, 2.0)], 0.0).curve);
-        assert_eq!((combined.run, combined.cpu_s, combined.time_s), (0, 2.0, 4.0));
+        assert_eq!((combined.run, combined.runs, combined.cpu_s, combined.time_s), (0, 3, 2.0, 4.0));
     }
 
     #[test]

@@ -3,10 +3,12 @@
 use std::fmt::Write;
 
 use super::grid::Grid;
+use super::mode_summary::ModeSummary;
 use super::moment::{AGAINST_ANY, AGAINST_BEST};
+use super::peer_summary::PeerSummary;
 use super::report::Report;
 use super::statistics::Tally;
-use super::summary::{PeerSummary, Summary};
+use super::summary::Summary;
 use crate::cli::report::time;
 
 /// One set of a report.
@@ -47,7 +49,7 @@ impl Sections<'_> {
     }
 
     fn lengths(&self, text: &mut String) {
-        let mut grid = Grid::new("<");
+        let mut grid = Grid::new("<>");
         let budgets = self.budgets().flat_map(|budget| [budget, "mean".to_owned()]);
         let head = ["remaining length: median, mean", "proved", "first", "cpu"].map(str::to_owned);
         grid.line(head.into_iter().chain(budgets));
@@ -63,7 +65,7 @@ impl Sections<'_> {
     }
 
     fn above(&self, text: &mut String) {
-        let mut grid = Grid::new("<");
+        let mut grid = Grid::new("<>");
         let budgets = self.budgets().flat_map(|budget| [budget, "paths".to_owned()]);
         grid.line(["above the best other mode: of medians, of paths %".to_owned()].into_iter().chain(budgets));
         for (mode, figures) in self.modes() {
@@ -76,7 +78,7 @@ impl Sections<'_> {
     }
 
     fn shortened(&self, text: &mut String) {
-        let mut grid = Grid::new("<");
+        let mut grid = Grid::new("<>");
         grid.line(["shortened by, of those proved", "proved", "median", "mean"]);
         for (mode, figures) in self.modes() {
             let percent = |remains: f64| format!("{:.1} %", 100.0 * (1.0 - remains));
@@ -88,7 +90,7 @@ impl Sections<'_> {
     }
 
     fn best(&self, text: &mut String) {
-        let mut grid = Grid::new("<<>><");
+        let mut grid = Grid::new("<<>><>");
         grid.line(["ours ÷ best honest peer of each path", "", "median", "worst", "", "won", "tied", "lost"]);
         for (mode, figures) in self.modes() {
             for moment in AGAINST_BEST {
@@ -110,7 +112,7 @@ impl Sections<'_> {
         if peers.is_empty() && best_honest_peer.is_none() {
             return;
         }
-        let mut grid = Grid::new("<");
+        let mut grid = Grid::new("<>");
         let modes = self.modes().flat_map(|(mode, _)| [mode.to_owned(), String::new()]);
         let moments = self.modes().flat_map(|_| AGAINST_ANY.map(|moment| moment.text().to_owned()));
         grid.line(["ours against peers: won/tied/lost", "", "", "", ""].map(str::to_owned).into_iter().chain(modes));
@@ -142,7 +144,7 @@ impl Sections<'_> {
 
     fn meshes(&self, text: &mut String) {
         let Some(meshes) = &self.summary.mesh_check else { return };
-        let mut grid = Grid::new("<");
+        let mut grid = Grid::new("<>");
         grid.line(["colliding with the exact meshes", "paths", "of"]);
         let recorded = meshes.recorded.iter().map(|(name, share)| (format!("recorded: {name}"), share));
         let ours = meshes.ours.iter().map(|(mode, share)| (format!("ours, proved: {mode}"), share));
@@ -169,7 +171,7 @@ impl Sections<'_> {
     }
 
     /// Modes with figures, in the order asked for.
-    fn modes(&self) -> impl Iterator<Item = (&'static str, &super::summary::ModeSummary)> {
+    fn modes(&self) -> impl Iterator<Item = (&'static str, &ModeSummary)> {
         let summaries = &self.summary.modes;
         self.report.modes.iter().filter_map(|mode| Some((*mode, summaries.get(mode)?)))
     }

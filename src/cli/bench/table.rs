@@ -36,7 +36,7 @@ impl Report {
     }
 
     fn rows(&self, text: &mut String) {
-        let mut grid = Grid::new("<<<<<<<<<<<<<<");
+        let mut grid = Grid::new("<");
         let modes = self.modes.iter().map(|mode| (*mode).to_owned());
         grid.line(["problem".to_owned()].into_iter().chain(modes).chain(["best honest peer".to_owned()]));
         for row in &self.rows {

@@ -60,27 +60,32 @@ impl Axes {
         svg.element("rect", &[("class", &"plot"), ("x", &left), ("y", &top), ("width", &width), ("height", &height)]);
         for decade in self.decades[0]..=self.decades[1] {
             let x = self.x(10_f64.powi(decade));
-            svg.line(&[[x, top], [x, bottom]], "grid", "");
+            rule(svg, "grid", [x, top], [x, bottom]);
             svg.label([x, bottom + 17.0], "small middle", &decade_name(decade));
         }
         let step = step(self.lengths[1] - self.lengths[0]);
         let mut tick = (self.lengths[0] / step).ceil();
         while tick * step <= self.lengths[1] {
             let y = self.y(tick * step);
-            svg.line(&[[left, y], [right, y]], "grid", "");
+            rule(svg, "grid", [left, y], [right, y]);
             svg.label([left - 8.0, y + 4.0], "small right", &format!("{:.2}", tick * step));
             tick += 1.0;
         }
-        svg.line(&[[left, top], [left, bottom], [right, bottom]], "axis", "");
+        rule(svg, "axis", [left, top], [left, bottom]);
+        rule(svg, "axis", [left, bottom], [right, bottom]);
         svg.label([(left + right) / 2.0, bottom + 36.0], "small middle", "time on the clock; of peers, CPU");
     }
 }
 
-/// Distance of the lines of a grid: 1, 2 or 5 of a power of ten, some five of them.
+fn rule(svg: &mut Svg, class: &str, from: Point, to: Point) {
+    svg.element("line", &[("class", &class), ("x1", &from[0]), ("y1", &from[1]), ("x2", &to[0]), ("y2", &to[1])]);
+}
+
+/// Distance of the lines of a grid: 1, 2, 2.5 or 5 of a power of ten, some five of them.
 fn step(range: f64) -> f64 {
     let rough = range / 5.0;
     let power = 10_f64.powf(rough.log10().floor());
-    let round = [1.0, 2.0, 5.0, 10.0].into_iter().find(|round| round * power >= rough).unwrap_or(10.0);
+    let round = [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().find(|round| round * power >= rough).unwrap_or(10.0);
     round * power
 }
 

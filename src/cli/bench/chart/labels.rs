@@ -2,10 +2,10 @@
 
 use crate::cli::svg::Point;
 
-/// Size of a letter, about [px].
-const LETTER: [f64; 2] = [5.9, 12.0];
+/// Height of a name [px].
+const HEIGHT: f64 = 12.0;
 /// From a dot to its name, and further where there is no room [px].
-const DISTANCES: [f64; 6] = [8.0, 18.0, 30.0, 44.0, 60.0, 80.0];
+const DISTANCES: [f64; 6] = [8.0, 16.0, 28.0, 42.0, 58.0, 76.0];
 /// Directions that a name is looked for in, to the right first.
 const DIRECTIONS: [Point; 8] =
     [[1.0, 0.0], [1.0, -0.7], [1.0, 0.7], [-1.0, 0.0], [-1.0, -0.7], [-1.0, 0.7], [0.2, -1.0], [0.2, 1.0]];
@@ -37,9 +37,9 @@ impl Room {
         Self { plot, taken: dots.iter().map(around).collect(), lines }
     }
 
-    /// The best place for a name, which is then taken; `None` where there is no room.
-    pub(super) fn place(&mut self, dot: Point, name: &str) -> Option<Place> {
-        let size = [LETTER[0] * name.chars().count() as f64, LETTER[1]];
+    /// The best place for a name so many pixels wide, which is then taken; `None` where there is no room.
+    pub(super) fn place(&mut self, dot: Point, width: f64) -> Option<Place> {
+        let size = [width, HEIGHT];
         let places = DISTANCES.iter().flat_map(|distance| DIRECTIONS.map(|direction| (*distance, direction)));
         let candidates = places.map(|(distance, direction)| (distance, area(dot, distance, direction, size)));
         let free = candidates.filter(|(_, area)| self.is_free(area));
@@ -83,12 +83,12 @@ mod tests {
     fn names_of_near_dots_do_not_cover_each_other() {
         let dots = [[50.0, 50.0], [52.0, 51.0], [54.0, 50.0]];
         let mut room = Room::new([0.0, 0.0, 300.0, 100.0], &dots, Vec::new());
-        let places: Vec<Place> = dots.iter().filter_map(|dot| room.place(*dot, "a name")).collect();
+        let places: Vec<Place> = dots.iter().filter_map(|dot| room.place(*dot, 40.0)).collect();
         assert_eq!(places.len(), 3);
         let taken = &room.taken;
         let pairs = (0..taken.len()).flat_map(|a| (a + 1..taken.len()).map(move |b| (a, b)));
         // The dots themselves may.
         assert!(pairs.filter(|(_, b)| *b >= dots.len()).all(|(a, b)| !overlap(&taken[a], &taken[b])));
-        assert_eq!(room.place([299.0, 50.0], &"a long name ".repeat(20)), None);
+        assert_eq!(room.place([299.0, 50.0], 400.0), None);
     }
 }

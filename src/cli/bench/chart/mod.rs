@@ -21,6 +21,7 @@ text { font-family: system-ui, 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', sans
 .peer { fill: #5d636d } .doubtful { fill: #ffffff; stroke: #5d636d; stroke-width: 1.3 }
 .best { fill: #c2185b; stroke: #ffffff; stroke-width: 1.2 } .best-line { fill: none; stroke: #c2185b; stroke-opacity: 0.45; stroke-width: 1; stroke-dasharray: 6 4 }
 .peer-name { font-size: 10.5px; fill: #5d636d } .best-name { font-size: 11.5px; font-weight: 600; fill: #c2185b }
+.peer-name, .best-name { paint-order: stroke; stroke: #fbfaf7; stroke-width: 3px; stroke-linejoin: round }
 .leader { fill: none; stroke: #a9adb4; stroke-width: 0.8 }
 .m0 { stroke: #0072b2 } .m1 { stroke: #e69f00 } .m2 { stroke: #009e73 } .m3 { stroke: #d55e00 }
 .m4 { stroke: #7b3fa0 } .m5 { stroke: #56b4e9 } .m6 { stroke: #4d4d4d }

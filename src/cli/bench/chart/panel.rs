@@ -1,9 +1,10 @@
 //! One set: a line for each mode, a dot for each peer.
 
+use super::super::peer_summary::PeerSummary;
 use super::super::report::Report;
 use super::super::row::{Figures, Row};
 use super::super::statistics::mean;
-use super::super::summary::{PeerSummary, Summary};
+use super::super::summary::Summary;
 use super::axes::Axes;
 use super::labels::Room;
 use super::mode_class;
@@ -64,12 +65,12 @@ impl<'a> Panel<'a> {
         };
         let geometry = self.rows.iter().find(|row| !row.geometry.is_empty()).map_or("", |row| row.geometry);
         let robot = if geometry == "spheres" { ", robot as spheres" } else { "" };
-        let medians = self.modes.iter().filter_map(|(_, mode)| {
+        let ends = self.modes.iter().filter_map(|(_, mode)| {
             let figures = self.summary.modes.get(mode)?;
-            Some(format!("{mode} {:.3} in {}", figures.ratio_mean, time(figures.cpu_s)))
+            Some(format!("{mode} {:.3}", figures.ratio_mean))
         });
-        let medians: Vec<String> = medians.collect();
-        format!("{paths}{robot}; {}", medians.join(", "))
+        let ends: Vec<String> = ends.collect();
+        format!("{paths}{robot}; at the end {}", ends.join(", "))
     }
 
     /// The mean of a mode's curves, drawn while any of its runs goes on, and thin from there; gives its points.
@@ -116,7 +117,9 @@ impl<'a> Panel<'a> {
 }
 
 fn name_beside(svg: &mut Svg, room: &mut Room, dot: Point, name: &str, class: &str) {
-    let Some(place) = room.place(dot, name) else { return };
+    // Widths of letters, on the safe side: what draws the picture has fonts of its own.
+    let letter = if class == "best-name" { 7.4 } else { 6.3 };
+    let Some(place) = room.place(dot, letter * name.chars().count() as f64) else { return };
     if let Some(end) = place.leader {
         svg.line(&[dot, end], "leader", name);
     }
