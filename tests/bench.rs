@@ -139,6 +139,19 @@ fn peers_are_compared_by_path_by_set_and_by_family() {
 }
 
 #[test]
+fn under_a_deadline_runs_may_differ_and_one_of_them_counts() {
+    let arguments = ["--deadline", "2ms", "--repeat", "3", "--filter", "arm_", "--format", "json"];
+    let run = bench(&[&[config("problems").as_str()], &arguments[..]].concat());
+    assert_eq!(run.exit, 0, "{}", run.err);
+    let report = run.json();
+    assert_eq!(number(&report["deadline_s"]), 2e-3);
+    for answer in list(&report["rows"]).iter().flat_map(|row| row["answers"].as_object().unwrap().values()) {
+        assert_eq!(number(&answer["runs"]), 3.0);
+        assert_eq!(list(&answer["curve"]).last().unwrap()[1], answer["length"]);
+    }
+}
+
+#[test]
 fn a_peers_path_can_take_the_planners_place() {
     let folder = family();
     let folder = folder.path().to_str().unwrap();

@@ -14,7 +14,6 @@ pub(super) struct From<'a> {
     peer: &'a str,
     /// Peers of the problems seen that have a path.
     valid: BTreeSet<String>,
-    taken: usize,
     /// Problems without a path of this peer.
     pub skipped: usize,
 }
@@ -22,7 +21,7 @@ pub(super) struct From<'a> {
 impl<'a> From<'a> {
     /// Nothing seen yet.
     pub(super) fn new(peer: &'a str) -> Self {
-        Self { peer, valid: BTreeSet::new(), taken: 0, skipped: 0 }
+        Self { peer, valid: BTreeSet::new(), skipped: 0 }
     }
 
     /// Puts the peer's path in the place of the problem's; false where none is recorded.
@@ -36,7 +35,6 @@ impl<'a> From<'a> {
             self.skipped += 1;
             return Ok(false);
         };
-        self.taken += 1;
         let columns = loaded.robot.space().nq();
         let whole = rows.iter().all(|row| row.len() == columns);
         let path = Path::from_rows(columns, rows.concat()).filter(|_| whole);
@@ -47,15 +45,10 @@ impl<'a> From<'a> {
         Ok(true)
     }
 
-    /// # Errors
-    /// A name that no problem has a path of, with those that they have.
-    pub(super) fn finish(&self) -> Result<(), CliError> {
-        if self.taken > 0 {
-            return Ok(());
-        }
+    /// What is wrong where no problem has a path of this name.
+    pub(super) fn unknown(&self) -> CliError {
         let valid: Vec<&str> = self.valid.iter().map(String::as_str).collect();
         let valid = if valid.is_empty() { "none".to_owned() } else { valid.join(", ") };
-        let text = format!("--from {:?}: no problem has a path of that name; valid: {valid}", self.peer);
-        Err(CliError::Usage(text))
+        CliError::Usage(format!("--from {:?}: no problem has a path of that name; valid: {valid}", self.peer))
     }
 }

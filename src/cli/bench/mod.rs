@@ -147,8 +147,10 @@ fn measure(arguments: &Arguments, files: &[PathBuf], mut from: Option<&mut From>
         bar.inc(1);
     }
     bar.finish_and_clear();
-    from.map_or(Ok(()), |from| from.finish())?;
-    Ok(rows)
+    match from {
+        Some(from) if rows.is_empty() => Err(from.unknown()),
+        _ => Ok(rows),
+    }
 }
 
 /// Measures the check on every problem.

@@ -145,11 +145,12 @@ impl Sections<'_> {
     fn meshes(&self, text: &mut String) {
         let Some(meshes) = &self.summary.mesh_check else { return };
         let mut grid = Grid::new("<>");
-        grid.line(["colliding with the exact meshes", "paths", "of"]);
+        grid.line(["colliding with the exact meshes", "paths", "of", "%"]);
         let recorded = meshes.recorded.iter().map(|(name, share)| (format!("recorded: {name}"), share));
         let ours = meshes.ours.iter().map(|(mode, share)| (format!("ours, proved: {mode}"), share));
         for (name, share) in recorded.chain(ours) {
-            grid.line([name, share.collide.to_string(), share.of.to_string()]);
+            let percent = format!("{:.1}", 100.0 * share.collide as f64 / share.of.max(1) as f64);
+            grid.line([name, share.collide.to_string(), share.of.to_string(), percent]);
         }
         section(&grid, text);
     }

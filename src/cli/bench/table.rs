@@ -23,7 +23,8 @@ impl Report {
     fn head(&self) -> String {
         let given = match &self.from {
             None => "the planner's path".to_owned(),
-            Some(peer) => format!("the path of {peer} ({} problems have none and are left out)", self.skipped),
+            Some(peer) if self.skipped == 0 => format!("the path of {peer}"),
+            Some(peer) => format!("the path of {peer}, which {} problems do not have and are left out", self.skipped),
         };
         let runs = match (self.repeat, self.deadline_s) {
             (1, _) => "one run each".to_owned(),
@@ -48,10 +49,12 @@ impl Report {
         grid.write("", text);
     }
 
-    /// `0.571  1.23 ms`, or the code of an answer that is not proved.
+    /// `0.571  1.23 ms`, or why there is no proof.
     fn cell(&self, figures: Option<&Figures>) -> String {
         match figures {
             None => "-".to_owned(),
+            // Where and why is said below.
+            Some(figures) if figures.refusal.is_some() => "refused".to_owned(),
             Some(figures) if !figures.proved => figures.code.to_owned(),
             Some(figures) => {
                 let lowered = if figures.floors_lowered > 0 { "*" } else { "" };

@@ -18,7 +18,7 @@ text { font-family: system-ui, 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', sans
 .bound { fill: none; stroke: #8b8f97; stroke-width: 1.2; stroke-dasharray: 2 4 }
 .mode { fill: none; stroke-width: 2.4; stroke-linejoin: round; stroke-linecap: round }
 .later { fill: none; stroke-width: 1.2; stroke-dasharray: 1 4; stroke-opacity: 0.9 }
-.peer { fill: #5d636d } .doubtful { fill: #ffffff; stroke: #5d636d; stroke-width: 1.3 }
+.peer { fill: #5d636d; stroke: #5d636d; stroke-width: 1.2 }
 .best { fill: #c2185b; stroke: #ffffff; stroke-width: 1.2 } .best-line { fill: none; stroke: #c2185b; stroke-opacity: 0.45; stroke-width: 1; stroke-dasharray: 6 4 }
 .peer-name { font-size: 10.5px; fill: #5d636d } .best-name { font-size: 11.5px; font-weight: 600; fill: #c2185b }
 .peer-name, .best-name { paint-order: stroke; stroke: #fbfaf7; stroke-width: 3px; stroke-linejoin: round }
@@ -69,13 +69,12 @@ fn head(svg: &mut Svg, report: &Report) {
         x += 62.0 + 7.0 * mode.len() as f64;
     }
     for (class, radius, text) in [
-        ("peer", 4.0, "recorded peer, all honest (median CPU, mean length)"),
-        ("doubtful", 4.0, "some of its answers collide or break limits"),
-        ("best", 6.0, "best honest peer of each path"),
+        ("peer", 4.0, "recorded peer (median CPU, mean length), filled by its share of honest answers"),
+        ("best", 6.5, "best honest peer of each path"),
     ] {
-        svg.dot([x + 6.0, 92.0], radius, class);
+        svg.titled_dot([x + 6.0, 92.0], radius, class, 1.0, text);
         svg.label([x + 17.0, 96.0], "small", text);
-        x += 44.0 + 6.2 * text.len() as f64;
+        x += 44.0 + 6.4 * text.len() as f64;
     }
 }
 

@@ -16,6 +16,10 @@ pub(super) const PANEL: [f64; 2] = [760.0, 470.0];
 /// Edges of the plot in it [px].
 const PLOT: [f64; 4] = [62.0, 72.0, PANEL[0] - 20.0, PANEL[1] - 54.0];
 
+/// Widths of a letter of peers' names, about [px].
+const LETTER: f64 = 6.1;
+const LETTER_BOLD: f64 = 7.4;
+
 /// What there is to draw.
 pub(super) struct Panel<'a> {
     summary: &'a Summary,
@@ -46,16 +50,38 @@ impl<'a> Panel<'a> {
         svg.label([20.0, 30.0], "name", &self.summary.set);
         svg.label([20.0, 51.0], "small", &self.subtitle());
         self.axes.draw(svg);
-        if let Some(bound) = bound(&self.rows) {
-            let y = self.axes.y(bound);
-            svg.line(&[[PLOT[0], y], [PLOT[2], y]], "bound", "distance of the ends");
-            svg.label([PLOT[0] + 6.0, y - 5.0], "peer-name", "straight way from start to goal");
-        }
         let mut lines = Vec::new();
         for &(index, mode) in &self.modes {
             lines.extend(self.line(svg, index, mode));
         }
-        self.peers(svg, lines);
+        let dots: Vec<Point> = self.peers().map(|peer| self.dot(peer)).collect();
+        let mut room = Room::new(PLOT, &dots, lines);
+        self.bound(svg, &mut room);
+        self.best(svg, &mut room);
+        self.others(svg, &mut room);
+        // The best last, so that no other dot covers it.
+        if let Some(best) = &self.summary.best_honest_peer {
+            svg.titled_dot(self.dot(best), 6.5, "best", 1.0, "best honest peer of each path");
+        }
+    }
+
+    /// All peers, the best honest ones taken together too.
+    fn peers(&self) -> impl Iterator<Item = &'a PeerSummary> {
+        self.summary.peers.values().chain(&self.summary.best_honest_peer)
+    }
+
+    fn dot(&self, peer: &PeerSummary) -> Point {
+        self.axes.point(peer.cpu_s, peer.ratio_mean)
+    }
+
+    /// What no path can be shorter than.
+    fn bound(&self, svg: &mut Svg, room: &mut Room) {
+        let Some(bound) = bound(&self.rows) else { return };
+        let (y, name) = (self.axes.y(bound), "straight way from start to goal");
+        svg.line(&[[PLOT[0], y], [PLOT[2], y]], "bound", name);
+        let place = [PLOT[0] + 6.0, y + 13.0];
+        svg.label(place, "peer-name", name);
+        room.take(place, LETTER * name.len() as f64);
     }
 
     fn subtitle(&self) -> String {
@@ -88,42 +114,39 @@ impl<'a> Panel<'a> {
         during
     }
 
-    fn peers(&self, svg: &mut Svg, lines: Vec<Point>) {
-        let dot = |peer: &PeerSummary| self.axes.point(peer.cpu_s, peer.ratio_mean);
+    fn best(&self, svg: &mut Svg, room: &mut Room) {
+        let Some(best) = &self.summary.best_honest_peer else { return };
+        let dot = self.dot(best);
+        svg.line(&[[PLOT[0], dot[1]], [PLOT[2], dot[1]]], "best-line", "best honest peer of each path");
+        let name = format!("best honest peer {:.3}, {}", best.ratio_mean, time(best.cpu_s));
+        name_beside(svg, room, dot, &name, "best-name");
+    }
+
+    fn others(&self, svg: &mut Svg, room: &mut Room) {
         let mut peers: Vec<(&str, &PeerSummary)> =
             self.summary.peers.iter().map(|(name, peer)| (name.as_str(), peer)).collect();
         // The shortest first: where there is not room for all names, theirs are worth most.
         peers.sort_by(|a, b| a.1.ratio_mean.total_cmp(&b.1.ratio_mean));
-        let best = self.summary.best_honest_peer.as_ref();
-        let dots: Vec<Point> = peers.iter().map(|(_, peer)| dot(peer)).chain(best.map(dot)).collect();
-        let mut room = Room::new(PLOT, &dots, lines);
-        if let Some(best) = best {
-            let [x, y] = dot(best);
-            svg.line(&[[PLOT[0], y], [PLOT[2], y]], "best-line", "best honest peer of each path");
-            let name = format!("best honest peer {:.3}, {}", best.ratio_mean, time(best.cpu_s));
-            name_beside(svg, &mut room, [x, y], &name, "best-name");
-        }
         for (name, peer) in &peers {
-            name_beside(svg, &mut room, dot(peer), short(name), "peer-name");
-            let class = if peer.valid == peer.answers { "peer" } else { "doubtful" };
-            let title =
-                format!("{name}: {:.3}, {}, honest {}/{}", peer.ratio_mean, time(peer.cpu_s), peer.valid, peer.answers);
-            svg.titled_dot(dot(peer), 4.0, class, &title);
+            name_beside(svg, room, self.dot(peer), short(name), "peer-name");
         }
-        if let Some(best) = best {
-            svg.titled_dot(dot(best), 6.5, "best", "best honest peer of each path");
+        for (name, peer) in peers {
+            let PeerSummary { answers, valid, ratio_mean, cpu_s, .. } = peer;
+            let title = format!("{name}: {ratio_mean:.3}, {}, honest {valid}/{answers}", time(*cpu_s));
+            svg.titled_dot(self.dot(peer), 4.0, "peer", *valid as f64 / *answers as f64, &title);
         }
     }
 }
 
 fn name_beside(svg: &mut Svg, room: &mut Room, dot: Point, name: &str, class: &str) {
-    // Widths of letters, on the safe side: what draws the picture has fonts of its own.
-    let letter = if class == "best-name" { 7.4 } else { 6.3 };
+    // What draws the picture has fonts of its own: widths are on the safe side.
+    let letter = if class == "best-name" { LETTER_BOLD } else { LETTER };
     let Some(place) = room.place(dot, letter * name.chars().count() as f64) else { return };
     if let Some(end) = place.leader {
         svg.line(&[dot, end], "leader", name);
     }
-    svg.label(place.start, class, name);
+    let side = if place.is_right { " right" } else { "" };
+    svg.label(place.anchor, &format!("{class}{side}"), name);
 }
 
 /// A peer's name without what the set's name says already.
