@@ -53,7 +53,7 @@ use row::Row;
 pub(super) struct Arguments {
     /// Folder with problem files, at any depth
     folder: PathBuf,
-    /// Optimizers to run, separated by commas; default: all
+    /// Optimizers to run, separated by commas; default: all but check
     #[arg(long, value_delimiter = ',', value_parser = request::mode())]
     modes: Vec<Mode>,
     /// Runs of each optimizer on each problem

@@ -39,7 +39,8 @@ impl Report {
     fn rows(&self, text: &mut String) {
         let mut grid = Grid::new("<");
         let modes = self.modes.iter().map(|mode| (*mode).to_owned());
-        grid.line(["problem".to_owned()].into_iter().chain(modes).chain(["best honest peer".to_owned()]));
+        let best = self.rows.iter().any(|row| row.best_honest_peer.is_some()).then(|| "best honest peer".to_owned());
+        grid.line(["problem".to_owned()].into_iter().chain(modes).chain(best));
         for row in &self.rows {
             let best = row.best_honest_peer.as_ref();
             let best = best.map(|(name, peer)| format!("{:.3} {:>9}  {name}", peer.ratio, time(peer.cpu_s)));
