@@ -48,7 +48,8 @@ impl<'a> Panel<'a> {
         let [width, height] = PANEL;
         svg.element("rect", &[("class", &"card"), ("width", &width), ("height", &height), ("rx", &10)]);
         svg.label([20.0, 30.0], "name", &self.summary.set);
-        svg.label([20.0, 51.0], "small", &self.subtitle());
+        svg.label([width - 20.0, 30.0], "small right", &self.paths());
+        svg.label([20.0, 51.0], "small", &self.ends());
         self.axes.draw(svg);
         let mut lines = Vec::new();
         for &(index, mode) in &self.modes {
@@ -84,19 +85,23 @@ impl<'a> Panel<'a> {
         room.take(place, LETTER * name.len() as f64);
     }
 
-    fn subtitle(&self) -> String {
+    fn paths(&self) -> String {
         let paths = match self.rows.len() {
             1 => "one path".to_owned(),
             count => format!("{count} paths"),
         };
         let geometry = self.rows.iter().find(|row| !row.geometry.is_empty()).map_or("", |row| row.geometry);
         let robot = if geometry == "spheres" { ", robot as spheres" } else { "" };
+        format!("{paths}{robot}")
+    }
+
+    fn ends(&self) -> String {
         let ends = self.modes.iter().filter_map(|(_, mode)| {
             let figures = self.summary.modes.get(mode)?;
             Some(format!("{mode} {:.3}", figures.ratio_mean))
         });
         let ends: Vec<String> = ends.collect();
-        format!("{paths}{robot}; at the end {}", ends.join(", "))
+        format!("end: {}", ends.join(", "))
     }
 
     /// The mean of a mode's curves, drawn while any of its runs goes on, and thin from there; gives its points.
