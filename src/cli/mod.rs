@@ -1,8 +1,6 @@
 //! The command line: one file per subcommand, stable exit codes, one-line errors with the next step.
 
 mod bench;
-mod bench_check;
-mod bench_table;
 mod check;
 mod code;
 mod connect;
@@ -19,6 +17,7 @@ mod request;
 mod run;
 mod serve;
 mod shorten;
+mod svg;
 mod verify;
 
 use std::process::ExitCode;
