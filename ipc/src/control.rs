@@ -171,6 +171,8 @@ pub struct RobotDescription {
     pub variables: Vec<VariableDescription>,
     /// Variables of the held joints, in order.
     pub held_variables: Vec<String>,
+    /// Where they are where a request does not say (m or rad).
+    pub held_values: Vec<f64>,
     /// Groups, in order; requests carry the index.
     pub groups: Vec<GroupDescription>,
     /// Variables of a configuration.
@@ -194,6 +196,10 @@ pub struct VariableDescription {
     pub upper: f64,
     /// An angle on the circle.
     pub continuous: bool,
+    /// Its velocity coordinate; for a variable of a quaternion, the first of the three that it has altogether.
+    pub coordinate: u32,
+    /// Velocity coordinates: 1, or 3 for a variable of a quaternion.
+    pub coordinates: u32,
 }
 
 /// One group of joints.

@@ -22,7 +22,9 @@ pub use code::Code;
 pub use error::WireError;
 pub use layout::{Field, Section};
 pub use number::{Mode, RefusalReason, RequestFlags, ResponseFlags, SceneEventKind, Stage, Status, Termination};
-pub use record::{ActiveContact, CertificateHead, CertificateSegment, LoweredPair, RefusalRecord, TextSpan};
+pub use record::{
+    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, RefusalRecord, StageRecord, TextSpan,
+};
 pub use request::{ControlHeader, ControlReplyHeader, RequestHeader, RequestView};
 pub use response::{ResponseHeader, ResponseView};
 pub use status::{RobotEntry, SceneEntry, SceneEvent, StatusRecord};

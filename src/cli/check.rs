@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 use taut::files::Reader;
 use taut::optimize::Mode;
 
+use super::choices::{Choices, Held};
+use super::details;
 use super::error::{CliError, stdout};
 use super::place::{self, Place};
 use super::report::{self, Answer};
-use super::request::{Rules, Source};
+use super::request::{Asked, Rules, Source};
 use super::{Format, load, verify};
 
 /// Prove that paths are collision-free, for every instant of their motion, or verify a proof
@@ -26,6 +28,8 @@ pub(super) struct Arguments {
     #[command(flatten)]
     rules: Rules,
     #[command(flatten)]
+    held: Held,
+    #[command(flatten)]
     place: place::Choice,
     /// Verify this proof by the slow and simple reference checker, in this process: a certificate, or an answer
     /// as JSON; one of `shorten` is verified for the path that it holds
@@ -40,8 +44,8 @@ pub(super) struct Arguments {
 }
 
 /// Options that a certificate has the say about, or that make a new one.
-const FIXED_BY_A_PROOF: [&str; 7] =
-    ["clearance", "strict", "unwrapped", "weights", "seed", "instance", "write_certificate"];
+const FIXED_BY_A_PROOF: [&str; 8] =
+    ["clearance", "strict", "unwrapped", "weights", "seed", "values", "instance", "write_certificate"];
 
 /// Checks every file; one that cannot be read does not keep the others from being checked.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
@@ -70,8 +74,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 }
 
 fn check(arguments: &Arguments, file: &Path, reader: &mut Reader, place: &mut Place) -> Result<u8, CliError> {
-    let (source, rules) = (&arguments.source, &arguments.rules);
-    let (subject, timed) = place.answer(reader, file, source, rules, Mode::Check, &mut |_, _| {})?;
+    let choices = Choices::from(&arguments.held);
+    let asked = Asked { mode: Mode::Check, rules: &arguments.rules, choices: &choices };
+    let (subject, timed) = place.answer(reader, file, &arguments.source, &asked, &mut |_, _| {})?;
     if let (Some(file), Some(certificate)) = (&arguments.write_certificate, &timed.outcome.certificate) {
         let text = serde_json::to_string(certificate).expect("a certificate holds only strings and numbers");
         std::fs::write(file, text + "\n")
@@ -81,11 +86,14 @@ fn check(arguments: &Arguments, file: &Path, reader: &mut Reader, place: &mut Pl
     match arguments.format {
         Format::Json => writeln!(out, "{}", Answer::new(&subject, Mode::Check, &timed).json()),
         Format::Table => {
-            let several = if arguments.files.len() > 1 { format!("{}: ", subject.name) } else { String::new() };
+            let is_one = arguments.files.len() == 1;
+            let several = if is_one { String::new() } else { format!("{}: ", subject.name) };
+            // A list of many files stays a line each.
+            let details = if is_one { details::of_check(&timed) } else { String::new() };
             for warning in subject.warnings.iter().chain(&timed.outcome.warnings) {
                 eprintln!("warning: {several}{warning}");
             }
-            writeln!(out, "{several}{}   {}", report::verdict(&timed), report::time(timed.time_s))
+            writeln!(out, "{several}{}   {}{details}", report::verdict(&timed), report::time(timed.time_s))
         }
     }
     .map_err(stdout)?;

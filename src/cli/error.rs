@@ -35,6 +35,9 @@ pub(super) enum CliError {
         /// What is wrong.
         source: Box<CollisionModelError>,
     },
+    /// A name or number of a request that does not exist.
+    #[error("{0}")]
+    Choice(String),
     /// A request that cannot be computed.
     #[error("{name}: {source}")]
     Request {
@@ -115,7 +118,7 @@ impl CliError {
         match self {
             Self::Usage(_) => USAGE,
             Self::File(FileError::Unreadable { .. }) | Self::Output { .. } => UNREADABLE,
-            Self::File(_) | Self::Model { .. } | Self::Request { .. } => BAD_DATA,
+            Self::File(_) | Self::Model { .. } | Self::Choice(_) | Self::Request { .. } => BAD_DATA,
             Self::Panic { .. } => PANICKED,
             Self::Demo(error) => error.exit_code(),
             Self::Refused { code, .. } => code.exit_code(),

@@ -68,6 +68,7 @@ impl Loaded {
             geometry: report::geometry_name(self.geometry),
             warnings: self.warnings.clone(),
             variables: self.robot.variables().iter().map(|variable| variable.name.clone()).collect(),
+            metric: String::new(),
         }
     }
 }
@@ -86,6 +87,17 @@ pub(super) fn load(
     source: &Source,
     prefer_spheres: bool,
 ) -> Result<Loaded, CliError> {
+    load_holding(reader, file, source, prefer_spheres, &[])
+}
+
+/// The same where the request says for some joints, by name, where they stand if the path has no column for them.
+pub(super) fn load_holding(
+    reader: &mut Reader,
+    file: &FilePath,
+    source: &Source,
+    prefer_spheres: bool,
+    held: &[(String, f64)],
+) -> Result<Loaded, CliError> {
     if let Kind::Problem { .. } = Kind::of(file)? {
         if source.robot.is_some() || source.problem.is_some() {
             let text = "is a problem file and brings its own robot and scene; leave out --robot and --problem";
@@ -97,7 +109,7 @@ pub(super) fn load(
     let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     match (&source.problem, &source.robot) {
         (Some(file), _) => of_problem(problem(reader, file, source.geometry, prefer_spheres)?, Some((name, table))),
-        (None, Some(urdf)) => bare(reader, urdf, source, name, table),
+        (None, Some(urdf)) => bare(reader, urdf, source, held, name, table),
         (None, None) => {
             let text = "is a bare path; give --robot ROBOT.urdf and --scene SCENE.json, or --problem PROBLEM.json";
             Err(CliError::Usage(format!("{} {text}", file.display())))
@@ -149,11 +161,12 @@ pub(super) fn srdf_beside(urdf: &FilePath) -> Option<PathBuf> {
     beside.is_file().then_some(beside)
 }
 
-/// A bare path: its columns are the robot's variables, every other joint is held at 0.
+/// A bare path: its columns are the robot's variables, every other joint is held at 0 unless `held` says where.
 fn bare(
     reader: &mut Reader,
     urdf: &FilePath,
     source: &Source,
+    held: &[(String, f64)],
     name: String,
     table: PathTable,
 ) -> Result<Loaded, CliError> {
@@ -170,16 +183,17 @@ fn bare(
     let scene = source.scene.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.scene(file))?;
     let path = table.into_path(robot.variables())?;
     let mut warnings = [robot.warnings(), scene.warnings()].concat();
-    if let Some(variable) = robot.held().iter().find(|variable| variable.lower > 0.0 || variable.upper < 0.0) {
+    let at_zero = || robot.held().iter().filter(|variable| held.iter().all(|(name, _)| *name != variable.name));
+    if let Some(variable) = at_zero().find(|variable| variable.lower > 0.0 || variable.upper < 0.0) {
         let (missing, lower, upper) = (&variable.name, variable.lower, variable.upper);
         let text = format!(
-            "column {missing:?} is missing, and the joint cannot be held at 0, outside [{lower}, {upper}]; add it"
+            "column {missing:?} is missing, and the joint cannot be held at 0, outside [{lower}, {upper}]; add it, or give --hold {missing}=VALUE"
         );
         return Err(FileError::Content { file: name.into(), text }.into());
     }
-    if !robot.held().is_empty() {
-        let held: Vec<&str> = robot.held().iter().map(|variable| variable.name.as_str()).collect();
-        warnings.push(format!("the path has no column for {}: held still at 0", held.join(", ")));
+    if at_zero().next().is_some() {
+        let names: Vec<&str> = at_zero().map(|variable| variable.name.as_str()).collect();
+        warnings.push(format!("the path has no column for {}: held still at 0", names.join(", ")));
     }
     Ok(Loaded {
         robot: Arc::new(robot),

@@ -2,10 +2,13 @@
 
 mod bench;
 mod check;
+mod choices;
 mod code;
 mod connect;
 mod demo;
+mod details;
 mod error;
+mod layout;
 mod load;
 mod models;
 mod place;

@@ -3,16 +3,17 @@
 use std::path::Path;
 use std::time::Duration;
 
-use taut::collision::neutral_warnings;
+use taut::collision::{neutral_warnings, reach_weights};
 use taut::files::Reader;
-use taut::optimize::{Mode, Workspace};
+use taut::optimize::Workspace;
 use taut_ipc::{Client, ClientError};
 
 use super::connect::InstanceChoice;
 use super::error::CliError;
+use super::layout::Layout;
 use super::progress::Progress;
 use super::report::Subject;
-use super::request::{Rules, Source};
+use super::request::{Asked, Source};
 use super::run::{self as runner, Timed};
 use super::{load, remote};
 
@@ -59,33 +60,34 @@ impl Place {
         reader: &mut Reader,
         file: &Path,
         source: &Source,
-        rules: &Rules,
-        mode: Mode,
+        asked: &Asked,
         watch: &mut dyn FnMut(Duration, f64),
     ) -> Result<(Subject, Timed), CliError> {
         match self {
             Self::Local(workspace) => {
                 let progress = Progress::start(file);
-                let loaded = load::load(reader, file, source, false)?;
-                let settings = rules.settings(mode, loaded.weights.as_ref(), loaded.robot.space().nv());
-                let settings = settings.map_err(CliError::Usage)?;
+                let loaded = load::load_holding(reader, file, source, false, asked.choices.held())?;
                 progress.preparing(loaded.triangles());
                 let model = loaded.model()?;
+                let layout = Layout::of_model(&loaded.robot, reach_weights(&loaded.robot, model.bodies()));
+                let settings = asked.settings(loaded.weights.as_ref(), &layout, loaded.path.len())?;
                 let mut subject = loaded.subject();
+                subject.metric = asked.metric(loaded.weights.is_some());
                 if loaded.robot_files.srdf.is_none() {
                     subject.warnings.extend(neutral_warnings(&model));
                 }
                 drop(progress);
-                let timed = runner::run(&loaded, &model, &settings, rules.deadline, workspace, watch)?;
+                let timed = runner::run(&loaded, &model, &settings, asked.rules.deadline, workspace, watch)?;
                 Ok((subject, timed))
             }
             Self::Daemon(client) => {
                 let progress = Progress::start(file);
-                let prepared = remote::prepare(client, reader, file, source)?;
+                let mut prepared = remote::prepare(client, reader, file, source, asked.choices.held())?;
                 drop(progress);
-                let settings = rules.settings(mode, prepared.weights.as_ref(), prepared.robot.nv as usize);
-                let settings = settings.map_err(CliError::Usage)?;
-                let timed = remote::run(client, &prepared, &settings, rules.deadline, watch)?;
+                let layout = Layout::of_description(&prepared.robot);
+                let settings = asked.settings(prepared.weights.as_ref(), &layout, prepared.path.len())?;
+                prepared.subject.metric = asked.metric(prepared.weights.is_some());
+                let timed = remote::run(client, &prepared, &layout, &settings, asked.rules.deadline, watch)?;
                 Ok((prepared.subject, timed))
             }
         }

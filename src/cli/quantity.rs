@@ -1,6 +1,7 @@
 //! Quantities on the command line, with their units.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -37,6 +38,37 @@ pub(super) fn package(text: &str) -> Result<(String, PathBuf), String> {
     }
 }
 
+/// Numbers and ranges of numbers, both ends included.
+pub(super) type Numbers = Vec<RangeInclusive<usize>>;
+
+/// `0,3,7-9`.
+pub(super) fn numbers(text: &str) -> Result<Numbers, String> {
+    let number = |text: &str| text.trim().parse::<usize>().ok();
+    let range = |part: &str| {
+        let (first, last) = part.split_once('-').unwrap_or((part, part));
+        Some(number(first)?..=number(last)?).filter(|range| !range.is_empty())
+    };
+    let expected = "give numbers and ranges from 0 on such as 0,3,7-9";
+    text.split(',').map(range).collect::<Option<_>>().ok_or_else(|| expected.to_owned())
+}
+
+/// `NAME=VALUE`.
+pub(super) fn value(text: &str) -> Result<(String, f64), String> {
+    named(text, |value| value.is_finite()).ok_or_else(|| "give NAME=VALUE, the value in rad or m".to_owned())
+}
+
+/// `NAME=WEIGHT`.
+pub(super) fn weight(text: &str) -> Result<(String, f64), String> {
+    let is_weight = |weight: f64| weight.is_finite() && weight > 0.0;
+    named(text, is_weight).ok_or_else(|| "give NAME=WEIGHT, the weight finite and greater than 0".to_owned())
+}
+
+fn named(text: &str, is_valid: impl Fn(f64) -> bool) -> Option<(String, f64)> {
+    let (name, number) = text.split_once('=')?;
+    let number = number.trim().parse().ok().filter(|number| is_valid(*number))?;
+    (!name.is_empty()).then(|| (name.to_owned(), number))
+}
+
 /// Packages as a map; a later one of the same name wins.
 pub(super) fn packages(list: &[(String, PathBuf)]) -> BTreeMap<String, PathBuf> {
     list.iter().cloned().collect()
@@ -47,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_and_times_have_units() {
+    fn quantities_are_read_with_their_units() {
         assert_eq!(metres("0.1mm"), Ok(1e-4));
         assert_eq!(metres("1 cm"), Ok(0.01));
         assert_eq!((metres("0.001"), metres("0.001m")), (Ok(1e-3), Ok(1e-3)));
@@ -55,6 +87,12 @@ mod tests {
         assert_eq!(duration("20ms"), Ok(Duration::from_millis(20)));
         assert_eq!(duration("1.5s"), Ok(Duration::from_millis(1500)));
         assert_eq!(duration("500us"), Ok(Duration::from_micros(500)));
+        assert_eq!(numbers("0,3, 7-9"), Ok(vec![0..=0, 3..=3, 7..=9]));
+        assert!(["", "1,", "-1", "3-2", "a", "1-2-3", "1.5"].iter().all(|text| numbers(text).is_err()));
+        assert_eq!(value("lift=-0.25"), Ok(("lift".to_owned(), -0.25)));
+        assert_eq!(weight("lift=2"), Ok(("lift".to_owned(), 2.0)));
+        assert!(["lift", "=1", "lift=", "lift=x", "lift=inf"].iter().all(|text| value(text).is_err()));
+        assert!(["lift=0", "lift=-1", "lift=NaN"].iter().all(|text| weight(text).is_err()));
         assert!(["20", "", "s", "-1s", "1e30s", "NaNs"].iter().all(|text| duration(text).is_err()));
     }
 }

@@ -13,6 +13,7 @@ use taut_ipc::{Client, ClientError, deadline_after};
 
 use super::connect::{control, unexpected};
 use super::error::CliError;
+use super::layout::Layout;
 use super::load::{self, Loaded};
 use super::report::Subject;
 use super::request::Source;
@@ -47,6 +48,7 @@ pub(super) fn prepare(
     reader: &mut Reader,
     file: &FilePath,
     source: &Source,
+    held: &[(String, f64)],
 ) -> Result<Prepared, CliError> {
     if let Some(label) = source.robot.as_deref().and_then(label) {
         return labelled(client, file, label, source);
@@ -55,7 +57,7 @@ pub(super) fn prepare(
         let text = format!("--scene {label} is a label; name the robot by its label too, or give a scene file");
         return Err(CliError::Usage(text));
     }
-    let loaded = load::load(reader, file, source, false)?;
+    let loaded = load::load_holding(reader, file, source, false, held)?;
     let listing = listing(client)?;
     let robot = loaded_robot(client, &listing, &loaded)?;
     let scene = loaded_scene(client, &listing, &loaded)?;
@@ -105,6 +107,7 @@ fn labelled(client: &Client, file: &FilePath, label: &str, source: &Source) -> R
         geometry: "loaded",
         warnings: robot.warnings.iter().chain(&scene.warnings).cloned().collect(),
         variables: variables.iter().map(|variable| variable.name.clone()).collect(),
+        metric: String::new(),
     };
     let path = PathTable::read(file)?.into_path(&variables)?;
     Ok(Prepared { subject, robot, scene, path, weights: None })
@@ -199,6 +202,7 @@ pub(super) fn folder_of(file: &FilePath) -> Option<PathBuf> {
 pub(super) fn run(
     client: &Client,
     prepared: &Prepared,
+    layout: &Layout,
     settings: &Settings,
     deadline: Option<Duration>,
     watch: &mut dyn FnMut(Duration, f64),
@@ -222,7 +226,15 @@ pub(super) fn run(
         ..translate::request_header(settings)
     };
     let weights = settings.weights.as_deref().unwrap_or(&robot.weights);
-    let body = RequestBody { weights: settings.weights.as_deref().unwrap_or_default(), ..RequestBody::default() };
+    let bytes = |mask: &Vec<bool>| mask.iter().map(|set| u8::from(*set)).collect::<Vec<u8>>();
+    let fixed = settings.fixed_waypoints.as_ref().map(bytes).unwrap_or_default();
+    let moving = settings.moving.as_ref().map(|moving| layout.columns_of(moving)).unwrap_or_default();
+    let body = RequestBody {
+        weights: settings.weights.as_deref().unwrap_or_default(),
+        fixed_waypoints: &fixed,
+        group_mask: &moving,
+        held_values: settings.held.as_deref().unwrap_or_default(),
+    };
     let mut loan = request.with_body(body).loan()?;
     loan.path_mut().copy_from_slice(path.as_flat());
     let mut pending = loan.send()?;

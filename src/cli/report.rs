@@ -3,7 +3,7 @@
 use serde::Serialize;
 use taut::collision::query::TOUCHING_M;
 use taut::files::Geometry;
-use taut::optimize::{Mode, Outcome, Refusal, Termination};
+use taut::optimize::{Mode, Outcome, PathContact, Refusal, StageShare, Termination};
 use taut::validation::{Certificate, HitReason};
 
 use super::code::Code;
@@ -19,6 +19,8 @@ pub(super) struct Subject {
     pub warnings: Vec<String>,
     /// Columns of the path.
     pub variables: Vec<String>,
+    /// What lengths are measured in.
+    pub metric: String,
 }
 
 /// An answer as JSON has it. Lengths are in the metric of `weights`, distances in metres, times in seconds.
@@ -33,14 +35,21 @@ pub(super) struct Answer<'a> {
     length_before: f64,
     length_after: f64,
     lower_bound: f64,
+    gap: Option<f64>,
+    metric: &'a str,
     clearance_m: f64,
     floor_m: f64,
     floors_lowered: Vec<Floor<'a>>,
+    searched_m: Option<f64>,
+    smallest_clearance: Option<Contact<'a>>,
+    contacts: Option<Vec<Contact<'a>>>,
     cpu_s: f64,
     time_s: f64,
     iterations: u64,
     work: u64,
     termination: &'static str,
+    stage: &'static str,
+    stages: Vec<Share>,
     #[serde(flatten)]
     refusal: Option<RefusalFields<'a>>,
     warnings: Vec<&'a str>,
@@ -54,6 +63,24 @@ pub(super) struct Answer<'a> {
 struct Floor<'a> {
     bodies: &'a [String; 2],
     floor_m: f64,
+}
+
+#[derive(Serialize)]
+struct Contact<'a> {
+    segment: usize,
+    t: f64,
+    bodies: &'a [String; 2],
+    distance_m: f64,
+    points: [[f64; 3]; 2],
+    normal: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct Share {
+    stage: &'static str,
+    gain: f64,
+    iterations: u64,
+    work: u64,
 }
 
 #[derive(Serialize)]
@@ -75,6 +102,8 @@ impl<'a> Answer<'a> {
         let outcome = &timed.outcome;
         let code = timed.code;
         let floors = outcome.floors_lowered.iter();
+        let nearest = outcome.nearest.as_ref();
+        let stages = outcome.stages.iter();
         Self {
             name: &subject.name,
             mode: mode.name(),
@@ -85,14 +114,21 @@ impl<'a> Answer<'a> {
             length_before: outcome.length_before,
             length_after: outcome.length_after,
             lower_bound: outcome.lower_bound,
+            gap: outcome.gap(),
+            metric: &subject.metric,
             clearance_m: outcome.clearance_m,
             floor_m: outcome.floor_m,
             floors_lowered: floors.map(|floor| Floor { bodies: &floor.bodies, floor_m: floor.floor_m }).collect(),
+            searched_m: nearest.map(|nearest| nearest.searched_m),
+            smallest_clearance: nearest.and_then(|nearest| nearest.smallest.as_ref()).map(Contact::new),
+            contacts: nearest.map(|nearest| nearest.contacts.iter().map(Contact::new).collect()),
             cpu_s: timed.cpu_s,
             time_s: timed.time_s,
             iterations: outcome.iterations,
             work: outcome.work,
             termination: termination_name(outcome.termination),
+            stage: outcome.stage.name(),
+            stages: stages.map(Share::new).collect(),
             refusal: outcome.refusal.as_ref().map(RefusalFields::new),
             warnings: subject.warnings.iter().chain(&outcome.warnings).map(String::as_str).collect(),
             variables: subject.variables.iter().map(String::as_str).collect(),
@@ -105,6 +141,26 @@ impl<'a> Answer<'a> {
     /// The answer as one line of JSON.
     pub(super) fn json(&self) -> String {
         serde_json::to_string(self).expect("an answer holds only strings, booleans and numbers")
+    }
+}
+
+impl<'a> Contact<'a> {
+    fn new(contact: &'a PathContact) -> Self {
+        Self {
+            segment: contact.segment,
+            t: contact.t,
+            bodies: &contact.bodies,
+            distance_m: contact.distance_m,
+            points: contact.points.map(|point| point.to_array()),
+            normal: contact.normal.to_array(),
+        }
+    }
+}
+
+impl Share {
+    fn new(share: &StageShare) -> Self {
+        let StageShare { stage, gain, work, iterations } = *share;
+        Self { stage: stage.name(), gain, iterations, work }
     }
 }
 

@@ -6,6 +6,9 @@ use std::time::Duration;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use taut::optimize::{Mode, Settings};
 
+use super::choices::Choices;
+use super::error::CliError;
+use super::layout::Layout;
 use super::quantity;
 
 /// Where the robot and the scene come from.
@@ -102,6 +105,46 @@ impl Rules {
             weights,
             ..Settings::default()
         })
+    }
+}
+
+/// Everything that a request asks for.
+pub(super) struct Asked<'a> {
+    /// Optimizer.
+    pub mode: Mode,
+    /// What the answer must keep.
+    pub rules: &'a Rules,
+    /// Joints and waypoints.
+    pub choices: &'a Choices,
+}
+
+impl Asked<'_> {
+    /// Settings of the request, for a path of so many waypoints. `metric` are the problem's weights.
+    ///
+    /// # Errors
+    /// What does not go together, and names that do not exist.
+    pub(super) fn settings(
+        &self,
+        metric: Option<&Vec<f64>>,
+        layout: &Layout,
+        waypoints: usize,
+    ) -> Result<Settings, CliError> {
+        let settings = self.rules.settings(self.mode, metric, layout.weights.len());
+        let mut settings = settings.map_err(CliError::Usage)?;
+        self.choices.enter(layout, waypoints, &mut settings)?;
+        Ok(settings)
+    }
+
+    /// What lengths are measured in, for people.
+    pub(super) fn metric(&self, is_given: bool) -> String {
+        let base = match self.rules.weights {
+            None if is_given => "the problem's weights",
+            None | Some(Weights::Reach) => "metres of reach",
+            Some(Weights::Metric) => "the problem's weights",
+            Some(Weights::Ones) => "weights of one",
+        };
+        let joints = self.choices.joint_weights().iter().map(|(name, weight)| format!(", {name} {weight}"));
+        joints.fold(base.to_owned(), |text, joint| text + &joint)
     }
 }
 

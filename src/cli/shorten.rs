@@ -6,10 +6,12 @@ use std::time::Duration;
 
 use taut::optimize::Mode;
 
+use super::choices::Choices;
+use super::details;
 use super::error::{CliError, stdout};
 use super::place::{self, Place};
 use super::report::{self, Answer};
-use super::request::{self, Rules, Source};
+use super::request::{self, Asked, Rules, Source};
 use super::{Format, load};
 
 /// Shorten a path and prove the answer collision-free
@@ -27,6 +29,8 @@ pub(super) struct Arguments {
     mode: Mode,
     #[command(flatten)]
     rules: Rules,
+    #[command(flatten)]
+    choices: Choices,
     /// Print each shorter path's length as it is found
     #[arg(long)]
     watch: bool,
@@ -50,8 +54,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         }
     };
     let mut place = Place::open(&arguments.place)?;
-    let (source, rules) = (&arguments.source, &arguments.rules);
-    let (subject, timed) = place.answer(&mut reader, &arguments.file, source, rules, arguments.mode, &mut watch)?;
+    let asked = Asked { mode: arguments.mode, rules: &arguments.rules, choices: &arguments.choices };
+    let (subject, timed) = place.answer(&mut reader, &arguments.file, &arguments.source, &asked, &mut watch)?;
     let answer = Answer::new(&subject, arguments.mode, &timed);
     if let Some(file) = &arguments.out {
         std::fs::write(file, answer.json() + "\n")
@@ -65,7 +69,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
                 eprintln!("warning: {warning}");
             }
             let (outcome, time) = (&timed.outcome, report::time(timed.time_s));
-            writeln!(out, "{}   {}   {time}", report::lengths(outcome), report::verdict(&timed))
+            let details = details::of_shortening(&subject, &timed);
+            writeln!(out, "{}   {}   {time}{details}", report::lengths(outcome), report::verdict(&timed))
         }
     }
     .map_err(stdout)?;

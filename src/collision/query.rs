@@ -15,8 +15,13 @@ pub const TOUCHING_M: f64 = 1e-9;
 /// Closest points of two bodies, in the world; a body wholly inside a mesh counts as overlapping.
 pub fn closest(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
     // Surfaces first: whether a point is inside a mesh takes all of its triangles.
-    let surfaces = surface_contact(a, at_a, b, at_b, f64::INFINITY);
+    let surfaces = between_surfaces(a, at_a, b, at_b);
     if surfaces.distance <= TOUCHING_M { surfaces } else { enclosed(a, at_a, b, at_b).unwrap_or(surfaces) }
+}
+
+/// The same where neither body is inside of the other, as along a proved path.
+pub fn between_surfaces(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
+    surface_contact(a, at_a, b, at_b, f64::INFINITY)
 }
 
 /// Points of two surfaces no farther apart than 1 + [`NEARLY`] times the closest, much cheaper for meshes: for

@@ -3,6 +3,8 @@
 pub mod active_set;
 mod candidate;
 pub mod contact;
+#[cfg(test)]
+mod contracts;
 pub mod cost;
 mod factor;
 pub mod gradient;
@@ -10,6 +12,7 @@ pub mod half_space;
 pub mod hybrid;
 mod input;
 pub mod limits;
+mod nearest;
 pub mod outcome;
 pub mod progress;
 #[cfg(test)]
@@ -24,7 +27,9 @@ pub mod task;
 mod testing;
 
 pub use input::{LIMIT_TOLERANCE, QUATERNION_TOLERANCE, RequestError};
-pub use outcome::{LoweredFloor, Outcome, Refusal, RefusalPlace, Stage, StageShare, Termination};
+pub use outcome::{
+    LoweredFloor, NearestBodies, Outcome, PathContact, Refusal, RefusalPlace, Stage, StageShare, Termination,
+};
 pub use request::{Workspace, run};
 pub use settings::{Mode, Settings};
 pub use task::{Improvement, Task};

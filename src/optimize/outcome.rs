@@ -113,6 +113,35 @@ pub struct Refusal {
     pub hint: String,
 }
 
+/// A place of a path, and two bodies that are closest there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathContact {
+    /// Segment of the path, from 0.
+    pub segment: usize,
+    /// Ratio on the segment, in [0, 1].
+    pub t: f64,
+    /// Names of the two bodies.
+    pub bodies: [String; 2],
+    /// Distance there (m).
+    pub distance_m: f64,
+    /// Closest points in the world (m).
+    pub points: [Vec3; 2],
+    /// Unit vector from the second body towards the first.
+    pub normal: Vec3,
+}
+
+/// What is nearest along a path, exactly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NearestBodies {
+    /// How far was looked (m): where nothing is named, nothing is nearer than this.
+    pub searched_m: f64,
+    /// The smallest clearance and where it is.
+    pub smallest: Option<PathContact>,
+    /// What holds the path: for each pair and each stretch of a segment on which it is nearer than three of its
+    /// floors, the place where it is nearest; in order along the path.
+    pub contacts: Vec<PathContact>,
+}
+
 /// The answer to a request. `path` is always safe to take: proved, or the input itself.
 #[derive(Clone, Debug)]
 pub struct Outcome {
@@ -136,6 +165,8 @@ pub struct Outcome {
     pub floor_m: f64,
     /// Pairs with a lowered floor.
     pub floors_lowered: Vec<LoweredFloor>,
+    /// What is nearest along `path`; `None` where it is not proved, or time was up before it was known.
+    pub nearest: Option<NearestBodies>,
     /// Iterations of the optimizer.
     pub iterations: u64,
     /// Pairs examined at nodes.
@@ -150,4 +181,11 @@ pub struct Outcome {
     pub warnings: Vec<String>,
     /// The proof in short; `None` where `path` is not proved.
     pub certificate: Option<crate::validation::Certificate>,
+}
+
+impl Outcome {
+    /// By which part of the lower bound `path` is longer than it; `None` where that bound is 0.
+    pub fn gap(&self) -> Option<f64> {
+        (self.lower_bound > 0.0).then(|| self.length_after / self.lower_bound - 1.0)
+    }
 }

@@ -8,7 +8,7 @@ use crate::path::Path;
 use crate::testing;
 use crate::validation::{Scratch, SegmentVerdict, Validator};
 
-const OPTIMIZERS: [Mode; 5] =
+pub(super) const OPTIMIZERS: [Mode; 5] =
     [Mode::Gradient, Mode::RandomShortcut, Mode::PartialShortcut, Mode::Contact, Mode::Hybrid];
 const CLEARANCE_M: f64 = 1e-3;
 
@@ -35,7 +35,7 @@ fn walk(rng: &mut fastrand::Rng, model: &CollisionModel, waypoints: usize) -> Op
 }
 
 /// A robot that can move, its path, and the settings for `mode`, some of them with fixed waypoints and coordinates.
-fn request(seed: u64, mode: Mode) -> Option<(CollisionModel, Path, Settings)> {
+pub(super) fn request(seed: u64, mode: Mode) -> Option<(CollisionModel, Path, Settings)> {
     let mut rng = fastrand::Rng::with_seed(seed);
     let model = testing::model(&mut rng);
     let nv = model.robot().space().nv();

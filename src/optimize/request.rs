@@ -1,6 +1,7 @@
 //! One request from end to end: check, prove the input, optimize, prove the answer.
 
 use super::input::{Input, RequestError};
+use super::nearest;
 use super::outcome::{LoweredFloor, Outcome, Refusal, RefusalPlace, Stage, StageShare, Termination};
 use super::progress::Progress;
 use super::settings::{Mode, Settings};
@@ -12,7 +13,7 @@ use crate::path::Path;
 use crate::robot::Kinematics;
 use crate::validation::certificate::Terms;
 use crate::validation::path_proof::{self, PathVerdict};
-use crate::validation::{Certificate, Contact, Hit, HitReason, Scratch, SegmentProof, Validator};
+use crate::validation::{Certificate, Contact, Hit, HitReason, Nearest, Scratch, SegmentProof, Validator};
 
 /// Reusable memory of a worker; every request starts from the same state whatever ran before.
 #[derive(Debug, Default)]
@@ -61,6 +62,7 @@ struct Answer {
     refusal: Option<Refusal>,
     /// Pairs with a lowered floor, and their floors (m).
     lowered: Vec<(usize, f64)>,
+    nearest: Option<Nearest>,
     iterations: u64,
     work: u64,
     stage: Stage,
@@ -75,6 +77,7 @@ impl Answer {
             proofs: None,
             refusal: None,
             lowered: Vec::new(),
+            nearest: None,
             iterations: 0,
             work: 0,
             stage: Stage::Input,
@@ -121,6 +124,9 @@ fn answer(
     answer.lowered = validator.lowered().collect();
     answer.lowered.sort_by_key(|(pair, _)| *pair);
     answer.work = validator.work();
+    if answer.proofs.is_some() {
+        answer.nearest = validator.nearest(&answer.path, stop);
+    }
     answer
 }
 
@@ -199,6 +205,8 @@ impl Answer {
         let lowered = self.lowered.iter();
         let floors_lowered: Vec<_> =
             lowered.map(|&(pair, floor_m)| LoweredFloor { bodies: model.pair_names(pair), floor_m }).collect();
+        let caller_segments = if is_unchanged { nearest::segments_of(&input.standing_for) } else { Vec::new() };
+        let nearest = self.nearest.map(|nearest| nearest::named(model, &nearest, &caller_segments));
         let named = |lowered: &LoweredFloor| {
             let [a, b] = lowered.bodies.clone();
             (a, b, lowered.floor_m)
@@ -224,6 +232,7 @@ impl Answer {
             clearance_m: settings.clearance_m,
             floor_m: floors_lowered.iter().map(|lowered| lowered.floor_m).fold(settings.clearance_m, f64::min),
             floors_lowered,
+            nearest,
             iterations: self.iterations,
             work: self.work,
             stage: if is_unchanged { Stage::Input } else { self.stage },

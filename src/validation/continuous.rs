@@ -50,6 +50,8 @@ pub struct Scratch {
     pub(super) slots: Vec<u32>,
     pub(super) queue: VecDeque<Interval>,
     pub(super) floors: Floors,
+    /// Distances that a search for the nearest bodies looks for, while it lasts in the place of the floors.
+    pub(super) wide: Floors,
     /// What this request's validator has proved.
     pub(super) ledger: Ledger,
     /// What the last search found, while its segments are at hand.
@@ -270,7 +272,7 @@ impl<'a> Validator<'a> {
     }
 
     /// Up to eight intervals from the queue, either all new or all parts of others.
-    fn next_rake(&mut self) -> ([Interval; LANES], usize) {
+    pub(super) fn next_rake(&mut self) -> ([Interval; LANES], usize) {
         let queue = &mut self.scratch.queue;
         let mut rake = [Interval::default(); LANES];
         let mut count = 0;

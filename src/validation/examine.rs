@@ -51,7 +51,7 @@ impl Validator<'_> {
         let mut examined = Examined::default();
         // Nearest first: if anything is refused, it is most likely there.
         if until == Until::FirstRefusal
-            && let Some((entry, lane)) = self.nearest()
+            && let Some((entry, lane)) = self.most_likely_refused()
             && let Some(reason) = self.settle(&rake[lane], entry, lane, stop)?
         {
             examined.refused = Some((lane, self.scratch.rake.unproved[entry].pair as usize, reason));
@@ -84,7 +84,7 @@ impl Validator<'_> {
     }
 
     /// Runs the filter on up to eight intervals.
-    fn filter(&mut self, rake: &[Interval]) {
+    pub(super) fn filter(&mut self, rake: &[Interval]) {
         let lanes = ((1_u16 << rake.len()) - 1) as u8;
         let Scratch { rake: filter, lists, merged, slots, .. } = &mut *self.scratch;
         merged.clear();
@@ -136,7 +136,7 @@ impl Validator<'_> {
     }
 
     /// The undecided pair and lane that the filter saw nearest.
-    fn nearest(&self) -> Option<(usize, usize)> {
+    fn most_likely_refused(&self) -> Option<(usize, usize)> {
         let mut nearest = None;
         let mut least = f32::INFINITY;
         for (entry, unproved) in self.scratch.rake.unproved.iter().enumerate() {
@@ -151,7 +151,7 @@ impl Validator<'_> {
 
     /// Settles one undecided pair on one interval, exactly if the filter saw it too near to be split
     /// unseen; a pair that is proved leaves the lane. `None` where stopped, `Some(reason)` where refused.
-    fn settle(
+    pub(super) fn settle(
         &mut self,
         interval: &Interval,
         entry: usize,

@@ -43,6 +43,10 @@ impl Floors {
     pub(super) fn all(&self) -> &[f64] {
         &self.all
     }
+    /// That of the pairs whose floor was not set (m).
+    pub(super) fn common(&self) -> f64 {
+        self.common
+    }
     /// The highest that any pair has had (m).
     pub(super) fn highest(&self) -> f64 {
         self.highest

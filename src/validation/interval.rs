@@ -38,6 +38,8 @@ pub struct PairInterval<'a> {
     pub travel: f64,
     /// Distance to be proved (m).
     pub floor: f64,
+    /// Bodies that are closer than this in the middle are too close; a proof is tried only of others (m).
+    pub too_close: f64,
 }
 
 /// What came of it.
@@ -47,7 +49,7 @@ pub enum IntervalVerdict {
     Proved(f64),
     /// In the middle the bodies touch or overlap.
     Collision,
-    /// In the middle they are closer than 1.5 times the floor.
+    /// In the middle they are closer than [`PairInterval::too_close`].
     TooClose,
     /// Nothing is decided: look at both halves.
     Split,
@@ -184,7 +186,7 @@ impl PairInterval<'_> {
         // Most pairs of pieces are settled along a direction that costs no search.
         for normal in cheap_normals(&piece_a, piece_b).into_iter().flatten() {
             let gap = distance::gap_along(&piece_a, piece_b, normal);
-            if gap >= 1.5 * self.floor {
+            if gap >= self.too_close {
                 let kept = gap - self.displacement_of_pieces(&piece_a, piece_b, normal, reaches);
                 if kept >= self.floor + ROUNDING_M {
                     return IntervalVerdict::Proved(kept);
@@ -195,7 +197,7 @@ impl PairInterval<'_> {
         if (apart.point_a - apart.point_b).dot(apart.normal) <= TOUCHING_M {
             return IntervalVerdict::Collision;
         }
-        if apart.gap < 1.5 * self.floor {
+        if apart.gap < self.too_close {
             return IntervalVerdict::TooClose;
         }
         let kept = apart.gap - self.displacement_of_pieces(&piece_a, piece_b, apart.normal, reaches);

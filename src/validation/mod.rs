@@ -8,6 +8,7 @@ mod floors;
 pub mod interval;
 mod ledger;
 pub mod motion;
+pub mod nearest;
 pub mod path_proof;
 mod poses;
 pub mod rake;
@@ -19,6 +20,7 @@ mod undecided;
 
 pub use certificate::{Certificate, SegmentClaim};
 pub use continuous::{Scratch, Validator};
+pub use nearest::{Near, Nearest};
 pub use poses::Enclosed;
 
 pub use crate::collision::Contact;

@@ -6,6 +6,7 @@ use super::motion::{MotionBounds, Twist};
 use crate::collision::piece::Transform;
 use crate::collision::query;
 use crate::collision::{BodyPair, CollisionModel, Contact};
+use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
 
 /// Reusable memory for the motion of all bodies.
@@ -82,6 +83,7 @@ impl SegmentMotion {
             bend,
             travel,
             floor,
+            too_close: 1.5 * floor,
         }
     }
 
@@ -103,5 +105,16 @@ impl SegmentMotion {
         let [a, b] = [pair.a, pair.b];
         let bodies = model.bodies();
         query::closest(&bodies[a], self.placed(model, a), &bodies[b], self.placed(model, b))
+    }
+
+    /// Closest points of the surfaces of a pair where the bodies were placed last, exact, in the world, and the rate
+    /// at which the distance grows along the segment (m per unit t).
+    pub fn surfaces(&self, model: &CollisionModel, pair: &BodyPair) -> (Contact, f64) {
+        let bodies = model.bodies();
+        let [(body_a, at_a), (body_b, at_b)] = [pair.a, pair.b].map(|body| (&bodies[body], self.placed(model, body)));
+        let contact = query::between_surfaces(body_a, at_a, body_b, at_b);
+        let velocity = |link: Option<usize>, point| link.map_or(Vec3::ZERO, |link| self.twists[link].at(point));
+        let apart = velocity(body_a.link, contact.point_a) - velocity(body_b.link, contact.point_b);
+        (contact, contact.normal.dot(apart))
     }
 }

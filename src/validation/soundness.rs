@@ -222,8 +222,10 @@ fn a_pair_far_away_is_proved_by_its_root_balls_alone() {
         let (a, b) = (&model.bodies()[pair.a], &model.bodies()[pair.b]);
         let away = Transform { translation: crate::math::Vec3::X * 100.0, ..Transform::IDENTITY };
         let still = Twist::default();
+        let (floor, too_close) = (1e-3, 1.5e-3);
+        let (bend, travel) = (0.0, 0.0);
         let interval =
-            PairInterval { a, b, relative: away, twist_a: still, twist_b: still, bend: 0.0, travel: 0.0, floor: 1e-3 };
+            PairInterval { a, b, relative: away, twist_a: still, twist_b: still, bend, travel, floor, too_close };
         let mut never = || false;
         let mut looks = super::interval::Looks::new(&mut never);
         assert!(matches!(interval.decide(&mut None, &mut looks), super::interval::IntervalVerdict::Proved(_)));

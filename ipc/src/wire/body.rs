@@ -2,7 +2,7 @@
 
 use super::{
     ActiveContact, CertificateHead, CertificateSegment, LoweredPair, RefusalRecord, RequestHeader, ResponseHeader,
-    Section, WireError,
+    Section, StageRecord, WireError,
 };
 use crate::limits::{MAX_PAYLOAD, MAX_TEXT, PAYLOAD_ALIGN};
 use bytemuck::Pod;
@@ -50,8 +50,10 @@ pub struct ResponseBody<'a> {
     pub certificate: &'a [CertificateSegment],
     /// Pairs proved at a lower floor.
     pub lowered_pairs: &'a [LoweredPair],
-    /// Places where the path touches its clearance.
+    /// The place of the smallest clearance, then those of the contacts that hold the path.
     pub active_contacts: &'a [ActiveContact],
+    /// What each stage of the method did.
+    pub stages: &'a [StageRecord],
     /// Where and why the input was refused.
     pub refusal: Option<&'a RefusalRecord>,
     /// What the certificate speaks about.
@@ -73,6 +75,7 @@ impl ResponseBody<'_> {
         header.certificate = place_records(&mut end, self.certificate);
         header.lowered_pairs = place_records(&mut end, self.lowered_pairs);
         header.active_contacts = place_records(&mut end, self.active_contacts);
+        header.stages = place_records(&mut end, self.stages);
         header.refusal = place_records(&mut end, self.refusal.as_slice_of_one());
         header.certificate_head = place_records(&mut end, self.certificate_head.as_slice_of_one());
         header.names = place(&mut end, cut(self.names).len(), 1);
@@ -89,6 +92,7 @@ impl ResponseBody<'_> {
         put(payload, header.certificate, self.certificate);
         put(payload, header.lowered_pairs, self.lowered_pairs);
         put(payload, header.active_contacts, self.active_contacts);
+        put(payload, header.stages, self.stages);
         put(payload, header.refusal, self.refusal.as_slice_of_one());
         put(payload, header.certificate_head, self.certificate_head.as_slice_of_one());
         put(payload, header.names, cut(self.names).as_bytes());

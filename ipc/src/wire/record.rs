@@ -62,7 +62,7 @@ wire_type! {
 }
 
 wire_type! {
-    /// A place where the path touches its clearance (section `active_contacts`).
+    /// A place where two bodies are closest on a stretch of the path (section `active_contacts`).
     ActiveContact, size 112 {
         0 body_a: TextSpan, "name of the first body";
         8 body_b: TextSpan, "name of the second body";
@@ -73,6 +73,17 @@ wire_type! {
         40 point_a: [f64; 3], "closest point of the first body, world frame, in metres";
         64 point_b: [f64; 3], "closest point of the second body, world frame, in metres";
         88 normal: [f64; 3], "unit vector from the second body to the first, world frame";
+    }
+}
+
+wire_type! {
+    /// What one stage of the method did (section `stages`).
+    StageRecord, size 32 {
+        0 stage: u32, "see stages";
+        4 reserved: u32, "0";
+        8 gain: f64, "by how much it shortened the path, in the request's metric";
+        16 work: u64, "counted work";
+        24 iterations: u64, "its trials";
     }
 }
 

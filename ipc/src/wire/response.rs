@@ -3,18 +3,18 @@
 use super::layout::Section;
 use super::request::{check_version, path_numbers};
 use super::{
-    ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, RefusalRecord, ResponseFlags, Stage, Status,
-    Termination, WireError,
+    ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, RefusalRecord, ResponseFlags, Stage,
+    StageRecord, Status, Termination, WireError,
 };
-use crate::limits::{MAX_RECORDS, MAX_TEXT, MAX_WAYPOINTS};
+use crate::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_WAYPOINTS};
 use crate::wire::body::{numbers, records, section_bytes};
 use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
     /// Header of a response on `taut/v1/optimize`.
-    ResponseHeader, size 232 {
+    ResponseHeader, size 248 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 232";
+        4 header_len: u32, "size of this header, 248";
         8 request_id: u64, "of the request answered";
         16 seq: u32, "counts the responses of this request from 0; a gap means dropped ones";
         20 status: u32, "see statuses";
@@ -36,18 +36,20 @@ wire_type! {
         112 lower_bound: f64, "no path is shorter than this, same metric";
         120 clearance_m: f64, "smallest clearance claimed, in metres";
         128 floor_m: f64, "lowest floor of any pair, in metres";
-        136 iterations: u64, "iterations of the method";
-        144 work: u64, "counted work";
-        152 queue_ns: u64, "time the request waited";
-        160 compute_ns: u64, "time it was worked on";
-        168 path: Section, "waypoints x variables f64, row by row";
-        176 certificate: Section, "records, one per segment";
-        184 lowered_pairs: Section, "records";
-        192 active_contacts: Section, "records";
-        200 refusal: Section, "0 or 1 record";
-        208 certificate_head: Section, "0 or 1 record";
-        216 names: Section, "UTF-8 bytes that text spans point into";
-        224 message: Section, "UTF-8 bytes, one line for people";
+        136 searched_m: f64, "how far active contacts were looked for, in metres; 0 = not at all";
+        144 iterations: u64, "iterations of the method";
+        152 work: u64, "counted work";
+        160 queue_ns: u64, "time the request waited";
+        168 compute_ns: u64, "time it was worked on";
+        176 path: Section, "waypoints x variables f64, row by row";
+        184 certificate: Section, "records, one per segment";
+        192 lowered_pairs: Section, "records";
+        200 active_contacts: Section, "records: first where the smallest clearance is, then what holds the path";
+        208 stages: Section, "records, in the order in which the stages first came";
+        216 refusal: Section, "0 or 1 record";
+        224 certificate_head: Section, "0 or 1 record";
+        232 names: Section, "UTF-8 bytes that text spans point into";
+        240 message: Section, "UTF-8 bytes, one line for people";
     }
 }
 
@@ -70,8 +72,11 @@ pub struct ResponseView<'a> {
     pub certificate: &'a [CertificateSegment],
     /// Pairs proved at a lower floor.
     pub lowered_pairs: &'a [LoweredPair],
-    /// Places where the path touches its clearance.
+    /// First the place of the smallest clearance; then the places of the contacts that hold the path, in order along
+    /// it, the first one again if it holds the path too. Empty where nothing is nearer than `searched_m`.
     pub active_contacts: &'a [ActiveContact],
+    /// What each stage of the method did.
+    pub stages: &'a [StageRecord],
     /// Where and why the input was refused.
     pub refusal: Option<&'a RefusalRecord>,
     /// What the certificate speaks about.
@@ -100,6 +105,7 @@ impl<'a> ResponseView<'a> {
             certificate: records(payload, "certificate", header.certificate, MAX_WAYPOINTS)?,
             lowered_pairs: records(payload, "lowered_pairs", header.lowered_pairs, MAX_RECORDS)?,
             active_contacts: records(payload, "active_contacts", header.active_contacts, MAX_RECORDS)?,
+            stages: records(payload, "stages", header.stages, MAX_STAGES)?,
             refusal: records(payload, "refusal", header.refusal, 1)?.first(),
             certificate_head: records(payload, "certificate_head", header.certificate_head, 1)?.first(),
             names: text(payload, "names", header.names)?,

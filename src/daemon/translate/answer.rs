@@ -1,19 +1,16 @@
 //! From an outcome to the sections of a response.
 
-use std::collections::HashMap;
-
-use sha2::{Digest, Sha256};
-use taut::optimize::{self, Improvement, Outcome, Refusal as Hit, RefusalPlace, Termination};
+use taut::optimize::{Improvement, Outcome, RefusalPlace, Termination};
 use taut::path::Path;
 use taut::store::Snapshot;
-use taut::validation::{Certificate, HitReason};
+use taut::validation::HitReason;
 use taut_ipc::control::Refusal;
-use taut_ipc::limits::{MAX_RECORDS, MAX_TEXT};
 use taut_ipc::wire::{
-    self, CertificateHead, CertificateSegment, Code, LoweredPair, RefusalReason, RefusalRecord, ResponseBody,
-    ResponseFlags, ResponseHeader, Stage, Status, TextSpan,
+    self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, RefusalReason, RefusalRecord,
+    ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status,
 };
 
+use super::records::{self, Names, stage};
 use crate::daemon::job::{Job, StopCause};
 
 /// A response, put together by a worker and sent by the I/O thread.
@@ -25,6 +22,8 @@ pub(in crate::daemon) struct Reply {
     certificate: Vec<CertificateSegment>,
     head: Option<CertificateHead>,
     lowered: Vec<LoweredPair>,
+    contacts: Vec<ActiveContact>,
+    stages: Vec<StageRecord>,
     refusal: Option<RefusalRecord>,
     names: String,
     message: String,
@@ -37,11 +36,12 @@ impl Reply {
             path: &self.path,
             certificate: &self.certificate,
             lowered_pairs: &self.lowered,
+            active_contacts: &self.contacts,
+            stages: &self.stages,
             refusal: self.refusal.as_ref(),
             certificate_head: self.head.as_ref(),
             names: &self.names,
             message: &self.message,
-            ..ResponseBody::default()
         }
     }
 }
@@ -75,16 +75,6 @@ fn termination(outcome: &Outcome, cause: Option<StopCause>) -> wire::Termination
             Some(StopCause::FinishedEarly) => wire::Termination::FinishedEarly,
             Some(StopCause::Cancelled | StopCause::Shutdown) => wire::Termination::Cancelled,
         },
-    }
-}
-
-fn stage(stage: optimize::Stage) -> Stage {
-    match stage {
-        optimize::Stage::Input => Stage::Input,
-        optimize::Stage::Shortcut => Stage::Shortcut,
-        optimize::Stage::PartialShortcut => Stage::PartialShortcut,
-        optimize::Stage::Gradient => Stage::Gradient,
-        optimize::Stage::Contact => Stage::Contact,
     }
 }
 
@@ -122,8 +112,9 @@ pub(in crate::daemon) fn progress(job: &Job, improvement: &Improvement, lengths:
 /// The final response of a job that was computed.
 pub(in crate::daemon) fn answered(job: &Job, outcome: &Outcome, cause: Option<StopCause>) -> Reply {
     let mut names = Names::default();
-    let refusal = outcome.refusal.as_ref().map(|hit| refusal_record(hit, outcome, &mut names));
-    let reason = outcome.refusal.as_ref().map_or(RefusalReason::None, |hit| reason(hit.reason));
+    let refusal = outcome.refusal.as_ref().map(|hit| records::refusal(hit, outcome, &mut names));
+    let reason = outcome.refusal.as_ref().map_or(RefusalReason::None, |hit| records::reason(hit.reason));
+    let lowered = records::lowered(outcome, &mut names);
     let certificate = outcome.certificate.as_ref();
     let header = ResponseHeader {
         status: Status::Final.into(),
@@ -137,6 +128,7 @@ pub(in crate::daemon) fn answered(job: &Job, outcome: &Outcome, cause: Option<St
         lower_bound: outcome.lower_bound,
         clearance_m: certificate.map_or(0.0, |certificate| certificate.clearance_m().unwrap_or(f64::INFINITY)),
         floor_m: outcome.floor_m,
+        searched_m: outcome.nearest.as_ref().map_or(0.0, |nearest| nearest.searched_m),
         iterations: outcome.iterations,
         work: outcome.work,
         ..header(&job.snapshot, &outcome.path)
@@ -144,9 +136,11 @@ pub(in crate::daemon) fn answered(job: &Job, outcome: &Outcome, cause: Option<St
     Reply {
         header,
         path: outcome.path.as_flat().to_vec(),
-        certificate: certificate.map(segments).unwrap_or_default(),
-        head: certificate.map(|certificate| head(certificate, &outcome.path)),
-        lowered: lowered(outcome, &mut names),
+        certificate: certificate.map(records::segments).unwrap_or_default(),
+        head: certificate.map(|certificate| records::head(certificate, &outcome.path)),
+        lowered,
+        contacts: outcome.nearest.as_ref().map(|nearest| records::contacts(nearest, &mut names)).unwrap_or_default(),
+        stages: records::stages(outcome),
         refusal,
         names: names.text,
         message: message(outcome),
@@ -188,96 +182,6 @@ pub(in crate::daemon) fn refused(refusal: Refusal) -> Reply {
         ..ResponseHeader::default()
     };
     Reply { header, message: refusal.message, ..Reply::default() }
-}
-
-/// Collects names of bodies, each once, as far as the section holds them.
-#[derive(Default)]
-struct Names {
-    text: String,
-    known: HashMap<String, TextSpan>,
-}
-
-impl Names {
-    /// Where the name lies; `None` once the section is full.
-    fn span(&mut self, name: &str) -> Option<TextSpan> {
-        if let Some(span) = self.known.get(name) {
-            return Some(*span);
-        }
-        if self.text.len() + name.len() > MAX_TEXT {
-            return None;
-        }
-        let span = TextSpan::push(&mut self.text, name);
-        self.known.insert(name.to_owned(), span);
-        Some(span)
-    }
-}
-
-fn reason(reason: HitReason) -> RefusalReason {
-    match reason {
-        HitReason::Collision => RefusalReason::Collision,
-        HitReason::TooClose => RefusalReason::TooClose,
-        HitReason::Uncertified => RefusalReason::Uncertified,
-    }
-}
-
-fn refusal_record(hit: &Hit, outcome: &Outcome, names: &mut Names) -> RefusalRecord {
-    let [body_a, body_b] = hit.bodies.each_ref().map(|name| names.span(name).unwrap_or_default());
-    let floor = outcome.floors_lowered.iter().find(|lowered| lowered.bodies == hit.bodies);
-    let proved_segments = hit.proved_prefix.floor();
-    RefusalRecord {
-        body_a,
-        body_b,
-        segment: hit.segment as u32,
-        proved_segments: proved_segments as u32,
-        t: hit.t,
-        proved_t: hit.proved_prefix - proved_segments,
-        depth_m: hit.depth_m,
-        floor_m: floor.map_or(outcome.clearance_m, |lowered| lowered.floor_m),
-        point_a: hit.points[0].to_array(),
-        point_b: hit.points[1].to_array(),
-        normal: hit.normal.to_array(),
-    }
-}
-
-fn lowered(outcome: &Outcome, names: &mut Names) -> Vec<LoweredPair> {
-    let record = |floor: &taut::optimize::LoweredFloor| {
-        let [a, b] = &floor.bodies;
-        Some(LoweredPair { body_a: names.span(a)?, body_b: names.span(b)?, floor_m: floor.floor_m })
-    };
-    outcome.floors_lowered.iter().map_while(record).take(MAX_RECORDS).collect()
-}
-
-fn segments(certificate: &Certificate) -> Vec<CertificateSegment> {
-    let record = |claim: &taut::validation::SegmentClaim| CertificateSegment {
-        clearance_m: claim.clearance_m.unwrap_or(f64::INFINITY),
-        intervals: claim.intervals,
-        reserved: 0,
-    };
-    certificate.segments.iter().map(record).collect()
-}
-
-fn head(certificate: &Certificate, path: &Path) -> CertificateHead {
-    CertificateHead {
-        path_hash: path_hash(path.as_flat()),
-        checker_version: certificate.checker_version,
-        segments: certificate.segments.len() as u32,
-        clearance_m: certificate.clearance_m,
-        intervals: certificate.segments.iter().map(|claim| u64::from(claim.intervals)).sum(),
-    }
-}
-
-/// SHA-256 of a path's bits, as the wire has it: four little-endian numbers.
-pub(super) fn path_hash(path: &[f64]) -> [u64; 4] {
-    let mut hasher = Sha256::new();
-    for value in path {
-        hasher.update(value.to_bits().to_le_bytes());
-    }
-    let digest = hasher.finalize();
-    let mut numbers = [0; 4];
-    for (number, bytes) in numbers.iter_mut().zip(digest.chunks_exact(8)) {
-        *number = bytes.iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte));
-    }
-    numbers
 }
 
 /// How a warning starts in the message, which otherwise holds the hint of a refusal.

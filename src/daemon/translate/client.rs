@@ -1,14 +1,11 @@
 //! The client's side: from settings to a request, and from a response back to an outcome.
 
-use taut::math::Vec3;
-use taut::optimize::{LoweredFloor, Mode, Outcome, Refusal, RefusalPlace, Settings, Termination};
+use taut::optimize::{LoweredFloor, Mode, Outcome, Settings, Termination};
 use taut::path::Path;
-use taut::validation::{Certificate, HitReason, SegmentClaim};
-use taut_ipc::wire::{
-    self, Code, NO_GROUP, RefusalReason, RequestFlags, RequestHeader, ResponseView, TextSpan, WireError,
-};
+use taut_ipc::wire::{self, Code, NO_GROUP, RequestFlags, RequestHeader, ResponseView, WireError};
 
-use super::answer::{WARNING, path_hash};
+use super::answer::WARNING;
+use super::sections;
 
 /// Why a response cannot be taken.
 #[derive(Debug, thiserror::Error)]
@@ -38,6 +35,8 @@ pub fn request_header(settings: &Settings) -> RequestHeader {
         Mode::Gradient => wire::Mode::Gradient,
         Mode::RandomShortcut => wire::Mode::RandomShortcut,
         Mode::PartialShortcut => wire::Mode::PartialShortcut,
+        Mode::Contact => wire::Mode::Contact,
+        Mode::Hybrid => wire::Mode::Hybrid,
     };
     let strict = if settings.strict { RequestFlags::STRICT } else { 0 };
     let unwrapped = if settings.unwrapped { RequestFlags::UNWRAPPED } else { 0 };
@@ -65,12 +64,12 @@ pub fn outcome(view: &ResponseView, settings: &Settings, weights: &[f64]) -> Res
     let mut warnings: Vec<String> = view.message.lines().map(str::to_owned).collect();
     let hint: Vec<String> = warnings.extract_if(.., |line| !line.starts_with(WARNING)).collect();
     let lowered: Vec<LoweredFloor> =
-        view.lowered_pairs.iter().map(|pair| lowered(pair, view)).collect::<Result<_, _>>()?;
-    let certificate = certificate(view, settings, &path, &lowered)?;
+        view.lowered_pairs.iter().map(|pair| sections::lowered(pair, view)).collect::<Result<_, _>>()?;
+    let certificate = sections::certificate(view, settings, &path, &lowered)?;
     let outcome = Outcome {
         path,
         proved: view.is_proved(),
-        refusal: refusal(view, hint.join("\n"))?,
+        refusal: sections::refusal(view, hint.join("\n"))?,
         length_before: header.length_before,
         length_after: header.length_after,
         lower_bound: header.lower_bound,
@@ -78,8 +77,11 @@ pub fn outcome(view: &ResponseView, settings: &Settings, weights: &[f64]) -> Res
         clearance_m: settings.clearance_m,
         floor_m: header.floor_m,
         floors_lowered: lowered,
+        nearest: sections::nearest(view)?,
         iterations: header.iterations,
         work: header.work,
+        stage: sections::stage(view.stage),
+        stages: sections::stages(view)?,
         termination: termination(view.termination),
         warnings: warnings.iter().map(|line| line[WARNING.len()..].to_owned()).collect(),
         certificate,
@@ -96,72 +98,4 @@ fn termination(termination: wire::Termination) -> Termination {
         Wire::IterationLimit => Termination::IterationLimit,
         Wire::Running | Wire::Deadline | Wire::Cancelled | Wire::FinishedEarly => Termination::Stopped,
     }
-}
-
-fn names(view: &ResponseView, spans: [TextSpan; 2]) -> Result<[String; 2], WireError> {
-    let [a, b] = spans;
-    Ok([a.of(view.names)?.to_owned(), b.of(view.names)?.to_owned()])
-}
-
-fn lowered(pair: &wire::LoweredPair, view: &ResponseView) -> Result<LoweredFloor, WireError> {
-    Ok(LoweredFloor { bodies: names(view, [pair.body_a, pair.body_b])?, floor_m: pair.floor_m })
-}
-
-fn refusal(view: &ResponseView, hint: String) -> Result<Option<Refusal>, WireError> {
-    let Some(record) = view.refusal else { return Ok(None) };
-    let reason = match RefusalReason::try_from(view.header.refusal_reason)? {
-        RefusalReason::None => return Ok(None),
-        RefusalReason::Collision => HitReason::Collision,
-        RefusalReason::TooClose => HitReason::TooClose,
-        RefusalReason::Uncertified => HitReason::Uncertified,
-    };
-    let place = match view.code {
-        Code::StartStateInCollision => RefusalPlace::Start,
-        Code::GoalInCollision => RefusalPlace::Goal,
-        _ => RefusalPlace::Between,
-    };
-    let vector = |[x, y, z]: [f64; 3]| Vec3::new(x, y, z);
-    Ok(Some(Refusal {
-        reason,
-        place,
-        segment: record.segment as usize,
-        t: record.t,
-        bodies: names(view, [record.body_a, record.body_b])?,
-        points: [vector(record.point_a), vector(record.point_b)],
-        normal: vector(record.normal),
-        depth_m: record.depth_m,
-        proved_prefix: f64::from(record.proved_segments) + record.proved_t,
-        hint,
-    }))
-}
-
-/// The certificate, after comparing its hash with the path that came.
-fn certificate(
-    view: &ResponseView,
-    settings: &Settings,
-    path: &Path,
-    lowered: &[LoweredFloor],
-) -> Result<Option<Certificate>, AnswerError> {
-    let Some(head) = view.certificate_head else { return Ok(None) };
-    if head.path_hash != path_hash(path.as_flat()) {
-        return Err(AnswerError::OtherPath);
-    }
-    let claim = |segment: &wire::CertificateSegment| SegmentClaim {
-        clearance_m: Some(segment.clearance_m).filter(|clearance| clearance.is_finite()),
-        intervals: segment.intervals,
-    };
-    let named = |floor: &LoweredFloor| (floor.bodies[0].clone(), floor.bodies[1].clone(), floor.floor_m);
-    let certificate = Certificate {
-        checker_version: head.checker_version,
-        path_hash: path.hash(),
-        robot_hash: view.header.robot_hash,
-        scene_hash: view.header.scene_hash,
-        clearance_m: head.clearance_m,
-        lowered: lowered.iter().map(named).collect(),
-        unwrapped: settings.unwrapped,
-        held: settings.held.clone(),
-        segments: view.certificate.iter().map(claim).collect(),
-        digest: None,
-    };
-    Ok(Some(certificate.sealed()))
 }

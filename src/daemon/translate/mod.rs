@@ -3,7 +3,9 @@
 mod answer;
 mod client;
 mod models;
+mod records;
 mod request;
+mod sections;
 
 pub use answer::code_of;
 pub(super) use answer::{Reply, answered, expired, preempted, progress, refused};

@@ -83,6 +83,7 @@ pub(in crate::daemon) fn describe(label: &str, entry: &RobotEntry) -> RobotDescr
         layout_hash: robot.layout_hash(),
         variables: variables(robot),
         held_variables: robot.held().iter().map(|variable| variable.name.clone()).collect(),
+        held_values: robot.held().iter().map(|variable| variable.default).collect(),
         groups: robot.groups().iter().map(|(name, moving)| group(robot, name, moving)).collect(),
         nq: robot.space().nq() as u32,
         nv: robot.space().nv() as u32,
@@ -92,19 +93,24 @@ pub(in crate::daemon) fn describe(label: &str, entry: &RobotEntry) -> RobotDescr
 }
 
 fn variables(robot: &RobotModel) -> Vec<VariableDescription> {
-    let circles: Vec<usize> = robot
-        .space()
-        .components()
-        .iter()
-        .filter_map(|component| if let Component::Circle { q, .. } = component { Some(*q) } else { None })
-        .collect();
-    let described = |(q, variable): (usize, &taut::robot::Variable)| VariableDescription {
+    let described = |variable: &taut::robot::Variable| VariableDescription {
         name: variable.name.clone(),
         lower: variable.lower,
         upper: variable.upper,
-        continuous: circles.contains(&q),
+        ..VariableDescription::default()
     };
-    robot.variables().iter().enumerate().map(described).collect()
+    let mut variables: Vec<_> = robot.variables().iter().map(described).collect();
+    for component in robot.space().components() {
+        let (columns, first, coordinates) = match *component {
+            Component::Line { q, v } | Component::Circle { q, v } => (q..q + 1, v, 1),
+            Component::Rotation { q, v } => (q..q + 4, v, 3),
+        };
+        for variable in &mut variables[columns] {
+            variable.continuous = matches!(component, Component::Circle { .. });
+            (variable.coordinate, variable.coordinates) = (first as u32, coordinates);
+        }
+    }
+    variables
 }
 
 fn group(robot: &RobotModel, name: &str, moving: &[bool]) -> GroupDescription {

@@ -1,0 +1,81 @@
+//! What stands below the first line of an answer for people: how good it is, what holds it, how it came about.
+
+use std::fmt::Write;
+
+use taut::optimize::{NearestBodies, Outcome, PathContact};
+
+use super::report::{self, Subject, length};
+use super::run::Timed;
+
+/// Contacts that are listed one by one.
+const LISTED: usize = 8;
+
+/// Below a shortened path.
+pub(super) fn of_shortening(subject: &Subject, timed: &Timed) -> String {
+    let outcome = &timed.outcome;
+    if !outcome.proved {
+        return String::new();
+    }
+    let mut text = String::new();
+    line(&mut text, "bound", &bound(outcome, &subject.metric));
+    nearest(&mut text, outcome);
+    if !outcome.stages.is_empty() {
+        line(&mut text, "stages", &stages(outcome));
+    }
+    line(&mut text, "ended", &ended(outcome));
+    text
+}
+
+/// Below a path that was checked.
+pub(super) fn of_check(timed: &Timed) -> String {
+    let mut text = String::new();
+    nearest(&mut text, &timed.outcome);
+    text
+}
+
+fn line(text: &mut String, head: &str, rest: &str) {
+    let _ = write!(text, "\n  {head:<9}{rest}");
+}
+
+fn bound(outcome: &Outcome, metric: &str) -> String {
+    let gap = outcome.gap().map(|gap| format!(", gap {:.1} %", 100.0 * gap));
+    format!("{:.4}{}   lengths in {metric}", outcome.lower_bound, gap.unwrap_or_default())
+}
+
+fn nearest(text: &mut String, outcome: &Outcome) {
+    let Some(NearestBodies { searched_m, smallest, contacts }) = &outcome.nearest else { return };
+    let segments = outcome.path.len().saturating_sub(1).max(1);
+    match smallest {
+        Some(contact) => line(text, "nearest", &place(contact, segments)),
+        None => line(text, "nearest", &format!("nothing within {}", length(*searched_m))),
+    }
+    for (index, contact) in contacts.iter().take(LISTED).enumerate() {
+        line(text, if index == 0 { "held by" } else { "" }, &place(contact, segments));
+    }
+    if contacts.len() > LISTED {
+        line(text, "", &format!("and {} more", contacts.len() - LISTED));
+    }
+}
+
+fn place(contact: &PathContact, segments: usize) -> String {
+    let [a, b] = &contact.bodies;
+    let (distance, segment) = (length(contact.distance_m), contact.segment + 1);
+    format!("{a} × {b}, {distance}, segment {segment} of {segments}, t = {:.3}", contact.t)
+}
+
+fn stages(outcome: &Outcome) -> String {
+    let share = |share: &taut::optimize::StageShare| {
+        let (name, gain) = (share.stage.name(), share.gain);
+        format!("{name} −{gain:.4} ({} iterations, {} work)", share.iterations, share.work)
+    };
+    outcome.stages.iter().map(share).collect::<Vec<_>>().join(", ")
+}
+
+fn ended(outcome: &Outcome) -> String {
+    let (why, iterations, work) = (report::termination_name(outcome.termination), outcome.iterations, outcome.work);
+    let found = match outcome.stage {
+        taut::optimize::Stage::Input => "nothing shorter found".to_owned(),
+        stage => format!("found by {}", stage.name()),
+    };
+    format!("{why}, {found}, {iterations} iterations, {work} work")
+}

@@ -1,0 +1,151 @@
+//! From an outcome to the records of a response's sections.
+
+use std::collections::HashMap;
+
+use sha2::{Digest, Sha256};
+use taut::optimize::{self, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal as Hit};
+use taut::path::Path;
+use taut::validation::{Certificate, HitReason, SegmentClaim};
+use taut_ipc::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT};
+use taut_ipc::wire::{
+    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, RefusalReason, RefusalRecord, Stage, StageRecord,
+    TextSpan,
+};
+
+/// Collects names of bodies, each once, as far as the section holds them.
+#[derive(Default)]
+pub(super) struct Names {
+    /// The section.
+    pub text: String,
+    known: HashMap<String, TextSpan>,
+}
+
+impl Names {
+    /// Where the name lies; `None` once the section is full.
+    fn span(&mut self, name: &str) -> Option<TextSpan> {
+        if let Some(span) = self.known.get(name) {
+            return Some(*span);
+        }
+        if self.text.len() + name.len() > MAX_TEXT {
+            return None;
+        }
+        let span = TextSpan::push(&mut self.text, name);
+        self.known.insert(name.to_owned(), span);
+        Some(span)
+    }
+}
+
+/// The same reason on the wire.
+pub(super) fn reason(reason: HitReason) -> RefusalReason {
+    match reason {
+        HitReason::Collision => RefusalReason::Collision,
+        HitReason::TooClose => RefusalReason::TooClose,
+        HitReason::Uncertified => RefusalReason::Uncertified,
+    }
+}
+
+/// Where and why the input is refused.
+pub(super) fn refusal(hit: &Hit, outcome: &Outcome, names: &mut Names) -> RefusalRecord {
+    let [body_a, body_b] = hit.bodies.each_ref().map(|name| names.span(name).unwrap_or_default());
+    let floor = outcome.floors_lowered.iter().find(|lowered| lowered.bodies == hit.bodies);
+    let proved_segments = hit.proved_prefix.floor();
+    RefusalRecord {
+        body_a,
+        body_b,
+        segment: hit.segment as u32,
+        proved_segments: proved_segments as u32,
+        t: hit.t,
+        proved_t: hit.proved_prefix - proved_segments,
+        depth_m: hit.depth_m,
+        floor_m: floor.map_or(outcome.clearance_m, |lowered| lowered.floor_m),
+        point_a: hit.points[0].to_array(),
+        point_b: hit.points[1].to_array(),
+        normal: hit.normal.to_array(),
+    }
+}
+
+/// Pairs with a lowered floor.
+pub(super) fn lowered(outcome: &Outcome, names: &mut Names) -> Vec<LoweredPair> {
+    let record = |floor: &LoweredFloor| {
+        let [a, b] = &floor.bodies;
+        Some(LoweredPair { body_a: names.span(a)?, body_b: names.span(b)?, floor_m: floor.floor_m })
+    };
+    outcome.floors_lowered.iter().map_while(record).take(MAX_RECORDS).collect()
+}
+
+/// What the certificate claims of each segment.
+pub(super) fn segments(certificate: &Certificate) -> Vec<CertificateSegment> {
+    let record = |claim: &SegmentClaim| CertificateSegment {
+        clearance_m: claim.clearance_m.unwrap_or(f64::INFINITY),
+        intervals: claim.intervals,
+        reserved: 0,
+    };
+    certificate.segments.iter().map(record).collect()
+}
+
+/// What it is about.
+pub(super) fn head(certificate: &Certificate, path: &Path) -> CertificateHead {
+    CertificateHead {
+        path_hash: path_hash(path.as_flat()),
+        checker_version: certificate.checker_version,
+        segments: certificate.segments.len() as u32,
+        clearance_m: certificate.clearance_m,
+        intervals: certificate.segments.iter().map(|claim| u64::from(claim.intervals)).sum(),
+    }
+}
+
+/// SHA-256 of a path's bits, as the wire has it: four little-endian numbers.
+pub(super) fn path_hash(path: &[f64]) -> [u64; 4] {
+    let mut hasher = Sha256::new();
+    for value in path {
+        hasher.update(value.to_bits().to_le_bytes());
+    }
+    let digest = hasher.finalize();
+    let mut numbers = [0; 4];
+    for (number, bytes) in numbers.iter_mut().zip(digest.chunks_exact(8)) {
+        *number = bytes.iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte));
+    }
+    numbers
+}
+
+/// The place of the smallest clearance, then what holds the path, as far as the section holds it.
+pub(super) fn contacts(nearest: &NearestBodies, names: &mut Names) -> Vec<ActiveContact> {
+    let record = |contact: &PathContact| {
+        let [a, b] = &contact.bodies;
+        Some(ActiveContact {
+            body_a: names.span(a)?,
+            body_b: names.span(b)?,
+            segment: contact.segment as u32,
+            reserved: 0,
+            t: contact.t,
+            distance_m: contact.distance_m,
+            point_a: contact.points[0].to_array(),
+            point_b: contact.points[1].to_array(),
+            normal: contact.normal.to_array(),
+        })
+    };
+    nearest.smallest.iter().chain(&nearest.contacts).map_while(record).take(MAX_RECORDS).collect()
+}
+
+/// What each stage did.
+pub(super) fn stages(outcome: &Outcome) -> Vec<StageRecord> {
+    let record = |share: &optimize::StageShare| StageRecord {
+        stage: stage(share.stage).into(),
+        reserved: 0,
+        gain: share.gain,
+        work: share.work,
+        iterations: share.iterations,
+    };
+    outcome.stages.iter().map(record).take(MAX_STAGES).collect()
+}
+
+/// The same stage on the wire.
+pub(super) fn stage(stage: optimize::Stage) -> Stage {
+    match stage {
+        optimize::Stage::Input => Stage::Input,
+        optimize::Stage::Shortcut => Stage::Shortcut,
+        optimize::Stage::PartialShortcut => Stage::PartialShortcut,
+        optimize::Stage::Gradient => Stage::Gradient,
+        optimize::Stage::Contact => Stage::Contact,
+    }
+}

@@ -1,0 +1,124 @@
+//! From the records of a response's sections back to an outcome.
+
+use taut::math::Vec3;
+use taut::optimize::{self, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, Settings, StageShare};
+use taut::path::Path;
+use taut::validation::{Certificate, HitReason, SegmentClaim};
+use taut_ipc::wire::{self, ActiveContact, Code, RefusalReason, ResponseView, Stage, StageRecord, TextSpan, WireError};
+
+use super::client::AnswerError;
+use super::records::path_hash;
+
+fn vector([x, y, z]: [f64; 3]) -> Vec3 {
+    Vec3::new(x, y, z)
+}
+
+fn names(view: &ResponseView, spans: [TextSpan; 2]) -> Result<[String; 2], WireError> {
+    let [a, b] = spans;
+    Ok([a.of(view.names)?.to_owned(), b.of(view.names)?.to_owned()])
+}
+
+/// A pair with a lowered floor.
+pub(super) fn lowered(pair: &wire::LoweredPair, view: &ResponseView) -> Result<LoweredFloor, WireError> {
+    Ok(LoweredFloor { bodies: names(view, [pair.body_a, pair.body_b])?, floor_m: pair.floor_m })
+}
+
+/// Where and why the input is refused.
+pub(super) fn refusal(view: &ResponseView, hint: String) -> Result<Option<Refusal>, WireError> {
+    let Some(record) = view.refusal else { return Ok(None) };
+    let reason = match RefusalReason::try_from(view.header.refusal_reason)? {
+        RefusalReason::None => return Ok(None),
+        RefusalReason::Collision => HitReason::Collision,
+        RefusalReason::TooClose => HitReason::TooClose,
+        RefusalReason::Uncertified => HitReason::Uncertified,
+    };
+    let place = match view.code {
+        Code::StartStateInCollision => RefusalPlace::Start,
+        Code::GoalInCollision => RefusalPlace::Goal,
+        _ => RefusalPlace::Between,
+    };
+    Ok(Some(Refusal {
+        reason,
+        place,
+        segment: record.segment as usize,
+        t: record.t,
+        bodies: names(view, [record.body_a, record.body_b])?,
+        points: [vector(record.point_a), vector(record.point_b)],
+        normal: vector(record.normal),
+        depth_m: record.depth_m,
+        proved_prefix: f64::from(record.proved_segments) + record.proved_t,
+        hint,
+    }))
+}
+
+/// The certificate, after comparing its hash with the path that came.
+pub(super) fn certificate(
+    view: &ResponseView,
+    settings: &Settings,
+    path: &Path,
+    lowered: &[LoweredFloor],
+) -> Result<Option<Certificate>, AnswerError> {
+    let Some(head) = view.certificate_head else { return Ok(None) };
+    if head.path_hash != path_hash(path.as_flat()) {
+        return Err(AnswerError::OtherPath);
+    }
+    let claim = |segment: &wire::CertificateSegment| SegmentClaim {
+        clearance_m: Some(segment.clearance_m).filter(|clearance| clearance.is_finite()),
+        intervals: segment.intervals,
+    };
+    let named = |floor: &LoweredFloor| (floor.bodies[0].clone(), floor.bodies[1].clone(), floor.floor_m);
+    let certificate = Certificate {
+        checker_version: head.checker_version,
+        path_hash: path.hash(),
+        robot_hash: view.header.robot_hash,
+        scene_hash: view.header.scene_hash,
+        clearance_m: head.clearance_m,
+        lowered: lowered.iter().map(named).collect(),
+        unwrapped: settings.unwrapped,
+        held: settings.held.clone(),
+        segments: view.certificate.iter().map(claim).collect(),
+        digest: None,
+    };
+    Ok(Some(certificate.sealed()))
+}
+
+/// What is nearest along the path; `None` where it was not looked for.
+pub(super) fn nearest(view: &ResponseView) -> Result<Option<NearestBodies>, WireError> {
+    let searched_m = view.header.searched_m;
+    if searched_m == 0.0 {
+        return Ok(None);
+    }
+    let contact = |record: &ActiveContact| -> Result<PathContact, WireError> {
+        Ok(PathContact {
+            segment: record.segment as usize,
+            t: record.t,
+            bodies: names(view, [record.body_a, record.body_b])?,
+            distance_m: record.distance_m,
+            points: [vector(record.point_a), vector(record.point_b)],
+            normal: vector(record.normal),
+        })
+    };
+    let smallest = view.active_contacts.first().map(contact).transpose()?;
+    let contacts = view.active_contacts.iter().skip(1).map(contact).collect::<Result<_, _>>()?;
+    Ok(Some(NearestBodies { searched_m, smallest, contacts }))
+}
+
+/// What each stage did.
+pub(super) fn stages(view: &ResponseView) -> Result<Vec<StageShare>, WireError> {
+    let share = |record: &StageRecord| {
+        let stage = stage(Stage::try_from(record.stage)?);
+        Ok(StageShare { stage, gain: record.gain, work: record.work, iterations: record.iterations })
+    };
+    view.stages.iter().map(share).collect()
+}
+
+/// The stage that the wire means.
+pub(super) fn stage(stage: Stage) -> optimize::Stage {
+    match stage {
+        Stage::Input => optimize::Stage::Input,
+        Stage::Shortcut => optimize::Stage::Shortcut,
+        Stage::PartialShortcut => optimize::Stage::PartialShortcut,
+        Stage::Gradient => optimize::Stage::Gradient,
+        Stage::Contact => optimize::Stage::Contact,
+    }
+}

@@ -1,0 +1,105 @@
+//! Intervals on which a pair may come nearer than what is looked for.
+
+use std::cmp::Ordering;
+
+use super::super::continuous::Validator;
+use super::super::undecided::{Interval, List, Undecided};
+use super::Near;
+use crate::lanes::LANES;
+use crate::path::Path;
+
+/// A pair that is near in the middle of an interval.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub(super) pair: usize,
+    pub(super) interval: Interval,
+}
+
+impl Candidate {
+    /// Pair by pair, each along the path.
+    pub(super) fn along_the_path(&self, other: &Self) -> Ordering {
+        let place = |it: &Self| (it.pair, it.interval.segment);
+        place(self).cmp(&place(other)).then(self.interval.middle.total_cmp(&other.interval.middle))
+    }
+}
+
+impl Validator<'_> {
+    /// Looks at the whole path as a proof at the present floors does, but goes on where a pair is too close: these
+    /// are the candidates. `None` where stopped or too dear.
+    pub(super) fn candidates(
+        &mut self,
+        path: &Path,
+        most_work: u64,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Vec<Candidate>> {
+        self.begin();
+        if path.len() == 1 {
+            self.add(path.waypoint(0), path.waypoint(0));
+        }
+        for [from, to] in path.segments() {
+            self.add(from, to);
+        }
+        let mut found = Vec::new();
+        while !self.scratch.queue.is_empty() {
+            if stop() || self.work() > most_work {
+                return None;
+            }
+            let (rake, count) = self.next_rake();
+            self.filter(&rake[..count]);
+            for (lane, interval) in rake[..count].iter().enumerate() {
+                let undecided = self.settle_lane(lane, interval, &mut found, stop)?;
+                self.scratch.queue.extend(interval.split(&undecided));
+            }
+        }
+        Some(found)
+    }
+
+    /// Settles what the filter leaves of one interval.
+    fn settle_lane(
+        &mut self,
+        lane: usize,
+        interval: &Interval,
+        found: &mut Vec<Candidate>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Undecided> {
+        let (first, mut excess) = (self.scratch.lists.len(), 0.0_f32);
+        for entry in 0..self.scratch.rake.unproved.len() {
+            if self.scratch.rake.unproved[entry].lanes >> lane & 1 == 0 {
+                continue;
+            }
+            let refused = self.settle(interval, entry, lane, stop)?;
+            let unproved = &self.scratch.rake.unproved[entry];
+            let pair = unproved.pair as usize;
+            match refused {
+                Some(_) => found.push(Candidate { pair, interval: *interval }),
+                None if unproved.lanes >> lane & 1 == 1 => {
+                    self.scratch.lists.push(unproved.pair);
+                    excess = excess.max(unproved.excess[lane]);
+                }
+                None => {}
+            }
+        }
+        let parts = excess.ceil().max(2.0).min(LANES as f32) as usize;
+        Some(Undecided { pairs: List::Of(first, self.scratch.lists.len()), parts })
+    }
+
+    /// What is nearest of the candidates' middles, followed to where it is nearest: what is farther away than this
+    /// need not be looked for.
+    pub(super) fn rough_smallest(
+        &mut self,
+        candidates: &[Candidate],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Option<Near>> {
+        let mut nearest: Option<(f64, Candidate)> = None;
+        for candidate in candidates {
+            if stop() {
+                return None;
+            }
+            let distance = self.near(candidate.pair, &candidate.interval, candidate.interval.middle).0.contact.distance;
+            if nearest.is_none_or(|(least, _)| distance < least) {
+                nearest = Some((distance, *candidate));
+            }
+        }
+        Some(nearest.map(|(_, candidate)| self.follow(candidate.pair, &candidate.interval, [0.0, 1.0])))
+    }
+}

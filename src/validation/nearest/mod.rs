@@ -1,0 +1,111 @@
+//! Where a proved path comes nearest to anything, and which bodies hold it.
+//!
+//! A proof only says what is kept; a person wants to know where and between what. So the path is looked at once more:
+//! the filter and the bound of a proof leave few places that may be nearer than what is looked for
+//! ([`candidates`]), and of these each stretch is searched for its least distance ([`stretch`]). Distances are exact
+//! and their places are where they are least, up to [`RESOLUTION`].
+
+mod candidates;
+mod follow;
+mod stretch;
+#[cfg(test)]
+mod tests;
+
+use super::Contact;
+use super::continuous::Validator;
+use super::floors::Floors;
+use crate::path::Path;
+use candidates::Candidate;
+use stretch::Sought;
+
+/// Bodies nearer than this many of their floors hold the path: optimizers aim at two.
+pub const CONTACT_FLOORS: f64 = 3.0;
+/// How far the nearest bodies are looked for, in floors, ...
+const SEARCHED_FLOORS: f64 = 10.0;
+/// ... and at the most (m), unless that is less than what holds a path.
+const SEARCHED_M: f64 = 0.02;
+/// A place has the least distance of its stretch but for this part of the pair's floor.
+pub const RESOLUTION: f64 = 0.05;
+/// Nobody asks for less than this (m), however low the floor.
+const FINEST_M: f64 = 1e-6;
+
+/// A place at which two bodies are closest on a stretch of a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Near {
+    /// Segment of the path, from 0.
+    pub segment: usize,
+    /// Ratio on the segment, in [0, 1].
+    pub t: f64,
+    /// Index of the pair in the collision model.
+    pub pair: usize,
+    /// Closest points there, exact.
+    pub contact: Contact,
+}
+
+/// What is nearest along a path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nearest {
+    /// How far was looked (m): where nothing is named, nothing is nearer than this.
+    pub searched_m: f64,
+    /// The least distance of all.
+    pub smallest: Option<Near>,
+    /// For each pair and each stretch of a segment on which it is nearer than [`CONTACT_FLOORS`] of its floors, the
+    /// place where it is nearest; in order along the path. What gets half as far again at most is one stretch, and
+    /// so are those on both sides of a waypoint unless the pair is farther apart there than beside it.
+    pub contacts: Vec<Near>,
+}
+
+impl Validator<'_> {
+    /// Looks for what is nearest along a path that is proved.
+    ///
+    /// Floors, what is proved and where pairs were seen apart stay as they were, so that the search changes no later
+    /// verdict. `None` where `stop` said so, or where the search cost more than it may: then nothing is known.
+    pub fn nearest(&mut self, path: &Path, stop: &mut dyn FnMut() -> bool) -> Option<Nearest> {
+        let clearance = self.scratch.floors.common();
+        let searched_m = (SEARCHED_FLOORS * clearance).min(SEARCHED_M).max(CONTACT_FLOORS * clearance);
+        let mut wide = std::mem::take(&mut self.scratch.wide);
+        wide.reset(self.model.pairs().len(), searched_m);
+        let floors = std::mem::replace(&mut self.scratch.floors, wide);
+        let directions = std::mem::take(&mut self.scratch.directions);
+        let found = self.search_nearest(path, &floors, searched_m, stop);
+        self.begin();
+        self.scratch.directions = directions;
+        self.scratch.wide = std::mem::replace(&mut self.scratch.floors, floors);
+        found
+    }
+
+    fn search_nearest(
+        &mut self,
+        path: &Path,
+        floors: &Floors,
+        searched_m: f64,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Nearest> {
+        let most_work = self.work() + most_work(path);
+        let mut candidates = self.candidates(path, most_work, stop)?;
+        candidates.sort_by(Candidate::along_the_path);
+        let mut smallest = self.rough_smallest(&candidates, stop)?.filter(|near| near.contact.distance < searched_m);
+        let mut contacts = Vec::new();
+        for of_pair in candidates.chunk_by(|a, b| a.pair == b.pair) {
+            let floor = floors.all()[of_pair[0].pair];
+            let least = smallest.map_or(searched_m, |near: Near| near.contact.distance);
+            let within = CONTACT_FLOORS * floor;
+            let resolution = (RESOLUTION * floor).max(FINEST_M);
+            let sought = Sought { pair: of_pair[0].pair, within: within.max(least), resolution, most_work };
+            for near in self.stretches(&sought, of_pair, stop)? {
+                let distance = near.contact.distance;
+                if smallest.is_none_or(|least| distance < least.contact.distance) {
+                    smallest = Some(near).filter(|near| near.contact.distance < searched_m);
+                }
+                contacts.extend(Some(near).filter(|_| distance < within));
+            }
+        }
+        contacts.sort_by(|a, b| a.segment.cmp(&b.segment).then(a.t.total_cmp(&b.t)).then(a.pair.cmp(&b.pair)));
+        Some(Nearest { searched_m, smallest, contacts })
+    }
+}
+
+/// Work that a search may cost: many times what it takes even along a path that is held everywhere.
+fn most_work(path: &Path) -> u64 {
+    100_000 + 20_000 * path.len() as u64
+}

@@ -1,0 +1,226 @@
+//! Stretches of a path on which a pair is near, and the least distance on each.
+
+use super::super::continuous::Validator;
+use super::super::interval::{IntervalVerdict, Looks};
+use super::super::undecided::Interval;
+use super::Near;
+use super::candidates::Candidate;
+
+/// Half widths below this are not halved any more: a rounding wide in any room.
+const FINEST_HALF: f64 = 1e-6;
+/// An interval on which the distance falls at most by this part of what is sought below that of its middle is
+/// fine enough to tell stretches apart.
+const COARSE: f64 = 0.5;
+
+/// What is looked for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sought {
+    pub(super) pair: usize,
+    /// Distances below this count (m).
+    pub(super) within: f64,
+    /// How much above the least distance a found one may be (m).
+    pub(super) resolution: f64,
+    /// The validator's count of work at which to give up.
+    pub(super) most_work: u64,
+}
+
+/// An interval, and the pair in its middle.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    interval: Interval,
+    near: Near,
+}
+
+/// What is known of one pair, along the path.
+#[derive(Default)]
+struct Along {
+    /// Cells of one segment without a parting between them, of which the nearest place is not known yet.
+    stretch: Vec<Cell>,
+    found: Vec<Near>,
+    /// Places at which the pair is farther apart than is sought, in order.
+    partings: Vec<f64>,
+    /// Everything before this is looked at.
+    reached: f64,
+}
+
+impl Interval {
+    fn halves(&self) -> [Self; 2] {
+        let half = self.half / 2.0;
+        [-half, half].map(|shift| Self { middle: self.middle + shift, half, ..*self })
+    }
+
+    /// Where it begins and ends on its segment.
+    fn ends(&self) -> [f64; 2] {
+        [self.middle - self.half, self.middle + self.half]
+    }
+
+    fn along(&self, t: f64) -> f64 {
+        self.segment as f64 + t
+    }
+}
+
+impl Validator<'_> {
+    /// The nearest place of each stretch of the pair's candidates, which are in order. `None` where stopped or too
+    /// dear.
+    pub(super) fn stretches(
+        &mut self,
+        sought: &Sought,
+        candidates: &[Candidate],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Vec<Near>> {
+        let mut along = Along::default();
+        let mut open: Vec<Interval> = candidates.iter().rev().map(|candidate| candidate.interval).collect();
+        while let Some(interval) = open.pop() {
+            if self.is_over(sought, stop) {
+                return None;
+            }
+            let is_far = self.keeps(sought, &interval, sought.within, stop)?;
+            let near = if is_far { None } else { Some(self.near(sought.pair, &interval, interval.middle).0) };
+            if let Some(near) = near {
+                let floor = near.contact.distance - COARSE * sought.within;
+                if interval.half > FINEST_HALF && !self.keeps(sought, &interval, floor, stop)? {
+                    open.extend(interval.halves().into_iter().rev());
+                    continue;
+                }
+            }
+            self.append(sought, &mut along, &interval, near, stop)?;
+        }
+        self.close(sought, &mut along, stop)?;
+        Some(self.merged(&along))
+    }
+
+    /// Goes on along the path by an interval that is looked at enough; `near` is `None` where all of it is too far.
+    fn append(
+        &mut self,
+        sought: &Sought,
+        along: &mut Along,
+        interval: &Interval,
+        near: Option<Near>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<()> {
+        let [start, end] = interval.ends().map(|t| interval.along(t));
+        let middle = interval.along(interval.middle);
+        let before = (start > along.reached + FINEST_HALF).then_some((start + along.reached) / 2.0);
+        let inside = near.is_none_or(|near| near.contact.distance >= sought.within).then_some(middle);
+        let turns = along.stretch.last().is_some_and(|cell| cell.interval.segment != interval.segment);
+        if turns || before.or(inside).is_some() {
+            self.close(sought, along, stop)?;
+        }
+        along.partings.extend(before.into_iter().chain(inside));
+        along.reached = end;
+        if let Some(near) = near {
+            along.stretch.push(Cell { interval: *interval, near });
+        }
+        // It may dip below what is sought at either side of its middle.
+        if inside.is_some() { self.close(sought, along, stop) } else { Some(()) }
+    }
+
+    /// Ends a stretch: finds its nearest place, which counts if it is near enough.
+    fn close(&mut self, sought: &Sought, along: &mut Along, stop: &mut dyn FnMut() -> bool) -> Option<()> {
+        if let Some(near) = self.least(sought, &along.stretch, stop)? {
+            along.found.extend(Some(near).filter(|near| near.contact.distance < sought.within));
+        }
+        along.stretch.clear();
+        Some(())
+    }
+
+    /// The nearest place of a stretch: the nearest of its cells' middles, followed to where the distance stops
+    /// falling; then whatever the bound does not prove to be farther is halved, and the same again.
+    fn least(&mut self, sought: &Sought, stretch: &[Cell], stop: &mut dyn FnMut() -> bool) -> Option<Option<Near>> {
+        let nearest = |a: &&Cell, b: &&Cell| a.near.contact.distance.total_cmp(&b.near.contact.distance);
+        let Some(start) = stretch.iter().min_by(nearest) else { return Some(None) };
+        let mut best = self.follow(sought.pair, &start.interval, reach(stretch, start.interval.segment));
+        let mut open: Vec<Interval> = stretch.iter().map(|cell| cell.interval).collect();
+        while let Some(interval) = open.pop() {
+            if self.is_over(sought, stop) {
+                return None;
+            }
+            let enough = best.contact.distance - sought.resolution;
+            if interval.half <= FINEST_HALF || self.keeps(sought, &interval, enough, stop)? {
+                continue;
+            }
+            for half in interval.halves() {
+                let near = self.near(sought.pair, &half, half.middle).0;
+                if near.contact.distance < best.contact.distance {
+                    best = self.follow(sought.pair, &half, reach(stretch, half.segment));
+                }
+                open.push(half);
+            }
+        }
+        Some(Some(best))
+    }
+
+    fn is_over(&self, sought: &Sought, stop: &mut dyn FnMut() -> bool) -> bool {
+        stop() || self.work() > sought.most_work
+    }
+
+    /// One place for each stretch: the lower of two where nothing parts them.
+    fn merged(&mut self, along: &Along) -> Vec<Near> {
+        let mut merged: Vec<Near> = Vec::new();
+        for near in &along.found {
+            match merged.last_mut() {
+                Some(last) if self.are_one(last, near, &along.partings) => {
+                    if near.contact.distance < last.contact.distance {
+                        *last = *near;
+                    }
+                }
+                _ => merged.push(*near),
+            }
+        }
+        merged
+    }
+
+    /// Whether two places, one after the other, are of one stretch: nothing parts them, and where a waypoint lies
+    /// between them, one of the two is at the waypoint and the distance falls from there towards the other.
+    fn are_one(&mut self, first: &Near, second: &Near, partings: &[f64]) -> bool {
+        let along = |near: &Near| near.segment as f64 + near.t;
+        let (low, high) = (along(first).min(along(second)), along(first).max(along(second)));
+        let next = partings.partition_point(|parting| *parting <= low);
+        if second.segment > first.segment + 1 || partings.get(next).is_some_and(|parting| *parting < high) {
+            return false;
+        }
+        let rate_at = |validator: &mut Self, segment: usize, t: f64| {
+            validator.near(first.pair, &Interval { segment, ..Interval::default() }, t).1
+        };
+        let (ends_at, begins_at) = (first.t > 1.0 - FINEST_HALF, second.t < FINEST_HALF);
+        first.segment == second.segment
+            || ends_at && (begins_at || rate_at(self, second.segment, 0.0) < 0.0)
+            || begins_at && rate_at(self, first.segment, 1.0) > 0.0
+    }
+
+    /// Whether the pair is proved to keep this distance (m) on the whole interval. `None` where stopped.
+    fn keeps(
+        &mut self,
+        sought: &Sought,
+        interval: &Interval,
+        distance: f64,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<bool> {
+        self.place(interval);
+        let (model, pair) = (self.model, sought.pair);
+        let mut bound = self.scratch.motion.pair_interval(model, &model.pairs()[pair], interval.half, distance);
+        bound.too_close = distance;
+        if !self.layers.along_normal {
+            bound.bend = f64::INFINITY;
+        }
+        let mut looks = Looks::new(stop);
+        let mut direction = self.scratch.directions.get(&pair).copied();
+        let verdict = bound.decide(&mut direction, &mut looks);
+        self.exact += looks.count;
+        if let Some(direction) = direction {
+            self.scratch.directions.insert(pair, direction);
+        }
+        match verdict {
+            IntervalVerdict::Stopped => None,
+            verdict => Some(matches!(verdict, IntervalVerdict::Proved(_))),
+        }
+    }
+}
+
+/// The part of a segment that a stretch covers.
+fn reach(stretch: &[Cell], segment: usize) -> [f64; 2] {
+    let mut on_it = stretch.iter().map(|cell| cell.interval).filter(|interval| interval.segment == segment);
+    let first = on_it.next().map_or([0.0, 1.0], |interval| interval.ends());
+    let last = on_it.next_back().map_or(first, |interval| interval.ends());
+    [first[0].max(0.0), last[1].min(1.0)]
+}
