@@ -11,7 +11,7 @@
 //! misses is the curvature of the contact).
 
 use super::active_set::{ActiveSet, Infeasible};
-use super::cost::Cost;
+use super::cost::{Cost, segment_lengths};
 use super::half_space::HalfSpace;
 use super::limits::Limits;
 use super::outcome::{Stage, Termination};
@@ -50,6 +50,15 @@ const SAME_RATIO: f64 = 0.1;
 /// A step that shortens the path by less than this part is none.
 const SMALL_GAIN: f64 = 2e-4;
 
+/// Without this gain since the last, new waypoints are not worth their cost.
+const WORTH_REFINING: f64 = 1e-3;
+
+/// A segment is split inside of this range of ratios.
+const SPLIT_INSIDE: std::ops::Range<f64> = 0.1..0.9;
+
+/// No segment shorter than this part of the path is split: micro-segments break the timing of a path.
+const SHORTEST_SPLIT: f64 = 0.04;
+
 /// Two bodies that hold the path: a pair at a ratio of a segment.
 #[derive(Clone, Copy, Debug)]
 struct Place {
@@ -60,6 +69,8 @@ struct Place {
     row: Option<usize>,
     /// Accepted paths since it last pushed.
     idle: u32,
+    /// Its multiplier when it last pushed.
+    push: f64,
 }
 
 impl Place {
@@ -82,19 +93,14 @@ enum Pulled {
 pub fn optimize(progress: &mut Progress) -> Termination {
     progress.enter(Stage::Contact);
     let mut descent = Descent::new(progress);
-    let mut small = 0;
     loop {
-        match descent.pull() {
-            Pulled::Ended(termination) => return termination,
-            Pulled::By(gain) if gain >= SMALL_GAIN => small = 0,
-            Pulled::By(_) => small += 1,
-            Pulled::Nothing => small += 2,
+        let before = descent.progress.length;
+        if let Some(termination) = descent.converge() {
+            return termination;
         }
-        if small >= 2 {
-            if !descent.refine() {
-                return Termination::Converged;
-            }
-            small = 0;
+        let has_gained = descent.progress.length < before * (1.0 - WORTH_REFINING);
+        if !(has_gained && descent.refine()) {
+            return Termination::Converged;
         }
     }
 }
@@ -120,7 +126,6 @@ struct Descent<'s, 'r, 'm> {
     ends: [Vec<f64>; 2],
     cutting: Vec<f64>,
     cut_distance: f64,
-    refinements: u32,
 }
 
 impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
@@ -144,7 +149,6 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             ends: [vec![0.0; task.space.nq()], vec![0.0; task.space.nq()]],
             cutting: Vec::new(),
             cut_distance: 0.0,
-            refinements: 0,
             base,
             fixed,
             progress,
@@ -184,6 +188,20 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         let (from, to) = (path.waypoint(segment), path.waypoint((segment + 1).min(path.len() - 1)));
         space.difference(to, from, &mut self.velocity);
         space.integrate(from, &self.velocity, ratio, &mut self.configuration);
+    }
+
+    /// Pulls until nothing is gained any more; says why the run must end, if it must.
+    fn converge(&mut self) -> Option<Termination> {
+        let mut small = 0;
+        while small < 2 {
+            match self.pull() {
+                Pulled::Ended(termination) => return Some(termination),
+                Pulled::By(gain) if gain >= SMALL_GAIN => small = 0,
+                Pulled::By(_) => small += 1,
+                Pulled::Nothing => small += 2,
+            }
+        }
+        None
     }
 
     /// Tries steps from the present path until one is shorter and proved.
@@ -234,7 +252,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         refusals.extend_from_slice(self.progress.validator.refusals(self.progress.stop));
         let mut reach = part;
         for &SegmentRefusal { pair, segment, t, .. } in &refusals {
-            let refused = Place { pair, segment, ratio: t, row: None, idle: 0 };
+            let refused = Place { pair, segment, ratio: t, row: None, idle: 0, push: 0.0 };
             reach = reach.min(self.learn(refused, part));
         }
         self.refusals = refusals;
@@ -332,15 +350,61 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
 
     fn accept(&mut self, length: f64) {
         for place in &mut self.places {
-            let pushes = place.row.is_some_and(|row| self.set.active().any(|(active, _)| active == row));
-            place.idle = if pushes { 0 } else { place.idle + 1 };
+            let multiplier = place.row.and_then(|row| self.set.active().find(|(active, _)| *active == row));
+            match multiplier {
+                Some((_, multiplier)) => (place.idle, place.push) = (0, multiplier),
+                None => place.idle += 1,
+            }
         }
         std::mem::swap(&mut self.base, &mut self.trial);
         self.progress.adopt(&self.base, &self.fixed, length);
     }
 
-    /// Splits segments where a contact pushes on their inside; false where none does.
+    /// Splits each segment at the place inside of it that is pushed most, so that the path can bend there; false
+    /// where there is none.
     fn refine(&mut self) -> bool {
-        false
+        let mut splits: Vec<Place> = Vec::new();
+        for place in self.places.iter().filter(|place| place.idle == 0 && SPLIT_INSIDE.contains(&place.ratio)) {
+            match splits.iter_mut().find(|split| split.segment == place.segment) {
+                Some(split) if split.push < place.push => *split = *place,
+                Some(_) => {}
+                None => splits.push(*place),
+            }
+        }
+        let task = self.progress.task;
+        let lengths = segment_lengths(task.space, task.metric, self.base.as_flat());
+        splits.retain(|split| lengths[split.segment] > SHORTEST_SPLIT * self.progress.length);
+        splits.sort_by_key(|split| std::cmp::Reverse(split.segment));
+        for split in &splits {
+            self.split(split.segment, split.ratio);
+        }
+        self.fit();
+        !splits.is_empty()
+    }
+
+    /// A new waypoint at a ratio of a segment; the places move along.
+    fn split(&mut self, segment: usize, ratio: f64) {
+        self.interpolate(segment, ratio);
+        self.base.splice(segment + 1..segment + 1, &self.configuration);
+        self.fixed.insert(segment + 1, false);
+        for place in &mut self.places {
+            if place.segment > segment {
+                place.segment += 1;
+            } else if place.segment == segment && place.ratio < ratio {
+                place.ratio /= ratio;
+            } else if place.segment == segment {
+                (place.segment, place.ratio) = (segment + 1, (place.ratio - ratio) / (1.0 - ratio));
+            }
+        }
+    }
+
+    /// Makes room for the waypoints that there are.
+    fn fit(&mut self) {
+        let task = self.progress.task;
+        let size = self.base.len() * task.space.nv();
+        self.trial.clone_from(&self.base);
+        self.gradient.resize(size, 0.0);
+        self.step.resize(size, 0.0);
+        self.limits = Limits::new(task, &self.fixed);
     }
 }
