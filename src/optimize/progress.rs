@@ -101,6 +101,11 @@ impl<'r, 'm> Progress<'r, 'm> {
         length < self.length * (1.0 - SHORTER)
     }
 
+    /// Whether the path is strictly shorter than it was at this length.
+    pub fn is_shorter_than(&self, length: f64) -> bool {
+        self.length < length * (1.0 - SHORTER)
+    }
+
     /// Proves consecutive segments of rows laid end to end.
     pub fn prove(&mut self, rows: &[f64]) -> SegmentsVerdict {
         let nq = self.path.nq();
