@@ -122,7 +122,6 @@ struct Descent<'s, 'r, 'm> {
     step: Vec<f64>,
     velocity: Vec<f64>,
     configuration: Vec<f64>,
-    refusals: Vec<SegmentRefusal>,
     ends: [Vec<f64>; 2],
     cutting: Vec<f64>,
     cut_distance: f64,
@@ -145,7 +144,6 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             step: vec![0.0; size],
             velocity: vec![0.0; task.space.nv()],
             configuration: vec![0.0; task.space.nq()],
-            refusals: Vec::new(),
             ends: [vec![0.0; task.space.nq()], vec![0.0; task.space.nq()]],
             cutting: Vec::new(),
             cut_distance: 0.0,
@@ -231,7 +229,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
                     return Pulled::By(gain);
                 }
                 SegmentsVerdict::Refused(_) => {
-                    let reach = self.learn_from_refusals(part);
+                    let reach = self.learn(part);
                     if trial % PATIENCE == 0 {
                         part = (0.95 * reach).clamp(0.25 * part, 0.9 * part);
                     } else {
@@ -242,21 +240,6 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         }
         self.part = (0.5 * self.part).max(SMALLEST_PART);
         Pulled::Nothing
-    }
-
-    /// Adds half-spaces for all that is refused of the trial x₀ ⊕ αp; returns the largest part of p at which none of
-    /// these pairs was seen to touch yet.
-    fn learn_from_refusals(&mut self, part: f64) -> f64 {
-        let mut refusals = std::mem::take(&mut self.refusals);
-        refusals.clear();
-        refusals.extend_from_slice(self.progress.validator.refusals(self.progress.stop));
-        let mut reach = part;
-        for &SegmentRefusal { pair, segment, t, .. } in &refusals {
-            let refused = Place { pair, segment, ratio: t, row: None, idle: 0, push: 0.0 };
-            reach = reach.min(self.learn(refused, part));
-        }
-        self.refusals = refusals;
-        reach
     }
 
     /// p ← the minimum of the model under half-spaces and limits.
@@ -283,8 +266,11 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         task.length(self.trial.as_flat(), &mut self.velocity)
     }
 
-    /// Adds a half-space for a refusal of the trial x₀ ⊕ αp.
-    fn learn(&mut self, refused: Place, part: f64) -> f64 {
+    /// Adds a half-space for what is refused of the trial x₀ ⊕ αp; returns the largest part of p at which that pair
+    /// was not seen to touch yet.
+    fn learn(&mut self, part: f64) -> f64 {
+        let Some(SegmentRefusal { pair, segment, t, .. }) = self.progress.validator.refusal() else { return part };
+        let refused = Place { pair, segment, ratio: t, row: None, idle: 0, push: 0.0 };
         if !self.places.iter().any(|place| place.is_near(&refused)) {
             let row = self.hold(refused);
             self.places.push(Place { row, ..refused });

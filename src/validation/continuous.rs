@@ -55,7 +55,7 @@ pub struct Scratch {
     /// What this request's validator has proved.
     pub(super) ledger: Ledger,
     /// What the last search found, while its segments are at hand.
-    pub(super) refusals: Vec<SegmentRefusal>,
+    pub(super) refusal: Option<SegmentRefusal>,
     /// Where pairs of many pieces lay apart when they were last looked at.
     pub(super) directions: HashMap<usize, Vec3>,
 }
@@ -186,52 +186,17 @@ impl<'a> Validator<'a> {
         match self.search(stop) {
             Found::Nothing => SegmentsVerdict::Proved,
             Found::Refusal(interval, pair, reason) => {
-                let refusal = self.refusal(&interval, pair, reason);
-                self.scratch.refusals.push(refusal);
-                SegmentsVerdict::Refused(refusal.segment)
+                let segment = self.scratch.segments.numbers[interval.segment];
+                self.scratch.refusal = Some(SegmentRefusal { segment, t: interval.middle, pair, reason });
+                SegmentsVerdict::Refused(segment)
             }
             Found::Stopped => SegmentsVerdict::Stopped,
         }
     }
 
-    /// What [`Self::segments`] has just refused, until other segments are looked at: the first refusal, and those
-    /// that a look at the wide intervals of the other segments finds.
-    pub fn refusals(&mut self, stop: &mut dyn FnMut() -> bool) -> &[SegmentRefusal] {
-        while let Some(next) = self.scratch.queue.front() {
-            let refused = |interval: &Interval, scratch: &Scratch| {
-                let number = scratch.segments.numbers[interval.segment];
-                scratch.refusals.iter().any(|refusal| refusal.segment == number)
-            };
-            // Parts of intervals come last: that is the end of the wide ones.
-            if !next.pairs.is_all() {
-                break;
-            }
-            let (rake, count) = self.next_rake();
-            let mut left = [Interval::default(); LANES];
-            let mut kept = 0;
-            for interval in rake[..count].iter().filter(|interval| !refused(interval, self.scratch)) {
-                left[kept] = *interval;
-                kept += 1;
-            }
-            if kept == 0 {
-                continue;
-            }
-            match self.examine(&left[..kept], Until::FirstRefusal, stop) {
-                None => break,
-                Some(examined) => {
-                    if let Some((lane, pair, reason)) = examined.refused {
-                        let refusal = self.refusal(&left[lane], pair, reason);
-                        self.scratch.refusals.push(refusal);
-                    }
-                }
-            }
-        }
-        &self.scratch.refusals
-    }
-
-    fn refusal(&self, interval: &Interval, pair: usize, reason: HitReason) -> SegmentRefusal {
-        let segment = self.scratch.segments.numbers[interval.segment];
-        SegmentRefusal { segment, t: interval.middle, pair, reason }
+    /// What [`Self::segments`] has just refused; `None` once other segments were looked at.
+    pub fn refusal(&self) -> Option<SegmentRefusal> {
+        self.scratch.refusal
     }
 
     /// The same of one segment; `None` where stopped.
@@ -326,7 +291,7 @@ impl<'a> Validator<'a> {
         scratch.segments.proofs.clear();
         scratch.segments.numbers.clear();
         scratch.segments.is_unconfined = false;
-        scratch.refusals.clear();
+        scratch.refusal = None;
         scratch.segments.exact = None;
         scratch.lists.clear();
         scratch.queue.clear();
