@@ -100,7 +100,9 @@ impl Search<'_> {
     }
 
     fn descend(&mut self, a: u32, b: u32) {
-        if self.ball_gap(a, b) >= self.rules.share * self.best.distance || (self.rules.any_overlap_will_do && self.best.distance <= 0.0) {
+        if self.ball_gap(a, b) >= self.rules.share * self.best.distance
+            || (self.rules.any_overlap_will_do && self.best.distance <= 0.0)
+        {
             return;
         }
         if self.best.distance < 0.0 && self.shallow_gap(a, b) >= self.best.distance {

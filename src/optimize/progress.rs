@@ -18,6 +18,8 @@ pub struct Progress<'r, 'm> {
     pub fixed: Vec<bool>,
     /// Its length.
     pub length: f64,
+    /// Pairs whose half-spaces no step satisfied all at the present path.
+    pub pinched: Vec<usize>,
     /// Random choices of the whole run.
     pub random: fastrand::Rng,
     /// Trials so far.
@@ -50,6 +52,7 @@ impl<'r, 'm> Progress<'r, 'm> {
             task,
             fixed: task.fixed.to_vec(),
             length,
+            pinched: Vec::new(),
             random: fastrand::Rng::with_seed(task.seed),
             iterations: 0,
             stop,
