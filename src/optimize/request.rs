@@ -67,6 +67,7 @@ struct Answer {
     work: u64,
     stage: Stage,
     stages: Vec<StageShare>,
+    pinched: Vec<usize>,
     termination: Termination,
 }
 
@@ -82,6 +83,7 @@ impl Answer {
             work: 0,
             stage: Stage::Input,
             stages: Vec::new(),
+            pinched: Vec::new(),
             termination: Termination::Done,
         }
     }
@@ -191,6 +193,9 @@ impl Answer {
         self.iterations = progress.iterations;
         self.stage = progress.found_by;
         self.stages = progress.shares();
+        self.pinched = std::mem::take(&mut progress.pinched);
+        self.pinched.sort_unstable();
+        self.pinched.dedup();
         self.path = progress.path;
     }
 
@@ -233,6 +238,7 @@ impl Answer {
             floor_m: floors_lowered.iter().map(|lowered| lowered.floor_m).fold(settings.clearance_m, f64::min),
             floors_lowered,
             nearest,
+            pinched: self.pinched.iter().map(|&pair| model.pair_names(pair)).collect(),
             iterations: self.iterations,
             work: self.work,
             stage: if is_unchanged { Stage::Input } else { self.stage },
