@@ -39,6 +39,8 @@ pub(super) struct Loaded {
     pub peers: std::collections::BTreeMap<String, Peer>,
     /// The best honest one of them.
     pub best_honest_peer: Option<(String, Peer)>,
+    /// Recorded checks of their paths with exact meshes, as the file has them.
+    pub mesh_check: serde_json::Value,
 }
 
 impl Loaded {
@@ -149,6 +151,7 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
         warnings,
         peers: problem.peers,
         best_honest_peer: problem.best_honest_peer,
+        mesh_check: problem.mesh_check,
     })
 }
 
@@ -204,5 +207,6 @@ fn bare(
         warnings,
         peers: std::collections::BTreeMap::new(),
         best_honest_peer: None,
+        mesh_check: serde_json::Value::Null,
     })
 }

@@ -1,8 +1,6 @@
 //! The command line: one file per subcommand, stable exit codes, one-line errors with the next step.
 
 mod bench;
-mod bench_check;
-mod bench_table;
 mod check;
 mod choices;
 mod code;
@@ -22,6 +20,7 @@ mod request;
 mod run;
 mod serve;
 mod shorten;
+mod svg;
 mod verify;
 
 use std::process::ExitCode;

@@ -50,7 +50,7 @@ pub(super) fn run(
 }
 
 /// CPU time of this thread so far (s).
-fn thread_cpu() -> f64 {
+pub(super) fn thread_cpu() -> f64 {
     let now = clock_gettime(ClockId::ThreadCPUTime);
     now.tv_sec as f64 + now.tv_nsec as f64 * 1e-9
 }

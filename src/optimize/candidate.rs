@@ -179,6 +179,17 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         self.measure();
     }
 
+    /// Whether all components may move: else a straight line moves those that may not otherwise than before.
+    pub fn moves_everything(&self) -> bool {
+        self.moving.len() == self.progress.task.space.components().len()
+    }
+
+    /// [`Self::drop_needless`] of the whole path.
+    pub fn drop_needless_of_all(&mut self) {
+        self.replaced = 0..self.progress.path.len();
+        self.drop_needless();
+    }
+
     /// Leaves out these waypoints if none is fixed, it gains, and the straight line is proved; says whether.
     pub fn leave_out(&mut self, waypoints: Range<usize>) -> bool {
         if self.progress.fixed[waypoints.clone()].contains(&true) {
@@ -199,11 +210,15 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     ///
     /// Without this, partial shortcuts add waypoints without end, and each makes the next candidate dearer.
     pub fn drop_needless(&mut self) {
-        if self.moving.len() < self.progress.task.space.components().len() {
-            return; // A straight line would move what may not move otherwise than before.
+        if !self.moves_everything() {
+            return;
         }
         let (mut waypoint, mut end) = (self.replaced.start + 1, self.replaced.end - 1);
         while waypoint < end {
+            if self.progress.fixed[waypoint] {
+                waypoint += 1;
+                continue;
+            }
             self.replaced = waypoint - 1..waypoint + 2;
             self.candidate.clear();
             self.candidate.extend_from_slice(self.progress.path.waypoint(waypoint - 1));

@@ -1,56 +1,64 @@
 //! The gradient with contact half-spaces: the string is pulled taut around what holds it.
 //!
-//! The model is the paper's ([`gradient`](super::gradient)) with two changes. The stiffness of each segment is that
-//! of the *present* path, λ = 1/length, so that the cost's gradient is the length's, and the cost bounds the length
-//! from above: a step that lowers it shortens the path, and the loop ends at a shortest one. And the rows are
-//! half-spaces `j p ≥ 2δ − d` from true closest points ([`HalfSpace`]), made anew at each accepted path and released
-//! when they do not push ([`ActiveSet`]).
+//! The model is the paper's ([`gradient`](super::gradient)) with three changes.
+//! * The stiffness of each segment is that of the *present* path, λ = 1/length. Then the cost's gradient is the
+//!   length's, and the cost bounds the length from above: a step that lowers it shortens the path, and the loop ends
+//!   at a shortest one, not at a path whose segments keep their ratio.
+//! * The rows are half-spaces `j p ≥ 2δ − d` from true closest points
+//!   ([`half_space`](super::half_space)), made anew at each accepted path ([`Contacts`]) and released where they do
+//!   not push ([`ActiveSet`]).
+//! * A trial that is refused adds a half-space and another is tried, at first of half the step, then of all of it;
+//!   after some refusals in a row less of the step is tried, no more than at which the pair was seen apart.
 //!
-//! A trial that is refused shows where the half-spaces say too little: another is added there, of the present path
-//! where the two bodies are not known yet, of the trial itself where they are (a cutting plane; what the first one
-//! misses is the curvature of the contact).
+//! Once nothing more is gained, segments that are pushed on their inside get a waypoint there, and it goes on.
 
-use super::active_set::{ActiveSet, Infeasible};
-use super::cost::Cost;
-use super::half_space::HalfSpace;
+use super::active_set::ActiveSet;
+use super::contacts::{Contacts, Ray};
+use super::cost::{Cost, segment_lengths};
 use super::limits::Limits;
 use super::outcome::{Stage, Termination};
 use super::progress::Progress;
-use super::rows::Row;
 use crate::path::Path;
-use crate::validation::{Hit, SegmentsVerdict};
-
-/// Distance that half-spaces aim at, in floors: what is 1.5 floors clear is proved for certain.
-const AIMED_FLOORS: f64 = 2.0;
+use crate::validation::SegmentsVerdict;
 
 /// A segment shorter than this part of the path is no stiffer: neighbours that meet do not lock each other.
 const SHORTEST_SEGMENT: f64 = 1e-3;
 
 /// Trials from one path.
-const TRIALS: u32 = 16;
+const TRIALS: u32 = 24;
+
+/// Part of the step that is tried first, while the half-spaces are not known yet.
+const FIRST_PART: f64 = 0.5;
+
+/// The smallest part of a step that is tried.
+const SMALLEST_PART: f64 = 0.02;
 
 /// Trials refused in a row before less of the step is tried.
 const PATIENCE: u32 = 4;
 
-/// Accepted paths for which a contact that does not push is kept.
-const IDLE: u32 = 3;
-
-/// Ratios of a segment this close together are one place.
-const SAME_RATIO: f64 = 0.1;
-
-/// A step that shortens the path by less than this part is none.
+/// A step that shortens the path by less than this part is small.
 const SMALL_GAIN: f64 = 2e-4;
 
-/// Two bodies that hold the path: a pair at a ratio of a segment.
-#[derive(Clone, Copy, Debug)]
-struct Place {
-    pair: usize,
-    segment: usize,
-    ratio: f64,
-    /// Its half-space of the present path.
-    row: Option<usize>,
-    /// Accepted paths since it last pushed.
-    idle: u32,
+/// Without this gain since the last, new waypoints are not worth their cost.
+const WORTH_REFINING: f64 = 1e-3;
+
+/// No segment shorter than this part of the path is split: micro-segments break the timing of a path.
+const SHORTEST_SPLIT: f64 = 0.04;
+
+/// Pulls the path taut; returns why that ended.
+pub fn optimize(progress: &mut Progress) -> Termination {
+    progress.enter(Stage::Contact);
+    let mut descent = Descent::new(progress);
+    loop {
+        let before = descent.progress.length;
+        if let Some(termination) = descent.converge() {
+            return termination;
+        }
+        let has_gained = descent.progress.length < before * (1.0 - WORTH_REFINING);
+        if !(has_gained && descent.refine()) {
+            return Termination::Converged;
+        }
+    }
 }
 
 /// What came of the trials from one path.
@@ -62,119 +70,75 @@ enum Pulled {
     Ended(Termination),
 }
 
-/// Pulls the path taut; returns why that ended.
-pub fn optimize(progress: &mut Progress) -> Termination {
-    progress.enter(Stage::Contact);
-    let mut descent = Descent::new(progress);
-    let mut small = 0;
-    loop {
-        match descent.pull() {
-            Pulled::Ended(termination) => return termination,
-            Pulled::By(gain) if gain >= SMALL_GAIN => small = 0,
-            Pulled::By(_) => small += 1,
-            Pulled::Nothing => small += 2,
-        }
-        if small >= 2 {
-            if !descent.refine() {
-                return Termination::Converged;
-            }
-            small = 0;
-        }
-    }
-}
-
+/// The path x₀, the trial x₁ = x₀ ⊕ αp, and the model that p comes from.
 struct Descent<'s, 'r, 'm> {
     progress: &'s mut Progress<'r, 'm>,
     /// x₀: the best path, perhaps with waypoints more.
-    base: Path,
+    path: Path,
     fixed: Vec<bool>,
+    contacts: Contacts<'r>,
     cost: Cost<'r>,
     set: ActiveSet,
     limits: Limits,
-    half_space: HalfSpace<'r>,
-    places: Vec<Place>,
-    /// Part of the step that is tried first.
+    /// α of the next first trial.
     part: f64,
+    /// x₁.
     trial: Path,
     gradient: Vec<f64>,
+    /// p: one row of nv numbers for each waypoint.
     step: Vec<f64>,
     velocity: Vec<f64>,
-    configuration: Vec<f64>,
-    refinements: u32,
 }
 
 impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     fn new(progress: &'s mut Progress<'r, 'm>) -> Self {
         let task = progress.task;
-        let (base, fixed) = (progress.path.clone(), progress.fixed.clone());
-        let size = base.len() * task.space.nv();
+        let (path, fixed) = (progress.path.clone(), progress.fixed.clone());
+        let size = path.len() * task.space.nv();
         Self {
-            cost: Cost::new(task.space, task.metric, base.as_flat(), &fixed, task.moving),
+            contacts: Contacts::new(task),
+            cost: Cost::new(task.space, task.metric, path.as_flat(), &fixed, task.moving),
             set: ActiveSet::new(task.space.nv()),
             limits: Limits::new(task, &fixed),
-            half_space: HalfSpace::new(task.model, task.space, task.held),
-            places: Vec::new(),
-            part: 1.0,
-            trial: base.clone(),
+            part: FIRST_PART,
+            trial: path.clone(),
             gradient: vec![0.0; size],
             step: vec![0.0; size],
             velocity: vec![0.0; task.space.nv()],
-            configuration: vec![0.0; task.space.nq()],
-            refinements: 0,
-            base,
+            path,
             fixed,
             progress,
         }
     }
 
-    /// The model of the present path: cost, gradient and the half-spaces of all places known.
-    fn linearise(&mut self) {
-        let task = self.progress.task;
-        let rows = self.base.as_flat();
-        self.cost = Cost::with_shortest(task.space, task.metric, rows, &self.fixed, task.moving, SHORTEST_SEGMENT);
-        self.cost.gradient(rows, &mut self.velocity, &mut self.gradient);
-        self.set.begin(&self.cost, &self.gradient);
-        self.places.retain(|place| place.idle <= IDLE);
-        for index in 0..self.places.len() {
-            self.places[index].row = self.hold(self.places[index]);
+    /// Pulls until nothing is gained any more; says why the run must end, if it must.
+    fn converge(&mut self) -> Option<Termination> {
+        let mut small = 0;
+        while small < 2 {
+            match self.pull() {
+                Pulled::Ended(termination) => return Some(termination),
+                Pulled::By(gain) if gain >= SMALL_GAIN => small = 0,
+                Pulled::By(_) => small += 1,
+                Pulled::Nothing => small += 2,
+            }
         }
-        let pushed = self.places.iter().filter(|place| place.idle == 0);
-        self.set.warm_start(pushed.filter_map(|place| place.row));
+        None
     }
 
-    /// Adds the half-space of a place of the present path.
-    fn hold(&mut self, place: Place) -> Option<usize> {
-        self.interpolate(false, place.segment, place.ratio);
-        let floor = self.progress.validator.floors()[place.pair];
-        let (distance, jacobian) = self.half_space.at(place.pair, &self.configuration)?;
-        let right_hand_side = AIMED_FLOORS * floor - distance;
-        let row = Row { segment: place.segment, ratio: place.ratio, jacobian, right_hand_side };
-        self.set.push(&self.cost, row)
-    }
-
-    /// `configuration` ← the one at a ratio of a segment of x₀, or of the trial.
-    fn interpolate(&mut self, of_trial: bool, segment: usize, ratio: f64) {
-        let path = if of_trial { &self.trial } else { &self.base };
-        let space = self.progress.task.space;
-        let (from, to) = (path.waypoint(segment), path.waypoint((segment + 1).min(path.len() - 1)));
-        space.difference(to, from, &mut self.velocity);
-        space.integrate(from, &self.velocity, ratio, &mut self.configuration);
-    }
-
-    /// Tries steps from the present path until one is shorter and proved.
+    /// Tries steps from x₀ until one is shorter and proved.
     fn pull(&mut self) -> Pulled {
         self.linearise();
+        self.update_step();
         let mut part = self.part;
         for trial in 1..=TRIALS {
             if let Some(termination) = self.progress.must_end() {
                 return Pulled::Ended(termination);
             }
             self.progress.iterations += 1;
-            self.update_step();
             let length = self.move_trial(part);
             if !self.progress.is_shorter(length) {
-                if part < 0.1 {
-                    return Pulled::Nothing;
+                if part < SMALLEST_PART {
+                    break;
                 }
                 part *= 0.5;
                 continue;
@@ -182,35 +146,43 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             match self.progress.prove(self.trial.as_flat()) {
                 SegmentsVerdict::Stopped => return Pulled::Ended(Termination::Stopped),
                 SegmentsVerdict::Proved => {
-                    let gain = 1.0 - length / self.progress.length;
-                    self.accept(length);
                     self.part = (2.0 * part).min(1.0);
-                    return Pulled::By(gain);
+                    return Pulled::By(self.accept(length));
                 }
-                SegmentsVerdict::Refused(segment) => {
-                    if let Some(hit) = self.progress.validator.refusal() {
-                        self.learn(segment, &hit, part);
-                    }
+                SegmentsVerdict::Refused(_) => {
+                    let apart = self.learn(part);
                     if trial % PATIENCE == 0 {
-                        part *= 0.5;
+                        part = (0.95 * apart).clamp(0.25 * part, 0.9 * part);
+                    } else {
+                        self.update_step();
                     }
                 }
             }
         }
-        self.part = (0.5 * self.part).max(0.05);
+        self.part = (0.5 * self.part).max(SMALLEST_PART);
         Pulled::Nothing
+    }
+
+    /// The model at x₀: cost, gradient, and the half-spaces of what is known to hold the path.
+    fn linearise(&mut self) {
+        let task = self.progress.task;
+        let rows = self.path.as_flat();
+        self.cost = Cost::with_shortest(task.space, task.metric, rows, &self.fixed, task.moving, SHORTEST_SEGMENT);
+        self.cost.gradient(rows, &mut self.velocity, &mut self.gradient);
+        self.set.begin(&self.cost, &self.gradient);
+        self.limits.release();
+        self.progress.pinched.clear();
+        self.contacts.linearise(&self.path, self.progress.validator.floors(), &self.cost, &mut self.set);
     }
 
     /// p ← the minimum of the model under half-spaces and limits.
     fn update_step(&mut self) {
         loop {
-            while let Err(Infeasible { row }) = self.set.solve() {
-                // What asks for more than the path has is content with what it has; x₀ itself is then a solution.
-                let asked = self.set.rows().get(row).right_hand_side;
-                self.set.relax(row, if asked > 0.0 { 0.0 } else { f64::NEG_INFINITY });
+            while let Err(infeasible) = self.set.solve() {
+                self.progress.pinched.extend(self.contacts.give_way(infeasible, &mut self.set));
             }
             self.set.step(&self.cost, &mut self.step);
-            if !self.limits.push_left(&mut self.set, &self.cost, self.base.as_flat(), &self.step) {
+            if !self.limits.push_left(&mut self.set, &self.cost, self.path.as_flat(), &self.step) {
                 return;
             }
         }
@@ -219,51 +191,47 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     /// x₁ ← x₀ ⊕ αp; returns its length.
     fn move_trial(&mut self, part: f64) -> f64 {
         let task = self.progress.task;
-        task.displace(&self.base, &self.fixed, &self.step, part, &mut self.trial);
-        self.limits.settle(&self.base, &mut self.trial);
+        let part = part.min(self.limits.largest_part(self.path.as_flat(), &self.step));
+        task.displace(&self.path, &self.fixed, &self.step, part, &mut self.trial);
+        self.limits.settle(&self.path, &mut self.trial);
         task.length(self.trial.as_flat(), &mut self.velocity)
     }
 
-    /// Adds a half-space for a refusal of the trial x₀ ⊕ αp.
-    fn learn(&mut self, segment: usize, hit: &Hit, part: f64) {
-        let same = |place: &&Place| {
-            place.pair == hit.pair && place.segment == segment && (place.ratio - hit.t).abs() < SAME_RATIO
-        };
-        let known = self.places.iter().find(same).and_then(|place| place.row);
-        let row = known.or_else(|| {
-            let place = Place { pair: hit.pair, segment, ratio: hit.t, row: None, idle: 0 };
-            let row = self.hold(place);
-            self.places.push(Place { row, ..place });
-            row
-        });
-        let Some(row) = row else { return };
-        let held = self.set.rows().get(row);
-        if known.is_none() && held.of_step(&self.step) < held.right_hand_side {
-            return;
-        }
-        let mut jacobian = held.jacobian.to_vec();
-        let floor = self.progress.validator.floors()[hit.pair];
-        let missing = AIMED_FLOORS * floor - hit.contact.distance;
-        self.interpolate(true, segment, hit.t);
-        if let Some((_, of_trial)) = self.half_space.at(hit.pair, &self.configuration) {
-            jacobian.copy_from_slice(of_trial);
-        }
-        let mut cut = Row { segment, ratio: hit.t, jacobian: &jacobian, right_hand_side: 0.0 };
-        cut.right_hand_side = part * cut.of_step(&self.step) + missing;
-        self.set.push(&self.cost, cut);
+    /// Adds a half-space for what was refused of the trial; returns the part of p at which that pair was seen apart.
+    fn learn(&mut self, part: f64) -> f64 {
+        let Some(refusal) = self.progress.validator.refusal() else { return part };
+        let ray = Ray { path: &self.path, step: &self.step, part };
+        self.contacts.learn(&refusal, ray, self.progress.validator.floors(), &self.cost, &mut self.set)
     }
 
-    fn accept(&mut self, length: f64) {
-        for place in &mut self.places {
-            let pushes = place.row.is_some_and(|row| self.set.active().any(|(active, _)| active == row));
-            place.idle = if pushes { 0 } else { place.idle + 1 };
-        }
-        std::mem::swap(&mut self.base, &mut self.trial);
-        self.progress.adopt(&self.base, &self.fixed, length);
+    /// x₀ ← x₁; returns by which part of the length it is shorter.
+    fn accept(&mut self, length: f64) -> f64 {
+        self.contacts.note_pushes(&self.set);
+        let gain = 1.0 - length / self.progress.length;
+        std::mem::swap(&mut self.path, &mut self.trial);
+        self.progress.adopt(&self.path, &self.fixed, length);
+        gain
     }
 
-    /// Splits segments where a contact pushes on their inside; false where none does.
+    /// Gives each segment that is pushed on its inside a waypoint there, so that the path can bend; false where none
+    /// is, or only short ones are.
     fn refine(&mut self) -> bool {
-        false
+        let task = self.progress.task;
+        let lengths = segment_lengths(task.space, task.metric, self.path.as_flat());
+        let waypoints = self.path.len();
+        for (segment, ratio) in self.contacts.pushed_inside() {
+            if lengths[segment] > SHORTEST_SPLIT * self.progress.length {
+                let middle = task.space.between(self.path.waypoint(segment), self.path.waypoint(segment + 1), ratio);
+                self.path.splice(segment + 1..segment + 1, &middle);
+                self.fixed.insert(segment + 1, false);
+                self.contacts.split(segment, ratio);
+            }
+        }
+        let size = self.path.len() * task.space.nv();
+        self.trial.clone_from(&self.path);
+        self.gradient.resize(size, 0.0);
+        self.step.resize(size, 0.0);
+        self.limits = Limits::new(task, &self.fixed);
+        self.path.len() > waypoints
     }
 }

@@ -17,6 +17,7 @@ fn line(index: usize) -> usize {
 
 impl Factor {
     /// Lines.
+    #[cfg(test)]
     pub fn len(&self) -> usize {
         self.size
     }

@@ -32,7 +32,7 @@ impl<'a> HalfSpace<'a> {
         let (bodies, pair) = (self.model.bodies(), self.model.pairs()[pair]);
         self.kinematics.update(self.model.robot(), q, self.held);
         let (a, b) = (&bodies[pair.a], &bodies[pair.b]);
-        let contact = query::between_surfaces(a, &a.placed(&self.kinematics), b, &b.placed(&self.kinematics));
+        let contact = query::nearly_closest(a, &a.placed(&self.kinematics), b, &b.placed(&self.kinematics));
         if contact.distance <= SHORTEST_DISTANCE_M {
             return None;
         }

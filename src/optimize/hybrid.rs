@@ -1,21 +1,59 @@
-//! The default: shortcuts and contact half-spaces in turns.
+//! The default: waypoints are left out, then contact half-spaces and shortcuts take turns.
+//!
+//! Contact half-spaces pull the path taut around what holds it and end in the nearest local minimum; shortcuts, of
+//! all joints or of one, leap out of it, and know nothing of the slopes. Which goes next is decided by what each
+//! last gained for the work that it took, counted, never timed. Each goes on until it gains nothing more, and then
+//! rests until another has changed the path; when all rest, the run ends.
 
 use super::outcome::Termination;
 use super::progress::Progress;
 use super::{contact, shortcut};
 
+/// A stage that shortens the path by less than this part has not changed it.
+const WORTHWHILE: f64 = 1e-3;
+
+/// A part of the run.
+type Stage = fn(&mut Progress) -> Termination;
+
+/// In the order in which they go first.
+const STAGES: [Stage; 3] = [contact::optimize, shortcut::partial_briefly, shortcut::random_briefly];
+
+/// What is known of a stage.
+#[derive(Clone, Copy)]
+struct Prospect {
+    /// Part of the length that it last gained for each unit of work; unknown is best.
+    rate: f64,
+    rests: bool,
+}
+
 /// Pulls the path taut; returns why that ended.
 pub fn optimize(progress: &mut Progress) -> Termination {
-    if let Some(t) = shortcut::skip(progress) {
-        return t;
+    if let Some(termination) = shortcut::leave_out_waypoints(progress) {
+        return termination;
     }
-    match contact::optimize(progress) {
-        Termination::Converged => {}
-        other => return other,
+    let mut prospects = [Prospect { rate: f64::INFINITY, rests: false }; STAGES.len()];
+    while let Some(next) = most_promising(&prospects) {
+        let (length, work) = (progress.length, progress.validator.work());
+        let termination = STAGES[next](progress);
+        if !matches!(termination, Termination::Converged | Termination::IterationLimit) {
+            return termination;
+        }
+        if let Some(termination) = shortcut::leave_out_needless(progress) {
+            return termination;
+        }
+        let gain = 1.0 - progress.length / length;
+        prospects[next].rate = gain / (progress.validator.work() - work).max(1) as f64;
+        if gain >= WORTHWHILE {
+            prospects.iter_mut().for_each(|prospect| prospect.rests = false);
+        }
+        // It has just ended because it can gain nothing more by itself.
+        prospects[next].rests = true;
     }
-    match shortcut::partial(progress) {
-        Termination::Converged => {}
-        other => return other,
-    }
-    contact::optimize(progress)
+    Termination::Converged
+}
+
+/// The stage that does not rest and gained most for its work; of equals, the first.
+fn most_promising(prospects: &[Prospect]) -> Option<usize> {
+    let awake = (0..prospects.len()).filter(|&stage| !prospects[stage].rests);
+    awake.reduce(|best, stage| if prospects[stage].rate > prospects[best].rate { stage } else { best })
 }

@@ -134,11 +134,20 @@ impl Limits {
         self.largest_part(path, step)
     }
 
-    /// Adds a half-space for every limit that the step leaves; false where it leaves none.
+    /// Forgets the limits that hold the step.
+    pub fn release(&mut self) {
+        self.active.clear();
+    }
+
+    /// Adds a half-space for every limit that the step leaves and that has none yet; false where there is none.
     pub fn push_left(&mut self, set: &mut ActiveSet, cost: &Cost<'_>, path: &[f64], step: &[f64]) -> bool {
-        let mut left = std::mem::take(&mut self.next);
+        let (mut left, active) = (std::mem::take(&mut self.next), &self.active);
         left.clear();
-        self.for_each_left(path, step, |held, _| left.push(held));
+        self.for_each_left(path, step, |held, _| {
+            if !active.contains(&held) {
+                left.push(held);
+            }
+        });
         for held in &left {
             let variable = &self.limited[held.limited];
             let room = variable.room(held.side, path[held.waypoint * self.nq + variable.q]);
@@ -148,6 +157,7 @@ impl Limits {
             set.push(cost, row);
             self.unit[variable.v] = 0.0;
         }
+        self.active.extend_from_slice(&left);
         self.next = left;
         !self.next.is_empty()
     }
@@ -226,7 +236,7 @@ impl Limits {
     }
 
     /// The largest part of the step that leaves no limit.
-    fn largest_part(&self, path: &[f64], step: &[f64]) -> f64 {
+    pub fn largest_part(&self, path: &[f64], step: &[f64]) -> f64 {
         let mut part = 1.0_f64;
         self.for_each_left(path, step, |Held { waypoint, limited, side }, _| {
             let Limited { q, v, .. } = self.limited[limited];

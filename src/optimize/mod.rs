@@ -3,6 +3,7 @@
 pub mod active_set;
 mod candidate;
 pub mod contact;
+mod contacts;
 #[cfg(test)]
 mod contracts;
 pub mod cost;

@@ -167,6 +167,9 @@ pub struct Outcome {
     pub floors_lowered: Vec<LoweredFloor>,
     /// What is nearest along `path`; `None` where it is not proved, or time was up before it was known.
     pub nearest: Option<NearestBodies>,
+    /// Pairs of bodies between which the path is pinched: no step kept all contact half-spaces, so that these gave
+    /// way and the path stays as near there as it was.
+    pub pinched: Vec<[String; 2]>,
     /// Iterations of the optimizer.
     pub iterations: u64,
     /// Pairs examined at nodes.

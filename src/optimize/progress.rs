@@ -18,6 +18,8 @@ pub struct Progress<'r, 'm> {
     pub fixed: Vec<bool>,
     /// Its length.
     pub length: f64,
+    /// Pairs whose half-spaces no step satisfied all at the present path.
+    pub pinched: Vec<usize>,
     /// Random choices of the whole run.
     pub random: fastrand::Rng,
     /// Trials so far.
@@ -28,16 +30,19 @@ pub struct Progress<'r, 'm> {
     stage: Stage,
     /// The stage that found the path.
     pub found_by: Stage,
+    /// Whether every segment is proved: the input's may not be, and then the first shorter paths may not be either.
+    pub is_proved: bool,
     /// Work, length and iterations at the start of the present stage.
     since: (u64, f64, u64),
     shares: Vec<StageShare>,
 }
 
 impl<'r, 'm> Progress<'r, 'm> {
-    /// Starts from a proved path without equal neighbours but fixed ones.
+    /// Starts from a path without equal neighbours but fixed ones.
     pub fn new(
         task: &'r Task<'r>,
         path: Path,
+        is_proved: bool,
         validator: &'r mut Validator<'m>,
         stop: &'r mut dyn FnMut() -> bool,
         publish: &'r mut dyn FnMut(Improvement),
@@ -47,12 +52,14 @@ impl<'r, 'm> Progress<'r, 'm> {
             task,
             fixed: task.fixed.to_vec(),
             length,
+            pinched: Vec::new(),
             random: fastrand::Rng::with_seed(task.seed),
             iterations: 0,
             stop,
             publish,
             stage: Stage::Input,
             found_by: Stage::Input,
+            is_proved,
             since: (validator.work(), length, 0),
             shares: Vec::new(),
             validator,
@@ -97,6 +104,11 @@ impl<'r, 'm> Progress<'r, 'm> {
         length < self.length * (1.0 - SHORTER)
     }
 
+    /// Whether the path is strictly shorter than it was at this length.
+    pub fn is_shorter_than(&self, length: f64) -> bool {
+        self.length < length * (1.0 - SHORTER)
+    }
+
     /// Proves consecutive segments of rows laid end to end.
     pub fn prove(&mut self, rows: &[f64]) -> SegmentsVerdict {
         let nq = self.path.nq();
@@ -127,11 +139,17 @@ impl<'r, 'm> Progress<'r, 'm> {
         self.publish();
     }
 
-    /// Tells of the path, which has become shorter.
+    /// Tells of the path, which has become shorter, if all of it is proved.
     pub fn publish(&mut self) {
-        self.found_by = self.stage;
-        let (path, length, iterations, stage) = (&self.path, self.length, self.iterations, self.stage);
-        let work = self.validator.work();
-        (self.publish)(Improvement { path, length, iterations, work, stage });
+        if !self.is_proved {
+            // Each optimizer proves what it changes; what it left of the input may still not be provable.
+            self.is_proved = self.validator.segments(self.path.segments(), self.stop) == SegmentsVerdict::Proved;
+        }
+        if self.is_proved {
+            self.found_by = self.stage;
+            let (path, length, iterations, stage) = (&self.path, self.length, self.iterations, self.stage);
+            let work = self.validator.work();
+            (self.publish)(Improvement { path, length, iterations, work, stage });
+        }
     }
 }

@@ -67,6 +67,7 @@ struct Answer {
     work: u64,
     stage: Stage,
     stages: Vec<StageShare>,
+    pinched: Vec<usize>,
     termination: Termination,
 }
 
@@ -82,6 +83,7 @@ impl Answer {
             work: 0,
             stage: Stage::Input,
             stages: Vec::new(),
+            pinched: Vec::new(),
             termination: Termination::Done,
         }
     }
@@ -97,11 +99,11 @@ fn answer(
 ) -> Answer {
     let mut answer = Answer::unproved(&input.path);
     let mut restored = Restorer::new(path, input);
+    let mut publish = |improvement: Improvement| restored.publish(&improvement, publish);
     match prove_input(validator, &input.path, settings, stop) {
         PathVerdict::Stopped => answer.termination = Termination::Stopped,
         PathVerdict::Proved(proofs) => {
-            let mut publish = |improvement: Improvement| restored.publish(&improvement, publish);
-            answer.optimize(validator, settings, input, stop, &mut publish);
+            answer.optimize(validator, settings, input, true, stop, &mut publish);
             // Asked again of the validator, which remembers what it proved: the certificate gets its claims,
             // and an answer never rests on an optimizer's bookkeeping.
             answer.proofs = if answer.path == input.path { Some(proofs) } else { proved(validator, &answer.path) };
@@ -110,9 +112,9 @@ fn answer(
         PathVerdict::Refused { segment, hit } => {
             answer.refusal = Some(refusal(validator, &input.path, segment, &hit));
             if hit.reason != HitReason::Collision && !settings.strict && settings.mode != Mode::Check {
-                // Not provable, but nowhere found colliding: optimized all the same. Nothing is published,
-                // and the result counts only if all of it is proved.
-                answer.optimize(validator, settings, input, stop, &mut |_| {});
+                // Not provable, but nowhere found colliding: optimized all the same. The result counts only if all
+                // of it is proved.
+                answer.optimize(validator, settings, input, false, stop, &mut publish);
                 answer.proofs = proved(validator, &answer.path);
                 match answer.proofs {
                     Some(_) => answer.refusal = None,
@@ -163,6 +165,7 @@ impl Answer {
         validator: &mut Validator,
         settings: &Settings,
         input: &Input,
+        is_proved: bool,
         stop: &mut dyn FnMut() -> bool,
         publish: &mut dyn FnMut(Improvement),
     ) {
@@ -185,11 +188,14 @@ impl Answer {
             Mode::Contact => contact::optimize,
             Mode::Hybrid => hybrid::optimize,
         };
-        let mut progress = Progress::new(&task, self.path.clone(), validator, stop, publish);
+        let mut progress = Progress::new(&task, self.path.clone(), is_proved, validator, stop, publish);
         self.termination = optimizer(&mut progress);
         self.iterations = progress.iterations;
         self.stage = progress.found_by;
         self.stages = progress.shares();
+        self.pinched = std::mem::take(&mut progress.pinched);
+        self.pinched.sort_unstable();
+        self.pinched.dedup();
         self.path = progress.path;
     }
 
@@ -232,6 +238,7 @@ impl Answer {
             floor_m: floors_lowered.iter().map(|lowered| lowered.floor_m).fold(settings.clearance_m, f64::min),
             floors_lowered,
             nearest,
+            pinched: self.pinched.iter().map(|&pair| model.pair_names(pair)).collect(),
             iterations: self.iterations,
             work: self.work,
             stage: if is_unchanged { Stage::Input } else { self.stage },

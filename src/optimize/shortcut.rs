@@ -13,24 +13,41 @@ use crate::validation::SegmentsVerdict;
 /// A candidate that gains less than this part of the length counts as a failure, though it is taken.
 const WORTHWHILE: f64 = 3e-4;
 
-/// So many failures in a row for each waypoint end the search.
-const PATIENCE_PER_WAYPOINT: u64 = 20;
-
-/// So many for each component that moves on its own.
-const PATIENCE_PER_COMPONENT: u64 = 10;
-
-/// So many at least.
-const LEAST_PATIENCE: u64 = 200;
-
 /// How often a place of a partial shortcut is moved to the nearest waypoint, where it adds none.
 const SNAPPED: f64 = 0.5;
 
+/// How long shortcuts go on without gaining.
+#[derive(Clone, Copy)]
+struct Patience {
+    /// So many failures in a row at least.
+    least: u64,
+    /// So many for each waypoint.
+    per_waypoint: u64,
+    /// So many for each component that moves on its own.
+    per_component: u64,
+}
+
+/// When nothing else is tried.
+const PATIENT: Patience = Patience { least: 200, per_waypoint: 20, per_component: 10 };
+
+/// When another stage may do better.
+const BRIEF: Patience = Patience { least: 40, per_waypoint: 5, per_component: 4 };
+
 /// Random shortcuts over all coordinates that may move; returns why they ended.
 pub fn random(progress: &mut Progress) -> Termination {
+    random_with(progress, PATIENT)
+}
+
+/// The same, but they give up early.
+pub fn random_briefly(progress: &mut Progress) -> Termination {
+    random_with(progress, BRIEF)
+}
+
+fn random_with(progress: &mut Progress, patience: Patience) -> Termination {
     progress.enter(Stage::Shortcut);
     let mut search = Search::new(progress);
     let everything = 0..search.moving.len();
-    search.run(&mut |search| {
+    search.run(patience, &mut |search| {
         let places = search.draw_places(0.0)?;
         search.build(places, everything.clone());
         Some(())
@@ -42,11 +59,20 @@ pub fn random(progress: &mut Progress) -> Termination {
 ///
 /// Each is first tried over every whole stretch between fixed waypoints, then between random places.
 pub fn partial(progress: &mut Progress) -> Termination {
+    partial_with(progress, PATIENT)
+}
+
+/// The same, but they give up early.
+pub fn partial_briefly(progress: &mut Progress) -> Termination {
+    partial_with(progress, BRIEF)
+}
+
+fn partial_with(progress: &mut Progress, patience: Patience) -> Termination {
     progress.enter(Stage::PartialShortcut);
     let mut search = Search::new(progress);
     let mut whole: Vec<(usize, usize)> =
         (0..search.moving.len()).flat_map(|c| (0..search.stretches()).map(move |s| (c, s))).collect();
-    search.run(&mut |search| {
+    search.run(patience, &mut |search| {
         let (component, places) = match whole.pop() {
             Some((component, stretch)) => (component, search.whole_stretch(stretch)),
             None if search.moving.is_empty() => return None,
@@ -57,14 +83,49 @@ pub fn partial(progress: &mut Progress) -> Termination {
     })
 }
 
+/// Leaves out runs of waypoints, long ones first, where the straight line is free; says why the run must end, if it
+/// must.
+pub fn leave_out_waypoints(progress: &mut Progress) -> Option<Termination> {
+    progress.enter(Stage::Shortcut);
+    let mut search = Search::new(progress);
+    let mut stride = (search.progress.path.len() - 1) * 2 / 3;
+    while stride >= 2 && search.moves_everything() {
+        let mut from = 0;
+        while from + stride < search.progress.path.len() {
+            if let Some(termination) = search.progress.must_end() {
+                return Some(termination);
+            }
+            search.progress.iterations += 1;
+            if search.leave_out(from + 1..from + stride) {
+                search.progress.publish();
+            }
+            from += stride;
+        }
+        stride = (stride - 1).min(stride * 2 / 3);
+    }
+    None
+}
+
+/// Leaves out waypoints that the path can do without, one by one: also those that only lie on a straight line.
+pub fn leave_out_needless(progress: &mut Progress) -> Option<Termination> {
+    progress.enter(Stage::Shortcut);
+    let before = progress.length;
+    let mut search = Search::new(progress);
+    search.drop_needless_of_all();
+    if progress.is_shorter_than(before) {
+        progress.publish();
+    }
+    progress.must_end()
+}
+
 impl Search<'_, '_, '_> {
     /// Tries what `propose` builds until nothing is gained any more. `None` proposes nothing, which is a failure.
-    fn run(&mut self, propose: &mut dyn FnMut(&mut Self) -> Option<()>) -> Termination {
+    fn run(&mut self, patience: Patience, propose: &mut dyn FnMut(&mut Self) -> Option<()>) -> Termination {
         let mut failures = 0;
         if self.progress.path.len() < 3 {
             return Termination::Converged;
         }
-        while failures < self.patience() {
+        while failures < self.failures(patience) {
             if let Some(termination) = self.progress.must_end() {
                 return termination;
             }
@@ -85,33 +146,8 @@ impl Search<'_, '_, '_> {
         Termination::Converged
     }
 
-    fn patience(&self) -> u64 {
-        let waypoints = PATIENCE_PER_WAYPOINT * self.progress.path.len() as u64;
-        LEAST_PATIENCE.max(waypoints).max(PATIENCE_PER_COMPONENT * self.moving.len() as u64)
+    fn failures(&self, patience: Patience) -> u64 {
+        let (waypoints, components) = (self.progress.path.len() as u64, self.moving.len() as u64);
+        patience.least.max(patience.per_waypoint * waypoints).max(patience.per_component * components)
     }
-}
-
-/// Leaves out runs of waypoints: half of the path at once, then a quarter, and so on down to single ones.
-pub fn skip(progress: &mut Progress) -> Option<Termination> {
-    progress.enter(Stage::Shortcut);
-    let mut search = Search::new(progress);
-    if search.moving.len() < search.progress.task.space.components().len() {
-        return None; // A straight line would move what may not move otherwise than before.
-    }
-    let mut stride = search.progress.path.len() - 1;
-    while stride >= 2 {
-        let mut from = 0;
-        while from + stride < search.progress.path.len() {
-            if let Some(termination) = search.progress.must_end() {
-                return Some(termination);
-            }
-            search.progress.iterations += 1;
-            if search.leave_out(from + 1..from + stride) {
-                search.progress.publish();
-            }
-            from += 1.max(stride / 2);
-        }
-        stride = (stride - 1).min(stride * 2 / 3);
-    }
-    None
 }

@@ -21,7 +21,7 @@ use super::rake::Proving;
 use super::rake::RakeScratch;
 use super::segment_motion::SegmentMotion;
 use super::undecided::{Interval, List, Segments};
-use super::{Hit, HitReason, Layers, Queries, SegmentProof, SegmentVerdict, SegmentsVerdict};
+use super::{Hit, HitReason, Layers, Queries, SegmentProof, SegmentRefusal, SegmentVerdict, SegmentsVerdict};
 use crate::collision::CollisionModel;
 use crate::collision::query::TOUCHING_M;
 use crate::lanes::{InstructionSet, LANES};
@@ -55,7 +55,7 @@ pub struct Scratch {
     /// What this request's validator has proved.
     pub(super) ledger: Ledger,
     /// What the last search found, while its segments are at hand.
-    pub(super) refusal: Option<(Interval, usize, HitReason)>,
+    pub(super) refusal: Option<SegmentRefusal>,
     /// Where pairs of many pieces lay apart when they were last looked at.
     pub(super) directions: HashMap<usize, Vec3>,
 }
@@ -186,17 +186,17 @@ impl<'a> Validator<'a> {
         match self.search(stop) {
             Found::Nothing => SegmentsVerdict::Proved,
             Found::Refusal(interval, pair, reason) => {
-                self.scratch.refusal = Some((interval, pair, reason));
-                SegmentsVerdict::Refused(self.scratch.segments.numbers[interval.segment])
+                let segment = self.scratch.segments.numbers[interval.segment];
+                self.scratch.refusal = Some(SegmentRefusal { segment, t: interval.middle, pair, reason });
+                SegmentsVerdict::Refused(segment)
             }
             Found::Stopped => SegmentsVerdict::Stopped,
         }
     }
 
-    /// Where [`Self::segments`] has just refused a segment; `None` once others were looked at.
-    pub fn refusal(&mut self) -> Option<Hit> {
-        let (interval, pair, reason) = self.scratch.refusal.take()?;
-        Some(self.hit(&interval, pair, reason))
+    /// What [`Self::segments`] has just refused; `None` once other segments were looked at.
+    pub fn refusal(&self) -> Option<SegmentRefusal> {
+        self.scratch.refusal
     }
 
     /// The same of one segment; `None` where stopped.

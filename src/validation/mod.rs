@@ -78,6 +78,19 @@ pub enum SegmentsVerdict {
     Stopped,
 }
 
+/// Where one of several segments is refused, without the contact, which would cost more than finding the place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentRefusal {
+    /// The segment, by its number.
+    pub segment: usize,
+    /// Ratio on the segment, in [0, 1].
+    pub t: f64,
+    /// Index of the pair in the collision model.
+    pub pair: usize,
+    /// Why.
+    pub reason: HitReason,
+}
+
 /// A proof, in short.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentProof {

@@ -94,11 +94,12 @@ fn prove_lowering(
     }
 }
 
-/// Places at which a pair that is not provable is looked at for a collision.
-const COLLISION_SAMPLES: u32 = 1024;
+/// Least step between the places at which a pair that is not provable is looked at for a collision.
+const COLLISION_STEP: f64 = 1.0 / 1024.0;
 
 /// A pair that comes too close for the last floor often touches a little farther on: then that is the
-/// verdict, which only samples can find here.
+/// verdict, which only samples can find here. Where the pair is farther apart than it can come in a step, longer
+/// ones are taken.
 fn sampled_collision(
     validator: &mut Validator,
     from: &[f64],
@@ -106,15 +107,13 @@ fn sampled_collision(
     hit: Hit,
     stop: &mut dyn FnMut() -> bool,
 ) -> Hit {
-    for sample in 0..=COLLISION_SAMPLES {
-        if stop() {
-            return hit;
-        }
-        let t = f64::from(sample) / f64::from(COLLISION_SAMPLES);
-        let contact = validator.contact_between(hit.pair, from, to, t);
+    let mut t = 0.0;
+    while t <= 1.0 && !stop() {
+        let (contact, speed) = validator.contact_and_speed(hit.pair, from, to, t);
         if contact.distance <= TOUCHING_M {
             return Hit { reason: HitReason::Collision, t, contact, ..hit };
         }
+        t += (contact.distance / speed).max(COLLISION_STEP);
     }
     hit
 }

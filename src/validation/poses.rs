@@ -28,10 +28,16 @@ impl Validator<'_> {
 
     /// The same at a ratio of a segment.
     pub fn contact_between(&mut self, pair: usize, from: &[f64], to: &[f64], t: f64) -> Contact {
+        self.contact_and_speed(pair, from, to, t).0
+    }
+
+    /// The same, with the speed that the distance changes at most at on the whole segment (m per unit t).
+    pub fn contact_and_speed(&mut self, pair: usize, from: &[f64], to: &[f64], t: f64) -> (Contact, f64) {
         self.scratch.segments.exact = None;
         self.scratch.motion.begin(self.model, self.space, from, to, self.held);
         self.scratch.motion.place(self.model, self.space, from, t, self.held);
-        self.scratch.motion.contact(self.model, &self.model.pairs()[pair])
+        let pair = &self.model.pairs()[pair];
+        (self.scratch.motion.contact(self.model, pair), self.scratch.motion.speed(pair))
     }
 
     /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces meet there,

@@ -100,6 +100,11 @@ impl SegmentMotion {
         (0.5 * half * half * (a.0 + b.0), half * (a.1 + b.1))
     }
 
+    /// Speed at which the bodies of a pair approach each other at most on the segment (m per unit t).
+    pub fn speed(&self, pair: &BodyPair) -> f64 {
+        self.bend_and_travel(pair, 1.0).1
+    }
+
     /// Closest points of a pair where the bodies were placed last, exact, in the world.
     pub fn contact(&self, model: &CollisionModel, pair: &BodyPair) -> Contact {
         let [a, b] = [pair.a, pair.b];

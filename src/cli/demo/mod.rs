@@ -14,7 +14,6 @@ mod rrt_connect;
 mod server;
 #[path = "../../../examples/planner/session.rs"]
 mod session;
-mod svg;
 mod table;
 mod view;
 mod world;

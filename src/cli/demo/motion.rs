@@ -3,8 +3,8 @@
 use taut::math::Vec3;
 use taut::robot::{Kinematics, RobotModel};
 
-use super::svg::Point;
 use super::view::View;
+use crate::cli::svg::Point;
 
 /// Places drawn of each segment of a path; between waypoints a tool moves on curves.
 pub(super) const STEPS: usize = 24;

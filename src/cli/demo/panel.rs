@@ -1,9 +1,9 @@
 //! One planner's robot, obstacles and paths, drawn in one view.
 
 use super::motion::{Mover, STEPS, Track};
-use super::svg::{Point, Svg};
 use super::view::{Bounds, Frame, View};
 use super::world::World;
+use crate::cli::svg::{Point, Svg};
 
 /// Room around what moves, as a part of its size.
 const ROOM: f64 = 0.12;

@@ -2,10 +2,10 @@
 
 use super::panel::Panel;
 use super::row::Row;
-use super::svg::Svg;
 use super::view::View;
 use super::world::World;
 use crate::cli::report;
+use crate::cli::svg::Svg;
 
 const STYLE: &str = "
 text { font-family: system-ui, 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', sans-serif; fill: #23272e; font-size: 13px }

@@ -3,7 +3,7 @@
 use taut::math::{Pose, Vec3};
 use taut::shape::{PlacedShape, Shape};
 
-use super::svg::Point;
+use crate::cli::svg::Point;
 
 /// Directions that an outline is looked at from: enough for a round circle.
 const DIRECTIONS: usize = 72;

@@ -93,6 +93,17 @@ pub fn contact_within(a: &Piece, b: &Piece, within: f64) -> Option<Contact> {
     (within.is_infinite() || cheap_gap(a, b).1 < within).then(|| contact(a, b))
 }
 
+/// The same where it is enough to know of an overlap that it is one: distance 0, without its depth, which is dear.
+pub fn approach_within(a: &Piece, b: &Piece, within: f64) -> Option<Contact> {
+    if within.is_finite() && cheap_gap(a, b).1 >= within {
+        return None;
+    }
+    let Separation { normal, gap, point_a, point_b } = separation(a, b);
+    // Where cores meet there is no direction, and the gap along none says nothing.
+    let distance = (point_a - point_b).dot(normal).max(gap).max(0.0);
+    Some(place(point_a, point_b, normal, distance))
+}
+
 /// `min_A n·a − max_B n·b` for a unit `normal`: a lower bound of the distance whatever the normal.
 pub fn gap_along(a: &Piece, b: &Piece, normal: Vec3) -> f64 {
     gap_of_cores(&a.core, &b.core, normal) - a.radius - b.radius

@@ -77,6 +77,8 @@ pub fn outcome(view: &ResponseView, settings: &Settings, weights: &[f64]) -> Res
         clearance_m: settings.clearance_m,
         floor_m: header.floor_m,
         floors_lowered: lowered,
+        // The wire does not carry them.
+        pinched: Vec::new(),
         nearest: sections::nearest(view)?,
         iterations: header.iterations,
         work: header.work,

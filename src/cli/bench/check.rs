@@ -11,10 +11,10 @@ use taut::path::Path;
 use taut::validation::path_proof::{self, PathVerdict};
 use taut::validation::{Layers, Queries, Scratch, SegmentVerdict, Validator};
 
-use super::bench_table::median;
-use super::error::CliError;
-use super::load::Loaded;
-use super::report::{geometry_name, length, time};
+use super::statistics::median;
+use crate::cli::error::CliError;
+use crate::cli::load::Loaded;
+use crate::cli::report::{geometry_name, length, time};
 
 /// Joint-space motion between two samples of the sampled check (rad), VAMP's.
 const SAMPLE_RAD: f64 = 1.0 / 32.0;
