@@ -37,7 +37,7 @@ pub const MAX_WAYPOINTS: usize = 16_384;
 pub const MAX_VARIABLES: usize = 256;
 /// Most numbers of one path: waypoints times variables.
 pub const MAX_PATH_NUMBERS: usize = 1 << 18;
-/// Most records of one response section (lowered pairs, contacts).
+/// Most records of one response section (lowered and pinched pairs, contacts).
 pub const MAX_RECORDS: usize = 4096;
 /// Most stages that a response lists.
 pub const MAX_STAGES: usize = 16;
@@ -72,7 +72,7 @@ pub const UNFINISHED_FILE_AGE: Duration = Duration::from_secs(2);
 pub const LOCK_PATIENCE: Duration = Duration::from_millis(100);
 
 /// Bytes of every response section besides the path, at its limit.
-const RESPONSE_EXTRAS: usize = MAX_WAYPOINTS * 16 + MAX_RECORDS * 136 + MAX_STAGES * 32 + 2 * MAX_TEXT + 1024;
+const RESPONSE_EXTRAS: usize = MAX_WAYPOINTS * 16 + MAX_RECORDS * 152 + MAX_STAGES * 32 + 2 * MAX_TEXT + 1024;
 
 const _: () = assert!(MAX_PATH_NUMBERS * 8 < MAX_PAYLOAD, "a full path fits a payload");
 const _: () = assert!(

@@ -23,7 +23,7 @@ pub use error::WireError;
 pub use layout::{Field, Section};
 pub use number::{Mode, RefusalReason, RequestFlags, ResponseFlags, SceneEventKind, Stage, Status, Termination};
 pub use record::{
-    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, RefusalRecord, StageRecord, TextSpan,
+    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord, StageRecord, TextSpan,
 };
 pub use request::{ControlHeader, ControlReplyHeader, RequestHeader, RequestView};
 pub use response::{ResponseHeader, ResponseView};

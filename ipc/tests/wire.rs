@@ -70,11 +70,12 @@ fn golden_response_header() {
     assert_eq!(h.lowered_pairs, Section { offset: 48, count: 49 });
     assert_eq!(h.active_contacts, Section { offset: 50, count: 51 });
     assert_eq!(h.stages, Section { offset: 52, count: 53 });
-    assert_eq!(h.refusal, Section { offset: 54, count: 55 });
-    assert_eq!(h.certificate_head, Section { offset: 56, count: 57 });
-    assert_eq!(h.names, Section { offset: 58, count: 59 });
-    assert_eq!(h.message, Section { offset: 60, count: 61 });
-    assert_eq!(size_of::<ResponseHeader>(), 248);
+    assert_eq!(h.pinched_pairs, Section { offset: 54, count: 55 });
+    assert_eq!(h.refusal, Section { offset: 56, count: 57 });
+    assert_eq!(h.certificate_head, Section { offset: 58, count: 59 });
+    assert_eq!(h.names, Section { offset: 60, count: 61 });
+    assert_eq!(h.message, Section { offset: 62, count: 63 });
+    assert_eq!(size_of::<ResponseHeader>(), 256);
 }
 
 #[test]
@@ -137,6 +138,7 @@ fn a_full_response_reads_back() {
         certificate: &[CertificateSegment { clearance_m: 0.0118, intervals: 7, reserved: 0 }],
         lowered_pairs: &[LoweredPair { body_a, body_b, floor_m: 2.5e-4 }],
         active_contacts: &[ActiveContact { body_a, body_b, t: 0.5, ..Default::default() }],
+        pinched_pairs: &[PinchedPair { body_a, body_b }],
         stages: &[StageRecord { stage: 4, gain: 1.5, ..Default::default() }],
         refusal: Some(&refusal),
         certificate_head: Some(&CertificateHead { segments: 1, ..Default::default() }),
@@ -144,7 +146,7 @@ fn a_full_response_reads_back() {
         message: "one line",
     };
     let mut header =
-        ResponseHeader { wire_version: 1, header_len: 248, code: 1, waypoints: 2, variables: 2, ..Default::default() };
+        ResponseHeader { wire_version: 1, header_len: 256, code: 1, waypoints: 2, variables: 2, ..Default::default() };
     let bytes = body.lay_out(&mut header).unwrap();
     let mut payload = vec![0u64; bytes.div_ceil(8)];
     let payload: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut payload)[..bytes];
@@ -156,7 +158,7 @@ fn a_full_response_reads_back() {
     assert_eq!(view.refusal, Some(&refusal));
     assert_eq!(view.refusal.unwrap().body_b.of(view.names), Ok("Tür"));
     assert_eq!((view.certificate.len(), view.lowered_pairs.len(), view.active_contacts.len()), (1, 1, 1));
-    assert_eq!(view.stages, body.stages);
+    assert_eq!((view.stages, view.pinched_pairs), (body.stages, body.pinched_pairs));
     assert_eq!(view.message, "one line");
     assert!(TextSpan { offset: 6, len: 1 }.of(view.names).is_err(), "cuts a character");
 }
@@ -196,7 +198,7 @@ proptest! {
 
     #[test]
     fn random_bytes_never_panic(
-        header in prop::collection::vec(any::<u8>(), 248),
+        header in prop::collection::vec(any::<u8>(), 256),
         payload in prop::collection::vec(any::<u8>(), 0..300),
         shift in 0usize..8,
     ) {
@@ -212,7 +214,7 @@ proptest! {
     /// Headers that pass the first checks reach the sections.
     #[test]
     fn random_sections_never_panic(
-        sections in prop::collection::vec((0u32..20, 0u32..4), 9),
+        sections in prop::collection::vec((0u32..20, 0u32..4), 10),
         wild in prop::collection::vec(any::<u32>(), 4),
         use_wild in any::<bool>(),
         payload in prop::collection::vec(any::<u8>(), 0..300),
@@ -230,9 +232,9 @@ proptest! {
             prop_assert_eq!(view.path.len() as u32, size.0 * size.1);
         }
         let response = ResponseHeader {
-            wire_version: 1, header_len: 248, code: 1, waypoints: size.0, variables: size.1,
+            wire_version: 1, header_len: 256, code: 1, waypoints: size.0, variables: size.1,
             path: s(0), certificate: s(1), lowered_pairs: s(2), active_contacts: s(3),
-            stages: s(8), refusal: last, certificate_head: s(5), names: s(6), message: s(7), ..Default::default()
+            stages: s(8), pinched_pairs: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), ..Default::default()
         };
         if let Ok(view) = ResponseView::parse(response, bytes) {
             let _ = TextSpan { offset: wild[2], len: wild[3] }.of(view.names);

@@ -19,6 +19,10 @@ pub(super) fn of_shortening(subject: &Subject, timed: &Timed) -> String {
     let mut text = String::new();
     line(&mut text, "bound", &bound(outcome, &subject.metric));
     nearest(&mut text, outcome);
+    if !outcome.pinched.is_empty() {
+        let pairs = outcome.pinched.iter().map(|[a, b]| format!("{a} × {b}"));
+        line(&mut text, "pinched", &format!("between {}", pairs.collect::<Vec<_>>().join(", ")));
+    }
     if !outcome.stages.is_empty() {
         line(&mut text, "stages", &stages(outcome));
     }

@@ -1,8 +1,8 @@
 //! Sections of a payload: how they are laid out, written and read.
 
 use super::{
-    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, RefusalRecord, RequestHeader, ResponseHeader,
-    Section, StageRecord, WireError,
+    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord, RequestHeader,
+    ResponseHeader, Section, StageRecord, WireError,
 };
 use crate::limits::{MAX_PAYLOAD, MAX_TEXT, PAYLOAD_ALIGN};
 use bytemuck::Pod;
@@ -54,6 +54,8 @@ pub struct ResponseBody<'a> {
     pub active_contacts: &'a [ActiveContact],
     /// What each stage of the method did.
     pub stages: &'a [StageRecord],
+    /// Pairs of bodies between which the path is pinched.
+    pub pinched_pairs: &'a [PinchedPair],
     /// Where and why the input was refused.
     pub refusal: Option<&'a RefusalRecord>,
     /// What the certificate speaks about.
@@ -76,6 +78,7 @@ impl ResponseBody<'_> {
         header.lowered_pairs = place_records(&mut end, self.lowered_pairs);
         header.active_contacts = place_records(&mut end, self.active_contacts);
         header.stages = place_records(&mut end, self.stages);
+        header.pinched_pairs = place_records(&mut end, self.pinched_pairs);
         header.refusal = place_records(&mut end, self.refusal.as_slice_of_one());
         header.certificate_head = place_records(&mut end, self.certificate_head.as_slice_of_one());
         header.names = place(&mut end, cut(self.names).len(), 1);
@@ -93,6 +96,7 @@ impl ResponseBody<'_> {
         put(payload, header.lowered_pairs, self.lowered_pairs);
         put(payload, header.active_contacts, self.active_contacts);
         put(payload, header.stages, self.stages);
+        put(payload, header.pinched_pairs, self.pinched_pairs);
         put(payload, header.refusal, self.refusal.as_slice_of_one());
         put(payload, header.certificate_head, self.certificate_head.as_slice_of_one());
         put(payload, header.names, cut(self.names).as_bytes());

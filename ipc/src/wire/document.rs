@@ -2,8 +2,8 @@
 
 use super::{
     ActiveContact, CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader, Field, LoweredPair,
-    Mode, RefusalReason, RefusalRecord, RequestHeader, ResponseHeader, SceneEvent, SceneEventKind, Stage, StageRecord,
-    Status, StatusRecord, Termination,
+    Mode, PinchedPair, RefusalReason, RefusalRecord, RequestHeader, ResponseHeader, SceneEvent, SceneEventKind, Stage,
+    StageRecord, Status, StatusRecord, Termination,
 };
 use crate::services;
 use std::fmt::Write;
@@ -33,7 +33,7 @@ Lengths of paths are in the request's metric (by default metres moved per unit o
 
 type Described = (&'static str, usize, &'static [Field]);
 
-fn types() -> [Described; 13] {
+fn types() -> [Described; 14] {
     macro_rules! described {
         ($($title:literal $name:ident),*) => {
             [$( ($title, size_of::<$name>(), $name::FIELDS), )*]
@@ -46,6 +46,7 @@ fn types() -> [Described; 13] {
         "Certificate head" CertificateHead,
         "Lowered pair" LoweredPair,
         "Active contact" ActiveContact,
+        "Pinched pair" PinchedPair,
         "Stage" StageRecord,
         "Refusal" RefusalRecord,
         "Control request header" ControlHeader,

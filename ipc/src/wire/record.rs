@@ -77,6 +77,14 @@ wire_type! {
 }
 
 wire_type! {
+    /// A body pair between which the path is pinched (section `pinched_pairs`).
+    PinchedPair, size 16 {
+        0 body_a: TextSpan, "name of the first body";
+        8 body_b: TextSpan, "name of the second body";
+    }
+}
+
+wire_type! {
     /// What one stage of the method did (section `stages`).
     StageRecord, size 32 {
         0 stage: u32, "see stages";
@@ -104,5 +112,5 @@ wire_type! {
     }
 }
 
-const _: () = assert!(size_of::<ActiveContact>() + size_of::<LoweredPair>() == 136);
+const _: () = assert!(size_of::<ActiveContact>() + size_of::<LoweredPair>() + size_of::<PinchedPair>() == 152);
 const _: () = assert!(size_of::<CertificateSegment>() == 16);

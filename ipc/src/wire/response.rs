@@ -3,8 +3,8 @@
 use super::layout::Section;
 use super::request::{check_version, path_numbers};
 use super::{
-    ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, RefusalRecord, ResponseFlags, Stage,
-    StageRecord, Status, Termination, WireError,
+    ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalRecord, ResponseFlags,
+    Stage, StageRecord, Status, Termination, WireError,
 };
 use crate::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_WAYPOINTS};
 use crate::wire::body::{numbers, records, section_bytes};
@@ -12,9 +12,9 @@ use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
     /// Header of a response on `taut/v1/optimize`.
-    ResponseHeader, size 248 {
+    ResponseHeader, size 256 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 248";
+        4 header_len: u32, "size of this header, 256";
         8 request_id: u64, "of the request answered";
         16 seq: u32, "counts the responses of this request from 0; a gap means dropped ones";
         20 status: u32, "see statuses";
@@ -46,10 +46,11 @@ wire_type! {
         192 lowered_pairs: Section, "records";
         200 active_contacts: Section, "records: first where the smallest clearance is, then what holds the path";
         208 stages: Section, "records, in the order in which the stages first came";
-        216 refusal: Section, "0 or 1 record";
-        224 certificate_head: Section, "0 or 1 record";
-        232 names: Section, "UTF-8 bytes that text spans point into";
-        240 message: Section, "UTF-8 bytes, one line for people";
+        216 pinched_pairs: Section, "records";
+        224 refusal: Section, "0 or 1 record";
+        232 certificate_head: Section, "0 or 1 record";
+        240 names: Section, "UTF-8 bytes that text spans point into";
+        248 message: Section, "UTF-8 bytes, one line for people";
     }
 }
 
@@ -77,6 +78,8 @@ pub struct ResponseView<'a> {
     pub active_contacts: &'a [ActiveContact],
     /// What each stage of the method did.
     pub stages: &'a [StageRecord],
+    /// Pairs of bodies between which the path is pinched: no step kept all contact half-spaces.
+    pub pinched_pairs: &'a [PinchedPair],
     /// Where and why the input was refused.
     pub refusal: Option<&'a RefusalRecord>,
     /// What the certificate speaks about.
@@ -106,6 +109,7 @@ impl<'a> ResponseView<'a> {
             lowered_pairs: records(payload, "lowered_pairs", header.lowered_pairs, MAX_RECORDS)?,
             active_contacts: records(payload, "active_contacts", header.active_contacts, MAX_RECORDS)?,
             stages: records(payload, "stages", header.stages, MAX_STAGES)?,
+            pinched_pairs: records(payload, "pinched_pairs", header.pinched_pairs, MAX_RECORDS)?,
             refusal: records(payload, "refusal", header.refusal, 1)?.first(),
             certificate_head: records(payload, "certificate_head", header.certificate_head, 1)?.first(),
             names: text(payload, "names", header.names)?,

@@ -6,8 +6,8 @@ use taut::store::Snapshot;
 use taut::validation::HitReason;
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{
-    self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, RefusalReason, RefusalRecord,
-    ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status,
+    self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalReason,
+    RefusalRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status,
 };
 
 use super::records::{self, Names, stage};
@@ -24,6 +24,7 @@ pub(in crate::daemon) struct Reply {
     lowered: Vec<LoweredPair>,
     contacts: Vec<ActiveContact>,
     stages: Vec<StageRecord>,
+    pinched: Vec<PinchedPair>,
     refusal: Option<RefusalRecord>,
     names: String,
     message: String,
@@ -38,6 +39,7 @@ impl Reply {
             lowered_pairs: &self.lowered,
             active_contacts: &self.contacts,
             stages: &self.stages,
+            pinched_pairs: &self.pinched,
             refusal: self.refusal.as_ref(),
             certificate_head: self.head.as_ref(),
             names: &self.names,
@@ -141,6 +143,7 @@ pub(in crate::daemon) fn answered(job: &Job, outcome: &Outcome, cause: Option<St
         lowered,
         contacts: outcome.nearest.as_ref().map(|nearest| records::contacts(nearest, &mut names)).unwrap_or_default(),
         stages: records::stages(outcome),
+        pinched: records::pinched(outcome, &mut names),
         refusal,
         names: names.text,
         message: message(outcome),

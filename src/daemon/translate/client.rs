@@ -78,7 +78,7 @@ pub fn outcome(view: &ResponseView, settings: &Settings, weights: &[f64]) -> Res
         floor_m: header.floor_m,
         floors_lowered: lowered,
         // The wire does not carry them.
-        pinched: Vec::new(),
+        pinched: sections::pinched(view)?,
         nearest: sections::nearest(view)?,
         iterations: header.iterations,
         work: header.work,

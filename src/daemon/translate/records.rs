@@ -8,8 +8,8 @@ use taut::path::Path;
 use taut::validation::{Certificate, HitReason, SegmentClaim};
 use taut_ipc::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT};
 use taut_ipc::wire::{
-    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, RefusalReason, RefusalRecord, Stage, StageRecord,
-    TextSpan,
+    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalReason, RefusalRecord, Stage,
+    StageRecord, TextSpan,
 };
 
 /// Collects names of bodies, each once, as far as the section holds them.
@@ -125,6 +125,12 @@ pub(super) fn contacts(nearest: &NearestBodies, names: &mut Names) -> Vec<Active
         })
     };
     nearest.smallest.iter().chain(&nearest.contacts).map_while(record).take(MAX_RECORDS).collect()
+}
+
+/// Pairs between which the path is pinched.
+pub(super) fn pinched(outcome: &Outcome, names: &mut Names) -> Vec<PinchedPair> {
+    let record = |[a, b]: &[String; 2]| Some(PinchedPair { body_a: names.span(a)?, body_b: names.span(b)? });
+    outcome.pinched.iter().map_while(record).take(MAX_RECORDS).collect()
 }
 
 /// What each stage did.

@@ -103,6 +103,11 @@ pub(super) fn nearest(view: &ResponseView) -> Result<Option<NearestBodies>, Wire
     Ok(Some(NearestBodies { searched_m, smallest, contacts }))
 }
 
+/// Pairs between which the path is pinched.
+pub(super) fn pinched(view: &ResponseView) -> Result<Vec<[String; 2]>, WireError> {
+    view.pinched_pairs.iter().map(|pair| names(view, [pair.body_a, pair.body_b])).collect()
+}
+
 /// What each stage did.
 pub(super) fn stages(view: &ResponseView) -> Result<Vec<StageShare>, WireError> {
     let share = |record: &StageRecord| {
