@@ -4,6 +4,7 @@ use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
 
 use super::properties::{OPTIMIZERS, cases, request};
+use super::task::SHORTER;
 use super::{Outcome, Settings, Termination, Workspace, run};
 use crate::collision::CollisionModel;
 use crate::path::Path;
@@ -60,8 +61,11 @@ fn keeps_its_promises(
         keeps_what_it_must(model, path, settings, better)?;
         prop_assert!(is_proved_afresh(model, better, settings, outcome), "a published path is not provable");
     }
-    let last = published.last().map_or(path, |(best, _)| best);
-    prop_assert_eq!(last, &outcome.path, "the best path is the last one published");
+    // The answer is the last path published, or the same motion with fewer waypoints.
+    let (last, its_length) = published.last().map_or((path, outcome.length_before), |(best, length)| (best, *length));
+    prop_assert!(outcome.length_after <= its_length * (1.0 + SHORTER), "{} after {its_length}", outcome.length_after);
+    prop_assert!(*last == outcome.path || outcome.path.len() < last.len(), "the answer was never published");
+    prop_assert!(is_proved_afresh(model, &outcome.path, settings, outcome), "the answer is not provable");
     keeps_what_it_must(model, path, settings, &outcome.path)
 }
 
@@ -237,21 +241,5 @@ proptest! {
             let closest = distances.map(|distance| (distance - contact.distance_m).abs()).fold(f64::INFINITY, f64::min);
             prop_assert!(closest < 1e-9, "{contact:?} is off by {closest}");
         }
-    }
-}
-
-#[test]
-fn hang_hunt() {
-    for (seed, last) in [(17_527_688_941_367_142_743_u64, 743), (9_776_730_716_190_796_179, 179)] {
-        let (model, path, settings) = request(seed, OPTIMIZERS[(seed % 5) as usize]).unwrap();
-        eprintln!("{:?} {} waypoints nv {} fixed {:?} moving {:?}", settings.mode, path.len(), model.robot().space().nv(), settings.fixed_waypoints, settings.moving);
-        let (tx, rx) = std::sync::mpsc::channel();
-        std::thread::spawn(move || {
-            let mut count = 0_u64;
-            let mut stop = || { count += 1; if count % 1000 == 0 || count > last { eprintln!("poll {count}"); } count > last };
-            let run = run(&model, &path, &settings, &mut Workspace::default(), &mut stop, &mut |_| {});
-            let _ = tx.send(run.is_ok());
-        });
-        eprintln!("{:?}", rx.recv_timeout(std::time::Duration::from_secs(10)));
     }
 }

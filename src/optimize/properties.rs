@@ -114,8 +114,9 @@ proptest! {
             prop_assert_eq!(better.waypoint(0), path.waypoint(0));
             prop_assert_eq!(better.waypoint(better.len() - 1), path.waypoint(path.len() - 1));
         }
+        // The same motion with fewer waypoints is not published.
         let last = published.last().map_or(&path, |(best, _)| best);
-        prop_assert_eq!(last, &outcome.path, "the best path is the last one published");
+        prop_assert!(*last == outcome.path || outcome.path.len() < last.len(), "the best path was not published");
     }
 
     #[test]

@@ -202,7 +202,9 @@ impl Answer {
     fn into_outcome(self, model: &CollisionModel, path: &Path, settings: &Settings, input: &Input) -> Outcome {
         let mut scratch = vec![0.0; input.space.nv()];
         let mut length = |path: &Path| input.metric.length(&input.space, path.as_flat(), &mut scratch);
-        let (length_before, length_after) = (length(&input.path), length(&self.path));
+        let length_before = length(&input.path);
+        // Without a waypoint on a straight line the sum may be rounded up.
+        let length_after = length(&self.path).min(length_before);
         let ends = [path.waypoint(0), path.waypoint(path.len() - 1)].concat();
         let lower_bound = input.metric.length(&input.space, &ends, &mut scratch);
         let is_unchanged = self.path == input.path;
