@@ -39,7 +39,8 @@ fn a_proved_path_exits_with_0_and_a_colliding_one_with_1_and_its_place() {
     let problem = config("problems/arm_shelf.json");
     let run = taut(&["check", &problem, "--local"]);
     assert_eq!((run.exit, run.err.as_str()), (0, ""));
-    assert!(run.out.starts_with("proved   clearance ≥ ") && run.out.lines().count() == 1, "{}", run.out);
+    assert!(run.out.starts_with("proved   clearance ≥ ") && run.out.lines().count() == 2, "{}", run.out);
+    assert!(run.out.lines().nth(1).unwrap().starts_with("  nearest  link6 × shelf_middle, 5."), "{}", run.out);
 
     let line = straight_line(folder.path());
     for source in [
@@ -51,7 +52,7 @@ fn a_proved_path_exits_with_0_and_a_colliding_one_with_1_and_its_place() {
         assert!(run.out.starts_with("COLLISION segment 1 of 1, t = 0.") && run.out.contains(" × shelf_middle, depth "));
     }
     let several = taut(&["check", &problem, &config("problems/rooms.json"), "--local"]);
-    assert_eq!(several.exit, 0);
+    assert_eq!((several.exit, several.out.lines().count()), (0, 2));
     assert!(several.out.contains("arm_shelf: proved") && several.out.contains("rooms: proved"), "{}", several.out);
 }
 
@@ -73,6 +74,14 @@ fn json_is_one_object_with_every_field() {
         "length_before",
         "length_after",
         "lower_bound",
+        "gap",
+        "metric",
+        "searched_m",
+        "smallest_clearance",
+        "contacts",
+        "pinched",
+        "stage",
+        "stages",
         "variables",
         "path",
         "weights",
@@ -91,6 +100,17 @@ fn json_is_one_object_with_every_field() {
     }
     assert_eq!((answer["code"].as_i64(), answer["proved"].as_bool()), (Some(1), Some(true)));
     assert!(answer["length_after"].as_f64() <= answer["length_before"].as_f64());
+    let number = |field: &str| answer[field].as_f64().unwrap();
+    assert_eq!(number("gap"), number("length_after") / number("lower_bound") - 1.0);
+    let gained: f64 = answer["stages"].as_array().unwrap().iter().map(|stage| stage["gain"].as_f64().unwrap()).sum();
+    assert!((gained - (number("length_before") - number("length_after"))).abs() < 1e-9, "{gained}");
+    let smallest = &answer["smallest_clearance"];
+    for contact in answer["contacts"].as_array().unwrap() {
+        assert!(contact["distance_m"].as_f64() >= smallest["distance_m"].as_f64());
+        let [a, b] = [0, 1].map(|i| [0, 1, 2].map(|k| contact["points"][i][k].as_f64().unwrap()));
+        let apart = [0, 1, 2].map(|k| a[k] - b[k]).iter().map(|x| x * x).sum::<f64>().sqrt();
+        assert!((apart - contact["distance_m"].as_f64().unwrap()).abs() < 1e-9, "{contact}");
+    }
     // An answer is a bare path itself.
     assert_eq!(taut(&["check", out.to_str().unwrap(), "--problem", &problem, "--local"]).exit, 0);
 
@@ -125,6 +145,37 @@ fn errors_are_one_line_with_their_own_exit_codes() {
     assert_eq!(taut(&["shorten", &line, "--mode", "best"]).exit, 64);
     assert_eq!(taut(&["check", &line, "--clearance", "1 inch"]).exit, 64);
     assert_eq!(taut(&["--help"]).exit, 0);
+}
+
+#[test]
+fn a_shortened_path_says_how_good_it_is_and_what_holds_it() {
+    let run = taut(&["shorten", &config("problems/arm_shelf.json"), "--local"]);
+    assert_eq!((run.exit, run.err.as_str()), (0, ""));
+    let heads: Vec<&str> = run.out.lines().skip(1).filter_map(|line| line.split_whitespace().next()).collect();
+    for head in ["bound", "nearest", "held", "stages", "ended"] {
+        assert!(heads.contains(&head), "no {head}: {}", run.out);
+    }
+    assert!(run.out.contains(", gap ") && run.out.contains("lengths in metres of reach"), "{}", run.out);
+    assert!(run.out.contains(" × shelf_") && run.out.contains("converged, found by "), "{}", run.out);
+}
+
+#[test]
+fn names_and_numbers_that_do_not_exist_are_told_with_the_valid_ones() {
+    let arms = config("problems/exchange_arms.json");
+    for (arguments, exit, parts) in [
+        (["--group", "legs"], 65, ["\"legs\" is no group", "valid: base, torso, left_arm, right_arm, arms"]),
+        (["--fix", "0,99"], 65, ["names waypoint 99", "waypoints 0 to "]),
+        (["--joint-weight", "elbow=2"], 65, ["\"elbow\" is no joint", "valid: base_joint/x, base_joint/y"]),
+        (["--hold", "torso_lift=0"], 65, ["it is a column of the path", "valid: none"]),
+        (["--hold", "torso_lift"], 64, ["NAME=VALUE", "--hold"]),
+        (["--joint-weight", "torso_lift=0"], 64, ["greater than 0", "--joint-weight"]),
+        (["--fix", "3-1"], 64, ["0,3,7-9", "--fix"]),
+        (["--budget", "0"], 64, ["--budget", "1"]),
+    ] {
+        let run = taut(&[&["shorten", &arms, "--local"], &arguments[..]].concat());
+        assert_eq!((run.exit, run.out.as_str()), (exit, ""), "{arguments:?}: {}", run.err);
+        assert!(run.err.lines().count() == 1 && parts.iter().all(|part| run.err.contains(part)), "{}", run.err);
+    }
 }
 
 #[test]

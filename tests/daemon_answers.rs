@@ -7,20 +7,23 @@ use common::*;
 use serde_json::Value;
 use taut_ipc::wire::{Code, Mode, RequestBody, ResponseFlags};
 
-const MODES: [&str; 3] = ["gradient", "random-shortcut", "partial-shortcut"];
+const MODES: [&str; 5] = ["gradient", "random-shortcut", "partial-shortcut", "contact", "hybrid"];
 
 /// An answer without what it cost.
-fn shorten(place: &Place, name: &str, mode: &str, local: bool) -> Value {
-    let file = config(&format!("problems/{name}.json"));
-    let mut arguments = vec!["shorten", file.as_str(), "--mode", mode, "--seed", "11", "--format", "json"];
+fn answer(place: &Place, arguments: &[&str], local: bool) -> Value {
+    let mut arguments = [arguments, &["--seed", "11", "--format", "json"]].concat();
     arguments.extend(local.then_some("--local"));
     let run = place.taut(&arguments);
-    assert_eq!(run.exit, 0, "{name} {mode}: {}", run.err);
+    assert_eq!(run.exit, 0, "{arguments:?}: {}", run.err);
     let mut answer = run.json();
     for cost in ["cpu_s", "time_s"] {
         assert!(answer.as_object_mut().unwrap().remove(cost).is_some());
     }
     answer
+}
+
+fn shorten(place: &Place, name: &str, mode: &str, local: bool) -> Value {
+    answer(place, &["shorten", &config(&format!("problems/{name}.json")), "--mode", mode], local)
 }
 
 #[test]
@@ -85,6 +88,95 @@ fn check_and_watch_and_labels_go_through_the_daemon_too() {
     std::fs::write(&other, text.replace("../robots", &config("robots"))).unwrap();
     assert_eq!(place.taut(&["check", other.to_str().unwrap()]).exit, 0);
     assert!(place.taut(&["list"]).out.contains("scene arm_shelf@"));
+}
+
+/// Columns of an answer's path.
+fn columns(answer: &Value, columns: &[&str]) -> Vec<Vec<f64>> {
+    let names = answer["variables"].as_array().unwrap();
+    let index = |column: &&str| names.iter().position(|name| name == column).unwrap();
+    let indices: Vec<usize> = columns.iter().map(index).collect();
+    let rows = answer["path"].as_array().unwrap().iter();
+    rows.map(|row| indices.iter().map(|&i| row[i].as_f64().unwrap()).collect()).collect()
+}
+
+/// How far each row of some columns is from the one before, in all.
+fn travel(rows: &[Vec<f64>]) -> f64 {
+    let step = |pair: &[Vec<f64>]| pair[0].iter().zip(&pair[1]).map(|(a, b)| (b - a).powi(2)).sum::<f64>().sqrt();
+    rows.windows(2).map(step).sum()
+}
+
+#[test]
+fn groups_fixed_waypoints_weights_and_budgets_are_the_same_with_a_daemon() {
+    let place = Place::new();
+    let _daemon = place.serve("workers = 2");
+    let both = |arguments: &[&str]| {
+        let (local, remote) = (answer(&place, arguments, true), answer(&place, arguments, false));
+        assert_eq!(local, remote, "{arguments:?}");
+        remote
+    };
+    let arms = config("problems/exchange_arms.json");
+    let free = both(&["shorten", &arms]);
+    let given = both(&["check", &arms]);
+    // Only the arms may move: the base and the torso travel as they did.
+    let still = ["base_joint/x", "base_joint/y", "base_joint/theta", "torso_lift"];
+    let group = both(&["shorten", &arms, "--group", "arms"]);
+    let (before, after) = (travel(&columns(&given, &still)), travel(&columns(&group, &still)));
+    assert!((before - after).abs() < 1e-9 && travel(&columns(&free, &still)) < 0.5 * before, "{before} {after}");
+    assert!(group["length_after"].as_f64() < group["length_before"].as_f64());
+
+    let shelf = config("problems/arm_shelf.json");
+    let (fixed, given) = (both(&["shorten", &shelf, "--fix", "2,5-6"]), both(&["check", &shelf]));
+    let (rows, all) = (fixed["path"].as_array().unwrap(), given["path"].as_array().unwrap());
+    assert!(fixed["length_after"].as_f64() < fixed["length_before"].as_f64());
+    let mut rest = rows.iter();
+    for waypoint in [0, 2, 5, 6, all.len() - 1] {
+        assert!(rest.any(|row| row == &all[waypoint]), "waypoint {waypoint} is gone");
+    }
+
+    let heavy = both(&["shorten", &arms, "--weights", "reach", "--joint-weight", "base_joint=40"]);
+    let plain = both(&["shorten", &arms, "--weights", "reach"]);
+    let weights = |answer: &Value| answer["weights"].as_array().unwrap().clone();
+    assert_eq!(weights(&heavy)[..3], [40.0, 40.0, 40.0]);
+    assert_eq!(weights(&heavy)[3..], weights(&plain)[3..]);
+    assert!(heavy["metric"].as_str().unwrap().ends_with(", base_joint 40"));
+
+    let small = both(&["shorten", &arms, "--budget", "500"]);
+    assert_eq!(small["termination"], "work-budget");
+    assert!(small["work"].as_u64() < plain["work"].as_u64());
+}
+
+/// A path without a column for the torso: it stands where the request says, and the certificate says so too.
+#[test]
+fn held_joints_stand_where_the_request_says_with_a_daemon_too() {
+    let place = Place::new();
+    let _daemon = place.serve("");
+    let given = problem("exchange_arms");
+    let names: Vec<&str> = given["variables"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
+    let torso = names.iter().position(|name| *name == "torso_lift").unwrap();
+    let held = given["path"][0][torso].as_f64().unwrap();
+    let row = |row: &Value| {
+        let row = row.as_array().unwrap().iter().enumerate().filter(|(i, _)| *i != torso);
+        row.map(|(_, value)| value.to_string()).collect::<Vec<_>>().join(",")
+    };
+    let mut lines = vec![names.iter().filter(|name| **name != "torso_lift").copied().collect::<Vec<_>>().join(",")];
+    lines.extend(given["path"].as_array().unwrap()[..2].iter().map(row));
+    let path = place.file("held.csv", &lines.join("\n"));
+    let urdf = config("robots/duo.urdf");
+    for value in [held, 0.11] {
+        let hold = format!("torso_lift={value}");
+        for command in ["check", "shorten"] {
+            let arguments = [command, &path, "--robot", &urdf, "--hold", &hold];
+            let (local, remote) = (answer(&place, &arguments, true), answer(&place, &arguments, false));
+            assert_eq!(local, remote, "{hold}");
+            assert_eq!(remote["certificate"]["held"], serde_json::json!([value]));
+        }
+    }
+    let unknown = ["check", &path, "--robot", &urdf, "--hold", "neck=1"];
+    for local in [&["--local"][..], &[]] {
+        let run = place.taut(&[&unknown[..], local].concat());
+        assert_eq!((run.exit, run.err.lines().count()), (65, 1), "{}", run.err);
+        assert!(run.err.contains("\"neck\"") && run.err.contains("valid: torso_lift"), "{}", run.err);
+    }
 }
 
 #[test]

@@ -134,7 +134,7 @@ fn send(
 ) -> Result<Response, Box<dyn Error>> {
     let mut request = client.request(path.len() as u32, path.nq() as u32);
     let (waypoints, variables, group) = (request.header.waypoints, request.header.variables, request.header.group);
-    let (mode, deadline_ns) = (Mode::Gradient.into(), deadline_after(deadline));
+    let (mode, deadline_ns) = (Mode::Hybrid.into(), deadline_after(deadline));
     request.header = RequestHeader { waypoints, variables, group, mode, deadline_ns, ..header };
     // Shared memory: what is written here is what the daemon reads.
     let mut loan = request.loan()?;
