@@ -182,9 +182,6 @@ fn malformed_requests_name_the_valid_values() {
     let mut served = Served::new("");
     let arm = served.arm.clone();
     let malformed = Code::MalformedRequest;
-    for mode in [Mode::Contact, Mode::Hybrid] {
-        served.refuses(malformed, "valid: check 0, gradient 1", &arm, |header| header.mode = mode.into());
-    }
     served.refuses(malformed, "mode", &arm, |header| header.mode = 17);
     served.refuses(malformed, "flags", &arm, |header| header.flags = 1 << 9);
     served.refuses(malformed, "clearance_m", &arm, |header| header.clearance_m = f64::NAN);

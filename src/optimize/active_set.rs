@@ -244,3 +244,6 @@ impl ActiveSet {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,8 +3,7 @@
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
 
-use super::properties::{OPTIMIZERS, cases, request};
-use super::task::SHORTER;
+use super::properties::{OPTIMIZERS, cases, is_last, request};
 use super::{Outcome, Settings, Termination, Workspace, run};
 use crate::collision::CollisionModel;
 use crate::path::Path;
@@ -61,10 +60,8 @@ fn keeps_its_promises(
         keeps_what_it_must(model, path, settings, better)?;
         prop_assert!(is_proved_afresh(model, better, settings, outcome), "a published path is not provable");
     }
-    // The answer is the last path published, or the same motion with fewer waypoints.
-    let (last, its_length) = published.last().map_or((path, outcome.length_before), |(best, length)| (best, *length));
-    prop_assert!(outcome.length_after <= its_length * (1.0 + SHORTER), "{} after {its_length}", outcome.length_after);
-    prop_assert!(*last == outcome.path || outcome.path.len() < last.len(), "the answer was never published");
+    let last = published.last().map_or(path, |(best, _)| best);
+    prop_assert!(is_last(last, outcome, length), "the best path is the last one published");
     prop_assert!(is_proved_afresh(model, &outcome.path, settings, outcome), "the answer is not provable");
     keeps_what_it_must(model, path, settings, &outcome.path)
 }

@@ -73,85 +73,8 @@ impl QuadraticStep {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{DMatrix, DVector};
-    use crate::optimize::cost::segment_lengths;
-    use crate::optimize::testing::{self, Instance};
+    use crate::optimize::testing::{self, Dense, Instance};
     use proptest::prelude::*;
-
-    /// The same problem over the free waypoints and moving coordinates only, dense.
-    struct Dense {
-        hessian: DMatrix<f64>,
-        gradient: DVector<f64>,
-        jacobian: DMatrix<f64>,
-        right_hand_side: DVector<f64>,
-        /// Place of each dense variable in the step of the whole path.
-        places: Vec<usize>,
-    }
-
-    fn dense(instance: &Instance, rows: &Rows, gradient: &[f64]) -> Dense {
-        let Instance { space, metric, rows: path, fixed, moving } = instance;
-        let nv = space.nv();
-        let free: Vec<usize> = (0..fixed.len()).filter(|&i| !fixed[i]).collect();
-        let coordinates: Vec<usize> = (0..nv).filter(|&v| moving[v]).collect();
-        let tridiagonal = testing::tridiagonal(&segment_lengths(space, metric, path), fixed);
-        let n = coordinates.len();
-        let mut hessian = DMatrix::zeros(free.len() * n, free.len() * n);
-        for (a, b) in (0..free.len()).flat_map(|a| (0..free.len()).map(move |b| (a, b))) {
-            for (c, &v) in coordinates.iter().enumerate() {
-                hessian[(a * n + c, b * n + c)] = tridiagonal[(a, b)] * metric.weights()[v].powi(2);
-            }
-        }
-        let places: Vec<usize> = free.iter().flat_map(|i| coordinates.iter().map(move |v| i * nv + v)).collect();
-        let entry = |r: usize, c: usize| {
-            let mut unit = vec![0.0; gradient.len()];
-            unit[places[c]] = 1.0;
-            rows.get(r).of_step(&unit)
-        };
-        Dense {
-            hessian,
-            gradient: DVector::from_iterator(places.len(), places.iter().map(|&p| gradient[p])),
-            jacobian: DMatrix::from_fn(rows.len(), places.len(), entry),
-            right_hand_side: DVector::from_iterator(rows.len(), rows.iter().map(|r| r.right_hand_side)),
-            places,
-        }
-    }
-
-    impl Dense {
-        /// Solves the KKT system whole.
-        fn step(&self) -> DVector<f64> {
-            let (n, m) = (self.hessian.nrows(), self.jacobian.nrows());
-            let mut kkt = DMatrix::zeros(n + m, n + m);
-            kkt.view_mut((0, 0), (n, n)).copy_from(&self.hessian);
-            kkt.view_mut((n, 0), (m, n)).copy_from(&self.jacobian);
-            kkt.view_mut((0, n), (n, m)).copy_from(&self.jacobian.transpose());
-            let mut right = DVector::zeros(n + m);
-            right.rows_mut(0, n).copy_from(&-&self.gradient);
-            right.rows_mut(n, m).copy_from(&self.right_hand_side);
-            kkt.full_piv_lu().solve(&right).expect("independent rows").rows(0, n).into_owned()
-        }
-
-        /// Asks Clarabel.
-        fn step_of_clarabel(&self) -> Vec<f64> {
-            use clarabel::algebra::CscMatrix;
-            use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SupportedConeT};
-            let lines =
-                |m: &DMatrix<f64>| -> Vec<Vec<f64>> { m.row_iter().map(|row| row.iter().copied().collect()).collect() };
-            let upper = CscMatrix::from(&lines(&self.hessian)).to_triu();
-            let settings = DefaultSettings {
-                verbose: false,
-                tol_gap_abs: 1e-12,
-                tol_gap_rel: 1e-12,
-                tol_feas: 1e-12,
-                ..DefaultSettings::default()
-            };
-            let cones = [SupportedConeT::ZeroConeT(self.jacobian.nrows())];
-            let (linear, right) = (self.gradient.as_slice(), self.right_hand_side.as_slice());
-            let matrix = CscMatrix::from(&lines(&self.jacobian));
-            let mut solver = DefaultSolver::new(&upper, linear, &matrix, right, &cones, settings).expect("a valid QP");
-            solver.solve();
-            solver.solution.x.clone()
-        }
-    }
 
     /// A random instance with random independent rows, solved; returns the step and its dense twin.
     fn solved(seed: u64, waypoints: usize, row_count: usize) -> (Instance, QuadraticStep, Vec<f64>, Dense) {
@@ -174,7 +97,7 @@ mod tests {
         let mut step = vec![f64::NAN; waypoints * nv];
         quadratic.solve(&cost, &gradient, &mut step);
         instance.rows = input;
-        let dense = dense(&instance, quadratic.rows(), &gradient);
+        let dense = Dense::new(&instance, quadratic.rows(), &gradient);
         (instance, quadratic, step, dense)
     }
 
@@ -223,7 +146,7 @@ mod tests {
     fn clarabel_agrees() {
         for seed in 0..8 {
             let (_, _, step, dense) = solved(seed, 7, 4);
-            let expected = dense.step_of_clarabel();
+            let expected = dense.step_of_clarabel(Dense::EQUALITIES).expect("independent rows");
             for (&place, e) in dense.places.iter().zip(&expected) {
                 assert!((step[place] - e).abs() < 1e-6 * (1.0 + e.abs()), "seed {seed}: {} or {e}", step[place]);
             }

@@ -2,8 +2,13 @@
 
 use std::sync::Arc;
 
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
+
+use super::cost::segment_lengths;
+use super::rows::Rows;
 use crate::collision::CollisionModel;
-use crate::math::{DMatrix, Pose, Vec3};
+use crate::math::{DMatrix, DVector, Pose, Vec3};
 use crate::path::Metric;
 use crate::robot::{
     Component, ConfigurationSpace, JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel,
@@ -85,6 +90,85 @@ pub fn tridiagonal(lengths: &[f64], fixed: &[bool]) -> DMatrix<f64> {
         (i, j) if i + 1 == j || j + 1 == i => -1.0 / lengths[i.min(j)],
         _ => 0.0,
     })
+}
+
+/// `min_p gᵀp + ½ pᵀHp` under rows, over the free waypoints and moving coordinates only, dense.
+pub struct Dense {
+    pub hessian: DMatrix<f64>,
+    pub gradient: DVector<f64>,
+    pub jacobian: DMatrix<f64>,
+    pub right_hand_side: DVector<f64>,
+    /// Place of each dense variable in the step of the whole path.
+    pub places: Vec<usize>,
+}
+
+impl Dense {
+    /// `J p = b`, for Clarabel.
+    pub const EQUALITIES: fn(usize) -> SupportedConeT<f64> = SupportedConeT::ZeroConeT;
+    /// `J p ≥ b`, for Clarabel.
+    pub const HALF_SPACES: fn(usize) -> SupportedConeT<f64> = SupportedConeT::NonnegativeConeT;
+
+    pub fn new(instance: &Instance, rows: &Rows, gradient: &[f64]) -> Self {
+        let Instance { space, metric, rows: path, fixed, moving } = instance;
+        let nv = space.nv();
+        let free: Vec<usize> = (0..fixed.len()).filter(|&i| !fixed[i]).collect();
+        let coordinates: Vec<usize> = (0..nv).filter(|&v| moving[v]).collect();
+        let tridiagonal = tridiagonal(&segment_lengths(space, metric, path), fixed);
+        let n = coordinates.len();
+        let mut hessian = DMatrix::zeros(free.len() * n, free.len() * n);
+        for (a, b) in (0..free.len()).flat_map(|a| (0..free.len()).map(move |b| (a, b))) {
+            for (c, &v) in coordinates.iter().enumerate() {
+                hessian[(a * n + c, b * n + c)] = tridiagonal[(a, b)] * metric.weights()[v].powi(2);
+            }
+        }
+        let places: Vec<usize> = free.iter().flat_map(|i| coordinates.iter().map(move |v| i * nv + v)).collect();
+        let entry = |r: usize, c: usize| {
+            let mut unit = vec![0.0; gradient.len()];
+            unit[places[c]] = 1.0;
+            rows.get(r).of_step(&unit)
+        };
+        Self {
+            hessian,
+            gradient: DVector::from_iterator(places.len(), places.iter().map(|&p| gradient[p])),
+            jacobian: DMatrix::from_fn(rows.len(), places.len(), entry),
+            right_hand_side: DVector::from_iterator(rows.len(), rows.iter().map(|r| r.right_hand_side)),
+            places,
+        }
+    }
+
+    /// The step of the equalities: solves the KKT system whole.
+    pub fn step(&self) -> DVector<f64> {
+        let (n, m) = (self.hessian.nrows(), self.jacobian.nrows());
+        let mut kkt = DMatrix::zeros(n + m, n + m);
+        kkt.view_mut((0, 0), (n, n)).copy_from(&self.hessian);
+        kkt.view_mut((n, 0), (m, n)).copy_from(&self.jacobian);
+        kkt.view_mut((0, n), (n, m)).copy_from(&self.jacobian.transpose());
+        let mut right = DVector::zeros(n + m);
+        right.rows_mut(0, n).copy_from(&-&self.gradient);
+        right.rows_mut(n, m).copy_from(&self.right_hand_side);
+        kkt.full_piv_lu().solve(&right).expect("independent rows").rows(0, n).into_owned()
+    }
+
+    /// Asks Clarabel; `None` where it finds no step.
+    pub fn step_of_clarabel(&self, cone: fn(usize) -> SupportedConeT<f64>) -> Option<Vec<f64>> {
+        let lines =
+            |m: &DMatrix<f64>| -> Vec<Vec<f64>> { m.row_iter().map(|row| row.iter().copied().collect()).collect() };
+        let upper = CscMatrix::from(&lines(&self.hessian)).to_triu();
+        let settings = DefaultSettings {
+            verbose: false,
+            tol_gap_abs: 1e-12,
+            tol_gap_rel: 1e-12,
+            tol_feas: 1e-12,
+            ..DefaultSettings::default()
+        };
+        // Clarabel's slack b − A p is in the cone.
+        let (matrix, right) = (CscMatrix::from(&lines(&-&self.jacobian)), -&self.right_hand_side);
+        let (linear, right, cones) = (self.gradient.as_slice(), right.as_slice(), [cone(right.len())]);
+        let mut solver = DefaultSolver::new(&upper, linear, &matrix, right, &cones, settings).expect("a valid QP");
+        solver.solve();
+        let is_solved = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
+        is_solved.then(|| solver.solution.x.clone())
+    }
 }
 
 /// A robot of prismatic joints with the same limits, without shapes, in an empty scene.
