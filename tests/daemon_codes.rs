@@ -6,7 +6,7 @@ mod common;
 use common::*;
 use taut_ipc::client::Response;
 use taut_ipc::control::{ControlReply, ControlRequest, RobotSource};
-use taut_ipc::wire::{Code, Mode, RequestBody, RequestHeader};
+use taut_ipc::wire::{Code, RequestBody, RequestHeader};
 use taut_ipc::{Client, ClientError};
 
 struct Served {
