@@ -13,8 +13,9 @@ use super::rows::{Row, Rows};
 /// A row is violated when its slack is below minus this, in units of the step that one unit of force would make.
 const VIOLATED: f64 = 1e-10;
 
-/// Of a row that depends on the active ones, this much is left (squared, relative).
-const DEPENDENT: f64 = 1e-10;
+/// Of a row that depends on the active ones, this much is left (squared, relative): more than what rounding leaves
+/// where some of these nearly depend on each other.
+const DEPENDENT: f64 = 1e-8;
 
 /// Exchanges for each row, after which rounding is going round in circles.
 const EXCHANGES_PER_ROW: usize = 20;

@@ -30,6 +30,10 @@ const TRIALS: u32 = 24;
 /// Part of the step that is tried first, while the half-spaces are not known yet.
 const FIRST_PART: f64 = 0.5;
 
+/// By how much more of the next step is tried than of one that was accepted: from half of it to all of it in two
+/// trials, so that a path in the open is nearly straight before the first dear refusal.
+const GROWTH: f64 = 1.7;
+
 /// The smallest part of a step that is tried.
 const SMALLEST_PART: f64 = 0.02;
 
@@ -146,7 +150,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             match self.progress.prove(self.trial.as_flat()) {
                 SegmentsVerdict::Stopped => return Pulled::Ended(Termination::Stopped),
                 SegmentsVerdict::Proved => {
-                    self.part = (2.0 * part).min(1.0);
+                    self.part = (GROWTH * part).min(1.0);
                     return Pulled::By(self.accept(length));
                 }
                 SegmentsVerdict::Refused(_) => {
