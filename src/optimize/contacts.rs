@@ -168,7 +168,7 @@ impl<'r> Contacts<'r> {
                     }
                     let to_touch = -distance / rate;
                     let is_ahead = rate < 0.0 && to_touch > 0.1 * (touching - tried) && tried + to_touch < touching;
-                    next = is_ahead.then(|| tried + TOWARDS_TOUCH * to_touch);
+                    next = is_ahead.then_some(tried + TOWARDS_TOUCH * to_touch);
                 }
             }
             tried = next.unwrap_or(0.5 * (apart.unwrap_or(0.0) + touching));
