@@ -82,3 +82,31 @@ fn the_slalom_is_pulled_into_the_plane_of_its_ends_where_shortcuts_gain_nothing(
     let (_, random) = shorten("slalom.json", Mode::RandomShortcut);
     assert!(random.length_after > 0.99 * random.length_before, "{} of {}", random.length_after, random.length_before);
 }
+
+/// Each part of a run is credited with what it gained: together they gained all of it.
+#[test]
+fn the_gains_of_the_stages_are_the_gain() {
+    for name in ["arm_shelf.json", "corner.json", "rooms.json", "slalom.json"] {
+        for mode in Mode::ALL {
+            let (_, outcome) = shorten(name, mode);
+            let (gain, sum) = (
+                outcome.length_before - outcome.length_after,
+                outcome.stages.iter().map(|share| share.gain).sum::<f64>(),
+            );
+            assert!((gain - sum).abs() < 1e-9 * outcome.length_before, "{name}, {}: {gain} or {sum}", mode.name());
+            assert!(outcome.stages.iter().all(|share| share.gain >= 0.0), "{name}: {:?}", outcome.stages);
+            let iterations: u64 = outcome.stages.iter().map(|share| share.iterations).sum();
+            assert!(iterations <= outcome.iterations, "{name}: {iterations} of {}", outcome.iterations);
+        }
+    }
+}
+
+/// Shortcuts leap out of the minimum that the half-spaces end in; they must not cost what the half-spaces gain.
+#[test]
+fn turns_end_no_longer_than_half_spaces_alone() {
+    for name in ["arm_shelf.json", "corner.json", "ell_window.json", "rooms.json", "slalom.json"] {
+        let [contact, hybrid] = [Mode::Contact, Mode::Hybrid].map(|mode| shorten(name, mode).1.length_after);
+        println!("{name}: contact {contact:.4}, hybrid {hybrid:.4}");
+        assert!(hybrid < 1.02 * contact, "{name}: {hybrid}, but {contact} by half-spaces alone");
+    }
+}
