@@ -55,7 +55,7 @@ fn sources() -> Vec<(String, PathBuf)> {
 /// Files that only tests compile.
 fn is_test(name: &str) -> bool {
     let file = name.rsplit('/').next().unwrap();
-    matches!(file, "testing.rs" | "tests.rs" | "soundness.rs" | "properties.rs" | "contracts.rs")
+    matches!(file, "testing.rs" | "tests.rs" | "soundness.rs" | "properties.rs" | "contracts.rs" | "scenarios.rs")
 }
 
 /// The code of a file without comments and without its test module.

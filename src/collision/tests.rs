@@ -188,3 +188,36 @@ fn names_that_are_not_there_are_refused_with_those_that_are() {
     let text = model.attach("part1", "claw", Vec::new(), &kinematics).unwrap_err().to_string();
     assert!(text.contains("claw") && text.contains("links: link0"), "{text}");
 }
+
+#[test]
+fn nearly_closest_points_are_nearly_closest() {
+    let (count, mut rng) = cases(400);
+    let (mut apart, mut touching, mut off) = (0, 0, 0);
+    for _ in 0..count {
+        let model = testing::model(&mut rng);
+        let held: Vec<f64> = model.robot().held().iter().map(|held| held.default).collect();
+        let mut kinematics = Kinematics::default();
+        kinematics.update(model.robot(), &testing::configuration(&mut rng, model.robot()), &held);
+        for pair in model.pairs() {
+            let (a, b) = (&model.bodies()[pair.a], &model.bodies()[pair.b]);
+            let (at_a, at_b) = (a.placed(&kinematics), b.placed(&kinematics));
+            let exact = query::between_surfaces(a, &at_a, b, &at_b);
+            let nearly = query::nearly_closest(a, &at_a, b, &at_b);
+            assert!((nearly.normal.length() - 1.0).abs() < 1e-9, "{nearly:?}");
+            if exact.distance <= query::TOUCHING_M {
+                assert!((0.0..=query::TOUCHING_M).contains(&nearly.distance), "{nearly:?} of {exact:?}");
+                touching += 1;
+                continue;
+            }
+            let most = (1.0 + query::NEARLY) * exact.distance + 1e-9;
+            assert!((exact.distance - 1e-9..=most).contains(&nearly.distance), "{nearly:?} of {exact:?}");
+            // The points are that far apart, along the normal.
+            let offset = nearly.point_a - nearly.point_b - nearly.normal * nearly.distance;
+            assert!(offset.length() < 1e-6, "{nearly:?} is off by {offset:?}");
+            apart += 1;
+            off += usize::from(nearly.distance > exact.distance + 1e-6);
+        }
+    }
+    println!("{apart} pairs apart, {off} of them not quite the closest, {touching} touch");
+    assert!(apart > count && touching > count / 10, "{apart} apart, {touching} touch");
+}

@@ -42,3 +42,62 @@ impl<'a> HalfSpace<'a> {
         Some((contact.distance, &self.jacobian))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collision::query::NEARLY;
+    use crate::testing;
+    use proptest::prelude::*;
+
+    /// Rates on both sides of a kink, or that of another part of a mesh, differ by more (m per rad or m).
+    const SMOOTH: f64 = 1e-4;
+
+    /// Exact distance of the surfaces of a pair.
+    fn distance(model: &CollisionModel, held: &[f64], pair: usize, q: &[f64]) -> f64 {
+        let mut kinematics = Kinematics::default();
+        kinematics.update(model.robot(), q, held);
+        let pair = model.pairs()[pair];
+        let (a, b) = (&model.bodies()[pair.a], &model.bodies()[pair.b]);
+        query::between_surfaces(a, &a.placed(&kinematics), b, &b.placed(&kinematics)).distance
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(256))]
+
+        #[test]
+        fn a_half_space_is_the_true_distance_and_its_rate(seed: u64) {
+            let mut rng = fastrand::Rng::with_seed(seed);
+            let model = testing::model(&mut rng);
+            let (robot, nv) = (model.robot(), model.robot().space().nv());
+            let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
+            let q = testing::configuration(&mut rng, robot);
+            let mut builder = HalfSpace::new(&model, robot.space(), &held);
+            for pair in 0..model.pairs().len() {
+                let true_distance = distance(&model, &held, pair, &q);
+                let Some((found, row)) = builder.at(pair, &q) else {
+                    prop_assert!(true_distance <= 2.0 * SHORTEST_DISTANCE_M, "no half-space {true_distance} m apart");
+                    continue;
+                };
+                prop_assert!(found >= true_distance - 1e-9 && found <= (1.0 + NEARLY) * true_distance + 1e-9);
+                // Nearly the closest points may be on another part of a mesh, which parts at its own rate.
+                if found > true_distance + 1e-9 || true_distance < 1e-3 {
+                    continue;
+                }
+                for v in 0..nv {
+                    let at = |step: f64| {
+                        let (mut velocity, mut moved) = (vec![0.0; nv], q.clone());
+                        velocity[v] = 1.0;
+                        robot.space().integrate(&q, &velocity, step, &mut moved);
+                        distance(&model, &held, pair, &moved)
+                    };
+                    let (left, right) = ((true_distance - at(-1e-6)) / 1e-6, (at(1e-6) - true_distance) / 1e-6);
+                    if (left - right).abs() < SMOOTH {
+                        let rate = 0.5 * (left + right);
+                        prop_assert!((row[v] - rate).abs() < SMOOTH, "coordinate {v}: {} or {rate}", row[v]);
+                    }
+                }
+            }
+        }
+    }
+}

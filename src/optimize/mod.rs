@@ -21,6 +21,8 @@ mod properties;
 pub mod quadratic_step;
 pub mod request;
 pub mod rows;
+#[cfg(test)]
+mod scenarios;
 pub mod settings;
 pub mod shortcut;
 pub mod task;

@@ -14,6 +14,7 @@ use crate::robot::{
     Component, ConfigurationSpace, JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel,
 };
 use crate::scene::Scene;
+use crate::shape::{PlacedShape, Shape};
 
 /// A space, a metric, a path in it, its fixed waypoints and moving coordinates.
 pub struct Instance {
@@ -190,4 +191,27 @@ pub fn sliders(count: usize, limits: (f64, f64)) -> CollisionModel {
         ..RobotDescription::default()
     });
     CollisionModel::new(Arc::new(robot.expect("a chain")), Arc::new(Scene::default())).expect("an empty scene")
+}
+
+/// A disc in the plane, on two prismatic joints.
+pub fn disc(radius: f64) -> RobotModel {
+    let shape = Shape::cylinder(0.2, radius).expect("a size");
+    let disc = vec![PlacedShape { pose: Pose::identity(), shape }];
+    let link = |name: &str, collision| LinkDescription { name: name.into(), collision };
+    let joint = |name: &str, axis, parent: &str, child: &str| JointDescription {
+        name: name.into(),
+        kind: JointKind::Prismatic,
+        parent: parent.into(),
+        child: child.into(),
+        origin: Pose::identity(),
+        axis,
+        limits: Some((-5.0, 5.0)),
+        mimic: None,
+    };
+    let description = RobotDescription {
+        links: vec![link("plane", Vec::new()), link("slide", Vec::new()), link("disc", disc)],
+        joints: vec![joint("x", Vec3::X, "plane", "slide"), joint("y", Vec3::Y, "slide", "disc")],
+        ..RobotDescription::default()
+    };
+    RobotModel::new(description).expect("a chain")
 }

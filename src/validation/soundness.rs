@@ -358,3 +358,55 @@ fn a_pair_that_rounding_hides_from_the_filter_is_decided_exactly() {
         }
     }
 }
+
+/// What is refused of several segments is named rightly: that pair is too close there, exactly.
+#[test]
+fn a_refusal_names_a_pair_that_is_too_close_there() {
+    let (count, mut rng) = cases(400);
+    let (mut collisions, mut too_close) = (0, 0);
+    for _ in 0..count {
+        let model = testing::model(&mut rng);
+        let robot = model.robot();
+        let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
+        let mut scratch = Scratch::default();
+        let mut validator =
+            Validator::new(&model, robot.space(), &held, testing::uniform(&mut rng, 1e-4, 3e-2), &mut scratch);
+        for pair in 0..model.pairs().len() {
+            if rng.f64() < 0.1 {
+                validator.set_floor(pair, testing::uniform(&mut rng, 1e-3, 0.1));
+            }
+        }
+        let mut rows = vec![testing::configuration(&mut rng, robot)];
+        for i in 0..rng.usize(1..5) {
+            rows.push(testing::neighbour(&mut rng, robot, &rows[i]));
+        }
+        let segments = || rows.windows(2).map(|ends| [ends[0].as_slice(), ends[1].as_slice()]);
+        let verdict = validator.segments(segments(), &mut || false);
+        let refusal = validator.refusal();
+        match (verdict, refusal) {
+            (SegmentsVerdict::Proved, None) => {}
+            (SegmentsVerdict::Refused(number), Some(refusal)) => {
+                assert_eq!(number, refusal.segment);
+                assert!((0.0..=1.0).contains(&refusal.t));
+                let SegmentRefusal { segment, t, pair, reason } = refusal;
+                let floor = validator.floors()[pair];
+                let contact = validator.contact_between(pair, &rows[segment], &rows[segment + 1], t);
+                assert!(contact.distance < 1.5 * floor + 1e-9, "{refusal:?} at {contact:?}, floor {floor}");
+                match reason {
+                    HitReason::Collision => {
+                        assert!(contact.distance <= crate::collision::query::TOUCHING_M, "{refusal:?} at {contact:?}");
+                        collisions += 1;
+                    }
+                    HitReason::TooClose => too_close += 1,
+                    HitReason::Uncertified => panic!("no floor is lowered that far"),
+                }
+            }
+            (verdict, refusal) => panic!("{verdict:?} with {refusal:?}"),
+        }
+        // Other segments, none: what was refused before is forgotten.
+        assert_eq!(validator.segments(std::iter::empty(), &mut || false), SegmentsVerdict::Proved);
+        assert_eq!(validator.refusal(), None);
+    }
+    println!("{collisions} collisions, {too_close} too close");
+    assert!(collisions > count / 10 && too_close > 5, "{collisions} and {too_close}");
+}
