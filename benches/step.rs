@@ -1,15 +1,16 @@
 //! What one iteration of the contact model costs and how that grows: `cargo bench --bench step`.
 //!
-//! A random walk of lines and random half-spaces that one random step is in. An iteration is what the optimizer does
+//! A random walk on prismatic joints, and random half-spaces that the step without rows is not in. An iteration is what the optimizer does
 //! from one path: cost and gradient, rows (their M), the active set method from nothing, and the step. First a table
 //! of what holds the step, the same on every machine; then times.
 
 use divan::Bencher;
+use taut::math::{Pose, Vec3};
 use taut::optimize::active_set::ActiveSet;
 use taut::optimize::cost::Cost;
 use taut::optimize::rows::Row;
 use taut::path::Metric;
-use taut::robot::{Component, ConfigurationSpace};
+use taut::robot::{ConfigurationSpace, JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel};
 
 const WAYPOINTS: [usize; 3] = [10, 100, 1_000];
 const ROWS: [usize; 5] = [10, 20, 40, 80, 160];
@@ -44,12 +45,29 @@ struct Memory {
     step: Vec<f64>,
 }
 
+/// The space of so many joints with limits.
+fn lines(joints: usize) -> ConfigurationSpace {
+    let link = |i: usize| LinkDescription { name: format!("link{i}"), collision: Vec::new() };
+    let joint = |i: usize| JointDescription {
+        name: format!("joint{i}"),
+        kind: JointKind::Prismatic,
+        parent: format!("link{i}"),
+        child: format!("link{}", i + 1),
+        origin: Pose::identity(),
+        axis: Vec3::X,
+        limits: Some((-1.0, 1.0)),
+        mimic: None,
+    };
+    let (links, joints) = ((0..=joints).map(link).collect(), (0..joints).map(joint).collect());
+    let description = RobotDescription { links, joints, ..RobotDescription::default() };
+    RobotModel::new(description).expect("a chain").space().clone()
+}
+
 impl Case {
-    /// Rows ask for about `push` more than a step has that goes nowhere in particular: the more, the more of them
-    /// hold.
+    /// Each row asks for about half of `push` more than the step without rows has.
     fn random(waypoints: usize, joints: usize, rows: usize, push: f64) -> Self {
         let mut random = fastrand::Rng::with_seed(7);
-        let space = ConfigurationSpace::new((0..joints).map(|i| Component::Line { q: i, v: i }).collect());
+        let space = lines(joints);
         let metric = Metric::new(&space, (0..joints).map(|_| 0.5 + random.f64()).collect()).expect("positive weights");
         let mut path = vec![0.0; joints];
         for place in joints..waypoints * joints {
@@ -121,7 +139,7 @@ fn long(waypoints: usize) -> Case {
     Case::random(waypoints, 7, 12, 0.3)
 }
 
-/// Rows that all hold: each asks for much more than the others leave it.
+/// Most of the rows hold: each asks for more than the step without rows has.
 fn wide(rows: usize) -> Case {
     Case::random(60, MANY_JOINTS, rows, 0.3)
 }
