@@ -43,7 +43,7 @@ number! {
         RandomShortcut = 2, "shortcuts between random configurations";
         PartialShortcut = 3, "shortcuts of single joints";
         Contact = 4, "the gradient method with contact half-spaces";
-        Hybrid = 5, "shortcuts and gradient in turns";
+        Hybrid = 5, "shortcuts and contact half-spaces in turns, by what they gain";
     }
 }
 
