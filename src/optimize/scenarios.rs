@@ -18,7 +18,8 @@ use crate::validation::{HitReason, SegmentRefusal};
 
 /// Discs, and how much longer than the shortest their paths may be.
 const DISCS: [(f64, f64); 3] = [
-    (0.01, 1e-3),
+    // Distances are aimed at two floors, and the last steps gain less than is worth going on for.
+    (0.01, 2e-3),
     // The direction of a corner turns within millimetres: half-spaces hardly say what comes, and the steps get short.
     (2e-3, 1e-2),
     // The way round a corner is an arc, and no segment is split that is shorter than 0.04 of the path.
