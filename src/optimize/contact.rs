@@ -5,7 +5,7 @@
 //!   length's, and the cost bounds the length from above: a step that lowers it shortens the path, and the loop ends
 //!   at a shortest one, not at a path whose segments keep their ratio.
 //! * The rows are half-spaces `j p ≥ 2δ − d` from true closest points
-//!   ([`half_space`](super::half_space)), made anew at each accepted path ([`Contacts`]) and released where they do
+//!   ([`half_space`](super::half_space)), made anew at each accepted path (`Contacts`) and released where they do
 //!   not push ([`ActiveSet`]).
 //! * A trial that is refused adds a half-space and another is tried, at first of half the step, then of all of it;
 //!   after some refusals in a row less of the step is tried, no more than at which the pair was seen apart.

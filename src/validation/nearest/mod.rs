@@ -2,7 +2,7 @@
 //!
 //! A proof only says what is kept; a person wants to know where and between what. So the path is looked at once more:
 //! the filter and the bound of a proof leave few places that may be nearer than what is looked for
-//! ([`candidates`]), and of these each stretch is searched for its least distance ([`stretch`]). Distances are exact
+//! (`candidates`), and of these each stretch is searched for its least distance (`stretch`). Distances are exact
 //! and their places are where they are least, up to [`RESOLUTION`].
 
 mod candidates;
