@@ -140,6 +140,9 @@ fn groups_fixed_waypoints_weights_and_budgets_are_the_same_with_a_daemon() {
     assert_eq!(weights(&heavy)[3..], weights(&plain)[3..]);
     assert!(heavy["metric"].as_str().unwrap().ends_with(", base_joint 40"));
 
+    let bare = both(&["shorten", &arms, "--no-contacts"]);
+    assert!(bare["searched_m"].is_null() && bare["contacts"].is_null() && bare["path"] == free["path"]);
+
     let small = both(&["shorten", &arms, "--budget", "500"]);
     assert_eq!(small["termination"], "work-budget");
     assert!(small["work"].as_u64() < plain["work"].as_u64());

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use taut::files::Reader;
 use taut::optimize::Mode;
 
-use super::choices::{Choices, Held};
+use super::choices::{Choices, Reported};
 use super::details;
 use super::error::{CliError, stdout};
 use super::place::{self, Place};
@@ -28,7 +28,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     rules: Rules,
     #[command(flatten)]
-    held: Held,
+    reported: Reported,
     #[command(flatten)]
     place: place::Choice,
     /// Verify this proof by the slow and simple reference checker, in this process: a certificate, or an answer
@@ -44,8 +44,8 @@ pub(super) struct Arguments {
 }
 
 /// Options that a certificate has the say about, or that make a new one.
-const FIXED_BY_A_PROOF: [&str; 8] =
-    ["clearance", "strict", "unwrapped", "weights", "seed", "values", "instance", "write_certificate"];
+const FIXED_BY_A_PROOF: [&str; 9] =
+    ["clearance", "strict", "unwrapped", "weights", "seed", "held", "no_contacts", "instance", "write_certificate"];
 
 /// Checks every file; one that cannot be read does not keep the others from being checked.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 }
 
 fn check(arguments: &Arguments, file: &Path, reader: &mut Reader, place: &mut Place) -> Result<u8, CliError> {
-    let choices = Choices::from(&arguments.held);
+    let choices = Choices::from(&arguments.reported);
     let asked = Asked { mode: Mode::Check, rules: &arguments.rules, choices: &choices };
     let (subject, timed) = place.answer(reader, file, &arguments.source, &asked, &mut |_, _| {})?;
     if let (Some(file), Some(certificate)) = (&arguments.write_certificate, &timed.outcome.certificate) {

@@ -22,27 +22,30 @@ pub(super) struct Choices {
     #[arg(long, value_name = "WORK", value_parser = clap::value_parser!(u64).range(1..))]
     budget: Option<u64>,
     #[command(flatten)]
-    held: Held,
+    reported: Reported,
 }
 
-/// Where the joints stand that are no columns of the path.
+/// Choices that a check has too.
 #[derive(clap::Args, Clone, Debug, Default)]
-pub(super) struct Held {
+pub(super) struct Reported {
     /// Where a joint stands that is no column of the path (rad or m), instead of at 0; repeatable
     #[arg(long = "hold", value_name = "NAME=VALUE", value_parser = quantity::value)]
-    pub values: Vec<(String, f64)>,
+    held: Vec<(String, f64)>,
+    /// Do not look for what is nearest along the path: the answer comes sooner
+    #[arg(long)]
+    no_contacts: bool,
 }
 
-impl From<&Held> for Choices {
-    fn from(held: &Held) -> Self {
-        Self { held: held.clone(), ..Self::default() }
+impl From<&Reported> for Choices {
+    fn from(reported: &Reported) -> Self {
+        Self { reported: reported.clone(), ..Self::default() }
     }
 }
 
 impl Choices {
     /// Values of the joints that are no columns, by name.
     pub(super) fn held(&self) -> &[(String, f64)] {
-        &self.held.values
+        &self.reported.held
     }
 
     /// Names of the joints whose weights are given, each with its weight.
@@ -67,7 +70,8 @@ impl Choices {
                 weights[coordinate] = *weight;
             }
         }
-        for (name, value) in &self.held.values {
+        settings.contacts = !self.reported.no_contacts;
+        for (name, value) in &self.reported.held {
             let index = layout.held_index(name)?;
             settings.held.get_or_insert_with(|| layout.held.iter().map(|(_, value)| *value).collect())[index] = *value;
         }

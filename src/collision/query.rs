@@ -86,6 +86,19 @@ impl Search<'_> {
         self.relative.point(a.center).distance(b.center) - a.radius - b.radius
     }
 
+    /// At most the distance of a ball and a piece, where one of the two balls is over a single piece: around a long
+    /// thin triangle it is all air.
+    fn piece_gap(&self, a: &Ball, b: &Ball) -> f64 {
+        let (pieces_a, pieces_b) = (self.a.leaf(a), self.b.leaf(b));
+        if let Some(piece) = pieces_b {
+            let center = self.relative.point(a.center);
+            return distance::closest_on(&piece.core, center).distance(center) - piece.radius - a.radius;
+        }
+        let Some(piece) = pieces_a else { return f64::NEG_INFINITY };
+        let center = self.relative.inverse_point(b.center);
+        distance::closest_on(&piece.core, center).distance(center) - piece.radius - b.radius
+    }
+
     /// The gap of two balls along the direction of the deepest overlap so far; a ball over a single piece of B is
     /// that piece. No overlap is deeper than minus its gap along any direction.
     fn shallow_gap(&self, a: u32, b: u32) -> f64 {
@@ -109,6 +122,10 @@ impl Search<'_> {
             return;
         }
         let (ball_a, ball_b) = (*self.a.ball(a), *self.b.ball(b));
+        let nearer_than = self.rules.share * self.best.distance;
+        if nearer_than > 0.0 && nearer_than.is_finite() && self.piece_gap(&ball_a, &ball_b) >= nearer_than {
+            return;
+        }
         match children(&ball_a, &ball_b) {
             Split::Neither(i, j) => {
                 let piece_a = self.a.pieces()[i as usize].transformed(&self.relative);

@@ -165,7 +165,8 @@ pub struct Outcome {
     pub floor_m: f64,
     /// Pairs with a lowered floor.
     pub floors_lowered: Vec<LoweredFloor>,
-    /// What is nearest along `path`; `None` where it is not proved, or time was up before it was known.
+    /// What is nearest along `path`; `None` where it is not proved or not asked for, or time was up before it was
+    /// known.
     pub nearest: Option<NearestBodies>,
     /// Pairs of bodies between which the path is pinched: no step kept all contact half-spaces, so that these gave
     /// way and the path stays as near there as it was.

@@ -126,7 +126,7 @@ fn answer(
     answer.lowered = validator.lowered().collect();
     answer.lowered.sort_by_key(|(pair, _)| *pair);
     answer.work = validator.work();
-    if answer.proofs.is_some() {
+    if answer.proofs.is_some() && settings.contacts {
         answer.nearest = validator.nearest(&answer.path, stop);
     }
     answer

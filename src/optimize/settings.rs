@@ -61,6 +61,8 @@ pub struct Settings {
     pub moving: Option<Vec<bool>>,
     /// Values of the held variables; `None` = their defaults.
     pub held: Option<Vec<f64>>,
+    /// Look for what is nearest along the answer once it is proved; costs a few times its proof.
+    pub contacts: bool,
     /// What the validator may use: all of it, but where a measurement wants to know what a layer is worth.
     pub layers: Layers,
 }
@@ -83,6 +85,7 @@ impl Default for Settings {
             fixed_waypoints: None,
             moving: None,
             held: None,
+            contacts: true,
             layers: Layers::default(),
         }
     }

@@ -112,9 +112,17 @@ impl SegmentMotion {
         query::closest(&bodies[a], self.placed(model, a), &bodies[b], self.placed(model, b))
     }
 
-    /// Closest points of the surfaces of a pair where the bodies were placed last, exact, in the world, and the rate
+    /// Distance of a pair that is apart where the bodies were placed last, at most 1 + [`query::NEARLY`] times the
+    /// true one (m).
+    pub fn nearly_apart(&self, model: &CollisionModel, pair: &BodyPair) -> f64 {
+        let [a, b] = [pair.a, pair.b];
+        let bodies = model.bodies();
+        query::nearly_closest(&bodies[a], self.placed(model, a), &bodies[b], self.placed(model, b)).distance
+    }
+
+    /// Closest points of a pair that is apart where the bodies were placed last, exact, in the world, and the rate
     /// at which the distance grows along the segment (m per unit t).
-    pub fn surfaces(&self, model: &CollisionModel, pair: &BodyPair) -> (Contact, f64) {
+    pub fn apart(&self, model: &CollisionModel, pair: &BodyPair) -> (Contact, f64) {
         let bodies = model.bodies();
         let [(body_a, at_a), (body_b, at_b)] = [pair.a, pair.b].map(|body| (&bodies[body], self.placed(model, body)));
         let contact = query::between_surfaces(body_a, at_a, body_b, at_b);

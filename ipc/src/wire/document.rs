@@ -103,7 +103,8 @@ fn number_tables(text: &mut String) {
     table!("Stages", Stage);
     table!("Scene event kinds", SceneEventKind);
     text.push_str(
-        "\n## Request flags\n\nbit 0 strict (never lower a floor), bit 1 unwrapped (continuous columns are real numbers).\n\
+        "\n## Request flags\n\nbit 0 strict (never lower a floor), bit 1 unwrapped (continuous columns are real numbers), \
+         bit 2 without contacts (active contacts are not looked for).\n\
          \n## Response flags\n\nbit 0 proved, bit 1 superseded (the scene has a newer version).\n",
     );
 }

@@ -109,8 +109,10 @@ impl RequestFlags {
     pub const STRICT: u32 = 1 << 0;
     /// Columns of continuous joints are real numbers, not angles on the circle.
     pub const UNWRAPPED: u32 = 1 << 1;
+    /// Do not look for active contacts: an answer that only needs its proof comes sooner.
+    pub const WITHOUT_CONTACTS: u32 = 1 << 2;
     /// All flags that exist.
-    pub const ALL: u32 = Self::STRICT | Self::UNWRAPPED;
+    pub const ALL: u32 = Self::STRICT | Self::UNWRAPPED | Self::WITHOUT_CONTACTS;
 
     /// Checks that only known flags are set.
     ///

@@ -40,9 +40,10 @@ pub fn request_header(settings: &Settings) -> RequestHeader {
     };
     let strict = if settings.strict { RequestFlags::STRICT } else { 0 };
     let unwrapped = if settings.unwrapped { RequestFlags::UNWRAPPED } else { 0 };
+    let without_contacts = if settings.contacts { 0 } else { RequestFlags::WITHOUT_CONTACTS };
     RequestHeader {
         mode: mode.into(),
-        flags: strict | unwrapped,
+        flags: strict | unwrapped | without_contacts,
         group: NO_GROUP,
         seed: settings.seed,
         work_budget: settings.work_budget,

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use super::super::continuous::Validator;
 use super::super::undecided::{Interval, List, Undecided};
-use super::Near;
+use super::{FINEST_M, Near};
 use crate::lanes::LANES;
 use crate::path::Path;
 
@@ -95,11 +95,11 @@ impl Validator<'_> {
             if stop() {
                 return None;
             }
-            let distance = self.near(candidate.pair, &candidate.interval, candidate.interval.middle).0.contact.distance;
+            let distance = self.nearly_apart(candidate.pair, &candidate.interval);
             if nearest.is_none_or(|(least, _)| distance < least) {
                 nearest = Some((distance, *candidate));
             }
         }
-        Some(nearest.map(|(_, candidate)| self.follow(candidate.pair, &candidate.interval, [0.0, 1.0])))
+        Some(nearest.map(|(_, candidate)| self.follow(candidate.pair, &candidate.interval, [0.0, 1.0], FINEST_M)))
     }
 }

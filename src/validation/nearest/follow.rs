@@ -6,22 +6,27 @@ use super::Near;
 
 /// Steps of the search for the place where a distance stops falling.
 const STEPS: u32 = 24;
-/// A distance that cannot fall by more than this (m) is the least.
-const SETTLED_M: f64 = 1e-7;
-
 impl Validator<'_> {
     /// A pair at ratio `t` of an interval's segment, exactly, and the rate at which its distance grows there (m per
     /// unit t).
     pub(super) fn near(&mut self, pair: usize, interval: &Interval, t: f64) -> (Near, f64) {
         self.place(&Interval { middle: t, ..*interval });
         self.exact += 1;
-        let (contact, rate) = self.scratch.motion.surfaces(self.model, &self.model.pairs()[pair]);
+        let (contact, rate) = self.scratch.motion.apart(self.model, &self.model.pairs()[pair]);
         (Near { segment: interval.segment, t, pair, contact }, rate)
     }
 
+    /// About the distance of a pair in the middle of an interval, never below it (m).
+    pub(super) fn nearly_apart(&mut self, pair: usize, interval: &Interval) -> f64 {
+        self.place(interval);
+        self.exact += 1;
+        self.scratch.motion.nearly_apart(self.model, &self.model.pairs()[pair])
+    }
+
     /// From an interval's middle to where the distance stops falling, within these ratios: it falls towards one of
-    /// them, and until it grows again the step doubles; then the place is between the last two.
-    pub(super) fn follow(&mut self, pair: usize, interval: &Interval, [low, high]: [f64; 2]) -> Near {
+    /// them, and until it grows again the step doubles; then the place is between the last two. A distance that
+    /// cannot fall by more than `settled` (m) is the least.
+    pub(super) fn follow(&mut self, pair: usize, interval: &Interval, [low, high]: [f64; 2], settled: f64) -> Near {
         let (mut best, rate) = self.near(pair, interval, interval.middle);
         let direction = -rate.signum();
         let (mut falling, mut growing) = ((interval.middle, rate), None::<(f64, f64)>);
@@ -46,7 +51,7 @@ impl Validator<'_> {
             }
             step *= 2.0;
             let width = growing.map_or(f64::INFINITY, |(t, _)| (t - falling.0).abs());
-            if falling.1.abs() * width < SETTLED_M {
+            if falling.1.abs() * width < settled {
                 break;
             }
         }

@@ -3,7 +3,8 @@
 //! A proof only says what is kept; a person wants to know where and between what. So the path is looked at once more:
 //! the filter and the bound of a proof leave few places that may be nearer than what is looked for
 //! (`candidates`), and of these each stretch is searched for its least distance (`stretch`). Distances are exact
-//! and their places are where they are least, up to [`RESOLUTION`].
+//! and their places are where they are least, up to [`RESOLUTION`]. First only what holds the path is looked for, and
+//! farther only where nothing does.
 
 mod candidates;
 mod follow;
@@ -20,12 +21,12 @@ use stretch::Sought;
 
 /// Bodies nearer than this many of their floors hold the path: optimizers aim at two.
 pub const CONTACT_FLOORS: f64 = 3.0;
-/// How far the nearest bodies are looked for, in floors, ...
+/// How far the nearest bodies are looked for where nothing holds the path, in floors, ...
 const SEARCHED_FLOORS: f64 = 10.0;
-/// ... and at the most (m), unless that is less than what holds a path.
+/// ... and at the most (m).
 const SEARCHED_M: f64 = 0.02;
 /// A place has the least distance of its stretch but for this part of the pair's floor.
-pub const RESOLUTION: f64 = 0.05;
+pub const RESOLUTION: f64 = 0.25;
 /// Nobody asks for less than this (m), however low the floor.
 const FINEST_M: f64 = 1e-6;
 
@@ -50,8 +51,8 @@ pub struct Nearest {
     /// The least distance of all.
     pub smallest: Option<Near>,
     /// For each pair and each stretch of a segment on which it is nearer than [`CONTACT_FLOORS`] of its floors, the
-    /// place where it is nearest; in order along the path. What gets half as far again at most is one stretch, and
-    /// so are those on both sides of a waypoint unless the pair is farther apart there than beside it.
+    /// place where it is nearest; in order along the path. Stretches with little motion between them may count as
+    /// one, and those on both sides of a waypoint do, unless the pair is farther apart there than beside it.
     pub contacts: Vec<Near>,
 }
 
@@ -62,14 +63,31 @@ impl Validator<'_> {
     /// verdict. `None` where `stop` said so, or where the search cost more than it may: then nothing is known.
     pub fn nearest(&mut self, path: &Path, stop: &mut dyn FnMut() -> bool) -> Option<Nearest> {
         let clearance = self.scratch.floors.common();
-        let searched_m = (SEARCHED_FLOORS * clearance).min(SEARCHED_M).max(CONTACT_FLOORS * clearance);
+        let near = CONTACT_FLOORS * clearance;
+        let far = (SEARCHED_FLOORS * clearance).min(SEARCHED_M);
+        let directions = std::mem::take(&mut self.scratch.directions);
+        let most_work = self.work() + most_work(path);
+        let mut found = self.search_within(path, near, most_work, stop);
+        if far > near && found.as_ref().is_some_and(|found| found.smallest.is_none()) {
+            found = self.search_within(path, far, most_work, stop);
+        }
+        self.scratch.directions = directions;
+        found
+    }
+
+    /// Looks as far as `searched_m`, with that in the place of the floors.
+    fn search_within(
+        &mut self,
+        path: &Path,
+        searched_m: f64,
+        most_work: u64,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Nearest> {
         let mut wide = std::mem::take(&mut self.scratch.wide);
         wide.reset(self.model.pairs().len(), searched_m);
         let floors = std::mem::replace(&mut self.scratch.floors, wide);
-        let directions = std::mem::take(&mut self.scratch.directions);
-        let found = self.search_nearest(path, &floors, searched_m, stop);
+        let found = self.search_nearest(path, &floors, searched_m, most_work, stop);
         self.begin();
-        self.scratch.directions = directions;
         self.scratch.wide = std::mem::replace(&mut self.scratch.floors, floors);
         found
     }
@@ -79,23 +97,23 @@ impl Validator<'_> {
         path: &Path,
         floors: &Floors,
         searched_m: f64,
+        most_work: u64,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Nearest> {
-        let most_work = self.work() + most_work(path);
         let mut candidates = self.candidates(path, most_work, stop)?;
         candidates.sort_by(Candidate::along_the_path);
         let mut smallest = self.rough_smallest(&candidates, stop)?.filter(|near| near.contact.distance < searched_m);
         let mut contacts = Vec::new();
         for of_pair in candidates.chunk_by(|a, b| a.pair == b.pair) {
-            let floor = floors.all()[of_pair[0].pair];
+            let pair = of_pair[0].pair;
+            let (floor, within) = (floors.all()[pair], CONTACT_FLOORS * floors.all()[pair]);
             let least = smallest.map_or(searched_m, |near: Near| near.contact.distance);
-            let within = CONTACT_FLOORS * floor;
             let resolution = (RESOLUTION * floor).max(FINEST_M);
-            let sought = Sought { pair: of_pair[0].pair, within: within.max(least), resolution, most_work };
+            let sought = Sought { pair, within: within.max(least), resolution, most_work };
             for near in self.stretches(&sought, of_pair, stop)? {
                 let distance = near.contact.distance;
-                if smallest.is_none_or(|least| distance < least.contact.distance) {
-                    smallest = Some(near).filter(|near| near.contact.distance < searched_m);
+                if distance < searched_m && smallest.is_none_or(|least| distance < least.contact.distance) {
+                    smallest = Some(near);
                 }
                 contacts.extend(Some(near).filter(|_| distance < within));
             }
@@ -107,5 +125,5 @@ impl Validator<'_> {
 
 /// Work that a search may cost: many times what it takes even along a path that is held everywhere.
 fn most_work(path: &Path) -> u64 {
-    100_000 + 20_000 * path.len() as u64
+    500_000 + 100_000 * path.len() as u64
 }

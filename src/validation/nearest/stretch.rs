@@ -8,10 +8,6 @@ use super::candidates::Candidate;
 
 /// Half widths below this are not halved any more: a rounding wide in any room.
 const FINEST_HALF: f64 = 1e-6;
-/// An interval on which the distance falls at most by this part of what is sought below that of its middle is
-/// fine enough to tell stretches apart.
-const COARSE: f64 = 0.5;
-
 /// What is looked for.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sought {
@@ -24,11 +20,14 @@ pub(super) struct Sought {
     pub(super) most_work: u64,
 }
 
-/// An interval, and the pair in its middle.
+/// Part of the resolution to which the place of the least distance is followed.
+const SETTLED: f64 = 0.02;
+
+/// An interval, and about the distance of the pair in its middle (m).
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     interval: Interval,
-    near: Near,
+    distance: f64,
 }
 
 /// What is known of one pair, along the path.
@@ -74,14 +73,13 @@ impl Validator<'_> {
             if self.is_over(sought, stop) {
                 return None;
             }
-            let is_far = self.keeps(sought, &interval, sought.within, stop)?;
-            let near = if is_far { None } else { Some(self.near(sought.pair, &interval, interval.middle).0) };
-            if let Some(near) = near {
-                let floor = near.contact.distance - COARSE * sought.within;
-                if interval.half > FINEST_HALF && !self.keeps(sought, &interval, floor, stop)? {
-                    open.extend(interval.halves().into_iter().rev());
-                    continue;
-                }
+            let near = Some(self.nearly_apart(sought.pair, &interval)).filter(|distance| *distance < sought.within);
+            // What is hardly nearer anywhere than what is sought is not near.
+            let is_settled =
+                near.is_some() || self.keeps(sought, &interval, sought.within - sought.resolution, stop)?;
+            if !is_settled && interval.half > FINEST_HALF {
+                open.extend(interval.halves().into_iter().rev());
+                continue;
             }
             self.append(sought, &mut along, &interval, near, stop)?;
         }
@@ -89,30 +87,27 @@ impl Validator<'_> {
         Some(self.merged(&along))
     }
 
-    /// Goes on along the path by an interval that is looked at enough; `near` is `None` where all of it is too far.
+    /// Goes on along the path by an interval that is looked at enough; `near` is about the distance in its middle, or
+    /// `None` where all of it is too far.
     fn append(
         &mut self,
         sought: &Sought,
         along: &mut Along,
         interval: &Interval,
-        near: Option<Near>,
+        near: Option<f64>,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<()> {
         let [start, end] = interval.ends().map(|t| interval.along(t));
-        let middle = interval.along(interval.middle);
         let before = (start > along.reached + FINEST_HALF).then_some((start + along.reached) / 2.0);
-        let inside = near.is_none_or(|near| near.contact.distance >= sought.within).then_some(middle);
+        let inside = near.is_none().then_some(interval.along(interval.middle));
         let turns = along.stretch.last().is_some_and(|cell| cell.interval.segment != interval.segment);
         if turns || before.or(inside).is_some() {
             self.close(sought, along, stop)?;
         }
         along.partings.extend(before.into_iter().chain(inside));
         along.reached = end;
-        if let Some(near) = near {
-            along.stretch.push(Cell { interval: *interval, near });
-        }
-        // It may dip below what is sought at either side of its middle.
-        if inside.is_some() { self.close(sought, along, stop) } else { Some(()) }
+        along.stretch.extend(near.map(|distance| Cell { interval: *interval, distance }));
+        Some(())
     }
 
     /// Ends a stretch: finds its nearest place, which counts if it is near enough.
@@ -127,9 +122,10 @@ impl Validator<'_> {
     /// The nearest place of a stretch: the nearest of its cells' middles, followed to where the distance stops
     /// falling; then whatever the bound does not prove to be farther is halved, and the same again.
     fn least(&mut self, sought: &Sought, stretch: &[Cell], stop: &mut dyn FnMut() -> bool) -> Option<Option<Near>> {
-        let nearest = |a: &&Cell, b: &&Cell| a.near.contact.distance.total_cmp(&b.near.contact.distance);
+        let nearest = |a: &&Cell, b: &&Cell| a.distance.total_cmp(&b.distance);
         let Some(start) = stretch.iter().min_by(nearest) else { return Some(None) };
-        let mut best = self.follow(sought.pair, &start.interval, reach(stretch, start.interval.segment));
+        let (reach, settled) = (reach(stretch), SETTLED * sought.resolution);
+        let mut best = self.follow(sought.pair, &start.interval, reach, settled);
         let mut open: Vec<Interval> = stretch.iter().map(|cell| cell.interval).collect();
         while let Some(interval) = open.pop() {
             if self.is_over(sought, stop) {
@@ -140,9 +136,9 @@ impl Validator<'_> {
                 continue;
             }
             for half in interval.halves() {
-                let near = self.near(sought.pair, &half, half.middle).0;
-                if near.contact.distance < best.contact.distance {
-                    best = self.follow(sought.pair, &half, reach(stretch, half.segment));
+                if self.nearly_apart(sought.pair, &half) < best.contact.distance {
+                    let near = self.follow(sought.pair, &half, reach, settled);
+                    best = if near.contact.distance < best.contact.distance { near } else { best };
                 }
                 open.push(half);
             }
@@ -217,10 +213,9 @@ impl Validator<'_> {
     }
 }
 
-/// The part of a segment that a stretch covers.
-fn reach(stretch: &[Cell], segment: usize) -> [f64; 2] {
-    let mut on_it = stretch.iter().map(|cell| cell.interval).filter(|interval| interval.segment == segment);
-    let first = on_it.next().map_or([0.0, 1.0], |interval| interval.ends());
-    let last = on_it.next_back().map_or(first, |interval| interval.ends());
+/// The part of its segment that a stretch covers.
+fn reach(stretch: &[Cell]) -> [f64; 2] {
+    let [first, last] =
+        [stretch.first(), stretch.last()].map(|cell| cell.map_or([0.0, 1.0], |cell| cell.interval.ends()));
     [first[0].max(0.0), last[1].min(1.0)]
 }
