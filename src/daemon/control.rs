@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use taut::store::{Change, StoreError};
+use taut::store::{Change, SceneEntry, StoreError};
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, Stats};
 use taut_ipc::server::{IncomingControl, ServerError};
 use taut_ipc::wire::{Code, SceneEvent, SceneEventKind, label_id};
 
 use super::event::{Content, Loaded};
 use super::event_loop::{EventLoop, ROUND};
+use super::keep::{Acknowledgement, Changed, reply};
 use super::loader::{Source, Task};
 use super::metrics;
 use super::translate::{describe, robot_files, robot_summary, scene_summary, store_refusal};
@@ -30,37 +31,24 @@ impl EventLoop {
                     let file = base_dir.unwrap_or_else(|| PathBuf::from("/")).join(&label);
                     self.load(control, label, replace, Source::Scene(json, file));
                 }
-                Ok(message) => {
-                    let answer = self.control(message)?.unwrap_or_else(ControlReply::Refused);
-                    reply(control, &answer);
-                }
+                Ok(ControlRequest::UnloadRobot { label }) => self.unload_robot(control, label)?,
+                Ok(ControlRequest::UnloadScene { label }) => self.unload_scene(control, label)?,
+                Ok(message) => reply(control, &self.control(message).unwrap_or_else(ControlReply::Refused)),
                 Err(refusal) => reply(control, &ControlReply::Refused(refusal)),
             }
         }
         Ok(true)
     }
 
-    /// Answers what needs no reading of files.
-    fn control(&mut self, message: ControlRequest) -> Result<Result<ControlReply, Refusal>, ServerError> {
-        let refuse = |error: StoreError| store_refusal(&error);
-        Ok(match message {
+    /// Answers what changes nothing in the store.
+    fn control(&mut self, message: ControlRequest) -> Result<ControlReply, Refusal> {
+        match message {
             ControlRequest::Describe { label } => {
-                let robot = self.store.robot(&label).map_err(refuse);
+                let robot = self.store.robot(&label).map_err(|error| store_refusal(&error));
                 robot.map(|entry| ControlReply::Robot(Box::new(describe(&label, entry))))
             }
             ControlRequest::List => Ok(ControlReply::Listing(self.listing())),
             ControlRequest::Stats => Ok(ControlReply::Stats(self.stats())),
-            ControlRequest::UnloadRobot { label } => {
-                self.store.remove_robot(&label).map_err(refuse).map(|_| ControlReply::Done)
-            }
-            ControlRequest::UnloadScene { label } => match self.store.remove_scene(&label) {
-                Err(error) => Err(refuse(error)),
-                Ok(entry) => {
-                    let (scene_hash, scene_version) = (entry.scene.hash(), entry.version);
-                    self.publish(SceneEventKind::Deleted, entry.id, scene_hash, scene_version)?;
-                    Ok(ControlReply::Done)
-                }
-            },
             ControlRequest::Shutdown => {
                 self.drain();
                 Ok(ControlReply::Done)
@@ -69,7 +57,29 @@ impl EventLoop {
                 let text = "this daemon does not change scenes in place or pin them; load the whole scene with replace";
                 Err(Refusal::new(Code::MalformedRequest, text))
             }
-        })
+        }
+    }
+
+    fn unload_robot(&mut self, control: IncomingControl, label: String) -> Result<(), ServerError> {
+        if let Err(error) = self.store.remove_robot(&label) {
+            reply(control, &ControlReply::Refused(store_refusal(&error)));
+            return Ok(());
+        }
+        let told = Acknowledgement { control: Some(control), answer: ControlReply::Done, event: None };
+        self.keep(&Changed::Robot(label), told)
+    }
+
+    fn unload_scene(&mut self, control: IncomingControl, label: String) -> Result<(), ServerError> {
+        let entry = match self.store.remove_scene(&label) {
+            Ok(entry) => entry,
+            Err(error) => {
+                reply(control, &ControlReply::Refused(store_refusal(&error)));
+                return Ok(());
+            }
+        };
+        let event = Some(scene_event(SceneEventKind::Deleted, &entry));
+        let told = Acknowledgement { control: Some(control), answer: ControlReply::Done, event };
+        self.keep(&Changed::Scene(label), told)
     }
 
     /// Gives something to the loader; the reply comes when it is read.
@@ -97,45 +107,43 @@ impl EventLoop {
     pub(super) fn finish_load(&mut self, loaded: Loaded) -> Result<(), ServerError> {
         let Loaded { token, label, replace, content } = loaded;
         self.loading.remove(&label_id(&label));
-        let answer = match content {
-            Err(refusal) => Err(refusal),
-            Ok(Content::Robot(robot, weights)) => {
-                let inserted = self.store.insert_robot(&label, robot, weights, replace);
-                let entry = inserted.and_then(|_| self.store.robot(&label)).map_err(|error| store_refusal(&error));
-                entry.map(|entry| ControlReply::Robot(Box::new(describe(&label, entry))))
-            }
-            Ok(Content::Scene(scene)) => match self.store.insert_scene(&label, scene, replace) {
-                Err(error) => Err(store_refusal(&error)),
-                Ok(change) => {
-                    let entry = &self.store.scenes()[&label];
-                    let (id, hash, version) = (entry.id, entry.scene.hash(), entry.version);
-                    let summary = scene_summary(&label, entry);
-                    match change {
-                        Change::Created => self.publish(SceneEventKind::Created, id, hash, version)?,
-                        Change::Replaced => self.publish(SceneEventKind::Changed, id, hash, version)?,
-                        Change::Unchanged => {}
-                    }
-                    Ok(ControlReply::Scene(summary))
+        let control = self.loads.remove(&token);
+        match content.and_then(|content| self.insert(&label, replace, content)) {
+            Ok((changed, answer, event)) => self.keep(&changed, Acknowledgement { control, answer, event }),
+            Err(refusal) => {
+                tracing::info!(label, code = refusal.code, "not loaded: {}", refusal.message);
+                if let Some(control) = control {
+                    reply(control, &ControlReply::Refused(refusal));
                 }
-            },
-        };
-        if let Err(refusal) = &answer {
-            tracing::info!(label, code = refusal.code, "not loaded: {}", refusal.message);
+                Ok(())
+            }
         }
-        if let Some(control) = self.loads.remove(&token) {
-            reply(control, &answer.unwrap_or_else(ControlReply::Refused));
-        }
-        Ok(())
     }
 
-    fn publish(&self, kind: SceneEventKind, id: u64, hash: u64, version: u64) -> Result<(), ServerError> {
-        self.server.publish_scene_event(&SceneEvent {
-            kind: kind.into(),
-            scene_id: id,
-            scene_hash: hash,
-            scene_version: version,
-            ..SceneEvent::default()
-        })
+    fn insert(
+        &mut self,
+        label: &str,
+        replace: bool,
+        content: Content,
+    ) -> Result<(Changed, ControlReply, Option<SceneEvent>), Refusal> {
+        let refuse = |error: StoreError| store_refusal(&error);
+        match content {
+            Content::Robot(robot, weights) => {
+                self.store.insert_robot(label, robot, weights, replace).map_err(refuse)?;
+                let described = describe(label, self.store.robot(label).map_err(refuse)?);
+                Ok((Changed::Robot(label.to_owned()), ControlReply::Robot(Box::new(described)), None))
+            }
+            Content::Scene(scene) => {
+                let change = self.store.insert_scene(label, scene, replace).map_err(refuse)?;
+                let entry = &self.store.scenes()[label];
+                let event = match change {
+                    Change::Created => Some(scene_event(SceneEventKind::Created, entry)),
+                    Change::Replaced => Some(scene_event(SceneEventKind::Changed, entry)),
+                    Change::Unchanged => None,
+                };
+                Ok((Changed::Scene(label.to_owned()), ControlReply::Scene(scene_summary(label, entry)), event))
+            }
+        }
     }
 
     fn listing(&self) -> Listing {
@@ -157,9 +165,12 @@ impl EventLoop {
     }
 }
 
-/// A reply that is too large, or has no room, becomes a refusal; a client that is gone needs none.
-fn reply(control: IncomingControl, reply: &ControlReply) {
-    if let Err(error) = control.reply(reply) {
-        tracing::warn!("a control reply was not sent: {error}");
+fn scene_event(kind: SceneEventKind, entry: &SceneEntry) -> SceneEvent {
+    SceneEvent {
+        kind: kind.into(),
+        scene_id: entry.id,
+        scene_hash: entry.scene.hash(),
+        scene_version: entry.version,
+        ..SceneEvent::default()
     }
 }

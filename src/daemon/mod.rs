@@ -9,6 +9,7 @@ mod control;
 mod event;
 mod event_loop;
 mod job;
+mod keep;
 mod loader;
 mod mailbox;
 mod metrics;
