@@ -4,6 +4,7 @@
 //! core, a loader reads files; both hand back [`event::Event`]s.
 
 mod admission;
+mod clients;
 pub mod config;
 mod control;
 mod event;
@@ -13,8 +14,12 @@ mod keep;
 mod loader;
 mod mailbox;
 mod metrics;
-mod queue;
+mod poison;
+mod preparer;
+mod schedule;
+mod scrape;
 mod start;
+mod story;
 pub mod translate;
 mod worker;
 

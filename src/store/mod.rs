@@ -178,6 +178,11 @@ impl ModelStore {
         self.robots.get(label).ok_or_else(|| self.unknown_robot(format!("{label:?}")))
     }
 
+    /// The label with this id.
+    pub fn label(&self, id: u64) -> Option<&str> {
+        self.labels.get(&id).map(String::as_str)
+    }
+
     /// Newest version of the scene whose label has this id.
     pub fn scene_version(&self, id: u64) -> Option<u64> {
         Some(self.scenes.get(self.labels.get(&id)?)?.version)
