@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use taut::collision::CollisionModelError;
 use taut::files::{FileError, RobotFiles, RootJoint};
 use taut::robot::{Component, JointKind, RobotModel, VirtualJoint};
+use taut::scene::SceneError;
 use taut::store::{RobotEntry, SceneEntry, StoreError};
 use taut_ipc::control::{
     self, GroupDescription, Refusal, RobotDescription, RobotSource, RobotSummary, SceneSummary, VariableDescription,
@@ -140,6 +141,8 @@ pub(in crate::daemon) fn scene_summary(label: &str, entry: &SceneEntry) -> Scene
         version: entry.version,
         objects: (entry.scene.obstacles().len() + entry.scene.attached().len()) as u32,
         warnings: entry.scene.warnings().to_vec(),
+        kept_from: entry.kept_from(),
+        pinned: entry.pinned().iter().copied().collect(),
     }
 }
 
@@ -149,7 +152,21 @@ pub(in crate::daemon) fn store_refusal(error: &StoreError) -> Refusal {
         StoreError::LabelTaken { .. } | StoreError::SameId { .. } => Code::LabelTaken,
         StoreError::UnknownRobot { .. } => Code::UnknownRobot,
         StoreError::UnknownScene { .. } => Code::UnknownScene,
+        StoreError::TooManyPinned { .. } => Code::ResourceExhausted,
+        StoreError::Scene(error) => return scene_refusal(error),
         _ => Code::VersionConflict,
+    };
+    Refusal::new(code, error.to_string())
+}
+
+/// The refusal of a change that a scene does not take.
+pub(in crate::daemon) fn scene_refusal(error: &SceneError) -> Refusal {
+    let code = match error {
+        SceneError::Duplicate(_)
+        | SceneError::UnknownObject { .. }
+        | SceneError::AlreadyAttached { .. }
+        | SceneError::NotAttached { .. } => Code::InvalidObjectName,
+        _ => Code::InvalidModel,
     };
     Refusal::new(code, error.to_string())
 }
