@@ -19,6 +19,31 @@ pub enum SceneError {
         /// What it must be.
         rule: &'static str,
     },
+    /// A frame's pose that is no pose.
+    #[error("frame {name:?}: {what} is {value}; {rule}")]
+    BadFrame {
+        /// Frame.
+        name: String,
+        /// Position or orientation.
+        what: &'static str,
+        /// Its value.
+        value: String,
+        /// What it must be.
+        rule: &'static str,
+    },
+    /// A frame and an object of one name.
+    #[error("{0:?} is the name of a frame and of an object; rename one, poses may be given in either")]
+    NameTaken(String),
+    /// A pose in a frame that is not there.
+    #[error("{frame:?} is no frame of the scene; valid: \"\" (the world), frames {frames}; objects {objects}")]
+    UnknownFrame {
+        /// Its name.
+        frame: String,
+        /// Named frames.
+        frames: String,
+        /// Objects that stand.
+        objects: String,
+    },
     /// A size that no solid has.
     #[error("object {id:?}: {source}")]
     Shape {
@@ -38,6 +63,14 @@ pub enum SceneError {
     /// A padding that is no length.
     #[error("the padding of {name:?} is {value}; it must be finite and at least 0 (metres)")]
     BadPadding {
+        /// Link or object.
+        name: String,
+        /// Its value.
+        value: f64,
+    },
+    /// A scale that leaves no solid.
+    #[error("the scale of {name:?} is {value}; it must be finite and greater than 0 (1 leaves sizes as they are)")]
+    BadScale {
         /// Link or object.
         name: String,
         /// Its value.

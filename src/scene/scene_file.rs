@@ -165,7 +165,7 @@ impl SceneFile {
             padding: self.link_padding.0,
             allowed: self.allowed_collisions,
             forbidden: self.forbidden_collisions,
-            warnings: Vec::new(),
+            ..SceneDescription::default()
         };
         Scene::of(description)
     }
