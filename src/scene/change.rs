@@ -12,6 +12,8 @@ use crate::shape::PlacedShape;
 pub enum SceneChange {
     /// A new object in the world.
     Add(Obstacle),
+    /// An object that is there gets another pose and other shapes; what names it stays.
+    Replace(Obstacle),
     /// An object gets more shapes, wherever it is.
     Append {
         /// Object.
@@ -100,6 +102,10 @@ impl Scene {
     fn apply(&mut self, change: SceneChange) -> Result<(), SceneError> {
         match change {
             SceneChange::Add(object) => self.add(object),
+            SceneChange::Replace(object) => {
+                object.check()?;
+                self.update("replace", &object.id.clone(), |_| object)
+            }
             SceneChange::Append { id, shapes } => {
                 check_shapes(&shapes).map_err(|error| error.of_object(&id))?;
                 self.update("append to", &id, |object| {

@@ -95,12 +95,30 @@ pub enum SceneError {
         link_name: String,
     },
     /// An object that no link carries.
-    #[error("object {id:?} stands in the world and cannot be detached; attached objects: {known}")]
+    #[error("object {id:?} stands in the world, no link carries it; attached objects: {known}")]
     NotAttached {
         /// Object.
         id: String,
         /// Attached objects.
         known: String,
+    },
+    /// A pose in the world for an object that a link carries.
+    #[error("object {id:?} is attached to {link_name:?}, not in the world; change it in attached_collision_objects")]
+    Carried {
+        /// Object.
+        id: String,
+        /// The link that carries it.
+        link_name: String,
+    },
+    /// An object that another link carries.
+    #[error("object {id:?} is attached to {link_name:?}, not to {wanted:?}; name that link, or none")]
+    OtherLink {
+        /// Object.
+        id: String,
+        /// The link that carries it.
+        link_name: String,
+        /// The link that should.
+        wanted: String,
     },
     /// A text that is not the format it should be, with line and column where known.
     #[error("{0}")]

@@ -2,11 +2,16 @@
 //! touch. Knows no robot.
 
 mod change;
+pub mod diff_file;
+mod diff_text;
 mod difference;
 mod error;
 pub mod moveit_scene;
+mod numbers_file;
 mod object;
+mod object_file;
 mod objects;
+mod pose_file;
 pub mod scene_file;
 mod table;
 #[cfg(test)]

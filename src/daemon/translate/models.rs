@@ -165,7 +165,10 @@ pub(in crate::daemon) fn scene_refusal(error: &SceneError) -> Refusal {
         SceneError::Duplicate(_)
         | SceneError::UnknownObject { .. }
         | SceneError::AlreadyAttached { .. }
-        | SceneError::NotAttached { .. } => Code::InvalidObjectName,
+        | SceneError::NotAttached { .. }
+        | SceneError::NameTaken(_)
+        | SceneError::Carried { .. } => Code::InvalidObjectName,
+        SceneError::OtherLink { .. } => Code::InvalidLinkName,
         _ => Code::InvalidModel,
     };
     Refusal::new(code, error.to_string())
