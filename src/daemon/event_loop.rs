@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crossbeam_channel::{Receiver, Sender};
+use crossbeam_channel::Receiver;
 use taut::store::ModelStore;
 use taut_ipc::control::Refusal;
 use taut_ipc::monotonic_ns;
@@ -14,11 +14,12 @@ use taut_ipc::wire::{Code, ResponseFlags, RobotEntry, SceneEntry, StatusRecord};
 use super::admission::Doorkeeper;
 use super::event::{Answered, Event};
 use super::job::{Job, StopCause, StopFlag};
-use super::loader;
+use super::loader::Loader;
 use super::mailbox::{Mailbox, Progress};
 use super::metrics::Metrics;
 use super::queue::{JobQueue, Place, place};
 use super::translate::{self, Reply};
+use super::watch::{self, Watch};
 
 /// Messages taken in one round, so that a client that floods does not keep answers from being sent.
 pub(super) const ROUND: usize = 128;
@@ -33,13 +34,15 @@ pub(super) struct EventLoop {
     pub(super) mailboxes: Vec<Arc<Mailbox>>,
     pub(super) events: Receiver<Event>,
     /// Gone once the daemon ends.
-    pub(super) loader: Option<Sender<loader::Task>>,
+    pub(super) loader: Option<Loader>,
     pub(super) metrics: Metrics,
     pub(super) default_clearance_m: f64,
     pub(super) queue_limit: usize,
     pub(super) status_period_ns: u64,
     /// Requests whose final response is not sent yet, by job.
     pub(super) open: HashMap<u64, OpenRequest>,
+    /// Paths that are watched and not being checked now.
+    pub(super) watches: BTreeMap<u64, Watch>,
     /// Control requests that wait for the loader, by token.
     pub(super) loads: BTreeMap<u64, IncomingControl>,
     /// Ids of the labels that these load.
@@ -54,11 +57,13 @@ pub(super) struct EventLoop {
 
 /// A request that a client waits for.
 pub(super) struct OpenRequest {
-    request: IncomingRequest,
+    pub(super) request: IncomingRequest,
     stop: Arc<StopFlag>,
     place: Place,
-    scene_id: u64,
-    scene_version: u64,
+    pub(super) scene_id: u64,
+    pub(super) scene_version: u64,
+    /// Of a watch that has been checked before: whether it was proved then.
+    pub(super) was_proved: Option<bool>,
 }
 
 impl EventLoop {
@@ -110,36 +115,45 @@ impl EventLoop {
         for _ in 0..ROUND {
             let Some(request) = self.server.receive()? else { return Ok(false) };
             self.metrics.received();
-            if let Err((request, refusal)) = self.take(request) {
+            if let Err((request, refusal)) = self.take(request, None) {
                 self.refuse(*request, &refusal);
             }
         }
         Ok(true)
     }
 
-    /// Lets a request in and gives it to the workers.
-    fn take(&mut self, request: IncomingRequest) -> Result<(), (Box<IncomingRequest>, Refusal)> {
+    /// Lets a request in and gives it to the workers; `was_proved` where it is a watch that is in already.
+    pub(super) fn take(
+        &mut self,
+        request: IncomingRequest,
+        was_proved: Option<bool>,
+    ) -> Result<(), (Box<IncomingRequest>, Refusal)> {
         let number = self.next_number();
-        match self.job(number, &request) {
+        match self.job(number, &request, was_proved.is_some()) {
             Err(refusal) => Err((Box::new(request), refusal)),
             Ok(job) => {
                 tracing::debug!(request = job.request_id, job = number, "taken");
                 let (stop, place) = (job.stop.clone(), place(&job));
                 let (scene_id, scene_version) = (job.snapshot.scene_id, job.snapshot.scene_version);
-                self.open.insert(number, OpenRequest { request, stop, place, scene_id, scene_version });
+                self.open.insert(number, OpenRequest { request, stop, place, scene_id, scene_version, was_proved });
                 self.queue.push(job);
                 Ok(())
             }
         }
     }
 
-    fn job(&mut self, id: u64, request: &IncomingRequest) -> Result<Job, Refusal> {
-        let view = request.view().map_err(|error| Refusal::new(error.code(), error.to_string()))?;
+    fn job(&mut self, id: u64, request: &IncomingRequest, is_again: bool) -> Result<Job, Refusal> {
+        let mut view = request.view().map_err(|error| Refusal::new(error.code(), error.to_string()))?;
+        watch::check(&view.header)?;
+        if is_again {
+            watch::follow(&mut view.header);
+        }
         let mut doorkeeper = Doorkeeper {
             store: &mut self.store,
             loading: &self.loading,
             queued: self.queue.len(),
-            queue_limit: self.queue_limit,
+            // A watch that is in already is not turned away.
+            queue_limit: if is_again { usize::MAX } else { self.queue_limit },
             compute_p50_ns: self.metrics.compute_p50_ns(),
             workers: self.mailboxes.len(),
             is_draining: self.is_draining,
@@ -159,7 +173,7 @@ impl EventLoop {
         })
     }
 
-    fn refuse(&mut self, request: IncomingRequest, refusal: &Refusal) {
+    pub(super) fn refuse(&mut self, request: IncomingRequest, refusal: &Refusal) {
         tracing::info!(request = request.header().request_id, code = refusal.code, "refused: {}", refusal.message);
         self.metrics.ended(refusal.code);
         let code = Code::try_from(refusal.code).unwrap_or(Code::MalformedRequest);
@@ -186,12 +200,14 @@ impl EventLoop {
             self.metrics.panicked();
         }
         self.metrics.timed(&answered.reply.header);
-        if let Some(open) = self.open.remove(&answered.job) {
-            self.send_final(open, answered.reply);
+        match self.open.remove(&answered.job) {
+            Some(open) if watch::is_watch(&open.request) => self.watched(open, answered.reply),
+            Some(open) => self.send_final(open, answered.reply),
+            None => {}
         }
     }
 
-    fn send_final(&mut self, mut open: OpenRequest, mut reply: Reply) {
+    pub(super) fn send_final(&mut self, mut open: OpenRequest, mut reply: Reply) {
         if reply.header.scene_version != 0 {
             reply.header.flags |= superseded(&self.store, &open);
         }
@@ -212,6 +228,7 @@ impl EventLoop {
 
     /// Ends the jobs whose client is gone, and asks those to end whose client wants the best so far.
     fn end_abandoned(&mut self) {
+        self.end_abandoned_watches();
         let gone: Vec<u64> =
             self.open.iter().filter(|(_, open)| !open.request.is_connected()).map(|(job, _)| *job).collect();
         for job in gone {
@@ -260,6 +277,7 @@ impl EventLoop {
             self.answer_untouched(&job, StopCause::Shutdown);
         }
         self.open.values().for_each(|open| open.stop.set(StopCause::Shutdown));
+        self.end_watches();
     }
 
     pub(super) fn next_number(&mut self) -> u64 {
@@ -307,7 +325,7 @@ impl EventLoop {
 }
 
 /// The flag of an answer whose scene is no longer what its label names.
-fn superseded(store: &ModelStore, open: &OpenRequest) -> u32 {
+pub(super) fn superseded(store: &ModelStore, open: &OpenRequest) -> u32 {
     let is_newest = store.scene_version(open.scene_id) == Some(open.scene_version);
     if is_newest { 0 } else { ResponseFlags::SUPERSEDED }
 }

@@ -1,7 +1,7 @@
 //! The shell around the core: `taut serve`. Start reading in [`event_loop`].
 //!
 //! One thread owns every port and the store; it never computes and never waits for a client. Workers run the
-//! core, a loader reads files; both hand back [`event::Event`]s.
+//! core, loaders read files; both hand back [`event::Event`]s.
 
 mod admission;
 pub mod config;
@@ -14,8 +14,10 @@ mod loader;
 mod mailbox;
 mod metrics;
 mod queue;
+mod scenes;
 mod start;
 pub mod translate;
+mod watch;
 mod worker;
 
 pub use start::{DaemonError, serve};

@@ -21,7 +21,7 @@ use taut_ipc::{DaemonState, Instance, daemon_state, monotonic_ns};
 use super::config::Config;
 use super::event::{Event, EventSender};
 use super::event_loop::EventLoop;
-use super::loader;
+use super::loader::{self, Loader};
 use super::metrics::Metrics;
 use super::queue::JobQueue;
 use super::translate::store_refusal;
@@ -116,8 +116,9 @@ fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<(
     let (signals, signal_thread) = stop_on_signals(events.clone()).map_err(system("signal handler"))?;
     let waker = server.waker();
     let janitor = Janitor::start(instance, move |_| waker.wake()).map_err(system("thread"))?;
-    let (loader, loader_thread) = loader::start(events.clone()).map_err(system("thread"))?;
-    let mut joined = vec![signal_thread, loader_thread];
+    let (loader, loader_threads) = Loader::start(&events).map_err(system("thread"))?;
+    let mut joined = vec![signal_thread];
+    joined.extend(loader_threads);
     let queue = Arc::new(JobQueue::default());
     let mut mailboxes = Vec::new();
     for index in 0..config.worker_count() {
@@ -140,6 +141,7 @@ fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<(
         queue_limit: config.queue,
         status_period_ns: (1e9 / config.status_rate_hz) as u64,
         open: HashMap::new(),
+        watches: BTreeMap::new(),
         loads: BTreeMap::new(),
         loading: HashSet::new(),
         next_number: 0,

@@ -1,10 +1,9 @@
 //! Why the store refuses.
 
 use super::MOST_PINNED;
-use crate::scene::SceneError;
 
 /// Why something cannot be loaded, changed, unloaded or asked for.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StoreError {
     /// A label names other content.
@@ -103,9 +102,6 @@ pub enum StoreError {
         /// What is pinned.
         pinned: String,
     },
-    /// A change that the scene refuses.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
 }
 
 impl StoreError {

@@ -18,7 +18,7 @@ use versions::Retired;
 pub use versions::{LAST_VERSIONS, MOST_PINNED, SceneEntry};
 
 use crate::robot::RobotModel;
-use crate::scene::{Scene, SceneError};
+use crate::scene::Scene;
 
 /// Robots, scenes and their collision models.
 #[derive(Debug)]
@@ -116,21 +116,28 @@ impl ModelStore {
         Ok(change)
     }
 
-    /// Takes a scene under a label; replacing other content counts the version up.
+    /// Takes a scene under a label; replacing other content makes the next version. The
+    /// versions before it stay for a while: the last [`LAST_VERSIONS`], and those that are pinned.
     ///
     /// # Errors
     /// As [`Self::insert_robot`].
     pub fn insert_scene(&mut self, label: &str, scene: Arc<Scene>, replace: bool) -> Result<Change, StoreError> {
         let id = self.take_id(label)?;
-        match self.scenes.get(label).map(|entry| entry.scene.hash()) {
+        let change = match self.scenes.get_mut(label) {
             None => {
                 let version = self.retired.first_version(id);
                 self.scenes.insert(label.to_owned(), SceneEntry::new(id, version, scene));
-                Ok(Change::Created)
+                Change::Created
             }
-            Some(held) if replace || held == scene.hash() => self.change_scene(label, 0, |_| Ok(scene)),
-            Some(held) => Err(StoreError::taken("scene", label, held, scene.hash())),
-        }
+            Some(entry) if entry.scene.hash() == scene.hash() => return Ok(Change::Unchanged),
+            Some(entry) if replace => {
+                entry.push(scene);
+                Change::Replaced
+            }
+            Some(entry) => return Err(StoreError::taken("scene", label, entry.scene.hash(), scene.hash())),
+        };
+        self.drop_unused();
+        Ok(change)
     }
 
     /// Takes a scene that an earlier store had under a label, at the version that it had there.
@@ -147,32 +154,17 @@ impl ModelStore {
         Ok(())
     }
 
-    /// Makes the next version of a scene from its newest, which has to be `base_version` unless that is 0. The
-    /// versions before it stay for a while: the last [`LAST_VERSIONS`], and those that are pinned.
+    /// The newest version of a scene, for a change to it; that has to be `base_version` unless this is 0.
     ///
     /// # Errors
-    /// [`StoreError::UnknownScene`]; [`StoreError::VersionConflict`] if the newest is another version;
-    /// [`StoreError::Scene`] with what `change` refuses. Nothing is changed then.
-    pub fn change_scene(
-        &mut self,
-        label: &str,
-        base_version: u64,
-        change: impl FnOnce(&Scene) -> Result<Arc<Scene>, SceneError>,
-    ) -> Result<Change, StoreError> {
-        let Some(entry) = self.scenes.get_mut(label) else {
-            return Err(self.unknown_scene(format!("{label:?}")));
-        };
+    /// [`StoreError::UnknownScene`]; [`StoreError::VersionConflict`] if the newest is another version.
+    pub fn base_scene(&self, label: &str, base_version: u64) -> Result<&Arc<Scene>, StoreError> {
+        let entry = self.scene(label)?;
         if base_version != 0 && base_version != entry.version {
             let (label, held) = (label.to_owned(), entry.version);
             return Err(StoreError::VersionConflict { label, wanted: base_version, held });
         }
-        let scene = change(&entry.scene)?;
-        if scene.hash() == entry.scene.hash() {
-            return Ok(Change::Unchanged);
-        }
-        entry.push(scene);
-        self.drop_unused();
-        Ok(Change::Replaced)
+        Ok(&entry.scene)
     }
 
     /// Keeps a version of a scene, 0 being the newest, until it is unpinned. As long as there is one, the scene
