@@ -185,7 +185,10 @@ fn a_reply_that_is_too_large_becomes_a_refusal() {
         let text = SceneText { json: "x".repeat(CONTROL_REPLY_MAX), ..SceneText::default() };
         received.unwrap().reply(&ControlReply::SceneText(text)).unwrap();
         let reply = asking.join().unwrap();
-        assert!(matches!(&reply, ControlReply::Refused(r) if r.code == i32::from(Code::ResourceExhausted)), "{reply:?}");
+        assert!(
+            matches!(&reply, ControlReply::Refused(r) if r.code == i32::from(Code::ResourceExhausted)),
+            "{reply:?}"
+        );
     });
 }
 

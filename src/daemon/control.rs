@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use taut::store::{Change, SceneEntry, StoreError};
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, Stats};
+use taut_ipc::monotonic_ns;
 use taut_ipc::server::{IncomingControl, ServerError};
 use taut_ipc::wire::{Code, SceneEvent, SceneEventKind, label_id};
 
@@ -52,6 +53,8 @@ impl EventLoop {
             }
             ControlRequest::List => Ok(ControlReply::Listing(self.listing())),
             ControlRequest::Stats => Ok(ControlReply::Stats(self.stats())),
+            ControlRequest::Clients => Ok(ControlReply::Clients(self.clients.summaries(monotonic_ns()))),
+            ControlRequest::Stories { id } => Ok(ControlReply::Stories(self.stories.find(&id))),
             ControlRequest::Shutdown => {
                 self.drain();
                 Ok(ControlReply::Done)
@@ -189,12 +192,14 @@ impl EventLoop {
     }
 
     fn stats(&mut self) -> Stats {
+        let mut numbers = metrics::numbers(&self.status());
+        numbers.extend(self.metrics.more());
         Stats {
             boot_id: self.server.boot_id(),
             pid: std::process::id(),
             daemon_version: env!("CARGO_PKG_VERSION").to_owned(),
             uptime_ns: self.metrics.uptime_ns(),
-            numbers: metrics::numbers(&self.status()),
+            numbers,
         }
     }
 }

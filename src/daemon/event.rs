@@ -32,8 +32,10 @@ pub(super) struct Answered {
     pub job: u64,
     /// What its client is told.
     pub reply: Reply,
-    /// Whether the core panicked.
-    pub panicked: bool,
+    /// How often it made room for others.
+    pub pauses: u32,
+    /// What was asked for, where the core panicked on it.
+    pub crashed: Option<u64>,
 }
 
 /// The end of a load.

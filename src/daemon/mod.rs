@@ -4,6 +4,7 @@
 //! core, loaders read files; both hand back [`event::Event`]s.
 
 mod admission;
+mod clients;
 pub mod config;
 mod control;
 mod event;
@@ -13,9 +14,13 @@ mod keep;
 mod loader;
 mod mailbox;
 mod metrics;
-mod queue;
+mod poison;
+mod preparer;
 mod scenes;
+mod schedule;
+mod scrape;
 mod start;
+mod story;
 pub mod translate;
 mod watch;
 mod worker;

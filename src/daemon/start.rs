@@ -18,12 +18,17 @@ use taut_ipc::server::{Janitor, Server, ServerError};
 use taut_ipc::wire::{Code, label_id};
 use taut_ipc::{DaemonState, Instance, daemon_state, monotonic_ns};
 
+use super::clients::Clients;
 use super::config::Config;
 use super::event::{Event, EventSender};
 use super::event_loop::EventLoop;
 use super::loader::{self, Loader};
 use super::metrics::Metrics;
-use super::queue::JobQueue;
+use super::poison::Poison;
+use super::preparer;
+use super::schedule::{self, Schedule};
+use super::scrape::Scrape;
+use super::story::Stories;
 use super::translate::store_refusal;
 use super::worker::Worker;
 
@@ -87,6 +92,9 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
     let store = preload(config, out)?;
     let (mut event_loop, threads) = assemble(config, instance, store)?;
     let (name, workers) = (instance.name(), config.worker_count());
+    if let Some(scrape) = &threads.scrape {
+        say(out, &format!("metrics at http://{}/metrics", scrape.address()));
+    }
     say(out, &format!("serving instance {name}  {workers} workers  clearance {} mm", config.clearance_m * 1e3));
     let served = event_loop.run();
     event_loop.close();
@@ -98,11 +106,13 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
 struct Threads {
     signals: Handle,
     joined: Vec<JoinHandle<()>>,
+    scrape: Option<Scrape>,
 }
 
 impl Threads {
     fn join(self) {
         self.signals.close();
+        drop(self.scrape);
         for thread in self.joined {
             // Workers and loader catch their panics; one that ended all the same has nothing to say here.
             let _ = thread.join();
@@ -119,24 +129,35 @@ fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<(
     let (loader, loader_threads) = Loader::start(&events).map_err(system("thread"))?;
     let mut joined = vec![signal_thread];
     joined.extend(loader_threads);
-    let queue = Arc::new(JobQueue::default());
+    let workers = config.worker_count();
+    let schedule = Arc::new(Schedule::new(workers));
+    let (preparer, preparers) = preparer::start(&schedule).map_err(system("thread"))?;
+    joined.extend(preparers);
     let mut mailboxes = Vec::new();
-    for index in 0..config.worker_count() {
+    for index in 0..schedule::threads(workers) {
         let mailbox = Arc::default();
         mailboxes.push(Arc::clone(&mailbox));
-        let (queue, events) = (queue.clone(), events.clone());
-        let worker = Worker { index, queue, mailbox, events, fault_injection: config.fault_injection };
+        let (schedule, events) = (schedule.clone(), events.clone());
+        let worker = Worker { index, schedule, mailbox, events, fault_injection: config.fault_injection };
         joined.push(worker.start().map_err(system("thread"))?);
     }
+    let metrics = Metrics::new();
+    let scrape = config.metrics.map(|address| Scrape::start(address, metrics.registry())).transpose();
+    let scrape = scrape.map_err(system("address for metrics"))?;
     let event_loop = EventLoop {
         server,
         janitor,
         store,
-        queue,
+        schedule,
+        preparer: Some(preparer),
+        clients: Clients::new(config.quota, workers),
+        stories: Stories::default(),
+        poison: Poison::default(),
+        workers,
         mailboxes,
         events: receiver,
         loader: Some(loader),
-        metrics: Metrics::new(),
+        metrics,
         default_clearance_m: config.clearance_m,
         queue_limit: config.queue,
         status_period_ns: (1e9 / config.status_rate_hz) as u64,
@@ -149,7 +170,7 @@ fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<(
         is_draining: false,
         janitor_was_slow: false,
     };
-    Ok((event_loop, Threads { signals, joined }))
+    Ok((event_loop, Threads { signals, joined, scrape }))
 }
 
 /// The thread ends when the handle is closed.

@@ -139,7 +139,8 @@ impl Step {
     }
 
     fn check_place(&self, scene: &Scene) -> Result<(), SceneError> {
-        let (SceneChange::Append { id, .. } | SceneChange::Move { id, .. } | SceneChange::Detach { id, .. }) = &self.change
+        let (SceneChange::Append { id, .. } | SceneChange::Move { id, .. } | SceneChange::Detach { id, .. }) =
+            &self.change
         else {
             return Ok(());
         };
@@ -249,7 +250,9 @@ fn of_link(attached: AttachedObjectFile, meshes: &mut MeshSource<'_>) -> Result<
     let AttachedObjectFile { link_name, object, touch_links } = attached;
     if !touch_links.is_empty() {
         let (id, name) = (&object.id, operation.name());
-        return Err(SceneError::Syntax(format!("object {id:?} has touch_links, which {name} does not change; ADD does")));
+        return Err(SceneError::Syntax(format!(
+            "object {id:?} has touch_links, which {name} does not change; ADD does"
+        )));
     }
     let frame = object.header.frame_id.clone();
     let change = match operation {

@@ -127,7 +127,8 @@ impl SceneFile {
             Some(pose.map(|pose| (frame.child_frame_id.clone(), pose)))
         });
         // Poses in them are resolved by a scene that has nothing else.
-        let frames: SceneDescription = SceneDescription { frames: frames.collect::<Result<_, _>>()?, ..Default::default() };
+        let frames: SceneDescription =
+            SceneDescription { frames: frames.collect::<Result<_, _>>()?, ..Default::default() };
         let placed = Scene::of(frames.clone())?;
         let obstacles = self.objects.into_iter().map(|object| {
             let frame = object.header.frame_id.clone();

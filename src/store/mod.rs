@@ -246,6 +246,11 @@ impl ModelStore {
         entry.at(version).ok_or_else(|| entry.unknown(label, version))
     }
 
+    /// The label with this id.
+    pub fn label(&self, id: u64) -> Option<&str> {
+        self.labels.get(&id).map(String::as_str)
+    }
+
     /// Newest version of the scene whose label has this id.
     pub fn scene_version(&self, id: u64) -> Option<u64> {
         Some(self.scenes.get(self.labels.get(&id)?)?.version)

@@ -183,10 +183,7 @@ pub(in crate::daemon) fn name_refusal(diff: &SceneDiff, scene: &Scene, store: &M
     if let Some(name) = diff.names().find(|name| !is_link(name) && !is_object(name)) {
         let objects = listed(scene.objects().map(|object| object.id.as_str()));
         let text = format!("{name:?} is neither an object of the scene nor a link of a loaded robot");
-        return Err(Refusal::new(
-            Code::InvalidObjectName,
-            format!("{text}; objects: {objects}; links: {}", links()),
-        ));
+        return Err(Refusal::new(Code::InvalidObjectName, format!("{text}; objects: {objects}; links: {}", links())));
     }
     Ok(())
 }
