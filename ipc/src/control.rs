@@ -32,7 +32,7 @@ pub enum ControlRequest {
         /// Take the label away from other content.
         replace: bool,
     },
-    /// Change a scene; a diff against another version than `base_version` is refused.
+    /// Change a scene: its next version. A diff against another version than `base_version` is refused.
     DiffScene {
         /// The label.
         label: String,
@@ -40,7 +40,7 @@ pub enum ControlRequest {
         json: String,
         /// Folder that relative mesh paths of the diff start from; absolute.
         base_dir: Option<PathBuf>,
-        /// Version the diff is made against.
+        /// Version the diff is made against; 0 = the newest.
         base_version: u64,
     },
     /// Forget a robot; running requests keep it until they end.
@@ -48,12 +48,13 @@ pub enum ControlRequest {
         /// The label.
         label: String,
     },
-    /// Forget a scene; running requests keep it until they end.
+    /// Forget a scene with all its versions; running requests keep theirs until they end. Refused while a version is
+    /// pinned.
     UnloadScene {
         /// The label.
         label: String,
     },
-    /// Keep a scene version from being dropped, or let it go.
+    /// Keep a scene version from being dropped and its scene from being unloaded, or let it go.
     PinScene {
         /// The label.
         label: String,
@@ -80,6 +81,15 @@ pub enum ControlRequest {
     },
     /// Stop the daemon after the running requests.
     Shutdown,
+    /// The text of a scene version that is kept, or the diff that leads to it.
+    ShowScene {
+        /// The label.
+        label: String,
+        /// The version; 0 = the newest.
+        version: u64,
+        /// Version that a diff starts from; 0 = the whole scene.
+        base_version: u64,
+    },
 }
 
 /// The `robot` part of a problem file; paths are absolute.
@@ -147,6 +157,8 @@ pub enum ControlReply {
     Stories(Vec<Story>),
     /// Nothing was changed.
     Refused(Refusal),
+    /// The text of a scene or diff.
+    SceneText(SceneText),
 }
 
 /// Why a control request was refused.
@@ -237,6 +249,25 @@ pub struct SceneSummary {
     pub objects: u32,
     /// What the loader wants people to know, one line each.
     pub warnings: Vec<String>,
+    /// Oldest version from which on all are kept.
+    pub kept_from: u64,
+    /// Pinned versions, in order.
+    pub pinned: Vec<u64>,
+}
+
+/// A scene version as text.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SceneText {
+    /// The label.
+    pub label: String,
+    /// The version.
+    pub version: u64,
+    /// Hash of its content.
+    pub scene_hash: u64,
+    /// Version that the text is a diff against; 0 = it is the whole scene.
+    pub base_version: u64,
+    /// The text (JSON), as loading a scene and changing one take it.
+    pub json: String,
 }
 
 /// One robot in a listing.

@@ -209,8 +209,8 @@ impl Server {
         }
     }
 
-    /// The next request, if any. Those whose client is gone already are skipped. A client has at most two requests
-    /// here: while cancelled ones are not dropped yet, its next ones wait.
+    /// The next request, if any. Those whose client is gone already are skipped. A client has at most
+    /// [`crate::limits::ACTIVE_REQUESTS_PER_CLIENT`] requests here: while cancelled ones are not dropped yet, its next ones wait.
     ///
     /// # Errors
     /// [`ServerError::Port`] if the port is broken.

@@ -108,6 +108,14 @@ impl Clients {
         checked
     }
 
+    /// A request that was let in before and had [`Self::left`] is worked on again: it is counted, whatever the quota.
+    pub(super) fn enter_again(&mut self, client: u128, pid: impl FnOnce() -> u32, bytes: usize, now_ns: u64) {
+        let new = || Account { pid: pid(), left_ns: BURST_NS, seen_ns: now_ns, ..Account::default() };
+        let account = self.accounts.entry(client).or_insert_with(new);
+        account.in_flight += 1;
+        account.bytes += bytes;
+    }
+
     /// A request that was let in has ended, however it ended.
     pub(super) fn left(&mut self, client: u128, bytes: usize) {
         if let Some(account) = self.accounts.get_mut(&client) {

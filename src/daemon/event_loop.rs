@@ -15,13 +15,14 @@ use super::admission::Doorkeeper;
 use super::clients::Clients;
 use super::event::{Answered, Event};
 use super::job::{Job, StopCause, StopFlag};
-use super::loader;
+use super::loader::Loader;
 use super::mailbox::{Mailbox, Progress};
 use super::metrics::Metrics;
 use super::poison::Poison;
 use super::schedule::Schedule;
 use super::story::{self, Stories, story};
 use super::translate::{self, Reply};
+use super::watch::{self, Watch};
 
 /// Messages taken in one round, so that a client that floods does not keep answers from being sent.
 pub(super) const ROUND: usize = 128;
@@ -42,13 +43,15 @@ pub(super) struct EventLoop {
     pub(super) mailboxes: Vec<Arc<Mailbox>>,
     pub(super) events: Receiver<Event>,
     /// Gone once the daemon ends.
-    pub(super) loader: Option<Sender<loader::Task>>,
+    pub(super) loader: Option<Loader>,
     pub(super) metrics: Metrics,
     pub(super) default_clearance_m: f64,
     pub(super) queue_limit: usize,
     pub(super) status_period_ns: u64,
     /// Requests whose final response is not sent yet, by job.
     pub(super) open: HashMap<u64, OpenRequest>,
+    /// Paths that are watched and not being checked now.
+    pub(super) watches: BTreeMap<u64, Watch>,
     /// Control requests that wait for the loader, by token.
     pub(super) loads: BTreeMap<u64, IncomingControl>,
     /// Ids of the labels that these load.
@@ -63,12 +66,14 @@ pub(super) struct EventLoop {
 
 /// A request that a client waits for.
 pub(super) struct OpenRequest {
-    request: IncomingRequest,
+    pub(super) request: IncomingRequest,
     stop: Arc<StopFlag>,
     bytes: usize,
     received_ns: u64,
-    scene_id: u64,
-    scene_version: u64,
+    pub(super) scene_id: u64,
+    pub(super) scene_version: u64,
+    /// Of a watch that has been checked before: whether it was proved then.
+    pub(super) was_proved: Option<bool>,
 }
 
 impl EventLoop {
@@ -136,10 +141,21 @@ impl EventLoop {
         let server = &self.server;
         let entered = self.clients.enter(client, || server.client_pid(client), bytes, now_ns);
         self.stories.begin(number, story(&self.store, &request, self.clients.pid(client), now_ns));
-        if let Err(refusal) = entered {
-            return Err((Box::new(request), refusal));
+        match entered {
+            Ok(()) => self.enqueue(number, request, None),
+            Err(refusal) => Err((Box::new(request), refusal)),
         }
-        let job = match self.job(number, &request, now_ns) {
+    }
+
+    /// Gives a request to the workers that is counted already; `was_proved` where it is a watch that was let in before.
+    pub(super) fn enqueue(
+        &mut self,
+        number: u64,
+        request: IncomingRequest,
+        was_proved: Option<bool>,
+    ) -> Result<(), (Box<IncomingRequest>, Refusal)> {
+        let (now_ns, client, bytes) = (monotonic_ns(), request.client_id(), request.payload().len());
+        let job = match self.job(number, &request, now_ns, was_proved.is_some()) {
             Ok(job) => job,
             Err(refusal) => {
                 self.clients.left(client, bytes);
@@ -154,7 +170,9 @@ impl EventLoop {
         let waiting = self.schedule.waiting();
         self.stories.tell(number, || format!("let in, {waiting} wait"));
         let stop = job.stop.clone();
-        self.open.insert(number, OpenRequest { request, stop, bytes, received_ns: now_ns, scene_id, scene_version });
+        let received_ns = now_ns;
+        let open = OpenRequest { request, stop, bytes, received_ns, scene_id, scene_version, was_proved };
+        self.open.insert(number, open);
         if let Some(preparer) = self.preparer.as_ref().filter(|_| !job.snapshot.model.is_ready()) {
             self.stories.tell(number, || "waits until robot and scene are put together".to_owned());
             // It ends after this loop only.
@@ -164,15 +182,20 @@ impl EventLoop {
         Ok(())
     }
 
-    fn job(&mut self, id: u64, request: &IncomingRequest, received_ns: u64) -> Result<Job, Refusal> {
-        let view = request.view().map_err(|error| Refusal::new(error.code(), error.to_string()))?;
+    fn job(&mut self, id: u64, request: &IncomingRequest, received_ns: u64, is_again: bool) -> Result<Job, Refusal> {
+        let mut view = request.view().map_err(|error| Refusal::new(error.code(), error.to_string()))?;
+        watch::check(&view.header)?;
+        if is_again {
+            watch::follow(&mut view.header);
+        }
         let (client, header) = (request.client_id(), &view.header);
         let deadline_ns = Some(header.deadline_ns).filter(|deadline| *deadline != 0);
         let mut doorkeeper = Doorkeeper {
             store: &mut self.store,
             loading: &self.loading,
             waiting: self.schedule.waiting(),
-            most_waiting: self.queue_limit,
+            // A watch that is in already is not turned away.
+            most_waiting: if is_again { usize::MAX } else { self.queue_limit },
             wait_ns: self.schedule.wait_ns(client, header.priority, deadline_ns),
             is_draining: self.is_draining,
         };
@@ -194,7 +217,7 @@ impl EventLoop {
         Ok(job)
     }
 
-    fn refuse(&mut self, number: u64, request: IncomingRequest, refusal: &Refusal) {
+    pub(super) fn refuse(&mut self, number: u64, request: IncomingRequest, refusal: &Refusal) {
         let client = request.client_id();
         tracing::info!(request = request.header().request_id, code = refusal.code, "refused: {}", refusal.message);
         self.metrics.ended(refusal.code);
@@ -235,8 +258,10 @@ impl EventLoop {
             self.metrics.paused(pauses);
             self.stories.tell(job, || format!("made room for others {pauses} times"));
         }
-        if let Some(open) = self.close_request(job) {
-            self.send_final(job, open, reply);
+        match self.close_request(job) {
+            Some(open) if watch::is_watch(&open.request) => self.watched(job, open, reply),
+            Some(open) => self.send_final(job, open, reply),
+            None => {}
         }
     }
 
@@ -247,7 +272,7 @@ impl EventLoop {
         Some(open)
     }
 
-    fn send_final(&mut self, job: u64, mut open: OpenRequest, mut reply: Reply) {
+    pub(super) fn send_final(&mut self, job: u64, mut open: OpenRequest, mut reply: Reply) {
         if reply.header.scene_version != 0 {
             reply.header.flags |= superseded(&self.store, &open);
         }
@@ -273,6 +298,7 @@ impl EventLoop {
 
     /// Ends the jobs whose client is gone, and asks those to end whose client wants the best so far.
     fn end_abandoned(&mut self) {
+        self.end_abandoned_watches();
         let gone: Vec<u64> =
             self.open.iter().filter(|(_, open)| !open.request.is_connected()).map(|(job, _)| *job).collect();
         for job in gone {
@@ -331,6 +357,7 @@ impl EventLoop {
             self.answer_untouched(&job, StopCause::Shutdown);
         }
         self.open.iter().for_each(|(job, open)| self.stop(*job, &open.stop, StopCause::Shutdown));
+        self.end_watches();
     }
 
     pub(super) fn next_number(&mut self) -> u64 {
@@ -379,7 +406,7 @@ impl EventLoop {
 }
 
 /// The flag of an answer whose scene is no longer what its label names.
-fn superseded(store: &ModelStore, open: &OpenRequest) -> u32 {
+pub(super) fn superseded(store: &ModelStore, open: &OpenRequest) -> u32 {
     let is_newest = store.scene_version(open.scene_id) == Some(open.scene_version);
     if is_newest { 0 } else { ResponseFlags::SUPERSEDED }
 }

@@ -1,7 +1,7 @@
 //! The shell around the core: `taut serve`. Start reading in [`event_loop`].
 //!
 //! One thread owns every port and the store; it never computes and never waits for a client. Workers run the
-//! core, a loader reads files; both hand back [`event::Event`]s.
+//! core, loaders read files; both hand back [`event::Event`]s.
 
 mod admission;
 mod clients;
@@ -16,11 +16,13 @@ mod mailbox;
 mod metrics;
 mod poison;
 mod preparer;
+mod scenes;
 mod schedule;
 mod scrape;
 mod start;
 mod story;
 pub mod translate;
+mod watch;
 mod worker;
 
 pub use start::{DaemonError, serve};

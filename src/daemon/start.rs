@@ -22,7 +22,7 @@ use super::clients::Clients;
 use super::config::Config;
 use super::event::{Event, EventSender};
 use super::event_loop::EventLoop;
-use super::loader;
+use super::loader::{self, Loader};
 use super::metrics::Metrics;
 use super::poison::Poison;
 use super::preparer;
@@ -126,8 +126,9 @@ fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<(
     let (signals, signal_thread) = stop_on_signals(events.clone()).map_err(system("signal handler"))?;
     let waker = server.waker();
     let janitor = Janitor::start(instance, move |_| waker.wake()).map_err(system("thread"))?;
-    let (loader, loader_thread) = loader::start(events.clone()).map_err(system("thread"))?;
-    let mut joined = vec![signal_thread, loader_thread];
+    let (loader, loader_threads) = Loader::start(&events).map_err(system("thread"))?;
+    let mut joined = vec![signal_thread];
+    joined.extend(loader_threads);
     let workers = config.worker_count();
     let schedule = Arc::new(Schedule::new(workers));
     let (preparer, preparers) = preparer::start(&schedule).map_err(system("thread"))?;
@@ -161,6 +162,7 @@ fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<(
         queue_limit: config.queue,
         status_period_ns: (1e9 / config.status_rate_hz) as u64,
         open: HashMap::new(),
+        watches: BTreeMap::new(),
         loads: BTreeMap::new(),
         loading: HashSet::new(),
         next_number: 0,
