@@ -8,6 +8,7 @@ use taut::scene::Scene;
 use taut_ipc::control::Refusal;
 use taut_ipc::server::Waker;
 
+use super::keep::KeptUpTo;
 use super::translate::Reply;
 
 /// Everything that happens besides messages of clients.
@@ -21,6 +22,8 @@ pub(super) enum Event {
     Answered(Box<Answered>),
     /// A robot or scene is read, or cannot be.
     Loaded(Box<Loaded>),
+    /// The journal has dealt with changes.
+    Kept(KeptUpTo),
     /// The process is asked to end.
     Stop,
 }

@@ -14,9 +14,11 @@ use taut_ipc::wire::{Code, ResponseFlags, RobotEntry, SceneEntry, StatusRecord};
 use super::admission::Doorkeeper;
 use super::event::{Answered, Event};
 use super::job::{Job, StopCause, StopFlag};
+use super::keep::Keeping;
 use super::loader;
 use super::mailbox::{Mailbox, Progress};
 use super::metrics::Metrics;
+use super::pulse::Pulse;
 use super::queue::{JobQueue, Place, place};
 use super::translate::{self, Reply};
 
@@ -29,6 +31,8 @@ const JANITOR_PATIENCE: Duration = Duration::from_secs(10);
 pub(super) struct EventLoop {
     pub(super) janitor: Janitor,
     pub(super) store: ModelStore,
+    pub(super) keeping: Keeping,
+    pub(super) pulse: Pulse,
     pub(super) queue: Arc<JobQueue>,
     pub(super) mailboxes: Vec<Arc<Mailbox>>,
     pub(super) events: Receiver<Event>,
@@ -68,7 +72,7 @@ impl EventLoop {
     /// A port that stopped working: the daemon cannot go on.
     pub(super) fn run(&mut self) -> Result<(), ServerError> {
         let mut is_flooded = false;
-        while !(self.is_draining && self.open.is_empty()) {
+        while !(self.is_draining && self.open.is_empty() && self.keeping.is_idle()) {
             let patience = if is_flooded { Duration::ZERO } else { self.patience() };
             self.server.wait(patience)?;
             self.handle_events()?;
@@ -85,6 +89,8 @@ impl EventLoop {
     pub(super) fn close(&mut self) {
         self.queue.close();
         self.loader = None;
+        self.keeping.close(self.is_draining);
+        self.pulse.close();
     }
 
     /// How long nothing needs to be done unless somebody calls.
@@ -99,6 +105,7 @@ impl EventLoop {
                 Event::Improved { worker } => self.send_improvement(worker),
                 Event::Answered(answered) => self.finish(*answered),
                 Event::Loaded(loaded) => self.finish_load(*loaded)?,
+                Event::Kept(kept) => self.kept(&kept)?,
                 Event::Stop => self.drain(),
             }
         }
@@ -272,6 +279,7 @@ impl EventLoop {
             return Ok(());
         }
         self.next_status_ns = monotonic_ns() + self.status_period_ns;
+        self.pulse.beat();
         let status = self.status();
         self.server.publish_status(&status)?;
         let is_slow = self.janitor.busy_for() > JANITOR_PATIENCE;

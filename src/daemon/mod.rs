@@ -1,7 +1,7 @@
 //! The shell around the core: `taut serve`. Start reading in [`event_loop`].
 //!
 //! One thread owns every port and the store; it never computes and never waits for a client. Workers run the
-//! core, a loader reads files; both hand back [`event::Event`]s.
+//! core, a loader reads files, a journal writes what has to last; all hand back [`event::Event`]s.
 
 mod admission;
 pub mod config;
@@ -9,12 +9,17 @@ mod control;
 mod event;
 mod event_loop;
 mod job;
+mod journal;
 mod keep;
 mod loader;
 mod mailbox;
 mod metrics;
+mod pulse;
 mod queue;
+mod restore;
 mod start;
+pub mod state;
+pub mod supervise;
 pub mod translate;
 mod worker;
 

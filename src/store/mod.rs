@@ -5,6 +5,7 @@
 
 mod error;
 mod prepared;
+mod restore;
 #[cfg(test)]
 mod tests;
 
