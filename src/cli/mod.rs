@@ -52,6 +52,9 @@ enum Command {
     Load(load_test::Arguments),
     #[command(hide = true)]
     LoadClient,
+    #[command(hide = true)]
+    LoadEcho,
+    Promises(load_test::promises::Arguments),
     Serve(serve::Arguments),
     LoadRobot(models::LoadRobot),
     LoadScene(models::LoadScene),
@@ -105,6 +108,8 @@ pub fn main() -> ExitCode {
         Command::DemoPlanner(arguments) => demo::planner::run(&arguments),
         Command::Load(arguments) => load_test::run(&arguments),
         Command::LoadClient => load_test::client::run(),
+        Command::LoadEcho => load_test::bare::serve(),
+        Command::Promises(arguments) => load_test::promises::run(&arguments),
         Command::Serve(arguments) => serve::run(&arguments),
         Command::LoadRobot(arguments) => models::load_robot(&arguments),
         Command::LoadScene(arguments) => models::load_scene(&arguments),

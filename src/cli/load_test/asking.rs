@@ -119,7 +119,11 @@ impl<'a> Asker<'a> {
                         self.tally.cancel.add((ended_ns - arrived_ns).saturating_sub(header.compute_ns));
                     }
                     if self.tally.served > served {
-                        self.tally.losses.iter_mut().filter(|loss| loss.good_ns == 0).for_each(|l| l.good_ns = ended_ns);
+                        self.tally
+                            .losses
+                            .iter_mut()
+                            .filter(|loss| loss.good_ns == 0)
+                            .for_each(|l| l.good_ns = ended_ns);
                     }
                     return Duration::from_millis(header.retry_after_ms.into());
                 }

@@ -1,26 +1,34 @@
 //! `taut load-client`, hidden: one planner process of a load test. It sends what it is told to, line by line.
 
 use std::io::{BufRead, Write};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::Duration;
 
 use crossbeam_channel::bounded;
+use taut::files::Reader;
+use taut::optimize::Mode;
 use taut_ipc::limits::ACTIVE_REQUESTS_PER_CLIENT;
-use taut_ipc::wire::{Code, Mode, RequestFlags};
+use taut_ipc::wire::{self, Code, RequestFlags};
 use taut_ipc::{Client, Instance, monotonic_ns};
 
 use super::asking::Asker;
+use super::local::Bench;
 use super::orders::{Job, Memory, Order, Pace, Point, Said, Window};
+use super::problems::Problem;
 use super::process::{self, cpu_ns};
 use super::tally::Tally;
 use crate::cli::error::CliError;
 
 /// Answers before the memory of a connection is looked at.
 const WARM_UP: u64 = 3;
+/// Work of each request of a planner without a daemon.
+const COMPUTED_WORK: u64 = 6_000;
 
 /// Obeys standard input until it is closed.
 pub(in crate::cli) fn run() -> Result<u8, CliError> {
-    let mut planner = None;
+    process::end_with_parent()?;
+    let (mut planner, mut computing) = (None, Vec::new());
     for line in std::io::stdin().lock().lines().map_while(Result::ok) {
         let order: Order = match serde_json::from_str(&line) {
             Ok(order) => order,
@@ -35,12 +43,32 @@ pub(in crate::cli) fn run() -> Result<u8, CliError> {
                 }
                 Err(error) => return Ok(failed(&error)),
             },
+            (Order::Compute(files), _) => {
+                let (memory, planner) = compute(&files)?;
+                computing.push(planner);
+                say(&Said::Ready(memory));
+            }
             (Order::Run(window), Some(planner)) => say(&Said::Done(Box::new(planner.run(&window)))),
             (Order::StayAt(point, window), Some(planner)) => planner.stay_at(point, &window),
             (_, None) => return Ok(failed("the first order has to be to connect")),
         }
     }
     Ok(0)
+}
+
+/// A planner without a daemon: robot, scene and optimizer are its own.
+fn compute(files: &[PathBuf]) -> Result<(Memory, (Vec<Problem>, Bench)), CliError> {
+    let before = process::private_bytes(std::process::id());
+    let mut reader = Reader::default();
+    let problems: Result<Vec<Problem>, CliError> =
+        files.iter().map(|file| Problem::read(&mut reader, file, 0)).collect();
+    let problems = problems?;
+    let mut bench = Bench::default();
+    for _ in &problems {
+        bench.run(&problems, Mode::Hybrid, COMPUTED_WORK, Duration::from_nanos(1));
+    }
+    let after = process::private_bytes(std::process::id());
+    Ok((Memory { before, after }, (problems, bench)))
 }
 
 fn failed(error: &str) -> u8 {
@@ -68,7 +96,8 @@ impl Planner {
         let instance = Instance::from_environment().map_err(|error| error.to_string())?;
         let client = Client::connect(&instance).map_err(|error| error.to_string())?;
         let planner = Self { client, jobs, number };
-        let window = Window { mode: Mode::Check.into(), flags: RequestFlags::WITHOUT_CONTACTS, ..Window::closed() };
+        let window =
+            Window { mode: wire::Mode::Check.into(), flags: RequestFlags::WITHOUT_CONTACTS, ..Window::closed() };
         for _ in 0..WARM_UP {
             planner.asker(&window).ask(0, monotonic_ns());
         }
@@ -188,9 +217,8 @@ impl Planner {
                 }
             }
         };
-        if let Err(error) = held {
-            failed(&error.to_string());
-        }
+        let Err(error) = held;
+        failed(&error.to_string());
     }
 }
 

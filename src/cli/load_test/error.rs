@@ -21,6 +21,9 @@ pub(in crate::cli) enum LoadError {
     /// The daemon of the test is gone.
     #[error("the daemon ended during the test; its log: {0}")]
     DaemonGone(String),
+    /// Bare iceoryx2, which is measured beside the daemon.
+    #[error("bare iceoryx2: {0}; is there room in /dev/shm and in the folder for temporary files?")]
+    Bare(String),
     /// The system.
     #[error("{what}: {source}")]
     System {
@@ -38,7 +41,7 @@ impl LoadError {
     /// The exit code.
     pub(in crate::cli) fn exit_code(&self) -> u8 {
         match self {
-            Self::Client { .. } | Self::Silent(_) | Self::DaemonGone(_) => Code::DaemonLost.exit_code(),
+            Self::Client { .. } | Self::Silent(_) | Self::DaemonGone(_) | Self::Bare(_) => Code::DaemonLost.exit_code(),
             Self::System { .. } => 67,
             Self::Interrupted => 130,
         }

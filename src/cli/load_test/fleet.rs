@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Stdio};
 use std::time::{Duration, Instant};
 
@@ -158,6 +159,18 @@ impl Fleet {
         }
         for member in &mut members {
             member.memory = member.ready()?;
+        }
+        Ok(Self(members))
+    }
+
+    /// So many planners without a daemon, each with these problems.
+    pub(super) fn computing(instance: &Instance, files: &[PathBuf], count: usize) -> Result<Self, LoadError> {
+        let mut members = Vec::new();
+        for number in 0..count {
+            let mut member = Member::launch(instance, number)?;
+            member.tell(&Order::Compute(files.to_vec()))?;
+            member.memory = member.ready()?;
+            members.push(member);
         }
         Ok(Self(members))
     }

@@ -1,6 +1,7 @@
 //! `taut load`: client processes that send as planners do, and what became of their requests.
 
 mod asking;
+pub(super) mod bare;
 pub(super) mod client;
 mod error;
 mod fleet;
@@ -9,6 +10,7 @@ mod local;
 mod orders;
 mod problems;
 mod process;
+pub(super) mod promises;
 mod report;
 mod site;
 mod tally;

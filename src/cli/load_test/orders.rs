@@ -1,5 +1,7 @@
 //! What the parent tells its client processes, a line of JSON each, and what they answer.
 
+use std::path::PathBuf;
+
 use serde::{Deserialize, Serialize};
 use taut_ipc::wire::{Mode, NO_GROUP, RequestHeader};
 
@@ -135,6 +137,8 @@ pub(super) enum Point {
 pub(super) enum Order {
     /// Connect, with these jobs and this number. Answered by [`Said::Ready`].
     Connect(Vec<Job>, u64),
+    /// Read these problem files and compute each once in this process. Answered by [`Said::Ready`].
+    Compute(Vec<PathBuf>),
     /// Send. Answered by [`Said::Done`].
     Run(Window),
     /// Go to this point of a request for the first job, in this window's terms, and stay. Answered by [`Said::At`].

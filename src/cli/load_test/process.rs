@@ -4,6 +4,14 @@ use std::fs;
 
 use rustix::time::{ClockId, clock_gettime};
 
+use super::error::LoadError;
+
+/// Ends this process with the one that started it, however that ends.
+pub(super) fn end_with_parent() -> Result<(), LoadError> {
+    let set = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::KILL));
+    set.map_err(|error| LoadError::System { what: "end with its parent", source: error.into() })
+}
+
 /// CPU time of this process (ns).
 pub(super) fn cpu_ns() -> u64 {
     let now = clock_gettime(ClockId::ProcessCPUTime);

@@ -36,7 +36,8 @@ pub(super) struct Fairness {
 impl Fairness {
     /// Of what each client was served.
     pub(super) fn of(served: &[u64]) -> Self {
-        let (sum, squares) = served.iter().fold((0.0, 0.0), |(sum, squares), &x| (sum + x as f64, squares + (x * x) as f64));
+        let (sum, squares) =
+            served.iter().fold((0.0, 0.0), |(sum, squares), &x| (sum + x as f64, squares + (x * x) as f64));
         let (count, mean) = (served.len().max(1) as f64, sum / served.len().max(1) as f64);
         let part = |x: Option<&u64>| if mean > 0.0 { x.map_or(1.0, |x| *x as f64 / mean) } else { 1.0 };
         let jain = if squares > 0.0 { sum * sum / (count * squares) } else { 1.0 };
@@ -107,7 +108,7 @@ impl Report {
             time_s: sum.elapsed_ns as f64 * 1e-9,
             sent: sum.sent,
             served: sum.served,
-            lost: sum.lost,
+            lost: sum.sent.saturating_sub(sum.ended()),
             other_scene: sum.other_scene,
             unequal: sum.unequal,
             improvements: sum.improvements,
@@ -164,7 +165,10 @@ impl Report {
             text += &format!("{name:<10}{p50:>12}{p99:>12}{max:>12}\n");
         }
         if self.lateness.is_some() {
-            text += &format!("late      {:.3} % of the answers came more than 1 ms after their deadline\n", self.late_share * 1e2);
+            text += &format!(
+                "late      {:.3} % of the answers came more than 1 ms after their deadline\n",
+                self.late_share * 1e2
+            );
         }
         text += &format!(
             "fairness  Jain {:.3}, least served {:.2} and most served {:.2} of the mean\n\
@@ -178,7 +182,9 @@ impl Report {
             self.client_private_bytes as f64 / mib,
             self.client_added_bytes as f64 / mib,
         );
-        for (count, what) in [(self.other_scene, "answers for another scene"), (self.unequal, "unequal answers to equal requests")] {
+        for (count, what) in
+            [(self.other_scene, "answers for another scene"), (self.unequal, "unequal answers to equal requests")]
+        {
             if count > 0 {
                 text += &format!("BROKEN    {count} {what}\n");
             }

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use rustix::process::{Pid, Signal, kill_process};
 use taut::files::Reader;
 use taut_ipc::control::{ControlReply, ControlRequest, Stats};
 use taut_ipc::memory::shared_files;
@@ -28,6 +27,8 @@ pub(super) struct Site {
     daemon: Option<Daemon>,
     _folder: Option<Folder>,
     instance: Instance,
+    /// The problem files.
+    pub files: Vec<PathBuf>,
     /// What is sent, as the optimizer takes it.
     pub problems: Vec<Problem>,
     /// The same as requests.
@@ -62,8 +63,8 @@ impl Site {
         })?;
         let instance = daemon.instance().clone();
         let files = files(setup, daemon.folder());
-        Self { daemon: Some(daemon), _folder: None, instance, problems: Vec::new(), jobs: Vec::new() }
-            .with_jobs(&files, setup.waypoints)
+        Self { daemon: Some(daemon), _folder: None, instance, files, problems: Vec::new(), jobs: Vec::new() }
+            .with_jobs(setup.waypoints)
     }
 
     /// Uses the daemon that serves this instance, and loads the problems there.
@@ -74,14 +75,14 @@ impl Site {
             written.map_err(|source| CliError::Output { file: folder.path().display().to_string(), source })?;
         }
         let files = files(setup, folder.path());
-        Self { daemon: None, _folder: Some(folder), instance, problems: Vec::new(), jobs: Vec::new() }
-            .with_jobs(&files, setup.waypoints)
+        Self { daemon: None, _folder: Some(folder), instance, files, problems: Vec::new(), jobs: Vec::new() }
+            .with_jobs(setup.waypoints)
     }
 
-    fn with_jobs(mut self, files: &[PathBuf], waypoints: usize) -> Result<Self, CliError> {
+    fn with_jobs(mut self, waypoints: usize) -> Result<Self, CliError> {
         let client = self.client()?;
         let mut reader = Reader::default();
-        for file in files {
+        for file in &self.files {
             let problem = Problem::read(&mut reader, file, waypoints)?;
             let loaded = remote::prepare(&client, &mut reader, file, &Problem::source(), &[])?;
             self.jobs.push(Job {
@@ -141,13 +142,6 @@ impl Site {
         self.daemon.as_mut().map_or(Ok(()), |daemon| Ok(daemon.start_again()?))
     }
 
-    /// Sends the process that serves a signal.
-    pub(super) fn signal(&self, signal: Signal) {
-        if let Some(pid) = self.pid().and_then(|pid| Pid::from_raw(pid as i32)) {
-            let _ = kill_process(pid, signal);
-        }
-    }
-
     /// Files and bytes of the instance in shared memory.
     pub(super) fn shared_memory(&self) -> (usize, u64) {
         let files = shared_files(&self.instance);
@@ -176,7 +170,10 @@ pub(super) fn number(client: &Client, name: &str) -> Result<f64, CliError> {
 }
 
 /// Asks until it is so, at most so long; tells how long it took.
-pub(super) fn until(within: Duration, mut so: impl FnMut() -> Result<bool, CliError>) -> Result<Option<Duration>, CliError> {
+pub(super) fn until(
+    within: Duration,
+    mut so: impl FnMut() -> Result<bool, CliError>,
+) -> Result<Option<Duration>, CliError> {
     let start = std::time::Instant::now();
     while !so()? {
         super::interrupt::check()?;
