@@ -26,7 +26,7 @@ use std::time::{Duration, Instant};
 
 /// A connection to the daemon of one instance. Opens services, never creates them.
 ///
-/// Two requests can be in flight at once, also from two threads; cheap to clone (one connection). Ports survive a
+/// Four requests can be in flight at once, also from several threads; cheap to clone (one connection). Ports survive a
 /// restart of the daemon: after [`ClientError::DaemonLost`] the same client can send again.
 #[derive(Clone, Debug)]
 pub struct Client {

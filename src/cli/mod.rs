@@ -21,7 +21,9 @@ mod run;
 mod serve;
 mod shorten;
 mod svg;
+mod top;
 mod verify;
+mod why;
 
 use std::process::ExitCode;
 
@@ -57,6 +59,8 @@ enum Command {
     List(models::List),
     Describe(models::Describe),
     Stop(models::Stop),
+    Top(top::Arguments),
+    Why(why::Arguments),
 }
 
 /// Format of what goes to standard output.
@@ -106,6 +110,8 @@ pub fn main() -> ExitCode {
         Command::List(arguments) => models::list(&arguments),
         Command::Describe(arguments) => models::describe(&arguments),
         Command::Stop(arguments) => models::stop(&arguments),
+        Command::Top(arguments) => top::run(&arguments),
+        Command::Why(arguments) => why::run(&arguments),
     };
     ExitCode::from(result.unwrap_or_else(|error| error.report()))
 }

@@ -238,5 +238,6 @@ pub(super) fn run(
     let view = response.view().map_err(ClientError::from)?;
     let (outcome, code) = translate::outcome(&view, settings, weights)?;
     let cpu_s = view.header.compute_ns as f64 * 1e-9;
-    Ok(Timed { outcome, code, cpu_s, time_s: start.elapsed().as_secs_f64() })
+    let (time_s, request_id) = (start.elapsed().as_secs_f64(), Some(view.header.request_id));
+    Ok(Timed { outcome, code, cpu_s, time_s, request_id })
 }

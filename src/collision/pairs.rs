@@ -79,9 +79,8 @@ impl<'a> Rules<'a> {
     /// A pair, padding, touch link or attachment that names neither a link nor an object.
     pub fn new(robot: &'a RobotModel, scene: &'a Scene) -> Result<Self, CollisionModelError> {
         let links = robot.links().iter().map(|link| link.name.as_str());
-        let objects = scene.obstacles().iter().chain(scene.attached().iter().map(|attached| &attached.object));
         let mut numbers = HashMap::new();
-        for (number, name) in links.chain(objects.map(|object| object.id.as_str())).enumerate() {
+        for (number, name) in links.chain(scene.objects().map(|object| object.id.as_str())).enumerate() {
             numbers.entry(name).or_insert(number as u32);
         }
         let mut rules = Self { robot, scene, numbers, allowed: HashSet::new(), forbidden: HashSet::new() };
@@ -103,8 +102,11 @@ impl<'a> Rules<'a> {
             let pair = rules.pair(a, b, || format!("forbids {a} × {b}"))?;
             rules.forbidden.insert(pair);
         }
-        for name in scene.padded().keys() {
+        for (name, _) in scene.padded() {
             rules.pair(name, name, || format!("pads {name}"))?;
+        }
+        for (name, _) in scene.scaled() {
+            rules.pair(name, name, || format!("scales {name}"))?;
         }
         Ok(rules)
     }
@@ -133,8 +135,7 @@ impl<'a> Rules<'a> {
     }
 
     fn object_names(&self) -> String {
-        let objects = self.scene.obstacles().iter().chain(self.scene.attached().iter().map(|a| &a.object));
-        let names: Vec<_> = objects.map(|object| object.id.as_str()).collect();
+        let names: Vec<_> = self.scene.objects().map(|object| object.id.as_str()).collect();
         if names.is_empty() { "none".to_owned() } else { names.join(", ") }
     }
 

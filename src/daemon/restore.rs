@@ -46,7 +46,8 @@ pub(super) fn begin(config: &Config, kept: Kept, out: &mut dyn Write) -> Result<
         Content::Scene(version, scene) => Some((label.clone(), (*version, scene.hash()))),
         _ => None,
     });
-    let mut start = Start { versions: versions.collect(), begun: Beginning { store, live, configured }, out };
+    let begun = Beginning { store, live, configured };
+    let mut start = Start { versions: versions.collect(), restored: BTreeSet::new(), begun, out };
     for (key, state) in kept.states {
         let is_kept = state.as_ref().map_or(true, |state| !(kept.ended && state.configured));
         let is_gone = matches!(&state, Ok(State { content: Content::Gone, .. }));
@@ -61,6 +62,8 @@ pub(super) fn begin(config: &Config, kept: Kept, out: &mut dyn Write) -> Result<
 struct Start<'a> {
     /// Version and hash that scenes had.
     versions: BTreeMap<String, (u64, u64)>,
+    /// Labels that name, or do not name any more, what was kept.
+    restored: BTreeSet<Key>,
     begun: Beginning,
     out: &'a mut dyn Write,
 }
@@ -81,12 +84,13 @@ impl Start<'_> {
                 say(self.out, &format!("{}  restored", robot_line(label, robot, start)));
             }
             Content::Scene(version, scene) => {
-                let taken = self.begun.store.restore_scene(label, *version, scene.clone());
+                let taken = self.begun.store.restore_scene(label, scene.clone(), *version);
                 taken.map_err(|error| stored(&error))?;
                 say(self.out, &format!("{}  restored", scene_line(label, *version, scene)));
             }
             Content::Gone => {}
         }
+        self.restored.insert(key.clone());
         self.begun.live.insert(key, state);
         Ok(())
     }
@@ -108,7 +112,13 @@ impl Start<'_> {
         }
         for problem in &config.problems {
             let start = Instant::now();
-            // Labels may come from the file, which then has to be read to know them.
+            // Without labels the file has to be read to know them. What is restored needs no file.
+            if let (Some(robot), Some(scene)) = (&problem.robot, &problem.scene)
+                && self.is_restored(robot, scene)
+            {
+                self.warm(robot, scene)?;
+                continue;
+            }
             let read = reader.problem(&problem.file, problem.geometry.into())?;
             let robot = problem.robot.as_ref().unwrap_or(&read.robot.name).clone();
             let scene = problem.scene.as_ref().unwrap_or(&read.name).clone();
@@ -123,12 +133,21 @@ impl Start<'_> {
         Ok(())
     }
 
-    /// Whether the configuration says what a label of its own names.
+    /// Whether the configuration says what a label names.
     fn is_open(&mut self, kind: Kind, label: &str) -> bool {
         let key = (kind, label.to_owned());
-        // Loaded twice under one label is refused by the store.
-        let is_first = self.begun.configured.insert(key.clone());
-        !is_first || !self.begun.live.contains_key(&key)
+        self.begun.configured.insert(key.clone());
+        !self.restored.contains(&key)
+    }
+
+    /// Whether neither label is the configuration's to say.
+    fn is_restored(&mut self, robot: &str, scene: &str) -> bool {
+        let keys = [(Kind::Robot, robot.to_owned()), (Kind::Scene, scene.to_owned())];
+        let is_restored = keys.iter().all(|key| self.restored.contains(key));
+        if is_restored {
+            self.begun.configured.extend(keys);
+        }
+        is_restored
     }
 
     fn add_robot(
@@ -154,7 +173,7 @@ impl Start<'_> {
             Some((version, _)) => version + 1,
             None => 1,
         };
-        let taken = self.begun.store.restore_scene(label, version, scene.clone());
+        let taken = self.begun.store.restore_scene(label, scene.clone(), version);
         taken.map_err(|error| stored(&error))?;
         let line = scene_line(label, version, &scene);
         self.remember(Kind::Scene, label, Content::Scene(version, scene));

@@ -13,17 +13,22 @@ use taut_ipc::server::{Janitor, Server, ServerError};
 use taut_ipc::wire::Code;
 use taut_ipc::{DaemonState, Instance, daemon_state, monotonic_ns};
 
+use super::clients::Clients;
 use super::config::Config;
 use super::event::{Event, EventSender};
 use super::event_loop::EventLoop;
 use super::journal::{self, Journal, JournalError, Kept};
 use super::keep::{Keeping, KeptUpTo};
-use super::loader;
+use super::loader::Loader;
 use super::metrics::Metrics;
+use super::poison::Poison;
+use super::preparer;
 use super::pulse::Pulse;
-use super::queue::JobQueue;
 use super::restore::{self, Beginning, say};
+use super::schedule::{self, Schedule};
+use super::scrape::Scrape;
 use super::state::{self, StateError};
+use super::story::Stories;
 use super::worker::Worker;
 
 /// Why the daemon cannot start or go on.
@@ -98,6 +103,9 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
     let begun = restore::begin(config, kept, out)?;
     let (mut event_loop, threads) = assemble(config, instance, begun, journal)?;
     let (name, workers) = (instance.name(), config.worker_count());
+    if let Some(scrape) = &threads.scrape {
+        say(out, &format!("metrics at http://{}/metrics", scrape.address()));
+    }
     say(out, &format!("serving instance {name}  {workers} workers  clearance {} mm", config.clearance_m * 1e3));
     let served = event_loop.run();
     event_loop.close();
@@ -109,11 +117,13 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
 struct Threads {
     signals: Handle,
     joined: Vec<JoinHandle<()>>,
+    scrape: Option<Scrape>,
 }
 
 impl Threads {
     fn join(self) {
         self.signals.close();
+        drop(self.scrape);
         for thread in self.joined {
             // Workers and loader catch their panics; one that ended all the same has nothing to say here.
             let _ = thread.join();
@@ -132,8 +142,13 @@ fn assemble(
     let (signals, signal_thread) = stop_on_signals(events.clone()).map_err(system("signal handler"))?;
     let waker = server.waker();
     let janitor = Janitor::start(instance, move |_| waker.wake()).map_err(system("thread"))?;
-    let (loader, loader_thread) = loader::start(events.clone()).map_err(system("thread"))?;
-    let mut joined = vec![signal_thread, loader_thread];
+    let (loader, loader_threads) = Loader::start(&events).map_err(system("thread"))?;
+    let mut joined = vec![signal_thread];
+    joined.extend(loader_threads);
+    let workers = config.worker_count();
+    let schedule = Arc::new(Schedule::new(workers));
+    let (preparer, preparers) = preparer::start(&schedule).map_err(system("thread"))?;
+    joined.extend(preparers);
     let mut keeping = Keeping::default();
     if let Some(journal) = journal {
         // A file that may not grow is then an error like a full disk, not the end.
@@ -147,30 +162,38 @@ fn assemble(
     }
     let (pulse, pulse_thread) = Pulse::start().map_err(system("thread"))?;
     joined.extend(pulse_thread);
-    let queue = Arc::new(JobQueue::default());
     let mut mailboxes = Vec::new();
-    for index in 0..config.worker_count() {
+    for index in 0..schedule::threads(workers) {
         let mailbox = Arc::default();
         mailboxes.push(Arc::clone(&mailbox));
-        let (queue, events) = (queue.clone(), events.clone());
-        let worker = Worker { index, queue, mailbox, events, fault_injection: config.fault_injection };
+        let (schedule, events) = (schedule.clone(), events.clone());
+        let worker = Worker { index, schedule, mailbox, events, fault_injection: config.fault_injection };
         joined.push(worker.start().map_err(system("thread"))?);
     }
+    let metrics = Metrics::new();
+    let scrape = config.metrics.map(|address| Scrape::start(address, metrics.registry())).transpose();
+    let scrape = scrape.map_err(system("address for metrics"))?;
     let event_loop = EventLoop {
         server,
         janitor,
         store: begun.store,
         keeping,
         pulse,
-        queue,
+        schedule,
+        preparer: Some(preparer),
+        clients: Clients::new(config.quota, workers),
+        stories: Stories::default(),
+        poison: Poison::default(),
+        workers,
         mailboxes,
         events: receiver,
         loader: Some(loader),
-        metrics: Metrics::new(),
+        metrics,
         default_clearance_m: config.clearance_m,
         queue_limit: config.queue,
         status_period_ns: (1e9 / config.status_rate_hz) as u64,
         open: HashMap::new(),
+        watches: BTreeMap::new(),
         loads: BTreeMap::new(),
         loading: HashSet::new(),
         next_number: 0,
@@ -178,7 +201,7 @@ fn assemble(
         is_draining: false,
         janitor_was_slow: false,
     };
-    Ok((event_loop, Threads { signals, joined }))
+    Ok((event_loop, Threads { signals, joined, scrape }))
 }
 
 /// The thread ends when the handle is closed.

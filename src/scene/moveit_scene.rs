@@ -21,7 +21,7 @@
 
 use std::sync::Arc;
 
-use super::scene_file::checked_pose;
+use super::pose_file::checked_pose;
 use super::{Obstacle, Scene, SceneError};
 use crate::math::{Pose, Vec3};
 use crate::shape::{Mesh, PlacedShape, Shape};

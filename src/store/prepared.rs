@@ -1,5 +1,6 @@
 //! A robot and a scene, and their collision model once somebody has asked for it.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use crate::collision::{CollisionModel, CollisionModelError};
@@ -15,12 +16,13 @@ pub struct PreparedModel {
     robot: Arc<RobotModel>,
     scene: Arc<Scene>,
     model: OnceLock<Result<Arc<CollisionModel>, CollisionModelError>>,
+    given_up: AtomicBool,
 }
 
 impl PreparedModel {
     /// A robot and a scene that nothing is made of yet.
     pub fn new(robot: Arc<RobotModel>, scene: Arc<Scene>) -> Self {
-        Self { robot, scene, model: OnceLock::new() }
+        Self { robot, scene, model: OnceLock::new(), given_up: AtomicBool::new(false) }
     }
 
     /// The model.
@@ -32,8 +34,13 @@ impl PreparedModel {
         self.model.get_or_init(make).as_ref()
     }
 
-    /// Whether the model is made already.
+    /// Whether the model is made already, or nobody will make it before it is asked for.
     pub fn is_ready(&self) -> bool {
-        self.model.get().is_some()
+        self.model.get().is_some() || self.given_up.load(Ordering::Relaxed)
+    }
+
+    /// Nobody makes the model before it is asked for: who tried could not.
+    pub fn give_up(&self) {
+        self.given_up.store(true, Ordering::Relaxed);
     }
 }

@@ -33,7 +33,7 @@ impl<'a> RequestBuilder<'a> {
     ///
     /// # Errors
     /// [`WireError::PathSize`] over the limits, [`ClientError::NoMemory`],
-    /// [`ClientError::TooManyRequests`] if two are in flight.
+    /// [`ClientError::TooManyRequests`] if as many as a client may have are in flight.
     pub fn loan(mut self) -> Result<LoanedRequest, ClientError> {
         let numbers = path_numbers(self.header.waypoints, self.header.variables)?;
         let bytes = self.body.lay_out(&mut self.header, numbers);

@@ -148,6 +148,8 @@ pub(super) struct SceneRecord {
     obstacles: Vec<ObjectRecord>,
     attached: Vec<AttachedRecord>,
     padding: BTreeMap<String, f64>,
+    scale: BTreeMap<String, f64>,
+    frames: BTreeMap<String, Pose>,
     allowed: Vec<(String, String)>,
     forbidden: Vec<(String, String)>,
     /// All warnings of the scene.
@@ -168,9 +170,11 @@ impl SceneRecord {
             name: scene.name().to_owned(),
             obstacles: scene.obstacles().iter().map(ObjectRecord::of).collect::<Result<_, _>>()?,
             attached: attached.collect::<Result<_, String>>()?,
-            padding: scene.padded().clone(),
-            allowed: scene.allowed().to_vec(),
-            forbidden: scene.forbidden().to_vec(),
+            padding: scene.padded().map(named).collect(),
+            scale: scene.scaled().map(named).collect(),
+            frames: scene.frames().map(|(name, pose)| named((name, *pose))).collect(),
+            allowed: scene.allowed().map(pair).collect(),
+            forbidden: scene.forbidden().map(pair).collect(),
             found: scene.warnings().to_vec(),
         })
     }
@@ -204,6 +208,8 @@ impl SceneRecord {
             obstacles,
             attached: attached.collect::<Result<_, String>>()?,
             padding: self.padding,
+            scale: self.scale,
+            frames: self.frames,
             allowed: self.allowed,
             forbidden: self.forbidden,
             warnings: Vec::new(),
@@ -217,14 +223,24 @@ impl SceneRecord {
     }
 }
 
+fn named<T>((name, value): (&str, T)) -> (String, T) {
+    (name.to_owned(), value)
+}
+
+fn pair((a, b): (&str, &str)) -> (String, String) {
+    (a.to_owned(), b.to_owned())
+}
+
 /// The objects that are elsewhere in `after`, if nothing else differs from `before`.
 pub(super) fn moves_between(before: &Scene, after: &Scene) -> Option<Moves> {
     let same_lists = before.obstacles().len() == after.obstacles().len()
         && before.attached().len() == after.attached().len()
         && before.name() == after.name()
-        && before.padded() == after.padded()
-        && before.allowed() == after.allowed()
-        && before.forbidden() == after.forbidden()
+        && before.padded().eq(after.padded())
+        && before.scaled().eq(after.scaled())
+        && before.frames().eq(after.frames())
+        && before.allowed().eq(after.allowed())
+        && before.forbidden().eq(after.forbidden())
         && before.warnings() == after.warnings();
     let attached = before.attached().iter().zip(after.attached());
     let same_carriers = |(a, b): (&AttachedObject, &AttachedObject)| {
