@@ -7,6 +7,7 @@ mod code;
 mod connect;
 mod demo;
 mod details;
+mod doctor;
 mod error;
 mod layout;
 mod load;
@@ -50,6 +51,7 @@ enum Command {
     #[command(hide = true)]
     DemoPlanner(demo::planner::Arguments),
     Serve(serve::Arguments),
+    Doctor(doctor::Arguments),
     LoadRobot(models::LoadRobot),
     LoadScene(models::LoadScene),
     /// Forget a robot of the daemon; running requests keep it
@@ -103,6 +105,7 @@ pub fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::DemoPlanner(arguments) => demo::planner::run(&arguments),
         Command::Serve(arguments) => serve::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(&arguments),
         Command::LoadRobot(arguments) => models::load_robot(&arguments),
         Command::LoadScene(arguments) => models::load_scene(&arguments),
         Command::UnloadRobot(arguments) => models::unload_robot(&arguments),

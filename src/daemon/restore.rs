@@ -20,6 +20,7 @@ use taut_ipc::wire::label_id;
 use super::config::Config;
 use super::journal::{Content, Kept, Key, Kind, State};
 use super::loader;
+use super::prepared::Prepared;
 use super::start::DaemonError;
 use super::translate::{model_refusal, store_refusal};
 
@@ -37,7 +38,12 @@ pub(super) struct Beginning {
 ///
 /// # Errors
 /// A file of the configuration that cannot be used.
-pub(super) fn begin(config: &Config, kept: Kept, out: &mut dyn Write) -> Result<Beginning, DaemonError> {
+pub(super) fn begin(
+    config: &Config,
+    kept: Kept,
+    prepared: Option<&Prepared>,
+    out: &mut dyn Write,
+) -> Result<Beginning, DaemonError> {
     if kept.torn > 0 {
         tracing::warn!("the last change before the daemon died was half written, acknowledged to nobody: dropped");
     }
@@ -47,7 +53,7 @@ pub(super) fn begin(config: &Config, kept: Kept, out: &mut dyn Write) -> Result<
         _ => None,
     });
     let begun = Beginning { store, live, configured };
-    let mut start = Start { versions: versions.collect(), restored: BTreeSet::new(), begun, out };
+    let mut start = Start { versions: versions.collect(), restored: BTreeSet::new(), begun, prepared, out };
     for (key, state) in kept.states {
         let is_kept = state.as_ref().map_or(true, |state| !(kept.ended && state.configured));
         let is_gone = matches!(&state, Ok(State { content: Content::Gone, .. }));
@@ -65,6 +71,7 @@ struct Start<'a> {
     /// Labels that name, or do not name any more, what was kept.
     restored: BTreeSet<Key>,
     begun: Beginning,
+    prepared: Option<&'a Prepared>,
     out: &'a mut dyn Write,
 }
 
@@ -81,6 +88,9 @@ impl Start<'_> {
             Content::Robot(robot, weights) => {
                 let taken = self.begun.store.insert_robot(label, robot.clone(), weights.clone(), false);
                 taken.map_err(|error| stored(&error))?;
+                if let Some(alone) = self.prepared.and_then(|prepared| prepared.find(robot)) {
+                    self.begun.store.take_alone(alone);
+                }
                 say(self.out, &format!("{}  restored", robot_line(label, robot, start)));
             }
             Content::Scene(version, scene) => {

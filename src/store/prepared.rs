@@ -15,6 +15,8 @@ use crate::scene::Scene;
 pub struct PreparedModel {
     robot: Arc<RobotModel>,
     scene: Arc<Scene>,
+    /// The robot with nothing around it, whose solids are taken over.
+    alone: Option<Arc<CollisionModel>>,
     model: OnceLock<Result<Arc<CollisionModel>, CollisionModelError>>,
     given_up: AtomicBool,
 }
@@ -22,7 +24,12 @@ pub struct PreparedModel {
 impl PreparedModel {
     /// A robot and a scene that nothing is made of yet.
     pub fn new(robot: Arc<RobotModel>, scene: Arc<Scene>) -> Self {
-        Self { robot, scene, model: OnceLock::new(), given_up: AtomicBool::new(false) }
+        Self { robot, scene, alone: None, model: OnceLock::new(), given_up: AtomicBool::new(false) }
+    }
+
+    /// The robot of a model that is made already, and a scene.
+    pub fn of(alone: Arc<CollisionModel>, scene: Arc<Scene>) -> Self {
+        Self { alone: Some(alone.clone()), ..Self::new(alone.robot().clone(), scene) }
     }
 
     /// The model.
@@ -30,8 +37,11 @@ impl PreparedModel {
     /// # Errors
     /// What [`CollisionModel::new`] refuses.
     pub fn get(&self) -> Result<&Arc<CollisionModel>, &CollisionModelError> {
-        let make = || CollisionModel::new(self.robot.clone(), self.scene.clone()).map(Arc::new);
-        self.model.get_or_init(make).as_ref()
+        let make = || match &self.alone {
+            Some(alone) => alone.with_scene(self.scene.clone()),
+            None => CollisionModel::new(self.robot.clone(), self.scene.clone()),
+        };
+        self.model.get_or_init(|| make().map(Arc::new)).as_ref()
     }
 
     /// Whether the model is made already, or nobody will make it before it is asked for.
