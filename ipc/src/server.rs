@@ -83,7 +83,7 @@ impl ServerError {
 }
 
 /// Open files the daemon may need.
-const FILES_WANTED: u64 = 512 + 16 * MAX_CLIENTS as u64;
+pub const FILES_WANTED: u64 = 512 + 16 * MAX_CLIENTS as u64;
 
 /// What every response of a server shares.
 #[derive(Debug)]

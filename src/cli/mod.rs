@@ -7,6 +7,7 @@ mod code;
 mod connect;
 mod demo;
 mod details;
+mod doctor;
 mod error;
 mod layout;
 mod load;
@@ -58,6 +59,7 @@ enum Command {
     LoadEcho,
     Promises(load_test::promises::Arguments),
     Serve(serve::Arguments),
+    Doctor(doctor::Arguments),
     LoadRobot(models::LoadRobot),
     LoadScene(models::LoadScene),
     /// Forget a robot of the daemon; running requests keep it
@@ -115,6 +117,7 @@ pub fn main() -> ExitCode {
         Command::LoadEcho => load_test::bare::serve(),
         Command::Promises(arguments) => load_test::promises::run(&arguments),
         Command::Serve(arguments) => serve::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(&arguments),
         Command::LoadRobot(arguments) => models::load_robot(&arguments),
         Command::LoadScene(arguments) => models::load_scene(&arguments),
         Command::UnloadRobot(arguments) => models::unload_robot(&arguments),

@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 }
 
 /// The option, else the environment, else the configuration, else the default.
-fn instance(choice: &InstanceChoice, config: &Config) -> Result<Instance, CliError> {
+pub(super) fn instance(choice: &InstanceChoice, config: &Config) -> Result<Instance, CliError> {
     let named = choice.instance.is_some() || std::env::var_os(taut_ipc::INSTANCE_VARIABLE).is_some();
     if named || config.instance.is_empty() {
         return choice.instance();

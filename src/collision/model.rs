@@ -8,6 +8,7 @@ use super::filter::Filter;
 use super::pairs::{BodyPair, Pairs, Rules};
 use super::piece::Transform;
 use super::query;
+use super::solid::Solid;
 use super::solids::Solids;
 use crate::robot::{Kinematics, RobotModel};
 use crate::scene::Scene;
@@ -124,6 +125,18 @@ impl CollisionModel {
         let pairs = self.pairs.placed(&self.robot, &bodies);
         let filter = self.filter.with_moved(&bodies, moved.iter().map(|(body, _)| *body));
         Self { robot: self.robot.clone(), scene, solids: self.solids.clone(), bodies, pairs, filter }
+    }
+
+    /// The model of a robot with nothing around it, of [link solids](Self::link_solids) that were made of it before;
+    /// `None` if they are not this robot's.
+    pub fn of_links(robot: Arc<RobotModel>, links: Vec<Option<Solid>>) -> Option<Self> {
+        let solids = Solids::with_links(&robot, links)?;
+        Self::build(robot, Arc::new(Scene::default()), &solids).ok()
+    }
+
+    /// The solids of the robot's links, in their order; `None` where a link has no shapes.
+    pub fn link_solids(&self) -> impl Iterator<Item = Option<&Solid>> {
+        self.solids.links().iter().map(Option::as_deref)
     }
 
     fn build(robot: Arc<RobotModel>, scene: Arc<Scene>, before: &Solids) -> Result<Self, CollisionModelError> {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::body::Size;
 use super::solid::Solid;
 use crate::hash::ContentHasher;
-use crate::robot::RobotModel;
+use crate::robot::{Link, RobotModel};
 use crate::shape::{MeshError, PlacedShape};
 
 /// Solids of a robot's links and a scene's objects.
@@ -45,9 +45,21 @@ impl Solids {
         Self { links, ..Self::default() }
     }
 
-    /// Those of the same robot's links, with no object yet.
+    /// Those of a robot's links as they were made before; `None` if they are not this robot's.
+    pub fn with_links(robot: &RobotModel, links: Vec<Option<Solid>>) -> Option<Self> {
+        let is_of = |(link, solid): (&Link, &Option<Solid>)| link.shapes.is_empty() == solid.is_none();
+        let fits = links.len() == robot.links().len() && robot.links().iter().zip(&links).all(is_of);
+        fits.then(|| Self { links: links.into_iter().map(|solid| solid.map(Arc::new)).collect(), ..Self::default() })
+    }
+
+    /// Those of a robot's links, with no object yet.
     pub fn links_only(&self) -> Self {
         Self { links: self.links.clone(), ..Self::default() }
+    }
+
+    /// Those of all links.
+    pub fn links(&self) -> &[Option<Arc<Solid>>] {
+        &self.links
     }
 
     /// The solid of a link; `None` where it has no shapes.

@@ -5,8 +5,10 @@
 //! RESOURCE_EXHAUSTED: made, but not kept. The next change that is kept keeps all of those before it too.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use crossbeam_channel::Sender;
+use taut::robot::RobotModel;
 use taut_ipc::control::{ControlReply, Refusal};
 use taut_ipc::server::{IncomingControl, ServerError};
 use taut_ipc::wire::{Code, SceneEvent};
@@ -36,7 +38,9 @@ pub(super) struct Acknowledgement {
 #[derive(Default)]
 pub(super) struct Keeping {
     /// Where they go; `None` where nothing is kept.
-    pub journal: Option<Sender<Entry>>,
+    journal: Option<Sender<Entry>>,
+    /// Where robots go whose solids are to be kept.
+    prepared: Option<Sender<Arc<RobotModel>>>,
     tickets: u64,
     waiting: VecDeque<(u64, Acknowledgement)>,
 }
@@ -50,9 +54,9 @@ pub(super) struct KeptUpTo {
 }
 
 impl Keeping {
-    /// Keeps with a journal, or without one nothing.
-    pub(super) fn new(journal: Option<Sender<Entry>>) -> Self {
-        Self { journal, ..Self::default() }
+    /// Keeps with these two; the default keeps nothing.
+    pub(super) fn new(journal: Sender<Entry>, prepared: Sender<Arc<RobotModel>>) -> Self {
+        Self { journal: Some(journal), prepared: Some(prepared), ..Self::default() }
     }
 
     /// Whether every change is acknowledged.
@@ -62,6 +66,7 @@ impl Keeping {
 
     /// Lets the journal end; `in_order` if everything was answered.
     pub(super) fn close(&mut self, in_order: bool) {
+        self.prepared = None;
         if let Some(journal) = self.journal.take().filter(|_| in_order) {
             // The thread lives until the sender is gone.
             let _ = journal.send(Entry::End);
@@ -74,6 +79,9 @@ impl EventLoop {
     pub(super) fn keep(&mut self, changed: &Changed, told: Acknowledgement) -> Result<(), ServerError> {
         let (key, content) = self.named(changed);
         let Some(journal) = &self.keeping.journal else { return self.tell(told) };
+        if let (Content::Robot(robot, _), Some(prepared)) = (&content, &self.keeping.prepared) {
+            let _ = prepared.send(robot.clone());
+        }
         self.keeping.tickets += 1;
         let ticket = self.keeping.tickets;
         // The thread lives until this sender is gone.

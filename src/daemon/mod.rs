@@ -16,6 +16,7 @@ mod loader;
 mod mailbox;
 mod metrics;
 mod poison;
+mod prepared;
 mod preparer;
 mod pulse;
 mod restore;
@@ -30,4 +31,5 @@ pub mod translate;
 mod watch;
 mod worker;
 
+pub use journal::inspect;
 pub use start::{DaemonError, serve};

@@ -20,6 +20,7 @@ use taut_ipc::wire::label_id;
 use super::config::Config;
 use super::journal::{Content, Kept, Key, Kind, State};
 use super::loader;
+use super::prepared::Prepared;
 use super::start::DaemonError;
 use super::translate::{model_refusal, store_refusal};
 
@@ -37,7 +38,12 @@ pub(super) struct Beginning {
 ///
 /// # Errors
 /// A file of the configuration that cannot be used.
-pub(super) fn begin(config: &Config, kept: Kept, out: &mut dyn Write) -> Result<Beginning, DaemonError> {
+pub(super) fn begin(
+    config: &Config,
+    kept: Kept,
+    prepared: Option<&Prepared>,
+    out: &mut dyn Write,
+) -> Result<Beginning, DaemonError> {
     if kept.torn > 0 {
         tracing::warn!("the last change before the daemon died was half written, acknowledged to nobody: dropped");
     }
@@ -46,7 +52,8 @@ pub(super) fn begin(config: &Config, kept: Kept, out: &mut dyn Write) -> Result<
         Content::Scene(version, scene) => Some((label.clone(), (*version, scene.hash()))),
         _ => None,
     });
-    let mut start = Start { versions: versions.collect(), begun: Beginning { store, live, configured }, out };
+    let begun = Beginning { store, live, configured };
+    let mut start = Start { versions: versions.collect(), restored: BTreeSet::new(), begun, prepared, out };
     for (key, state) in kept.states {
         let is_kept = state.as_ref().map_or(true, |state| !(kept.ended && state.configured));
         let is_gone = matches!(&state, Ok(State { content: Content::Gone, .. }));
@@ -61,7 +68,10 @@ pub(super) fn begin(config: &Config, kept: Kept, out: &mut dyn Write) -> Result<
 struct Start<'a> {
     /// Version and hash that scenes had.
     versions: BTreeMap<String, (u64, u64)>,
+    /// Labels that name, or do not name any more, what was kept.
+    restored: BTreeSet<Key>,
     begun: Beginning,
+    prepared: Option<&'a Prepared>,
     out: &'a mut dyn Write,
 }
 
@@ -78,6 +88,9 @@ impl Start<'_> {
             Content::Robot(robot, weights) => {
                 let taken = self.begun.store.insert_robot(label, robot.clone(), weights.clone(), false);
                 taken.map_err(|error| stored(&error))?;
+                if let Some(alone) = self.prepared.and_then(|prepared| prepared.find(robot)) {
+                    self.begun.store.take_alone(alone);
+                }
                 say(self.out, &format!("{}  restored", robot_line(label, robot, start)));
             }
             Content::Scene(version, scene) => {
@@ -87,6 +100,7 @@ impl Start<'_> {
             }
             Content::Gone => {}
         }
+        self.restored.insert(key.clone());
         self.begun.live.insert(key, state);
         Ok(())
     }
@@ -108,7 +122,13 @@ impl Start<'_> {
         }
         for problem in &config.problems {
             let start = Instant::now();
-            // Labels may come from the file, which then has to be read to know them.
+            // Without labels the file has to be read to know them. What is restored needs no file.
+            if let (Some(robot), Some(scene)) = (&problem.robot, &problem.scene)
+                && self.is_restored(robot, scene)
+            {
+                self.warm(robot, scene)?;
+                continue;
+            }
             let read = reader.problem(&problem.file, problem.geometry.into())?;
             let robot = problem.robot.as_ref().unwrap_or(&read.robot.name).clone();
             let scene = problem.scene.as_ref().unwrap_or(&read.name).clone();
@@ -123,12 +143,21 @@ impl Start<'_> {
         Ok(())
     }
 
-    /// Whether the configuration says what a label of its own names.
+    /// Whether the configuration says what a label names.
     fn is_open(&mut self, kind: Kind, label: &str) -> bool {
         let key = (kind, label.to_owned());
-        // Loaded twice under one label is refused by the store.
-        let is_first = self.begun.configured.insert(key.clone());
-        !is_first || !self.begun.live.contains_key(&key)
+        self.begun.configured.insert(key.clone());
+        !self.restored.contains(&key)
+    }
+
+    /// Whether neither label is the configuration's to say.
+    fn is_restored(&mut self, robot: &str, scene: &str) -> bool {
+        let keys = [(Kind::Robot, robot.to_owned()), (Kind::Scene, scene.to_owned())];
+        let is_restored = keys.iter().all(|key| self.restored.contains(key));
+        if is_restored {
+            self.begun.configured.extend(keys);
+        }
+        is_restored
     }
 
     fn add_robot(

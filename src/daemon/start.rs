@@ -22,6 +22,7 @@ use super::keep::{Keeping, KeptUpTo};
 use super::loader::Loader;
 use super::metrics::Metrics;
 use super::poison::Poison;
+use super::prepared::Prepared;
 use super::preparer;
 use super::pulse::Pulse;
 use super::restore::{self, Beginning, say};
@@ -96,12 +97,15 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
         // Creating the server says who serves; loading first would only take time.
         Server::create(instance)?;
     }
-    let (journal, kept) = match state::folder(config, instance)? {
-        Some(folder) => journal::open(&folder).map(|(journal, kept)| (Some(journal), kept))?,
+    let (disk, kept) = match state::folder(config, instance)? {
+        Some(folder) => {
+            let (journal, kept) = journal::open(&folder)?;
+            (Some(Disk { journal, prepared: Prepared::new(&folder) }), kept)
+        }
         None => (None, Kept::default()),
     };
-    let begun = restore::begin(config, kept, out)?;
-    let (mut event_loop, threads) = assemble(config, instance, begun, journal)?;
+    let begun = restore::begin(config, kept, disk.as_ref().map(|disk| &disk.prepared), out)?;
+    let (mut event_loop, threads) = assemble(config, instance, begun, disk)?;
     let (name, workers) = (instance.name(), config.worker_count());
     if let Some(scrape) = &threads.scrape {
         say(out, &format!("metrics at http://{}/metrics", scrape.address()));
@@ -111,6 +115,12 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
     event_loop.close();
     threads.join();
     Ok(served?)
+}
+
+/// What is kept of robots and scenes.
+struct Disk {
+    journal: Journal,
+    prepared: Prepared,
 }
 
 /// Every thread besides the I/O thread. Each can wake it, which keeps its ports open: they have to end before it.
@@ -135,7 +145,7 @@ fn assemble(
     config: &Config,
     instance: &Instance,
     begun: Beginning,
-    journal: Option<Journal>,
+    disk: Option<Disk>,
 ) -> Result<(EventLoop, Threads), DaemonError> {
     let server = Server::create(instance)?;
     let (events, receiver) = EventSender::new(server.waker());
@@ -150,15 +160,17 @@ fn assemble(
     let (preparer, preparers) = preparer::start(&schedule).map_err(system("thread"))?;
     joined.extend(preparers);
     let mut keeping = Keeping::default();
-    if let Some(journal) = journal {
+    if let Some(Disk { journal, prepared }) = disk {
         // A file that may not grow is then an error like a full disk, not the end.
         signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false))).map_err(system("signal handler"))?;
         let events = events.clone();
         let told = move |ticket, failure| events.send(Event::Kept(KeptUpTo { ticket, failure }));
         let started = journal.start(begun.live, begun.configured, Box::new(told));
         let (entries, thread) = started.map_err(system("thread"))?;
-        keeping = Keeping::new(Some(entries));
-        joined.push(thread);
+        let robots = begun.store.robots().values().map(|entry| entry.robot.clone()).collect();
+        let (to_prepare, preparing) = prepared.start(robots).map_err(system("thread"))?;
+        keeping = Keeping::new(entries, to_prepare);
+        joined.extend([thread, preparing]);
     }
     let (pulse, pulse_thread) = Pulse::start().map_err(system("thread"))?;
     joined.extend(pulse_thread);

@@ -17,6 +17,7 @@ pub use prepared::PreparedModel;
 use versions::Retired;
 pub use versions::{LAST_VERSIONS, MOST_PINNED, SceneEntry};
 
+use crate::collision::CollisionModel;
 use crate::robot::RobotModel;
 use crate::scene::Scene;
 
@@ -29,6 +30,8 @@ pub struct ModelStore {
     retired: Retired,
     labels: HashMap<u64, String>,
     models: HashMap<(u64, u64), Arc<PreparedModel>>,
+    /// Robots with nothing around them, by hash, as far as somebody has made their solids.
+    alone: HashMap<u64, Arc<CollisionModel>>,
 }
 
 /// A loaded robot.
@@ -89,7 +92,13 @@ impl ModelStore {
     /// An empty store whose labels have these ids.
     pub fn new(id_of: fn(&str) -> u64) -> Self {
         let (robots, scenes) = (BTreeMap::new(), BTreeMap::new());
-        Self { id_of, robots, scenes, retired: Retired::default(), labels: HashMap::new(), models: HashMap::new() }
+        let (retired, labels) = (Retired::default(), HashMap::new());
+        Self { id_of, robots, scenes, retired, labels, models: HashMap::new(), alone: HashMap::new() }
+    }
+
+    /// Takes the model of a loaded robot with nothing around it; models with scenes then take its solids over.
+    pub fn take_alone(&mut self, model: Arc<CollisionModel>) {
+        self.alone.insert(model.robot().hash(), model);
     }
 
     /// Takes a robot under a label.
@@ -277,7 +286,12 @@ impl ModelStore {
         let scene = entry.at(scene_version).ok_or_else(|| entry.unknown(scene_label, scene_version))?;
         check_hash("scene", scene_label, wanted.scene_hash, scene.hash())?;
         let key = (robot.robot.hash(), scene.hash());
-        let new = || Arc::new(PreparedModel::new(robot.robot.clone(), scene.clone()));
+        let new = || {
+            Arc::new(match self.alone.get(&key.0) {
+                Some(alone) => PreparedModel::of(alone.clone(), scene.clone()),
+                None => PreparedModel::new(robot.robot.clone(), scene.clone()),
+            })
+        };
         let model = self.models.entry(key).or_insert_with(new).clone();
         let scene_hash = key.1;
         let (weights, scene_id) = (robot.weights.clone(), wanted.scene_id);
@@ -318,6 +332,7 @@ impl ModelStore {
     fn drop_unused(&mut self) {
         let robots: Vec<u64> = self.robots.values().map(|entry| entry.robot.hash()).collect();
         let scenes: HashSet<u64> = self.scenes.values().flat_map(SceneEntry::warm).collect();
+        self.alone.retain(|robot, _| robots.contains(robot));
         self.models.retain(|(robot, scene), _| robots.contains(robot) && scenes.contains(scene));
         let (robots, scenes) = (&self.robots, &self.scenes);
         self.labels.retain(|_, label| robots.contains_key(label) || scenes.contains_key(label));

@@ -36,6 +36,11 @@ impl PreparedModel {
         Self::from(previous.robot.clone(), scene, earlier)
     }
 
+    /// The robot of a model that is made already, and a scene.
+    pub fn of(alone: Arc<CollisionModel>, scene: Arc<Scene>) -> Self {
+        Self::from(alone.robot().clone(), scene, Some(alone))
+    }
+
     fn from(robot: Arc<RobotModel>, scene: Arc<Scene>, earlier: Option<Arc<CollisionModel>>) -> Self {
         let (model, given_up) = (OnceLock::new(), AtomicBool::new(false));
         Self { robot, scene, model, given_up, earlier: Mutex::new(earlier) }

@@ -1,5 +1,7 @@
 //! Obstacles as the filter sees them: boxes and cylinders swept by a ball.
 
+use serde::{Deserialize, Serialize};
+
 use crate::collision::piece::{Core, Piece, Transform};
 use crate::math::{Mat3, Vec3};
 
@@ -51,7 +53,7 @@ const MESH_BOXES: usize = 16;
 const ROUNDING: f64 = 4e-7;
 
 /// A hull in f64.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Exact {
     center: Vec3,
     axes: Mat3,
@@ -132,7 +134,7 @@ impl Exact {
 }
 
 /// Hulls of a solid in its own frame, made once however often it is moved.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SolidHulls {
     whole: Exact,
     /// Hulls that enclose it together, where there is more than one piece.

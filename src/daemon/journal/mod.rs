@@ -4,6 +4,7 @@
 //! the system before a change is acknowledged, which a killed process cannot undo; a machine that loses its power
 //! may lose the last seconds. Contents are kept, not names of files, and each must have its hash when it is read.
 
+mod inspect;
 mod log;
 mod meshes;
 mod read;
@@ -21,7 +22,9 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 use taut::robot::RobotModel;
 use taut::scene::Scene;
 
-pub(super) use read::{JournalError, Kept, open};
+pub use inspect::inspect;
+pub use read::JournalError;
+pub(super) use read::{Kept, open};
 use write::Writer;
 
 /// What has labels.

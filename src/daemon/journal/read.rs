@@ -82,14 +82,31 @@ pub(in crate::daemon) fn open(folder: &Path) -> Result<(Journal, Kept), JournalE
         }
         std::thread::sleep(Duration::from_millis(2));
     }
-    let contents = log::read(&super::file(folder))?;
-    let mut meshes = Meshes::new(folder.join("meshes"));
-    let torn = contents.torn;
-    let (states, ended) = replay(contents.records, &mut meshes);
+    let (meshes, kept) = replayed(folder)?;
     let log = Log::new(super::file(folder));
     let (live, before, configured) = (BTreeMap::new(), BTreeMap::new(), BTreeSet::new());
     let writer = Writer { log, meshes, live, before, configured, _lock: lock };
-    Ok((Journal { writer }, Kept { states, ended, torn }))
+    Ok((Journal { writer }, kept))
+}
+
+/// What is kept in a folder, whoever writes it.
+///
+/// # Errors
+/// A file that is damaged or cannot be read.
+pub(super) fn look(folder: &Path) -> Result<Kept, JournalError> {
+    replayed(folder).map(|(_, kept)| kept)
+}
+
+/// Where the meshes are.
+pub(super) fn meshes(folder: &Path) -> PathBuf {
+    folder.join("meshes")
+}
+
+fn replayed(folder: &Path) -> Result<(Meshes, Kept), JournalError> {
+    let contents = log::read(&super::file(folder))?;
+    let mut meshes = Meshes::new(meshes(folder));
+    let (states, ended) = replay(contents.records, &mut meshes);
+    Ok((meshes, Kept { states, ended, torn: contents.torn }))
 }
 
 /// What a label names, before it is checked.

@@ -158,16 +158,15 @@ impl SceneRecord {
             let (link_name, touch_links) = (link_name.clone(), touch_links.clone());
             Ok(AttachedRecord { link_name, object: ObjectRecord::of(object)?, touch_links })
         });
-        let owned = |(name, number): (&str, f64)| (name.to_owned(), number);
         Ok(Self {
             name: scene.name().to_owned(),
             obstacles: scene.obstacles().iter().map(ObjectRecord::of).collect::<Result<_, _>>()?,
             attached: attached.collect::<Result<_, String>>()?,
-            padding: scene.padded().map(owned).collect(),
-            scale: scene.scaled().map(owned).collect(),
-            frames: scene.frames().map(|(name, pose)| (name.to_owned(), *pose)).collect(),
-            allowed: scene.allowed().map(|(a, b)| (a.to_owned(), b.to_owned())).collect(),
-            forbidden: scene.forbidden().map(|(a, b)| (a.to_owned(), b.to_owned())).collect(),
+            padding: scene.padded().map(named).collect(),
+            scale: scene.scaled().map(named).collect(),
+            frames: scene.frames().map(|(name, pose)| named((name, *pose))).collect(),
+            allowed: scene.allowed().map(pair).collect(),
+            forbidden: scene.forbidden().map(pair).collect(),
             found: scene.warnings().to_vec(),
         })
     }
@@ -216,6 +215,14 @@ impl SceneRecord {
             false => Scene::of(description).map_err(|error| error.to_string()),
         }
     }
+}
+
+fn named<T>((name, value): (&str, T)) -> (String, T) {
+    (name.to_owned(), value)
+}
+
+fn pair((a, b): (&str, &str)) -> (String, String) {
+    (a.to_owned(), b.to_owned())
 }
 
 /// The objects that are elsewhere in `after`, if nothing else differs from `before`.
