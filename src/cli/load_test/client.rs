@@ -1,6 +1,6 @@
 //! `taut load-client`, hidden: one planner process of a load test. It sends what it is told to, line by line.
 
-use std::io::{BufRead, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::Duration;
@@ -22,6 +22,8 @@ use crate::cli::error::CliError;
 
 /// Answers before the memory of a connection is looked at.
 const WARM_UP: u64 = 3;
+/// How long the first improvement of a stream may take.
+const FIRST_IMPROVEMENT: Duration = Duration::from_secs(20);
 /// Work of each request of a planner without a daemon.
 const COMPUTED_WORK: u64 = 6_000;
 
@@ -29,7 +31,7 @@ const COMPUTED_WORK: u64 = 6_000;
 pub(in crate::cli) fn run() -> Result<u8, CliError> {
     process::end_with_parent()?;
     let (mut planner, mut computing) = (None, Vec::new());
-    for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+    while let Some(line) = next_line() {
         let order: Order = match serde_json::from_str(&line) {
             Ok(order) => order,
             Err(error) => return Ok(failed(&format!("an order cannot be read: {error}"))),
@@ -74,6 +76,13 @@ fn compute(files: &[PathBuf]) -> Result<(Memory, (Vec<Problem>, Bench)), CliErro
 fn failed(error: &str) -> u8 {
     say(&Said::Failed(error.to_owned()));
     1
+}
+
+/// The next line of standard input, which is not locked meanwhile; `None` once it is closed.
+fn next_line() -> Option<String> {
+    let mut line = String::new();
+    let read = std::io::stdin().read_line(&mut line).ok()?;
+    (read > 0).then_some(line)
 }
 
 /// A parent that is gone does not read; then there is nobody to tell.
@@ -192,40 +201,33 @@ impl Planner {
         all.into_inner().expect("no thread panics")
     }
 
-    /// Goes there and never comes back.
+    /// Goes there and stays until the orders end.
     fn stay_at(&self, point: Point, window: &Window) {
         let mut asker = self.asker(window);
-        let arrive = || say(&Said::At(point));
-        let held = match point {
-            Point::Loaned => asker.loan(0).map(|loan| {
-                arrive();
-                stay(&loan)
-            }),
-            Point::Sent => asker.loan(0).and_then(|loan| loan.send()).map(|pending| {
-                arrive();
-                stay(&pending)
-            }),
+        let stay = || {
+            say(&Said::At(point));
+            next_line()
+        };
+        let gone = match point {
+            Point::Loaned => asker.loan(0).map(|_loan| stay()),
+            Point::Sent => asker.loan(0).and_then(|loan| loan.send()).map(|_pending| stay()),
             Point::Streaming => asker.loan(0).and_then(|loan| loan.send()).and_then(|mut pending| {
-                let improvement = pending.next(Duration::from_secs(20))?;
-                arrive();
-                stay(&improvement)
+                let _improvement = pending.next(FIRST_IMPROVEMENT)?;
+                Ok(stay())
             }),
             Point::Anywhere => {
-                arrive();
-                loop {
+                let waits = std::thread::spawn(next_line);
+                say(&Said::At(point));
+                while !waits.is_finished() {
                     asker.ask_next();
                 }
+                Ok(None)
             }
         };
-        let Err(error) = held;
-        failed(&error.to_string());
+        if let Err(error) = gone {
+            failed(&error.to_string());
+        }
     }
-}
-
-/// Keeps what it is shown until the process is killed, or its parent is gone.
-fn stay<T>(_held: &T) -> ! {
-    let _ = std::io::stdin().lock().lines().next();
-    std::process::exit(0)
 }
 
 fn sleep_until(at_ns: u64) {

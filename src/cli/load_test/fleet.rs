@@ -126,13 +126,24 @@ impl Member {
         let _ = kill_process(Pid::from_child(&self.child), signal);
     }
 
-    /// Ends it at once (SIGKILL), or by closing its orders.
-    pub(super) fn end(mut self, at_once: bool) {
-        if at_once {
-            let _ = self.child.kill();
-        }
-        drop(self.orders.take());
+    /// Ends it at once (SIGKILL).
+    pub(super) fn kill(mut self) {
+        let _ = self.child.kill();
         let _ = self.child.wait();
+    }
+
+    /// Lets it end by itself, by closing its orders.
+    pub(super) fn let_go(mut self) -> Result<(), LoadError> {
+        drop(self.orders.take());
+        let end = Instant::now() + PATIENCE;
+        while matches!(self.child.try_wait(), Ok(None)) {
+            interrupt::check()?;
+            if Instant::now() >= end {
+                return Err(LoadError::Silent(self.number));
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Ok(())
     }
 }
 

@@ -124,7 +124,10 @@ impl Killer {
         while monotonic_ns() < end_ns {
             interrupt::check()?;
             let victim = self.victim(site, None)?;
-            victim.end(kills);
+            match kills {
+                true => victim.kill(),
+                false => victim.let_go()?,
+            }
             self.kills += u64::from(kills);
         }
         Ok(())
@@ -156,7 +159,7 @@ impl Killer {
         for _ in 0..trial.pick(10, 200) {
             let victim = self.victim(site, Some(Point::Streaming))?;
             let start = Instant::now();
-            victim.end(true);
+            victim.kill();
             until(RECLAIM, || Ok(number(&client, "requests_running")? == 0.0))?;
             times.add(start.elapsed().as_nanos() as u64);
         }

@@ -113,7 +113,10 @@ impl Churn {
                 self.changes += 1;
             }
         }
-        guest.end(self.random.bool());
+        match self.random.bool() {
+            true => guest.kill(),
+            false => guest.let_go()?,
+        }
         Ok(())
     }
 }

@@ -39,7 +39,7 @@ const POISONS: [Poison; 17] = {
         (
             "weights beyond the end",
             |header, _| header.weights = Section { offset: 0, count: 1 << 30 },
-            &[MalformedRequest],
+            &[ResourceExhausted, MalformedRequest],
         ),
         ("another wire version", |header, _| header.wire_version = 99, &[MalformedRequest]),
         ("another header length", |header, _| header.header_len = 8, &[MalformedRequest]),
