@@ -96,14 +96,18 @@ fn the_last_versions_are_kept_and_older_ones_only_while_they_are_pinned() {
     assert_eq!((entry.version, entry.kept_from()), (last + 5, 5));
     assert_eq!(entry.pinned().iter().copied().collect::<Vec<_>>(), [1]);
     let named = |store: &mut ModelStore, version| store.snapshot(&Wanted { scene_version: version, ..wanted() });
-    for (version, object) in [(1, "table".to_owned()), (5, "object 5".to_owned()), (0, format!("object {}", last + 5))] {
+    for (version, object) in [(1, "table".to_owned()), (5, "object 5".to_owned()), (0, format!("object {}", last + 5))]
+    {
         let snapshot = named(&mut store, version).unwrap();
         assert_eq!(snapshot.scene_hash, scene(&object).hash(), "version {version}");
         assert_eq!(store.scene_at("cell", version).unwrap().hash(), scene(&object).hash());
     }
     let error = named(&mut store, 2).unwrap_err();
     let kept = format!("1, 5 to {}", last + 5);
-    assert!(matches!(&error, StoreError::UnknownVersion { wanted: 2, .. }) && error.to_string().contains(&kept), "{error}");
+    assert!(
+        matches!(&error, StoreError::UnknownVersion { wanted: 2, .. }) && error.to_string().contains(&kept),
+        "{error}"
+    );
     // The hash that a request names is that of the version it names.
     let both = Wanted { scene_version: 5, scene_hash: scene("table").hash(), ..wanted() };
     assert!(matches!(store.snapshot(&both), Err(StoreError::HashConflict { .. })));
@@ -146,8 +150,8 @@ fn a_label_never_names_two_contents_by_one_version() {
     assert_eq!(store.scene("cell").unwrap().version, 4);
     // However many labels come and go.
     store.remove_scene("cell").unwrap();
-    for number in 0..3000 {
-        let label = format!("label {}", char::from_u32(0x1_0000 + number).unwrap());
+    for length in 10..1500 {
+        let label = "x".repeat(length);
         store.insert_scene(&label, scene("other"), false).unwrap();
         store.remove_scene(&label).unwrap();
     }

@@ -46,7 +46,10 @@ fn every_operation_does_what_it_does_in_moveit() {
                        { "id": "table", "operation": 3, "header": { "frame_id": "cup" }, "pose": {} }]"#,
     );
     let scene = scene.unwrap();
-    assert_eq!((position(&scene, "cup"), position(&scene, "table")), (Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, 2.0, 3.0)));
+    assert_eq!(
+        (position(&scene, "cup"), position(&scene, "table")),
+        (Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, 2.0, 3.0))
+    );
 
     let scene = apply(&format!(
         r#""objects": [{{ "id": "vase", "operation": "ADD", "header": {{ "frame_id": "tray" }}, {BALL} }},
@@ -74,7 +77,10 @@ fn links_take_and_put_back() {
         "object": { "id": "cup", "operation": "ADD", "pose": { "position": [0, 0, 0.1] } } }"#;
     let scene = apply(&format!(r#""attached_collision_objects": [{taken}]"#)).unwrap();
     let cup = scene.attached().get("cup").unwrap();
-    assert_eq!((cup.link_name.as_str(), &*cup.touch_links, cup.object.pose.translation.z), ("hand", &["finger".to_owned()][..], 0.1));
+    assert_eq!(
+        (cup.link_name.as_str(), &*cup.touch_links, cup.object.pose.translation.z),
+        ("hand", &["finger".to_owned()][..], 0.1)
+    );
     assert!(scene.obstacles().get("cup").is_none());
     assert_eq!(scene.allowed().count(), 2, "its pairs stay");
 
@@ -118,11 +124,26 @@ fn what_is_wrong_is_named_in_one_line() {
         (object(r#"{ "id": "cup", "operation": "PUT" }"#), ["\"PUT\"", "ADD (0)", "column"]),
         (object(r#"{ "id": "cup", "operation": 4 }"#), ["4", "MOVE (3)", "column"]),
         (object(r#"{ "id": "cup", "operation": "MOVE" }"#), ["\"cup\"", "no pose", "the world"]),
-        (object(r#"{ "id": "vase", "operation": "MOVE", "pose": {} }"#), ["\"vase\"", "not in the scene", "table, cup"]),
-        (object(r#"{ "id": "tool", "operation": "MOVE", "pose": {} }"#), ["\"tool\"", "attached to \"hand\"", "attached_c"]),
-        (object(&format!(r#"{{ "id": "tool", "operation": "APPEND", {BALL} }}"#)), ["\"tool\"", "attached to \"hand\"", "not in"]),
-        (object(&format!(r#"{{ "id": "cup", "operation": "MOVE", "pose": {{}}, {BALL} }}"#)), ["\"cup\"", "shapes", "MOVE"]),
-        (object(&format!(r#"{{ "id": "cup", "operation": "APPEND", "pose": {{}}, {BALL} }}"#)), ["\"cup\"", "pose", "APPEND"]),
+        (
+            object(r#"{ "id": "vase", "operation": "MOVE", "pose": {} }"#),
+            ["\"vase\"", "not in the scene", "table, cup"],
+        ),
+        (
+            object(r#"{ "id": "tool", "operation": "MOVE", "pose": {} }"#),
+            ["\"tool\"", "attached to \"hand\"", "attached_c"],
+        ),
+        (
+            object(&format!(r#"{{ "id": "tool", "operation": "APPEND", {BALL} }}"#)),
+            ["\"tool\"", "attached to \"hand\"", "not in"],
+        ),
+        (
+            object(&format!(r#"{{ "id": "cup", "operation": "MOVE", "pose": {{}}, {BALL} }}"#)),
+            ["\"cup\"", "shapes", "MOVE"],
+        ),
+        (
+            object(&format!(r#"{{ "id": "cup", "operation": "APPEND", "pose": {{}}, {BALL} }}"#)),
+            ["\"cup\"", "pose", "APPEND"],
+        ),
         (object(r#"{ "id": "vase", "operation": "REMOVE" }"#), ["\"vase\"", "remove", "table, cup"]),
         (object(&format!(r#"{{ "id": "tool", "operation": "ADD", {BALL} }}"#)), ["\"tool\"", "twice", "unique"]),
         (object(&format!(r#"{{ "id": "tray", "operation": "ADD", {BALL} }}"#)), ["\"tray\"", "frame", "object"]),
@@ -131,14 +152,19 @@ fn what_is_wrong_is_named_in_one_line() {
             ["\"shelf\"", "frames tray", "objects table"],
         ),
         (
-            object(r#"{ "id": "cup", "operation": "MOVE", "pose": { "orientation": { "x": 0, "y": 0, "z": 0, "w": 2 } } }"#),
+            object(
+                r#"{ "id": "cup", "operation": "MOVE", "pose": { "orientation": { "x": 0, "y": 0, "z": 0, "w": 2 } } }"#,
+            ),
             ["\"cup\"", "norm 2", "unit quaternion"],
         ),
         (
             object(r#"{ "id": "vase", "operation": "ADD", "meshes": [{ "file": "vase.stl" }], "mesh_poses": [{}] }"#),
             ["\"vase\"", "vase.stl", "vertices"],
         ),
-        (attached(r#"{ "object": { "id": "cup", "operation": "ADD", "pose": {} } }"#), ["\"cup\"", "no link", "link_name"]),
+        (
+            attached(r#"{ "object": { "id": "cup", "operation": "ADD", "pose": {} } }"#),
+            ["\"cup\"", "no link", "link_name"],
+        ),
         (
             attached(r#"{ "link_name": "hand", "object": { "id": "cup", "operation": "ADD" } }"#),
             ["\"cup\"", "no pose", "link's frame"],
@@ -174,7 +200,10 @@ fn what_is_wrong_is_named_in_one_line() {
             r#""fixed_frame_transforms": [{ "child_frame_id": "wall", "transform": null }]"#.to_owned(),
             ["\"wall\"", "no frame", "tray"],
         ),
-        (r#""fixed_frame_transforms": [{ "child_frame_id": "wall" }]"#.to_owned(), ["missing field", "transform", "line 1"]),
+        (
+            r#""fixed_frame_transforms": [{ "child_frame_id": "wall" }]"#.to_owned(),
+            ["missing field", "transform", "line 1"],
+        ),
     ] {
         let text = apply(&fields).expect_err(&fields).to_string();
         assert!(parts.iter().all(|part| text.contains(part)) && !text.contains('\n'), "{fields}\n{text}");
@@ -199,8 +228,10 @@ fn what_is_wrong_is_named_in_one_line() {
 fn a_list_is_one_change_and_the_first_error_undoes_all() {
     let out = r#"{ "is_diff": true, "attached_collision_objects": [
         { "object": { "id": "tool", "operation": "REMOVE", "pose": {} } }] }"#;
-    let away = r#"{ "is_diff": true, "objects": [{ "id": "tool", "operation": "MOVE", "pose": { "position": [1, 0, 0] } }] }"#;
-    let list = |parts: &[&str]| DiffFile::parse(&format!("[{}]", parts.join(","))).and_then(SceneDiff::try_from).unwrap();
+    let away =
+        r#"{ "is_diff": true, "objects": [{ "id": "tool", "operation": "MOVE", "pose": { "position": [1, 0, 0] } }] }"#;
+    let list =
+        |parts: &[&str]| DiffFile::parse(&format!("[{}]", parts.join(","))).and_then(SceneDiff::try_from).unwrap();
     let before = kitchen();
     assert_eq!(position(&list(&[out, away]).apply(&before).unwrap(), "tool"), Vec3::X);
     assert!(list(&[away, out]).apply(&before).is_err());
@@ -265,7 +296,8 @@ fn any_scene() -> impl Strategy<Value = Scene> {
         for (id, is_attached, pose, shapes) in objects.into_iter().filter(|object| seen.insert(object.0)) {
             let id = format!("o{id}");
             changes.push(SceneChange::Add(Obstacle::new(id.clone(), shapes).at(pose)));
-            let (link_name, touch_links) = ("hand".to_owned(), vec!["finger".to_owned(); usize::from(pose.translation.x > 0.0)]);
+            let (link_name, touch_links) =
+                ("hand".to_owned(), vec!["finger".to_owned(); usize::from(pose.translation.x > 0.0)]);
             changes.extend(is_attached.then_some(SceneChange::Attach { id, link_name, touch_links, pose }));
         }
         for (a, b, kind) in pairs.into_iter().filter(|(a, b, _)| a != b) {
