@@ -4,12 +4,14 @@ mod error;
 mod feed;
 mod link;
 mod pending;
+mod recover;
 mod request;
 mod response;
 
 pub use error::ClientError;
 pub use feed::{SceneEventFeed, StatusFeed};
 pub use pending::Pending;
+pub use recover::retry;
 pub use request::{LoanedRequest, RequestBuilder};
 pub use response::Response;
 

@@ -10,6 +10,7 @@ use taut_ipc::control::Refusal;
 
 use super::code::Code;
 use crate::daemon::DaemonError;
+use crate::daemon::supervise::SuperviseError;
 use crate::daemon::translate::AnswerError;
 
 /// Exit code of a command line that cannot be read.
@@ -54,9 +55,15 @@ pub(super) enum CliError {
         /// What it said.
         text: String,
     },
-    /// The demo's daemon and planners.
+    /// The demo.
     #[error(transparent)]
     Demo(#[from] super::demo::DemoError),
+    /// A daemon of the command's own.
+    #[error(transparent)]
+    OwnDaemon(#[from] super::own_daemon::OwnDaemonError),
+    /// A load test.
+    #[error(transparent)]
+    Load(#[from] super::load_test::LoadError),
     /// The daemon's refusal.
     #[error("{}: {message}{}", code.name(), next_step(*retry_after_ms))]
     Refused {
@@ -81,6 +88,9 @@ pub(super) enum CliError {
     /// The daemon itself.
     #[error(transparent)]
     Daemon(#[from] DaemonError),
+    /// The daemon and its supervisor.
+    #[error(transparent)]
+    Supervise(#[from] SuperviseError),
     /// Output that cannot be written.
     #[error("{file}: {source}")]
     Output {
@@ -121,10 +131,13 @@ impl CliError {
             Self::File(_) | Self::Model { .. } | Self::Choice(_) | Self::Request { .. } => BAD_DATA,
             Self::Panic { .. } => PANICKED,
             Self::Demo(error) => error.exit_code(),
+            Self::OwnDaemon(error) => error.exit_code(),
+            Self::Load(error) => error.exit_code(),
             Self::Refused { code, .. } => code.exit_code(),
             Self::NoDaemon { .. } => Code::DaemonLost.exit_code(),
             Self::Client(error) => error.code().exit_code(),
             Self::Daemon(error) => error.code().exit_code(),
+            Self::Supervise(error) => error.code().exit_code(),
         }
     }
 

@@ -28,6 +28,11 @@ pub struct Config {
     pub metrics: Option<SocketAddr>,
     /// Status messages per second, at least 2: the second that follows a client's death ends its connection.
     pub status_rate_hz: f64,
+    /// Folder that keeps robots and scenes while no daemon runs; the default one (see [`super::state`]) where it is
+    /// missing, nothing is kept where it is empty.
+    pub state: Option<PathBuf>,
+    /// How long the daemon may give no sign of life before its supervisor restarts it (s).
+    pub watchdog_s: f64,
     /// Lets a request with [`super::worker::PANIC_SEED`] panic and one with [`super::worker::HANG_SEED`] hang until it
     /// is told to stop. For tests only.
     pub fault_injection: bool,
@@ -133,6 +138,8 @@ impl Default for Config {
             quota: Quota::default(),
             metrics: None,
             status_rate_hz: 2.0,
+            state: None,
+            watchdog_s: 10.0,
             fault_injection: false,
             robots: Vec::new(),
             scenes: Vec::new(),
@@ -172,6 +179,9 @@ impl Config {
         if !(2.0..=50.0).contains(&self.status_rate_hz) {
             return Err(format!("status_rate_hz is {}; valid: 2 to 50", self.status_rate_hz));
         }
+        if !(1.0..=3600.0).contains(&self.watchdog_s) {
+            return Err(format!("watchdog_s is {}; valid: 1 to 3600", self.watchdog_s));
+        }
         if !(1..=65_536).contains(&self.queue) {
             return Err(format!("queue is {}; valid: 1 to 65536", self.queue));
         }
@@ -195,6 +205,9 @@ impl Config {
     }
 
     fn start_names_at(&mut self, folder: &Path) {
+        if let Some(state) = self.state.as_mut().filter(|state| !state.as_os_str().is_empty()) {
+            *state = folder.join(&*state);
+        }
         for robot in &mut self.robots {
             robot.urdf = folder.join(&robot.urdf);
             robot.srdf = robot.srdf.as_ref().map(|srdf| folder.join(srdf));

@@ -9,6 +9,7 @@ use taut::scene::diff_file::SceneDiff;
 use taut_ipc::control::Refusal;
 use taut_ipc::server::Waker;
 
+use super::keep::KeptUpTo;
 use super::translate::Reply;
 
 /// Everything that happens besides messages of clients.
@@ -22,6 +23,8 @@ pub(super) enum Event {
     Answered(Box<Answered>),
     /// A robot or scene is read, or cannot be.
     Loaded(Box<Loaded>),
+    /// The journal has dealt with changes.
+    Kept(KeptUpTo),
     /// The process is asked to end.
     Stop,
 }

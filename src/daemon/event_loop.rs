@@ -15,10 +15,12 @@ use super::admission::Doorkeeper;
 use super::clients::Clients;
 use super::event::{Answered, Event};
 use super::job::{Job, StopCause, StopFlag};
+use super::keep::Keeping;
 use super::loader::Loader;
 use super::mailbox::{Mailbox, Progress};
 use super::metrics::Metrics;
 use super::poison::Poison;
+use super::pulse::Pulse;
 use super::schedule::Schedule;
 use super::story::{self, Stories, story};
 use super::translate::{self, Reply};
@@ -40,6 +42,8 @@ pub(super) struct EventLoop {
     pub(super) stories: Stories,
     pub(super) poison: Poison,
     pub(super) workers: usize,
+    pub(super) keeping: Keeping,
+    pub(super) pulse: Pulse,
     pub(super) mailboxes: Vec<Arc<Mailbox>>,
     pub(super) events: Receiver<Event>,
     /// Gone once the daemon ends.
@@ -83,7 +87,7 @@ impl EventLoop {
     /// A port that stopped working: the daemon cannot go on.
     pub(super) fn run(&mut self) -> Result<(), ServerError> {
         let mut is_flooded = false;
-        while !(self.is_draining && self.open.is_empty()) {
+        while !(self.is_draining && self.open.is_empty() && self.keeping.is_idle()) {
             let patience = if is_flooded { Duration::ZERO } else { self.patience() };
             self.server.wait(patience)?;
             self.handle_events()?;
@@ -101,6 +105,8 @@ impl EventLoop {
         self.schedule.close();
         self.loader = None;
         self.preparer = None;
+        self.keeping.close(self.is_draining);
+        self.pulse.close();
     }
 
     /// How long nothing needs to be done unless somebody calls.
@@ -115,6 +121,7 @@ impl EventLoop {
                 Event::Improved { worker } => self.send_improvement(worker),
                 Event::Answered(answered) => self.finish(*answered),
                 Event::Loaded(loaded) => self.finish_load(*loaded)?,
+                Event::Kept(kept) => self.kept(&kept)?,
                 Event::Stop => self.drain(),
             }
         }
@@ -371,6 +378,7 @@ impl EventLoop {
         }
         self.next_status_ns = monotonic_ns() + self.status_period_ns;
         self.clients.forget(monotonic_ns());
+        self.pulse.beat();
         let status = self.status();
         self.server.publish_status(&status)?;
         let is_slow = self.janitor.busy_for() > JANITOR_PATIENCE;

@@ -2,34 +2,33 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::io::Write;
-use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::thread::JoinHandle;
-use std::time::Instant;
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::{Handle, Signals};
-use taut::files::{FileError, Packages, Reader};
-use taut::robot::RobotDescription;
-use taut::scene::Scene;
-use taut::shape::Shape;
-use taut::store::{ModelStore, Wanted};
+use taut::files::FileError;
 use taut_ipc::server::{Janitor, Server, ServerError};
-use taut_ipc::wire::{Code, label_id};
+use taut_ipc::wire::Code;
 use taut_ipc::{DaemonState, Instance, daemon_state, monotonic_ns};
 
 use super::clients::Clients;
 use super::config::Config;
 use super::event::{Event, EventSender};
 use super::event_loop::EventLoop;
-use super::loader::{self, Loader};
+use super::journal::{self, Journal, JournalError, Kept};
+use super::keep::{Keeping, KeptUpTo};
+use super::loader::Loader;
 use super::metrics::Metrics;
 use super::poison::Poison;
 use super::preparer;
+use super::pulse::Pulse;
+use super::restore::{self, Beginning, say};
 use super::schedule::{self, Schedule};
 use super::scrape::Scrape;
+use super::state::{self, StateError};
 use super::story::Stories;
-use super::translate::store_refusal;
 use super::worker::Worker;
 
 /// Why the daemon cannot start or go on.
@@ -52,6 +51,12 @@ pub enum DaemonError {
     /// The ports.
     #[error(transparent)]
     Server(#[from] ServerError),
+    /// Where robots and scenes are kept.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// What is kept there.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
     /// Threads and signals.
     #[error("the system gives no {what}: {source}")]
     System {
@@ -71,6 +76,8 @@ impl DaemonError {
             Self::Model { code, .. } => Code::try_from(*code).unwrap_or(Code::InvalidModel),
             Self::Instance(_) => Code::DaemonLost,
             Self::Server(error) => error.code(),
+            Self::State(_) => Code::UnreadableFile,
+            Self::Journal(error) => error.code(),
             Self::System { .. } => Code::ResourceExhausted,
         }
     }
@@ -89,8 +96,12 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
         // Creating the server says who serves; loading first would only take time.
         Server::create(instance)?;
     }
-    let store = preload(config, out)?;
-    let (mut event_loop, threads) = assemble(config, instance, store)?;
+    let (journal, kept) = match state::folder(config, instance)? {
+        Some(folder) => journal::open(&folder).map(|(journal, kept)| (Some(journal), kept))?,
+        None => (None, Kept::default()),
+    };
+    let begun = restore::begin(config, kept, out)?;
+    let (mut event_loop, threads) = assemble(config, instance, begun, journal)?;
     let (name, workers) = (instance.name(), config.worker_count());
     if let Some(scrape) = &threads.scrape {
         say(out, &format!("metrics at http://{}/metrics", scrape.address()));
@@ -120,7 +131,12 @@ impl Threads {
     }
 }
 
-fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<(EventLoop, Threads), DaemonError> {
+fn assemble(
+    config: &Config,
+    instance: &Instance,
+    begun: Beginning,
+    journal: Option<Journal>,
+) -> Result<(EventLoop, Threads), DaemonError> {
     let server = Server::create(instance)?;
     let (events, receiver) = EventSender::new(server.waker());
     let (signals, signal_thread) = stop_on_signals(events.clone()).map_err(system("signal handler"))?;
@@ -133,6 +149,19 @@ fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<(
     let schedule = Arc::new(Schedule::new(workers));
     let (preparer, preparers) = preparer::start(&schedule).map_err(system("thread"))?;
     joined.extend(preparers);
+    let mut keeping = Keeping::default();
+    if let Some(journal) = journal {
+        // A file that may not grow is then an error like a full disk, not the end.
+        signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false))).map_err(system("signal handler"))?;
+        let events = events.clone();
+        let told = move |ticket, failure| events.send(Event::Kept(KeptUpTo { ticket, failure }));
+        let started = journal.start(begun.live, begun.configured, Box::new(told));
+        let (entries, thread) = started.map_err(system("thread"))?;
+        keeping = Keeping::new(Some(entries));
+        joined.push(thread);
+    }
+    let (pulse, pulse_thread) = Pulse::start().map_err(system("thread"))?;
+    joined.extend(pulse_thread);
     let mut mailboxes = Vec::new();
     for index in 0..schedule::threads(workers) {
         let mailbox = Arc::default();
@@ -147,13 +176,15 @@ fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<(
     let event_loop = EventLoop {
         server,
         janitor,
-        store,
         schedule,
         preparer: Some(preparer),
         clients: Clients::new(config.quota, workers),
         stories: Stories::default(),
         poison: Poison::default(),
         workers,
+        store: begun.store,
+        keeping,
+        pulse,
         mailboxes,
         events: receiver,
         loader: Some(loader),
@@ -183,85 +214,4 @@ fn stop_on_signals(events: EventSender) -> std::io::Result<(Handle, JoinHandle<(
         }
     })?;
     Ok((handle, thread))
-}
-
-/// Loads what the configuration names.
-fn preload(config: &Config, out: &mut dyn Write) -> Result<ModelStore, DaemonError> {
-    let mut store = ModelStore::new(label_id);
-    let mut reader = Reader::new(Packages::with_environment(BTreeMap::new()));
-    for robot in &config.robots {
-        let start = Instant::now();
-        let description = reader.robot_of(&robot.files())?;
-        add_robot(&mut store, &robot.label, description, &robot.urdf, start, out)?;
-    }
-    for scene in &config.scenes {
-        let read = reader.scene(&scene.file)?;
-        add_scene(&mut store, &scene.label, read, out)?;
-    }
-    for problem in &config.problems {
-        let start = Instant::now();
-        let read = reader.problem(&problem.file, problem.geometry.into())?;
-        let robot = problem.robot.as_ref().unwrap_or(&read.robot.name).clone();
-        let scene = problem.scene.as_ref().unwrap_or(&read.name).clone();
-        add_robot(&mut store, &robot, read.robot, &read.robot_files.urdf, start, out)?;
-        add_scene(&mut store, &scene, read.scene, out)?;
-        warm(&mut store, &robot, &scene)?;
-    }
-    Ok(store)
-}
-
-fn model(error: &taut_ipc::control::Refusal) -> DaemonError {
-    DaemonError::Model { code: error.code, message: error.message.clone() }
-}
-
-fn add_robot(
-    store: &mut ModelStore,
-    label: &str,
-    description: RobotDescription,
-    urdf: &Path,
-    start: Instant,
-    out: &mut dyn Write,
-) -> Result<(), DaemonError> {
-    let (robot, weights) = loader::prepared(description, urdf).map_err(|refusal| model(&refusal))?;
-    let shapes = || robot.links().iter().flat_map(|link| &link.shapes);
-    let triangles: usize = shapes().map(|placed| triangles(&placed.shape)).sum();
-    let bodies = robot.links().iter().filter(|link| !link.shapes.is_empty()).count();
-    let line = format!(
-        "robot {label}  {} dof  {bodies} links  {triangles} triangles  hash {:016x}  warm in {:.0} ms",
-        robot.space().nv(),
-        robot.hash(),
-        start.elapsed().as_secs_f64() * 1e3,
-    );
-    store.insert_robot(label, robot, weights, false).map_err(|error| model(&store_refusal(&error)))?;
-    say(out, &line);
-    Ok(())
-}
-
-fn triangles(shape: &Shape) -> usize {
-    match shape {
-        Shape::Mesh(mesh) => mesh.triangles().len(),
-        _ => 0,
-    }
-}
-
-fn add_scene(store: &mut ModelStore, label: &str, scene: Scene, out: &mut dyn Write) -> Result<(), DaemonError> {
-    let (objects, hash) = (scene.obstacles().len() + scene.attached().len(), scene.hash());
-    store.insert_scene(label, Arc::new(scene), false).map_err(|error| model(&store_refusal(&error)))?;
-    say(out, &format!("scene {label} v1  {objects} objects  hash {hash:016x}"));
-    Ok(())
-}
-
-/// Makes the collision model of a problem now, so that its first request need not.
-fn warm(store: &mut ModelStore, robot: &str, scene: &str) -> Result<(), DaemonError> {
-    let wanted = Wanted { robot_id: label_id(robot), scene_id: label_id(scene), ..Wanted::default() };
-    let snapshot = store.snapshot(&wanted).map_err(|error| model(&store_refusal(&error)))?;
-    match snapshot.model.get() {
-        Ok(_) => Ok(()),
-        Err(error) => Err(model(&super::translate::model_refusal(error, &snapshot.robot))),
-    }
-}
-
-/// Prints a line of the start. A daemon whose terminal is gone serves all the same.
-fn say(out: &mut dyn Write, line: &str) {
-    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
 }

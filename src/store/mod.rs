@@ -143,11 +143,11 @@ impl ModelStore {
     /// Takes a scene that an earlier store had under a label, at the version that it had there.
     ///
     /// # Errors
-    /// [`StoreError::LabelTaken`] if the label names a scene; [`StoreError::SameId`] if another label has the same
+    /// [`StoreError::LabelTaken`] if the label names other content; [`StoreError::SameId`] if another label has the same
     /// id.
     pub fn restore_scene(&mut self, label: &str, scene: Arc<Scene>, version: u64) -> Result<(), StoreError> {
         let id = self.take_id(label)?;
-        if let Some(entry) = self.scenes.get(label) {
+        if let Some(entry) = self.scenes.get(label).filter(|entry| entry.scene.hash() != scene.hash()) {
             return Err(StoreError::taken("scene", label, entry.scene.hash(), scene.hash()));
         }
         self.scenes.insert(label.to_owned(), SceneEntry::new(id, version.max(1), scene));

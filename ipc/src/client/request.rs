@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// A request being put together; holds no shared memory yet.
 #[derive(Debug)]
 pub struct RequestBuilder<'a> {
-    link: Arc<Link>,
+    pub(super) link: Arc<Link>,
     /// What is asked for. Version, lengths, sections, path size and listener are filled in when it is sent; a
     /// request id of 0 gets a new one.
     pub header: RequestHeader,
