@@ -26,6 +26,7 @@ mod shorten;
 mod svg;
 mod top;
 mod verify;
+mod watch;
 mod why;
 
 use std::process::ExitCode;

@@ -131,7 +131,9 @@ impl ModelStore {
             }
             Some(entry) if entry.scene.hash() == scene.hash() => return Ok(Change::Unchanged),
             Some(entry) if replace => {
-                entry.push(scene);
+                let before = entry.scene.hash();
+                entry.push(scene.clone());
+                self.follow(before, &scene);
                 Change::Replaced
             }
             Some(entry) => return Err(StoreError::taken("scene", label, entry.scene.hash(), scene.hash())),
@@ -280,6 +282,15 @@ impl ModelStore {
         let scene_hash = key.1;
         let (weights, scene_id) = (robot.weights.clone(), wanted.scene_id);
         Ok(Snapshot { robot: robot.robot.clone(), weights, model, scene_id, scene_hash, scene_version })
+    }
+
+    /// Whoever asks for a model of the next version gets it from the one before, where there is one.
+    fn follow(&mut self, before: u64, scene: &Arc<Scene>) {
+        let of_before = self.models.iter().filter(|((_, hash), _)| *hash == before);
+        let next = of_before.map(|((robot, _), model)| (*robot, Arc::new(PreparedModel::after(model, scene.clone()))));
+        for (robot, model) in next.collect::<Vec<_>>() {
+            self.models.entry((robot, scene.hash())).or_insert(model);
+        }
     }
 
     fn entry_mut(&mut self, label: &str) -> Result<&mut SceneEntry, StoreError> {
