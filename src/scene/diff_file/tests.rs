@@ -3,6 +3,7 @@ use proptest::prelude::*;
 use super::super::scene_file;
 use super::*;
 use crate::math::{Quat, Vec3};
+use crate::scene::{Obstacle, Scene};
 use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
 use std::sync::Arc;
 
