@@ -142,7 +142,8 @@ impl Server {
         cleanup::clean_start(instance);
         let node = transport::node(instance).map_err(setup("node"))?;
         let boot_id = unique_number();
-        let service = made("optimize", transport::optimize_settings(transport::optimize(&node), clients).open_or_create())?;
+        let service =
+            made("optimize", transport::optimize_settings(transport::optimize(&node), clients).open_or_create())?;
         let mut server = Self {
             optimize: optimize_port(&service)?,
             control: control_port(&node)?,

@@ -10,7 +10,9 @@ use super::config::Config;
 #[derive(Debug, thiserror::Error)]
 pub enum StateError {
     /// Nobody says where.
-    #[error("no folder to keep robots and scenes in: neither STATE_DIRECTORY, XDG_STATE_HOME nor HOME is an absolute path; name one with --state, or use --no-state")]
+    #[error(
+        "no folder to keep robots and scenes in: neither STATE_DIRECTORY, XDG_STATE_HOME nor HOME is an absolute path; name one with --state, or use --no-state"
+    )]
     Nowhere,
     /// The instance.
     #[error(transparent)]

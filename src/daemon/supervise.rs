@@ -35,7 +35,9 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 #[derive(Debug, thiserror::Error)]
 pub enum SuperviseError {
     /// It dies again and again.
-    #[error("the daemon died {MOST_QUICK} times in a row within {QUICK:?} of its start, the last time of {last}; see its messages above, TAUT_LOG=debug has more")]
+    #[error(
+        "the daemon died {MOST_QUICK} times in a row within {QUICK:?} of its start, the last time of {last}; see its messages above, TAUT_LOG=debug has more"
+    )]
     GaveUp {
         /// What it died of.
         last: String,
@@ -268,7 +270,9 @@ fn remove_stale(root: &Path) {
     for entry in entries.flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         let pid = name.strip_prefix(SOCKET).and_then(|pid| Pid::from_raw(pid.parse().ok()?));
-        if pid.is_some_and(|pid| pid.as_raw_nonzero().get() as u32 == std::process::id() || test_kill_process(pid).is_err()) {
+        if pid.is_some_and(|pid| {
+            pid.as_raw_nonzero().get() as u32 == std::process::id() || test_kill_process(pid).is_err()
+        }) {
             let _ = std::fs::remove_file(entry.path());
         }
     }

@@ -80,12 +80,7 @@ impl RequestBuilder<'_> {
         }
     }
 
-    fn once(
-        &self,
-        path: &[f64],
-        watch: &mut dyn FnMut(&Response),
-        losses: &mut u32,
-    ) -> Result<Response, ClientError> {
+    fn once(&self, path: &[f64], watch: &mut dyn FnMut(&Response), losses: &mut u32) -> Result<Response, ClientError> {
         let again = Self { link: self.link.clone(), header: self.header, body: self.body };
         let mut loan = again.loan()?;
         let slots = loan.path_mut();

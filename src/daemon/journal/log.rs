@@ -32,7 +32,9 @@ pub(super) enum LogError {
         source: std::io::Error,
     },
     /// Bytes that were not written like this.
-    #[error("{path} is damaged {place}; it may hold what was acknowledged, so nothing older is served: move it away, or use --no-state")]
+    #[error(
+        "{path} is damaged {place}; it may hold what was acknowledged, so nothing older is served: move it away, or use --no-state"
+    )]
     Damaged {
         /// The file.
         path: PathBuf,

@@ -45,10 +45,8 @@ impl Meshes {
         let bytes = bincode::serde::encode_to_vec(parts, bincode::config::standard());
         let bytes = bytes.map_err(|error| error.to_string())?;
         let (file, new) = (self.file(mesh.hash()), self.folder.join("new"));
-        let written = self
-            .make_folder()
-            .and_then(|()| std::fs::write(&new, bytes))
-            .and_then(|()| std::fs::rename(&new, &file));
+        let written =
+            self.make_folder().and_then(|()| std::fs::write(&new, bytes)).and_then(|()| std::fs::rename(&new, &file));
         written.map_err(|error| {
             let _ = std::fs::remove_file(&new);
             format!("{}: {error}", file.display())

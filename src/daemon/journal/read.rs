@@ -160,7 +160,9 @@ impl Unchecked {
                 let robot = robot.restore(&mut find)?;
                 match robot.hash() {
                     found if found != hash => differs(found, hash),
-                    _ if weights.len() != robot.space().nv() => Err("its weights are not as many as it needs".to_owned()),
+                    _ if weights.len() != robot.space().nv() => {
+                        Err("its weights are not as many as it needs".to_owned())
+                    }
                     _ => Ok(State { content: Content::Robot(Arc::new(robot), weights.into()), configured }),
                 }
             }

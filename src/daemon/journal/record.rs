@@ -79,16 +79,8 @@ pub(super) struct RobotRecord {
 impl RobotRecord {
     pub(super) fn of(robot: &RobotModel) -> Result<Self, String> {
         // Named one by one, so that nothing a description gains is forgotten here.
-        let RobotDescription {
-            name,
-            links,
-            joints,
-            virtual_joint,
-            variables,
-            semantics,
-            allowed_collisions,
-            warnings,
-        } = robot.description().clone();
+        let RobotDescription { name, links, joints, virtual_joint, variables, semantics, allowed_collisions, warnings } =
+            robot.description().clone();
         let links = links.into_iter().map(|link| Ok((link.name, records(&link.collision)?)));
         let links = links.collect::<Result<_, String>>()?;
         let found = robot.warnings().to_vec();
@@ -188,7 +180,9 @@ impl SceneRecord {
                 None => &mut self.obstacles[index],
                 Some(index) => {
                     let attached = self.attached.get_mut(index);
-                    &mut attached.ok_or_else(|| format!("object number {} moves, there is none", index + standing))?.object
+                    &mut attached
+                        .ok_or_else(|| format!("object number {} moves, there is none", index + standing))?
+                        .object
                 }
             };
             object.pose = pose;
@@ -243,9 +237,8 @@ pub(super) fn moves_between(before: &Scene, after: &Scene) -> Option<Moves> {
         && before.forbidden().eq(after.forbidden())
         && before.warnings() == after.warnings();
     let attached = before.attached().iter().zip(after.attached());
-    let same_carriers = |(a, b): (&AttachedObject, &AttachedObject)| {
-        a.link_name == b.link_name && a.touch_links == b.touch_links
-    };
+    let same_carriers =
+        |(a, b): (&AttachedObject, &AttachedObject)| a.link_name == b.link_name && a.touch_links == b.touch_links;
     if !same_lists || !attached.into_iter().all(same_carriers) {
         return None;
     }
