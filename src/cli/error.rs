@@ -55,9 +55,15 @@ pub(super) enum CliError {
         /// What it said.
         text: String,
     },
-    /// The demo's daemon and planners.
+    /// The demo.
     #[error(transparent)]
     Demo(#[from] super::demo::DemoError),
+    /// A daemon of the command's own.
+    #[error(transparent)]
+    OwnDaemon(#[from] super::own_daemon::OwnDaemonError),
+    /// A load test.
+    #[error(transparent)]
+    Load(#[from] super::load_test::LoadError),
     /// The daemon's refusal.
     #[error("{}: {message}{}", code.name(), next_step(*retry_after_ms))]
     Refused {
@@ -125,6 +131,8 @@ impl CliError {
             Self::File(_) | Self::Model { .. } | Self::Choice(_) | Self::Request { .. } => BAD_DATA,
             Self::Panic { .. } => PANICKED,
             Self::Demo(error) => error.exit_code(),
+            Self::OwnDaemon(error) => error.exit_code(),
+            Self::Load(error) => error.exit_code(),
             Self::Refused { code, .. } => code.exit_code(),
             Self::NoDaemon { .. } => Code::DaemonLost.exit_code(),
             Self::Client(error) => error.code().exit_code(),

@@ -11,7 +11,9 @@ mod doctor;
 mod error;
 mod layout;
 mod load;
+mod load_test;
 mod models;
+mod own_daemon;
 mod place;
 mod progress;
 mod quantity;
@@ -50,6 +52,12 @@ enum Command {
     Demo(demo::Arguments),
     #[command(hide = true)]
     DemoPlanner(demo::planner::Arguments),
+    Load(load_test::Arguments),
+    #[command(hide = true)]
+    LoadClient,
+    #[command(hide = true)]
+    LoadEcho,
+    Promises(load_test::promises::Arguments),
     Serve(serve::Arguments),
     Doctor(doctor::Arguments),
     LoadRobot(models::LoadRobot),
@@ -104,6 +112,10 @@ pub fn main() -> ExitCode {
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::DemoPlanner(arguments) => demo::planner::run(&arguments),
+        Command::Load(arguments) => load_test::run(&arguments),
+        Command::LoadClient => load_test::client::run(),
+        Command::LoadEcho => load_test::bare::serve(),
+        Command::Promises(arguments) => load_test::promises::run(&arguments),
         Command::Serve(arguments) => serve::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::LoadRobot(arguments) => models::load_robot(&arguments),

@@ -35,8 +35,6 @@ const JANITOR_PATIENCE: Duration = Duration::from_secs(10);
 pub(super) struct EventLoop {
     pub(super) janitor: Janitor,
     pub(super) store: ModelStore,
-    pub(super) keeping: Keeping,
-    pub(super) pulse: Pulse,
     pub(super) schedule: Arc<Schedule>,
     /// Where models go that are to be made; gone once the daemon ends.
     pub(super) preparer: Option<Sender<Arc<PreparedModel>>>,
@@ -44,6 +42,8 @@ pub(super) struct EventLoop {
     pub(super) stories: Stories,
     pub(super) poison: Poison,
     pub(super) workers: usize,
+    pub(super) keeping: Keeping,
+    pub(super) pulse: Pulse,
     pub(super) mailboxes: Vec<Arc<Mailbox>>,
     pub(super) events: Receiver<Event>,
     /// Gone once the daemon ends.
@@ -377,8 +377,8 @@ impl EventLoop {
             return Ok(());
         }
         self.next_status_ns = monotonic_ns() + self.status_period_ns;
-        self.pulse.beat();
         self.clients.forget(monotonic_ns());
+        self.pulse.beat();
         let status = self.status();
         self.server.publish_status(&status)?;
         let is_slow = self.janitor.busy_for() > JANITOR_PATIENCE;

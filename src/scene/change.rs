@@ -7,6 +7,9 @@ use super::{AttachedObject, Obstacle, Scene, SceneError, Verdict, comma_separate
 use crate::math::Pose;
 use crate::shape::PlacedShape;
 
+/// Scales beyond these are slips of units.
+const SCALES: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
+
 /// One change to a scene, named as in MoveIt's messages.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SceneChange {
@@ -66,7 +69,7 @@ pub enum SceneChange {
     Scale {
         /// Link or object.
         name: String,
-        /// Greater than 0; 1 takes the scale away.
+        /// From 0.001 to 1000; 1 takes the scale away.
         scale: f64,
     },
     /// A named frame, in which poses may be given from now on ([`Scene::in_world`]).
@@ -174,7 +177,7 @@ impl Scene {
     }
 
     pub(super) fn rescale(&mut self, name: &str, scale: f64) -> Result<(), SceneError> {
-        if !scale.is_finite() || scale <= 0.0 {
+        if !SCALES.contains(&scale) {
             return Err(SceneError::BadScale { name: name.to_owned(), value: scale });
         }
         self.scale.set(name.into(), (scale != 1.0).then_some(scale));

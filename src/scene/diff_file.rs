@@ -25,6 +25,9 @@
 //! both need the object's new `pose`, in the link's frame and in the world, because where the robot stands is not
 //! the scene's to know. A padding of 0, a scale of 1 and a transform of `null` take theirs away.
 
+#[cfg(test)]
+mod tests;
+
 use serde::{Deserialize, Serialize};
 
 pub use super::diff_text::text;

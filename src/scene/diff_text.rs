@@ -1,6 +1,6 @@
 //! Changes as the text of a diff.
 
-use super::diff_file::{DiffFile, DiffPart};
+use super::diff_file::DiffPart;
 use super::object_file::{ObjectFile, Operation};
 use super::pose_file::{FrameFile, PoseFile};
 use super::scene_file::AttachedObjectFile;
@@ -103,12 +103,4 @@ impl Writer {
 
 fn placed(id: String, pose: &Pose) -> ObjectFile {
     ObjectFile { id, pose: Some(PoseFile::of(pose)), ..ObjectFile::default() }
-}
-
-impl DiffFile {
-    /// Parts that are made one after the other.
-    #[cfg(test)]
-    pub(super) fn parts(&self) -> usize {
-        self.0.len()
-    }
 }

@@ -79,6 +79,9 @@ impl<'a> Way<'a> {
     /// What stands in the other scene, of which the first are kept.
     fn stand(&mut self, kept: usize) {
         for (index, object) in self.other.obstacles.iter().enumerate() {
+            if index < kept && self.at.obstacles.get(&object.id).is_some_and(|held| std::ptr::eq(held, object)) {
+                continue;
+            }
             let id = object.id.clone();
             self.append(object);
             if index >= kept {
@@ -160,10 +163,9 @@ impl<'a> Way<'a> {
     /// The shapes that an object has more than the one of its id here; `None` where there is no such one, or where
     /// others come first.
     fn more_shapes<'b>(&self, object: &'b Obstacle) -> Option<&'b [PlacedShape]> {
-        let (obstacles, attached) = (&self.at.obstacles, &self.at.attached);
-        let held = obstacles.get(&object.id).or_else(|| attached.get(&object.id).map(|held| &held.object))?;
+        let held = self.at.object(&object.id)?;
         let (first, more) = object.shapes.split_at_checked(held.shapes.len())?;
-        let digest = obstacles.shapes(&object.id).or_else(|| attached.shapes(&object.id))?;
-        (Arc::ptr_eq(&held.shapes, &object.shapes) || digest_of_shapes(first) == *digest).then_some(more)
+        let is_same = Arc::ptr_eq(&held.shapes, &object.shapes);
+        (is_same || digest_of_shapes(first) == digest_of_shapes(&held.shapes)).then_some(more)
     }
 }

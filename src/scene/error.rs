@@ -69,7 +69,7 @@ pub enum SceneError {
         value: f64,
     },
     /// A scale that leaves no solid.
-    #[error("the scale of {name:?} is {value}; it must be finite and greater than 0 (1 leaves sizes as they are)")]
+    #[error("the scale of {name:?} is {value}; it must be from 0.001 to 1000 (1 leaves sizes as they are)")]
     BadScale {
         /// Link or object.
         name: String,

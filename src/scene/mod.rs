@@ -6,12 +6,15 @@ pub mod diff_file;
 mod diff_text;
 mod difference;
 mod error;
+mod former_hash;
 pub mod moveit_scene;
 mod numbers_file;
 mod object;
 mod object_file;
 mod objects;
 mod pose_file;
+#[cfg(test)]
+mod properties;
 pub mod scene_file;
 mod table;
 #[cfg(test)]
@@ -145,6 +148,10 @@ impl Scene {
     pub fn objects(&self) -> impl Iterator<Item = &Obstacle> {
         self.obstacles.iter().chain(self.attached.iter().map(|attached| &attached.object))
     }
+    /// An object, wherever it is.
+    pub fn object(&self, id: &str) -> Option<&Obstacle> {
+        self.obstacles.get(id).or_else(|| self.attached.get(id).map(|attached| &attached.object))
+    }
     /// Objects that links carry.
     pub fn attached(&self) -> &Objects<AttachedObject> {
         &self.attached
@@ -211,6 +218,16 @@ impl Scene {
             frames: comma_separated(self.frames().map(|(name, _)| name)),
             objects: comma_separated(self.obstacles.iter().map(|object| object.id.as_str())),
         }
+    }
+
+    /// Whether nothing but poses and shapes of obstacles tells two scenes apart, as far as memory that they share
+    /// tells: where it does not, they may still be equal.
+    pub(crate) fn lines_up_with(&self, other: &Self) -> bool {
+        self.obstacles.lines_up_with(&other.obstacles)
+            && self.attached.is(&other.attached)
+            && self.padding.is(&other.padding)
+            && self.scale.is(&other.scale)
+            && self.verdicts.is(&other.verdicts)
     }
 
     /// Content hash: equal scenes have equal hashes whatever their label and however they were made. The order of

@@ -29,25 +29,34 @@ struct Held<T> {
 }
 
 /// What stands in a list of objects.
-pub(super) trait Member: AsRef<Obstacle> {
-    /// Adds all that makes it what it is, but for its shapes.
-    fn tell(&self, hasher: &mut ContentHasher);
+pub trait Member: AsRef<Obstacle> {
+    /// All that makes it what it is, its shapes by their digest.
+    fn fact(&self, shapes: &Digest) -> Digest;
 }
 
 impl Member for Obstacle {
-    fn tell(&self, hasher: &mut ContentHasher) {
-        hasher.name("object").name(&self.id).pose(&self.pose);
+    fn fact(&self, shapes: &Digest) -> Digest {
+        let mut hasher = ContentHasher::default();
+        hasher.name("object");
+        tell(&mut hasher, self, shapes);
+        hasher.finish_digest()
     }
 }
 
 impl Member for AttachedObject {
-    fn tell(&self, hasher: &mut ContentHasher) {
+    fn fact(&self, shapes: &Digest) -> Digest {
+        let mut hasher = ContentHasher::default();
         hasher.name("attached").name(&self.link_name).count(self.touch_links.len());
         for name in &self.touch_links {
             hasher.name(name);
         }
-        self.object.tell(hasher);
+        tell(&mut hasher, &self.object, shapes);
+        hasher.finish_digest()
     }
+}
+
+fn tell(hasher: &mut ContentHasher, object: &Obstacle, shapes: &Digest) {
+    hasher.name(&object.id).pose(&object.pose).digest(shapes);
 }
 
 /// Objects in their order.
@@ -107,14 +116,19 @@ impl<T> Objects<T> {
         self.number_of.get(id).copied()
     }
 
-    /// What the content hash of an object's shapes is made of.
-    pub(super) fn shapes(&self, id: &str) -> Option<&Digest> {
-        self.held(id).map(|held| &held.shapes)
-    }
-
     /// All that makes an object what it is, but for its place in the order.
     pub(super) fn fact(&self, id: &str) -> Option<&Digest> {
         self.held(id).map(|held| &held.fact)
+    }
+
+    /// Whether both lists are one in memory; those that are not may still be equal.
+    pub(super) fn is(&self, other: &Self) -> bool {
+        self.in_order.ptr_eq(&other.in_order)
+    }
+
+    /// Whether both lists have the same ids in the same order, as far as memory that they share tells.
+    pub(super) fn lines_up_with(&self, other: &Self) -> bool {
+        self.number_of.ptr_eq(&other.number_of)
     }
 
     /// What the list's content hash is made of: each object, and which follows which.
@@ -180,10 +194,8 @@ impl<T: AsRef<Obstacle>> Held<T> {
 
 impl<T: Member> Held<T> {
     fn new(object: T, shapes: Digest) -> Self {
-        let mut hasher = ContentHasher::default();
-        object.tell(&mut hasher);
-        hasher.digest(&shapes);
-        Self { object, shapes, fact: hasher.finish_digest() }
+        let fact = object.fact(&shapes);
+        Self { object, shapes, fact }
     }
 }
 

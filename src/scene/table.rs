@@ -60,16 +60,19 @@ impl<K: Ord + Content, V: Content> Table<K, V> {
     pub fn set(&mut self, key: K, value: Option<V>) {
         if let Some(old) = self.values.get(&key) {
             self.facts.subtract(&fact(&key, old));
-        }
-        match value {
-            Some(value) => {
-                self.facts.add(&fact(&key, &value));
-                self.values.insert_mut(key, value);
-            }
-            None => {
+            if value.is_none() {
                 self.values.remove_mut(&key);
             }
         }
+        if let Some(value) = value {
+            self.facts.add(&fact(&key, &value));
+            self.values.insert_mut(key, value);
+        }
+    }
+
+    /// Whether both tables are one in memory; those that are not may still be equal.
+    pub fn is(&self, other: &Self) -> bool {
+        self.values.ptr_eq(&other.values)
     }
 
     /// What the table's content hash is made of.
@@ -94,9 +97,19 @@ pub(super) enum Verdict {
     Forbidden,
 }
 
-impl Content for Verdict {
+/// A verdict, and how it was told.
+#[derive(Clone, Copy, Debug)]
+struct Told {
+    verdict: Verdict,
+    /// Counts all that was told before.
+    number: u64,
+    /// The lesser name came second.
+    is_turned: bool,
+}
+
+impl Content for Told {
     fn tell(&self, hasher: &mut ContentHasher) {
-        hasher.count(*self as usize);
+        hasher.count(self.verdict as usize);
     }
 }
 
@@ -109,6 +122,12 @@ impl Content for Pair {
     }
 }
 
+impl Told {
+    fn names<'a>(&self, (a, b): &'a Pair) -> (&'a str, &'a str) {
+        if self.is_turned { (b, a) } else { (a, b) }
+    }
+}
+
 fn pair(a: &str, b: &str) -> Pair {
     (a.min(b).into(), a.max(b).into())
 }
@@ -116,7 +135,8 @@ fn pair(a: &str, b: &str) -> Pair {
 /// Verdicts on pairs of names, whichever of the two comes first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Verdicts {
-    of_pairs: Table<Pair, Verdict>,
+    of_pairs: Table<Pair, Told>,
+    told: u64,
     /// For each name, those that it makes a pair with.
     partners: RedBlackTreeMapSync<Arc<str>, RedBlackTreeSetSync<Arc<str>>>,
 }
@@ -124,16 +144,22 @@ pub(super) struct Verdicts {
 impl Verdicts {
     /// Pairs with their verdicts, by name.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &str, Verdict)> {
-        self.of_pairs.iter().map(|((a, b), verdict)| (&**a, &**b, *verdict))
+        self.of_pairs.iter().map(|(pair, told)| {
+            let (a, b) = told.names(pair);
+            (a, b, told.verdict)
+        })
     }
 
     /// What is said of a pair.
     pub fn get(&self, a: &str, b: &str) -> Option<Verdict> {
-        self.of_pairs.get(&pair(a, b)).copied()
+        self.of_pairs.get(&pair(a, b)).map(|told| told.verdict)
     }
 
     /// Says something else of a pair, or nothing.
     pub fn set(&mut self, a: &str, b: &str, verdict: Option<Verdict>) {
+        if self.get(a, b) == verdict {
+            return;
+        }
         let pair = pair(a, b);
         for (name, partner) in [(&pair.0, &pair.1), (&pair.1, &pair.0)] {
             let mut partners = self.partners.get(name).cloned().unwrap_or_else(RedBlackTreeSetSync::new_sync);
@@ -149,7 +175,16 @@ impl Verdicts {
                 self.partners.insert_mut(name.clone(), partners);
             }
         }
-        self.of_pairs.set(pair, verdict);
+        let told = |verdict| Told { verdict, number: self.told, is_turned: a > b };
+        self.of_pairs.set(pair, verdict.map(told));
+        self.told += 1;
+    }
+
+    /// Pairs of a verdict as they were told, one after the other.
+    pub fn as_told(&self, verdict: Verdict) -> Vec<(&str, &str)> {
+        let mut all: Vec<_> = self.of_pairs.iter().filter(|(_, told)| told.verdict == verdict).collect();
+        all.sort_by_key(|(_, told)| told.number);
+        all.into_iter().map(|(pair, told)| told.names(pair)).collect()
     }
 
     /// Says nothing any more of the pairs that a name is in.
@@ -157,6 +192,11 @@ impl Verdicts {
         for partner in self.partners.get(name).cloned().iter().flatten() {
             self.set(name, partner, None);
         }
+    }
+
+    /// Whether both are one in memory; those that are not may still be equal.
+    pub fn is(&self, other: &Self) -> bool {
+        self.of_pairs.is(&other.of_pairs)
     }
 
     /// What the content hash is made of.

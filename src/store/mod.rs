@@ -140,7 +140,9 @@ impl ModelStore {
             }
             Some(entry) if entry.scene.hash() == scene.hash() => return Ok(Change::Unchanged),
             Some(entry) if replace => {
-                entry.push(scene);
+                let before = entry.scene.hash();
+                entry.push(scene.clone());
+                self.follow(before, &scene);
                 Change::Replaced
             }
             Some(entry) => return Err(StoreError::taken("scene", label, entry.scene.hash(), scene.hash())),
@@ -152,11 +154,11 @@ impl ModelStore {
     /// Takes a scene that an earlier store had under a label, at the version that it had there.
     ///
     /// # Errors
-    /// [`StoreError::LabelTaken`] if the label names a scene; [`StoreError::SameId`] if another label has the same
+    /// [`StoreError::LabelTaken`] if the label names other content; [`StoreError::SameId`] if another label has the same
     /// id.
     pub fn restore_scene(&mut self, label: &str, scene: Arc<Scene>, version: u64) -> Result<(), StoreError> {
         let id = self.take_id(label)?;
-        if let Some(entry) = self.scenes.get(label) {
+        if let Some(entry) = self.scenes.get(label).filter(|entry| entry.scene.hash() != scene.hash()) {
             return Err(StoreError::taken("scene", label, entry.scene.hash(), scene.hash()));
         }
         self.scenes.insert(label.to_owned(), SceneEntry::new(id, version.max(1), scene));
@@ -294,6 +296,16 @@ impl ModelStore {
         let scene_hash = key.1;
         let (weights, scene_id) = (robot.weights.clone(), wanted.scene_id);
         Ok(Snapshot { robot: robot.robot.clone(), weights, model, scene_id, scene_hash, scene_version })
+    }
+
+    /// The next version's models will be made from those of the version before.
+    fn follow(&mut self, before: u64, scene: &Arc<Scene>) {
+        let of_before = self.models.iter().filter(|((_, hash), _)| *hash == before);
+        let after =
+            of_before.map(|((robot, _), model)| ((*robot, scene.hash()), PreparedModel::after(model, scene.clone())));
+        for (key, model) in after.collect::<Vec<_>>() {
+            self.models.entry(key).or_insert_with(|| Arc::new(model));
+        }
     }
 
     fn entry_mut(&mut self, label: &str) -> Result<&mut SceneEntry, StoreError> {

@@ -11,8 +11,8 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, unbounded};
 use super::error::DemoError;
 use super::progress::Progress;
 use super::row::{Message, Row};
-use super::server::{self, Daemon};
 use super::world;
+use crate::cli::own_daemon::{self, Daemon};
 
 /// How often a signal is looked for.
 const TICK: Duration = Duration::from_millis(50);
@@ -31,12 +31,12 @@ impl Fleet {
         let (say, said) = unbounded();
         let mut fleet = Self { children: Vec::new(), said };
         for (index, row) in rows.iter().enumerate() {
-            let mut command = server::this_program(daemon.instance())?;
+            let mut command = own_daemon::this_program(daemon.instance())?;
             command.arg("demo-planner").arg(world::problem_file(daemon.folder(), &row.problem));
             command.args(["--seed", &row.seed.to_string()]);
             command.args(["--deadline", &format!("{}us", deadline.as_micros())]);
             command.stdin(Stdio::null()).stdout(Stdio::piped());
-            let mut child = server::spawn(command)?;
+            let mut child = own_daemon::spawn(command)?;
             let out = child.stdout.take();
             fleet.children.push(child);
             if let Some(out) = out {

@@ -11,12 +11,11 @@ mod progress;
 mod row;
 #[path = "../../../examples/planner/rrt_connect.rs"]
 mod rrt_connect;
-mod server;
 #[path = "../../../examples/planner/session.rs"]
 mod session;
 mod table;
 mod view;
-mod world;
+pub(super) mod world;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -30,11 +29,11 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 pub(super) use error::DemoError;
 
 use super::error::{CliError, stdout};
+use super::own_daemon::{Daemon, OwnDaemonError};
 use super::{Format, quantity, report};
 use fleet::Fleet;
 use progress::Progress;
 use row::Row;
-use server::Daemon;
 use world::World;
 
 /// Exit code where an answer is not proved.
@@ -75,7 +74,7 @@ struct Report<'a> {
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let start = Instant::now();
     let stop = stop_on_signals()?;
-    let daemon = Daemon::start(world::unpack)?;
+    let daemon = Daemon::start("demo", &[], world::unpack)?;
     let (mut rows, worlds) = read_worlds(arguments, &daemon)?;
     let mut progress = Progress::new(&rows);
     let fleet = Fleet::start(&daemon, &rows, arguments.deadline)?;
@@ -97,7 +96,7 @@ fn stop_on_signals() -> Result<Arc<AtomicBool>, CliError> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         let registered = signal_hook::flag::register(signal, Arc::clone(&stop));
-        registered.map_err(|source| DemoError::Start { program: "signal handler".into(), source })?;
+        registered.map_err(|source| OwnDaemonError::Start { program: "signal handler".into(), source })?;
     }
     Ok(stop)
 }

@@ -9,7 +9,7 @@ use taut::robot::RobotModel;
 use taut::scene::Scene;
 
 /// Problems by name, each of another robot or another scene than the one before.
-pub(super) const PROBLEMS: [&str; 6] = ["arm_window", "rooms", "arm_shelf", "ell_window", "corner", "slalom"];
+pub(in crate::cli) const PROBLEMS: [&str; 6] = ["arm_window", "rooms", "arm_shelf", "ell_window", "corner", "slalom"];
 
 macro_rules! shipped {
     ($($file:literal),* $(,)?) => {
@@ -38,7 +38,7 @@ const FILES: [(&str, &str); 16] = shipped![
 ];
 
 /// Writes the files below a folder, where daemon and planners read them.
-pub(super) fn unpack(folder: &Path) -> io::Result<()> {
+pub(in crate::cli) fn unpack(folder: &Path) -> io::Result<()> {
     for (name, text) in FILES {
         let file = folder.join(name);
         fs::create_dir_all(file.parent().unwrap_or(folder))?;
@@ -48,7 +48,7 @@ pub(super) fn unpack(folder: &Path) -> io::Result<()> {
 }
 
 /// The file of a problem below that folder.
-pub(super) fn problem_file(folder: &Path, name: &str) -> PathBuf {
+pub(in crate::cli) fn problem_file(folder: &Path, name: &str) -> PathBuf {
     folder.join("problems").join(format!("{name}.json"))
 }
 

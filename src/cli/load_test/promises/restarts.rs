@@ -1,0 +1,110 @@
+//! The daemon is killed under load and started again, and the clients send on.
+
+use std::time::Duration;
+
+use taut_ipc::control::{ControlReply, ControlRequest, Listing};
+use taut_ipc::{Client, monotonic_ns};
+
+use super::row::Row;
+use super::trial::Trial;
+use crate::cli::connect::{control, unexpected};
+use crate::cli::error::CliError;
+use crate::cli::load_test::fleet::Fleet;
+use crate::cli::load_test::interrupt;
+use crate::cli::load_test::site::{Setup, Site};
+use crate::cli::load_test::tally::{Tally, Times};
+
+const CLIENTS: usize = 4;
+/// Longest time between a restart and the next kill (ms).
+const PAUSE_MS: u64 = 600;
+/// Time after the last kill for everybody to recover.
+const AFTER: Duration = Duration::from_secs(3);
+
+pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
+    let mut site = Site::own(&Setup { workers: 2, ..Setup::default() })?;
+    let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, CLIENTS)?;
+    let before = listing(&site.client()?)?;
+    let mut random = fastrand::Rng::with_seed(trial.seed);
+    let kills = trial.pick(4, 100);
+    let length = Duration::from_millis(kills * (PAUSE_MS + 400)) + AFTER;
+    let window = fleet.begin(trial.window(0), length)?;
+    let (mut at, mut other) = (Vec::new(), 0);
+    for _ in 0..kills {
+        interrupt::check()?;
+        std::thread::sleep(Duration::from_millis(100 + random.u64(..PAUSE_MS - 100)));
+        if monotonic_ns() + AFTER.as_nanos() as u64 > window.end_ns {
+            break;
+        }
+        at.push(monotonic_ns());
+        site.kill();
+        site.start_again()?;
+        other += u64::from(!is_same(&before, &listing(&site.client()?)?));
+    }
+    let tally = Tally::of(&fleet.finish(length)?);
+    let found = Found::of(&tally, &at);
+    Ok(vec![
+        Row::none(format!("of {} requests over {} kills, without an end", tally.sent, at.len()), tally.lost),
+        Row::none("answers for another scene than asked for", tally.other_scene),
+        Row::none("unequal answers to equal requests", tally.unequal),
+        Row::none("restarts after which a robot or scene differs by content hash", other),
+        Row::none(format!("of {} clients cut off, without an answer afterwards", tally.losses.len()), found.never),
+        Row::time("an open request ends with a code, p99 after the kill", 0.5, found.known.quantile(0.99)),
+        Row::time("the slowest", 0.5, found.known.max()),
+        Row::time("first good answer of anybody, p99 after the kill", 1.0, found.first.quantile(0.99)),
+        Row::time("good answer of every client cut off, p99", 1.0, found.good.quantile(0.99)),
+    ])
+}
+
+/// Times from a kill to what the clients see of it.
+#[derive(Default)]
+struct Found {
+    known: Times,
+    good: Times,
+    first: Times,
+    never: u64,
+}
+
+impl Found {
+    fn of(tally: &Tally, kills: &[u64]) -> Self {
+        let mut found = Self::default();
+        for (index, &kill) in kills.iter().enumerate() {
+            let next = kills.get(index + 1).copied().unwrap_or(u64::MAX);
+            // A request of this daemon: sent before it was killed, or while the system was at it.
+            let hit = || tally.losses.iter().filter(|loss| loss.known_ns >= kill && loss.known_ns < next);
+            for loss in hit() {
+                found.known.add(loss.known_ns - kill);
+                match loss.good_ns {
+                    0 => found.never += 1,
+                    good => found.good.add(good - kill),
+                }
+            }
+            if let Some(good) = hit().filter(|loss| loss.good_ns != 0).map(|loss| loss.good_ns).min() {
+                found.first.add(good - kill);
+            }
+        }
+        found
+    }
+}
+
+fn listing(client: &Client) -> Result<Listing, CliError> {
+    match control(client, &ControlRequest::List)? {
+        ControlReply::Listing(listing) => Ok(listing),
+        other => Err(unexpected(&other)),
+    }
+}
+
+/// Every robot and scene of before is there, by content, and no scene is older.
+fn is_same(before: &Listing, now: &Listing) -> bool {
+    let robots = before
+        .robots
+        .iter()
+        .all(|robot| now.robots.iter().any(|other| other.label == robot.label && other.robot_hash == robot.robot_hash));
+    let scenes = before.scenes.iter().all(|scene| {
+        let is_it = |other: &&taut_ipc::control::SceneSummary| other.label == scene.label;
+        now.scenes
+            .iter()
+            .find(is_it)
+            .is_some_and(|other| other.scene_hash == scene.scene_hash && other.version >= scene.version)
+    });
+    robots && scenes
+}

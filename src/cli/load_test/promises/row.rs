@@ -1,0 +1,82 @@
+//! One line of the table: a figure, what is promised of it, and what was measured.
+
+use serde::Serialize;
+
+use crate::cli::report;
+
+/// The line above the rows.
+pub(super) const HEAD: &str =
+    "promise      figure                                              promised      measured\n";
+
+/// A figure.
+#[derive(Debug, Serialize)]
+pub(super) struct Row {
+    /// Name of the promise.
+    pub promise: &'static str,
+    /// What was measured.
+    pub figure: String,
+    /// What is promised.
+    pub promised: String,
+    /// What it was.
+    pub measured: String,
+    /// The same as a number.
+    pub value: f64,
+    /// Whether the promise is kept.
+    pub kept: bool,
+    /// Whether no noise of the machine can change it.
+    pub certain: bool,
+    /// Whether it decides in this form.
+    pub judged: bool,
+    /// Whether anything is promised of it.
+    pub is_promise: bool,
+}
+
+impl Row {
+    fn new(figure: impl Into<String>, promised: String, measured: String, value: f64, kept: bool) -> Self {
+        let figure = figure.into();
+        Self { promise: "", figure, promised, measured, value, kept, certain: false, judged: false, is_promise: true }
+    }
+
+    /// A count that has to be 0.
+    pub(super) fn none(figure: impl Into<String>, count: u64) -> Self {
+        Self { certain: true, ..Self::new(figure, "0".to_owned(), count.to_string(), count as f64, count == 0) }
+    }
+
+    /// Something that either is so or is not; `measured` says how it is.
+    pub(super) fn is(figure: impl Into<String>, promised: &str, measured: String, value: f64, kept: bool) -> Self {
+        Self { certain: true, ..Self::new(figure, promised.to_owned(), measured, value, kept) }
+    }
+
+    /// A time that may not be longer (s); decides in the long form only.
+    pub(super) fn time(figure: impl Into<String>, most: f64, seconds: f64) -> Self {
+        Self::new(figure, format!("<= {}", report::time(most)), report::time(seconds), seconds, seconds <= most)
+    }
+
+    /// A ratio to a control that may not be larger; decides in the long form only.
+    pub(super) fn at_most(figure: impl Into<String>, most: f64, ratio: f64) -> Self {
+        Self::new(figure, format!("<= {most}"), format!("{ratio:.3}"), ratio, ratio <= most)
+    }
+
+    /// A ratio to a control that may not be smaller; decides in the long form only.
+    pub(super) fn at_least(figure: impl Into<String>, least: f64, ratio: f64) -> Self {
+        Self::new(figure, format!(">= {least}"), format!("{ratio:.3}"), ratio, ratio >= least)
+    }
+
+    /// A figure of which nothing is promised.
+    pub(super) fn told(figure: impl Into<String>, measured: String, value: f64) -> Self {
+        Self { is_promise: false, ..Self::new(figure, String::new(), measured, value, true) }
+    }
+
+    /// For people.
+    pub(super) fn line(&self) -> String {
+        let verdict = match (self.is_promise, self.kept, self.judged) {
+            (false, ..) => "",
+            (_, true, true) => "kept",
+            (_, false, true) => "NOT KEPT",
+            (_, true, false) => "(kept, not judged)",
+            (_, false, false) => "(above, not judged)",
+        };
+        let Self { promise, figure, promised, measured, .. } = self;
+        format!("{promise:<12} {figure:<51} {promised:<13} {measured:<24} {verdict}\n")
+    }
+}

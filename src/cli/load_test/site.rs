@@ -1,0 +1,197 @@
+//! The daemon under test: one of the test's own, or one that serves already.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use taut::files::Reader;
+use taut_ipc::control::{ControlReply, ControlRequest, Stats};
+use taut_ipc::memory::shared_files;
+use taut_ipc::{Client, DaemonState, Instance, daemon_state};
+
+use super::error::LoadError;
+use super::orders::Job;
+use super::problems::Problem;
+use crate::cli::connect::{control, unexpected};
+use crate::cli::demo::world;
+use crate::cli::error::CliError;
+use crate::cli::own_daemon::{Daemon, Folder};
+use crate::cli::remote;
+
+/// Name of the instance and of the folder.
+const NAME: &str = "load";
+const CONFIG: &str = "daemon.toml";
+
+/// A daemon, and what is sent to it.
+pub(super) struct Site {
+    // Before the folder: fields are dropped in order.
+    daemon: Option<Daemon>,
+    _folder: Option<Folder>,
+    instance: Instance,
+    /// The problem files.
+    pub files: Vec<PathBuf>,
+    /// What is sent, as the optimizer takes it.
+    pub problems: Vec<Problem>,
+    /// The same as requests.
+    pub jobs: Vec<Job>,
+}
+
+/// How a daemon of the test's own is set up.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Setup {
+    /// Worker threads; 0 = one per core.
+    pub workers: usize,
+    /// Problem files; empty = those that travel in the program.
+    pub files: Vec<PathBuf>,
+    /// Waypoints that each path has at least, by cutting its segments into equal parts.
+    pub waypoints: usize,
+    /// More lines of the configuration.
+    pub lines: String,
+}
+
+impl Site {
+    /// Starts a daemon of the test's own with the problems loaded.
+    pub(super) fn own(setup: &Setup) -> Result<Self, CliError> {
+        let daemon = Daemon::start(NAME, &["--config", CONFIG], |folder| {
+            world::unpack(folder)?;
+            let mut text = format!("workers = {}\n{}\n", setup.workers, setup.lines);
+            for file in files(setup, folder) {
+                let label = label(&file);
+                let file = std::path::absolute(file)?;
+                text += &format!("[[problems]]\nfile = {file:?}\nrobot = {label:?}\nscene = {label:?}\n");
+            }
+            std::fs::write(folder.join(CONFIG), text)
+        })?;
+        let instance = daemon.instance().clone();
+        let files = files(setup, daemon.folder());
+        Self { daemon: Some(daemon), _folder: None, instance, files, problems: Vec::new(), jobs: Vec::new() }
+            .with_jobs(setup.waypoints)
+    }
+
+    /// Uses the daemon that serves this instance, and loads the problems there.
+    pub(super) fn existing(instance: Instance, setup: &Setup) -> Result<Self, CliError> {
+        let folder = Folder::create(NAME)?;
+        if setup.files.is_empty() {
+            let written = world::unpack(folder.path());
+            written.map_err(|source| CliError::Output { file: folder.path().display().to_string(), source })?;
+        }
+        let files = files(setup, folder.path());
+        Self { daemon: None, _folder: Some(folder), instance, files, problems: Vec::new(), jobs: Vec::new() }
+            .with_jobs(setup.waypoints)
+    }
+
+    fn with_jobs(mut self, waypoints: usize) -> Result<Self, CliError> {
+        let client = self.client()?;
+        let mut reader = Reader::default();
+        for file in &self.files {
+            let problem = Problem::read(&mut reader, file, waypoints)?;
+            let loaded = remote::prepare(&client, &mut reader, file, &Problem::source(), &[])?;
+            self.jobs.push(Job {
+                name: label(file),
+                robot_id: loaded.robot.robot_id,
+                robot_hash: loaded.robot.robot_hash,
+                layout_hash: loaded.robot.layout_hash,
+                scene_id: loaded.scene.scene_id,
+                scene_hash: loaded.scene.scene_hash,
+                variables: loaded.robot.nq,
+                path: problem.path.as_flat().to_vec(),
+                weights: loaded.weights.unwrap_or_default(),
+            });
+            self.problems.push(problem);
+        }
+        Ok(self)
+    }
+
+    /// Where it serves.
+    pub(super) fn instance(&self) -> &Instance {
+        &self.instance
+    }
+
+    /// A folder of the test's own.
+    pub(super) fn folder(&self) -> Option<&Path> {
+        self.daemon.as_ref().map(Daemon::folder)
+    }
+
+    /// A connection.
+    pub(super) fn client(&self) -> Result<Client, CliError> {
+        Ok(Client::connect(&self.instance)?)
+    }
+
+    /// The process that serves now; `None` while there is none.
+    pub(super) fn pid(&self) -> Option<u32> {
+        match daemon_state(&self.instance) {
+            Ok(DaemonState::Running { pid, .. }) => Some(pid),
+            _ => None,
+        }
+    }
+
+    /// Whether the daemon of the test's own is the one that was started, and lives.
+    pub(super) fn is_alive(&mut self) -> bool {
+        let serves = self.pid();
+        self.daemon.as_mut().is_none_or(|daemon| daemon.pid().is_some() && daemon.pid() == serves)
+    }
+
+    /// Kills the process that serves (SIGKILL).
+    pub(super) fn kill(&mut self) {
+        if let Some(daemon) = &mut self.daemon {
+            daemon.kill();
+        }
+    }
+
+    /// Starts the daemon again after [`Self::kill`].
+    pub(super) fn start_again(&mut self) -> Result<(), CliError> {
+        self.daemon.as_mut().map_or(Ok(()), |daemon| Ok(daemon.start_again()?))
+    }
+
+    /// Files and bytes of the instance in shared memory.
+    pub(super) fn shared_memory(&self) -> (usize, u64) {
+        let files = shared_files(&self.instance);
+        (files.len(), files.iter().map(|file| file.taken).sum())
+    }
+
+    /// The end of the daemon's log, for an error.
+    pub(super) fn gone(&self) -> LoadError {
+        let log = self.folder().map(|folder| folder.join("daemon.log"));
+        let text = log.and_then(|log| std::fs::read_to_string(log).ok()).unwrap_or_default();
+        LoadError::DaemonGone(text.lines().last().unwrap_or("nothing").to_owned())
+    }
+}
+
+/// Counters and times of the daemon.
+pub(super) fn stats(client: &Client) -> Result<Stats, CliError> {
+    match control(client, &ControlRequest::Stats)? {
+        ControlReply::Stats(stats) => Ok(stats),
+        other => Err(unexpected(&other)),
+    }
+}
+
+/// One number of [`stats`]; 0 where the daemon has none of that name.
+pub(super) fn number(client: &Client, name: &str) -> Result<f64, CliError> {
+    Ok(stats(client)?.numbers.get(name).copied().unwrap_or(0.0))
+}
+
+/// Asks until it is so, at most so long; tells how long it took.
+pub(super) fn until(
+    within: Duration,
+    mut so: impl FnMut() -> Result<bool, CliError>,
+) -> Result<Option<Duration>, CliError> {
+    let start = std::time::Instant::now();
+    while !so()? {
+        super::interrupt::check()?;
+        if start.elapsed() > within {
+            return Ok(None);
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    Ok(Some(start.elapsed()))
+}
+
+fn files(setup: &Setup, folder: &Path) -> Vec<PathBuf> {
+    match setup.files.is_empty() {
+        true => world::PROBLEMS.iter().map(|name| world::problem_file(folder, name)).collect(),
+        false => setup.files.clone(),
+    }
+}
+
+fn label(file: &Path) -> String {
+    file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}

@@ -1,0 +1,238 @@
+//! A daemon of a command's own: this program again, in a folder of its own that goes with it.
+
+use std::fs::{self, DirBuilder, File};
+use std::os::unix::fs::DirBuilderExt;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+use taut_ipc::control::ControlRequest;
+use taut_ipc::wire::Code;
+use taut_ipc::{Client, ClientError, DaemonState, INSTANCE_VARIABLE, Instance, InstanceError, daemon_state, server};
+
+const START_PATIENCE: Duration = Duration::from_secs(10);
+const STOP_PATIENCE: Duration = Duration::from_secs(3);
+
+/// Why there is no daemon of the command's own.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum OwnDaemonError {
+    /// No folder for it.
+    #[error("no folder for the command's own daemon: {0}; set TMPDIR to a short path that can be written")]
+    NoFolder(String),
+    /// A process cannot be started.
+    #[error("{program}: {source}")]
+    Start {
+        /// This program.
+        program: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// It ended, or does not come up.
+    #[error("the command's own daemon {what}; it says: {log}")]
+    Daemon {
+        /// What it did.
+        what: String,
+        /// The end of its log.
+        log: String,
+    },
+    /// It cannot be reached.
+    #[error(transparent)]
+    Client(#[from] ClientError),
+    /// The instance.
+    #[error(transparent)]
+    Instance(#[from] InstanceError),
+}
+
+impl OwnDaemonError {
+    /// The exit code.
+    pub(super) fn exit_code(&self) -> u8 {
+        match self {
+            Self::NoFolder(_) => 66,
+            Self::Start { .. } => 67,
+            Self::Daemon { .. } | Self::Instance(_) => Code::DaemonLost.exit_code(),
+            Self::Client(error) => error.code().exit_code(),
+        }
+    }
+}
+
+/// A private folder; removed when dropped.
+pub(super) struct Folder(PathBuf);
+
+impl Folder {
+    /// In the folder for temporary files, or where sockets in there would have too long a path, in another. `name` is
+    /// the instance's, too.
+    pub(super) fn create(name: &str) -> Result<Self, OwnDaemonError> {
+        let mut reason = String::new();
+        for base in [std::env::temp_dir(), "/dev/shm".into(), "/tmp".into()] {
+            let folder = base.join(format!("taut-{name}-{}", std::process::id()));
+            // The instance checks the length of its root.
+            if let Err(error) = Instance::new(name, folder.join("run")) {
+                reason = error.to_string();
+                continue;
+            }
+            match DirBuilder::new().mode(0o700).create(&folder) {
+                Ok(()) => return Ok(Self(folder)),
+                Err(error) => reason = format!("{}: {error}", folder.display()),
+            }
+        }
+        Err(OwnDaemonError::NoFolder(reason))
+    }
+
+    /// Where it is.
+    pub(super) fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // Nobody is left to tell; what cannot be removed here lies in the folder for temporary files.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// The running daemon; stopped when dropped, the hard way if need be.
+pub(super) struct Daemon {
+    child: Option<Child>,
+    instance: Instance,
+    arguments: Vec<String>,
+    // After the rest: fields are dropped in order.
+    folder: Folder,
+}
+
+impl Daemon {
+    /// Makes the folder, lets `fill` put files into it, and starts `taut serve` with these arguments there.
+    pub(super) fn start(
+        name: &str,
+        arguments: &[&str],
+        fill: impl FnOnce(&Path) -> std::io::Result<()>,
+    ) -> Result<Self, OwnDaemonError> {
+        let folder = Folder::create(name)?;
+        fill(&folder.0).map_err(unwritable(&folder.0))?;
+        let instance = Instance::new(name, folder.0.join("run"))?;
+        let arguments = arguments.iter().map(|&argument| argument.to_owned()).collect();
+        let mut daemon = Self { child: None, instance, arguments, folder };
+        daemon.start_again()?;
+        Ok(daemon)
+    }
+
+    /// Starts it after it was killed.
+    pub(super) fn start_again(&mut self) -> Result<(), OwnDaemonError> {
+        let log = self.folder.0.join("daemon.log");
+        let log = File::options().append(true).create(true).open(log).map_err(unwritable(&self.folder.0))?;
+        let mut command = this_program(&self.instance)?;
+        command.arg("serve").args(&self.arguments).current_dir(&self.folder.0);
+        command.stdin(Stdio::null()).stderr(log.try_clone().map_err(unwritable(&self.folder.0))?).stdout(log);
+        // Ctrl-C at the terminal then goes to the command alone, which stops things in order.
+        command.process_group(0);
+        self.child = Some(spawn(command)?);
+        self.wait_until_up()
+    }
+
+    /// Ends it at once (SIGKILL).
+    pub(super) fn kill(&mut self) {
+        if let Some(mut child) = self.child.take() {
+            // A child that is not reaped yet is the one that was started, whatever its number.
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+
+    /// Its process; `None` once it has ended.
+    pub(super) fn pid(&mut self) -> Option<u32> {
+        let child = self.child.as_mut()?;
+        matches!(child.try_wait(), Ok(None)).then(|| child.id())
+    }
+
+    /// The folder that `fill` filled.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder.0
+    }
+
+    /// Where it serves.
+    pub(super) fn instance(&self) -> &Instance {
+        &self.instance
+    }
+
+    /// Asks it to end, and waits.
+    pub(super) fn stop(mut self) -> Result<(), OwnDaemonError> {
+        let client = Client::connect(&self.instance)?;
+        client.control(&ControlRequest::Shutdown, STOP_PATIENCE)?;
+        drop(client);
+        match self.ends_within(STOP_PATIENCE) {
+            true => Ok(()),
+            false => Err(self.failed("did not stop when asked")),
+        }
+    }
+
+    fn wait_until_up(&mut self) -> Result<(), OwnDaemonError> {
+        let end = Instant::now() + START_PATIENCE;
+        while !matches!(daemon_state(&self.instance), Ok(DaemonState::Running { .. })) {
+            if self.ends_within(Duration::from_millis(2)) {
+                return Err(self.failed("ended at once"));
+            }
+            if Instant::now() > end {
+                return Err(self.failed("does not come up"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the process ends in time; it is reaped then.
+    fn ends_within(&mut self, patience: Duration) -> bool {
+        let end = Instant::now() + patience;
+        while let Some(child) = &mut self.child {
+            if !matches!(child.try_wait(), Ok(None)) {
+                self.child = None;
+            } else if Instant::now() >= end {
+                return false;
+            } else {
+                std::thread::sleep(Duration::from_millis(2));
+            }
+        }
+        true
+    }
+
+    fn failed(&self, what: &str) -> OwnDaemonError {
+        let log = fs::read_to_string(self.folder.0.join("daemon.log")).unwrap_or_default();
+        let last = log.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("nothing");
+        OwnDaemonError::Daemon { what: what.to_owned(), log: last.to_owned() }
+    }
+}
+
+impl Drop for Daemon {
+    fn drop(&mut self) {
+        if let Some(pid) = self.child.as_ref().map(Pid::from_child) {
+            // A child that is not reaped yet keeps its number, so that this cannot meet another process.
+            let _ = kill_process(pid, Signal::TERM);
+            if !self.ends_within(STOP_PATIENCE)
+                && let Some(mut child) = self.child.take()
+            {
+                let _ = child.kill();
+                let _ = child.wait();
+            }
+        }
+        // Planners that were killed leave shared memory behind, and so does a daemon; whoever takes the
+        // instance next wipes it.
+        drop(server::Server::create(&self.instance));
+    }
+}
+
+/// This program again, for this instance.
+pub(super) fn this_program(instance: &Instance) -> Result<Command, OwnDaemonError> {
+    let start = |source| OwnDaemonError::Start { program: "taut".into(), source };
+    let mut command = Command::new(std::env::current_exe().map_err(start)?);
+    command.env(INSTANCE_VARIABLE, format!("{}:{}", instance.name(), instance.root().display()));
+    Ok(command)
+}
+
+fn unwritable(folder: &Path) -> impl Fn(std::io::Error) -> OwnDaemonError {
+    move |error| OwnDaemonError::NoFolder(format!("{}: {error}", folder.display()))
+}
+
+/// Starts a program.
+pub(super) fn spawn(mut command: Command) -> Result<Child, OwnDaemonError> {
+    command.spawn().map_err(|source| OwnDaemonError::Start { program: command.get_program().into(), source })
+}
