@@ -121,6 +121,7 @@ impl EventLoop {
                 Event::Improved { worker } => self.send_improvement(worker),
                 Event::Answered(answered) => self.finish(*answered),
                 Event::Loaded(loaded) => self.finish_load(*loaded)?,
+                Event::Written { token, answer } => self.answer_control(token, &answer),
                 Event::Kept(kept) => self.kept(&kept)?,
                 Event::Stop => self.drain(),
             }
