@@ -74,7 +74,7 @@ fn shipped(name: &str) -> Case {
     let problem = problem(name);
     let robot = Arc::new(problem.model().expect("the robot is shipped"));
     let path = problem.path.clone();
-    Case { model: model(&robot, problem.scene.obstacles().to_vec()), path, clearance: CLEARANCE_M }
+    Case { model: model(&robot, problem.scene.obstacles().iter().cloned().collect()), path, clearance: CLEARANCE_M }
 }
 
 fn model(robot: &Arc<RobotModel>, obstacles: Vec<Obstacle>) -> CollisionModel {
@@ -115,7 +115,7 @@ fn among(
     let mut random = fastrand::Rng::with_seed(11);
     let mut scratch = Scratch::default();
     let robot = case.model.robot().clone();
-    let old = case.model.scene().obstacles().to_vec();
+    let old: Vec<_> = case.model.scene().obstacles().iter().cloned().collect();
     let (mut kept, mut tried) = (old.clone(), 0);
     while kept.len() < old.len() + count {
         let candidate = place(&mut random, tried);

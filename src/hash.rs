@@ -1,6 +1,6 @@
 //! Content hashes: what a robot, a scene or a path is, whatever it is called.
 
-use sha2::{Digest, Sha256};
+use sha2::{Digest as _, Sha256};
 
 use crate::math::{Pose, Vec3};
 use crate::shape::{PlacedShape, Shape};
@@ -68,8 +68,64 @@ impl ContentHasher {
         self
     }
 
+    /// A name, led by its length: whatever is in it, it cannot run into what follows.
+    pub fn name(&mut self, name: &str) -> &mut Self {
+        self.count(name.len());
+        self.0.update(name.as_bytes());
+        self
+    }
+
+    /// What a digest stands for.
+    pub fn digest(&mut self, digest: &Digest) -> &mut Self {
+        for word in digest {
+            self.0.update(word.to_le_bytes());
+        }
+        self
+    }
+
     /// First 8 bytes of the SHA-256, so that the first hex digits of both agree.
     pub fn finish(self) -> u64 {
         self.0.finalize().iter().take(8).fold(0, |hash, byte| hash << 8 | u64::from(*byte))
+    }
+
+    /// All of the SHA-256.
+    pub fn finish_digest(self) -> Digest {
+        let bytes = self.0.finalize();
+        let mut words = bytes.chunks_exact(8);
+        std::array::from_fn(|_| {
+            words.next().map_or(0, |word| word.iter().rfold(0, |sum, &byte| sum << 8 | u64::from(byte)))
+        })
+    }
+}
+
+/// A SHA-256, its words from the least.
+pub(crate) type Digest = [u64; 4];
+
+/// A set of facts, whatever order they came in: the sum of their digests modulo 2^256, so that a fact comes and
+/// goes without a look at the others. Two sets of one sum are as hard to find as two contents of one 64-bit hash:
+/// about 2^32 steps either way (by Wagner's birthday for sums, and by the plain one).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct FactSum(Digest);
+
+impl FactSum {
+    /// A fact comes.
+    pub fn add(&mut self, fact: &Digest) {
+        let mut carry = false;
+        for (word, more) in self.0.iter_mut().zip(fact) {
+            (*word, carry) = word.carrying_add(*more, carry);
+        }
+    }
+
+    /// A fact that is in the set goes.
+    pub fn subtract(&mut self, fact: &Digest) {
+        let mut borrow = false;
+        for (word, less) in self.0.iter_mut().zip(fact) {
+            (*word, borrow) = word.borrowing_sub(*less, borrow);
+        }
+    }
+
+    /// The sum.
+    pub fn digest(&self) -> &Digest {
+        &self.0
     }
 }

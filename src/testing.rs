@@ -141,6 +141,14 @@ fn living(rng: &mut Rng, robot: &RobotModel, scene: &Scene) -> Scene {
         changes.push(SceneChange::Pad { name: obstacle.id.clone(), padding: uniform(rng, 0.0, 0.03) });
         changes.push(SceneChange::Move { id: obstacle.id.clone(), pose: pose(rng, 0.2) });
     }
+    // Its own numbers: what tests have seen of the others stays.
+    let mut own = rng.clone();
+    let sized: Vec<_> =
+        [robot.links()[0].name.clone()].into_iter().chain(scene.objects().map(|o| o.id.clone())).collect();
+    for name in sized {
+        let scale = uniform(&mut own, 0.7, 1.4);
+        changes.extend((own.u8(0..4) == 0).then_some(SceneChange::Scale { name, scale }));
+    }
     let scene = scene.with(changes).unwrap();
     let names: Vec<_> = scene.attached().iter().map(|a| &a.object).chain(scene.obstacles()).map(|o| &o.id).collect();
     let changes = (0..names.len() / 2).map(|_| {
@@ -236,37 +244,40 @@ pub struct Oracle {
     solids: BTreeMap<String, Carried>,
 }
 
-/// Shapes in the frame of a link or of the world.
+/// Shapes in the frame of a link or of the world, as they are and as they are scaled.
 struct Carried {
     link: Option<usize>,
     shapes: Vec<(Pose, SharedShape)>,
+    scaled: Vec<(Pose, SharedShape)>,
 }
 
 impl Oracle {
     pub fn new(model: &CollisionModel) -> Self {
-        let carried = |link: Option<usize>, own: Pose, shapes: &[PlacedShape]| {
+        let carried = |name: &str, link: Option<usize>, own: Pose, shapes: &[PlacedShape]| {
             let place = |placed: &PlacedShape| {
                 let (upright, shape) = parry_shape(&placed.shape);
                 (own * placed.pose * upright, shape)
             };
-            Carried { link, shapes: shapes.iter().map(place).collect() }
+            let scale = |placed: &PlacedShape| placed.scaled(model.scene().scale(name)).unwrap();
+            let scaled = shapes.iter().map(|placed| place(&scale(placed))).collect();
+            Carried { link, shapes: shapes.iter().map(place).collect(), scaled }
         };
         let mut solids = BTreeMap::new();
         for (index, link) in model.robot().links().iter().enumerate() {
-            solids.insert(link.name.clone(), carried(Some(index), Pose::identity(), &link.shapes));
+            solids.insert(link.name.clone(), carried(&link.name, Some(index), Pose::identity(), &link.shapes));
         }
         for attached in model.scene().attached() {
             let link = model.robot().link_index(&attached.link_name);
             let object = &attached.object;
-            solids.insert(object.id.clone(), carried(link, object.pose, &object.shapes));
+            solids.insert(object.id.clone(), carried(&object.id, link, object.pose, &object.shapes));
         }
         for object in model.scene().obstacles() {
-            solids.insert(object.id.clone(), carried(None, object.pose, &object.shapes));
+            solids.insert(object.id.clone(), carried(&object.id, None, object.pose, &object.shapes));
         }
         Self { solids }
     }
 
-    /// Distance of the two bodies of a pair, less their padding where one of them is an obstacle.
+    /// Distance of the two bodies of a pair, scaled and less their padding where one of them is an obstacle.
     pub fn pair_distance(&self, model: &CollisionModel, pair: usize, q: &[f64]) -> f64 {
         let [a, b] = model.pair_names(pair);
         self.distance(model, &a, &b, q)
@@ -278,14 +289,16 @@ impl Oracle {
         let [solid_a, solid_b] = [a, b].map(|name| &self.solids[name]);
         let [at_a, at_b] =
             [solid_a, solid_b].map(|solid| solid.link.map_or(Pose::identity(), |link| parry_pose(&poses[link])));
+        let faces_obstacle = solid_a.link.is_none() || solid_b.link.is_none();
+        let [shapes_a, shapes_b] =
+            [solid_a, solid_b].map(|solid| if faces_obstacle { &solid.scaled } else { &solid.shapes });
         let mut least = f64::INFINITY;
-        for (pose_a, a) in &solid_a.shapes {
-            for (pose_b, b) in &solid_b.shapes {
+        for (pose_a, a) in shapes_a {
+            for (pose_b, b) in shapes_b {
                 let distance = query::distance(&(at_a * *pose_a), &**a, &(at_b * *pose_b), &**b).unwrap();
                 least = least.min(distance.distance);
             }
         }
-        let faces_obstacle = solid_a.link.is_none() || solid_b.link.is_none();
         if faces_obstacle { least - model.scene().padding(a) - model.scene().padding(b) } else { least }
     }
 }

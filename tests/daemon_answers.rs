@@ -16,7 +16,7 @@ fn answer(place: &Place, arguments: &[&str], local: bool) -> Value {
     let run = place.taut(&arguments);
     assert_eq!(run.exit, 0, "{arguments:?}: {}", run.err);
     let mut answer = run.json();
-    for cost in ["cpu_s", "time_s"] {
+    for cost in ["cpu_s", "time_s", "request_id"] {
         assert!(answer.as_object_mut().unwrap().remove(cost).is_some());
     }
     answer

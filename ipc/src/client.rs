@@ -4,12 +4,14 @@ mod error;
 mod feed;
 mod link;
 mod pending;
+mod recover;
 mod request;
 mod response;
 
 pub use error::ClientError;
 pub use feed::{SceneEventFeed, StatusFeed};
 pub use pending::Pending;
+pub use recover::retry;
 pub use request::{LoanedRequest, RequestBuilder};
 pub use response::Response;
 
@@ -24,7 +26,7 @@ use std::time::{Duration, Instant};
 
 /// A connection to the daemon of one instance. Opens services, never creates them.
 ///
-/// Two requests can be in flight at once, also from two threads; cheap to clone (one connection). Ports survive a
+/// Four requests can be in flight at once, also from several threads; cheap to clone (one connection). Ports survive a
 /// restart of the daemon: after [`ClientError::DaemonLost`] the same client can send again.
 #[derive(Clone, Debug)]
 pub struct Client {

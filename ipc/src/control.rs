@@ -32,7 +32,7 @@ pub enum ControlRequest {
         /// Take the label away from other content.
         replace: bool,
     },
-    /// Change a scene; a diff against another version than `base_version` is refused.
+    /// Change a scene: its next version. A diff against another version than `base_version` is refused.
     DiffScene {
         /// The label.
         label: String,
@@ -40,7 +40,7 @@ pub enum ControlRequest {
         json: String,
         /// Folder that relative mesh paths of the diff start from; absolute.
         base_dir: Option<PathBuf>,
-        /// Version the diff is made against.
+        /// Version the diff is made against; 0 = the newest.
         base_version: u64,
     },
     /// Forget a robot; running requests keep it until they end.
@@ -48,12 +48,13 @@ pub enum ControlRequest {
         /// The label.
         label: String,
     },
-    /// Forget a scene; running requests keep it until they end.
+    /// Forget a scene with all its versions; running requests keep theirs until they end. Refused while a version is
+    /// pinned.
     UnloadScene {
         /// The label.
         label: String,
     },
-    /// Keep a scene version from being dropped, or let it go.
+    /// Keep a scene version from being dropped and its scene from being unloaded, or let it go.
     PinScene {
         /// The label.
         label: String,
@@ -71,8 +72,24 @@ pub enum ControlRequest {
     List,
     /// Counters and times.
     Stats,
+    /// What each client has and got.
+    Clients,
+    /// What happened to requests.
+    Stories {
+        /// Id of a request in hexadecimal digits, or how it starts or ends; empty = the newest requests.
+        id: String,
+    },
     /// Stop the daemon after the running requests.
     Shutdown,
+    /// The text of a scene version that is kept, or the diff that leads to it.
+    ShowScene {
+        /// The label.
+        label: String,
+        /// The version; 0 = the newest.
+        version: u64,
+        /// Version that a diff starts from; 0 = the whole scene.
+        base_version: u64,
+    },
 }
 
 /// The `robot` part of a problem file; paths are absolute.
@@ -134,8 +151,14 @@ pub enum ControlReply {
     Listing(Listing),
     /// Counters and times.
     Stats(Stats),
+    /// Clients, those first that had most computing time.
+    Clients(Vec<ClientSummary>),
+    /// Requests, the newest first.
+    Stories(Vec<Story>),
     /// Nothing was changed.
     Refused(Refusal),
+    /// The text of a scene or diff.
+    SceneText(SceneText),
 }
 
 /// Why a control request was refused.
@@ -226,6 +249,25 @@ pub struct SceneSummary {
     pub objects: u32,
     /// What the loader wants people to know, one line each.
     pub warnings: Vec<String>,
+    /// Oldest version from which on all are kept.
+    pub kept_from: u64,
+    /// Pinned versions, in order.
+    pub pinned: Vec<u64>,
+}
+
+/// A scene version as text.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SceneText {
+    /// The label.
+    pub label: String,
+    /// The version.
+    pub version: u64,
+    /// Hash of its content.
+    pub scene_hash: u64,
+    /// Version that the text is a diff against; 0 = it is the whole scene.
+    pub base_version: u64,
+    /// The text (JSON), as loading a scene and changing one take it.
+    pub json: String,
 }
 
 /// One robot in a listing.
@@ -263,6 +305,81 @@ pub struct Stats {
     pub uptime_ns: u64,
     /// Numbers by name, the unit last in the name.
     pub numbers: BTreeMap<String, f64>,
+}
+
+/// One client: a connection, of which a process may have several.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ClientSummary {
+    /// Its id, in hexadecimal digits.
+    pub client_id: String,
+    /// Its process; 0 = not known.
+    pub pid: u32,
+    /// Its requests in flight.
+    pub in_flight: u32,
+    /// As many as it may have.
+    pub in_flight_quota: u32,
+    /// Bytes of the paths of its requests in flight.
+    pub bytes: u64,
+    /// Its requests so far.
+    pub received: u64,
+    /// Of these, those answered with SUCCESS.
+    pub served: u64,
+    /// Those answered with another code, quotas included.
+    pub refused: u64,
+    /// Those refused because a quota was used up.
+    pub over_quota: u64,
+    /// Those that it cancelled, or left behind when it went.
+    pub cancelled: u64,
+    /// Answers in the last whole second.
+    pub answered_per_second: u64,
+    /// Time that was computed for it, in nanoseconds.
+    pub computed_ns: u64,
+    /// Median time from request to answer, of its last ones.
+    pub latency_p50_ns: u64,
+    /// 99th percentile of it.
+    pub latency_p99_ns: u64,
+}
+
+/// What happened to one request.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Story {
+    /// The client's id of it.
+    pub request_id: u64,
+    /// The client's process; 0 = not known.
+    pub pid: u32,
+    /// When it came, on the monotonic clock.
+    pub received_ns: u64,
+    /// Label of the robot, or its id where the label is not known.
+    pub robot: String,
+    /// Label of the scene, or its id where the label is not known.
+    pub scene: String,
+    /// Version of the scene it is computed with; 0 = it did not come to that.
+    pub scene_version: u64,
+    /// What was asked for.
+    pub mode: String,
+    /// Rows of its path.
+    pub waypoints: u32,
+    /// Columns of its path.
+    pub variables: u32,
+    /// Its priority.
+    pub priority: u32,
+    /// Time from its coming to its deadline, in nanoseconds; 0 = none.
+    pub deadline_ns: u64,
+    /// What happened, in order.
+    pub events: Vec<StoryEvent>,
+    /// Events that are not kept.
+    pub left_out: u32,
+    /// Number of the final response's code; 0 = it runs.
+    pub code: i32,
+}
+
+/// Something that happened to a request.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StoryEvent {
+    /// How long after the request came, in nanoseconds.
+    pub after_ns: u64,
+    /// What.
+    pub what: String,
 }
 
 /// Why a control message could not be written or read.

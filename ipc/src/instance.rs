@@ -143,7 +143,10 @@ impl Instance {
     }
 
     /// Creates the root, mode 700, or checks that an existing one is private.
-    pub(crate) fn prepare(&self) -> Result<(), InstanceError> {
+    ///
+    /// # Errors
+    /// [`InstanceError::File`] if it cannot be made, [`InstanceError::RootNotPrivate`] if others may use it.
+    pub fn prepare(&self) -> Result<(), InstanceError> {
         if !self.root.is_dir() {
             let made = DirBuilder::new().recursive(true).mode(0o700).create(&self.root);
             // Set again: another thread's umask may have taken rights away.

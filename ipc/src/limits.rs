@@ -7,8 +7,8 @@ pub const WIRE_VERSION: u32 = 1;
 
 /// Client processes (and gateway ports) that may be connected at once.
 pub const MAX_CLIENTS: usize = 128;
-/// Requests that one client may have in flight.
-pub const ACTIVE_REQUESTS_PER_CLIENT: usize = 2;
+/// Requests that one client may have in flight, watches of paths included.
+pub const ACTIVE_REQUESTS_PER_CLIENT: usize = 4;
 /// Control requests that one client may have in flight.
 pub const CONTROL_REQUESTS_PER_CLIENT: usize = 1;
 /// Responses that wait for a client that does not read; the oldest is dropped first.

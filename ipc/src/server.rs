@@ -24,7 +24,7 @@ use iceoryx2::port::ReceiveError;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::server::Server as Port;
-use iceoryx2::prelude::PortFactory;
+use iceoryx2::prelude::{CallbackProgression, PortFactory};
 use iceoryx2::service::port_factory::request_response;
 use ports::{control_port, listener, made, optimize_port, scene_event_port, status_port};
 use rustix::process::{Resource, getrlimit, setrlimit};
@@ -83,7 +83,7 @@ impl ServerError {
 }
 
 /// Open files the daemon may need.
-const FILES_WANTED: u64 = 512 + 16 * MAX_CLIENTS as u64;
+pub const FILES_WANTED: u64 = 512 + 16 * MAX_CLIENTS as u64;
 
 /// What every response of a server shares.
 #[derive(Debug)]
@@ -178,6 +178,19 @@ impl Server {
         self.service.dynamic_config().number_of_clients()
     }
 
+    /// Process of a connected client; 0 = it is gone, or the system does not tell.
+    pub fn client_pid(&self, client_id: u128) -> u32 {
+        let mut pid = 0;
+        self.service.dynamic_config().list_clients(|client| {
+            if client.client_id.value() != client_id {
+                return CallbackProgression::Continue;
+            }
+            pid = client.node_id.pid::<Variant>().map_or(0, |pid| pid.value() as u32);
+            CallbackProgression::Stop
+        });
+        pid
+    }
+
     /// Sleeps until a client or a [`Waker`] calls, or `timeout` passes; tells whether somebody called.
     ///
     /// A call that came before is not lost. Signals end the wait too. The kernel rounds the timeout up to its
@@ -196,8 +209,8 @@ impl Server {
         }
     }
 
-    /// The next request, if any. Those whose client is gone already are skipped. A client has at most two requests
-    /// here: while cancelled ones are not dropped yet, its next ones wait.
+    /// The next request, if any. Those whose client is gone already are skipped. A client has at most
+    /// [`crate::limits::ACTIVE_REQUESTS_PER_CLIENT`] requests here: while cancelled ones are not dropped yet, its next ones wait.
     ///
     /// # Errors
     /// [`ServerError::Port`] if the port is broken.

@@ -4,7 +4,8 @@ mod common;
 
 use common::*;
 use std::time::{Duration, Instant};
-use taut_ipc::control::{ControlReply, ControlRequest};
+use taut_ipc::control::{ControlReply, ControlRequest, SceneText};
+use taut_ipc::limits::{ACTIVE_REQUESTS_PER_CLIENT, CONTROL_REPLY_MAX};
 use taut_ipc::server::{IncomingRequest, Server, ServerError};
 use taut_ipc::wire::{Code, Mode, RequestBody};
 use taut_ipc::{Client, ClientError, Instance};
@@ -79,13 +80,14 @@ fn every_client_gets_its_own_answers() {
 }
 
 #[test]
-fn one_client_has_two_requests_in_flight_and_no_third() {
+fn one_client_has_so_many_requests_in_flight_and_no_more() {
     let sandbox = Sandbox::new();
     let _daemon = Echo::start(&sandbox.instance);
     let client = Client::connect(&sandbox.instance).unwrap();
     let send = |first| request(&client, Mode::Hybrid, 4, first).and_then(|loan| loan.send());
     let (one, two) = (send(1.0).unwrap(), send(2.0).unwrap());
-    let error = send(3.0).unwrap_err();
+    let _others: Vec<_> = (2..ACTIVE_REQUESTS_PER_CLIENT).map(|_| send(3.0).unwrap()).collect();
+    let error = send(4.0).unwrap_err();
     assert!(matches!(error, ClientError::TooManyRequests), "{error}");
     assert_eq!(error.code(), Code::Quota);
     std::thread::scope(|scope| {
@@ -169,15 +171,37 @@ fn control_answers_and_times_out() {
 }
 
 #[test]
+fn a_reply_that_is_too_large_becomes_a_refusal() {
+    let sandbox = Sandbox::new();
+    let server = Server::create(&sandbox.instance).unwrap();
+    let client = Client::connect(&sandbox.instance).unwrap();
+    std::thread::scope(|scope| {
+        let asking = scope.spawn(|| client.control(&ControlRequest::List, PATIENCE).unwrap());
+        let mut received = None;
+        until("the message is there", || {
+            received = server.receive_control().unwrap();
+            received.is_some()
+        });
+        let text = SceneText { json: "x".repeat(CONTROL_REPLY_MAX), ..SceneText::default() };
+        received.unwrap().reply(&ControlReply::SceneText(text)).unwrap();
+        let reply = asking.join().unwrap();
+        assert!(
+            matches!(&reply, ControlReply::Refused(r) if r.code == i32::from(Code::ResourceExhausted)),
+            "{reply:?}"
+        );
+    });
+}
+
+#[test]
 fn cancelled_requests_still_held_block_only_their_client() {
     let sandbox = Sandbox::new();
     let server = Server::create(&sandbox.instance).unwrap();
     let (a, b) = (Client::connect(&sandbox.instance).unwrap(), Client::connect(&sandbox.instance).unwrap());
     let send = |client, first| request(client, Mode::Check, 4, first).and_then(|loan| loan.send()).unwrap();
     let first = |incoming: &IncomingRequest| incoming.view().unwrap().path[0];
-    let cancelled = [send(&a, 1.0), send(&a, 2.0)];
+    let cancelled: Vec<_> = (0..ACTIVE_REQUESTS_PER_CLIENT).map(|_| send(&a, 1.0)).collect();
     let held: Vec<_> = std::iter::from_fn(|| server.receive().unwrap()).collect();
-    assert_eq!(held.len(), 2);
+    assert_eq!(held.len(), ACTIVE_REQUESTS_PER_CLIENT);
     drop(cancelled);
     assert!(held.iter().all(|incoming| !incoming.is_connected()));
     let _third = send(&a, 3.0);
@@ -194,7 +218,7 @@ fn a_daemon_that_takes_nothing_overloads_the_client_instead_of_hanging_it() {
     let server = Server::create(&sandbox.instance).unwrap();
     let client = Client::connect(&sandbox.instance).unwrap();
     let send = || request(&client, Mode::Check, 4, 0.0).and_then(|loan| loan.send());
-    (0..2).for_each(|_| drop(send().unwrap()));
+    (0..ACTIVE_REQUESTS_PER_CLIENT).for_each(|_| drop(send().unwrap()));
     let error = send().unwrap_err();
     assert_eq!(error.code(), Code::Overloaded, "{error}");
     assert!(server.receive().unwrap().is_none(), "their client is gone");

@@ -111,7 +111,7 @@ fn malformed_requests_get_their_code() {
         (RequestHeader { wire_version: 2, ..request() }, Code::MalformedRequest),
         (RequestHeader { header_len: 168, ..request() }, Code::MalformedRequest),
         (RequestHeader { mode: 6, ..request() }, Code::MalformedRequest),
-        (RequestHeader { flags: 8, ..request() }, Code::MalformedRequest),
+        (RequestHeader { flags: 16, ..request() }, Code::MalformedRequest),
         (RequestHeader { clearance_m: f64::NAN, ..request() }, Code::MalformedRequest),
         (RequestHeader { clearance_m: -1.0, ..request() }, Code::MalformedRequest),
         (RequestHeader { waypoints: 0, ..request() }, Code::ResourceExhausted),

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use taut_ipc::client::retry;
 use taut_ipc::control::{ControlReply, ControlRequest};
 use taut_ipc::{Client, ClientError, Instance};
 
@@ -10,6 +11,9 @@ use crate::daemon::DaemonError;
 
 /// How long a control message may take: large meshes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(600);
+
+/// How long a command goes on after its daemon died, or had no room for it: a supervised one is back long before.
+pub(super) const RECOVERY: Duration = Duration::from_secs(5);
 
 /// Which daemon.
 #[derive(clap::Args)]
@@ -35,9 +39,18 @@ impl InstanceChoice {
     }
 }
 
-/// Sends a control message; a refusal is an error here.
+/// Sends a control message, to the next daemon if the first dies; a refusal is an error here.
 pub(super) fn control(client: &Client, message: &ControlRequest) -> Result<ControlReply, CliError> {
-    match client.control(message, PATIENCE)? {
+    answered(retry(RECOVERY, || client.control(message, PATIENCE))?)
+}
+
+/// Sends a control message to the daemon that is there.
+pub(super) fn control_once(client: &Client, message: &ControlRequest) -> Result<ControlReply, CliError> {
+    answered(client.control(message, PATIENCE)?)
+}
+
+fn answered(reply: ControlReply) -> Result<ControlReply, CliError> {
+    match reply {
         ControlReply::Refused(refusal) => Err(refusal.into()),
         reply => Ok(reply),
     }

@@ -27,6 +27,9 @@ pub(super) fn of_shortening(subject: &Subject, timed: &Timed) -> String {
         line(&mut text, "stages", &stages(outcome));
     }
     line(&mut text, "ended", &ended(outcome));
+    if let Some(id) = timed.request_id {
+        line(&mut text, "request", &format!("{id:016x}   taut why tells how it went"));
+    }
     text
 }
 

@@ -10,6 +10,7 @@ use taut_ipc::control::Refusal;
 
 use super::code::Code;
 use crate::daemon::DaemonError;
+use crate::daemon::supervise::SuperviseError;
 use crate::daemon::translate::AnswerError;
 
 /// Exit code of a command line that cannot be read.
@@ -87,6 +88,9 @@ pub(super) enum CliError {
     /// The daemon itself.
     #[error(transparent)]
     Daemon(#[from] DaemonError),
+    /// The daemon and its supervisor.
+    #[error(transparent)]
+    Supervise(#[from] SuperviseError),
     /// Output that cannot be written.
     #[error("{file}: {source}")]
     Output {
@@ -133,6 +137,7 @@ impl CliError {
             Self::NoDaemon { .. } => Code::DaemonLost.exit_code(),
             Self::Client(error) => error.code().exit_code(),
             Self::Daemon(error) => error.code().exit_code(),
+            Self::Supervise(error) => error.code().exit_code(),
         }
     }
 

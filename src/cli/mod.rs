@@ -7,6 +7,7 @@ mod code;
 mod connect;
 mod demo;
 mod details;
+mod doctor;
 mod error;
 mod layout;
 mod load;
@@ -23,7 +24,9 @@ mod run;
 mod serve;
 mod shorten;
 mod svg;
+mod top;
 mod verify;
+mod why;
 
 use std::process::ExitCode;
 
@@ -56,6 +59,7 @@ enum Command {
     LoadEcho,
     Promises(load_test::promises::Arguments),
     Serve(serve::Arguments),
+    Doctor(doctor::Arguments),
     LoadRobot(models::LoadRobot),
     LoadScene(models::LoadScene),
     /// Forget a robot of the daemon; running requests keep it
@@ -65,6 +69,8 @@ enum Command {
     List(models::List),
     Describe(models::Describe),
     Stop(models::Stop),
+    Top(top::Arguments),
+    Why(why::Arguments),
 }
 
 /// Format of what goes to standard output.
@@ -111,6 +117,7 @@ pub fn main() -> ExitCode {
         Command::LoadEcho => load_test::bare::serve(),
         Command::Promises(arguments) => load_test::promises::run(&arguments),
         Command::Serve(arguments) => serve::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(&arguments),
         Command::LoadRobot(arguments) => models::load_robot(&arguments),
         Command::LoadScene(arguments) => models::load_scene(&arguments),
         Command::UnloadRobot(arguments) => models::unload_robot(&arguments),
@@ -118,6 +125,8 @@ pub fn main() -> ExitCode {
         Command::List(arguments) => models::list(&arguments),
         Command::Describe(arguments) => models::describe(&arguments),
         Command::Stop(arguments) => models::stop(&arguments),
+        Command::Top(arguments) => top::run(&arguments),
+        Command::Why(arguments) => why::run(&arguments),
     };
     ExitCode::from(result.unwrap_or_else(|error| error.report()))
 }

@@ -10,7 +10,7 @@ use taut_ipc::control::{ControlReply, ControlRequest, Listing, RobotDescription,
 use taut_ipc::{DaemonState, daemon_state};
 
 use super::Format;
-use super::connect::{InstanceChoice, control, is_lost, unexpected};
+use super::connect::{InstanceChoice, control, control_once, is_lost, unexpected};
 use super::error::{CliError, stdout};
 use super::load::srdf_beside;
 use super::progress::Progress;
@@ -186,7 +186,7 @@ pub(super) fn describe(arguments: &Describe) -> Result<u8, CliError> {
 pub(super) fn stop(arguments: &Stop) -> Result<u8, CliError> {
     let instance = arguments.instance.instance()?;
     let client = arguments.instance.connect()?;
-    match control(&client, &ControlRequest::Shutdown) {
+    match control_once(&client, &ControlRequest::Shutdown) {
         // It may be gone before its reply is read.
         Err(error) if !is_lost(&error) => return Err(error),
         _ => {}

@@ -9,9 +9,9 @@ use taut::path::Path;
 use taut::robot::Variable;
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, RobotDescription, SceneSummary};
 use taut_ipc::wire::{Code, RequestBody};
-use taut_ipc::{Client, ClientError, deadline_after};
+use taut_ipc::{Client, ClientError, Response, deadline_after};
 
-use super::connect::{control, unexpected};
+use super::connect::{RECOVERY, control, unexpected};
 use super::error::CliError;
 use super::layout::Layout;
 use super::load::{self, Loaded};
@@ -19,9 +19,6 @@ use super::report::Subject;
 use super::request::Source;
 use super::run::Timed;
 use crate::daemon::translate;
-
-/// How often a wait looks up; it ends only with the answer or the daemon.
-const LOOK_UP: Duration = Duration::from_secs(1);
 
 /// A path, and a robot and a scene that the daemon has loaded.
 pub(super) struct Prepared {
@@ -198,7 +195,7 @@ pub(super) fn folder_of(file: &FilePath) -> Option<PathBuf> {
 /// Runs a request. `watch` gets the length of each improvement and the time since the start.
 ///
 /// # Errors
-/// A refusal, or a daemon that went away.
+/// A refusal, or a daemon that went away and did not come back.
 pub(super) fn run(
     client: &Client,
     prepared: &Prepared,
@@ -235,21 +232,12 @@ pub(super) fn run(
         group_mask: &moving,
         held_values: settings.held.as_deref().unwrap_or_default(),
     };
-    let mut loan = request.with_body(body).loan()?;
-    loan.path_mut().copy_from_slice(path.as_flat());
-    let mut pending = loan.send()?;
-    loop {
-        let response = match pending.next(LOOK_UP) {
-            Err(ClientError::Timeout(_)) => continue,
-            response => response?.ok_or(ClientError::NoAnswer)?,
-        };
-        if !response.is_final() {
-            watch(start.elapsed(), response.header().length_after);
-            continue;
-        }
-        let view = response.view().map_err(ClientError::from)?;
-        let (outcome, code) = translate::outcome(&view, settings, weights)?;
-        let cpu_s = view.header.compute_ns as f64 * 1e-9;
-        return Ok(Timed { outcome, code, cpu_s, time_s: start.elapsed().as_secs_f64() });
-    }
+    let patience = deadline.unwrap_or(RECOVERY);
+    let mut improved = |response: &Response| watch(start.elapsed(), response.header().length_after);
+    let response = request.with_body(body).answer(path.as_flat(), patience, &mut improved)?;
+    let view = response.view().map_err(ClientError::from)?;
+    let (outcome, code) = translate::outcome(&view, settings, weights)?;
+    let cpu_s = view.header.compute_ns as f64 * 1e-9;
+    let (time_s, request_id) = (start.elapsed().as_secs_f64(), Some(view.header.request_id));
+    Ok(Timed { outcome, code, cpu_s, time_s, request_id })
 }

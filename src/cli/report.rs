@@ -44,6 +44,9 @@ pub(super) struct Answer<'a> {
     searched_m: Option<f64>,
     smallest_clearance: Option<Contact<'a>>,
     contacts: Option<Vec<Contact<'a>>>,
+    /// For `taut why`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    request_id: Option<String>,
     cpu_s: f64,
     time_s: f64,
     iterations: u64,
@@ -124,6 +127,7 @@ impl<'a> Answer<'a> {
             searched_m: nearest.map(|nearest| nearest.searched_m),
             smallest_clearance: nearest.and_then(|nearest| nearest.smallest.as_ref()).map(Contact::new),
             contacts: nearest.map(|nearest| nearest.contacts.iter().map(Contact::new).collect()),
+            request_id: timed.request_id.map(|id| format!("{id:016x}")),
             cpu_s: timed.cpu_s,
             time_s: timed.time_s,
             iterations: outcome.iterations,

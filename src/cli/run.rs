@@ -21,6 +21,8 @@ pub(super) struct Timed {
     pub cpu_s: f64,
     /// Time on the clock (s).
     pub time_s: f64,
+    /// Id of the request that the daemon answered.
+    pub request_id: Option<u64>,
 }
 
 /// Runs a request. `watch` gets the length of each improvement and the time since the start.
@@ -46,7 +48,7 @@ pub(super) fn run(
     })?;
     let outcome = result.map_err(|source| CliError::Request { name: loaded.name.clone(), source })?;
     let code = code::of(&outcome);
-    Ok(Timed { outcome, code, cpu_s: thread_cpu() - cpu, time_s: start.elapsed().as_secs_f64() })
+    Ok(Timed { outcome, code, cpu_s: thread_cpu() - cpu, time_s: start.elapsed().as_secs_f64(), request_id: None })
 }
 
 /// CPU time of this thread so far (s).

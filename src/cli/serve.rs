@@ -1,6 +1,8 @@
 //! `taut serve`: the daemon.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use taut_ipc::Instance;
 use tracing_subscriber::EnvFilter;
@@ -9,12 +11,15 @@ use super::connect::InstanceChoice;
 use super::error::CliError;
 use crate::daemon::config::Config;
 use crate::daemon::serve;
+use crate::daemon::supervise::{bind_to_supervisor, supervise};
 
 /// Serve planners: keep robots and scenes loaded and answer their requests
 ///
-/// Ends on SIGINT, SIGTERM and `taut stop`, with an answer for every request that runs. TAUT_LOG sets what is
-/// logged to standard error: warn (the default), info, debug, or by module. Exit code: 0 stopped, 65 a bad file,
-/// 66 an unreadable one, 69 the instance cannot be served.
+/// Ends on SIGINT, SIGTERM and `taut stop`, with an answer for every request that runs. What clients load or change
+/// is kept in the state folder: a daemon that was killed comes back with every robot and scene as it was; after one
+/// that ended in order, what no client has changed is read again from the configuration's files. TAUT_LOG sets what
+/// is logged to standard error: warn (the default), info, debug, or by module. Exit code: 0 stopped, 65 a bad file,
+/// 66 an unreadable one, 67 a full disk, 69 the instance cannot be served, 70 a supervised daemon dies again and again.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Configuration; without it everything has its default and nothing is loaded at first
@@ -25,19 +30,46 @@ pub(super) struct Arguments {
     /// Worker threads; the default is the configuration's, or one per core
     #[arg(long, value_name = "N")]
     workers: Option<usize>,
+    /// Folder that keeps robots and scenes; the default is `state` below a root of one's own (NAME:/ROOT), else
+    /// ~/.local/state/taut/NAME
+    #[arg(long, value_name = "FOLDER", conflicts_with = "no_state")]
+    state: Option<PathBuf>,
+    /// Keep nothing: begin with the configuration's robots and scenes only
+    #[arg(long)]
+    no_state: bool,
+    /// Start the daemon as a child and start it again when it dies or hangs
+    #[arg(long)]
+    supervise: bool,
+    /// Process that supervises this one
+    #[arg(long, hide = true, value_name = "PID", conflicts_with = "supervise")]
+    supervised_by: Option<u32>,
 }
 
 /// Serves.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let mut config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
     config.workers = arguments.workers.unwrap_or(config.workers);
+    if arguments.no_state {
+        config.state = Some(PathBuf::new());
+    } else if let Some(folder) = &arguments.state {
+        config.state = Some(folder.clone());
+    }
+    let instance = instance(&arguments.instance, &config)?;
+    if arguments.supervise {
+        let own = std::env::args_os().skip(1).filter(|argument| argument != "--supervise");
+        let own: Vec<OsString> = own.collect();
+        return Ok(supervise(&instance, &own, Duration::from_secs_f64(config.watchdog_s))?);
+    }
+    if let Some(pid) = arguments.supervised_by {
+        bind_to_supervisor(pid)?;
+    }
     start_log();
-    serve(&config, &instance(&arguments.instance, &config)?, &mut std::io::stdout())?;
+    serve(&config, &instance, &mut std::io::stdout())?;
     Ok(0)
 }
 
 /// The option, else the environment, else the configuration, else the default.
-fn instance(choice: &InstanceChoice, config: &Config) -> Result<Instance, CliError> {
+pub(super) fn instance(choice: &InstanceChoice, config: &Config) -> Result<Instance, CliError> {
     let named = choice.instance.is_some() || std::env::var_os(taut_ipc::INSTANCE_VARIABLE).is_some();
     if named || config.instance.is_empty() {
         return choice.instance();

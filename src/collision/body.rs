@@ -8,25 +8,44 @@ use super::solid::Solid;
 use super::tree::BallTree;
 use crate::math::Vec3;
 use crate::robot::{Component, Drive, JointKind, Kinematics, RobotModel};
-use crate::scene::Obstacle;
+use crate::scene::{Obstacle, Scene};
 
 /// A solid that is checked as a whole, where it is and what carries it.
 #[derive(Clone, Debug)]
 pub struct Body {
     /// Name of the link or object.
-    pub name: String,
+    pub name: Arc<str>,
     /// Whose solid it is.
     pub kind: BodyKind,
     /// The link that carries it; `None` for an obstacle, which stands still in the world.
     pub link: Option<usize>,
     /// Where the solid's frame is in the link's (or the world's).
     pub place: Transform,
-    /// By how much it is thicker than its shapes (m).
-    pub padding: f64,
+    /// How it differs from its shapes.
+    pub size: Size,
     /// The solid with its padding, shared by all models in which it is the same.
     pub solid: Arc<Solid>,
     /// The motions that carry it, from the root to it.
     pub chain: Vec<ChainMotion>,
+}
+
+/// How a body differs from its shapes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Size {
+    /// How many times as large each of its shapes is, about its own centre.
+    pub scale: f64,
+    /// By how much it is thicker then (m).
+    pub padding: f64,
+}
+
+impl Size {
+    /// As its shapes are.
+    pub const OWN: Self = Self { scale: 1.0, padding: 0.0 };
+
+    /// What a scene gives a link or object.
+    pub fn of(scene: &Scene, name: &str) -> Self {
+        Self { scale: scene.scale(name), padding: scene.padding(name) }
+    }
 }
 
 /// Whose solid a body is.
@@ -85,24 +104,25 @@ pub enum MotionKind {
 impl Body {
     /// The body of a link's own solid.
     pub fn of_link(robot: &RobotModel, link: usize, solid: Arc<Solid>) -> Self {
-        let name = robot.links()[link].name.clone();
+        let name = robot.links()[link].name.as_str().into();
         Self { link: Some(link), ..Self::standing(name, BodyKind::Link, Transform::IDENTITY, solid) }.carried(robot)
     }
 
     /// The body of an object that a link carries.
     pub fn of_attached(robot: &RobotModel, link: usize, object: &Obstacle, solid: Arc<Solid>) -> Self {
         let place = Transform::from(&object.pose);
-        let body = Self::standing(object.id.clone(), BodyKind::Attached, place, solid);
+        let body = Self::standing(object.id.as_str().into(), BodyKind::Attached, place, solid);
         Self { link: Some(link), ..body }.carried(robot)
     }
 
-    /// The body of an obstacle.
-    pub fn of_obstacle(obstacle: &Obstacle, solid: Arc<Solid>) -> Self {
-        Self::standing(obstacle.id.clone(), BodyKind::Obstacle, Transform::from(&obstacle.pose), solid)
+    /// The body of an obstacle, with a solid of this size.
+    pub fn of_obstacle(obstacle: &Obstacle, size: Size, solid: Arc<Solid>) -> Self {
+        let place = Transform::from(&obstacle.pose);
+        Self { size, ..Self::standing(obstacle.id.as_str().into(), BodyKind::Obstacle, place, solid) }
     }
 
-    fn standing(name: String, kind: BodyKind, place: Transform, solid: Arc<Solid>) -> Self {
-        Self { name, kind, link: None, place, padding: 0.0, solid, chain: Vec::new() }
+    fn standing(name: Arc<str>, kind: BodyKind, place: Transform, solid: Arc<Solid>) -> Self {
+        Self { name, kind, link: None, place, size: Size::OWN, solid, chain: Vec::new() }
     }
 
     fn carried(mut self, robot: &RobotModel) -> Self {
@@ -110,10 +130,10 @@ impl Body {
         self
     }
 
-    /// The same body with a solid that is thicker by `padding` (m).
+    /// The same body with a solid of this size.
     #[must_use]
-    pub fn padded(&self, robot: &RobotModel, padding: f64, solid: Arc<Solid>) -> Self {
-        Self { padding, solid, ..self.clone() }.carried(robot)
+    pub fn sized(&self, robot: &RobotModel, size: Size, solid: Arc<Solid>) -> Self {
+        Self { size, solid, ..self.clone() }.carried(robot)
     }
 
     /// Where the solid's frame is in the world.
@@ -222,11 +242,11 @@ pub(super) fn rest_value(robot: &RobotModel, joint: usize) -> f64 {
 
 /// Weights that make a path's length metres: 1 for a translation; for a rotation the farthest that any
 /// link's body it carries can be from its axis. Never below 1 cm, so that every joint counts. Neither what links
-/// carry nor padding counts: lengths stay comparable from one scene to the next.
+/// carry nor padding nor scale counts: lengths stay comparable from one scene to the next.
 pub fn reach_weights(robot: &RobotModel, bodies: &[Body]) -> Vec<f64> {
     const LEAST: f64 = 0.01;
     let mut weights = vec![LEAST; robot.space().nv()];
-    for body in bodies.iter().filter(|body| body.kind == BodyKind::Link && body.padding == 0.0) {
+    for body in bodies.iter().filter(|body| body.kind == BodyKind::Link && body.size == Size::OWN) {
         // Translations between a rotation and the body push it out by up to half their range.
         let mut pushed = 0.0;
         for motion in body.chain.iter().rev() {

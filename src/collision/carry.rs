@@ -23,7 +23,7 @@ impl CollisionModel {
             link: link_name.clone(),
             links: self.robot().links().iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(", "),
         })?;
-        let standing = self.scene().obstacles().iter().find(|obstacle| obstacle.id == id);
+        let standing = self.scene().obstacles().get(&id);
         // What does not stand gets its error from the scene, whatever the pose.
         let world = standing.map_or(Pose::identity(), |obstacle| obstacle.pose);
         let pose = unit(kinematics.poses()[link].inverse() * world);
@@ -37,7 +37,7 @@ impl CollisionModel {
     /// # Errors
     /// An object that is not there or not attached.
     pub fn detach(&self, id: &str, kinematics: &Kinematics) -> Result<SceneChange, SceneError> {
-        let attached = self.scene().attached().iter().find(|attached| attached.object.id == id);
+        let attached = self.scene().attached().get(id);
         let carrier = attached.and_then(|attached| self.robot().link_index(&attached.link_name));
         let pose = attached
             .zip(carrier)

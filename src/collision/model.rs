@@ -2,21 +2,24 @@
 
 use std::sync::Arc;
 
-use super::body::Body;
+use super::body::{Body, BodyKind, Size};
 use super::contact::Contact;
 use super::filter::Filter;
 use super::pairs::{BodyPair, Pairs, Rules};
+use super::piece::Transform;
 use super::query;
+use super::solid::Solid;
 use super::solids::Solids;
 use crate::robot::{Kinematics, RobotModel};
 use crate::scene::Scene;
+use crate::shape::{MeshError, PlacedShape};
 
 /// Everything that can collide, built once per robot and scene version and never changed.
 #[derive(Clone, Debug)]
 pub struct CollisionModel {
     robot: Arc<RobotModel>,
     scene: Arc<Scene>,
-    solids: Solids,
+    solids: Arc<Solids>,
     bodies: Vec<Body>,
     pairs: Pairs,
     filter: Filter,
@@ -50,6 +53,16 @@ pub enum CollisionModelError {
         /// Valid links.
         links: String,
     },
+    /// A scale that leaves nothing of a mesh.
+    #[error("the scene scales {name:?} by {scale}, which leaves no solid: {source}; take a scale nearer to 1")]
+    Scale {
+        /// Link or object.
+        name: String,
+        /// Its scale.
+        scale: f64,
+        /// What is wrong.
+        source: MeshError,
+    },
     /// A change to the scene that cannot be made.
     #[error(transparent)]
     Change(#[from] crate::scene::SceneError),
@@ -61,39 +74,85 @@ impl CollisionModel {
     /// Left out are: pairs that the robot's SRDF or description allows, pairs that the scene allows, an attached
     /// object with its own link and its touch links, and pairs of the robot's own links that no moving joint
     /// separates; what the scene forbids is checked whatever allows it. Pairs with an object that no joint brings
-    /// nearer or farther are [static pairs](Self::static_contact), looked at once per request. Padding counts
-    /// between robot and obstacles only.
+    /// nearer or farther are [static pairs](Self::static_contact), looked at once per request. Padding and scale
+    /// count between robot and obstacles only.
     ///
     /// # Errors
-    /// A name in the scene that is neither a link nor an object.
+    /// A name in the scene that is neither a link nor an object; a scale that leaves nothing of a mesh.
     pub fn new(robot: Arc<RobotModel>, scene: Arc<Scene>) -> Result<Self, CollisionModelError> {
         let solids = Solids::of_links(&robot);
         Self::build(robot, scene, &solids)
     }
 
     /// The model of the same robot with another scene: the same as [`Self::new`] makes, bit for bit, but solids
-    /// that this model has already are shared. Moving, attaching or allowing rebuilds none.
+    /// that this model has already are shared. Moving, attaching or allowing rebuilds none; where nothing but places
+    /// of obstacles tells a scene from the one that it was made of, pairs are shared too.
     ///
     /// # Errors
     /// As [`Self::new`].
     pub fn with_scene(&self, scene: Arc<Scene>) -> Result<Self, CollisionModelError> {
-        Self::build(self.robot.clone(), scene, &self.solids)
+        match self.moved_bodies(&scene) {
+            Some(moved) => Ok(self.with_moved(scene, &moved)),
+            None => Self::build(self.robot.clone(), scene, &self.solids),
+        }
+    }
+
+    /// Bodies that stand elsewhere in a scene that differs in nothing else; `None` where it may differ.
+    fn moved_bodies(&self, scene: &Scene) -> Option<Vec<(usize, Transform)>> {
+        if !self.scene.lines_up_with(scene) {
+            return None;
+        }
+        let mut moved = Vec::new();
+        let mut body = self.carried_bodies().len();
+        for (before, now) in self.scene.obstacles().iter().zip(scene.obstacles()) {
+            let has_body = !before.shapes.is_empty();
+            if !std::ptr::eq(before, now) {
+                if !Arc::ptr_eq(&before.shapes, &now.shapes) {
+                    return None;
+                }
+                moved.extend(has_body.then(|| (body, Transform::from(&now.pose))));
+            }
+            body += usize::from(has_body);
+        }
+        Some(moved)
+    }
+
+    fn with_moved(&self, scene: Arc<Scene>, moved: &[(usize, Transform)]) -> Self {
+        let mut bodies = self.bodies.clone();
+        for &(body, place) in moved {
+            bodies[body].place = place;
+        }
+        let pairs = self.pairs.placed(&self.robot, &bodies);
+        let filter = self.filter.with_moved(&bodies, moved.iter().map(|(body, _)| *body));
+        Self { robot: self.robot.clone(), scene, solids: self.solids.clone(), bodies, pairs, filter }
+    }
+
+    /// The model of a robot with nothing around it, of [link solids](Self::link_solids) that were made of it before;
+    /// `None` if they are not this robot's.
+    pub fn of_links(robot: Arc<RobotModel>, links: Vec<Option<Solid>>) -> Option<Self> {
+        let solids = Solids::with_links(&robot, links)?;
+        Self::build(robot, Arc::new(Scene::default()), &solids).ok()
+    }
+
+    /// The solids of the robot's links, in their order; `None` where a link has no shapes.
+    pub fn link_solids(&self) -> impl Iterator<Item = Option<&Solid>> {
+        self.solids.links().iter().map(Option::as_deref)
     }
 
     fn build(robot: Arc<RobotModel>, scene: Arc<Scene>, before: &Solids) -> Result<Self, CollisionModelError> {
         let rules = Rules::new(&robot, &scene)?;
         let mut solids = before.links_only();
         let mut bodies = carried_bodies(&robot, &scene, &mut solids, before);
-        let facing = add_padded(&robot, &scene, &mut bodies, &mut solids, before);
+        let facing = add_sized(&robot, &scene, &mut bodies, &mut solids, before)?;
         let robot_bodies = bodies.len();
         for obstacle in scene.obstacles().iter().filter(|obstacle| !obstacle.shapes.is_empty()) {
-            let (bare, padding) = (solids.object(&obstacle.shapes, before), scene.padding(&obstacle.id));
-            let solid = solids.padded(&bare, padding, before);
-            bodies.push(Body { padding, ..Body::of_obstacle(obstacle, solid) });
+            let (bare, size) = (solids.object(&obstacle.shapes, before), Size::of(&scene, &obstacle.id));
+            let solid = solids.sized(&bare, &obstacle.shapes, size, before);
+            bodies.push(Body::of_obstacle(obstacle, size, solid.map_err(no_solid(&obstacle.id, size))?));
         }
         let pairs = rules.pairs(&bodies, &facing, robot_bodies);
         let filter = Filter::new(&robot, &bodies, robot_bodies, &pairs.moving);
-        Ok(Self { robot, scene, solids, bodies, pairs, filter })
+        Ok(Self { robot, scene, solids: Arc::new(solids), bodies, pairs, filter })
     }
 
     /// The robot.
@@ -104,8 +163,8 @@ impl CollisionModel {
     pub fn scene(&self) -> &Arc<Scene> {
         &self.scene
     }
-    /// Links with shapes, then attached objects, then those of both that are padded once more with their padding,
-    /// then obstacles.
+    /// Links with shapes, then attached objects, then those of both that are padded or scaled once more at that
+    /// size, then obstacles.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
@@ -125,6 +184,10 @@ impl CollisionModel {
     pub fn hollow_pairs(&self) -> &[usize] {
         &self.pairs.hollow
     }
+    /// Of [`Self::static_pairs`], those that are not far apart for good.
+    pub fn close_pairs(&self) -> &[usize] {
+        &self.pairs.close
+    }
     /// What the filter sees of the model.
     pub fn filter(&self) -> &Filter {
         &self.filter
@@ -132,7 +195,7 @@ impl CollisionModel {
     /// Names of the two bodies of pair `index`.
     pub fn pair_names(&self, index: usize) -> [String; 2] {
         let pair = self.pairs.moving[index];
-        [self.bodies[pair.a].name.clone(), self.bodies[pair.b].name.clone()]
+        [pair.a, pair.b].map(|body| self.bodies[body].name.to_string())
     }
 
     /// First pair that is checked, that no joint moves and that overlaps, with its names and contact.
@@ -141,7 +204,7 @@ impl CollisionModel {
             let pair = &self.pairs.standing[index];
             let (a, b) = (&self.bodies[pair.a], &self.bodies[pair.b]);
             let contact = query::overlap(a, &a.placed(kinematics), b, &b.placed(kinematics))?;
-            Some(([a.name.clone(), b.name.clone()], contact))
+            Some(([a, b].map(|body| body.name.to_string()), contact))
         })
     }
 }
@@ -159,22 +222,34 @@ fn carried_bodies(robot: &RobotModel, scene: &Scene, solids: &mut Solids, before
     bodies
 }
 
-/// Appends a padded body for each that has a padding; gives for each body the one that faces obstacles.
-fn add_padded(
+/// Appends a body of another size for each that the scene pads or scales; gives for each body the one that faces
+/// obstacles.
+fn add_sized(
     robot: &RobotModel,
     scene: &Scene,
     bodies: &mut Vec<Body>,
     solids: &mut Solids,
     before: &Solids,
-) -> Vec<usize> {
+) -> Result<Vec<usize>, CollisionModelError> {
     let mut facing: Vec<_> = (0..bodies.len()).collect();
     for (index, facing) in facing.iter_mut().enumerate() {
-        let padding = scene.padding(&bodies[index].name);
-        if padding > 0.0 {
-            let solid = solids.padded(&bodies[index].solid, padding, before);
-            *facing = bodies.len();
-            bodies.push(bodies[index].padded(robot, padding, solid));
+        let body = &bodies[index];
+        let size = Size::of(scene, &body.name);
+        if size == Size::OWN {
+            continue;
         }
+        let shapes: &[PlacedShape] = match (body.kind, body.link) {
+            (BodyKind::Link, Some(link)) => &robot.links()[link].shapes,
+            _ => scene.attached().get(&body.name).map_or(&[], |attached| &attached.object.shapes),
+        };
+        let solid = solids.sized(&body.solid, shapes, size, before).map_err(no_solid(&body.name, size))?;
+        let sized = body.sized(robot, size, solid);
+        *facing = bodies.len();
+        bodies.push(sized);
     }
-    facing
+    Ok(facing)
+}
+
+fn no_solid(name: &str, size: Size) -> impl FnOnce(MeshError) -> CollisionModelError {
+    move |source| CollisionModelError::Scale { name: name.to_owned(), scale: size.scale, source }
 }

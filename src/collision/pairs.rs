@@ -1,6 +1,7 @@
 //! Which bodies are checked against each other, and where in the kinematic tree they part.
 
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use super::body::{Body, BodyKind};
 use super::filter::cover::Ball;
@@ -26,26 +27,33 @@ pub struct BodyPair {
 #[derive(Clone, Debug, Default)]
 pub struct Pairs {
     /// Those that some joint moves against each other.
-    pub moving: Vec<BodyPair>,
+    pub moving: Arc<[BodyPair]>,
     /// Those that no joint moves, but that may overlap as they stand.
-    pub standing: Vec<BodyPair>,
+    pub standing: Arc<[BodyPair]>,
     /// Of the moving, those with a mesh, in which the other body may be hidden.
-    pub hollow: Vec<usize>,
+    pub hollow: Arc<[usize]>,
     /// Of the standing, those that are not far apart for good.
     pub close: Vec<usize>,
 }
 
 impl Pairs {
-    /// Finds those that each request looks at: of a thousand objects far away it should not hear.
-    fn sort_out(&mut self, robot: &RobotModel, bodies: &[Body]) {
+    fn new(robot: &RobotModel, bodies: &[Body], moving: Vec<BodyPair>, standing: Vec<BodyPair>) -> Self {
         let is_hollow = |pair: &BodyPair| bodies[pair.a].solid.hollow || bodies[pair.b].solid.hollow;
-        self.hollow = (0..self.moving.len()).filter(|&index| is_hollow(&self.moving[index])).collect();
+        let hollow = (0..moving.len()).filter(|&index| is_hollow(&moving[index])).collect();
+        let pairs = Self { moving: moving.into(), standing: standing.into(), hollow, close: Vec::new() };
+        pairs.placed(robot, bodies)
+    }
+
+    /// The same pairs of bodies that may stand elsewhere. Finds those that each request looks at: of a thousand
+    /// objects far away it should not hear.
+    pub fn placed(&self, robot: &RobotModel, bodies: &[Body]) -> Self {
         let balls: Vec<_> = bodies.iter().map(|body| fixed_ball(robot, body)).collect();
         let is_close = |pair: &BodyPair| match (&balls[pair.a], &balls[pair.b]) {
             (Some(a), Some(b)) => a.center.distance(b.center) <= a.radius + b.radius + TOUCHING_M,
             _ => true,
         };
-        self.close = (0..self.standing.len()).filter(|&index| is_close(&self.standing[index])).collect();
+        let close = (0..self.standing.len()).filter(|&index| is_close(&self.standing[index])).collect();
+        Self { close, ..self.clone() }
     }
 }
 
@@ -63,7 +71,7 @@ fn fixed_ball(robot: &RobotModel, body: &Body) -> Option<Ball> {
     Some(ball)
 }
 
-/// Names of links and objects as numbers, and what the scene says about pairs of them.
+/// What the scene says about pairs of links and objects, the names that it mentions as numbers.
 pub struct Rules<'a> {
     robot: &'a RobotModel,
     scene: &'a Scene,
@@ -78,13 +86,8 @@ impl<'a> Rules<'a> {
     /// # Errors
     /// A pair, padding, touch link or attachment that names neither a link nor an object.
     pub fn new(robot: &'a RobotModel, scene: &'a Scene) -> Result<Self, CollisionModelError> {
-        let links = robot.links().iter().map(|link| link.name.as_str());
-        let objects = scene.obstacles().iter().chain(scene.attached().iter().map(|attached| &attached.object));
-        let mut numbers = HashMap::new();
-        for (number, name) in links.chain(objects.map(|object| object.id.as_str())).enumerate() {
-            numbers.entry(name).or_insert(number as u32);
-        }
-        let mut rules = Self { robot, scene, numbers, allowed: HashSet::new(), forbidden: HashSet::new() };
+        let (allowed, forbidden) = (HashSet::new(), HashSet::new());
+        let mut rules = Self { robot, scene, numbers: HashMap::new(), allowed, forbidden };
         for (a, b) in scene.allowed() {
             let pair = rules.pair(a, b, || format!("allows {a} × {b}"))?;
             rules.allowed.insert(pair);
@@ -103,22 +106,28 @@ impl<'a> Rules<'a> {
             let pair = rules.pair(a, b, || format!("forbids {a} × {b}"))?;
             rules.forbidden.insert(pair);
         }
-        for name in scene.padded().keys() {
+        for (name, _) in scene.padded() {
             rules.pair(name, name, || format!("pads {name}"))?;
+        }
+        for (name, _) in scene.scaled() {
+            rules.pair(name, name, || format!("scales {name}"))?;
         }
         Ok(rules)
     }
 
-    fn pair(&self, a: &str, b: &str, what: impl Fn() -> String) -> Result<(u32, u32), CollisionModelError> {
-        let number = |name: &str, beside: &str| {
-            let unknown = || CollisionModelError::UnknownName {
-                what: what(),
-                name: name.to_owned(),
-                beside: beside.to_owned(),
-                links: self.link_names(),
-                objects: self.object_names(),
-            };
-            self.numbers.get(name).copied().ok_or_else(unknown)
+    fn pair(&mut self, a: &'a str, b: &'a str, what: impl Fn() -> String) -> Result<(u32, u32), CollisionModelError> {
+        let mut number = |name: &'a str, beside: &str| {
+            if self.robot.link_index(name).is_none() && self.scene.object(name).is_none() {
+                return Err(CollisionModelError::UnknownName {
+                    what: what(),
+                    name: name.to_owned(),
+                    beside: beside.to_owned(),
+                    links: self.link_names(),
+                    objects: self.object_names(),
+                });
+            }
+            let next = self.numbers.len() as u32;
+            Ok(*self.numbers.entry(name).or_insert(next))
         };
         Ok(sorted(number(a, b)?, number(b, a)?))
     }
@@ -133,20 +142,49 @@ impl<'a> Rules<'a> {
     }
 
     fn object_names(&self) -> String {
-        let objects = self.scene.obstacles().iter().chain(self.scene.attached().iter().map(|a| &a.object));
-        let names: Vec<_> = objects.map(|object| object.id.as_str()).collect();
+        let names: Vec<_> = self.scene.objects().map(|object| object.id.as_str()).collect();
         if names.is_empty() { "none".to_owned() } else { names.join(", ") }
     }
 
-    /// Number of a body's name.
-    fn number(&self, body: &Body) -> u32 {
-        self.numbers[body.name.as_str()]
+    /// The pairs among `bodies`. The first of them are the links' and what they carry: each is checked against
+    /// every other of these, and against obstacles, which are the bodies from `obstacles` on, as the body that
+    /// `facing` has for it.
+    pub fn pairs(&self, bodies: &[Body], facing: &[usize], obstacles: usize) -> Pairs {
+        // Most scenes have many objects and mention few of them.
+        let number = |body: &Body| self.numbers.get(&*body.name).copied();
+        let numbers: Vec<_> =
+            bodies.iter().map(|body| if self.numbers.is_empty() { None } else { number(body) }).collect();
+        let of = |a: usize, b: usize| Some(sorted(numbers[a]?, numbers[b]?));
+        let (mut moving, mut standing) = (Vec::new(), Vec::new());
+        for (a, &outer) in facing.iter().enumerate() {
+            let body_a = &bodies[a];
+            for (b, body_b) in bodies.iter().enumerate().take(facing.len()).skip(a + 1) {
+                let names = of(a, b);
+                if self.may_touch(body_a, body_b, names) {
+                    continue;
+                }
+                let ancestor = common_ancestor(self.robot, body_a.link, body_b.link);
+                let motions_above = [body_a.motions_up_to(ancestor), body_b.motions_up_to(ancestor)];
+                let pair = BodyPair { a, b, ancestor, motions_above };
+                if [body_a, body_b].iter().any(|body| moves_below(self.robot, body.link, ancestor)) {
+                    moving.push(pair);
+                } else if self.may_stand_wrongly(body_a, body_b, names) {
+                    standing.push(pair);
+                }
+            }
+            let pairs = if moves_below(self.robot, body_a.link, None) { &mut moving } else { &mut standing };
+            for (b, body_b) in bodies.iter().enumerate().skip(obstacles) {
+                if !self.may_touch(body_a, body_b, of(a, b)) {
+                    pairs.push(BodyPair { a: outer, b, ancestor: None, motions_above: [0, 0] });
+                }
+            }
+        }
+        Pairs::new(self.robot, bodies, moving, standing)
     }
 
-    /// Whether two bodies may touch.
-    fn may_touch(&self, a: &Body, b: &Body) -> bool {
-        let names = sorted(self.number(a), self.number(b));
-        if self.forbidden.contains(&names) {
+    /// Whether two bodies may touch; `names` are their numbers, where the scene mentions both.
+    fn may_touch(&self, a: &Body, b: &Body, names: Option<(u32, u32)>) -> bool {
+        if names.is_some_and(|names| self.forbidden.contains(&names)) {
             return false;
         }
         // What the robot says of two links it does not say of what they carry.
@@ -154,46 +192,14 @@ impl<'a> Rules<'a> {
             (BodyKind::Link, BodyKind::Link, Some(a), Some(b)) => self.robot.is_allowed(a, b),
             _ => false,
         };
-        of_robot || self.allowed.contains(&names)
-    }
-
-    /// The pairs among `bodies`. The first of them are the links' and what they carry: each is checked against
-    /// every other of these, and against obstacles, which are the bodies from `obstacles` on, as the body that
-    /// `facing` has for it.
-    pub fn pairs(&self, bodies: &[Body], facing: &[usize], obstacles: usize) -> Pairs {
-        let mut pairs = Pairs::default();
-        for (a, &outer) in facing.iter().enumerate() {
-            for b in a + 1..facing.len() {
-                self.consider(bodies, a, b, &mut pairs);
-            }
-            for b in obstacles..bodies.len() {
-                self.consider(bodies, outer, b, &mut pairs);
-            }
-        }
-        pairs.sort_out(self.robot, bodies);
-        pairs
-    }
-
-    fn consider(&self, bodies: &[Body], a: usize, b: usize, pairs: &mut Pairs) {
-        let (body_a, body_b) = (&bodies[a], &bodies[b]);
-        if self.may_touch(body_a, body_b) {
-            return;
-        }
-        let ancestor = common_ancestor(self.robot, body_a.link, body_b.link);
-        let motions_above = [body_a.motions_up_to(ancestor), body_b.motions_up_to(ancestor)];
-        let pair = BodyPair { a, b, ancestor, motions_above };
-        if moves_below(self.robot, body_a.link, ancestor) || moves_below(self.robot, body_b.link, ancestor) {
-            pairs.moving.push(pair);
-        } else if self.may_stand_wrongly(body_a, body_b) {
-            pairs.standing.push(pair);
-        }
+        of_robot || names.is_some_and(|names| self.allowed.contains(&names))
     }
 
     /// Whether two bodies that no joint moves against each other are looked at. A robot's own links are built as
     /// they are; what somebody placed or attached, or asked to be checked, may be in the wrong place.
-    fn may_stand_wrongly(&self, a: &Body, b: &Body) -> bool {
+    fn may_stand_wrongly(&self, a: &Body, b: &Body, names: Option<(u32, u32)>) -> bool {
         let are_links = a.kind == BodyKind::Link && b.kind == BodyKind::Link;
-        !are_links || self.forbidden.contains(&sorted(self.number(a), self.number(b)))
+        !are_links || names.is_some_and(|names| self.forbidden.contains(&names))
     }
 }
 

@@ -1,10 +1,12 @@
 //! Convex pieces: a core swept by a ball. Every solid is made of them; a mesh's are its triangles.
 
+use serde::{Deserialize, Serialize};
+
 use crate::math::{Mat3, Pose, Vec3};
 use crate::shape::{PlacedShape, Shape};
 
 /// Convex core in the frame of its body (m).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Core {
     /// A point.
     Point(Vec3),
@@ -35,7 +37,7 @@ pub enum Core {
 }
 
 /// A convex solid: all points within `radius` of the core.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Piece {
     /// The core.
     pub core: Core,

@@ -218,6 +218,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::collision::body::Size;
     use crate::collision::solid::Solid;
     use crate::math::{Pose, Quat};
     use crate::scene::{Obstacle, Scene};
@@ -228,7 +229,7 @@ mod tests {
         let shapes = [PlacedShape { pose: Pose::from_parts(at, Quat::IDENTITY), shape }];
         let solid = Arc::new(Solid::new(&shapes));
         let obstacle = Obstacle { id: "solid".into(), pose: Pose::identity(), shapes: Arc::new(shapes) };
-        Body::of_obstacle(&obstacle, solid)
+        Body::of_obstacle(&obstacle, Size::OWN, solid)
     }
 
     fn cuboid(size: f64, at: Vec3) -> Body {

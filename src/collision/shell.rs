@@ -1,13 +1,15 @@
 //! The convex hull of a solid, a little too large: some of its outermost points, and how far it reaches beyond
 //! them.
 
+use serde::{Deserialize, Serialize};
+
 use super::distance;
 use super::piece::{Core, Transform};
 use super::tree::BallTree;
 use crate::math::Vec3;
 
 /// Points and a slack: the solid is within `slack` of the points' convex hull.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Shell {
     corners: Vec<Vec3>,
     slack: f64,

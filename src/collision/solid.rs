@@ -1,6 +1,8 @@
 //! Solids: shapes made ready for checking, once, in their own frame. Where a solid stands, who carries it and
 //! whom it may touch is said elsewhere, so that none of this makes anything anew.
 
+use serde::{Deserialize, Serialize};
+
 use super::filter::SolidHulls;
 use super::filter::cover::{self, Ball};
 use super::piece::Piece;
@@ -10,7 +12,7 @@ use crate::math::Vec3;
 use crate::shape::{PlacedShape, Shape};
 
 /// Shapes that move as one, made ready for checking.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Solid {
     /// Its pieces, in its own frame.
     pub tree: BallTree,

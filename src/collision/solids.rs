@@ -3,10 +3,11 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use super::body::Size;
 use super::solid::Solid;
 use crate::hash::ContentHasher;
-use crate::robot::RobotModel;
-use crate::shape::PlacedShape;
+use crate::robot::{Link, RobotModel};
+use crate::shape::{MeshError, PlacedShape};
 
 /// Solids of a robot's links and a scene's objects.
 #[derive(Clone, Debug, Default)]
@@ -18,8 +19,8 @@ pub struct Solids {
     by_place: HashMap<usize, Made>,
     /// By content: equal shapes that were read twice.
     by_content: HashMap<u64, Arc<Solid>>,
-    /// By solid and bits of the padding.
-    padded: HashMap<(usize, u64), Thicker>,
+    /// By solid and bits of scale and padding.
+    sized: HashMap<(usize, [u64; 2]), Sized>,
 }
 
 #[derive(Clone, Debug)]
@@ -30,7 +31,7 @@ struct Made {
 }
 
 #[derive(Clone, Debug)]
-struct Thicker {
+struct Sized {
     /// Kept, so that nothing else can be where it is in memory.
     bare: Arc<Solid>,
     solid: Arc<Solid>,
@@ -44,9 +45,21 @@ impl Solids {
         Self { links, ..Self::default() }
     }
 
-    /// Those of the same robot's links, with no object yet.
+    /// Those of a robot's links as they were made before; `None` if they are not this robot's.
+    pub fn with_links(robot: &RobotModel, links: Vec<Option<Solid>>) -> Option<Self> {
+        let is_of = |(link, solid): (&Link, &Option<Solid>)| link.shapes.is_empty() == solid.is_none();
+        let fits = links.len() == robot.links().len() && robot.links().iter().zip(&links).all(is_of);
+        fits.then(|| Self { links: links.into_iter().map(|solid| solid.map(Arc::new)).collect(), ..Self::default() })
+    }
+
+    /// Those of a robot's links, with no object yet.
     pub fn links_only(&self) -> Self {
         Self { links: self.links.clone(), ..Self::default() }
+    }
+
+    /// Those of all links.
+    pub fn links(&self) -> &[Option<Arc<Solid>>] {
+        &self.links
     }
 
     /// The solid of a link; `None` where it has no shapes.
@@ -79,18 +92,37 @@ impl Solids {
         Made { shapes: shapes.clone(), content, solid }
     }
 
-    /// The solid, thicker by `padding` (m): itself where that is 0, taken from `before` if it is there.
-    pub fn padded(&mut self, bare: &Arc<Solid>, padding: f64, before: &Self) -> Arc<Solid> {
-        if padding == 0.0 {
-            return bare.clone();
+    /// The solid of shapes, of which `bare` is the plain one, at another size: taken from `before` if it is there.
+    ///
+    /// # Errors
+    /// A mesh that the scale leaves without an area.
+    pub fn sized(
+        &mut self,
+        bare: &Arc<Solid>,
+        shapes: &[PlacedShape],
+        size: Size,
+        before: &Self,
+    ) -> Result<Arc<Solid>, MeshError> {
+        if size == Size::OWN {
+            return Ok(bare.clone());
         }
-        let key = (Arc::as_ptr(bare) as usize, padding.to_bits());
-        let known = self.padded.get(&key).or_else(|| before.padded.get(&key));
-        let known = known.filter(|thicker| Arc::ptr_eq(&thicker.bare, bare)).cloned();
-        let make = || Thicker { bare: bare.clone(), solid: Arc::new(bare.padded(padding)) };
-        let thicker = known.unwrap_or_else(make);
-        let solid = thicker.solid.clone();
-        self.padded.insert(key, thicker);
-        solid
+        let key = (Arc::as_ptr(bare) as usize, [size.scale, size.padding].map(f64::to_bits));
+        let known = self.sized.get(&key).or_else(|| before.sized.get(&key));
+        let sized = match known.filter(|sized| Arc::ptr_eq(&sized.bare, bare)) {
+            Some(known) => known.clone(),
+            None => Sized { bare: bare.clone(), solid: Arc::new(resized(bare, shapes, size)?) },
+        };
+        let solid = sized.solid.clone();
+        self.sized.insert(key, sized);
+        Ok(solid)
     }
+}
+
+fn resized(bare: &Solid, shapes: &[PlacedShape], Size { scale, padding }: Size) -> Result<Solid, MeshError> {
+    if scale == 1.0 {
+        return Ok(bare.padded(padding));
+    }
+    let shapes = shapes.iter().map(|shape| shape.scaled(scale)).collect::<Result<Vec<_>, _>>()?;
+    let solid = Solid::new(&shapes);
+    Ok(if padding > 0.0 { solid.padded(padding) } else { solid })
 }

@@ -14,7 +14,7 @@ use crate::validation::soundness::cases;
 type Names = BTreeSet<(String, String)>;
 
 fn names(model: &CollisionModel, pairs: &[BodyPair]) -> Names {
-    let name = |body: usize| model.bodies()[body].name.clone();
+    let name = |body: usize| model.bodies()[body].name.to_string();
     pairs.iter().map(|pair| ordered(name(pair.a), name(pair.b))).collect()
 }
 
@@ -50,20 +50,20 @@ fn expected(model: &CollisionModel, rng: &mut fastrand::Rng) -> (Names, Names) {
     let (mut moving, mut standing) = (Names::new(), Names::new());
     for (i, (a, link_a, carried_a)) in all.iter().enumerate() {
         for (b, link_b, carried_b) in &all[i + 1..] {
-            let named =
-                |pairs: &[(String, String)]| pairs.iter().any(|(x, y)| (x == a && y == b) || (x == b && y == a));
+            let is_named = |(x, y): (&str, &str)| (x == a && y == b) || (x == b && y == a);
+            let (is_allowed, is_forbidden) = (scene.allowed().any(is_named), scene.forbidden().any(is_named));
             let are_links = carried_a.is_none() && carried_b.is_none() && link_a.is_some() && link_b.is_some();
             let touch = |carried: &Option<&crate::scene::AttachedObject>, other: &String| {
                 carried.is_some_and(|carried| carried.link_name == *other || carried.touch_links.contains(other))
             };
             let by_robot = are_links && robot.is_allowed(link_a.unwrap(), link_b.unwrap());
-            let allowed = by_robot || named(scene.allowed()) || touch(carried_a, b) || touch(carried_b, a);
-            if (link_a.is_none() && link_b.is_none()) || (allowed && !named(scene.forbidden())) {
+            let allowed = by_robot || is_allowed || touch(carried_a, b) || touch(carried_b, a);
+            if (link_a.is_none() && link_b.is_none()) || (allowed && !is_forbidden) {
                 continue;
             }
             if part(model, *link_a, *link_b, rng) {
                 moving.insert(ordered(a.clone(), b.clone()));
-            } else if !are_links || named(scene.forbidden()) {
+            } else if !are_links || is_forbidden {
                 standing.insert(ordered(a.clone(), b.clone()));
             }
         }
@@ -115,7 +115,7 @@ fn count_new(seen: &mut Vec<Arc<Solid>>, model: &CollisionModel) -> usize {
 #[test]
 fn a_change_makes_nothing_anew_but_what_it_brings() {
     let mut model = cell();
-    let link = model.bodies()[0].name.clone();
+    let link = model.bodies()[0].name.to_string();
     let place = Pose::from_translation(Vec3::new(0.0, 1.0, 2.0));
     let id = |i: usize| format!("part{i}");
     let pad = |name: &str, padding| SceneChange::Pad { name: name.to_owned(), padding };
@@ -154,17 +154,87 @@ fn a_changed_model_is_the_one_that_its_scene_makes_from_nothing() {
         let (robot, first, second) = testing::two_scenes(&mut rng);
         let made = CollisionModel::new(robot.clone(), second.clone()).unwrap();
         let changed = CollisionModel::new(robot, first).unwrap().with_scene(second).unwrap();
-        let show = |model: &CollisionModel| {
-            format!("{:?}{:?}{:?}{:?}", model.bodies(), model.pairs(), model.static_pairs(), model.filter())
-        };
         assert!(show(&made) == show(&changed));
     }
+}
+
+/// All that a check looks at.
+fn show(model: &CollisionModel) -> String {
+    let pairs = (model.pairs(), model.static_pairs(), model.hollow_pairs(), model.close_pairs());
+    format!("{:?}{pairs:?}{:?}", model.bodies(), model.filter())
+}
+
+/// The same after each of many changes to one scene, most of which leave most of the model.
+#[test]
+fn a_model_that_was_changed_again_and_again_is_the_one_that_its_scene_makes_from_nothing() {
+    let (count, mut rng) = cases(20);
+    let mut moved = 0;
+    for _ in 0..count {
+        let robot = Arc::new(testing::robot(&mut rng));
+        let obstacle = |rng: &mut fastrand::Rng, i: usize| {
+            let shapes =
+                (0..rng.usize(0..3)).map(|_| PlacedShape { pose: testing::pose(rng, 0.1), shape: testing::shape(rng) });
+            Obstacle::new(format!("object{i}"), shapes.collect()).at(testing::pose(rng, 1.5))
+        };
+        let obstacles = (0..30).map(|i| obstacle(&mut rng, i)).collect();
+        let scene = Scene::new("many", obstacles, Vec::new(), Vec::new()).unwrap();
+        let mut model = CollisionModel::new(robot.clone(), Arc::new(scene)).unwrap();
+        for step in 0..30 {
+            let id = format!("object{}", rng.usize(0..32));
+            let link_name = robot.links()[rng.usize(0..robot.links().len())].name.clone();
+            let far = if rng.bool() { 1.5 } else { 20.0 };
+            let pose = testing::pose(&mut rng, far);
+            let change = match rng.u8(0..14) {
+                0 => SceneChange::Add(obstacle(&mut rng, 100 + step)),
+                1 => SceneChange::Remove { id },
+                2 => SceneChange::Attach { id, link_name, touch_links: Vec::new(), pose },
+                3 => SceneChange::Detach { id, pose },
+                4 => SceneChange::Append { id, shapes: obstacle(&mut rng, 0).shapes.to_vec() },
+                5 => SceneChange::Pad { name: id, padding: 0.01 },
+                6 => SceneChange::Scale { name: if rng.bool() { id } else { link_name }, scale: 1.1 },
+                7 => SceneChange::Allow(id, link_name),
+                _ => SceneChange::Move { id, pose },
+            };
+            moved += usize::from(matches!(change, SceneChange::Move { .. }));
+            // What names nothing is refused by the scene or by the model.
+            let Ok(scene) = model.scene().with([change]) else { continue };
+            let Ok(next) = model.with_scene(Arc::new(scene)) else { continue };
+            let made = CollisionModel::new(robot.clone(), next.scene().clone()).unwrap();
+            assert!(show(&next) == show(&made));
+            model = next;
+        }
+    }
+    assert!(moved > 5 * count);
+}
+
+/// A scale counts where robot and obstacles meet, as padding does, and padding comes on top.
+#[test]
+fn what_is_scaled_faces_obstacles_as_large_as_it_is_said() {
+    let model = cell();
+    let link = model.bodies()[0].name.to_string();
+    let size = |name: &str, scale, padding| {
+        let name = name.to_owned();
+        [SceneChange::Scale { name: name.clone(), scale }, SceneChange::Pad { name, padding }]
+    };
+    let changes = [size(&link, 2.0, 0.01), size("part0", 0.5, 0.0)].concat();
+    let changed = model.with_scene(Arc::new(model.scene().with(changes).unwrap())).unwrap();
+    let radius = |model: &CollisionModel, body: usize| model.bodies()[body].solid.tree.balls()[0].radius;
+    let (plain, facing) = (0, model.carried_bodies().len());
+    assert_eq!(radius(&changed, plain), radius(&model, plain), "among its own links it is as it is");
+    assert_eq!(&*changed.bodies()[facing].name, link);
+    let grown = radius(&changed, facing) / radius(&model, plain);
+    assert!(grown > 1.5, "{grown}");
+    let part = |model: &CollisionModel| model.bodies().iter().position(|body| &*body.name == "part0").unwrap();
+    let shrunk = radius(&changed, part(&changed)) / radius(&model, part(&model));
+    assert!((shrunk - 0.5).abs() < 1e-9, "{shrunk}");
+    let weights = |model: &CollisionModel| crate::collision::reach_weights(model.robot(), model.bodies());
+    assert_eq!(weights(&changed), weights(&model), "lengths stay comparable");
 }
 
 #[test]
 fn names_that_are_not_there_are_refused_with_those_that_are() {
     let model = cell();
-    let link = model.bodies()[0].name.clone();
+    let link = model.bodies()[0].name.to_string();
     let attach = |link_name: &str, touch_links: &[&str]| SceneChange::Attach {
         id: "part1".into(),
         link_name: link_name.into(),
@@ -174,6 +244,10 @@ fn names_that_are_not_there_are_refused_with_those_that_are() {
     for (change, parts) in [
         (attach("claw", &[]), ["part1", "\"claw\", which is no link", "links: link0"]),
         (attach(&link, &["claw"]), ["lets part1 touch claw", "\"claw\" is neither", "objects: part0"]),
+        (
+            SceneChange::Scale { name: "claw".into(), scale: 2.0 },
+            ["scales claw", "\"claw\" is neither", "links: link0"],
+        ),
         (SceneChange::Pad { name: "claw".into(), padding: 0.1 }, ["pads claw", "\"claw\" is neither", "links: link0"]),
         (SceneChange::Allow("claw".into(), link.clone()), ["allows claw", "\"claw\" is neither", "objects: part0"]),
         (SceneChange::Forbid("part0".into(), "claw".into()), ["forbids part0 × claw", "\"claw\"", "links: link0"]),

@@ -1,10 +1,12 @@
 //! A tree of balls over the pieces of a body: what a query descends.
 
+use serde::{Deserialize, Serialize};
+
 use super::piece::Piece;
 use crate::math::Vec3;
 
 /// A ball that encloses the pieces below it, in the body's frame.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Ball {
     /// Centre (m).
     pub center: Vec3,
@@ -15,7 +17,7 @@ pub struct Ball {
 }
 
 /// What a ball encloses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Content {
     /// One piece, by index.
     Piece(u32),
@@ -24,7 +26,7 @@ pub enum Content {
 }
 
 /// Pieces of a body and the balls over them; ball 0 encloses all.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct BallTree {
     pieces: Vec<Piece>,
     balls: Vec<Ball>,

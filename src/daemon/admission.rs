@@ -19,14 +19,12 @@ pub(super) struct Doorkeeper<'a> {
     pub store: &'a mut ModelStore,
     /// Ids of labels that are being loaded.
     pub loading: &'a HashSet<u64>,
-    /// Jobs that wait, and how many may.
-    pub queued: usize,
+    /// Jobs that wait.
+    pub waiting: usize,
     /// Jobs that may wait.
-    pub queue_limit: usize,
-    /// Median computing time, and the workers that share the work.
-    pub compute_p50_ns: u64,
-    /// Worker threads.
-    pub workers: usize,
+    pub most_waiting: usize,
+    /// When (ns from now) this one would be begun.
+    pub wait_ns: u64,
     /// Whether the daemon is ending.
     pub is_draining: bool,
 }
@@ -36,23 +34,28 @@ impl Doorkeeper<'_> {
     ///
     /// # Errors
     /// A refusal, with a retry hint where waiting helps.
-    pub(super) fn admit(&mut self, header: &RequestHeader) -> Result<Snapshot, Refusal> {
+    pub(super) fn admit(&mut self, header: &RequestHeader, now_ns: u64) -> Result<Snapshot, Refusal> {
         if self.is_draining {
             let message = "the daemon is stopping; send again to the next one".to_owned();
             return Err(Refusal { code: Code::Overloaded.into(), message, retry_after_ms: RETRY_LOADING_MS });
         }
-        if self.queued >= self.queue_limit {
-            return Err(self.overloaded());
+        if self.waiting >= self.most_waiting {
+            return Err(self.overloaded("as many as may wait"));
+        }
+        // What comes to nothing is not begun, so that what others wait for comes to something.
+        let is_hopeless =
+            self.wait_ns > 0 && header.deadline_ns != 0 && header.deadline_ns <= now_ns.saturating_add(self.wait_ns);
+        if is_hopeless {
+            return Err(self.overloaded("too many for this one's deadline"));
         }
         let snapshot = self.store.snapshot(&wanted(header)).map_err(|error| self.not_there(header, &error))?;
         check_layout(header, &snapshot)?;
         Ok(snapshot)
     }
 
-    fn overloaded(&self) -> Refusal {
-        let wait_ms = self.queued as u64 * self.compute_p50_ns / self.workers.max(1) as u64 / 1_000_000;
-        let retry_after_ms = wait_ms.clamp(1, RETRY_MOST_MS) as u32;
-        let message = format!("{} requests wait already; send again in {retry_after_ms} ms", self.queued);
+    fn overloaded(&self, why: &str) -> Refusal {
+        let retry_after_ms = (self.wait_ns / 1_000_000).clamp(1, RETRY_MOST_MS) as u32;
+        let message = format!("{} requests wait already, {why}; send again in {retry_after_ms} ms", self.waiting);
         Refusal { code: Code::Overloaded.into(), message, retry_after_ms }
     }
 

@@ -1,11 +1,13 @@
 //! `daemon.toml`: what `taut serve` is started with.
 
 use std::collections::BTreeMap;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use taut::files::{FileError, Geometry, RobotFiles};
 use taut::optimize::Settings;
+use taut_ipc::limits::{ACTIVE_REQUESTS_PER_CLIENT, MAX_PAYLOAD};
 
 /// The configuration; every entry has a default, unknown ones are refused.
 #[derive(Clone, Debug, Deserialize)]
@@ -20,8 +22,17 @@ pub struct Config {
     pub clearance_m: f64,
     /// Requests that may wait.
     pub queue: usize,
+    /// What one client may have.
+    pub quota: Quota,
+    /// Where Prometheus reads, such as 127.0.0.1:9464: an address of this machine only. Nowhere if it is missing.
+    pub metrics: Option<SocketAddr>,
     /// Status messages per second, at least 2: the second that follows a client's death ends its connection.
     pub status_rate_hz: f64,
+    /// Folder that keeps robots and scenes while no daemon runs; the default one (see [`super::state`]) where it is
+    /// missing, nothing is kept where it is empty.
+    pub state: Option<PathBuf>,
+    /// How long the daemon may give no sign of life before its supervisor restarts it (s).
+    pub watchdog_s: f64,
     /// Lets a request with [`super::worker::PANIC_SEED`] panic and one with [`super::worker::HANG_SEED`] hang until it
     /// is told to stop. For tests only.
     pub fault_injection: bool,
@@ -31,6 +42,25 @@ pub struct Config {
     pub scenes: Vec<SceneConfig>,
     /// Problem files whose robot and scene to load.
     pub problems: Vec<ProblemConfig>,
+}
+
+/// What one client may have; a connection is a client.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Quota {
+    /// Requests in flight.
+    pub in_flight: usize,
+    /// Bytes of its requests in flight.
+    pub bytes: usize,
+    /// Share of the workers' time over some seconds, beyond which its requests are refused; 1 = no limit, others
+    /// get their turn all the same.
+    pub cpu_share: f64,
+}
+
+impl Default for Quota {
+    fn default() -> Self {
+        Self { in_flight: ACTIVE_REQUESTS_PER_CLIENT, bytes: 4 * MAX_PAYLOAD, cpu_share: 1.0 }
+    }
 }
 
 /// A robot to load; names of files start at the folder of the configuration.
@@ -105,7 +135,11 @@ impl Default for Config {
             workers: 0,
             clearance_m: Settings::DEFAULT_CLEARANCE_M,
             queue: 256,
+            quota: Quota::default(),
+            metrics: None,
             status_rate_hz: 2.0,
+            state: None,
+            watchdog_s: 10.0,
             fault_injection: false,
             robots: Vec::new(),
             scenes: Vec::new(),
@@ -145,8 +179,24 @@ impl Config {
         if !(2.0..=50.0).contains(&self.status_rate_hz) {
             return Err(format!("status_rate_hz is {}; valid: 2 to 50", self.status_rate_hz));
         }
+        if !(1.0..=3600.0).contains(&self.watchdog_s) {
+            return Err(format!("watchdog_s is {}; valid: 1 to 3600", self.watchdog_s));
+        }
         if !(1..=65_536).contains(&self.queue) {
             return Err(format!("queue is {}; valid: 1 to 65536", self.queue));
+        }
+        let Quota { in_flight, bytes, cpu_share } = self.quota;
+        if !(1..=ACTIVE_REQUESTS_PER_CLIENT).contains(&in_flight) {
+            return Err(format!("quota.in_flight is {in_flight}; valid: 1 to {ACTIVE_REQUESTS_PER_CLIENT}"));
+        }
+        if bytes < MAX_PAYLOAD {
+            return Err(format!("quota.bytes is {bytes}; valid: at least {MAX_PAYLOAD}, one request"));
+        }
+        if !(cpu_share > 0.0 && cpu_share <= 1.0) {
+            return Err(format!("quota.cpu_share is {cpu_share}; valid: more than 0, at most 1"));
+        }
+        if let Some(address) = self.metrics.filter(|address| !address.ip().is_loopback()) {
+            return Err(format!("metrics is {address}; valid: an address of this machine, such as 127.0.0.1:9464"));
         }
         if self.workers > 1024 {
             return Err(format!("workers is {}; valid: 0 (one per core) to 1024", self.workers));
@@ -155,6 +205,9 @@ impl Config {
     }
 
     fn start_names_at(&mut self, folder: &Path) {
+        if let Some(state) = self.state.as_mut().filter(|state| !state.as_os_str().is_empty()) {
+            *state = folder.join(&*state);
+        }
         for robot in &mut self.robots {
             robot.urdf = folder.join(&robot.urdf);
             robot.srdf = robot.srdf.as_ref().map(|srdf| folder.join(srdf));
@@ -202,9 +255,14 @@ mod tests {
         let text = "workers = 2\n\n[[scenes]]\nlabel = \"a\"\nfile = \"b\"\nclearence = 3\n";
         let error = one_line(text, &toml::from_str::<Config>(text).unwrap_err());
         assert!(error.starts_with("line 6: unknown field `clearence`") && !error.contains('\n'), "{error}");
-        for (text, part) in
-            [("queue = 0", "1 to 65536"), ("clearance_m = nan", "finite"), ("status_rate_hz = 1", "2 to")]
-        {
+        for (text, part) in [
+            ("queue = 0", "1 to 65536"),
+            ("clearance_m = nan", "finite"),
+            ("status_rate_hz = 1", "2 to"),
+            ("quota = { in_flight = 0 }", "1 to"),
+            ("metrics = '0.0.0.0:1'", "of this machine"),
+            ("quota = { cpu_share = 0.0 }", "more than 0"),
+        ] {
             let error = toml::from_str::<Config>(text).unwrap().checked().unwrap_err();
             assert!(error.contains(part), "{error}");
         }

@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use taut::store::{Change, SceneEntry, StoreError};
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, Stats};
+use taut_ipc::monotonic_ns;
 use taut_ipc::server::{IncomingControl, ServerError};
 use taut_ipc::wire::{Code, SceneEvent, SceneEventKind, label_id};
 
-use super::event::{Content, Loaded};
+use super::event::{Content, Loaded, Purpose};
 use super::event_loop::{EventLoop, ROUND};
 use super::keep::{Acknowledgement, Changed, reply};
 use super::loader::{Source, Task};
@@ -24,12 +25,15 @@ impl EventLoop {
             let Some(control) = self.server.receive_control()? else { return Ok(false) };
             match control.message() {
                 Ok(ControlRequest::LoadRobot { label, source, replace }) => {
-                    self.load(control, label, replace, Source::Robot(robot_files(source)));
+                    self.load(control, label, Purpose::Load { replace }, Source::Robot(robot_files(source)));
                 }
                 Ok(ControlRequest::LoadScene { label, json, base_dir, replace }) => {
-                    // Messages call the scene by its label; meshes are found beside it.
-                    let file = base_dir.unwrap_or_else(|| PathBuf::from("/")).join(&label);
-                    self.load(control, label, replace, Source::Scene(json, file));
+                    let file = file_of(&label, base_dir);
+                    self.load(control, label, Purpose::Load { replace }, Source::Scene(json, file));
+                }
+                Ok(ControlRequest::DiffScene { label, json, base_dir, base_version }) => {
+                    let file = file_of(&label, base_dir);
+                    self.diff_scene(control, label, base_version, json, file)?;
                 }
                 Ok(ControlRequest::UnloadRobot { label }) => self.unload_robot(control, label)?,
                 Ok(ControlRequest::UnloadScene { label }) => self.unload_scene(control, label)?,
@@ -49,12 +53,18 @@ impl EventLoop {
             }
             ControlRequest::List => Ok(ControlReply::Listing(self.listing())),
             ControlRequest::Stats => Ok(ControlReply::Stats(self.stats())),
+            ControlRequest::Clients => Ok(ControlReply::Clients(self.clients.summaries(monotonic_ns()))),
+            ControlRequest::Stories { id } => Ok(ControlReply::Stories(self.stories.find(&id))),
             ControlRequest::Shutdown => {
                 self.drain();
                 Ok(ControlReply::Done)
             }
-            _ => {
-                let text = "this daemon does not change scenes in place or pin them; load the whole scene with replace";
+            ControlRequest::PinScene { label, version, pinned } => self.pin_scene(&label, version, pinned),
+            ControlRequest::ShowScene { label, version, base_version } => {
+                self.show_scene(&label, version, base_version)
+            }
+            other => {
+                let text = format!("this daemon does not know {other:?}; use client and daemon of the same release");
                 Err(Refusal::new(Code::MalformedRequest, text))
             }
         }
@@ -65,6 +75,7 @@ impl EventLoop {
             reply(control, &ControlReply::Refused(store_refusal(&error)));
             return Ok(());
         }
+        self.recheck_watches(label_id(&label));
         let told = Acknowledgement { control: Some(control), answer: ControlReply::Done, event: None };
         self.keep(&Changed::Robot(label), told)
     }
@@ -77,13 +88,14 @@ impl EventLoop {
                 return Ok(());
             }
         };
+        self.recheck_watches(entry.id);
         let event = Some(scene_event(SceneEventKind::Deleted, &entry));
         let told = Acknowledgement { control: Some(control), answer: ControlReply::Done, event };
         self.keep(&Changed::Scene(label), told)
     }
 
     /// Gives something to the loader; the reply comes when it is read.
-    fn load(&mut self, control: IncomingControl, label: String, replace: bool, source: Source) {
+    pub(super) fn load(&mut self, control: IncomingControl, label: String, purpose: Purpose, source: Source) {
         if label.is_empty() || label.len() > LABEL_MAX {
             let text = format!("a label of {} bytes; valid: 1 to {LABEL_MAX}", label.len());
             return reply(control, &ControlReply::Refused(Refusal::new(Code::MalformedRequest, text)));
@@ -95,23 +107,40 @@ impl EventLoop {
             return reply(control, &ControlReply::Refused(Refusal::new(Code::MalformedRequest, text)));
         }
         let token = self.next_number();
-        self.loading.insert(label_id(&label));
+        if matches!(purpose, Purpose::Load { .. }) {
+            self.loading.insert(label_id(&label));
+        }
         self.loads.insert(token, control);
         if let Some(loader) = &self.loader {
-            // It reads until the sender is dropped, when nobody waits for it any more.
-            let _ = loader.send(Task { token, label, replace, source });
+            loader.send(Task { token, label, purpose, source });
         }
     }
 
     /// Takes what the loader has read into the store.
     pub(super) fn finish_load(&mut self, loaded: Loaded) -> Result<(), ServerError> {
-        let Loaded { token, label, replace, content } = loaded;
-        self.loading.remove(&label_id(&label));
+        let Loaded { token, label, purpose, content } = loaded;
+        if matches!(purpose, Purpose::Load { .. }) {
+            self.loading.remove(&label_id(&label));
+        }
         let control = self.loads.remove(&token);
-        match content.and_then(|content| self.insert(&label, replace, content)) {
-            Ok((changed, answer, event)) => self.keep(&changed, Acknowledgement { control, answer, event }),
+        self.take_content(control, &label, purpose, content)
+    }
+
+    /// Takes what was read into the store and tells of it.
+    pub(super) fn take_content(
+        &mut self,
+        control: Option<IncomingControl>,
+        label: &str,
+        purpose: Purpose,
+        content: Result<Content, Refusal>,
+    ) -> Result<(), ServerError> {
+        match content.and_then(|content| self.insert(label, purpose, content)) {
+            Ok((changed, answer, event)) => {
+                self.recheck_watches(label_id(label));
+                self.keep(&changed, Acknowledgement { control, answer, event })
+            }
             Err(refusal) => {
-                tracing::info!(label, code = refusal.code, "not loaded: {}", refusal.message);
+                tracing::info!(label, code = refusal.code, "not taken: {}", refusal.message);
                 if let Some(control) = control {
                     reply(control, &ControlReply::Refused(refusal));
                 }
@@ -123,15 +152,23 @@ impl EventLoop {
     fn insert(
         &mut self,
         label: &str,
-        replace: bool,
+        purpose: Purpose,
         content: Content,
     ) -> Result<(Changed, ControlReply, Option<SceneEvent>), Refusal> {
         let refuse = |error: StoreError| store_refusal(&error);
+        let (replace, base_version) = match purpose {
+            Purpose::Load { replace } => (replace, 0),
+            Purpose::Change { base_version } => (true, base_version),
+        };
         match content {
             Content::Robot(robot, weights) => {
                 self.store.insert_robot(label, robot, weights, replace).map_err(refuse)?;
                 let described = describe(label, self.store.robot(label).map_err(refuse)?);
                 Ok((Changed::Robot(label.to_owned()), ControlReply::Robot(Box::new(described)), None))
+            }
+            Content::Diff(diff) => {
+                let scene = self.changed_scene(label, base_version, &diff)?;
+                self.insert(label, Purpose::Load { replace }, Content::Scene(scene))
             }
             Content::Scene(scene) => {
                 let change = self.store.insert_scene(label, scene, replace).map_err(refuse)?;
@@ -155,14 +192,21 @@ impl EventLoop {
     }
 
     fn stats(&mut self) -> Stats {
+        let mut numbers = metrics::numbers(&self.status());
+        numbers.extend(self.metrics.more());
         Stats {
             boot_id: self.server.boot_id(),
             pid: std::process::id(),
             daemon_version: env!("CARGO_PKG_VERSION").to_owned(),
             uptime_ns: self.metrics.uptime_ns(),
-            numbers: metrics::numbers(&self.status()),
+            numbers,
         }
     }
+}
+
+/// What messages call a text that was sent: its label. Meshes are found beside it.
+fn file_of(label: &str, base_dir: Option<PathBuf>) -> PathBuf {
+    base_dir.unwrap_or_else(|| PathBuf::from("/")).join(label)
 }
 
 fn scene_event(kind: SceneEventKind, entry: &SceneEntry) -> SceneEvent {

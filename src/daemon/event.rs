@@ -5,9 +5,11 @@ use std::sync::Arc;
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use taut::robot::RobotModel;
 use taut::scene::Scene;
+use taut::scene::diff_file::SceneDiff;
 use taut_ipc::control::Refusal;
 use taut_ipc::server::Waker;
 
+use super::keep::KeptUpTo;
 use super::translate::Reply;
 
 /// Everything that happens besides messages of clients.
@@ -21,6 +23,8 @@ pub(super) enum Event {
     Answered(Box<Answered>),
     /// A robot or scene is read, or cannot be.
     Loaded(Box<Loaded>),
+    /// The journal has dealt with changes.
+    Kept(KeptUpTo),
     /// The process is asked to end.
     Stop,
 }
@@ -31,8 +35,10 @@ pub(super) struct Answered {
     pub job: u64,
     /// What its client is told.
     pub reply: Reply,
-    /// Whether the core panicked.
-    pub panicked: bool,
+    /// How often it made room for others.
+    pub pauses: u32,
+    /// What was asked for, where the core panicked on it.
+    pub crashed: Option<u64>,
 }
 
 /// The end of a load.
@@ -41,10 +47,25 @@ pub(super) struct Loaded {
     pub token: u64,
     /// Its label.
     pub label: String,
-    /// Whether the label may be taken away from other content.
-    pub replace: bool,
+    /// What to do with it.
+    pub purpose: Purpose,
     /// What was read.
     pub content: Result<Content, Refusal>,
+}
+
+/// What something is read for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// To be what its label names.
+    Load {
+        /// Whether the label may be taken away from other content.
+        replace: bool,
+    },
+    /// To change the scene that its label names.
+    Change {
+        /// Version that the scene has to have; 0 = any.
+        base_version: u64,
+    },
 }
 
 /// What can be loaded.
@@ -53,6 +74,8 @@ pub(super) enum Content {
     Robot(Arc<RobotModel>, Arc<[f64]>),
     /// A scene.
     Scene(Arc<Scene>),
+    /// A change to one.
+    Diff(SceneDiff),
 }
 
 /// Sends events and wakes the I/O thread.

@@ -5,20 +5,26 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crossbeam_channel::{Receiver, Sender};
-use taut::store::ModelStore;
+use taut::store::{ModelStore, PreparedModel};
 use taut_ipc::control::Refusal;
 use taut_ipc::monotonic_ns;
 use taut_ipc::server::{IncomingControl, IncomingRequest, Janitor, SendError, Server, ServerError};
 use taut_ipc::wire::{Code, ResponseFlags, RobotEntry, SceneEntry, StatusRecord};
 
 use super::admission::Doorkeeper;
+use super::clients::Clients;
 use super::event::{Answered, Event};
 use super::job::{Job, StopCause, StopFlag};
-use super::loader;
+use super::keep::Keeping;
+use super::loader::Loader;
 use super::mailbox::{Mailbox, Progress};
 use super::metrics::Metrics;
-use super::queue::{JobQueue, Place, place};
+use super::poison::Poison;
+use super::pulse::Pulse;
+use super::schedule::Schedule;
+use super::story::{self, Stories, story};
 use super::translate::{self, Reply};
+use super::watch::{self, Watch};
 
 /// Messages taken in one round, so that a client that floods does not keep answers from being sent.
 pub(super) const ROUND: usize = 128;
@@ -29,17 +35,27 @@ const JANITOR_PATIENCE: Duration = Duration::from_secs(10);
 pub(super) struct EventLoop {
     pub(super) janitor: Janitor,
     pub(super) store: ModelStore,
-    pub(super) queue: Arc<JobQueue>,
+    pub(super) schedule: Arc<Schedule>,
+    /// Where models go that are to be made; gone once the daemon ends.
+    pub(super) preparer: Option<Sender<Arc<PreparedModel>>>,
+    pub(super) clients: Clients,
+    pub(super) stories: Stories,
+    pub(super) poison: Poison,
+    pub(super) workers: usize,
+    pub(super) keeping: Keeping,
+    pub(super) pulse: Pulse,
     pub(super) mailboxes: Vec<Arc<Mailbox>>,
     pub(super) events: Receiver<Event>,
     /// Gone once the daemon ends.
-    pub(super) loader: Option<Sender<loader::Task>>,
+    pub(super) loader: Option<Loader>,
     pub(super) metrics: Metrics,
     pub(super) default_clearance_m: f64,
     pub(super) queue_limit: usize,
     pub(super) status_period_ns: u64,
     /// Requests whose final response is not sent yet, by job.
     pub(super) open: HashMap<u64, OpenRequest>,
+    /// Paths that are watched and not being checked now.
+    pub(super) watches: BTreeMap<u64, Watch>,
     /// Control requests that wait for the loader, by token.
     pub(super) loads: BTreeMap<u64, IncomingControl>,
     /// Ids of the labels that these load.
@@ -54,11 +70,14 @@ pub(super) struct EventLoop {
 
 /// A request that a client waits for.
 pub(super) struct OpenRequest {
-    request: IncomingRequest,
+    pub(super) request: IncomingRequest,
     stop: Arc<StopFlag>,
-    place: Place,
-    scene_id: u64,
-    scene_version: u64,
+    bytes: usize,
+    received_ns: u64,
+    pub(super) scene_id: u64,
+    pub(super) scene_version: u64,
+    /// Of a watch that has been checked before: whether it was proved then.
+    pub(super) was_proved: Option<bool>,
 }
 
 impl EventLoop {
@@ -68,7 +87,7 @@ impl EventLoop {
     /// A port that stopped working: the daemon cannot go on.
     pub(super) fn run(&mut self) -> Result<(), ServerError> {
         let mut is_flooded = false;
-        while !(self.is_draining && self.open.is_empty()) {
+        while !(self.is_draining && self.open.is_empty() && self.keeping.is_idle()) {
             let patience = if is_flooded { Duration::ZERO } else { self.patience() };
             self.server.wait(patience)?;
             self.handle_events()?;
@@ -83,13 +102,16 @@ impl EventLoop {
 
     /// Lets workers and loader end, after [`Self::run`].
     pub(super) fn close(&mut self) {
-        self.queue.close();
+        self.schedule.close();
         self.loader = None;
+        self.preparer = None;
+        self.keeping.close(self.is_draining);
+        self.pulse.close();
     }
 
     /// How long nothing needs to be done unless somebody calls.
     fn patience(&self) -> Duration {
-        let next = self.queue.next_deadline_ns().unwrap_or(u64::MAX).min(self.next_status_ns);
+        let next = self.schedule.next_deadline_ns().unwrap_or(u64::MAX).min(self.next_status_ns);
         Duration::from_nanos(next.saturating_sub(monotonic_ns()))
     }
 
@@ -99,6 +121,7 @@ impl EventLoop {
                 Event::Improved { worker } => self.send_improvement(worker),
                 Event::Answered(answered) => self.finish(*answered),
                 Event::Loaded(loaded) => self.finish_load(*loaded)?,
+                Event::Kept(kept) => self.kept(&kept)?,
                 Event::Stop => self.drain(),
             }
         }
@@ -110,58 +133,103 @@ impl EventLoop {
         for _ in 0..ROUND {
             let Some(request) = self.server.receive()? else { return Ok(false) };
             self.metrics.received();
-            if let Err((request, refusal)) = self.take(request) {
-                self.refuse(*request, &refusal);
+            let number = self.next_number();
+            if let Err((request, refusal)) = self.take(number, request) {
+                self.refuse(number, *request, &refusal);
             }
         }
         Ok(true)
     }
 
     /// Lets a request in and gives it to the workers.
-    fn take(&mut self, request: IncomingRequest) -> Result<(), (Box<IncomingRequest>, Refusal)> {
-        let number = self.next_number();
-        match self.job(number, &request) {
+    fn take(&mut self, number: u64, request: IncomingRequest) -> Result<(), (Box<IncomingRequest>, Refusal)> {
+        let now_ns = monotonic_ns();
+        let (client, bytes) = (request.client_id(), request.payload().len());
+        let server = &self.server;
+        let entered = self.clients.enter(client, || server.client_pid(client), bytes, now_ns);
+        self.stories.begin(number, story(&self.store, &request, self.clients.pid(client), now_ns));
+        match entered {
+            Ok(()) => self.enqueue(number, request, None),
             Err(refusal) => Err((Box::new(request), refusal)),
-            Ok(job) => {
-                tracing::debug!(request = job.request_id, job = number, "taken");
-                let (stop, place) = (job.stop.clone(), place(&job));
-                let (scene_id, scene_version) = (job.snapshot.scene_id, job.snapshot.scene_version);
-                self.open.insert(number, OpenRequest { request, stop, place, scene_id, scene_version });
-                self.queue.push(job);
-                Ok(())
-            }
         }
     }
 
-    fn job(&mut self, id: u64, request: &IncomingRequest) -> Result<Job, Refusal> {
-        let view = request.view().map_err(|error| Refusal::new(error.code(), error.to_string()))?;
+    /// Gives a request to the workers that is counted already; `was_proved` where it is a watch that was let in before.
+    pub(super) fn enqueue(
+        &mut self,
+        number: u64,
+        request: IncomingRequest,
+        was_proved: Option<bool>,
+    ) -> Result<(), (Box<IncomingRequest>, Refusal)> {
+        let (now_ns, client, bytes) = (monotonic_ns(), request.client_id(), request.payload().len());
+        let job = match self.job(number, &request, now_ns, was_proved.is_some()) {
+            Ok(job) => job,
+            Err(refusal) => {
+                self.clients.left(client, bytes);
+                return Err((Box::new(request), refusal));
+            }
+        };
+        let (scene_id, scene_version) = (job.snapshot.scene_id, job.snapshot.scene_version);
+        tracing::debug!(request = job.request_id, job = number, "taken");
+        if let Some(story) = self.stories.of(number) {
+            story.scene_version = scene_version;
+        }
+        let waiting = self.schedule.waiting();
+        self.stories.tell(number, || format!("let in, {waiting} wait"));
+        let stop = job.stop.clone();
+        let received_ns = now_ns;
+        let open = OpenRequest { request, stop, bytes, received_ns, scene_id, scene_version, was_proved };
+        self.open.insert(number, open);
+        if let Some(preparer) = self.preparer.as_ref().filter(|_| !job.snapshot.model.is_ready()) {
+            self.stories.tell(number, || "waits until robot and scene are put together".to_owned());
+            // It ends after this loop only.
+            let _ = preparer.send(job.snapshot.model.clone());
+        }
+        self.schedule.push(job);
+        Ok(())
+    }
+
+    fn job(&mut self, id: u64, request: &IncomingRequest, received_ns: u64, is_again: bool) -> Result<Job, Refusal> {
+        let mut view = request.view().map_err(|error| Refusal::new(error.code(), error.to_string()))?;
+        watch::check(&view.header)?;
+        if is_again {
+            watch::follow(&mut view.header);
+        }
+        let (client, header) = (request.client_id(), &view.header);
+        let deadline_ns = Some(header.deadline_ns).filter(|deadline| *deadline != 0);
         let mut doorkeeper = Doorkeeper {
             store: &mut self.store,
             loading: &self.loading,
-            queued: self.queue.len(),
-            queue_limit: self.queue_limit,
-            compute_p50_ns: self.metrics.compute_p50_ns(),
-            workers: self.mailboxes.len(),
+            waiting: self.schedule.waiting(),
+            // A watch that is in already is not turned away.
+            most_waiting: if is_again { usize::MAX } else { self.queue_limit },
+            wait_ns: self.schedule.wait_ns(client, header.priority, deadline_ns),
             is_draining: self.is_draining,
         };
-        let snapshot = doorkeeper.admit(&view.header)?;
+        let snapshot = doorkeeper.admit(header, received_ns)?;
         let (settings, path) = translate::settings_and_path(&view, &snapshot, self.default_clearance_m)?;
-        Ok(Job {
+        let job = Job {
             id,
-            request_id: view.header.request_id,
+            request_id: header.request_id,
+            client,
             snapshot,
             path,
             settings,
-            deadline_ns: Some(view.header.deadline_ns).filter(|deadline| *deadline != 0),
-            received_ns: monotonic_ns(),
-            priority: view.header.priority,
+            deadline_ns,
+            received_ns,
+            priority: header.priority,
             stop: Arc::default(),
-        })
+        };
+        self.poison.check(|| job.content())?;
+        Ok(job)
     }
 
-    fn refuse(&mut self, request: IncomingRequest, refusal: &Refusal) {
+    pub(super) fn refuse(&mut self, number: u64, request: IncomingRequest, refusal: &Refusal) {
+        let client = request.client_id();
         tracing::info!(request = request.header().request_id, code = refusal.code, "refused: {}", refusal.message);
         self.metrics.ended(refusal.code);
+        self.clients.refused(client);
+        self.stories.end(number, refusal.code, || format!("refused: {}", refusal.message));
         let code = Code::try_from(refusal.code).unwrap_or(Code::MalformedRequest);
         if let Err(error) = request.refuse(code, &refusal.message, refusal.retry_after_ms) {
             tracing::warn!("a refusal was not sent: {error}");
@@ -175,6 +243,9 @@ impl EventLoop {
             let mut header = progress.header;
             header.flags |= superseded(&self.store, open);
             let body = taut_ipc::wire::ResponseBody { path: &progress.path, ..Default::default() };
+            self.stories.tell(progress.job, || {
+                format!("shorter: {:.6} after {} iterations", header.length_after, header.iterations)
+            });
             if let Err(error) = open.request.send(&header, &body) {
                 tracing::warn!(request = open.request.header().request_id, "an improvement was not sent: {error}");
             }
@@ -182,20 +253,42 @@ impl EventLoop {
     }
 
     fn finish(&mut self, answered: Answered) {
-        if answered.panicked {
+        let Answered { job, reply, pauses, crashed } = answered;
+        if let Some(content) = crashed {
             self.metrics.panicked();
+            self.poison.crashed(content);
         }
-        self.metrics.timed(&answered.reply.header);
-        if let Some(open) = self.open.remove(&answered.job) {
-            self.send_final(open, answered.reply);
+        self.metrics.timed(&reply.header);
+        let Some(open) = self.open.get(&job) else { return };
+        self.clients.computed(open.request.client_id(), reply.header.compute_ns);
+        if pauses > 0 {
+            self.metrics.paused(pauses);
+            self.stories.tell(job, || format!("made room for others {pauses} times"));
+        }
+        match self.close_request(job) {
+            Some(open) if watch::is_watch(&open.request) => self.watched(job, open, reply),
+            Some(open) => self.send_final(job, open, reply),
+            None => {}
         }
     }
 
-    fn send_final(&mut self, mut open: OpenRequest, mut reply: Reply) {
+    /// Takes a request out of those that are open.
+    fn close_request(&mut self, job: u64) -> Option<OpenRequest> {
+        let open = self.open.remove(&job)?;
+        self.clients.left(open.request.client_id(), open.bytes);
+        Some(open)
+    }
+
+    pub(super) fn send_final(&mut self, job: u64, mut open: OpenRequest, mut reply: Reply) {
         if reply.header.scene_version != 0 {
             reply.header.flags |= superseded(&self.store, &open);
         }
+        let now_ns = monotonic_ns();
+        let latency_ns = now_ns.saturating_sub(open.received_ns);
         self.metrics.ended(reply.header.code);
+        self.metrics.answered_after(latency_ns);
+        self.clients.answered(open.request.client_id(), &reply.header, latency_ns, now_ns);
+        self.stories.end(job, reply.header.code, || story::ending(&reply.header));
         let request = open.request.header().request_id;
         tracing::debug!(request, code = reply.header.code, compute_ns = reply.header.compute_ns, "answered");
         let Err(error) = open.request.send(&reply.header, &reply.body()) else { return };
@@ -212,29 +305,40 @@ impl EventLoop {
 
     /// Ends the jobs whose client is gone, and asks those to end whose client wants the best so far.
     fn end_abandoned(&mut self) {
+        self.end_abandoned_watches();
         let gone: Vec<u64> =
             self.open.iter().filter(|(_, open)| !open.request.is_connected()).map(|(job, _)| *job).collect();
         for job in gone {
             // Dropping the request frees the client's slot at once; the worker ends on its own.
-            let Some(open) = self.open.remove(&job) else { continue };
-            open.stop.set(StopCause::Cancelled);
-            self.queue.remove(open.place);
+            let Some(open) = self.close_request(job) else { continue };
+            self.stop(job, &open.stop, StopCause::Cancelled);
+            self.schedule.remove(job);
             self.metrics.cancelled();
+            self.clients.cancelled(open.request.client_id());
+            self.stories.end(job, Code::Preempted.into(), || "cancelled: the client dropped it or is gone".to_owned());
             tracing::debug!(request = open.request.header().request_id, "cancelled");
         }
-        let hinted = self.open.values().filter(|open| open.request.has_disconnect_hint());
-        let hinted: Vec<Place> =
-            hinted.inspect(|open| open.stop.set(StopCause::FinishedEarly)).map(|o| o.place).collect();
-        for place in hinted {
-            if let Some(job) = self.queue.remove(place) {
+        let hinted = self.open.iter().filter(|(_, open)| open.request.has_disconnect_hint());
+        let hinted: Vec<(u64, Arc<StopFlag>)> = hinted.map(|(job, open)| (*job, open.stop.clone())).collect();
+        for (job, stop) in hinted {
+            if let Some(job) = self.schedule.remove(job) {
                 self.answer_untouched(&job, StopCause::FinishedEarly);
+            } else {
+                self.stop(job, &stop, StopCause::FinishedEarly);
             }
+        }
+    }
+
+    /// Asks a job to end, also one that has made room.
+    fn stop(&self, job: u64, flag: &StopFlag, cause: StopCause) {
+        if flag.set(cause) {
+            self.schedule.wake(job);
         }
     }
 
     /// Nothing waits past its deadline.
     fn end_expired(&mut self) {
-        for job in self.queue.take_expired(monotonic_ns()) {
+        for job in self.schedule.take_expired(monotonic_ns()) {
             self.answer_untouched(&job, StopCause::Deadline);
         }
     }
@@ -245,8 +349,8 @@ impl EventLoop {
             cause => translate::preempted(job, cause),
         };
         reply.header.queue_ns = monotonic_ns().saturating_sub(job.received_ns);
-        if let Some(open) = self.open.remove(&job.id) {
-            self.send_final(open, reply);
+        if let Some(open) = self.close_request(job.id) {
+            self.send_final(job.id, open, reply);
         }
     }
 
@@ -256,10 +360,11 @@ impl EventLoop {
             return;
         }
         tracing::info!(open = self.open.len(), "stopping");
-        for job in self.queue.take_all() {
+        for job in self.schedule.take_all() {
             self.answer_untouched(&job, StopCause::Shutdown);
         }
-        self.open.values().for_each(|open| open.stop.set(StopCause::Shutdown));
+        self.open.iter().for_each(|(job, open)| self.stop(*job, &open.stop, StopCause::Shutdown));
+        self.end_watches();
     }
 
     pub(super) fn next_number(&mut self) -> u64 {
@@ -272,6 +377,8 @@ impl EventLoop {
             return Ok(());
         }
         self.next_status_ns = monotonic_ns() + self.status_period_ns;
+        self.clients.forget(monotonic_ns());
+        self.pulse.beat();
         let status = self.status();
         self.server.publish_status(&status)?;
         let is_slow = self.janitor.busy_for() > JANITOR_PATIENCE;
@@ -284,9 +391,9 @@ impl EventLoop {
 
     /// The state of the daemon.
     pub(super) fn status(&mut self) -> StatusRecord {
-        let queued = self.queue.len();
+        let queued = self.schedule.waiting();
         let mut status = StatusRecord {
-            workers: self.mailboxes.len() as u32,
+            workers: self.workers as u32,
             queued: queued as u32,
             running: self.open.len().saturating_sub(queued) as u32,
             clients: self.server.clients() as u32,
@@ -307,7 +414,7 @@ impl EventLoop {
 }
 
 /// The flag of an answer whose scene is no longer what its label names.
-fn superseded(store: &ModelStore, open: &OpenRequest) -> u32 {
+pub(super) fn superseded(store: &ModelStore, open: &OpenRequest) -> u32 {
     let is_newest = store.scene_version(open.scene_id) == Some(open.scene_version);
     if is_newest { 0 } else { ResponseFlags::SUPERSEDED }
 }

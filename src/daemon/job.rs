@@ -1,5 +1,6 @@
 //! One request on its way to a worker.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -13,6 +14,8 @@ pub(super) struct Job {
     pub id: u64,
     /// The client's id of the request, for logs.
     pub request_id: u64,
+    /// The client.
+    pub client: u128,
     /// Robot and scene.
     pub snapshot: Snapshot,
     /// The input, copied, its numbers unchecked.
@@ -23,13 +26,22 @@ pub(super) struct Job {
     pub deadline_ns: Option<u64>,
     /// When it was received.
     pub received_ns: u64,
-    /// Higher goes first.
+    /// Its class; a higher one goes first.
     pub priority: u32,
     /// Where the I/O thread says to stop.
     pub stop: Arc<StopFlag>,
 }
 
 impl Job {
+    /// Hash of what is asked for: equal for requests that differ in id and deadline only. Not for keeping.
+    pub(super) fn content(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        (self.snapshot.robot.hash(), self.snapshot.scene_hash).hash(&mut hasher);
+        format!("{:?}", self.settings).hash(&mut hasher);
+        self.path.as_flat().iter().for_each(|number| number.to_bits().hash(&mut hasher));
+        hasher.finish()
+    }
+
     /// Whether its time is over.
     pub(super) fn is_expired(&self, now_ns: u64) -> bool {
         self.deadline_ns.is_some_and(|deadline| now_ns >= deadline)
@@ -54,9 +66,9 @@ pub enum StopCause {
 pub(super) struct StopFlag(AtomicU8);
 
 impl StopFlag {
-    /// Asks the job to end; the first cause stays.
-    pub(super) fn set(&self, cause: StopCause) {
-        let _ = self.0.compare_exchange(0, cause as u8 + 1, Ordering::Relaxed, Ordering::Relaxed);
+    /// Asks the job to end; the first cause stays. Tells whether this was it.
+    pub(super) fn set(&self, cause: StopCause) -> bool {
+        self.0.compare_exchange(0, cause as u8 + 1, Ordering::Relaxed, Ordering::Relaxed).is_ok()
     }
 
     /// Why the job is to end, if it is.

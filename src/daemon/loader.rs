@@ -1,4 +1,4 @@
-//! The loader: the thread that reads robots and scenes.
+//! The loader: threads that read robots and scenes, and changes to scenes.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use taut::scene::Scene;
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::Code;
 
-use super::event::{Content, Event, EventSender, Loaded};
+use super::event::{Content, Event, EventSender, Loaded, Purpose};
 use super::translate::{file_refusal, model_refusal};
 
 /// Something to read.
@@ -22,8 +22,8 @@ pub(super) struct Task {
     pub token: u64,
     /// Its label.
     pub label: String,
-    /// Whether the label may be taken away from other content.
-    pub replace: bool,
+    /// What to do with it.
+    pub purpose: Purpose,
     /// What to read.
     pub source: Source,
 }
@@ -34,17 +34,42 @@ pub(super) enum Source {
     Robot(RobotFiles),
     /// A scene's text, and the file that messages call it; meshes are found beside that.
     Scene(String, PathBuf),
+    /// A diff's text, and the file that messages call it.
+    Diff(String, PathBuf),
 }
 
-/// Starts the loader; it ends when the sender is dropped. One client has one control request at a time, so the
-/// channel needs no bound of its own.
-pub(super) fn start(events: EventSender) -> std::io::Result<(Sender<Task>, JoinHandle<()>)> {
+/// The way to the loader's threads. Diffs have one of their own: a change to a scene that is in use must not wait
+/// until some robot is read.
+pub(super) struct Loader {
+    models: Sender<Task>,
+    diffs: Sender<Task>,
+}
+
+impl Loader {
+    /// Starts the threads; they end when this is dropped.
+    pub(super) fn start(events: &EventSender) -> std::io::Result<(Self, [JoinHandle<()>; 2])> {
+        let (models, models_thread) = thread("taut-loader", events.clone())?;
+        let (diffs, diffs_thread) = thread("taut-diffs", events.clone())?;
+        Ok((Self { models, diffs }, [models_thread, diffs_thread]))
+    }
+
+    /// Has something read.
+    pub(super) fn send(&self, task: Task) {
+        let tasks = if matches!(task.source, Source::Diff(..)) { &self.diffs } else { &self.models };
+        // Its thread reads until this is dropped.
+        let _ = tasks.send(task);
+    }
+}
+
+/// A thread that reads what it is sent. One client has one control request at a time, so the channel needs no bound
+/// of its own.
+fn thread(name: &str, events: EventSender) -> std::io::Result<(Sender<Task>, JoinHandle<()>)> {
     let (tasks, receiver) = unbounded::<Task>();
-    let thread = std::thread::Builder::new().name("taut-loader".into()).spawn(move || {
+    let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || {
         for task in receiver {
-            let Task { token, label, replace, source } = task;
+            let Task { token, label, purpose, source } = task;
             let content = read(&source);
-            events.send(Event::Loaded(Box::new(Loaded { token, label, replace, content })));
+            events.send(Event::Loaded(Box::new(Loaded { token, label, purpose, content })));
         }
     })?;
     Ok((tasks, thread))
@@ -55,6 +80,7 @@ fn read(source: &Source) -> Result<Content, Refusal> {
     let result = catch_unwind(AssertUnwindSafe(|| match source {
         Source::Robot(files) => robot(files),
         Source::Scene(text, file) => scene(text, file),
+        Source::Diff(text, file) => diff(text, file),
     }));
     result.unwrap_or_else(|_| {
         let message = "the loader panicked on this file; report it as a defect";
@@ -90,4 +116,10 @@ fn scene(text: &str, file: &Path) -> Result<Content, Refusal> {
     let mut reader = Reader::new(Packages::with_environment(Default::default()));
     let scene = reader.scene_of_text(text, file).map_err(|error| file_refusal(&error))?;
     Ok(Content::Scene(Arc::new(scene)))
+}
+
+fn diff(text: &str, file: &Path) -> Result<Content, Refusal> {
+    let mut reader = Reader::new(Packages::with_environment(Default::default()));
+    let diff = reader.diff_of_text(text, file).map_err(|error| file_refusal(&error))?;
+    Ok(Content::Diff(diff))
 }

@@ -1,7 +1,13 @@
-//! Counters and times for people and tools.
+//! Counters and times: for the status message, for people, and as Prometheus reads them.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
+use prometheus_client::metrics::counter::Counter;
+use prometheus_client::metrics::family::Family;
+use prometheus_client::metrics::gauge::Gauge;
+use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
+use prometheus_client::registry::{Registry, Unit};
 use taut_ipc::monotonic_ns;
 use taut_ipc::wire::{Code, ResponseHeader, StatusRecord};
 
@@ -11,28 +17,43 @@ const WINDOW: usize = 512;
 /// What happened since the start.
 pub(super) struct Metrics {
     started_ns: u64,
-    received: u64,
-    answered: u64,
-    refused: u64,
-    overloaded: u64,
-    cancelled: u64,
-    timed_out: u64,
-    panics: u64,
+    received: Counter,
+    ended: Family<[(&'static str, &'static str); 1], Counter>,
+    cancelled: Counter,
+    panics: Counter,
+    pauses: Counter,
+    running: Gauge,
+    queued: Gauge,
+    clients: Gauge,
+    scenes: Gauge,
     queue: Times,
     compute: Times,
+    latency: Times,
+    registry: Arc<Registry>,
 }
 
 /// The last times of one kind.
-#[derive(Default)]
-struct Times {
+pub(super) struct Times {
     last: Vec<u64>,
     next: usize,
+    /// All of them, in seconds.
+    histogram: Histogram,
     // Taken again only after new times: an idle daemon sorts nothing.
     percentiles: Option<[u64; 2]>,
 }
 
+impl Default for Times {
+    fn default() -> Self {
+        // 10 µs to 5 s.
+        let histogram = Histogram::new(exponential_buckets(1e-5, 2.0, 20));
+        Self { last: Vec::new(), next: 0, histogram, percentiles: None }
+    }
+}
+
 impl Times {
-    fn push(&mut self, time: u64) {
+    /// One more, in nanoseconds.
+    pub(super) fn push(&mut self, time: u64) {
+        self.histogram.observe(time as f64 * 1e-9);
         if self.last.len() < WINDOW {
             self.last.push(time);
         } else {
@@ -43,7 +64,7 @@ impl Times {
     }
 
     /// The median and the 99th percentile.
-    fn percentiles(&mut self) -> [u64; 2] {
+    pub(super) fn percentiles(&mut self) -> [u64; 2] {
         *self.percentiles.get_or_insert_with(|| {
             let mut sorted = self.last.clone();
             sorted.sort_unstable();
@@ -56,46 +77,86 @@ impl Times {
 impl Metrics {
     /// Nothing happened yet.
     pub(super) fn new() -> Self {
-        Self {
+        let mut metrics = Self {
             started_ns: monotonic_ns(),
-            received: 0,
-            answered: 0,
-            refused: 0,
-            overloaded: 0,
-            cancelled: 0,
-            timed_out: 0,
-            panics: 0,
+            received: Counter::default(),
+            ended: Family::default(),
+            cancelled: Counter::default(),
+            panics: Counter::default(),
+            pauses: Counter::default(),
+            running: Gauge::default(),
+            queued: Gauge::default(),
+            clients: Gauge::default(),
+            scenes: Gauge::default(),
             queue: Times::default(),
             compute: Times::default(),
+            latency: Times::default(),
+            registry: Arc::default(),
+        };
+        metrics.registry = Arc::new(metrics.registered());
+        metrics
+    }
+
+    fn registered(&self) -> Registry {
+        let mut registry = Registry::with_prefix("taut");
+        registry.register("requests_received", "Requests received", self.received.clone());
+        registry.register("requests_ended", "Final responses by code", self.ended.clone());
+        registry.register("requests_cancelled", "Requests whose client cancelled or vanished", self.cancelled.clone());
+        registry.register("worker_panics", "Requests on which the core panicked", self.panics.clone());
+        registry.register("job_pauses", "Jobs that made room for others", self.pauses.clone());
+        registry.register("requests_running", "Requests being worked on", self.running.clone());
+        registry.register("requests_queued", "Requests that wait", self.queued.clone());
+        registry.register("clients", "Connected clients", self.clients.clone());
+        registry.register("scenes", "Scenes loaded", self.scenes.clone());
+        let times = [
+            ("queue", "Time that requests waited", &self.queue),
+            ("compute", "Time that requests were computed", &self.compute),
+            ("latency", "Time from request to final response, in the daemon", &self.latency),
+        ];
+        for (name, help, times) in times {
+            registry.register_with_unit(name, help, Unit::Seconds, times.histogram.clone());
         }
+        registry
+    }
+
+    /// What Prometheus reads; any thread may.
+    pub(super) fn registry(&self) -> Arc<Registry> {
+        Arc::clone(&self.registry)
     }
 
     /// A request came.
-    pub(super) fn received(&mut self) {
-        self.received += 1;
+    pub(super) fn received(&self) {
+        self.received.inc();
     }
 
     /// A client cancelled or vanished.
-    pub(super) fn cancelled(&mut self) {
-        self.cancelled += 1;
+    pub(super) fn cancelled(&self) {
+        self.cancelled.inc();
     }
 
     /// The core panicked.
-    pub(super) fn panicked(&mut self) {
-        self.panics += 1;
+    pub(super) fn panicked(&self) {
+        self.panics.inc();
+    }
+
+    /// A job made room for others so many times.
+    pub(super) fn paused(&self, times: u32) {
+        self.pauses.inc_by(times.into());
     }
 
     /// A final response with this code.
-    pub(super) fn ended(&mut self, code: i32) {
-        match Code::try_from(code) {
-            Ok(Code::Success) => self.answered += 1,
-            Ok(code) => {
-                self.refused += 1;
-                self.overloaded += u64::from(matches!(code, Code::Overloaded | Code::Quota));
-                self.timed_out += u64::from(code == Code::TimedOut);
-            }
-            Err(_) => self.refused += 1,
-        }
+    pub(super) fn ended(&self, code: i32) {
+        let name = Code::try_from(code).map_or("UNKNOWN", Code::name);
+        self.ended.get_or_create(&[("code", name)]).inc();
+    }
+
+    fn ended_with(&self, code: Code) -> u64 {
+        self.ended.get(&[("code", code.name())]).map_or(0, |counter| counter.get())
+    }
+
+    /// A final response this long after its request.
+    pub(super) fn answered_after(&mut self, latency_ns: u64) {
+        self.latency.push(latency_ns);
     }
 
     /// Times of a job that a worker had.
@@ -104,28 +165,34 @@ impl Metrics {
         self.compute.push(header.compute_ns);
     }
 
-    /// Median computing time.
-    pub(super) fn compute_p50_ns(&mut self) -> u64 {
-        self.compute.percentiles()[0]
-    }
-
     /// Time since the start.
     pub(super) fn uptime_ns(&self) -> u64 {
         monotonic_ns().saturating_sub(self.started_ns)
     }
 
-    /// Enters the counters into a status message.
+    /// Enters the counters into a status message, and the message's numbers into what Prometheus reads.
     pub(super) fn enter(&mut self, status: &mut StatusRecord) {
         status.uptime_ns = self.uptime_ns();
-        status.received = self.received;
-        status.answered = self.answered;
-        status.refused = self.refused;
-        status.overloaded = self.overloaded;
-        status.cancelled = self.cancelled;
-        status.timed_out = self.timed_out;
-        status.panics = self.panics;
+        status.received = self.received.get();
+        status.answered = self.ended_with(Code::Success);
+        status.refused = Code::ALL.iter().map(|code| self.ended_with(*code)).sum::<u64>() - status.answered;
+        status.overloaded = self.ended_with(Code::Overloaded) + self.ended_with(Code::Quota);
+        status.cancelled = self.cancelled.get();
+        status.timed_out = self.ended_with(Code::TimedOut);
+        status.panics = self.panics.get();
         [status.queue_p50_ns, status.queue_p99_ns] = self.queue.percentiles();
         [status.compute_p50_ns, status.compute_p99_ns] = self.compute.percentiles();
+        self.running.set(status.running.into());
+        self.queued.set(status.queued.into());
+        self.clients.set(status.clients.into());
+        self.scenes.set(status.scenes.into());
+    }
+
+    /// Percentiles of the time from request to final response, and pauses, by name.
+    pub(super) fn more(&mut self) -> [(String, f64); 3] {
+        let [p50, p99] = self.latency.percentiles();
+        let more = [("latency_p50_ns", p50), ("latency_p99_ns", p99), ("job_pauses", self.pauses.get())];
+        more.map(|(name, value)| (name.to_owned(), value as f64))
     }
 }
 

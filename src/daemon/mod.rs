@@ -1,21 +1,35 @@
 //! The shell around the core: `taut serve`. Start reading in [`event_loop`].
 //!
 //! One thread owns every port and the store; it never computes and never waits for a client. Workers run the
-//! core, a loader reads files; both hand back [`event::Event`]s.
+//! core, loaders read files, a journal writes what has to last; all hand back [`event::Event`]s.
 
 mod admission;
+mod clients;
 pub mod config;
 mod control;
 mod event;
 mod event_loop;
 mod job;
+mod journal;
 mod keep;
 mod loader;
 mod mailbox;
 mod metrics;
-mod queue;
+mod poison;
+mod prepared;
+mod preparer;
+mod pulse;
+mod restore;
+mod scenes;
+mod schedule;
+mod scrape;
 mod start;
+pub mod state;
+mod story;
+pub mod supervise;
 pub mod translate;
+mod watch;
 mod worker;
 
+pub use journal::inspect;
 pub use start::{DaemonError, serve};

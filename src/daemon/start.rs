@@ -2,29 +2,34 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::io::Write;
-use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::thread::JoinHandle;
-use std::time::Instant;
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::{Handle, Signals};
-use taut::files::{FileError, Packages, Reader};
-use taut::robot::RobotDescription;
-use taut::scene::Scene;
-use taut::shape::Shape;
-use taut::store::{ModelStore, Wanted};
+use taut::files::FileError;
 use taut_ipc::server::{Janitor, Server, ServerError};
-use taut_ipc::wire::{Code, label_id};
+use taut_ipc::wire::Code;
 use taut_ipc::{DaemonState, Instance, daemon_state, monotonic_ns};
 
+use super::clients::Clients;
 use super::config::Config;
 use super::event::{Event, EventSender};
 use super::event_loop::EventLoop;
-use super::loader;
+use super::journal::{self, Journal, JournalError, Kept};
+use super::keep::{Keeping, KeptUpTo};
+use super::loader::Loader;
 use super::metrics::Metrics;
-use super::queue::JobQueue;
-use super::translate::store_refusal;
+use super::poison::Poison;
+use super::prepared::Prepared;
+use super::preparer;
+use super::pulse::Pulse;
+use super::restore::{self, Beginning, say};
+use super::schedule::{self, Schedule};
+use super::scrape::Scrape;
+use super::state::{self, StateError};
+use super::story::Stories;
 use super::worker::Worker;
 
 /// Why the daemon cannot start or go on.
@@ -47,6 +52,12 @@ pub enum DaemonError {
     /// The ports.
     #[error(transparent)]
     Server(#[from] ServerError),
+    /// Where robots and scenes are kept.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// What is kept there.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
     /// Threads and signals.
     #[error("the system gives no {what}: {source}")]
     System {
@@ -66,6 +77,8 @@ impl DaemonError {
             Self::Model { code, .. } => Code::try_from(*code).unwrap_or(Code::InvalidModel),
             Self::Instance(_) => Code::DaemonLost,
             Self::Server(error) => error.code(),
+            Self::State(_) => Code::UnreadableFile,
+            Self::Journal(error) => error.code(),
             Self::System { .. } => Code::ResourceExhausted,
         }
     }
@@ -84,9 +97,19 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
         // Creating the server says who serves; loading first would only take time.
         Server::create(instance)?;
     }
-    let store = preload(config, out)?;
-    let (mut event_loop, threads) = assemble(config, instance, store)?;
+    let (disk, kept) = match state::folder(config, instance)? {
+        Some(folder) => {
+            let (journal, kept) = journal::open(&folder)?;
+            (Some(Disk { journal, prepared: Prepared::new(&folder) }), kept)
+        }
+        None => (None, Kept::default()),
+    };
+    let begun = restore::begin(config, kept, disk.as_ref().map(|disk| &disk.prepared), out)?;
+    let (mut event_loop, threads) = assemble(config, instance, begun, disk)?;
     let (name, workers) = (instance.name(), config.worker_count());
+    if let Some(scrape) = &threads.scrape {
+        say(out, &format!("metrics at http://{}/metrics", scrape.address()));
+    }
     say(out, &format!("serving instance {name}  {workers} workers  clearance {} mm", config.clearance_m * 1e3));
     let served = event_loop.run();
     event_loop.close();
@@ -94,15 +117,23 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
     Ok(served?)
 }
 
+/// What is kept of robots and scenes.
+struct Disk {
+    journal: Journal,
+    prepared: Prepared,
+}
+
 /// Every thread besides the I/O thread. Each can wake it, which keeps its ports open: they have to end before it.
 struct Threads {
     signals: Handle,
     joined: Vec<JoinHandle<()>>,
+    scrape: Option<Scrape>,
 }
 
 impl Threads {
     fn join(self) {
         self.signals.close();
+        drop(self.scrape);
         for thread in self.joined {
             // Workers and loader catch their panics; one that ended all the same has nothing to say here.
             let _ = thread.join();
@@ -110,36 +141,71 @@ impl Threads {
     }
 }
 
-fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<(EventLoop, Threads), DaemonError> {
+fn assemble(
+    config: &Config,
+    instance: &Instance,
+    begun: Beginning,
+    disk: Option<Disk>,
+) -> Result<(EventLoop, Threads), DaemonError> {
     let server = Server::create(instance)?;
     let (events, receiver) = EventSender::new(server.waker());
     let (signals, signal_thread) = stop_on_signals(events.clone()).map_err(system("signal handler"))?;
     let waker = server.waker();
     let janitor = Janitor::start(instance, move |_| waker.wake()).map_err(system("thread"))?;
-    let (loader, loader_thread) = loader::start(events.clone()).map_err(system("thread"))?;
-    let mut joined = vec![signal_thread, loader_thread];
-    let queue = Arc::new(JobQueue::default());
+    let (loader, loader_threads) = Loader::start(&events).map_err(system("thread"))?;
+    let mut joined = vec![signal_thread];
+    joined.extend(loader_threads);
+    let workers = config.worker_count();
+    let schedule = Arc::new(Schedule::new(workers));
+    let (preparer, preparers) = preparer::start(&schedule).map_err(system("thread"))?;
+    joined.extend(preparers);
+    let mut keeping = Keeping::default();
+    if let Some(Disk { journal, prepared }) = disk {
+        // A file that may not grow is then an error like a full disk, not the end.
+        signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false))).map_err(system("signal handler"))?;
+        let events = events.clone();
+        let told = move |ticket, failure| events.send(Event::Kept(KeptUpTo { ticket, failure }));
+        let started = journal.start(begun.live, begun.configured, Box::new(told));
+        let (entries, thread) = started.map_err(system("thread"))?;
+        let robots = begun.store.robots().values().map(|entry| entry.robot.clone()).collect();
+        let (to_prepare, preparing) = prepared.start(robots).map_err(system("thread"))?;
+        keeping = Keeping::new(entries, to_prepare);
+        joined.extend([thread, preparing]);
+    }
+    let (pulse, pulse_thread) = Pulse::start().map_err(system("thread"))?;
+    joined.extend(pulse_thread);
     let mut mailboxes = Vec::new();
-    for index in 0..config.worker_count() {
+    for index in 0..schedule::threads(workers) {
         let mailbox = Arc::default();
         mailboxes.push(Arc::clone(&mailbox));
-        let (queue, events) = (queue.clone(), events.clone());
-        let worker = Worker { index, queue, mailbox, events, fault_injection: config.fault_injection };
+        let (schedule, events) = (schedule.clone(), events.clone());
+        let worker = Worker { index, schedule, mailbox, events, fault_injection: config.fault_injection };
         joined.push(worker.start().map_err(system("thread"))?);
     }
+    let metrics = Metrics::new();
+    let scrape = config.metrics.map(|address| Scrape::start(address, metrics.registry())).transpose();
+    let scrape = scrape.map_err(system("address for metrics"))?;
     let event_loop = EventLoop {
         server,
         janitor,
-        store,
-        queue,
+        schedule,
+        preparer: Some(preparer),
+        clients: Clients::new(config.quota, workers),
+        stories: Stories::default(),
+        poison: Poison::default(),
+        workers,
+        store: begun.store,
+        keeping,
+        pulse,
         mailboxes,
         events: receiver,
         loader: Some(loader),
-        metrics: Metrics::new(),
+        metrics,
         default_clearance_m: config.clearance_m,
         queue_limit: config.queue,
         status_period_ns: (1e9 / config.status_rate_hz) as u64,
         open: HashMap::new(),
+        watches: BTreeMap::new(),
         loads: BTreeMap::new(),
         loading: HashSet::new(),
         next_number: 0,
@@ -147,7 +213,7 @@ fn assemble(config: &Config, instance: &Instance, store: ModelStore) -> Result<(
         is_draining: false,
         janitor_was_slow: false,
     };
-    Ok((event_loop, Threads { signals, joined }))
+    Ok((event_loop, Threads { signals, joined, scrape }))
 }
 
 /// The thread ends when the handle is closed.
@@ -160,85 +226,4 @@ fn stop_on_signals(events: EventSender) -> std::io::Result<(Handle, JoinHandle<(
         }
     })?;
     Ok((handle, thread))
-}
-
-/// Loads what the configuration names.
-fn preload(config: &Config, out: &mut dyn Write) -> Result<ModelStore, DaemonError> {
-    let mut store = ModelStore::new(label_id);
-    let mut reader = Reader::new(Packages::with_environment(BTreeMap::new()));
-    for robot in &config.robots {
-        let start = Instant::now();
-        let description = reader.robot_of(&robot.files())?;
-        add_robot(&mut store, &robot.label, description, &robot.urdf, start, out)?;
-    }
-    for scene in &config.scenes {
-        let read = reader.scene(&scene.file)?;
-        add_scene(&mut store, &scene.label, read, out)?;
-    }
-    for problem in &config.problems {
-        let start = Instant::now();
-        let read = reader.problem(&problem.file, problem.geometry.into())?;
-        let robot = problem.robot.as_ref().unwrap_or(&read.robot.name).clone();
-        let scene = problem.scene.as_ref().unwrap_or(&read.name).clone();
-        add_robot(&mut store, &robot, read.robot, &read.robot_files.urdf, start, out)?;
-        add_scene(&mut store, &scene, read.scene, out)?;
-        warm(&mut store, &robot, &scene)?;
-    }
-    Ok(store)
-}
-
-fn model(error: &taut_ipc::control::Refusal) -> DaemonError {
-    DaemonError::Model { code: error.code, message: error.message.clone() }
-}
-
-fn add_robot(
-    store: &mut ModelStore,
-    label: &str,
-    description: RobotDescription,
-    urdf: &Path,
-    start: Instant,
-    out: &mut dyn Write,
-) -> Result<(), DaemonError> {
-    let (robot, weights) = loader::prepared(description, urdf).map_err(|refusal| model(&refusal))?;
-    let shapes = || robot.links().iter().flat_map(|link| &link.shapes);
-    let triangles: usize = shapes().map(|placed| triangles(&placed.shape)).sum();
-    let bodies = robot.links().iter().filter(|link| !link.shapes.is_empty()).count();
-    let line = format!(
-        "robot {label}  {} dof  {bodies} links  {triangles} triangles  hash {:016x}  warm in {:.0} ms",
-        robot.space().nv(),
-        robot.hash(),
-        start.elapsed().as_secs_f64() * 1e3,
-    );
-    store.insert_robot(label, robot, weights, false).map_err(|error| model(&store_refusal(&error)))?;
-    say(out, &line);
-    Ok(())
-}
-
-fn triangles(shape: &Shape) -> usize {
-    match shape {
-        Shape::Mesh(mesh) => mesh.triangles().len(),
-        _ => 0,
-    }
-}
-
-fn add_scene(store: &mut ModelStore, label: &str, scene: Scene, out: &mut dyn Write) -> Result<(), DaemonError> {
-    let (objects, hash) = (scene.obstacles().len() + scene.attached().len(), scene.hash());
-    store.insert_scene(label, Arc::new(scene), false).map_err(|error| model(&store_refusal(&error)))?;
-    say(out, &format!("scene {label} v1  {objects} objects  hash {hash:016x}"));
-    Ok(())
-}
-
-/// Makes the collision model of a problem now, so that its first request need not.
-fn warm(store: &mut ModelStore, robot: &str, scene: &str) -> Result<(), DaemonError> {
-    let wanted = Wanted { robot_id: label_id(robot), scene_id: label_id(scene), ..Wanted::default() };
-    let snapshot = store.snapshot(&wanted).map_err(|error| model(&store_refusal(&error)))?;
-    match snapshot.model.get() {
-        Ok(_) => Ok(()),
-        Err(error) => Err(model(&super::translate::model_refusal(error, &snapshot.robot))),
-    }
-}
-
-/// Prints a line of the start. A daemon whose terminal is gone serves all the same.
-fn say(out: &mut dyn Write, line: &str) {
-    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
 }

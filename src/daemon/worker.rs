@@ -15,7 +15,7 @@ use taut_ipc::wire::Code;
 use super::event::{Answered, Event, EventSender};
 use super::job::{Job, StopCause};
 use super::mailbox::Mailbox;
-use super::queue::JobQueue;
+use super::schedule::{Schedule, Turn};
 use super::translate::{self, Reply};
 
 /// With `fault_injection` in the configuration, a request with this seed panics. For tests.
@@ -29,7 +29,7 @@ pub(super) struct Worker {
     /// Its number.
     pub index: usize,
     /// Where its jobs come from.
-    pub queue: Arc<JobQueue>,
+    pub schedule: Arc<Schedule>,
     /// Where its improvements go.
     pub mailbox: Arc<Mailbox>,
     /// Where its answers go.
@@ -39,28 +39,33 @@ pub(super) struct Worker {
 }
 
 impl Worker {
-    /// Starts the thread; it ends when the queue is closed and empty.
+    /// Starts the thread; it ends when the schedule is closed and nothing waits.
     pub(super) fn start(self) -> std::io::Result<JoinHandle<()>> {
         std::thread::Builder::new().name(format!("taut-worker-{}", self.index)).spawn(move || self.work())
     }
 
     fn work(self) {
         let mut workspace = Workspace::default();
-        while let Some(job) = self.queue.take() {
-            let started = monotonic_ns();
-            let (mut reply, panicked) = self.answer(&job, &mut workspace);
-            reply.header.queue_ns = started.saturating_sub(job.received_ns);
-            reply.header.compute_ns = monotonic_ns().saturating_sub(started);
-            self.events.send(Event::Answered(Box::new(Answered { job: job.id, reply, panicked })));
+        while let Some((job, turn)) = self.schedule.take(self.index) {
+            let turn = Cell::new(turn);
+            let (mut reply, panicked) = self.answer(&job, &turn, &mut workspace);
+            let mut turn = turn.into_inner();
+            self.schedule.finish(&mut turn);
+            let passed_ns = monotonic_ns().saturating_sub(job.received_ns);
+            reply.header.compute_ns = turn.computed_ns;
+            reply.header.queue_ns = passed_ns.saturating_sub(turn.computed_ns);
+            let crashed = panicked.then(|| job.content());
+            let answered = Answered { job: job.id, reply, pauses: turn.pauses, crashed };
+            self.events.send(Event::Answered(Box::new(answered)));
         }
     }
 
     /// Computes a job; a panic costs only its own request and the workspace that it left half changed.
-    fn answer(&self, job: &Job, workspace: &mut Workspace) -> (Reply, bool) {
+    fn answer(&self, job: &Job, turn: &Cell<Turn>, workspace: &mut Workspace) -> (Reply, bool) {
         if job.is_expired(monotonic_ns()) {
             return (translate::expired(job), false);
         }
-        match catch_unwind(AssertUnwindSafe(|| self.compute(job, workspace))) {
+        match catch_unwind(AssertUnwindSafe(|| self.compute(job, turn, workspace))) {
             Ok(reply) => (reply, false),
             Err(panic) => {
                 *workspace = Workspace::default();
@@ -73,15 +78,26 @@ impl Worker {
         }
     }
 
-    fn compute(&self, job: &Job, workspace: &mut Workspace) -> Reply {
+    fn compute(&self, job: &Job, turn: &Cell<Turn>, workspace: &mut Workspace) -> Reply {
         assert!(!(self.fault_injection && job.settings.seed == PANIC_SEED), "injected fault");
         let model = match job.snapshot.model.get() {
             Ok(model) => model,
             Err(error) => return translate::refused(translate::model_refusal(error, &job.snapshot.robot)),
         };
         let cause = Cell::new(None);
+        let is_over = |now_ns| {
+            cause.set(job.stop.get().or_else(|| job.is_expired(now_ns).then_some(StopCause::Deadline)));
+            cause.get().is_some()
+        };
+        // The only place between two iterations where the outside comes in: others may go first, or it is over.
         let asked_to_stop = || {
-            cause.set(job.stop.get().or_else(|| job.is_expired(monotonic_ns()).then_some(StopCause::Deadline)));
+            let now_ns = monotonic_ns();
+            if is_over(now_ns) {
+                return true;
+            }
+            let mut at = turn.get();
+            self.schedule.make_room(&mut at, now_ns, || is_over(monotonic_ns()));
+            turn.set(at);
             cause.get().is_some()
         };
         let mut stop = asked_to_stop;

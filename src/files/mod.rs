@@ -21,6 +21,7 @@ pub use table::PathTable;
 
 use crate::math::Vec3;
 use crate::robot::{RobotDescription, RobotError, srdf, urdf};
+use crate::scene::diff_file::{DiffFile, SceneDiff};
 use crate::scene::scene_file::SceneFile;
 use crate::scene::{Scene, SceneError, moveit_scene};
 use crate::shape::{Mesh, MeshError, mesh_file};
@@ -143,6 +144,17 @@ impl Reader {
             source: SceneError::Syntax(format!("not a scene: {error}")),
         })?;
         self.build_scene(scene, file, &BTreeMap::new())
+    }
+
+    /// Reads a diff from its text; `file` is what messages call it, and meshes are found beside it.
+    ///
+    /// # Errors
+    /// A text that holds no diff, or meshes that cannot be used.
+    pub fn diff_of_text(&mut self, text: &str, file: &Path) -> Result<SceneDiff, FileError> {
+        let packages = self.packages.clone();
+        let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder_of(file));
+        let diff = DiffFile::parse(text).and_then(|diff| diff.build(&mut meshes));
+        diff.map_err(|source| FileError::Scene { file: file.to_owned(), source })
     }
 
     fn build_scene(

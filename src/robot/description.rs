@@ -1,5 +1,7 @@
 //! What robot files say, by name and unchecked: the input of [`RobotModel::new`](super::RobotModel::new).
 
+use serde::{Deserialize, Serialize};
+
 use super::joint::JointKind;
 use crate::math::{Pose, Vec3};
 use crate::shape::PlacedShape;
@@ -35,7 +37,7 @@ pub struct LinkDescription {
 }
 
 /// A joint of the file.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct JointDescription {
     /// Name, unique in the robot.
     pub name: String,
@@ -56,7 +58,7 @@ pub struct JointDescription {
 }
 
 /// `value = multiplier · value(joint) + offset`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Mimic {
     /// Master joint's name.
     pub joint: String,
@@ -67,7 +69,7 @@ pub struct Mimic {
 }
 
 /// The joint between the world and the root link.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct VirtualJoint {
     /// Name, the prefix of its variables.
     pub name: String,
@@ -78,7 +80,7 @@ pub struct VirtualJoint {
 }
 
 /// What an SRDF says.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Semantics {
     /// Link pairs that are never checked.
     pub disabled_collisions: Vec<(String, String)>,
@@ -91,7 +93,7 @@ pub struct Semantics {
 }
 
 /// A named set of joints.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Group {
     /// Name.
     pub name: String,
@@ -100,7 +102,7 @@ pub struct Group {
 }
 
 /// A named configuration of a group.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroupState {
     /// Name.
     pub name: String,

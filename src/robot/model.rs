@@ -12,6 +12,8 @@ use crate::shape::PlacedShape;
 /// A robot. Joint `i` carries link `i`; a joint's parent link comes before it.
 #[derive(Clone, Debug)]
 pub struct RobotModel {
+    // Kept: whoever keeps the robot keeps what it was made of, and has it checked again.
+    description: RobotDescription,
     name: String,
     links: Vec<Link>,
     joints: Vec<Joint>,
@@ -116,6 +118,7 @@ impl RobotModel {
     /// A duplicate or unknown name, joints that form no tree, a number that is not finite or out of
     /// its range: the message names the place, the value and the valid ones.
     pub fn new(description: RobotDescription) -> Result<Self, RobotError> {
+        let kept = description.clone();
         let mut warnings = description.warnings.clone();
         let order = topological_order(&description)?;
         let joint_index = order.joint_index(&description);
@@ -139,6 +142,7 @@ impl RobotModel {
         let allowed = allowed_pairs(&description, &joints, &link_index, &mut warnings)?;
         let (groups, group_states) = groups(&description, &joints, columns.space.nv(), &joint_index)?;
         let mut model = Self {
+            description: kept,
             name: description.name,
             links,
             joints,
@@ -157,6 +161,10 @@ impl RobotModel {
         Ok(model)
     }
 
+    /// What it was made of: a model made of it again is the same, but for warnings found where it was put to use.
+    pub fn description(&self) -> &RobotDescription {
+        &self.description
+    }
     /// Label of the robot.
     pub fn name(&self) -> &str {
         &self.name

@@ -1,18 +1,37 @@
 //! Changes to a scene: a new scene beside the old one, which shares every shape that stays.
 
-use super::{AttachedObject, Obstacle, Scene, SceneDescription, SceneError, comma_separated};
+use std::sync::OnceLock;
+
+use super::object::{check_pose, check_shapes};
+use super::{AttachedObject, Obstacle, Scene, SceneError, Verdict, comma_separated};
 use crate::math::Pose;
+use crate::shape::PlacedShape;
+
+/// Scales beyond these are slips of units.
+const SCALES: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
 /// One change to a scene, named as in MoveIt's messages.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SceneChange {
     /// A new object in the world.
     Add(Obstacle),
-    /// An object goes, wherever it is, and with it every pair, touch link and padding that names it.
+    /// An object that is there gets another pose and other shapes; what names it stays.
+    Replace(Obstacle),
+    /// An object gets more shapes, wherever it is.
+    Append {
+        /// Object.
+        id: String,
+        /// The shapes, in the object's frame.
+        shapes: Vec<PlacedShape>,
+    },
+    /// An object goes, wherever it is, and with it every pair, touch link, padding and scale that names it.
     Remove {
         /// Object.
         id: String,
     },
+    /// Every object of the world goes, as by [`SceneChange::Remove`]; what links carry stays (MoveIt's REMOVE without
+    /// an id).
+    RemoveAll,
     /// An object's frame goes to another place.
     Move {
         /// Object.
@@ -45,119 +64,196 @@ pub enum SceneChange {
         /// Added on all sides (m); 0 takes the padding away.
         padding: f64,
     },
+    /// A link's or object's shapes count as so many times as large wherever robot and obstacles meet, each about its
+    /// own centre (a mesh about the mean of its vertices, as in MoveIt); padding comes on top.
+    Scale {
+        /// Link or object.
+        name: String,
+        /// From 0.001 to 1000; 1 takes the scale away.
+        scale: f64,
+    },
+    /// A named frame, in which poses may be given from now on ([`Scene::in_world`]).
+    Frame {
+        /// Its name, which no object has.
+        name: String,
+        /// Its pose in the world; `None` takes the frame away.
+        pose: Option<Pose>,
+    },
     /// Two links or objects may touch, and are not checked against each other.
     Allow(String, String),
     /// Two links or objects are checked against each other, whatever allows them to touch.
     Forbid(String, String),
+    /// The scene says nothing any more of whether two links or objects may touch.
+    ClearPair(String, String),
 }
 
 impl Scene {
-    /// The scene after some changes, made one after the other. This one stays as it is; shapes that no change
-    /// brings are shared.
+    /// The scene after some changes, made one after the other. This one stays as it is; all that no change touches is
+    /// shared, so that a change costs the logarithm of the scene's size.
     ///
     /// # Errors
     /// A change to an object that is not there, an id that is taken, an object that is attached already or not
-    /// at all, a pose or padding that is none.
+    /// at all, a pose, padding or scale that is none, a frame that is not there.
     pub fn with(&self, changes: impl IntoIterator<Item = SceneChange>) -> Result<Self, SceneError> {
-        let mut description = self.description.clone();
+        let mut scene = Self { warnings: OnceLock::new(), ..self.clone() };
         for change in changes {
-            description.apply(change)?;
+            scene.apply(change)?;
         }
-        Self::of(description)
+        Ok(scene.finished())
     }
-}
 
-impl SceneDescription {
     fn apply(&mut self, change: SceneChange) -> Result<(), SceneError> {
         match change {
-            SceneChange::Add(object) => self.add(object)?,
-            SceneChange::Remove { id } => self.remove(&id)?,
-            SceneChange::Move { id, pose } => self.object_mut("move", &id)?.pose = pose,
+            SceneChange::Add(object) => self.add(object),
+            SceneChange::Replace(object) => {
+                object.check()?;
+                self.update("replace", &object.id.clone(), |_| object)
+            }
+            SceneChange::Append { id, shapes } => {
+                check_shapes(&shapes).map_err(|error| error.of_object(&id))?;
+                self.update("append to", &id, |object| {
+                    let shapes = object.shapes.iter().cloned().chain(shapes).collect();
+                    Obstacle { shapes, ..object.clone() }
+                })
+            }
+            SceneChange::Remove { id } => self.remove(&id),
+            SceneChange::RemoveAll => {
+                let ids: Vec<_> = self.obstacles.iter().map(|object| object.id.clone()).collect();
+                ids.iter().try_for_each(|id| self.remove(id))
+            }
+            SceneChange::Move { id, pose } => {
+                check_pose(&pose).map_err(|error| error.of_object(&id))?;
+                self.update("move", &id, |object| object.clone().at(pose))
+            }
             SceneChange::Attach { id, link_name, touch_links, pose } => {
                 let object = self.take_standing(&id)?.at(pose);
-                self.attached.push(AttachedObject { link_name, object, touch_links });
+                self.add_attached(AttachedObject { link_name, object, touch_links })
             }
             SceneChange::Detach { id, pose } => {
                 let object = self.take_attached(&id)?.object.at(pose);
-                self.obstacles.push(object);
+                self.add(object)
             }
-            SceneChange::Pad { name, padding } => {
-                self.padding.insert(name, padding);
-            }
-            SceneChange::Allow(a, b) => {
-                self.forbidden.retain(|pair| !is_pair(pair, &a, &b));
-                add_pair(&mut self.allowed, a, b);
-            }
-            SceneChange::Forbid(a, b) => {
-                self.allowed.retain(|pair| !is_pair(pair, &a, &b));
-                add_pair(&mut self.forbidden, a, b);
-            }
+            SceneChange::Pad { name, padding } => self.pad(&name, padding),
+            SceneChange::Scale { name, scale } => self.rescale(&name, scale),
+            SceneChange::Frame { name, pose } => self.place_frame(&name, pose),
+            SceneChange::Allow(a, b) => Ok(self.verdicts.set(&a, &b, Some(Verdict::Allowed))),
+            SceneChange::Forbid(a, b) => Ok(self.verdicts.set(&a, &b, Some(Verdict::Forbidden))),
+            SceneChange::ClearPair(a, b) => Ok(self.verdicts.set(&a, &b, None)),
         }
-        Ok(())
     }
 
-    fn add(&mut self, object: Obstacle) -> Result<(), SceneError> {
-        if self.object_mut("add", &object.id).is_ok() {
-            return Err(SceneError::Duplicate(object.id));
-        }
+    pub(super) fn add(&mut self, object: Obstacle) -> Result<(), SceneError> {
+        self.check_new(&object)?;
         self.obstacles.push(object);
         Ok(())
     }
 
-    fn remove(&mut self, id: &str) -> Result<(), SceneError> {
-        self.object_mut("remove", id)?;
-        self.obstacles.retain(|obstacle| obstacle.id != id);
-        self.attached.retain(|attached| attached.object.id != id);
-        for pairs in [&mut self.allowed, &mut self.forbidden] {
-            pairs.retain(|(a, b)| a != id && b != id);
-        }
-        for attached in &mut self.attached {
-            attached.touch_links.retain(|name| name != id);
-        }
-        self.padding.remove(id);
+    pub(super) fn add_attached(&mut self, attached: AttachedObject) -> Result<(), SceneError> {
+        self.check_new(&attached.object)?;
+        self.attached.push(attached);
         Ok(())
     }
 
-    /// An object wherever it is.
-    fn object_mut(&mut self, change: &'static str, id: &str) -> Result<&mut Obstacle, SceneError> {
-        let known = || comma_separated(self.objects().map(|object| object.id.as_str()));
-        if !self.objects().any(|object| object.id == id) {
-            return Err(SceneError::UnknownObject { change, id: id.to_owned(), known: known() });
+    fn check_new(&self, object: &Obstacle) -> Result<(), SceneError> {
+        if self.has(&object.id) {
+            return Err(SceneError::Duplicate(object.id.clone()));
         }
-        let attached = self.attached.iter_mut().map(|attached| &mut attached.object);
-        let mut objects = self.obstacles.iter_mut().chain(attached);
-        Ok(objects.find(|object| object.id == id).expect("it is there"))
+        if self.frames.get(object.id.as_str()).is_some() {
+            return Err(SceneError::NameTaken(object.id.clone()));
+        }
+        object.check()
+    }
+
+    fn has(&self, id: &str) -> bool {
+        self.obstacles.get(id).is_some() || self.attached.get(id).is_some()
+    }
+
+    pub(super) fn pad(&mut self, name: &str, padding: f64) -> Result<(), SceneError> {
+        if !padding.is_finite() || padding < 0.0 {
+            return Err(SceneError::BadPadding { name: name.to_owned(), value: padding });
+        }
+        self.padding.set(name.into(), (padding != 0.0).then_some(padding));
+        Ok(())
+    }
+
+    pub(super) fn rescale(&mut self, name: &str, scale: f64) -> Result<(), SceneError> {
+        if !SCALES.contains(&scale) {
+            return Err(SceneError::BadScale { name: name.to_owned(), value: scale });
+        }
+        self.scale.set(name.into(), (scale != 1.0).then_some(scale));
+        Ok(())
+    }
+
+    pub(super) fn place_frame(&mut self, name: &str, pose: Option<Pose>) -> Result<(), SceneError> {
+        match &pose {
+            Some(_) if self.has(name) => return Err(SceneError::NameTaken(name.to_owned())),
+            Some(pose) => check_pose(pose).map_err(|error| error.of_frame(name))?,
+            None if self.frames.get(name).is_none() => return Err(self.unknown_frame(name)),
+            None => {}
+        }
+        self.frames.set(name.into(), pose);
+        Ok(())
+    }
+
+    fn remove(&mut self, id: &str) -> Result<(), SceneError> {
+        if self.obstacles.remove(id).is_none() && self.attached.remove(id).is_none() {
+            return Err(self.unknown("remove", id));
+        }
+        self.verdicts.forget(id);
+        let touches = |attached: &&AttachedObject| attached.touch_links.iter().any(|name| name == id);
+        let touching: Vec<_> = self.attached.iter().filter(touches).map(|a| a.object.id.clone()).collect();
+        for carried in touching {
+            self.attached.update(&carried, |attached| {
+                let mut attached = attached.clone();
+                attached.touch_links.retain(|name| name != id);
+                attached
+            });
+        }
+        self.padding.set(id.into(), None);
+        self.scale.set(id.into(), None);
+        Ok(())
+    }
+
+    /// Changes an object wherever it is.
+    fn update(
+        &mut self,
+        what: &'static str,
+        id: &str,
+        change: impl FnOnce(&Obstacle) -> Obstacle,
+    ) -> Result<(), SceneError> {
+        if self.obstacles.get(id).is_some() {
+            self.obstacles.update(id, change);
+        } else if self.attached.get(id).is_some() {
+            self.attached
+                .update(id, |attached| AttachedObject { object: change(&attached.object), ..attached.clone() });
+        } else {
+            return Err(self.unknown(what, id));
+        }
+        Ok(())
+    }
+
+    fn unknown(&self, change: &'static str, id: &str) -> SceneError {
+        let known = comma_separated(self.objects().map(|object| object.id.as_str()));
+        SceneError::UnknownObject { change, id: id.to_owned(), known }
     }
 
     fn take_standing(&mut self, id: &str) -> Result<Obstacle, SceneError> {
-        if let Some(attached) = self.attached.iter().find(|attached| attached.object.id == id) {
+        if let Some(attached) = self.attached.get(id) {
             return Err(SceneError::AlreadyAttached { id: id.to_owned(), link_name: attached.link_name.clone() });
         }
-        let Some(index) = self.obstacles.iter().position(|obstacle| obstacle.id == id) else {
+        self.obstacles.remove(id).ok_or_else(|| {
             let known = comma_separated(self.obstacles.iter().map(|obstacle| obstacle.id.as_str()));
-            return Err(SceneError::UnknownObject { change: "attach", id: id.to_owned(), known });
-        };
-        Ok(self.obstacles.remove(index))
+            SceneError::UnknownObject { change: "attach", id: id.to_owned(), known }
+        })
     }
 
     fn take_attached(&mut self, id: &str) -> Result<AttachedObject, SceneError> {
-        if let Some(index) = self.attached.iter().position(|attached| attached.object.id == id) {
-            return Ok(self.attached.remove(index));
-        }
-        let (id, known) = (id.to_owned(), comma_separated(self.attached.iter().map(|a| a.object.id.as_str())));
-        match self.obstacles.iter().any(|obstacle| obstacle.id == id) {
-            true => Err(SceneError::NotAttached { id, known }),
-            false => Err(SceneError::UnknownObject { change: "detach", id, known }),
-        }
-    }
-}
-
-fn is_pair((c, d): &(String, String), a: &str, b: &str) -> bool {
-    (c == a && d == b) || (c == b && d == a)
-}
-
-fn add_pair(pairs: &mut Vec<(String, String)>, a: String, b: String) {
-    if !pairs.iter().any(|pair| is_pair(pair, &a, &b)) {
-        pairs.push((a, b));
+        self.attached.remove(id).ok_or_else(|| {
+            let (id, known) = (id.to_owned(), comma_separated(self.attached.iter().map(|a| a.object.id.as_str())));
+            match self.obstacles.get(&id) {
+                Some(_) => SceneError::NotAttached { id, known },
+                None => SceneError::UnknownObject { change: "detach", id, known },
+            }
+        })
     }
 }

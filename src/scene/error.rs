@@ -19,6 +19,31 @@ pub enum SceneError {
         /// What it must be.
         rule: &'static str,
     },
+    /// A frame's pose that is no pose.
+    #[error("frame {name:?}: {what} is {value}; {rule}")]
+    BadFrame {
+        /// Frame.
+        name: String,
+        /// Position or orientation.
+        what: &'static str,
+        /// Its value.
+        value: String,
+        /// What it must be.
+        rule: &'static str,
+    },
+    /// A frame and an object of one name.
+    #[error("{0:?} is the name of a frame and of an object; rename one, poses may be given in either")]
+    NameTaken(String),
+    /// A pose in a frame that is not there.
+    #[error("{frame:?} is no frame of the scene; valid: \"\" (the world), frames {frames}; objects {objects}")]
+    UnknownFrame {
+        /// Its name.
+        frame: String,
+        /// Named frames.
+        frames: String,
+        /// Objects that stand.
+        objects: String,
+    },
     /// A size that no solid has.
     #[error("object {id:?}: {source}")]
     Shape {
@@ -43,6 +68,14 @@ pub enum SceneError {
         /// Its value.
         value: f64,
     },
+    /// A scale that leaves no solid.
+    #[error("the scale of {name:?} is {value}; it must be from 0.001 to 1000 (1 leaves sizes as they are)")]
+    BadScale {
+        /// Link or object.
+        name: String,
+        /// Its value.
+        value: f64,
+    },
     /// A change to an object that is not there.
     #[error("cannot {change} object {id:?}, which is not in the scene; objects: {known}")]
     UnknownObject {
@@ -62,12 +95,30 @@ pub enum SceneError {
         link_name: String,
     },
     /// An object that no link carries.
-    #[error("object {id:?} stands in the world and cannot be detached; attached objects: {known}")]
+    #[error("object {id:?} stands in the world, no link carries it; attached objects: {known}")]
     NotAttached {
         /// Object.
         id: String,
         /// Attached objects.
         known: String,
+    },
+    /// A pose in the world for an object that a link carries.
+    #[error("object {id:?} is attached to {link_name:?}, not in the world; change it in attached_collision_objects")]
+    Carried {
+        /// Object.
+        id: String,
+        /// The link that carries it.
+        link_name: String,
+    },
+    /// An object that another link carries.
+    #[error("object {id:?} is attached to {link_name:?}, not to {wanted:?}; name that link, or none")]
+    OtherLink {
+        /// Object.
+        id: String,
+        /// The link that carries it.
+        link_name: String,
+        /// The link that should.
+        wanted: String,
     },
     /// A text that is not the format it should be, with line and column where known.
     #[error("{0}")]

@@ -1,14 +1,27 @@
-//! Scenes: obstacles in the world, objects that links carry, padding, and the pairs that may touch. Knows no robot.
+//! Scenes: obstacles in the world, objects that links carry, padding and scale, named frames, and the pairs that may
+//! touch. Knows no robot.
 
 mod change;
+pub mod diff_file;
+mod diff_text;
+mod difference;
 mod error;
+mod former_hash;
 pub mod moveit_scene;
+mod numbers_file;
 mod object;
+mod object_file;
+mod objects;
+mod pose_file;
+#[cfg(test)]
+mod properties;
 pub mod scene_file;
+mod table;
 #[cfg(test)]
 mod tests;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::sync::{Arc, OnceLock};
 
 use crate::hash::ContentHasher;
 use crate::math::Pose;
@@ -16,12 +29,22 @@ use crate::shape::Shape;
 pub use change::SceneChange;
 pub use error::SceneError;
 pub use object::{AttachedObject, Obstacle};
+pub use objects::{Iter, Objects};
+use table::{Table, Verdict, Verdicts};
 
-/// A scene, checked once when built and never changed: [`Scene::with`] makes another one.
+/// A scene, checked once when built and never changed: [`Scene::with`] makes another one, which shares with this
+/// one all that the changes leave. Cloning it costs nothing.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    description: SceneDescription,
-    warnings: Vec<String>,
+    name: Arc<str>,
+    obstacles: Objects<Obstacle>,
+    attached: Objects<AttachedObject>,
+    padding: Table<Arc<str>, f64>,
+    scale: Table<Arc<str>, f64>,
+    frames: Table<Arc<str>, Pose>,
+    verdicts: Verdicts,
+    of_file: Arc<[String]>,
+    warnings: OnceLock<Vec<String>>,
     // Kept: every certificate names it.
     hash: u64,
 }
@@ -38,6 +61,11 @@ pub struct SceneDescription {
     /// Links and objects that count as thicker by this much (m) wherever robot and obstacles meet. The robot, with
     /// what it carries, is checked against itself as it is (so does MoveIt).
     pub padding: BTreeMap<String, f64>,
+    /// Links and objects whose shapes count as so many times as large wherever robot and obstacles meet, each about
+    /// its own centre; padding comes on top.
+    pub scale: BTreeMap<String, f64>,
+    /// Poses in the world of named frames, in which poses may be given.
+    pub frames: BTreeMap<String, Pose>,
     /// Pairs of names (links or objects) that may touch.
     pub allowed: Vec<(String, String)>,
     /// Pairs of names that are checked whatever allows them to touch.
@@ -70,65 +98,154 @@ impl Scene {
     /// Checks and takes a whole scene. Names of links are checked where scene and robot meet.
     ///
     /// # Errors
-    /// A duplicate id, a pose that is not finite or not unit, a padding that is no length.
-    pub fn of(mut description: SceneDescription) -> Result<Self, SceneError> {
-        let mut seen = BTreeSet::new();
-        for object in description.objects() {
-            if !seen.insert(object.id.as_str()) {
-                return Err(SceneError::Duplicate(object.id.clone()));
+    /// A duplicate id, a name of both a frame and an object, a pose that is not finite or not unit, a padding that is
+    /// no length, a scale that leaves nothing.
+    pub fn of(description: SceneDescription) -> Result<Self, SceneError> {
+        let mut scene = Self {
+            name: description.name.into(),
+            obstacles: Objects::default(),
+            attached: Objects::default(),
+            padding: Table::default(),
+            scale: Table::default(),
+            frames: Table::default(),
+            verdicts: Verdicts::default(),
+            of_file: description.warnings.into(),
+            warnings: OnceLock::new(),
+            hash: 0,
+        };
+        for object in description.obstacles {
+            scene.add(object)?;
+        }
+        for object in description.attached {
+            scene.add_attached(object)?;
+        }
+        for (name, padding) in &description.padding {
+            scene.pad(name, *padding)?;
+        }
+        for (name, scale) in &description.scale {
+            scene.rescale(name, *scale)?;
+        }
+        for (name, pose) in &description.frames {
+            scene.place_frame(name, Some(*pose))?;
+        }
+        for (pairs, verdict) in [(description.allowed, Verdict::Allowed), (description.forbidden, Verdict::Forbidden)] {
+            for (a, b) in pairs {
+                scene.verdicts.set(&a, &b, Some(verdict));
             }
-            object.check()?;
         }
-        if let Some((name, &value)) = description.padding.iter().find(|(_, value)| !value.is_finite() || **value < 0.0)
-        {
-            return Err(SceneError::BadPadding { name: name.clone(), value });
-        }
-        description.padding.retain(|_, value| *value != 0.0);
-        let hash = description.content_hash();
-        let warnings = [oddities(description.objects()), description.warnings.clone()].concat();
-        Ok(Self { description, warnings, hash })
+        Ok(scene.finished())
     }
 
     /// Label of the scene.
     pub fn name(&self) -> &str {
-        &self.description.name
+        &self.name
     }
     /// Objects that stand in the world.
-    pub fn obstacles(&self) -> &[Obstacle] {
-        &self.description.obstacles
+    pub fn obstacles(&self) -> &Objects<Obstacle> {
+        &self.obstacles
     }
     /// All objects, those that stand first.
     pub fn objects(&self) -> impl Iterator<Item = &Obstacle> {
-        self.description.objects()
+        self.obstacles.iter().chain(self.attached.iter().map(|attached| &attached.object))
+    }
+    /// An object, wherever it is.
+    pub fn object(&self, id: &str) -> Option<&Obstacle> {
+        self.obstacles.get(id).or_else(|| self.attached.get(id).map(|attached| &attached.object))
     }
     /// Objects that links carry.
-    pub fn attached(&self) -> &[AttachedObject] {
-        &self.description.attached
+    pub fn attached(&self) -> &Objects<AttachedObject> {
+        &self.attached
     }
     /// By how much (m) a link or object counts as thicker wherever robot and obstacles meet.
     pub fn padding(&self, name: &str) -> f64 {
-        self.description.padding.get(name).copied().unwrap_or(0.0)
+        self.padding.get(name).copied().unwrap_or(0.0)
     }
-    /// Links and objects that are padded, with their padding (m).
-    pub fn padded(&self) -> &BTreeMap<String, f64> {
-        &self.description.padding
+    /// Links and objects that are padded, with their padding (m), by name.
+    pub fn padded(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.padding.iter().map(|(name, padding)| (&**name, *padding))
     }
-    /// Pairs of names (links or objects) that may touch.
-    pub fn allowed(&self) -> &[(String, String)] {
-        &self.description.allowed
+    /// How many times as large a link's or object's shapes count wherever robot and obstacles meet.
+    pub fn scale(&self, name: &str) -> f64 {
+        self.scale.get(name).copied().unwrap_or(1.0)
     }
-    /// Pairs of names that are checked whatever allows them to touch.
-    pub fn forbidden(&self) -> &[(String, String)] {
-        &self.description.forbidden
+    /// Links and objects that are scaled, with their scale, by name.
+    pub fn scaled(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.scale.iter().map(|(name, scale)| (&**name, *scale))
     }
-    /// What is odd about its objects and its file, a line each.
-    pub fn warnings(&self) -> &[String] {
-        &self.warnings
+    /// Named frames with their poses in the world, by name.
+    pub fn frames(&self) -> impl Iterator<Item = (&str, &Pose)> {
+        self.frames.iter().map(|(name, pose)| (&**name, pose))
+    }
+    /// Pairs of names (links or objects) that may touch, by name.
+    pub fn allowed(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.pairs(Verdict::Allowed)
+    }
+    /// Pairs of names that are checked whatever allows them to touch, by name.
+    pub fn forbidden(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.pairs(Verdict::Forbidden)
     }
 
-    /// Content hash: equal scenes have equal hashes whatever their label.
+    fn pairs(&self, wanted: Verdict) -> impl Iterator<Item = (&str, &str)> {
+        self.verdicts.iter().filter(move |(_, _, verdict)| *verdict == wanted).map(|(a, b, _)| (a, b))
+    }
+
+    /// What is odd about its objects and its file, a line each; found when first asked for.
+    pub fn warnings(&self) -> &[String] {
+        self.warnings.get_or_init(|| [oddities(self.objects()).as_slice(), &*self.of_file].concat())
+    }
+
+    /// The pose in the world of what is given in a frame: the world's (`""`), a named one, or that of an object which
+    /// stands. Objects that are placed by it do not follow when the frame moves later, as in MoveIt.
+    ///
+    /// # Errors
+    /// A frame that is not there; where an attached object is depends on the robot, so it is none.
+    pub fn in_world(&self, frame: &str, pose: &Pose) -> Result<Pose, SceneError> {
+        let known = self.frames.get(frame).or_else(|| self.obstacles.get(frame).map(|object| &object.pose));
+        match known {
+            Some(known) => {
+                let placed = *known * *pose;
+                // Products of many rotations would in time leave unit length.
+                Ok(Pose::from_parts(placed.translation, placed.rotation.normalize()))
+            }
+            None if frame.is_empty() => Ok(*pose),
+            None => Err(self.unknown_frame(frame)),
+        }
+    }
+
+    fn unknown_frame(&self, frame: &str) -> SceneError {
+        SceneError::UnknownFrame {
+            frame: frame.to_owned(),
+            frames: comma_separated(self.frames().map(|(name, _)| name)),
+            objects: comma_separated(self.obstacles.iter().map(|object| object.id.as_str())),
+        }
+    }
+
+    /// Whether nothing but poses and shapes of obstacles tells two scenes apart, as far as memory that they share
+    /// tells: where it does not, they may still be equal.
+    pub(crate) fn lines_up_with(&self, other: &Self) -> bool {
+        self.obstacles.lines_up_with(&other.obstacles)
+            && self.attached.is(&other.attached)
+            && self.padding.is(&other.padding)
+            && self.scale.is(&other.scale)
+            && self.verdicts.is(&other.verdicts)
+    }
+
+    /// Content hash: equal scenes have equal hashes whatever their label and however they were made. The order of
+    /// objects counts, that of anything else does not.
     pub fn hash(&self) -> u64 {
         self.hash
+    }
+
+    /// With its content hash. A scene is a set of facts (an object, which one it follows, a padding, a pair), and its
+    /// hash is made of their sums: a change takes its own facts out and puts its own in.
+    fn finished(mut self) -> Self {
+        let mut hasher = ContentHasher::default();
+        let tables = [self.padding.facts(), self.scale.facts(), self.frames.facts(), self.verdicts.facts()];
+        for facts in [self.obstacles.facts(), self.attached.facts()].into_iter().chain(tables) {
+            hasher.digest(facts.digest());
+        }
+        self.hash = hasher.finish();
+        self
     }
 }
 
@@ -158,59 +275,6 @@ fn oddities<'a>(objects: impl Iterator<Item = &'a Obstacle>) -> Vec<String> {
         users => format!("object {:?} and {} more: {text}", users[0], users.len() - 1),
     }));
     found
-}
-
-impl SceneDescription {
-    /// All objects, those that stand first.
-    pub fn objects(&self) -> impl Iterator<Item = &Obstacle> {
-        self.obstacles.iter().chain(self.attached.iter().map(|attached| &attached.object))
-    }
-
-    /// What a scene does not have adds nothing, so that its hash does not depend on what others have.
-    fn content_hash(&self) -> u64 {
-        let mut hasher = ContentHasher::default();
-        for obstacle in &self.obstacles {
-            hash_object(&mut hasher, obstacle);
-        }
-        hash_pairs(&mut hasher, &self.allowed);
-        if !self.attached.is_empty() {
-            hasher.text("attached").count(self.attached.len());
-        }
-        for AttachedObject { link_name, object, touch_links } in &self.attached {
-            hasher.text(link_name).count(touch_links.len());
-            touch_links.iter().for_each(|name| {
-                hasher.text(name);
-            });
-            hash_object(&mut hasher, object);
-        }
-        if !self.padding.is_empty() {
-            hasher.text("padding").count(self.padding.len());
-        }
-        for (name, padding) in &self.padding {
-            hasher.text(name).floats(&[*padding]);
-        }
-        if !self.forbidden.is_empty() {
-            hasher.text("forbidden").count(self.forbidden.len());
-        }
-        hash_pairs(&mut hasher, &self.forbidden);
-        hasher.finish()
-    }
-}
-
-fn hash_object(hasher: &mut ContentHasher, object: &Obstacle) {
-    hasher.text(&object.id);
-    if object.pose != Pose::identity() {
-        hasher.text("pose").pose(&object.pose);
-    }
-    for shape in object.shapes.iter() {
-        hasher.shape(shape);
-    }
-}
-
-fn hash_pairs(hasher: &mut ContentHasher, pairs: &[(String, String)]) {
-    for (a, b) in pairs {
-        hasher.text(a).text(b);
-    }
 }
 
 /// Names for a message, cut where there are many.

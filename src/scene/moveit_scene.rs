@@ -21,7 +21,7 @@
 
 use std::sync::Arc;
 
-use super::scene_file::checked_pose;
+use super::pose_file::checked_pose;
 use super::{Obstacle, Scene, SceneError};
 use crate::math::{Pose, Vec3};
 use crate::shape::{Mesh, PlacedShape, Shape};
@@ -208,7 +208,8 @@ mod tests {
     fn the_newer_format_has_poses_of_objects_and_subframes() {
         let scene = parse(NEW).unwrap();
         assert_eq!((scene.name(), scene.warnings()), ("our kitchen", &[] as &[String]));
-        let [table, tent] = scene.obstacles() else { panic!("two objects") };
+        let objects: Vec<_> = scene.obstacles().iter().collect();
+        let [table, tent] = objects[..] else { panic!("two objects") };
         assert_eq!((table.id.as_str(), tent.id.as_str()), ("big table", "tent"));
         let [lid, leg, ball] = &*table.shapes else { panic!("three shapes") };
         assert_eq!(lid.shape, Shape::cuboid(Vec3::new(1.2, 0.8, 0.05)).unwrap());

@@ -49,16 +49,52 @@ impl Obstacle {
     }
 
     pub(super) fn check(&self) -> Result<(), SceneError> {
-        let poses = std::iter::once(&self.pose).chain(self.shapes.iter().map(|placed| &placed.pose));
-        for pose in poses {
-            let bad = |what, value, rule| SceneError::BadPose { id: self.id.clone(), what, value, rule };
-            if !pose.is_finite() {
-                return Err(bad("pose", format!("{pose:?}"), "it must be finite"));
-            }
-            if (pose.rotation.length() - 1.0).abs() > NORM_TOLERANCE {
-                return Err(bad("orientation", pose.rotation.to_string(), "it must be a unit quaternion"));
-            }
-        }
-        Ok(())
+        check_pose(&self.pose).and_then(|()| check_shapes(&self.shapes)).map_err(|error| error.of_object(&self.id))
     }
+}
+
+impl AsRef<Obstacle> for Obstacle {
+    fn as_ref(&self) -> &Obstacle {
+        self
+    }
+}
+
+impl AsRef<Obstacle> for AttachedObject {
+    fn as_ref(&self) -> &Obstacle {
+        &self.object
+    }
+}
+
+/// Why a pose is none.
+pub(super) struct BadPose {
+    what: &'static str,
+    value: String,
+    rule: &'static str,
+}
+
+impl BadPose {
+    pub(super) fn of_object(self, id: &str) -> SceneError {
+        let Self { what, value, rule } = self;
+        SceneError::BadPose { id: id.to_owned(), what, value, rule }
+    }
+
+    pub(super) fn of_frame(self, name: &str) -> SceneError {
+        let Self { what, value, rule } = self;
+        SceneError::BadFrame { name: name.to_owned(), what, value, rule }
+    }
+}
+
+pub(super) fn check_shapes(shapes: &[PlacedShape]) -> Result<(), BadPose> {
+    shapes.iter().try_for_each(|placed| check_pose(&placed.pose))
+}
+
+pub(super) fn check_pose(pose: &Pose) -> Result<(), BadPose> {
+    if !pose.is_finite() {
+        return Err(BadPose { what: "pose", value: format!("{pose:?}"), rule: "it must be finite" });
+    }
+    if (pose.rotation.length() - 1.0).abs() > NORM_TOLERANCE {
+        let (what, value) = ("orientation", pose.rotation.to_string());
+        return Err(BadPose { what, value, rule: "it must be a unit quaternion" });
+    }
+    Ok(())
 }

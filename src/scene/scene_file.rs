@@ -16,127 +16,66 @@
 //!   "link_padding": [ { "link_name": "forearm", "padding": 0.02 } ],
 //!   "forbidden_collisions": [["forearm", "cup"]] }
 //! ```
+//! Frames by which objects may be placed, and links or objects that count as larger:
+//!
+//! ```json
+//! { "fixed_frame_transforms": [ { "child_frame_id": "shelf", "transform": { "translation": [1, 0, 0.8] } } ],
+//!   "objects": [ { "id": "box", "header": { "frame_id": "shelf" }, "pose": { "position": [0, 0.2, 0.1] },
+//!     "primitives": [ { "type": "box", "dimensions": [0.1, 0.1, 0.2] } ], "primitive_poses": [ {} ] } ],
+//!   "link_scale": [ { "link_name": "hand", "scale": 1.05 } ] }
+//! ```
 //! Lengths in metres. `dimensions` are MoveIt's: box x y z; sphere radius; cylinder height, radius;
 //! ours: capsule length of its straight part, radius. `meshes` give `file` and `scale`, with
-//! `mesh_poses`. An object's own `pose`, where there is one, carries all its shapes. `link_padding` may also be a map
-//! from names to lengths, and name objects.
+//! `mesh_poses`; one with `vertices` and `triangles` is not read from its file. An object's own `pose`, where there is
+//! one, carries all its shapes. `link_padding` and `link_scale` may also be maps from names to numbers, and name
+//! objects. A `frame_id` that is no frame of the file is taken for the world's.
 
-use std::collections::BTreeMap;
-use std::fmt;
-use std::sync::Arc;
+use serde::{Deserialize, Serialize};
 
-use serde::de::{Error, MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
-
-use super::{AttachedObject, Obstacle, Scene, SceneDescription, SceneError};
-use crate::math::{Pose, Quat, Vec3};
-use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
-
-/// Norms of quaternions may differ from 1 by this much; they are then normalised.
-const NORM_TOLERANCE: f64 = 1e-3;
-
-/// Gives the mesh of a file name (as written in the scene) at a scale.
-pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> + 'a;
+use super::numbers_file::{Paddings, Scales};
+use super::object_file::Operation;
+pub use super::object_file::{MeshSource, ObjectFile};
+use super::pose_file::FrameFile;
+use super::{AttachedObject, Scene, SceneDescription, SceneError};
 
 /// A scene as its file says it, unchecked. Unknown fields are ignored.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SceneFile {
     /// Label.
     #[serde(default)]
     pub name: String,
+    /// Read only to be refused: a diff is no scene.
+    #[serde(default, skip_serializing)]
+    is_diff: bool,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    fixed_frame_transforms: Vec<FrameFile>,
     /// Objects in file order.
     pub objects: Vec<ObjectFile>,
+    /// What links carry.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attached_collision_objects: Vec<AttachedObjectFile>,
     /// Pairs of links or objects that may touch.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub allowed_collisions: Vec<(String, String)>,
     /// Pairs of links or objects that are checked whatever allows them to touch.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub forbidden_collisions: Vec<(String, String)>,
-    /// What links carry.
-    #[serde(default)]
-    pub attached_collision_objects: Vec<AttachedObjectFile>,
     /// Links and objects that count as thicker.
-    #[serde(default)]
-    pub link_padding: PaddingFile,
+    #[serde(default, skip_serializing_if = "Paddings::is_empty")]
+    pub link_padding: Paddings,
+    /// Links and objects that count as larger.
+    #[serde(default, skip_serializing_if = "Scales::is_empty")]
+    pub link_scale: Scales,
 }
 
 /// MoveIt's attached collision object.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AttachedObjectFile {
-    link_name: String,
-    object: ObjectFile,
     #[serde(default)]
-    touch_links: Vec<String>,
-}
-
-/// Paddings (m) by name, written as MoveIt's list or as a map.
-#[derive(Clone, Debug, Default)]
-pub struct PaddingFile(BTreeMap<String, f64>);
-
-/// MoveIt's collision object.
-#[derive(Clone, Debug, Deserialize)]
-pub struct ObjectFile {
-    id: String,
-    #[serde(default)]
-    header: HeaderFile,
-    pose: Option<PoseFile>,
-    #[serde(default)]
-    primitives: Vec<PrimitiveFile>,
-    #[serde(default)]
-    primitive_poses: Vec<PoseFile>,
-    #[serde(default)]
-    meshes: Vec<MeshFile>,
-    #[serde(default)]
-    mesh_poses: Vec<PoseFile>,
-    /// Read only to be refused: an infinite plane is no solid here.
-    #[serde(default)]
-    planes: Vec<serde::de::IgnoredAny>,
-}
-
-#[derive(Clone, Debug, Default, Deserialize)]
-struct HeaderFile {
-    #[serde(default)]
-    frame_id: String,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct PrimitiveFile {
-    #[serde(rename = "type")]
-    kind: String,
-    dimensions: Vec<f64>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct MeshFile {
-    file: String,
-    #[serde(default = "no_scale")]
-    scale: [f64; 3],
-}
-
-fn no_scale() -> [f64; 3] {
-    [1.0; 3]
-}
-
-#[derive(Clone, Copy, Debug, Deserialize)]
-struct PoseFile {
-    #[serde(default)]
-    position: [f64; 3],
-    #[serde(default)]
-    orientation: QuaternionFile,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize)]
-struct QuaternionFile {
-    x: f64,
-    y: f64,
-    z: f64,
-    w: f64,
-}
-
-impl Default for QuaternionFile {
-    fn default() -> Self {
-        Self { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }
-    }
+    pub(super) link_name: String,
+    pub(super) object: ObjectFile,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) touch_links: Vec<String>,
 }
 
 /// Reads a scene's JSON text.
@@ -148,13 +87,57 @@ pub fn parse(text: &str, meshes: &mut MeshSource<'_>) -> Result<Scene, SceneErro
     file.build(meshes)
 }
 
+/// The text of a scene; [`parse`] makes a scene of the same hash of it. Without `with_meshes`, a mesh has its name and
+/// hash only, and is looked for under that name when the text is read.
+pub fn text(scene: &Scene, with_meshes: bool) -> String {
+    let pairs = |pairs: &mut dyn Iterator<Item = (&str, &str)>| -> Vec<(String, String)> {
+        pairs.map(|(a, b)| (a.to_owned(), b.to_owned())).collect()
+    };
+    let attached = scene.attached().iter().map(|attached| AttachedObjectFile {
+        link_name: attached.link_name.clone(),
+        object: ObjectFile::of(&attached.object, with_meshes),
+        touch_links: attached.touch_links.clone(),
+    });
+    let file = SceneFile {
+        name: scene.name().to_owned(),
+        is_diff: false,
+        fixed_frame_transforms: scene.frames().map(|(name, pose)| FrameFile::of(name, Some(pose))).collect(),
+        objects: scene.obstacles().iter().map(|object| ObjectFile::of(object, with_meshes)).collect(),
+        attached_collision_objects: attached.collect(),
+        allowed_collisions: pairs(&mut scene.allowed()),
+        forbidden_collisions: pairs(&mut scene.forbidden()),
+        link_padding: Paddings::of(scene.padded()),
+        link_scale: Scales::of(scene.scaled()),
+    };
+    serde_json::to_string(&file).expect("a scene holds only names and finite numbers")
+}
+
 impl SceneFile {
     /// Checks every object and builds the scene.
     ///
     /// # Errors
-    /// An object whose sizes, poses or meshes are none.
+    /// An object whose sizes, poses or meshes are none; a diff.
     pub fn build(self, meshes: &mut MeshSource<'_>) -> Result<Scene, SceneError> {
-        let obstacles = self.objects.into_iter().map(|object| object.build(meshes));
+        if self.is_diff {
+            let text = "it is a diff (is_diff is set), not a whole scene; apply it to the scene that it changes";
+            return Err(SceneError::Syntax(text.to_owned()));
+        }
+        let frames = self.fixed_frame_transforms.iter().filter_map(|frame| {
+            let pose = frame.pose().transpose()?;
+            Some(pose.map(|pose| (frame.child_frame_id.clone(), pose)))
+        });
+        // Poses in them are resolved by a scene that has nothing else.
+        let frames: SceneDescription =
+            SceneDescription { frames: frames.collect::<Result<_, _>>()?, ..Default::default() };
+        let placed = Scene::of(frames.clone())?;
+        let obstacles = self.objects.into_iter().map(|object| {
+            let frame = object.header.frame_id.clone();
+            let built = object.added(meshes)?;
+            match frames.frames.contains_key(&frame) {
+                true => placed.in_world(&frame, &built.pose).map(|pose| built.at(pose)),
+                false => Ok(built),
+            }
+        });
         let obstacles = obstacles.collect::<Result<_, _>>()?;
         let attached = self.attached_collision_objects.into_iter().map(|object| object.build(meshes));
         let attached = attached.collect::<Result<_, _>>()?;
@@ -163,143 +146,46 @@ impl SceneFile {
             obstacles,
             attached,
             padding: self.link_padding.0,
+            scale: self.link_scale.0,
             allowed: self.allowed_collisions,
             forbidden: self.forbidden_collisions,
-            warnings: Vec::new(),
+            ..frames
         };
         Scene::of(description)
     }
 }
 
+impl ObjectFile {
+    /// An object of a whole scene, which is only added to.
+    fn added(self, meshes: &mut MeshSource<'_>) -> Result<super::Obstacle, SceneError> {
+        match self.operation {
+            None | Some(Operation::Add) => self.build(meshes),
+            Some(other) => {
+                let text = format!("object {:?} has the operation {} in a whole scene", self.id, other.name());
+                Err(SceneError::Syntax(format!("{text}; valid: ADD; set is_diff and apply it to change a scene")))
+            }
+        }
+    }
+}
+
 impl AttachedObjectFile {
     fn build(self, meshes: &mut MeshSource<'_>) -> Result<AttachedObject, SceneError> {
+        self.check_frame()?;
+        let object = self.object.added(meshes)?;
+        Ok(AttachedObject { link_name: self.link_name, object, touch_links: self.touch_links })
+    }
+
+    /// Refuses what names no link, or poses in another frame than the link's: taken for poses in that, they would put
+    /// the object elsewhere unseen.
+    pub(super) fn check_frame(&self) -> Result<(), SceneError> {
         let (id, link_name, frame) = (&self.object.id, &self.link_name, &self.object.header.frame_id);
-        // Taken for poses in the link's frame, those of another frame would put the object elsewhere unseen.
+        if link_name.is_empty() {
+            return Err(SceneError::Syntax(format!("object {id:?} is attached to no link; give its link_name")));
+        }
         if !frame.is_empty() && frame != link_name {
             let text = format!("object {id:?} is attached to {link_name:?}, but its poses are in the frame {frame:?}");
             return Err(SceneError::Syntax(format!("{text}; give them in the frame of {link_name:?}")));
         }
-        let object = self.object.build(meshes)?;
-        Ok(AttachedObject { link_name: self.link_name, object, touch_links: self.touch_links })
+        Ok(())
     }
-}
-
-impl<'de> Deserialize<'de> for PaddingFile {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(PaddingVisitor)
-    }
-}
-
-struct PaddingVisitor;
-
-impl<'de> Visitor<'de> for PaddingVisitor {
-    type Value = PaddingFile;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a list of { \"link_name\": …, \"padding\": … } or a map from names to lengths (m)")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<PaddingFile, A::Error> {
-        #[derive(Deserialize)]
-        struct Entry {
-            link_name: String,
-            padding: f64,
-        }
-        let mut file = PaddingFile::default();
-        while let Some(Entry { link_name, padding }) = list.next_element()? {
-            file.add(link_name, padding)?;
-        }
-        Ok(file)
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<PaddingFile, A::Error> {
-        let mut file = PaddingFile::default();
-        while let Some((name, padding)) = map.next_entry()? {
-            file.add(name, padding)?;
-        }
-        Ok(file)
-    }
-}
-
-impl PaddingFile {
-    fn add<E: Error>(&mut self, name: String, padding: f64) -> Result<(), E> {
-        match self.0.insert(name.clone(), padding) {
-            None => Ok(()),
-            Some(before) => {
-                Err(E::custom(format!("link_padding gives {name:?} both {before} and {padding}; give it one")))
-            }
-        }
-    }
-}
-
-impl ObjectFile {
-    fn build(self, meshes: &mut MeshSource<'_>) -> Result<Obstacle, SceneError> {
-        let id = self.id;
-        if !self.planes.is_empty() {
-            return Err(SceneError::Syntax(format!("object {id:?} has planes; use a thick box instead")));
-        }
-        for (shapes, count, poses) in [
-            ("primitives", self.primitives.len(), self.primitive_poses.len()),
-            ("meshes", self.meshes.len(), self.mesh_poses.len()),
-        ] {
-            if count != poses {
-                let text = format!("object {id:?} has {count} {shapes} and {poses} poses for them");
-                return Err(SceneError::Syntax(format!("{text}; each needs one")));
-            }
-        }
-        let own = self.pose.map_or(Ok(Pose::identity()), |pose| pose.build(&id))?;
-        let mut shapes = Vec::new();
-        for (primitive, pose) in self.primitives.iter().zip(&self.primitive_poses) {
-            shapes.push(PlacedShape { pose: pose.build(&id)?, shape: primitive.build(&id)? });
-        }
-        for (mesh, pose) in self.meshes.iter().zip(&self.mesh_poses) {
-            let source = meshes(&mesh.file, Vec3::from_array(mesh.scale));
-            let shape = Shape::Mesh(source.map_err(|source| SceneError::Mesh { id: id.clone(), source })?);
-            shapes.push(PlacedShape { pose: pose.build(&id)?, shape });
-        }
-        Ok(Obstacle::new(id, shapes).at(own))
-    }
-}
-
-impl PrimitiveFile {
-    fn build(&self, id: &str) -> Result<Shape, SceneError> {
-        let shape = match (self.kind.to_ascii_lowercase().as_str(), self.dimensions.as_slice()) {
-            ("box", &[x, y, z]) => Shape::cuboid(Vec3::new(x, y, z)),
-            ("sphere", &[radius]) => Shape::sphere(radius),
-            ("cylinder", &[height, radius]) => Shape::cylinder(height, radius),
-            ("capsule", &[length, radius]) => Shape::capsule(length, radius),
-            (kind, dimensions) => {
-                let known = "box [x, y, z], sphere [radius], cylinder [height, radius], capsule [length, radius]";
-                let text = format!("object {id:?} has a {kind:?} of {} dimensions; valid: {known}", dimensions.len());
-                return Err(SceneError::Syntax(text));
-            }
-        };
-        shape.map_err(|source| SceneError::Shape { id: id.to_owned(), source })
-    }
-}
-
-impl PoseFile {
-    fn build(&self, id: &str) -> Result<Pose, SceneError> {
-        let QuaternionFile { x, y, z, w } = self.orientation;
-        checked_pose(id, self.position, [x, y, z, w])
-    }
-}
-
-/// The pose of a position (m) and a quaternion (x, y, z, w) that is of unit length but for rounding.
-///
-/// # Errors
-/// A number that is not finite, or a quaternion that is no rotation; `id` is the object whose pose it is.
-pub(super) fn checked_pose(id: &str, position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Result<Pose, SceneError> {
-    let bad = |what, value, rule| SceneError::BadPose { id: id.to_owned(), what, value, rule };
-    let position = Vec3::from_array(position);
-    if !position.is_finite() {
-        return Err(bad("position", position.to_string(), "it must be finite"));
-    }
-    let rotation = Quat::from_xyzw(x, y, z, w);
-    let norm = rotation.length();
-    if !norm.is_finite() || (norm - 1.0).abs() > NORM_TOLERANCE {
-        let value = format!("x {x}, y {y}, z {z}, w {w} (norm {norm})");
-        return Err(bad("orientation", value, "it must be a unit quaternion"));
-    }
-    Ok(Pose::from_parts(position, rotation.normalize()))
 }

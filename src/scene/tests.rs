@@ -98,7 +98,7 @@ fn a_file_says_what_links_carry_what_is_thicker_and_what_is_checked_in_any_case(
         let carried = &scene.attached()[0];
         assert_eq!((carried.link_name.as_str(), carried.touch_links.as_slice()), ("hand", &["left".to_owned()][..]));
         assert_eq!((carried.object.id.as_str(), carried.object.pose.translation.z), ("cup", 0.2));
-        assert_eq!(scene.forbidden(), [("hand".to_owned(), "table".to_owned())]);
+        assert_eq!(scene.forbidden().collect::<Vec<_>>(), [("hand", "table")]);
         assert_eq!((scene.padding("hand"), scene.padding("table"), scene.padding("cup")), (0.02, 0.01, 0.0));
     }
 }
@@ -149,11 +149,12 @@ fn what_is_removed_is_named_nowhere_any_more() {
         SceneChange::Allow(name("table"), name("hand")),
         SceneChange::Forbid(name("left"), name("table")),
         SceneChange::Pad { name: name("table"), padding: 0.1 },
+        SceneChange::Scale { name: name("table"), scale: 1.1 },
         SceneChange::Remove { id: name("table") },
     ];
     let scene = table_and_cup().with(changes).unwrap();
-    assert!(scene.obstacles().is_empty() && scene.allowed().is_empty() && scene.forbidden().is_empty());
-    assert!(scene.padded().is_empty());
+    assert!(scene.obstacles().is_empty() && scene.allowed().count() == 0 && scene.forbidden().count() == 0);
+    assert_eq!((scene.padded().count(), scene.scaled().count()), (0, 0));
     assert_eq!(scene.attached()[0].touch_links, ["left"]);
     assert!(scene.with([SceneChange::Remove { id: name("cup") }]).unwrap().attached().is_empty());
 }
@@ -162,9 +163,12 @@ fn what_is_removed_is_named_nowhere_any_more() {
 fn allowing_and_forbidding_take_each_other_back() {
     let (allow, forbid) = (SceneChange::Allow("a".into(), "b".into()), SceneChange::Forbid("b".into(), "a".into()));
     let scene = table_and_cup().with([allow.clone(), allow.clone(), forbid.clone()]).unwrap();
-    assert_eq!((scene.allowed().len(), scene.forbidden().len()), (0, 1));
+    assert_eq!((scene.allowed().count(), scene.forbidden().count()), (0, 1));
     let scene = scene.with([forbid, allow]).unwrap();
-    assert_eq!((scene.allowed().len(), scene.forbidden().len()), (1, 0));
+    assert_eq!((scene.allowed().count(), scene.forbidden().count()), (1, 0));
+    let scene = scene.with([SceneChange::ClearPair("b".into(), "a".into())]).unwrap();
+    assert_eq!((scene.allowed().count(), scene.forbidden().count()), (0, 0));
+    assert_eq!(scene.hash(), table_and_cup().hash());
 }
 
 #[test]
@@ -173,6 +177,8 @@ fn changes_that_cannot_be_made_are_refused_and_say_what_could() {
     let (id, pose) = ("vase".to_owned(), Pose::identity());
     let stretched = Pose::from_parts(Vec3::ZERO, crate::math::Quat::from_xyzw(0.0, 0.0, 0.0, 1.1));
     let pad = |padding| SceneChange::Pad { name: "hand".into(), padding };
+    let scale = |scale| SceneChange::Scale { name: "hand".into(), scale };
+    let frame = |name: &str, pose| SceneChange::Frame { name: name.into(), pose };
     let cup = scene.attached()[0].object.clone();
     for (change, parts) in [
         (SceneChange::Add(cup), ["\"cup\"", "twice"]),
@@ -183,17 +189,23 @@ fn changes_that_cannot_be_made_are_refused_and_say_what_could() {
         (attach("vase"), ["cannot attach object \"vase\"", "objects: table"]),
         (attach("cup"), ["\"cup\" is already attached to \"hand\"", "detach"]),
         (SceneChange::Detach { id: "table".into(), pose }, ["\"table\" stands in the world", "attached objects: cup"]),
-        (SceneChange::Detach { id, pose }, ["cannot detach object \"vase\"", "objects: cup"]),
+        (SceneChange::Detach { id: id.clone(), pose }, ["cannot detach object \"vase\"", "objects: cup"]),
         (pad(-0.1), ["hand", "-0.1"]),
         (pad(f64::NAN), ["hand", "NaN"]),
         (pad(f64::INFINITY), ["hand", "inf"]),
+        (scale(0.0), ["scale of \"hand\" is 0", "from 0.001 to 1000"]),
+        (scale(f64::NAN), ["hand", "NaN"]),
+        (frame("table", Some(pose)), ["\"table\"", "a frame and of an object"]),
+        (frame("map", Some(stretched)), ["frame \"map\"", "unit quaternion"]),
+        (frame("map", None), ["\"map\" is no frame", "frames none"]),
+        (SceneChange::Append { id, shapes: Vec::new() }, ["cannot append to object \"vase\"", "table, cup"]),
     ] {
         let text = scene.with([change]).expect_err("must be refused").to_string();
         assert!(parts.iter().all(|part| text.contains(part)) && !text.contains('\n'), "{text}");
     }
 }
 
-/// Every field is in the hash; what is not there leaves it as it was before there was such a field.
+/// Every field is in the hash, and so is the order.
 #[test]
 fn the_hash_is_of_everything() {
     let scene = table_and_cup();
@@ -217,14 +229,64 @@ fn the_hash_is_of_everything() {
         with(&[pad(0.2)]),
         with(&[SceneChange::Allow("cup".into(), "hand".into())]),
         with(&[SceneChange::Forbid("cup".into(), "hand".into())]),
+        with(&[SceneChange::Scale { name: "cup".into(), scale: 0.1 }]),
+        with(&[SceneChange::Frame { name: "map".into(), pose: Some(Pose::identity()) }]),
+        with(&[SceneChange::Append { id: "cup".into(), shapes: scene.obstacles()[0].shapes.to_vec() }]),
+        // Last in the order instead of first.
+        with(&[SceneChange::Remove { id: "table".into() }, SceneChange::Add(scene.obstacles()[0].clone())]),
     ];
-    // Of ids, poses, shapes and allowed pairs alone, by another implementation.
+    // What earlier builds made of it, by another implementation.
     let plain = scene.with([SceneChange::Allow("a".into(), "b".into())]).unwrap();
-    assert_eq!(plain.hash(), 0x1647_877c_b362_d176);
-    let different: BTreeSet<_> = hashes.iter().collect();
+    assert_eq!(plain.former_hash(), Some(0x1647_877c_b362_d176));
+    let scaled = plain.with([SceneChange::Scale { name: "cup".into(), scale: 2.0 }]).unwrap();
+    assert_eq!(scaled.former_hash(), None, "no proof of the plain one is taken for it");
+    let different: std::collections::BTreeSet<_> = hashes.iter().collect();
     assert_eq!(different.len(), hashes.len());
     assert_eq!(
         with(&[pad(0.0), moved("cup"), SceneChange::Move { id: "cup".into(), pose: Pose::identity() }]),
         hashes[0]
     );
+}
+
+#[test]
+fn poses_may_be_given_in_a_named_frame_or_in_that_of_an_object_which_stands() {
+    let (map, up) = (Pose::from_translation(Vec3::X), Pose::from_translation(Vec3::Z));
+    let turned = Pose::from_parts(Vec3::Y, crate::math::Quat::from_rotation_z(std::f64::consts::FRAC_PI_2));
+    let changes = [
+        SceneChange::Frame { name: "map".into(), pose: Some(map) },
+        SceneChange::Move { id: "table".into(), pose: turned },
+        attach("cup"),
+    ];
+    let scene = table_and_cup().with(changes).unwrap();
+    assert_eq!(scene.in_world("", &up).unwrap(), up);
+    assert_eq!(scene.in_world("map", &up).unwrap().translation, Vec3::new(1.0, 0.0, 1.0));
+    assert!((scene.in_world("table", &map).unwrap().translation - Vec3::Y * 2.0).length() < 1e-15);
+    let text = scene.in_world("cup", &up).expect_err("where it is nobody knows here").to_string();
+    assert!(text.contains("\"cup\" is no frame") && text.contains("frames map; objects table"), "{text}");
+    let without = scene.with([SceneChange::Frame { name: "map".into(), pose: None }]).unwrap();
+    assert_eq!(
+        without.hash(),
+        table_and_cup().with([SceneChange::Move { id: "table".into(), pose: turned }, attach("cup")]).unwrap().hash()
+    );
+    assert!(without.in_world("map", &up).is_err());
+    let taken = Obstacle::new("map", Vec::new());
+    assert_eq!(scene.with([SceneChange::Add(taken)]).unwrap_err(), SceneError::NameTaken("map".into()));
+}
+
+#[test]
+fn shapes_come_to_an_object_wherever_it_is() {
+    let scene = table_and_cup().with([attach("cup")]).unwrap();
+    let more = scene.obstacles()[0].shapes.to_vec();
+    for id in ["table", "cup"] {
+        let longer = scene.with([SceneChange::Append { id: id.into(), shapes: more.clone() }]).unwrap();
+        assert_eq!(longer.objects().find(|object| object.id == id).unwrap().shapes.len(), 2);
+        assert!(longer.hash() != scene.hash());
+    }
+}
+
+#[test]
+fn the_world_is_emptied_at_once() {
+    let scene = table_and_cup().with([attach("cup"), SceneChange::RemoveAll]).unwrap();
+    assert!(scene.obstacles().is_empty());
+    assert_eq!(scene.attached()[0].touch_links, ["left"], "nothing names the table any more");
 }

@@ -105,28 +105,64 @@ impl Mesh {
     /// A vertex that is not finite, an index out of range, no triangle with an area.
     pub fn new(name: impl Into<String>, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<Self, MeshError> {
         let name = name.into();
-        if let Some(bad) = vertices.iter().position(|v| !v.is_finite()) {
-            return Err(MeshError::Unreadable { name, reason: format!("vertex {bad} is not finite") });
-        }
-        let in_range = |t: &[u32; 3]| t.iter().all(|&i| (i as usize) < vertices.len());
-        if let Some(bad) = triangles.iter().position(|t| !in_range(t)) {
-            let reason = format!("triangle {bad} names a vertex beyond the {} read", vertices.len());
-            return Err(MeshError::Unreadable { name, reason });
-        }
+        check(&name, &vertices, &triangles)?;
         let (vertices, mut welded) = weld(&vertices, &triangles);
         // Before slivers are dropped: they have no area, but they do close the surface.
         let edges = oddities::Edges::of(&welded);
-        let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length();
-        welded.retain(|t| area(corners(&vertices, *t)) > 0.0);
+        welded.retain(|t| has_area(&vertices, *t));
         if welded.is_empty() {
             return Err(MeshError::Empty { name, triangles: triangles.len() });
         }
-        let mut hasher = ContentHasher::default();
-        hasher.mesh(&vertices, &welded);
-        let mut mesh = Self { name, vertices, triangles: welded, warnings: Vec::new(), hash: hasher.finish() };
+        let hash = hash_of(&vertices, &welded);
+        let mut mesh = Self { name, vertices, triangles: welded, warnings: Vec::new(), hash };
         mesh.warnings = oddities::of(&mesh, &edges, triangles.len() - mesh.triangles.len());
         Ok(mesh)
     }
+
+    /// A mesh as [`Self::new`] made it once, from what was kept of it: nothing is merged or dropped again, and
+    /// `warnings` are what was found odd then.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and a triangle without an area, which no such mesh has.
+    pub fn restore(
+        name: String,
+        vertices: Vec<Vec3>,
+        triangles: Vec<[u32; 3]>,
+        warnings: Vec<String>,
+    ) -> Result<Self, MeshError> {
+        check(&name, &vertices, &triangles)?;
+        if let Some(bad) = triangles.iter().position(|t| !has_area(&vertices, *t)) {
+            return Err(MeshError::Unreadable { name, reason: format!("triangle {bad} has no area") });
+        }
+        if triangles.is_empty() {
+            return Err(MeshError::Empty { name, triangles: 0 });
+        }
+        let hash = hash_of(&vertices, &triangles);
+        Ok(Self { name, vertices, triangles, warnings, hash })
+    }
+}
+
+fn check(name: &str, vertices: &[Vec3], triangles: &[[u32; 3]]) -> Result<(), MeshError> {
+    let refuse = |reason| Err(MeshError::Unreadable { name: name.to_owned(), reason });
+    if let Some(bad) = vertices.iter().position(|v| !v.is_finite()) {
+        return refuse(format!("vertex {bad} is not finite"));
+    }
+    let in_range = |t: &[u32; 3]| t.iter().all(|&i| (i as usize) < vertices.len());
+    if let Some(bad) = triangles.iter().position(|t| !in_range(t)) {
+        return refuse(format!("triangle {bad} names a vertex beyond the {} read", vertices.len()));
+    }
+    Ok(())
+}
+
+fn has_area(vertices: &[Vec3], triangle: [u32; 3]) -> bool {
+    let [a, b, c] = corners(vertices, triangle);
+    (b - a).cross(c - a).length() > 0.0
+}
+
+fn hash_of(vertices: &[Vec3], triangles: &[[u32; 3]]) -> u64 {
+    let mut hasher = ContentHasher::default();
+    hasher.mesh(vertices, triangles);
+    hasher.finish()
 }
 
 /// Merges equal vertices and drops triangles that this leaves with two corners.

@@ -1,6 +1,8 @@
 //! Why the store refuses.
 
-/// Why something cannot be loaded, unloaded or asked for.
+use super::MOST_PINNED;
+
+/// Why something cannot be loaded, changed, unloaded or asked for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StoreError {
@@ -54,15 +56,51 @@ pub enum StoreError {
         /// What the label names.
         held: u64,
     },
-    /// The scene has another version than the request expects.
-    #[error("scene {label:?} has version {held}, the request is for version {wanted}; send it for the newest")]
+    /// A diff against a version that is not the newest.
+    #[error("scene {label:?} has version {held}, the diff is against version {wanted}; make it against the newest")]
     VersionConflict {
         /// The label.
         label: String,
-        /// What the request expects.
+        /// What the diff is made against.
+        wanted: u64,
+        /// The newest.
+        held: u64,
+    },
+    /// A version that is not kept, or never was.
+    #[error("scene {label:?} has no version {wanted} any more, or not yet; it has version {kept}; 0 is the newest")]
+    UnknownVersion {
+        /// The label.
+        label: String,
+        /// What is wanted.
         wanted: u64,
         /// What there is.
-        held: u64,
+        kept: String,
+    },
+    /// A version that is to be unpinned and is not pinned.
+    #[error("version {version} of scene {label:?} is not pinned; pinned: {pinned}")]
+    NotPinned {
+        /// The label.
+        label: String,
+        /// The version.
+        version: u64,
+        /// What is pinned.
+        pinned: String,
+    },
+    /// A scene that is to be unloaded and has pinned versions.
+    #[error("scene {label:?} has pinned versions: {pinned}; unpin them before it is unloaded")]
+    Pinned {
+        /// The label.
+        label: String,
+        /// What is pinned.
+        pinned: String,
+    },
+    /// As many versions are pinned as may be.
+    #[error("scene {label:?} has {MOST_PINNED} pinned versions, which is the most: {pinned}; unpin one")]
+    TooManyPinned {
+        /// The label.
+        label: String,
+        /// What is pinned.
+        pinned: String,
     },
 }
 

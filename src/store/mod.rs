@@ -7,13 +7,17 @@ mod error;
 mod prepared;
 #[cfg(test)]
 mod tests;
+mod versions;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 pub use error::StoreError;
 pub use prepared::PreparedModel;
+use versions::Retired;
+pub use versions::{LAST_VERSIONS, MOST_PINNED, SceneEntry};
 
+use crate::collision::CollisionModel;
 use crate::robot::RobotModel;
 use crate::scene::Scene;
 
@@ -23,8 +27,11 @@ pub struct ModelStore {
     id_of: fn(&str) -> u64,
     robots: BTreeMap<String, RobotEntry>,
     scenes: BTreeMap<String, SceneEntry>,
+    retired: Retired,
     labels: HashMap<u64, String>,
     models: HashMap<(u64, u64), Arc<PreparedModel>>,
+    /// Robots with nothing around them, by hash, as far as somebody has made their solids.
+    alone: HashMap<u64, Arc<CollisionModel>>,
 }
 
 /// A loaded robot.
@@ -38,17 +45,6 @@ pub struct RobotEntry {
     pub weights: Arc<[f64]>,
 }
 
-/// A loaded scene.
-#[derive(Clone, Debug)]
-pub struct SceneEntry {
-    /// Id of its label.
-    pub id: u64,
-    /// Counts the contents that its label had, from 1.
-    pub version: u64,
-    /// The scene.
-    pub scene: Arc<Scene>,
-}
-
 /// What a request wants to be computed with; a hash or version of 0 takes what the label names now.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Wanted {
@@ -60,7 +56,7 @@ pub struct Wanted {
     pub scene_id: u64,
     /// Content of the scene.
     pub scene_hash: u64,
-    /// Version of the scene.
+    /// Version of the scene, of those that are kept.
     pub scene_version: u64,
 }
 
@@ -96,7 +92,13 @@ impl ModelStore {
     /// An empty store whose labels have these ids.
     pub fn new(id_of: fn(&str) -> u64) -> Self {
         let (robots, scenes) = (BTreeMap::new(), BTreeMap::new());
-        Self { id_of, robots, scenes, labels: HashMap::new(), models: HashMap::new() }
+        let (retired, labels) = (Retired::default(), HashMap::new());
+        Self { id_of, robots, scenes, retired, labels, models: HashMap::new(), alone: HashMap::new() }
+    }
+
+    /// Takes the model of a loaded robot with nothing around it; models with scenes then take its solids over.
+    pub fn take_alone(&mut self, model: Arc<CollisionModel>) {
+        self.alone.insert(model.robot().hash(), model);
     }
 
     /// Takes a robot under a label.
@@ -123,21 +125,78 @@ impl ModelStore {
         Ok(change)
     }
 
-    /// Takes a scene under a label; replacing other content counts the version up.
+    /// Takes a scene under a label; replacing other content makes the next version. The
+    /// versions before it stay for a while: the last [`LAST_VERSIONS`], and those that are pinned.
     ///
     /// # Errors
     /// As [`Self::insert_robot`].
     pub fn insert_scene(&mut self, label: &str, scene: Arc<Scene>, replace: bool) -> Result<Change, StoreError> {
         let id = self.take_id(label)?;
-        let (change, version) = match self.scenes.get(label) {
-            None => (Change::Created, 1),
+        let change = match self.scenes.get_mut(label) {
+            None => {
+                let version = self.retired.first_version(id);
+                self.scenes.insert(label.to_owned(), SceneEntry::new(id, version, scene));
+                Change::Created
+            }
             Some(entry) if entry.scene.hash() == scene.hash() => return Ok(Change::Unchanged),
-            Some(entry) if replace => (Change::Replaced, entry.version + 1),
+            Some(entry) if replace => {
+                let before = entry.scene.hash();
+                entry.push(scene.clone());
+                self.follow(before, &scene);
+                Change::Replaced
+            }
             Some(entry) => return Err(StoreError::taken("scene", label, entry.scene.hash(), scene.hash())),
         };
-        self.scenes.insert(label.to_owned(), SceneEntry { id, version, scene });
         self.drop_unused();
         Ok(change)
+    }
+
+    /// Takes a scene that an earlier store had under a label, at the version that it had there.
+    ///
+    /// # Errors
+    /// [`StoreError::LabelTaken`] if the label names other content; [`StoreError::SameId`] if another label has the same
+    /// id.
+    pub fn restore_scene(&mut self, label: &str, scene: Arc<Scene>, version: u64) -> Result<(), StoreError> {
+        let id = self.take_id(label)?;
+        if let Some(entry) = self.scenes.get(label).filter(|entry| entry.scene.hash() != scene.hash()) {
+            return Err(StoreError::taken("scene", label, entry.scene.hash(), scene.hash()));
+        }
+        self.scenes.insert(label.to_owned(), SceneEntry::new(id, version.max(1), scene));
+        Ok(())
+    }
+
+    /// The newest version of a scene, for a change to it; that has to be `base_version` unless this is 0.
+    ///
+    /// # Errors
+    /// [`StoreError::UnknownScene`]; [`StoreError::VersionConflict`] if the newest is another version.
+    pub fn base_scene(&self, label: &str, base_version: u64) -> Result<&Arc<Scene>, StoreError> {
+        let entry = self.scene(label)?;
+        if base_version != 0 && base_version != entry.version {
+            let (label, held) = (label.to_owned(), entry.version);
+            return Err(StoreError::VersionConflict { label, wanted: base_version, held });
+        }
+        Ok(&entry.scene)
+    }
+
+    /// Keeps a version of a scene, 0 being the newest, until it is unpinned. As long as there is one, the scene
+    /// cannot be unloaded.
+    ///
+    /// # Errors
+    /// [`StoreError::UnknownScene`]; [`StoreError::UnknownVersion`] if the version is not kept any more;
+    /// [`StoreError::TooManyPinned`].
+    pub fn pin_scene(&mut self, label: &str, version: u64) -> Result<&SceneEntry, StoreError> {
+        self.entry_mut(label)?.pin(label, version)?;
+        self.scene(label)
+    }
+
+    /// Lets a pinned version go; one that is older than the last [`LAST_VERSIONS`] is gone at once.
+    ///
+    /// # Errors
+    /// [`StoreError::UnknownScene`]; [`StoreError::NotPinned`].
+    pub fn unpin_scene(&mut self, label: &str, version: u64) -> Result<&SceneEntry, StoreError> {
+        self.entry_mut(label)?.unpin(label, version)?;
+        self.drop_unused();
+        self.scene(label)
     }
 
     /// Forgets a robot; snapshots keep theirs.
@@ -150,12 +209,15 @@ impl ModelStore {
         Ok(removed)
     }
 
-    /// Forgets a scene; snapshots keep theirs.
+    /// Forgets a scene with all its versions; snapshots keep theirs. Its label goes on counting if it is loaded
+    /// again.
     ///
     /// # Errors
-    /// [`StoreError::UnknownScene`].
+    /// [`StoreError::UnknownScene`]; [`StoreError::Pinned`] while a version is pinned.
     pub fn remove_scene(&mut self, label: &str) -> Result<SceneEntry, StoreError> {
+        self.scene(label)?.check_unpinned(label)?;
         let removed = self.scenes.remove(label).ok_or_else(|| self.unknown_scene(format!("{label:?}")))?;
+        self.retired.retire(removed.id, removed.version);
         self.drop_unused();
         Ok(removed)
     }
@@ -178,6 +240,28 @@ impl ModelStore {
         self.robots.get(label).ok_or_else(|| self.unknown_robot(format!("{label:?}")))
     }
 
+    /// A scene by label.
+    ///
+    /// # Errors
+    /// [`StoreError::UnknownScene`].
+    pub fn scene(&self, label: &str) -> Result<&SceneEntry, StoreError> {
+        self.scenes.get(label).ok_or_else(|| self.unknown_scene(format!("{label:?}")))
+    }
+
+    /// A version of a scene that is kept; 0 is the newest.
+    ///
+    /// # Errors
+    /// [`StoreError::UnknownScene`]; [`StoreError::UnknownVersion`].
+    pub fn scene_at(&self, label: &str, version: u64) -> Result<&Arc<Scene>, StoreError> {
+        let entry = self.scene(label)?;
+        entry.at(version).ok_or_else(|| entry.unknown(label, version))
+    }
+
+    /// The label with this id.
+    pub fn label(&self, id: u64) -> Option<&str> {
+        self.labels.get(&id).map(String::as_str)
+    }
+
     /// Newest version of the scene whose label has this id.
     pub fn scene_version(&self, id: u64) -> Option<u64> {
         Some(self.scenes.get(self.labels.get(&id)?)?.version)
@@ -186,29 +270,49 @@ impl ModelStore {
     /// What a request is computed with. Cheap: the collision model is made by whoever asks it first.
     ///
     /// # Errors
-    /// [`StoreError::UnknownRobot`], [`StoreError::UnknownScene`], or [`StoreError::VersionConflict`] where the
-    /// label names other content, or another version, than is wanted.
+    /// [`StoreError::UnknownRobot`], [`StoreError::UnknownScene`], [`StoreError::HashConflict`] where a label names
+    /// other content than is wanted, [`StoreError::UnknownVersion`] where that version is not kept.
     pub fn snapshot(&mut self, wanted: &Wanted) -> Result<Snapshot, StoreError> {
         let label = self.labels.get(&wanted.robot_id);
         let Some((robot_label, robot)) = label.and_then(|label| self.robots.get_key_value(label)) else {
             return Err(self.unknown_robot(format!("of id {:016x}", wanted.robot_id)));
         };
         let label = self.labels.get(&wanted.scene_id);
-        let Some((scene_label, scene)) = label.and_then(|label| self.scenes.get_key_value(label)) else {
+        let Some((scene_label, entry)) = label.and_then(|label| self.scenes.get_key_value(label)) else {
             return Err(self.unknown_scene(format!("of id {:016x}", wanted.scene_id)));
         };
         check_hash("robot", robot_label, wanted.robot_hash, robot.robot.hash())?;
-        check_hash("scene", scene_label, wanted.scene_hash, scene.scene.hash())?;
-        if wanted.scene_version != 0 && wanted.scene_version != scene.version {
-            let (label, wanted, held) = (scene_label.clone(), wanted.scene_version, scene.version);
-            return Err(StoreError::VersionConflict { label, wanted, held });
-        }
-        let key = (robot.robot.hash(), scene.scene.hash());
-        let new = || Arc::new(PreparedModel::new(robot.robot.clone(), scene.scene.clone()));
+        let scene_version = if wanted.scene_version == 0 { entry.version } else { wanted.scene_version };
+        let scene = entry.at(scene_version).ok_or_else(|| entry.unknown(scene_label, scene_version))?;
+        check_hash("scene", scene_label, wanted.scene_hash, scene.hash())?;
+        let key = (robot.robot.hash(), scene.hash());
+        let new = || {
+            Arc::new(match self.alone.get(&key.0) {
+                Some(alone) => PreparedModel::of(alone.clone(), scene.clone()),
+                None => PreparedModel::new(robot.robot.clone(), scene.clone()),
+            })
+        };
         let model = self.models.entry(key).or_insert_with(new).clone();
-        let (scene_hash, scene_version) = (key.1, scene.version);
+        let scene_hash = key.1;
         let (weights, scene_id) = (robot.weights.clone(), wanted.scene_id);
         Ok(Snapshot { robot: robot.robot.clone(), weights, model, scene_id, scene_hash, scene_version })
+    }
+
+    /// The next version's models will be made from those of the version before.
+    fn follow(&mut self, before: u64, scene: &Arc<Scene>) {
+        let of_before = self.models.iter().filter(|((_, hash), _)| *hash == before);
+        let after =
+            of_before.map(|((robot, _), model)| ((*robot, scene.hash()), PreparedModel::after(model, scene.clone())));
+        for (key, model) in after.collect::<Vec<_>>() {
+            self.models.entry(key).or_insert_with(|| Arc::new(model));
+        }
+    }
+
+    fn entry_mut(&mut self, label: &str) -> Result<&mut SceneEntry, StoreError> {
+        if !self.scenes.contains_key(label) {
+            return Err(self.unknown_scene(format!("{label:?}")));
+        }
+        Ok(self.scenes.get_mut(label).expect("it is there"))
     }
 
     fn take_id(&mut self, label: &str) -> Result<u64, StoreError> {
@@ -223,10 +327,12 @@ impl ModelStore {
         }
     }
 
-    /// Forgets collision models and ids of what is no longer loaded.
+    /// Forgets collision models and ids of what is no longer loaded. An old version that a request names gets its
+    /// model anew; one that is pinned keeps it.
     fn drop_unused(&mut self) {
         let robots: Vec<u64> = self.robots.values().map(|entry| entry.robot.hash()).collect();
-        let scenes: Vec<u64> = self.scenes.values().map(|entry| entry.scene.hash()).collect();
+        let scenes: HashSet<u64> = self.scenes.values().flat_map(SceneEntry::warm).collect();
+        self.alone.retain(|robot, _| robots.contains(robot));
         self.models.retain(|(robot, scene), _| robots.contains(robot) && scenes.contains(scene));
         let (robots, scenes) = (&self.robots, &self.scenes);
         self.labels.retain(|_, label| robots.contains_key(label) || scenes.contains_key(label));

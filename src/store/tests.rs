@@ -73,3 +73,107 @@ fn what_is_not_there_or_not_the_same_is_refused() {
     assert!(store.snapshot(&Wanted { scene_version: 1, ..wanted() }).is_ok());
     assert!(matches!(store.remove_scene("none"), Err(StoreError::UnknownScene { .. })));
 }
+
+/// The cell with one object after another, one version each.
+fn store_of_versions(count: u64) -> ModelStore {
+    let mut store = store();
+    for version in 2..=count {
+        let next = scene(&format!("object {version}"));
+        assert_eq!(store.insert_scene("cell", next, true), Ok(Change::Replaced));
+    }
+    store
+}
+
+#[test]
+fn the_last_versions_are_kept_and_older_ones_only_while_they_are_pinned() {
+    let last = LAST_VERSIONS as u64;
+    let mut store = store_of_versions(2);
+    store.pin_scene("cell", 1).unwrap();
+    for version in 3..=last + 5 {
+        store.insert_scene("cell", scene(&format!("object {version}")), true).unwrap();
+    }
+    let entry = store.scene("cell").unwrap();
+    assert_eq!((entry.version, entry.kept_from()), (last + 5, 5));
+    assert_eq!(entry.pinned().iter().copied().collect::<Vec<_>>(), [1]);
+    let named = |store: &mut ModelStore, version| store.snapshot(&Wanted { scene_version: version, ..wanted() });
+    for (version, object) in [(1, "table".to_owned()), (5, "object 5".to_owned()), (0, format!("object {}", last + 5))]
+    {
+        let snapshot = named(&mut store, version).unwrap();
+        assert_eq!(snapshot.scene_hash, scene(&object).hash(), "version {version}");
+        assert_eq!(store.scene_at("cell", version).unwrap().hash(), scene(&object).hash());
+    }
+    let error = named(&mut store, 2).unwrap_err();
+    let kept = format!("1, 5 to {}", last + 5);
+    assert!(
+        matches!(&error, StoreError::UnknownVersion { wanted: 2, .. }) && error.to_string().contains(&kept),
+        "{error}"
+    );
+    // The hash that a request names is that of the version it names.
+    let both = Wanted { scene_version: 5, scene_hash: scene("table").hash(), ..wanted() };
+    assert!(matches!(store.snapshot(&both), Err(StoreError::HashConflict { .. })));
+
+    assert!(matches!(store.remove_scene("cell"), Err(StoreError::Pinned { .. })));
+    assert!(matches!(store.unpin_scene("cell", 5), Err(StoreError::NotPinned { version: 5, .. })));
+    store.unpin_scene("cell", 1).unwrap();
+    assert!(named(&mut store, 1).is_err(), "older than the last ones and no longer pinned");
+    assert!(matches!(store.pin_scene("cell", 1), Err(StoreError::UnknownVersion { .. })));
+    assert!(store.remove_scene("cell").is_ok());
+}
+
+#[test]
+fn pins_are_bounded() {
+    let mut store = store_of_versions(LAST_VERSIONS as u64 + 1);
+    for version in 2..2 + MOST_PINNED as u64 {
+        store.pin_scene("cell", version).unwrap();
+    }
+    assert!(store.pin_scene("cell", 2).is_ok(), "it is pinned already");
+    assert!(matches!(store.pin_scene("cell", 1), Err(StoreError::TooManyPinned { .. })));
+}
+
+#[test]
+fn models_are_kept_of_the_newest_and_the_pinned_versions_only() {
+    let mut store = store();
+    store.pin_scene("cell", 1).unwrap();
+    for version in 2..20 {
+        store.snapshot(&wanted()).unwrap();
+        store.insert_scene("cell", scene(&format!("object {version}")), true).unwrap();
+    }
+    store.snapshot(&wanted()).unwrap();
+    assert_eq!(store.models.len(), 2);
+}
+
+#[test]
+fn a_label_never_names_two_contents_by_one_version() {
+    let mut store = store_of_versions(3);
+    store.remove_scene("cell").unwrap();
+    store.insert_scene("cell", scene("other"), false).unwrap();
+    assert_eq!(store.scene("cell").unwrap().version, 4);
+    // However many labels come and go.
+    store.remove_scene("cell").unwrap();
+    for number in 0..3000 {
+        let label = format!("label {}", char::from_u32(0x1_0000 + number).unwrap());
+        store.insert_scene(&label, scene("other"), false).unwrap();
+        store.remove_scene(&label).unwrap();
+    }
+    store.insert_scene("cell", scene("other"), false).unwrap();
+    assert!(store.scene("cell").unwrap().version > 4);
+}
+
+#[test]
+fn a_diff_has_to_be_against_the_newest_version() {
+    let store = store_of_versions(3);
+    assert_eq!(store.base_scene("cell", 0).unwrap().hash(), store.base_scene("cell", 3).unwrap().hash());
+    let error = store.base_scene("cell", 2).unwrap_err();
+    assert!(matches!(error, StoreError::VersionConflict { wanted: 2, held: 3, .. }), "{error}");
+    assert!(error.to_string().contains("version 3") && error.to_string().contains("version 2"), "{error}");
+}
+
+#[test]
+fn a_restored_scene_goes_on_counting_where_it_was() {
+    let mut store = store();
+    store.restore_scene("old", scene("a"), 7).unwrap();
+    assert!(matches!(store.restore_scene("old", scene("b"), 9), Err(StoreError::LabelTaken { .. })));
+    store.insert_scene("old", scene("b"), true).unwrap();
+    let entry = store.scene("old").unwrap();
+    assert_eq!((entry.version, entry.kept_from()), (8, 7));
+}

@@ -55,12 +55,24 @@ impl Place {
         }
         let config = self.file("daemon.toml", &text);
         let mut command = self.command(&["serve", "--config", &config]);
-        let daemon = Daemon(command.stdout(Stdio::null()).spawn().unwrap());
+        let out = fs::File::create(self.folder.path().join("daemon.out")).unwrap();
+        let daemon = Daemon(command.stdout(out).spawn().unwrap());
         until(
             "daemon is up",
             || matches!(taut_ipc::daemon_state(&self.instance), Ok(DaemonState::Running { pid, .. }) if pid == daemon.0.id()),
         );
         daemon
+    }
+
+    /// What the daemon said at its start on the line that begins like this.
+    pub fn said(&self, beginning: &str) -> String {
+        let mut rest = None;
+        until(beginning, || {
+            let text = fs::read_to_string(self.folder.path().join("daemon.out")).unwrap();
+            rest = text.lines().find_map(|line| line.strip_prefix(beginning)).map(str::to_owned);
+            rest.is_some()
+        });
+        rest.unwrap()
     }
 
     pub fn command(&self, arguments: &[&str]) -> Command {
@@ -228,8 +240,14 @@ impl Models {
     }
 }
 
-/// Work without an end: it stays at its first improvement.
+/// Work without an end that makes room for nobody: it stays at its first improvement, and others are of a lower class.
 pub fn endless(header: &mut RequestHeader) {
+    patient(header);
+    header.priority = 1;
+}
+
+/// Work without an end that makes room for others.
+pub fn patient(header: &mut RequestHeader) {
     (header.mode, header.seed) = (Mode::RandomShortcut.into(), HANG_SEED);
 }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// A request being put together; holds no shared memory yet.
 #[derive(Debug)]
 pub struct RequestBuilder<'a> {
-    link: Arc<Link>,
+    pub(super) link: Arc<Link>,
     /// What is asked for. Version, lengths, sections, path size and listener are filled in when it is sent; a
     /// request id of 0 gets a new one.
     pub header: RequestHeader,
@@ -33,7 +33,7 @@ impl<'a> RequestBuilder<'a> {
     ///
     /// # Errors
     /// [`WireError::PathSize`] over the limits, [`ClientError::NoMemory`],
-    /// [`ClientError::TooManyRequests`] if two are in flight.
+    /// [`ClientError::TooManyRequests`] if as many as a client may have are in flight.
     pub fn loan(mut self) -> Result<LoanedRequest, ClientError> {
         let numbers = path_numbers(self.header.waypoints, self.header.variables)?;
         let bytes = self.body.lay_out(&mut self.header, numbers);

@@ -190,14 +190,15 @@ impl IncomingControl {
         self.active.origin().value()
     }
 
-    /// Answers and wakes the client.
+    /// Answers and wakes the client. A reply that is too large becomes a refusal.
     ///
     /// # Errors
-    /// [`SendError`] if the reply is too large or shared memory is full.
+    /// [`SendError`] if shared memory is full.
     pub fn reply(self, reply: &ControlReply) -> Result<(), SendError> {
-        let bytes = encode(reply)?;
+        let mut bytes = encode(reply)?;
         if bytes.len() > CONTROL_REPLY_MAX {
-            return Err(ControlError::TooLarge.into());
+            let text = format!("the reply has {} bytes, and at most {CONTROL_REPLY_MAX} fit", bytes.len());
+            bytes = encode(&ControlReply::Refused(Refusal::new(Code::ResourceExhausted, text)))?;
         }
         self.shared.check_room(bytes.len())?;
         let loan = self.active.loan_slice_uninit(bytes.len());

@@ -52,6 +52,7 @@ macro_rules! codes {
 codes! {
     Success = 1, "SUCCESS", exit 0, false, "proved, shorter or not";
     InvalidMotionPlan = -2, "INVALID_MOTION_PLAN", exit 1, false, "the input path collides between its ends; never repaired";
+    InvalidatedByEnvironmentChange = -3, "MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE", exit 1, false, "a watched path that was proved is no longer proved after a change of its scene";
     TimedOut = -6, "TIMED_OUT", exit 2, false, "the deadline passed before the input was proved";
     Preempted = -7, "PREEMPTED", exit 3, false, "cancelled by the client";
     StartStateInCollision = -10, "START_STATE_IN_COLLISION", exit 1, false, "the first waypoint collides";

@@ -104,7 +104,8 @@ fn number_tables(text: &mut String) {
     table!("Scene event kinds", SceneEventKind);
     text.push_str(
         "\n## Request flags\n\nbit 0 strict (never lower a floor), bit 1 unwrapped (continuous columns are real numbers), \
-         bit 2 without contacts (active contacts are not looked for).\n\
+         bit 2 without contacts (active contacts are not looked for), bit 3 watch (mode check without a deadline only: the \
+         verdict comes with status progress, and again whenever a change of the scene turns it; the scene's end is final).\n\
          \n## Response flags\n\nbit 0 proved, bit 1 superseded (the scene has a newer version).\n",
     );
 }

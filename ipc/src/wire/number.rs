@@ -50,7 +50,7 @@ number! {
 number! {
     /// Whether more responses follow.
     Status, "status" {
-        Progress = 0, "an improvement; more follow";
+        Progress = 0, "an improvement, or the verdict of a watch; more follow";
         Final = 1, "the last response of the request";
     }
 }
@@ -97,7 +97,7 @@ number! {
         Created = 0, "the scene is new";
         Changed = 1, "the scene has a new version";
         Deleted = 2, "the scene is gone";
-        PathUnsafe = 3, "a subscribed path is no longer proved";
+        PathUnsafe = 3, "a watched path is no longer proved";
     }
 }
 
@@ -111,8 +111,11 @@ impl RequestFlags {
     pub const UNWRAPPED: u32 = 1 << 1;
     /// Do not look for active contacts: an answer that only needs its proof comes sooner.
     pub const WITHOUT_CONTACTS: u32 = 1 << 2;
+    /// Mode check only: do not end with the verdict, but check again after every change of the scene until the client
+    /// drops the request.
+    pub const WATCH: u32 = 1 << 3;
     /// All flags that exist.
-    pub const ALL: u32 = Self::STRICT | Self::UNWRAPPED | Self::WITHOUT_CONTACTS;
+    pub const ALL: u32 = Self::STRICT | Self::UNWRAPPED | Self::WITHOUT_CONTACTS | Self::WATCH;
 
     /// Checks that only known flags are set.
     ///

@@ -67,7 +67,7 @@ wire_type! {
         16 scene_id: u64, "id of the scene's label";
         24 scene_hash: u64, "hash of its new content";
         32 scene_version: u64, "its new version";
-        40 subscription: u64, "the path subscription that became unsafe, else 0";
+        40 subscription: u64, "request id of the watch whose path became unsafe, else 0";
         48 segment: u32, "first segment of that path that is no longer proved";
         52 reserved: u32, "0";
     }

@@ -1,11 +1,13 @@
 //! Balls that together enclose a body: what the filter sees of it.
 
+use serde::{Deserialize, Serialize};
+
 use crate::collision::piece::{Core, Piece};
 use crate::collision::tree::{BallTree, Content};
 use crate::math::Vec3;
 
 /// A ball that encloses a part of a body.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ball {
     /// Centre (m).
     pub center: Vec3,

@@ -2,7 +2,10 @@
 //! around the obstacles. It may prove that two bodies keep apart, never that they touch.
 
 pub mod cover;
+pub mod object_tree;
 pub mod objects;
+
+use std::sync::Arc;
 
 use super::body::{Body, MotionKind};
 use super::pairs::BodyPair;
@@ -10,7 +13,8 @@ use super::piece::Core;
 use crate::robot::lane_kinematics::Skeleton;
 use crate::robot::{Drive, JointKind, RobotModel};
 use cover::Ball;
-pub use objects::{FilterObject, Hull, HullCore, ObjectNode, SolidHulls};
+pub use object_tree::ObjectNode;
+pub use objects::{FilterObject, Hull, HullCore, SolidHulls};
 
 /// Obstacles that stay farther than this (m) from a body in every configuration are not looked at for
 /// clearances below it.
@@ -78,25 +82,27 @@ pub struct FilterPair {
 #[derive(Clone, Debug)]
 pub struct Filter {
     /// Frames of the robot.
-    pub skeleton: Skeleton,
+    pub skeleton: Arc<Skeleton>,
     /// The robot's bodies.
-    pub bodies: Vec<FilterBody>,
+    pub bodies: Arc<[FilterBody]>,
     /// The obstacles.
     pub objects: Vec<FilterObject>,
     /// All pairs.
-    pub pairs: Vec<FilterPair>,
+    pub pairs: Arc<[FilterPair]>,
     /// For each body, the obstacles that it can come near.
-    pub near: Vec<Vec<ObjectNode>>,
+    pub near: Vec<Arc<Vec<ObjectNode>>>,
     /// For each body, the obstacles that it is always farther from than [`REMOTE_M`].
-    pub remote: Vec<Vec<ObjectNode>>,
+    pub remote: Vec<Arc<Vec<ObjectNode>>>,
     /// Columns of translations and their ranges (m), outside of which what was taken for remote may not be.
-    pub confines: Vec<(usize, std::ops::RangeInclusive<f64>)>,
+    pub confines: Arc<[(usize, std::ops::RangeInclusive<f64>)]>,
     /// Pairs of two bodies of the robot.
-    pub own: Vec<u32>,
+    pub own: Arc<[u32]>,
     /// Rounding of half displacements, relative to their plain bound.
     pub blur: f32,
     /// Length that joint-space motion is measured by: how far the robot reaches (m).
     pub reach: f64,
+    /// For each body, a ball that it never leaves.
+    stays: Arc<[Option<Ball>]>,
 }
 
 impl Filter {
@@ -104,50 +110,96 @@ impl Filter {
     pub fn new(robot: &RobotModel, bodies: &[Body], robot_bodies: usize, pairs: &[BodyPair]) -> Self {
         let skeleton = Skeleton::new(robot, |joint| super::body::rest_value(robot, joint));
         let objects = bodies[robot_bodies..].iter();
-        let objects: Vec<_> = objects.map(|body| FilterObject::new(&body.solid.hulls, &body.place)).collect();
+        let objects = objects.map(|body| FilterObject::new(&body.solid.hulls, &body.place)).collect();
         let of_body = |body: &Body| body.chain.iter().map(|motion| motion.reach).fold(body.ball().radius, f64::max);
         let reach = bodies[..robot_bodies].iter().map(of_body).fold(1e-3, f64::max);
-        let (mut near, mut remote) = (vec![Vec::new(); robot_bodies], vec![Vec::new(); robot_bodies]);
-        let stays: Vec<_> = bodies[..robot_bodies].iter().map(|body| confinement(robot, body)).collect();
-        let (mut own, mut filter_pairs) = (Vec::new(), Vec::new());
-        for (index, pair) in pairs.iter().enumerate() {
-            let index = index as u32;
-            let partner = match pair.b.checked_sub(robot_bodies) {
-                Some(object) => {
-                    let is_remote = stays[pair.a]
-                        .is_some_and(|Ball { center, radius }| objects[object].distance(center) > radius + REMOTE_M);
-                    let list = if is_remote { &mut remote } else { &mut near };
-                    list[pair.a].push((index, object as u32));
-                    Partner::Object(object)
-                }
-                None => {
-                    own.push(index);
-                    let below = |body: usize| {
-                        let is_below = |link| pair.ancestor.is_none_or(|ancestor| link > ancestor);
-                        let mut joints: Vec<_> = bodies[body].chain.iter().map(|motion| motion.joint).collect();
-                        joints.dedup();
-                        joints.into_iter().filter(|&joint| is_below(joint)).count()
-                    };
-                    Partner::Body { body: pair.b, hops: [below(pair.a), below(pair.b)] }
-                }
-            };
-            filter_pairs.push(FilterPair { body: pair.a, partner });
-        }
-        let trees = |lists: Vec<Vec<(u32, u32)>>| {
-            lists.into_iter().map(|mut list| objects::tree(&mut list, &objects)).collect::<Vec<_>>()
-        };
-        let (near, remote) = (trees(near), trees(remote));
+        let pair = |pair: &BodyPair| FilterPair { body: pair.a, partner: partner(bodies, robot_bodies, pair) };
+        let is_own = |&index: &u32| pairs[index as usize].b < robot_bodies;
         let confines = robot.joints().iter().filter_map(|joint| match (joint.kind, joint.drive) {
             (JointKind::Prismatic, Drive::Variable { q, .. }) => {
                 Some((q, robot.variables()[q].lower..=robot.variables()[q].upper))
             }
             _ => None,
         });
-        let confines = confines.collect();
-        let filter_bodies = bodies[..robot_bodies].iter().map(|body| FilterBody::new(body, &skeleton)).collect();
-        let blur = 2.0 * skeleton.relative_rounding() as f32;
-        Self { skeleton, blur, bodies: filter_bodies, objects, pairs: filter_pairs, near, remote, confines, own, reach }
+        let mut filter = Self {
+            blur: 2.0 * skeleton.relative_rounding() as f32,
+            bodies: bodies[..robot_bodies].iter().map(|body| FilterBody::new(body, &skeleton)).collect(),
+            skeleton: Arc::new(skeleton),
+            objects,
+            pairs: pairs.iter().map(pair).collect(),
+            near: vec![Arc::default(); robot_bodies],
+            remote: vec![Arc::default(); robot_bodies],
+            confines: confines.collect(),
+            own: (0..pairs.len() as u32).filter(is_own).collect(),
+            reach,
+            stays: bodies[..robot_bodies].iter().map(|body| confinement(robot, body)).collect(),
+        };
+        filter.plant(&vec![[true; 2]; robot_bodies]);
+        filter
     }
+
+    /// The filter of the same bodies, some of which, obstacles, stand elsewhere.
+    pub fn with_moved(&self, bodies: &[Body], moved: impl Iterator<Item = usize>) -> Self {
+        let mut filter = self.clone();
+        let mut has_moved = vec![false; filter.objects.len()];
+        for body in moved {
+            let object = body - filter.bodies.len();
+            filter.objects[object] = FilterObject::new(&bodies[body].solid.hulls, &bodies[body].place);
+            has_moved[object] = true;
+        }
+        let mut stale = vec![[false; 2]; filter.bodies.len()];
+        for pair in &*filter.pairs {
+            match pair.partner {
+                Partner::Object(object) if has_moved[object] => {
+                    let sides = [self, &filter].map(|filter| filter.is_remote(pair.body, object));
+                    sides.into_iter().for_each(|side| stale[pair.body][usize::from(side)] = true);
+                }
+                _ => {}
+            }
+        }
+        filter.plant(&stale);
+        filter
+    }
+
+    /// Whether an obstacle is always farther from a body than [`REMOTE_M`].
+    fn is_remote(&self, body: usize, object: usize) -> bool {
+        let is_far = |Ball { center, radius }| self.objects[object].distance(center) > radius + REMOTE_M;
+        self.stays[body].is_some_and(is_far)
+    }
+
+    /// Makes trees over the obstacles: for each body, that of those which it can come near, and of the others.
+    fn plant(&mut self, stale: &[[bool; 2]]) {
+        let mut leaves = vec![[Vec::new(), Vec::new()]; stale.len()];
+        for (index, pair) in self.pairs.iter().enumerate() {
+            if let Partner::Object(object) = pair.partner
+                && stale[pair.body] != [false; 2]
+            {
+                let side = usize::from(self.is_remote(pair.body, object));
+                leaves[pair.body][side].push((index as u32, object as u32));
+            }
+        }
+        for (body, leaves) in leaves.iter().enumerate() {
+            for (side, trees) in [&mut self.near, &mut self.remote].into_iter().enumerate() {
+                if stale[body][side] {
+                    trees[body] = Arc::new(object_tree::tree(&leaves[side], &self.objects));
+                }
+            }
+        }
+    }
+}
+
+/// Whom the first body of a pair is checked against.
+fn partner(bodies: &[Body], robot_bodies: usize, pair: &BodyPair) -> Partner {
+    if let Some(object) = pair.b.checked_sub(robot_bodies) {
+        return Partner::Object(object);
+    }
+    let below = |body: usize| {
+        let is_below = |link| pair.ancestor.is_none_or(|ancestor| link > ancestor);
+        let mut joints: Vec<_> = bodies[body].chain.iter().map(|motion| motion.joint).collect();
+        joints.dedup();
+        joints.into_iter().filter(|&joint| is_below(joint)).count()
+    };
+    Partner::Body { body: pair.b, hops: [below(pair.a), below(pair.b)] }
 }
 
 impl Filter {

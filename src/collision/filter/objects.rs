@@ -1,4 +1,6 @@
-//! Obstacles as the filter sees them: boxes and cylinders swept by a ball, and trees over many of them.
+//! Obstacles as the filter sees them: boxes and cylinders swept by a ball.
+
+use serde::{Deserialize, Serialize};
 
 use crate::collision::piece::{Core, Piece, Transform};
 use crate::math::{Mat3, Vec3};
@@ -39,30 +41,19 @@ pub struct FilterObject {
     pub boxes: Vec<Hull>,
     /// Corners of the hull's bounding box in the world (m).
     pub(super) bounds: [Vec3; 2],
+    /// Twice the middle of these, by which trees are sorted (m).
+    pub(super) middle: [f64; 3],
     /// The object is what encloses it.
     pub is_exact: bool,
 }
 
-/// A node of a tree over obstacles, in preorder.
-#[derive(Clone, Copy, Debug)]
-pub struct ObjectNode {
-    /// Encloses all below.
-    pub hull: Hull,
-    /// Where to go on when nothing below is near.
-    pub skip: u32,
-    /// The pair and the object that a leaf stands for.
-    pub leaf: Option<(u32, u32)>,
-}
-
 /// Boxes over a mesh, each around neighbouring triangles.
 const MESH_BOXES: usize = 16;
-/// Leaves below a node of a tree.
-const BUNCH: usize = 6;
 /// Relative, far above what f32 loses in a box's own numbers.
 const ROUNDING: f64 = 4e-7;
 
 /// A hull in f64.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Exact {
     center: Vec3,
     axes: Mat3,
@@ -143,7 +134,7 @@ impl Exact {
 }
 
 /// Hulls of a solid in its own frame, made once however often it is moved.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SolidHulls {
     whole: Exact,
     /// Hulls that enclose it together, where there is more than one piece.
@@ -186,7 +177,9 @@ impl FilterObject {
         let whole = hulls.whole.placed(place);
         let parts: Vec<_> = hulls.parts.iter().map(|part| part.placed(place)).collect();
         let bounds = if parts.is_empty() { whole.bounds() } else { bounds_of(parts.iter().copied()) };
-        Self { hull: whole.hull(), boxes: parts.iter().map(Exact::hull).collect(), bounds, is_exact: hulls.is_exact }
+        let middle = std::array::from_fn(|axis| bounds.map(|corner| corner[axis]).iter().sum());
+        let (hull, boxes) = (whole.hull(), parts.iter().map(Exact::hull).collect());
+        Self { hull, boxes, bounds, middle, is_exact: hulls.is_exact }
     }
 
     /// Distance from a point to the object's bounding box (m).
@@ -195,42 +188,13 @@ impl FilterObject {
     }
 }
 
+/// A box along the world's axes.
+pub(super) fn box_hull(bounds: [Vec3; 2]) -> Hull {
+    Exact::of_bounds(bounds, 0.0).hull()
+}
+
 fn bounds_of(hulls: impl Iterator<Item = Exact>) -> [Vec3; 2] {
     hulls
         .map(|hull| hull.bounds())
         .fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)])
-}
-
-/// A tree over `(pair, object)` leaves; a few leaves need none.
-pub fn tree(leaves: &mut [(u32, u32)], objects: &[FilterObject]) -> Vec<ObjectNode> {
-    let mut nodes = Vec::new();
-    grow(leaves, objects, &mut nodes, true);
-    nodes
-}
-
-fn grow(leaves: &mut [(u32, u32)], objects: &[FilterObject], nodes: &mut Vec<ObjectNode>, is_root: bool) {
-    let few = if is_root { 2 * BUNCH } else { BUNCH };
-    let bounds = leaves.iter().map(|leaf| objects[leaf.1 as usize].bounds);
-    let [low, high] =
-        bounds.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)]);
-    let own = nodes.len();
-    if !is_root {
-        nodes.push(ObjectNode { hull: Exact::of_bounds([low, high], 0.0).hull(), skip: 0, leaf: None });
-    }
-    if leaves.len() <= few {
-        for leaf in leaves {
-            let hull = objects[leaf.1 as usize].hull;
-            nodes.push(ObjectNode { hull, skip: nodes.len() as u32 + 1, leaf: Some(*leaf) });
-        }
-    } else {
-        let axis = (0..3).max_by(|&i, &j| (high - low)[i].total_cmp(&(high - low)[j])).unwrap_or(0);
-        let key = |leaf: &(u32, u32)| objects[leaf.1 as usize].bounds.map(|corner| corner[axis]).iter().sum::<f64>();
-        leaves.sort_by(|a, b| key(a).total_cmp(&key(b)));
-        let (near, far) = leaves.split_at_mut(leaves.len() / 2);
-        grow(near, objects, nodes, false);
-        grow(far, objects, nodes, false);
-    }
-    if !is_root {
-        nodes[own].skip = nodes.len() as u32;
-    }
 }

@@ -1,11 +1,14 @@
 //! Robots and scenes: what clients say about them, and what they are told.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use taut::collision::CollisionModelError;
 use taut::files::{FileError, RobotFiles, RootJoint};
 use taut::robot::{Component, JointKind, RobotModel, VirtualJoint};
-use taut::store::{RobotEntry, SceneEntry, StoreError};
+use taut::scene::diff_file::SceneDiff;
+use taut::scene::{Scene, SceneError};
+use taut::store::{ModelStore, RobotEntry, SceneEntry, StoreError};
 use taut_ipc::control::{
     self, GroupDescription, Refusal, RobotDescription, RobotSource, RobotSummary, SceneSummary, VariableDescription,
     VirtualJointKind,
@@ -140,6 +143,8 @@ pub(in crate::daemon) fn scene_summary(label: &str, entry: &SceneEntry) -> Scene
         version: entry.version,
         objects: (entry.scene.obstacles().len() + entry.scene.attached().len()) as u32,
         warnings: entry.scene.warnings().to_vec(),
+        kept_from: entry.kept_from(),
+        pinned: entry.pinned().iter().copied().collect(),
     }
 }
 
@@ -149,7 +154,62 @@ pub(in crate::daemon) fn store_refusal(error: &StoreError) -> Refusal {
         StoreError::LabelTaken { .. } | StoreError::SameId { .. } => Code::LabelTaken,
         StoreError::UnknownRobot { .. } => Code::UnknownRobot,
         StoreError::UnknownScene { .. } => Code::UnknownScene,
+        StoreError::TooManyPinned { .. } => Code::ResourceExhausted,
         _ => Code::VersionConflict,
+    };
+    Refusal::new(code, error.to_string())
+}
+
+/// The refusal of a diff that names a link which no loaded robot has, or what is neither such a link nor an object of
+/// the scene that the diff makes. Where no robot is loaded, nothing is known of links.
+///
+/// # Errors
+/// The refusal.
+pub(in crate::daemon) fn name_refusal(diff: &SceneDiff, scene: &Scene, store: &ModelStore) -> Result<(), Refusal> {
+    let robots = || store.robots().values().map(|entry| &entry.robot);
+    if store.robots().is_empty() {
+        return Ok(());
+    }
+    let is_link = |name: &str| robots().any(|robot| robot.link_index(name).is_some());
+    let is_object = |name: &str| scene.obstacles().get(name).is_some() || scene.attached().get(name).is_some();
+    let links = || {
+        let names: BTreeSet<&str> = robots().flat_map(|robot| robot.links()).map(|link| link.name.as_str()).collect();
+        listed(names.into_iter())
+    };
+    if let Some(name) = diff.links().find(|name| !is_link(name)) {
+        let text = format!("{name:?} is no link of a loaded robot; links: {}", links());
+        return Err(Refusal::new(Code::InvalidLinkName, text));
+    }
+    if let Some(name) = diff.names().find(|name| !is_link(name) && !is_object(name)) {
+        let objects = listed(scene.objects().map(|object| object.id.as_str()));
+        let text = format!("{name:?} is neither an object of the scene nor a link of a loaded robot");
+        return Err(Refusal::new(Code::InvalidObjectName, format!("{text}; objects: {objects}; links: {}", links())));
+    }
+    Ok(())
+}
+
+/// Names for a message, cut where there are many.
+fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    const MOST: usize = 20;
+    let names: Vec<&str> = names.collect();
+    match names.len() {
+        0 => "none".to_owned(),
+        1..=MOST => names.join(", "),
+        count => format!("{}, … ({count} in all)", names[..MOST].join(", ")),
+    }
+}
+
+/// The refusal of a change that a scene does not take.
+pub(in crate::daemon) fn scene_refusal(error: &SceneError) -> Refusal {
+    let code = match error {
+        SceneError::Duplicate(_)
+        | SceneError::UnknownObject { .. }
+        | SceneError::AlreadyAttached { .. }
+        | SceneError::NotAttached { .. }
+        | SceneError::NameTaken(_)
+        | SceneError::Carried { .. } => Code::InvalidObjectName,
+        SceneError::OtherLink { .. } => Code::InvalidLinkName,
+        _ => Code::InvalidModel,
     };
     Refusal::new(code, error.to_string())
 }

@@ -98,7 +98,7 @@ impl RakeScratch {
         self.bodies.clear();
         let unknown = PlacedBall { rake: 0, center: [ZERO; 3], velocity: [ZERO; 3], speed: ZERO };
         let (mut first, mut first_bend) = (0, 0);
-        for body in &filter.bodies {
+        for body in &*filter.bodies {
             self.bodies.push(PlacedBody { bent_rake: 0, first, first_bend, bend: ZERO, blur: ZERO });
             first += 1 + body.clusters.len() + body.balls.len();
             first_bend += body.hops.len();
@@ -236,7 +236,7 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
     #[inline(always)]
     fn near_bodies(&mut self, lanes: u8, near: &mut Vec<(u32, u8)>) {
         let filter = self.rake.filter;
-        for &pair in &filter.own {
+        for &pair in &*filter.own {
             let entry = &filter.pairs[pair as usize];
             let Partner::Body { body: b, .. } = entry.partner else { continue };
             let (root_a, root_b) = (self.root(entry.body), self.root(b));

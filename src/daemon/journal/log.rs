@@ -1,0 +1,232 @@
+//! The journal's file: records with checksums, one after the other; what is half written at its end was told to
+//! nobody.
+
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use super::record::Record;
+
+/// How the file starts; the number counts changes of its format.
+const START: &[u8] = b"taut journal 1\n";
+/// Bytes before each record: its length and its checksum.
+const HEADER: usize = 4 + 8;
+/// Most bytes of a record.
+const RECORD_MAX: usize = 256 * 1024 * 1024;
+/// A file of this many bytes is never written anew only to be smaller.
+const SMALL: u64 = 1024 * 1024;
+/// A file this many times as large as when it was written anew is written anew.
+const GROWTH: u64 = 4;
+
+/// Why a journal is not read.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum LogError {
+    /// The system.
+    #[error("{path}: {source}")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// Bytes that were not written like this.
+    #[error(
+        "{path} is damaged {place}; it may hold what was acknowledged, so nothing older is served: move it away, or use --no-state"
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where, and how.
+        place: String,
+    },
+}
+
+/// What a file holds.
+#[derive(Default)]
+pub(super) struct Contents {
+    /// Its records in order.
+    pub records: Vec<Record>,
+    /// Bytes of a record that was not finished; nobody was told of it.
+    pub torn: usize,
+}
+
+/// Reads a journal; one that is not there is empty.
+pub(super) fn read(path: &Path) -> Result<Contents, LogError> {
+    let mut bytes = Vec::new();
+    match File::open(path).and_then(|mut file| file.read_to_end(&mut bytes)) {
+        Ok(_) => parse(&bytes).map_err(|place| LogError::Damaged { path: path.to_owned(), place }),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Contents::default()),
+        Err(source) => Err(LogError::File { path: path.to_owned(), source }),
+    }
+}
+
+fn parse(bytes: &[u8]) -> Result<Contents, String> {
+    let Some(mut rest) = bytes.strip_prefix(START) else {
+        return Err("at its start: it is no journal of this release".to_owned());
+    };
+    let mut records = Vec::new();
+    while !rest.is_empty() {
+        let place = bytes.len() - rest.len();
+        let Some((header, after)) = rest.split_first_chunk::<HEADER>() else { break };
+        let length = u32::from_le_bytes([header[0], header[1], header[2], header[3]]) as usize;
+        // A record is handed to the system in one piece, so only the last can be half there.
+        let Some(payload) = after.get(..length) else { break };
+        let damaged = |how: &str| format!("at byte {place}: {how}");
+        if header[4..] != checksum(payload) {
+            return Err(damaged("a checksum is wrong"));
+        }
+        let record = bincode::serde::decode_from_slice(payload, bincode::config::standard());
+        match record {
+            Ok((record, read)) if read == length => records.push(record),
+            Ok(_) => return Err(damaged("a record is longer than it should be")),
+            Err(error) => return Err(damaged(&error.to_string())),
+        }
+        rest = &after[length..];
+    }
+    Ok(Contents { records, torn: rest.len() })
+}
+
+fn checksum(payload: &[u8]) -> [u8; 8] {
+    let digest = Sha256::digest(payload);
+    std::array::from_fn(|index| digest[index])
+}
+
+/// Appends a record to bytes.
+pub(super) fn encode(record: &Record, bytes: &mut Vec<u8>) -> Result<(), String> {
+    let payload = bincode::serde::encode_to_vec(record, bincode::config::standard());
+    let payload = payload.map_err(|error| error.to_string())?;
+    if payload.len() > RECORD_MAX {
+        return Err(format!("a record of {} bytes, at most {RECORD_MAX} are kept", payload.len()));
+    }
+    bytes.extend((payload.len() as u32).to_le_bytes());
+    bytes.extend(checksum(&payload));
+    bytes.extend(payload);
+    Ok(())
+}
+
+/// The file while it is written.
+pub(super) struct Log {
+    path: PathBuf,
+    /// None until it is written anew: at first, and after a write that failed.
+    file: Option<File>,
+    bytes: u64,
+    /// Bytes when it was last written anew.
+    least: u64,
+}
+
+impl Log {
+    /// Begins with a file that is written anew first.
+    pub(super) fn new(path: PathBuf) -> Self {
+        Self { path, file: None, bytes: 0, least: 0 }
+    }
+
+    /// Has everything written next time.
+    pub(super) fn give_up(&mut self) {
+        self.file = None;
+    }
+
+    /// What the system says, with the file.
+    pub(super) fn error(&self, error: &std::io::Error) -> String {
+        format!("{}: {error}", self.path.display())
+    }
+
+    /// Whether everything has to be written, not only what changed.
+    pub(super) fn needs_all(&self) -> bool {
+        self.file.is_none() || self.bytes > SMALL.max(GROWTH * self.least)
+    }
+
+    /// Adds records to the file.
+    pub(super) fn append(&mut self, records: &[u8]) -> std::io::Result<()> {
+        let Some(file) = &mut self.file else {
+            return Err(std::io::Error::other("the journal has to be written anew first"));
+        };
+        if let Err(error) = file.write_all(records) {
+            // What was written of it must not stand before later records.
+            let _ = file.set_len(self.bytes);
+            self.file = None;
+            return Err(error);
+        }
+        self.bytes += records.len() as u64;
+        Ok(())
+    }
+
+    /// Puts a file with these records only in the place of the old one.
+    pub(super) fn replace(&mut self, records: &[u8]) -> std::io::Result<()> {
+        let new = self.path.with_extension("new");
+        let written = File::create(&new).and_then(|mut file| {
+            file.write_all(START)?;
+            file.write_all(records)
+        });
+        if let Err(error) = written.and_then(|()| std::fs::rename(&new, &self.path)) {
+            let _ = std::fs::remove_file(&new);
+            return Err(error);
+        }
+        self.file = Some(OpenOptions::new().append(true).open(&self.path)?);
+        self.bytes = (START.len() + records.len()) as u64;
+        self.least = self.bytes;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gone(label: &str) -> Record {
+        Record::SceneGone { label: label.to_owned() }
+    }
+
+    fn labels(contents: &Contents) -> Vec<&str> {
+        let label = |record| match record {
+            &Record::SceneGone { ref label } => label.as_str(),
+            other => panic!("{other:?}"),
+        };
+        contents.records.iter().map(label).collect()
+    }
+
+    #[test]
+    fn records_come_back_and_a_torn_end_is_dropped_but_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        assert_eq!(read(&path).unwrap().records.len(), 0);
+        let mut log = Log::new(path.clone());
+        assert!(log.needs_all() && log.append(b"x").is_err());
+        let mut first = Vec::new();
+        encode(&gone("a"), &mut first).unwrap();
+        log.replace(&first).unwrap();
+        let mut second = Vec::new();
+        encode(&gone("b"), &mut second).unwrap();
+        log.append(&second).unwrap();
+        assert!(!log.needs_all());
+        let whole = std::fs::read(&path).unwrap();
+        assert_eq!((labels(&read(&path).unwrap()), read(&path).unwrap().torn), (vec!["a", "b"], 0));
+        for cut in 1..second.len() {
+            std::fs::write(&path, &whole[..whole.len() - cut]).unwrap();
+            let contents = read(&path).unwrap();
+            assert_eq!((labels(&contents), contents.torn), (vec!["a"], second.len() - cut));
+        }
+        let mut wrong = whole.clone();
+        wrong[START.len() + HEADER + 1] ^= 1;
+        std::fs::write(&path, &wrong).unwrap();
+        let error = read(&path).err().unwrap().to_string();
+        assert!(error.contains("at byte 15: a checksum is wrong") && error.contains("--no-state"), "{error}");
+        std::fs::write(&path, b"something else").unwrap();
+        assert!(read(&path).err().unwrap().to_string().contains("no journal of this release"));
+    }
+
+    #[test]
+    fn a_file_that_grew_is_written_anew() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut log = Log::new(folder.path().join("journal"));
+        log.replace(&[]).unwrap();
+        let mut record = Vec::new();
+        encode(&gone(&"x".repeat(100_000)), &mut record).unwrap();
+        let count = (0..).find(|_| {
+            log.append(&record).unwrap();
+            log.needs_all()
+        });
+        assert_eq!(count, Some(10), "just above {SMALL} bytes");
+    }
+}

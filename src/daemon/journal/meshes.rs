@@ -1,0 +1,86 @@
+//! Meshes on disk, each in a file under its content hash.
+
+use std::collections::{BTreeSet, HashMap};
+use std::path::PathBuf;
+use std::sync::{Arc, Weak};
+
+use taut::math::Vec3;
+use taut::shape::Mesh;
+
+/// What a file holds.
+type Parts = (String, Vec<Vec3>, Vec<[u32; 3]>, Vec<String>);
+
+/// The folder of meshes.
+pub(super) struct Meshes {
+    folder: PathBuf,
+    /// Those whose file is known to be there.
+    written: BTreeSet<u64>,
+    /// Those that were read: what uses one mesh shares it again.
+    read: HashMap<u64, Weak<Mesh>>,
+}
+
+impl Meshes {
+    /// The meshes of a folder, which is made when it is first needed.
+    pub(super) fn new(folder: PathBuf) -> Self {
+        Self { folder, written: BTreeSet::new(), read: HashMap::new() }
+    }
+
+    fn file(&self, hash: u64) -> PathBuf {
+        self.folder.join(format!("{hash:016x}"))
+    }
+
+    /// Writes a mesh, unless its file is there.
+    pub(super) fn keep(&mut self, mesh: &Mesh) -> Result<(), String> {
+        if self.written.contains(&mesh.hash()) {
+            return Ok(());
+        }
+        let parts = (mesh.name(), mesh.vertices(), mesh.triangles(), mesh.warnings());
+        let bytes = bincode::serde::encode_to_vec(parts, bincode::config::standard());
+        let bytes = bytes.map_err(|error| error.to_string())?;
+        let (file, new) = (self.file(mesh.hash()), self.folder.join("new"));
+        let written = std::fs::create_dir_all(&self.folder)
+            .and_then(|()| std::fs::write(&new, bytes))
+            .and_then(|()| std::fs::rename(&new, &file));
+        written.map_err(|error| {
+            let _ = std::fs::remove_file(&new);
+            format!("{}: {error}", file.display())
+        })?;
+        self.written.insert(mesh.hash());
+        Ok(())
+    }
+
+    /// Reads a mesh; one that is not what its name says is refused.
+    pub(super) fn find(&mut self, hash: u64) -> Result<Arc<Mesh>, String> {
+        if let Some(mesh) = self.read.get(&hash).and_then(Weak::upgrade) {
+            return Ok(mesh);
+        }
+        let file = self.file(hash);
+        let refuse = |reason: String| format!("{}: {reason}", file.display());
+        let bytes = std::fs::read(&file).map_err(|error| refuse(error.to_string()))?;
+        let parts = bincode::serde::decode_from_slice::<Parts, _>(&bytes, bincode::config::standard());
+        let ((name, vertices, triangles, warnings), _) = parts.map_err(|error| refuse(error.to_string()))?;
+        let mesh = Mesh::restore(name, vertices, triangles, warnings).map_err(|error| refuse(error.to_string()))?;
+        if mesh.hash() != hash {
+            return Err(refuse(format!("its content has hash {:016x}", mesh.hash())));
+        }
+        let mesh = Arc::new(mesh);
+        self.written.insert(hash);
+        self.read.insert(hash, Arc::downgrade(&mesh));
+        Ok(mesh)
+    }
+
+    /// Removes all others.
+    pub(super) fn retain(&mut self, used: &BTreeSet<u64>) {
+        let Ok(entries) = std::fs::read_dir(&self.folder) else { return };
+        for entry in entries.flatten() {
+            let name = entry.file_name();
+            let hash = name.to_str().and_then(|name| u64::from_str_radix(name, 16).ok());
+            if hash.is_none_or(|hash| !used.contains(&hash)) {
+                // One that stays takes room and does no harm.
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
+        self.written.retain(|hash| used.contains(hash));
+        self.read.retain(|hash, _| used.contains(hash));
+    }
+}

@@ -1,0 +1,35 @@
+//! Threads that make collision models before their first request is computed, so that nobody else waits for them.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+use crossbeam_channel::{Receiver, Sender, unbounded};
+use taut::store::PreparedModel;
+
+use super::schedule::Schedule;
+
+/// Models made at once: a large one does not keep a small one waiting.
+const THREADS: usize = 2;
+
+/// Starts the preparers; they end when the sender is dropped.
+pub(super) fn start(schedule: &Arc<Schedule>) -> std::io::Result<(Sender<Arc<PreparedModel>>, Vec<JoinHandle<()>>)> {
+    let (models, receiver) = unbounded();
+    let threads = (0..THREADS).map(|index| {
+        let (receiver, schedule) = (receiver.clone(), Arc::clone(schedule));
+        let thread = std::thread::Builder::new().name(format!("taut-preparer-{index}"));
+        thread.spawn(move || prepare(&receiver, &schedule))
+    });
+    Ok((models, threads.collect::<Result<_, _>>()?))
+}
+
+fn prepare(models: &Receiver<Arc<PreparedModel>>, schedule: &Schedule) {
+    for model in models {
+        // One that panics is made again by its request's worker, which answers with what it says.
+        let made = catch_unwind(AssertUnwindSafe(|| model.get().is_ok()));
+        if made.is_err() {
+            model.give_up();
+        }
+        schedule.look_again();
+    }
+}

@@ -1,0 +1,64 @@
+//! Signs of life for whoever watches over the daemon: systemd, or `taut serve --supervise`. Both are told by the
+//! same messages (`sd_notify`).
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
+use sd_notify::NotifyState;
+
+/// How often a sign of life is given.
+const INTERVAL: Duration = Duration::from_millis(500);
+
+/// Counts the rounds of the I/O thread. A thread of its own tells of them: a watcher that does not read may keep
+/// that one waiting.
+pub(super) struct Pulse {
+    beats: Arc<AtomicU64>,
+    // Its end ends the thread.
+    until: Option<Sender<()>>,
+}
+
+impl Pulse {
+    /// Tells that the daemon is ready and, as long as the I/O thread beats, that it is alive. Without a watcher
+    /// there is no thread.
+    pub(super) fn start() -> std::io::Result<(Self, Option<JoinHandle<()>>)> {
+        let (until, ended) = bounded(0);
+        let pulse = Self { beats: Arc::default(), until: Some(until) };
+        if std::env::var_os("NOTIFY_SOCKET").is_none() {
+            return Ok((pulse, None));
+        }
+        let beats = pulse.beats.clone();
+        let thread = std::thread::Builder::new().name("taut-pulse".into());
+        Ok((pulse, Some(thread.spawn(move || tell(&beats, &ended))?)))
+    }
+
+    /// Ends the thread.
+    pub(super) fn close(&mut self) {
+        self.until = None;
+    }
+
+    /// The I/O thread is well.
+    pub(super) fn beat(&self) {
+        self.beats.fetch_add(1, Relaxed);
+    }
+}
+
+fn tell(beats: &AtomicU64, ended: &Receiver<()>) {
+    let mut before = None;
+    notify(NotifyState::Ready);
+    while ended.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
+        let now = Some(beats.load(Relaxed));
+        if now != before {
+            notify(NotifyState::Watchdog);
+        }
+        before = now;
+    }
+}
+
+fn notify(state: NotifyState) {
+    if let Err(error) = sd_notify::notify(&[state]) {
+        tracing::debug!("nobody was told that the daemon is alive: {error}");
+    }
+}

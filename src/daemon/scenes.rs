@@ -1,0 +1,92 @@
+//! Scenes that live: diffs, texts of versions, pins.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use taut::scene::diff_file::{self, DiffFile, SceneDiff};
+use taut::scene::{Scene, SceneError, scene_file};
+use taut::store::StoreError;
+use taut_ipc::control::{ControlReply, Refusal, SceneText};
+use taut_ipc::server::{IncomingControl, ServerError};
+
+use super::event::{Content, Purpose};
+use super::event_loop::EventLoop;
+use super::loader::Source;
+use super::translate::{name_refusal, scene_refusal, scene_summary, store_refusal};
+
+/// Longest diff (bytes) that the I/O thread reads by itself. That takes it less than a hop to another thread and back
+/// takes on a busy machine, and a MOVE, of which there may be hundreds a second, never waits behind a diff that
+/// reads meshes.
+const SHORT_DIFF: usize = 16 * 1024;
+
+impl EventLoop {
+    /// Changes a scene: at once where the diff is short and names no mesh file, else when the loader has read it.
+    pub(super) fn diff_scene(
+        &mut self,
+        control: IncomingControl,
+        label: String,
+        base_version: u64,
+        json: String,
+        file: PathBuf,
+    ) -> Result<(), ServerError> {
+        let purpose = Purpose::Change { base_version };
+        let read = if json.len() <= SHORT_DIFF { short_diff(&json).transpose() } else { None };
+        match read {
+            Some(diff) => {
+                let content = diff.map(Content::Diff).map_err(|error| {
+                    let Refusal { code, message, retry_after_ms } = scene_refusal(&error);
+                    Refusal { code, message: format!("{}: {message}", file.display()), retry_after_ms }
+                });
+                self.take_content(Some(control), &label, purpose, content)
+            }
+            None => {
+                self.load(control, label, purpose, Source::Diff(json, file));
+                Ok(())
+            }
+        }
+    }
+
+    /// The scene that a diff makes of the newest version; nothing is changed yet.
+    pub(super) fn changed_scene(
+        &self,
+        label: &str,
+        base_version: u64,
+        diff: &SceneDiff,
+    ) -> Result<Arc<Scene>, Refusal> {
+        let base = self.store.base_scene(label, base_version).map_err(|error| store_refusal(&error))?;
+        let scene = diff.apply(base).map_err(|error| scene_refusal(&error))?;
+        name_refusal(diff, &scene, &self.store)?;
+        Ok(Arc::new(scene))
+    }
+
+    /// Pins a version or lets it go.
+    pub(super) fn pin_scene(&mut self, label: &str, version: u64, pinned: bool) -> Result<ControlReply, Refusal> {
+        let entry = match pinned {
+            true => self.store.pin_scene(label, version),
+            false => self.store.unpin_scene(label, version),
+        };
+        let summary = entry.map(|entry| ControlReply::Scene(scene_summary(label, entry)));
+        summary.map_err(|error| store_refusal(&error))
+    }
+
+    /// The text of a version, or of what leads to it from another one.
+    pub(super) fn show_scene(&self, label: &str, version: u64, base_version: u64) -> Result<ControlReply, Refusal> {
+        let refuse = |error: StoreError| store_refusal(&error);
+        let newest = self.store.scene(label).map_err(refuse)?.version;
+        let scene = self.store.scene_at(label, version).map_err(refuse)?;
+        let json = if base_version == 0 {
+            scene_file::text(scene, true)
+        } else {
+            let base = self.store.scene_at(label, base_version).map_err(refuse)?;
+            diff_file::text(base, &base.changes_to(scene), true).map_err(|error| scene_refusal(&error))?
+        };
+        let (label, version) = (label.to_owned(), if version == 0 { newest } else { version });
+        Ok(ControlReply::SceneText(SceneText { label, version, scene_hash: scene.hash(), base_version, json }))
+    }
+}
+
+/// The diff of a text that names no mesh file.
+fn short_diff(json: &str) -> Result<Option<SceneDiff>, SceneError> {
+    let file = DiffFile::parse(json)?;
+    if file.names_mesh_files() { Ok(None) } else { SceneDiff::try_from(file).map(Some) }
+}

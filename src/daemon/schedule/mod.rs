@@ -1,0 +1,388 @@
+//! Jobs that wait, and who computes when.
+//!
+//! There are as many *slots* as jobs may be computed at once, and more threads than slots: a long job that has to make
+//! room gives up its slot where it stands and keeps its thread, so that it goes on later as if nothing had been. Its
+//! answer is the same, bit for bit.
+
+mod order;
+#[cfg(test)]
+mod tests;
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use taut_ipc::monotonic_ns;
+
+use super::job::Job;
+use order::Standing;
+
+/// Jobs that may have made room at once, for each slot; as many more only for a higher class.
+const PAUSED_PER_SLOT: usize = 4;
+/// By how much each interval between two jobs that are begun moves what is taken for usual.
+const PACE: f64 = 0.1;
+/// Computing time (ns) between two looks at who waits.
+const LOOK_NS: u64 = 500_000;
+/// By how much (ns) a client that comes back may be behind those that stayed: it need not wait for what they do just
+/// now, and cannot save up more.
+const CREDIT_NS: u64 = 2 * order::SHARE_NS;
+
+/// Threads that a schedule with this many slots needs.
+pub(super) const fn threads(slots: usize) -> usize {
+    slots * (1 + 2 * PAUSED_PER_SLOT)
+}
+
+/// Jobs that wait for a slot. Locks are held for a look through those that wait, never while anything is computed.
+pub(super) struct Schedule {
+    state: Mutex<State>,
+    /// Where threads without a job wait.
+    idle: Condvar,
+    /// Where each thread waits whose job has made room.
+    paused: Vec<Condvar>,
+    /// Jobs that could be computed now: while there are none, nobody needs to look.
+    ready: AtomicUsize,
+    /// The highest class among them.
+    urgent: AtomicU32,
+}
+
+struct State {
+    free_slots: usize,
+    slots: usize,
+    idle_threads: usize,
+    /// Not begun.
+    waiting: Vec<Job>,
+    /// Begun, without a slot.
+    paused: Vec<Turn>,
+    /// Given a slot, on their way to a thread.
+    handed: Vec<Job>,
+    clients: HashMap<u128, Share>,
+    begun: Begun,
+    closed: bool,
+}
+
+/// How fast jobs are begun while others wait.
+#[derive(Default)]
+struct Begun {
+    last_ns: Option<u64>,
+    interval_ns: f64,
+}
+
+impl Begun {
+    /// A job is begun; `others` wait.
+    fn one(&mut self, others: usize) {
+        let now_ns = monotonic_ns();
+        if let Some(last_ns) = self.last_ns {
+            self.interval_ns += PACE * (now_ns.saturating_sub(last_ns) as f64 - self.interval_ns);
+        }
+        self.last_ns = (others > 0).then_some(now_ns);
+    }
+}
+
+/// What a client has had of the workers.
+#[derive(Default)]
+struct Share {
+    used_ns: u64,
+    jobs: usize,
+}
+
+/// A thread's turn at a job.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn {
+    /// The job.
+    pub job: u64,
+    /// Time that it was computed, without pauses.
+    pub computed_ns: u64,
+    /// How often it made room.
+    pub pauses: u32,
+    thread: usize,
+    client: u128,
+    class: u32,
+    deadline_ns: u64,
+    /// When it got its slot, and until when that is charged.
+    begun_ns: u64,
+    since_ns: u64,
+    has_slot: bool,
+}
+
+impl Turn {
+    fn standing(&self, clients: &HashMap<u128, Share>) -> Standing {
+        standing(clients, self.client, self.class, Some(self.deadline_ns), self.job, self.computed_ns)
+    }
+}
+
+fn standing(
+    clients: &HashMap<u128, Share>,
+    client: u128,
+    class: u32,
+    deadline_ns: Option<u64>,
+    number: u64,
+    computed_ns: u64,
+) -> Standing {
+    let used_ns = clients.get(&client).map_or(0, |share| share.used_ns);
+    Standing { class, lead_ns: used_ns + computed_ns, deadline_ns: deadline_ns.unwrap_or(u64::MAX), number }
+}
+
+impl State {
+    /// Standings of the jobs that can be computed now: first those that wait, then those that have made room.
+    fn standings(&self) -> impl Iterator<Item = Standing> + Clone {
+        let waiting = self.ready_jobs().map(|(_, job)| self.standing_of(job));
+        waiting.chain(self.paused.iter().map(|turn| turn.standing(&self.clients)))
+    }
+
+    fn standing_of(&self, job: &Job) -> Standing {
+        standing(&self.clients, job.client, job.priority, job.deadline_ns, job.id, 0)
+    }
+
+    /// Those whose model is made, by index.
+    fn ready_jobs(&self) -> impl Iterator<Item = (usize, &Job)> + Clone {
+        let is_of_use = self.idle_threads > self.handed.len();
+        self.waiting.iter().enumerate().filter(move |(_, job)| is_of_use && job.snapshot.model.is_ready())
+    }
+
+    fn charge(&mut self, turn: &mut Turn, now_ns: u64) {
+        let used_ns = now_ns.saturating_sub(turn.since_ns);
+        turn.since_ns = now_ns;
+        turn.computed_ns += used_ns;
+        if let Some(share) = self.clients.get_mut(&turn.client) {
+            share.used_ns += used_ns;
+        }
+    }
+
+    /// A client that was away is as far as the one that has had least, but for its credit.
+    fn enter(&mut self, client: u128) {
+        let present = self.clients.values().filter(|share| share.jobs > 0);
+        let least_ns = present.map(|share| share.used_ns).min();
+        let floor_ns = least_ns.unwrap_or(0).saturating_sub(CREDIT_NS);
+        // Those that are gone and would start from the floor need not be remembered.
+        self.clients.retain(|_, share| share.jobs > 0 || share.used_ns > floor_ns);
+        let share = self.clients.entry(client).or_default();
+        if share.jobs == 0 {
+            share.used_ns = share.used_ns.max(floor_ns);
+        }
+        share.jobs += 1;
+    }
+
+    fn leave(&mut self, client: u128) {
+        if let Some(share) = self.clients.get_mut(&client) {
+            share.jobs -= 1;
+        }
+    }
+
+    fn take_job(&mut self, index: usize) -> Job {
+        let job = self.waiting.swap_remove(index);
+        self.leave(job.client);
+        job
+    }
+}
+
+impl Schedule {
+    /// A schedule with this many slots and [`threads`] threads.
+    pub(super) fn new(slots: usize) -> Self {
+        let state = State {
+            free_slots: slots,
+            slots,
+            idle_threads: 0,
+            waiting: Vec::new(),
+            paused: Vec::new(),
+            handed: Vec::new(),
+            clients: HashMap::new(),
+            begun: Begun::default(),
+            closed: false,
+        };
+        Self {
+            state: Mutex::new(state),
+            idle: Condvar::new(),
+            paused: (0..threads(slots)).map(|_| Condvar::new()).collect(),
+            ready: AtomicUsize::new(0),
+            urgent: AtomicU32::new(0),
+        }
+    }
+
+    /// Adds a job.
+    pub(super) fn push(&self, job: Job) {
+        let mut state = self.lock();
+        state.enter(job.client);
+        state.waiting.push(job);
+        self.fill_slots(&mut state);
+    }
+
+    /// Looks again after a model was made that jobs wait for.
+    pub(super) fn look_again(&self) {
+        self.fill_slots(&mut self.lock());
+    }
+
+    /// Waits for a job for a thread; `None` once the schedule is closed and nothing waits.
+    pub(super) fn take(&self, thread: usize) -> Option<(Job, Turn)> {
+        let mut state = self.lock();
+        state.idle_threads += 1;
+        self.fill_slots(&mut state);
+        loop {
+            if let Some(job) = state.handed.pop() {
+                state.idle_threads -= 1;
+                let now_ns = monotonic_ns();
+                let turn = Turn {
+                    job: job.id,
+                    computed_ns: 0,
+                    pauses: 0,
+                    thread,
+                    client: job.client,
+                    class: job.priority,
+                    deadline_ns: job.deadline_ns.unwrap_or(u64::MAX),
+                    begun_ns: now_ns,
+                    since_ns: now_ns,
+                    has_slot: true,
+                };
+                return Some((job, turn));
+            }
+            if state.closed && state.waiting.is_empty() {
+                return None;
+            }
+            state = self.idle.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Where a job may make room for another; returns when it is to go on. `is_over` tells that it has to end, which
+    /// needs no slot. Costs two reads where nobody waits.
+    pub(super) fn make_room(&self, turn: &mut Turn, now_ns: u64, is_over: impl Fn() -> bool) {
+        if self.ready.load(Ordering::Relaxed) == 0 || !turn.has_slot {
+            return;
+        }
+        let is_urgent = self.urgent.load(Ordering::Relaxed) > turn.class;
+        if !is_urgent && now_ns < turn.since_ns + LOOK_NS {
+            return;
+        }
+        let mut state = self.lock();
+        state.charge(turn, now_ns);
+        if !self.yields(&state, turn) {
+            return;
+        }
+        turn.has_slot = false;
+        turn.pauses += 1;
+        state.paused.push(*turn);
+        state.free_slots += 1;
+        self.fill_slots(&mut state);
+        // Whoever gives a paused job a slot takes it from the list.
+        let is_paused = |state: &State| state.paused.iter().position(|paused| paused.job == turn.job);
+        while let Some(index) = is_paused(&state) {
+            if is_over() {
+                state.paused.swap_remove(index);
+                self.fill_slots(&mut state);
+                turn.since_ns = monotonic_ns();
+                return;
+            }
+            let left = Duration::from_nanos(turn.deadline_ns.saturating_sub(monotonic_ns()));
+            let woken = self.paused[turn.thread].wait_timeout(state, left);
+            state = woken.unwrap_or_else(PoisonError::into_inner).0;
+        }
+        turn.has_slot = true;
+        turn.since_ns = monotonic_ns();
+        turn.begun_ns = turn.since_ns;
+    }
+
+    fn yields(&self, state: &State, turn: &Turn) -> bool {
+        let standings: Vec<Standing> = state.standings().collect();
+        let Some(best) = order::next(standings.iter().copied()).map(|index| standings[index]) else { return false };
+        let own = turn.standing(&state.clients);
+        let most = state.slots * PAUSED_PER_SLOT * if best.class > own.class { 2 } else { 1 };
+        state.paused.len() < most && own.yields_to(&best, turn.since_ns.saturating_sub(turn.begun_ns))
+    }
+
+    /// Ends a turn, whose job is answered.
+    pub(super) fn finish(&self, turn: &mut Turn) {
+        let mut state = self.lock();
+        state.charge(turn, monotonic_ns());
+        state.leave(turn.client);
+        state.free_slots += usize::from(turn.has_slot);
+        self.fill_slots(&mut state);
+    }
+
+    /// Takes a job out, if it was not begun.
+    pub(super) fn remove(&self, job: u64) -> Option<Job> {
+        let mut state = self.lock();
+        let index = state.waiting.iter().position(|waiting| waiting.id == job)?;
+        let job = state.take_job(index);
+        self.fill_slots(&mut state);
+        Some(job)
+    }
+
+    /// Lets a job look whether it is over, if it has made room.
+    pub(super) fn wake(&self, job: u64) {
+        let state = self.lock();
+        if let Some(turn) = state.paused.iter().find(|turn| turn.job == job) {
+            self.paused[turn.thread].notify_one();
+        }
+    }
+
+    /// Takes out the jobs that were not begun before their deadline.
+    pub(super) fn take_expired(&self, now_ns: u64) -> Vec<Job> {
+        self.take_where(|job| job.is_expired(now_ns))
+    }
+
+    /// Takes out all jobs that were not begun.
+    pub(super) fn take_all(&self) -> Vec<Job> {
+        self.take_where(|_| true)
+    }
+
+    fn take_where(&self, is_meant: impl Fn(&Job) -> bool) -> Vec<Job> {
+        let mut state = self.lock();
+        let meant: Vec<usize> =
+            (0..state.waiting.len()).rev().filter(|&index| is_meant(&state.waiting[index])).collect();
+        let mut taken: Vec<Job> = meant.into_iter().map(|index| state.take_job(index)).collect();
+        taken.sort_by_key(|job| job.id);
+        self.fill_slots(&mut state);
+        taken
+    }
+
+    /// The next deadline of a job that was not begun.
+    pub(super) fn next_deadline_ns(&self) -> Option<u64> {
+        self.lock().waiting.iter().filter_map(|job| job.deadline_ns).min()
+    }
+
+    /// Jobs that were not begun.
+    pub(super) fn waiting(&self) -> usize {
+        self.lock().waiting.len()
+    }
+
+    /// When (ns from now) a job of this client, class and deadline would be begun, as fast as jobs are begun now.
+    pub(super) fn wait_ns(&self, client: u128, class: u32, deadline_ns: Option<u64>) -> u64 {
+        let state = self.lock();
+        let new = standing(&state.clients, client, class, deadline_ns, u64::MAX, 0);
+        let ahead = state.waiting.iter().filter(|job| !state.standing_of(job).goes_after(&new)).count();
+        (ahead as f64 * state.begun.interval_ns) as u64
+    }
+
+    /// Ends the threads once nothing waits.
+    pub(super) fn close(&self) {
+        self.lock().closed = true;
+        self.idle.notify_all();
+    }
+
+    /// Gives every free slot to whoever is next. The one place where jobs get slots.
+    fn fill_slots(&self, state: &mut State) {
+        while state.free_slots > 0 {
+            let Some(next) = order::next(state.standings()) else { break };
+            let ready: Vec<usize> = state.ready_jobs().map(|(index, _)| index).collect();
+            state.free_slots -= 1;
+            match ready.get(next) {
+                Some(&index) => {
+                    let job = state.waiting.swap_remove(index);
+                    state.begun.one(state.waiting.len());
+                    state.handed.push(job);
+                    self.idle.notify_one();
+                }
+                None => {
+                    let turn = state.paused.swap_remove(next - ready.len());
+                    self.paused[turn.thread].notify_one();
+                }
+            }
+        }
+        self.ready.store(state.standings().count(), Ordering::Relaxed);
+        self.urgent.store(state.standings().map(|standing| standing.class).max().unwrap_or(0), Ordering::Relaxed);
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        // Nothing that can panic runs under the lock.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,146 @@
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc;
+
+use taut::optimize::Settings;
+use taut::path::Path;
+use taut::robot::{RobotDescription, RobotModel};
+use taut::scene::Scene;
+use taut::store::{PreparedModel, Snapshot};
+
+use super::*;
+
+const MILLISECOND: u64 = 1_000_000;
+
+fn job(id: u64, client: u128, priority: u32, deadline_ns: Option<u64>) -> Job {
+    let links = vec![taut::robot::LinkDescription { name: "base".to_owned(), collision: Vec::new() }];
+    let robot = Arc::new(RobotModel::new(RobotDescription { links, ..RobotDescription::default() }).unwrap());
+    let model = Arc::new(PreparedModel::new(robot.clone(), Arc::new(Scene::default())));
+    model.give_up();
+    Job {
+        id,
+        request_id: id,
+        client,
+        snapshot: Snapshot { robot, weights: Arc::new([]), model, scene_id: 0, scene_hash: 0, scene_version: 1 },
+        path: Path::from_rows(1, vec![0.0]).unwrap(),
+        settings: Settings::default(),
+        deadline_ns,
+        received_ns: 0,
+        priority,
+        stop: Arc::default(),
+    }
+}
+
+/// A schedule of one slot with a thread that computes a job of client 1, and others that wait.
+fn busy(others: usize) -> (Arc<Schedule>, Turn) {
+    let schedule = Arc::new(Schedule::new(1));
+    schedule.push(job(1, 1, 0, None));
+    let (taken, turn) = schedule.take(0).unwrap();
+    assert_eq!(taken.id, 1);
+    for thread in 1..=others {
+        let schedule = Arc::clone(&schedule);
+        std::thread::spawn(move || {
+            while let Some((_, mut turn)) = schedule.take(thread) {
+                schedule.finish(&mut turn);
+            }
+        });
+    }
+    while schedule.lock().idle_threads < others {
+        std::thread::yield_now();
+    }
+    (schedule, turn)
+}
+
+#[test]
+fn nobody_makes_room_for_nobody() {
+    let (schedule, mut turn) = busy(1);
+    let now_ns = turn.since_ns + 1000 * MILLISECOND;
+    schedule.make_room(&mut turn, now_ns, || false);
+    assert_eq!((turn.pauses, turn.computed_ns), (0, 0));
+}
+
+#[test]
+fn a_long_job_makes_room_for_anothers_short_one_and_goes_on() {
+    let (schedule, mut turn) = busy(1);
+    schedule.push(job(2, 2, 0, None));
+    let early_ns = turn.since_ns + LOOK_NS / 2;
+    schedule.make_room(&mut turn, early_ns, || false);
+    assert_eq!(turn.pauses, 0, "not before a look is due");
+    let late_ns = turn.since_ns + order::SHARE_NS + 2 * MILLISECOND;
+    schedule.make_room(&mut turn, late_ns, || false);
+    assert_eq!((turn.pauses, schedule.waiting()), (1, 0), "the other one is done");
+    assert!(turn.has_slot && turn.computed_ns > order::SHARE_NS);
+    schedule.finish(&mut turn);
+    assert_eq!(schedule.lock().free_slots, 1);
+}
+
+#[test]
+fn a_higher_class_goes_first_at_once() {
+    let (schedule, mut turn) = busy(1);
+    schedule.push(job(2, 1, 1, None));
+    let now_ns = turn.since_ns + 1;
+    schedule.make_room(&mut turn, now_ns, || false);
+    assert_eq!((turn.pauses, schedule.waiting()), (1, 0));
+}
+
+#[test]
+fn a_job_that_is_over_ends_without_a_slot() {
+    let (schedule, mut turn) = busy(0);
+    schedule.push(job(2, 2, 1, None));
+    let (sender, receiver) = mpsc::channel();
+    let is_over = Arc::new(AtomicBool::new(false));
+    // Takes the slot and keeps it.
+    let holder = {
+        let schedule = Arc::clone(&schedule);
+        std::thread::spawn(move || sender.send(schedule.take(1).unwrap().1).unwrap())
+    };
+    while schedule.lock().idle_threads == 0 {
+        std::thread::yield_now();
+    }
+    schedule.look_again();
+    let paused = {
+        let (schedule, is_over) = (Arc::clone(&schedule), Arc::clone(&is_over));
+        std::thread::spawn(move || {
+            let now_ns = turn.since_ns + 1;
+            schedule.make_room(&mut turn, now_ns, || is_over.load(Ordering::Relaxed));
+            turn
+        })
+    };
+    let mut second = receiver.recv().unwrap();
+    holder.join().unwrap();
+    is_over.store(true, Ordering::Relaxed);
+    schedule.wake(1);
+    let mut first = paused.join().unwrap();
+    assert!(!first.has_slot, "the slot is the other's");
+    schedule.finish(&mut first);
+    assert_eq!(schedule.lock().free_slots, 0);
+    schedule.finish(&mut second);
+    assert_eq!(schedule.lock().free_slots, 1);
+}
+
+#[test]
+fn what_is_taken_out_leaves_nothing_behind() {
+    let (schedule, _turn) = busy(0);
+    let now_ns = monotonic_ns();
+    schedule.push(job(2, 2, 0, Some(now_ns)));
+    schedule.push(job(3, 3, 0, Some(now_ns + 1000 * MILLISECOND)));
+    schedule.push(job(4, 4, 0, None));
+    assert_eq!(schedule.next_deadline_ns(), Some(now_ns));
+    assert_eq!(schedule.take_expired(now_ns).iter().map(|job| job.id).collect::<Vec<_>>(), [2]);
+    assert_eq!(schedule.remove(3).map(|job| job.id), Some(3));
+    assert!(schedule.remove(3).is_none());
+    assert_eq!(schedule.take_all().len(), 1);
+    assert!(schedule.lock().clients.iter().all(|(client, share)| share.jobs == usize::from(*client == 1)));
+}
+
+#[test]
+fn a_client_that_comes_back_has_saved_up_little() {
+    let (schedule, mut turn) = busy(0);
+    turn.since_ns -= 1_000 * order::SHARE_NS;
+    let mut state = schedule.lock();
+    let now_ns = turn.since_ns + 1_000 * order::SHARE_NS;
+    state.charge(&mut turn, now_ns);
+    state.enter(2);
+    let used = |client: u128| state.clients[&client].used_ns;
+    assert_eq!(used(1) - used(2), CREDIT_NS);
+}

@@ -1,0 +1,125 @@
+//! What happened to each of the last requests, for `taut why`.
+
+use std::collections::VecDeque;
+
+use taut::store::ModelStore;
+use taut_ipc::control::{Story, StoryEvent};
+use taut_ipc::monotonic_ns;
+use taut_ipc::server::IncomingRequest;
+use taut_ipc::wire::{Code, Mode, ResponseHeader, Termination};
+
+/// Requests that are remembered.
+const REMEMBERED: usize = 4096;
+/// Events of one request that are told; of more the middle ones are left out.
+const EVENTS: usize = 24;
+/// Stories that are told at once.
+const TOLD: usize = 20;
+
+/// The last requests, the oldest first.
+#[derive(Default)]
+pub(super) struct Stories {
+    stories: VecDeque<(u64, Story)>,
+}
+
+impl Stories {
+    /// A request of this number came.
+    pub(super) fn begin(&mut self, number: u64, story: Story) {
+        if self.stories.len() == REMEMBERED {
+            self.stories.pop_front();
+        }
+        self.stories.push_back((number, story));
+    }
+
+    /// Something happened to it.
+    pub(super) fn tell(&mut self, number: u64, what: impl FnOnce() -> String) {
+        let Some(story) = self.of(number) else { return };
+        let event = StoryEvent { after_ns: monotonic_ns().saturating_sub(story.received_ns), what: what() };
+        if story.events.len() == EVENTS {
+            story.events.remove(EVENTS / 2);
+            story.left_out += 1;
+        }
+        story.events.push(event);
+    }
+
+    /// It ended with this code.
+    pub(super) fn end(&mut self, number: u64, code: i32, what: impl FnOnce() -> String) {
+        self.tell(number, what);
+        if let Some(story) = self.of(number) {
+            story.code = code;
+        }
+    }
+
+    /// Its story, to enter facts.
+    pub(super) fn of(&mut self, number: u64) -> Option<&mut Story> {
+        // Numbers grow.
+        let index = self.stories.binary_search_by_key(&number, |(number, _)| *number).ok()?;
+        Some(&mut self.stories[index].1)
+    }
+
+    /// Stories of the requests whose id in hexadecimal digits is this, or starts or ends with it, the newest first.
+    /// Clients choose ids: two may choose the same.
+    pub(super) fn find(&self, id: &str) -> Vec<Story> {
+        let id = id.trim_start_matches("0x").to_ascii_lowercase();
+        let is_meant = |story: &Story| {
+            let full = format!("{:016x}", story.request_id);
+            full.starts_with(&id) || full.ends_with(&id)
+        };
+        let meant = self.stories.iter().rev().filter(|(_, story)| is_meant(story));
+        meant.map(|(_, story)| story.clone()).take(TOLD).collect()
+    }
+}
+
+/// The beginning: what a request's header says.
+pub(super) fn story(store: &ModelStore, request: &IncomingRequest, pid: u32, now_ns: u64) -> Story {
+    let header = request.header();
+    let label = |id: u64| store.label(id).map_or_else(|| format!("id {id:016x}"), str::to_owned);
+    Story {
+        request_id: header.request_id,
+        pid,
+        received_ns: now_ns,
+        robot: label(header.robot_id),
+        scene: label(header.scene_id),
+        mode: Mode::try_from(header.mode).map_or_else(|_| format!("mode {}", header.mode), |mode| format!("{mode:?}")),
+        waypoints: header.waypoints,
+        variables: header.variables,
+        priority: header.priority,
+        deadline_ns: header.deadline_ns.saturating_sub(now_ns),
+        ..Story::default()
+    }
+}
+
+/// The end: what the final response says.
+pub(super) fn ending(header: &ResponseHeader) -> String {
+    let code = Code::try_from(header.code).map_or("?", Code::name);
+    let termination =
+        Termination::try_from(header.termination).map_or_else(|_| "?".to_owned(), |why| format!("{why:?}"));
+    format!(
+        "{code}, ended by {termination}: {:.6} to {:.6}, waited {:.3} ms, computed {:.3} ms, {} iterations, {} tests",
+        header.length_before,
+        header.length_after,
+        header.queue_ns as f64 / 1e6,
+        header.compute_ns as f64 / 1e6,
+        header.iterations,
+        header.work,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn old_stories_and_middles_of_long_ones_make_room() {
+        let mut stories = Stories::default();
+        for number in 0..REMEMBERED as u64 + 3 {
+            stories.begin(number, Story { request_id: number, ..Story::default() });
+        }
+        assert!(stories.find("0000000000000002").is_empty());
+        for event in 0..EVENTS + 5 {
+            stories.tell(3, || event.to_string());
+        }
+        let story = stories.find("0000000000000003").pop().unwrap();
+        assert_eq!((story.events.len(), story.left_out), (EVENTS, 5));
+        assert_eq!((&*story.events[0].what, &*story.events[EVENTS - 1].what), ("0", "28"));
+    }
+}

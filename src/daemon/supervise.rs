@@ -1,0 +1,277 @@
+//! `taut serve --supervise`: a small process that starts the daemon again whenever it dies or hangs.
+//!
+//! It waits for its child's end, for signals and for signs of life, and does nothing else. The daemon is told whose
+//! child it is and goes when that one goes, so that no daemon is left without a supervisor.
+
+use std::ffi::OsString;
+use std::io::Read;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::{UnixDatagram, UnixStream};
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus};
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Pid, PidfdFlags, Signal, getppid, pidfd_open, pidfd_send_signal};
+use rustix::process::{set_parent_process_death_signal, test_kill_process};
+use sd_notify::NotifyState;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use taut_ipc::wire::Code;
+use taut_ipc::{Instance, InstanceError};
+
+/// A daemon that dies sooner than this after its start may do so again at once.
+const QUICK: Duration = Duration::from_secs(10);
+/// Quick deaths in a row after which it is not started again.
+const MOST_QUICK: u32 = 5;
+/// Pause after the second quick death in a row; it doubles with each. After the first there is none.
+const PAUSE: Duration = Duration::from_millis(100);
+/// How long a daemon that hangs has for its last words.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
+/// Why there is no supervised daemon.
+#[derive(Debug, thiserror::Error)]
+pub enum SuperviseError {
+    /// It dies again and again.
+    #[error(
+        "the daemon died {MOST_QUICK} times in a row within {QUICK:?} of its start, the last time of {last}; see its messages above, TAUT_LOG=debug has more"
+    )]
+    GaveUp {
+        /// What it died of.
+        last: String,
+    },
+    /// The supervisor has gone.
+    #[error("the supervisor (process {0}) has gone; start `taut serve --supervise` again")]
+    Orphan(u32),
+    /// The instance.
+    #[error(transparent)]
+    Instance(#[from] InstanceError),
+    /// Processes and signals.
+    #[error("the system gives no {what}: {source}")]
+    System {
+        /// What was asked for.
+        what: &'static str,
+        /// What it says.
+        source: std::io::Error,
+    },
+}
+
+impl SuperviseError {
+    /// The code for the command line's exit.
+    pub fn code(&self) -> Code {
+        match self {
+            Self::GaveUp { .. } => Code::Crash,
+            Self::Orphan(_) | Self::Instance(_) => Code::DaemonLost,
+            Self::System { .. } => Code::ResourceExhausted,
+        }
+    }
+}
+
+fn system<E: Into<std::io::Error>>(what: &'static str) -> impl Fn(E) -> SuperviseError {
+    move |error| SuperviseError::System { what, source: error.into() }
+}
+
+/// Binds a daemon to its supervisor: it is asked to end when that one goes.
+///
+/// # Errors
+/// [`SuperviseError::Orphan`] if it has gone already.
+pub fn bind_to_supervisor(pid: u32) -> Result<(), SuperviseError> {
+    set_parent_process_death_signal(Some(Signal::TERM)).map_err(system("signal at a parent's death"))?;
+    let parent = getppid().map_or(0, |parent| parent.as_raw_nonzero().get() as u32);
+    if parent == pid { Ok(()) } else { Err(SuperviseError::Orphan(pid)) }
+}
+
+/// Starts this program with `arguments`, and again whenever it dies or gives no sign of life for `patience`, until
+/// it ends in order or by a signal to the supervisor. Gives its exit code.
+///
+/// # Errors
+/// [`SuperviseError::GaveUp`], or what the system refuses.
+pub fn supervise(instance: &Instance, arguments: &[OsString], patience: Duration) -> Result<u8, SuperviseError> {
+    instance.prepare()?;
+    let mut supervisor = Supervisor::new(instance, patience)?;
+    let mut quick = 0;
+    loop {
+        let started = Instant::now();
+        let end = supervisor.run(arguments)?;
+        if supervisor.is_stopping || end.status.success() {
+            return Ok(exit_code(end.status));
+        }
+        // What it cannot read or serve at its very start it has said itself.
+        if supervisor.starts == 1 && !end.was_ready && end.status.code().is_some() {
+            return Ok(exit_code(end.status));
+        }
+        quick = if started.elapsed() < QUICK { quick + 1 } else { 0 };
+        let last = end.describe();
+        if quick >= MOST_QUICK {
+            return Err(SuperviseError::GaveUp { last });
+        }
+        eprintln!("taut: the daemon died of {last}; it is started again");
+        if quick > 1 {
+            supervisor.pause(PAUSE * 2u32.pow(quick - 2))?;
+        }
+        if supervisor.is_stopping {
+            return Ok(exit_code(end.status));
+        }
+    }
+}
+
+fn exit_code(status: ExitStatus) -> u8 {
+    let by_signal = || 128 + status.signal().unwrap_or(0);
+    u8::try_from(status.code().unwrap_or_else(by_signal)).unwrap_or(u8::MAX)
+}
+
+/// How a daemon ended.
+struct End {
+    status: ExitStatus,
+    was_ready: bool,
+    hung: bool,
+}
+
+impl End {
+    fn describe(&self) -> String {
+        match (self.status.signal(), self.status.code()) {
+            (Some(_), _) if self.hung => "giving no sign of life".to_owned(),
+            (Some(signal), _) => format!("signal {signal}"),
+            (None, code) => format!("exit code {}", code.unwrap_or(-1)),
+        }
+    }
+}
+
+struct Supervisor {
+    patience: Duration,
+    /// One byte for each signal.
+    signals: UnixStream,
+    signs: UnixDatagram,
+    socket: PathBuf,
+    is_stopping: bool,
+    starts: u32,
+}
+
+impl Supervisor {
+    fn new(instance: &Instance, patience: Duration) -> Result<Self, SuperviseError> {
+        let (signals, sender) = UnixStream::pair().map_err(system("socket"))?;
+        for signal in [SIGTERM, SIGINT] {
+            let sender = sender.try_clone().map_err(system("socket"))?;
+            signal_hook::low_level::pipe::register(signal, sender).map_err(system("signal handler"))?;
+        }
+        signals.set_nonblocking(true).map_err(system("socket"))?;
+        remove_stale(instance.root());
+        let socket = instance.root().join(format!("{SOCKET}{}", std::process::id()));
+        let signs = UnixDatagram::bind(&socket).map_err(system("socket"))?;
+        signs.set_nonblocking(true).map_err(system("socket"))?;
+        Ok(Self { patience, signals, signs, socket, is_stopping: false, starts: 0 })
+    }
+
+    /// One life of the daemon.
+    fn run(&mut self, arguments: &[OsString]) -> Result<End, SuperviseError> {
+        let program = std::env::current_exe().map_err(system("path of this program"))?;
+        let mut command = Command::new(program);
+        command.args(arguments).arg("--supervised-by").arg(std::process::id().to_string());
+        command.env("NOTIFY_SOCKET", &self.socket);
+        let mut child = command.spawn().map_err(system("process"))?;
+        self.starts += 1;
+        let ended = self.watch(&child);
+        if ended.is_err() {
+            // Nobody would watch over it.
+            let _ = child.kill();
+        }
+        let status = child.wait().map_err(system("end of the daemon"))?;
+        let (was_ready, hung) = ended?;
+        Ok(End { status, was_ready, hung })
+    }
+
+    /// Waits for the end of a daemon; tells whether it was ready once, and whether it hung.
+    fn watch(&mut self, child: &Child) -> Result<(bool, bool), SuperviseError> {
+        let process = pidfd_open(Pid::from_child(child), PidfdFlags::empty()).map_err(system("pidfd"))?;
+        let (mut was_ready, mut hung) = (false, false);
+        // Nothing is awaited until it is ready: large robots take their time.
+        let mut until: Option<Instant> = None;
+        loop {
+            let left = until.map(|until| until.saturating_duration_since(Instant::now()));
+            let happened = self.wait(Some(&process), left)?;
+            if happened.signal {
+                self.is_stopping = true;
+                let _ = pidfd_send_signal(&process, Signal::TERM);
+            }
+            if happened.sign {
+                if !was_ready {
+                    tell(NotifyState::Ready);
+                }
+                tell(NotifyState::Watchdog);
+                was_ready = true;
+                until = until.filter(|_| hung).or_else(|| Some(Instant::now() + self.patience));
+            }
+            if happened.end {
+                return Ok((was_ready, hung));
+            }
+            if until.is_some_and(|until| until <= Instant::now()) {
+                let signal = if hung { Signal::KILL } else { Signal::ABORT };
+                let _ = pidfd_send_signal(&process, signal);
+                hung = true;
+                until = Some(Instant::now() + LAST_WORDS);
+            }
+        }
+    }
+
+    /// Lets time pass, unless a signal comes.
+    fn pause(&mut self, pause: Duration) -> Result<(), SuperviseError> {
+        let end = Instant::now() + pause;
+        while !self.is_stopping && Instant::now() < end {
+            self.is_stopping = self.wait(None, Some(end.saturating_duration_since(Instant::now())))?.signal;
+        }
+        Ok(())
+    }
+
+    fn wait(&mut self, process: Option<&OwnedFd>, timeout: Option<Duration>) -> Result<Happened, SuperviseError> {
+        let timeout = timeout.and_then(|timeout| Timespec::try_from(timeout).ok());
+        let mut watched = vec![PollFd::new(&self.signals, PollFlags::IN), PollFd::new(&self.signs, PollFlags::IN)];
+        watched.extend(process.map(|process| PollFd::new(process, PollFlags::IN)));
+        match poll(&mut watched, timeout.as_ref()) {
+            Ok(_) | Err(rustix::io::Errno::INTR) => {}
+            Err(error) => return Err(system("poll")(error)),
+        }
+        let end = watched.get(2).is_some_and(|process| !process.revents().is_empty());
+        let mut bytes = [0; 256];
+        let signal = matches!((&self.signals).read(&mut bytes), Ok(1..));
+        let mut sign = false;
+        while matches!(self.signs.recv(&mut bytes), Ok(1..)) {
+            sign = true;
+        }
+        Ok(Happened { signal, sign, end })
+    }
+}
+
+impl Drop for Supervisor {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.socket);
+    }
+}
+
+struct Happened {
+    signal: bool,
+    sign: bool,
+    end: bool,
+}
+
+/// A supervisor may itself be a service of systemd.
+fn tell(state: NotifyState) {
+    // Where that does not listen, it says so.
+    let _ = sd_notify::notify(&[state]);
+}
+
+/// How the name of the socket for signs of life starts; the supervisor's process number follows.
+const SOCKET: &str = "supervisor-";
+
+/// Removes the sockets of supervisors that were killed.
+fn remove_stale(root: &Path) {
+    let Ok(entries) = std::fs::read_dir(root) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let pid = name.strip_prefix(SOCKET).and_then(|pid| Pid::from_raw(pid.parse().ok()?));
+        if pid.is_some_and(|pid| {
+            pid.as_raw_nonzero().get() as u32 == std::process::id() || test_kill_process(pid).is_err()
+        }) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}

@@ -1,0 +1,312 @@
+//! Diffs: JSON that changes a scene, in the words of MoveIt's planning scene messages.
+//!
+//! ```json
+//! { "is_diff": true,
+//!   "objects": [
+//!     { "id": "table", "operation": "MOVE", "pose": { "position": [0.5, 0, 0.4] } },
+//!     { "id": "tray", "operation": "ADD", "header": { "frame_id": "table" },
+//!       "primitives": [ { "type": "box", "dimensions": [0.4, 0.3, 0.02] } ], "primitive_poses": [ {} ] },
+//!     { "id": "vase", "operation": "REMOVE" } ],
+//!   "attached_collision_objects": [
+//!     { "link_name": "hand", "touch_links": ["finger_left", "finger_right"],
+//!       "object": { "id": "cup", "operation": "ADD", "pose": { "position": [0, 0, 0.1] } } } ],
+//!   "allowed_collisions": [["cup", "tray"]], "forbidden_collisions": [], "default_collisions": [["hand", "table"]],
+//!   "link_padding": { "forearm": 0.02 }, "link_scale": { "hand": 1 },
+//!   "fixed_frame_transforms": [ { "child_frame_id": "shelf", "transform": null } ] }
+//! ```
+//! Made in this order: frames, objects, attached objects, pairs that are cleared, allowed, forbidden, paddings, scales,
+//! each list from its first entry to its last; either all of it or nothing. A list of such diffs is one change that
+//! makes one after the other.
+//!
+//! Operations (by name or number): ADD 0 (of an object that stands already: it is replaced, and what names it stays),
+//! REMOVE 1 (with an empty id: all objects of the world), APPEND 2 (shapes to an object, or a new object), MOVE 3 (the
+//! object's own `pose` only). Poses in `objects` are in the world, or in the frame, named or an object's, that
+//! `header.frame_id` says. Attached, ADD without shapes takes an object of the world, and REMOVE puts one back there;
+//! both need the object's new `pose`, in the link's frame and in the world, because where the robot stands is not
+//! the scene's to know. A padding of 0, a scale of 1 and a transform of `null` take theirs away.
+
+#[cfg(test)]
+mod tests;
+
+use serde::{Deserialize, Serialize};
+
+pub use super::diff_text::text;
+use super::numbers_file::{Paddings, Scales};
+use super::object_file::{MeshSource, ObjectFile, Operation};
+use super::pose_file::FrameFile;
+use super::scene_file::AttachedObjectFile;
+use super::{Obstacle, Scene, SceneChange, SceneError, comma_separated};
+use crate::math::Pose;
+
+/// A diff as its text says it, unchecked.
+#[derive(Clone, Debug, Default)]
+pub struct DiffFile(pub(super) Vec<DiffPart>);
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DiffPart {
+    pub(super) is_diff: bool,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) fixed_frame_transforms: Vec<FrameFile>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) objects: Vec<ObjectFile>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) attached_collision_objects: Vec<AttachedObjectFile>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) default_collisions: Vec<(String, String)>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) allowed_collisions: Vec<(String, String)>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) forbidden_collisions: Vec<(String, String)>,
+    #[serde(default, skip_serializing_if = "Paddings::is_empty")]
+    pub(super) link_padding: Paddings,
+    #[serde(default, skip_serializing_if = "Scales::is_empty")]
+    pub(super) link_scale: Scales,
+}
+
+/// A diff whose poses are checked and whose meshes are read; what depends on the scene shows when it is applied.
+#[derive(Clone, Debug)]
+pub struct SceneDiff(Vec<Step>);
+
+#[derive(Clone, Debug)]
+struct Step {
+    change: SceneChange,
+    place: Place,
+    /// Frame of a pose in the world.
+    frame: String,
+}
+
+/// Where the object of a change has to be.
+#[derive(Clone, Debug)]
+enum Place {
+    /// In the world.
+    World,
+    /// On this link, or with an empty name on any.
+    Link(String),
+    /// Wherever it is.
+    Anywhere,
+}
+
+impl SceneDiff {
+    /// The scene that the diff makes of this one.
+    ///
+    /// # Errors
+    /// What [`Scene::with`] refuses; an object that is not in the world, or not on the link, that the diff says.
+    pub fn apply(&self, scene: &Scene) -> Result<Scene, SceneError> {
+        self.0.iter().try_fold(scene.clone(), |scene, step| scene.with([step.change(&scene)?]))
+    }
+
+    /// Links that it attaches objects to.
+    pub fn links(&self) -> impl Iterator<Item = &str> {
+        self.0.iter().filter_map(|step| match &step.change {
+            SceneChange::Attach { link_name, .. } => Some(link_name.as_str()),
+            _ => None,
+        })
+    }
+
+    /// Names of links or objects that it enters: in touch links, pairs, paddings and scales.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.0.iter().flat_map(|step| match &step.change {
+            SceneChange::Attach { touch_links, .. } => touch_links.iter().map(String::as_str).collect(),
+            SceneChange::Allow(a, b) | SceneChange::Forbid(a, b) => vec![a.as_str(), b.as_str()],
+            SceneChange::Pad { name, padding } if *padding != 0.0 => vec![name.as_str()],
+            SceneChange::Scale { name, scale } if *scale != 1.0 => vec![name.as_str()],
+            _ => Vec::new(),
+        })
+    }
+}
+
+impl Step {
+    /// The change that this step is for a scene.
+    fn change(&self, scene: &Scene) -> Result<SceneChange, SceneError> {
+        self.check_place(scene)?;
+        let stands = |id: &str| scene.obstacles().get(id).is_some();
+        let in_world = |pose: &Pose| match scene.in_world(&self.frame, pose) {
+            // MoveIt's planning frame by its usual name.
+            Err(_) if self.frame == "world" => Ok(*pose),
+            placed => placed,
+        };
+        Ok(match (self.change.clone(), &self.place) {
+            (SceneChange::Add(object), _) => {
+                let pose = in_world(&object.pose)?;
+                let object = object.at(pose);
+                if stands(&object.id) { SceneChange::Replace(object) } else { SceneChange::Add(object) }
+            }
+            (SceneChange::Append { id, shapes }, Place::World) if !stands(&id) => {
+                SceneChange::Add(Obstacle::new(id, shapes).at(in_world(&Pose::identity())?))
+            }
+            (SceneChange::Move { id, pose }, Place::World) => SceneChange::Move { id, pose: in_world(&pose)? },
+            (SceneChange::Detach { id, pose }, _) => SceneChange::Detach { id, pose: in_world(&pose)? },
+            (change, _) => change,
+        })
+    }
+
+    fn check_place(&self, scene: &Scene) -> Result<(), SceneError> {
+        let (SceneChange::Append { id, .. } | SceneChange::Move { id, .. } | SceneChange::Detach { id, .. }) =
+            &self.change
+        else {
+            return Ok(());
+        };
+        let carrier = scene.attached().get(id).map(|attached| attached.link_name.clone());
+        match (&self.place, carrier) {
+            (Place::World, Some(link_name)) => Err(SceneError::Carried { id: id.clone(), link_name }),
+            (Place::Link(wanted), Some(link_name)) if !wanted.is_empty() && *wanted != link_name => {
+                Err(SceneError::OtherLink { id: id.clone(), link_name, wanted: wanted.clone() })
+            }
+            (Place::Link(_), None) if scene.obstacles().get(id).is_some() => {
+                let known = comma_separated(scene.attached().iter().map(|attached| attached.object.id.as_str()));
+                Err(SceneError::NotAttached { id: id.clone(), known })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl DiffFile {
+    /// Reads a diff's JSON text.
+    ///
+    /// # Errors
+    /// No JSON of this form, with line and column; a whole scene.
+    pub fn parse(text: &str) -> Result<Self, SceneError> {
+        let parsed = match text.trim_start().starts_with('[') {
+            true => serde_json::from_str(text),
+            false => serde_json::from_str(text).map(|part| vec![part]),
+        };
+        let parts: Vec<DiffPart> = parsed.map_err(|error| SceneError::Syntax(format!("not a diff: {error}")))?;
+        if parts.iter().any(|part| !part.is_diff) {
+            let text = "is_diff is false; set it to true, or load the text as a whole scene";
+            return Err(SceneError::Syntax(text.to_owned()));
+        }
+        Ok(Self(parts))
+    }
+
+    /// Whether mesh files have to be read for it.
+    pub fn names_mesh_files(&self) -> bool {
+        let attached = |part: &DiffPart| part.attached_collision_objects.iter().any(|a| a.object.names_mesh_files());
+        self.0.iter().any(|part| part.objects.iter().any(ObjectFile::names_mesh_files) || attached(part))
+    }
+
+    /// Checks poses and shapes and reads meshes.
+    ///
+    /// # Errors
+    /// An object whose sizes, poses or meshes are none, or that lacks what its operation needs.
+    pub fn build(self, meshes: &mut MeshSource<'_>) -> Result<SceneDiff, SceneError> {
+        let mut steps = Vec::new();
+        for part in self.0 {
+            let mut plain = |change| steps.push(Step { change, place: Place::Anywhere, frame: String::new() });
+            for frame in part.fixed_frame_transforms {
+                plain(SceneChange::Frame { pose: frame.pose()?, name: frame.child_frame_id });
+            }
+            for object in part.objects {
+                steps.push(of_world(object, meshes)?);
+            }
+            for attached in part.attached_collision_objects {
+                steps.extend(of_link(attached, meshes)?);
+            }
+            let mut plain = |change| steps.push(Step { change, place: Place::Anywhere, frame: String::new() });
+            part.default_collisions.into_iter().for_each(|(a, b)| plain(SceneChange::ClearPair(a, b)));
+            part.allowed_collisions.into_iter().for_each(|(a, b)| plain(SceneChange::Allow(a, b)));
+            part.forbidden_collisions.into_iter().for_each(|(a, b)| plain(SceneChange::Forbid(a, b)));
+            part.link_padding.0.into_iter().for_each(|(name, padding)| plain(SceneChange::Pad { name, padding }));
+            part.link_scale.0.into_iter().for_each(|(name, scale)| plain(SceneChange::Scale { name, scale }));
+        }
+        Ok(SceneDiff(steps))
+    }
+}
+
+/// Read without mesh files.
+impl TryFrom<DiffFile> for SceneDiff {
+    type Error = SceneError;
+
+    fn try_from(file: DiffFile) -> Result<Self, SceneError> {
+        file.build(&mut |name, _| {
+            let reason = "mesh files are not read here; give its vertices and triangles".to_owned();
+            Err(crate::shape::MeshError::Unreadable { name: name.to_owned(), reason })
+        })
+    }
+}
+
+fn operation(object: &ObjectFile) -> Result<Operation, SceneError> {
+    object.operation.ok_or_else(|| {
+        let text = format!("object {:?} has no operation; valid: ADD, REMOVE, APPEND, MOVE", object.id);
+        SceneError::Syntax(text)
+    })
+}
+
+fn of_world(object: ObjectFile, meshes: &mut MeshSource<'_>) -> Result<Step, SceneError> {
+    let frame = object.header.frame_id.clone();
+    let (change, place) = match operation(&object)? {
+        Operation::Add => (SceneChange::Add(object.build(meshes)?), Place::World),
+        Operation::Remove if object.id.is_empty() => (SceneChange::RemoveAll, Place::Anywhere),
+        Operation::Remove => (SceneChange::Remove { id: object.id }, Place::Anywhere),
+        Operation::Append => (append(object, meshes)?, Place::World),
+        Operation::Move => (moved(object, "the world")?, Place::World),
+    };
+    Ok(Step { change, place, frame })
+}
+
+fn of_link(attached: AttachedObjectFile, meshes: &mut MeshSource<'_>) -> Result<Vec<Step>, SceneError> {
+    let operation = operation(&attached.object)?;
+    if operation == Operation::Add {
+        return taken(attached, meshes);
+    }
+    let AttachedObjectFile { link_name, object, touch_links } = attached;
+    if !touch_links.is_empty() {
+        let (id, name) = (&object.id, operation.name());
+        return Err(SceneError::Syntax(format!(
+            "object {id:?} has touch_links, which {name} does not change; ADD does"
+        )));
+    }
+    let frame = object.header.frame_id.clone();
+    let change = match operation {
+        Operation::Remove => SceneChange::Detach { pose: needed_pose(&object, "the world")?, id: object.id },
+        Operation::Append => append(object, meshes)?,
+        _ => moved(object, "its link's frame")?,
+    };
+    Ok(vec![Step { change, place: Place::Link(link_name), frame }])
+}
+
+/// What a link takes: an object of the world, or one that the diff brings.
+fn taken(attached: AttachedObjectFile, meshes: &mut MeshSource<'_>) -> Result<Vec<Step>, SceneError> {
+    attached.check_frame()?;
+    let AttachedObjectFile { link_name, object, touch_links } = attached;
+    let step = |change| Step { change, place: Place::Anywhere, frame: String::new() };
+    let mut steps = Vec::new();
+    let id = object.id.clone();
+    let pose = if object.has_shapes() {
+        // It stands in the world for a moment, which nobody sees.
+        let built = object.build(meshes)?;
+        let pose = built.pose;
+        steps.push(step(SceneChange::Add(built)));
+        pose
+    } else {
+        needed_pose(&object, "its link's frame")?
+    };
+    steps.push(step(SceneChange::Attach { id, link_name, touch_links, pose }));
+    Ok(steps)
+}
+
+fn append(object: ObjectFile, meshes: &mut MeshSource<'_>) -> Result<SceneChange, SceneError> {
+    if object.pose.is_some() {
+        let text = format!("object {:?} has a pose, which APPEND does not change; MOVE does", object.id);
+        return Err(SceneError::Syntax(text));
+    }
+    let shapes = object.shapes(meshes)?;
+    Ok(SceneChange::Append { id: object.id, shapes })
+}
+
+fn moved(object: ObjectFile, frame: &str) -> Result<SceneChange, SceneError> {
+    if object.has_shapes() || object.has_shape_poses() {
+        let text = format!("object {:?} has shapes, which MOVE does not change; valid: its pose", object.id);
+        return Err(SceneError::Syntax(text));
+    }
+    let pose = needed_pose(&object, frame)?;
+    Ok(SceneChange::Move { id: object.id, pose })
+}
+
+fn needed_pose(object: &ObjectFile, frame: &str) -> Result<Pose, SceneError> {
+    object.own_pose()?.ok_or_else(|| {
+        let text = format!("object {:?} has no pose; give its pose in {frame}", object.id);
+        SceneError::Syntax(text)
+    })
+}
