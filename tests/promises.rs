@@ -27,7 +27,9 @@ fn holds(promise: &str) {
     let broken: Vec<String> = rows
         .iter()
         .filter(|row| row["judged"] == true && row["kept"] == false)
-        .map(|row| format!("{}: promised {}, measured {}", text(row, "figure"), text(row, "promised"), text(row, "measured")))
+        .map(|row| {
+            format!("{}: promised {}, measured {}", text(row, "figure"), text(row, "promised"), text(row, "measured"))
+        })
         .collect();
     assert!(broken.is_empty(), "seed {}: {broken:#?}", report["seed"]);
     assert!(rows.iter().any(|row| row["judged"] == true) || promise == "cost" || promise == "overhead", "{report}");

@@ -289,7 +289,8 @@ fn a_full_disk_is_told_and_nobody_hears_success_for_what_would_be_lost() {
 #[test]
 fn full_shared_memory_is_a_coded_refusal() {
     let place = Place::new();
-    let script = "mount -t tmpfs -o size=8m none /dev/shm && head -c 7500000 /dev/zero > /dev/shm/full; exec \"$0\" serve";
+    let script =
+        "mount -t tmpfs -o size=8m none /dev/shm && head -c 7500000 /dev/zero > /dev/shm/full; exec \"$0\" serve";
     let Some(mut command) = in_namespace(&place, script) else { return };
     let run = Run::of(command.output().unwrap());
     assert_eq!(run.exit, 67, "{}", run.err);

@@ -30,7 +30,8 @@ impl Prepared {
     /// The files in a state folder.
     pub(super) fn new(state: &Path) -> Self {
         let meta = std::env::current_exe().and_then(std::fs::metadata);
-        let of_file = meta.map_or_else(|_| String::new(), |m| format!("{:x}-{:x}-{:x}", m.len(), m.mtime(), m.mtime_nsec()));
+        let of_file =
+            meta.map_or_else(|_| String::new(), |m| format!("{:x}-{:x}-{:x}", m.len(), m.mtime(), m.mtime_nsec()));
         Self { folder: state.join("prepared"), build: format!("{}-{of_file}", env!("CARGO_PKG_VERSION")) }
     }
 
@@ -97,7 +98,10 @@ impl Prepared {
             self.retain(&robots.iter().map(|robot| robot.hash()).collect());
             for robot in robots.into_iter().chain(receiver) {
                 if let Err(error) = self.keep(&robot) {
-                    tracing::warn!("the solids of robot {} are not kept, it warms up as slowly again: {error}", robot.name());
+                    tracing::warn!(
+                        "the solids of robot {} are not kept, it warms up as slowly again: {error}",
+                        robot.name()
+                    );
                 }
             }
         };

@@ -46,7 +46,8 @@ fn kernel() -> (Verdict, String) {
     match pidfd_open(getpid(), PidfdFlags::empty()) {
         Ok(_) => (Verdict::Ok, format!("Linux {release}, tells of the death of processes (pidfd)")),
         Err(error) => {
-            let text = format!("Linux {release} has no pidfd ({error}): --supervise does not work; use Linux 5.3 or newer");
+            let text =
+                format!("Linux {release} has no pidfd ({error}): --supervise does not work; use Linux 5.3 or newer");
             (Verdict::Fail, text)
         }
     }
@@ -104,7 +105,8 @@ fn root(root: &Path) -> (Verdict, String) {
     };
     let (uid, mode, me) = (meta.uid(), meta.permissions().mode() & 0o777, rustix::process::geteuid().as_raw());
     if uid != me || mode & 0o077 != 0 {
-        let text = format!("{seen} belongs to user {uid} with mode {mode:o}, not to user {me} with mode 700; remove it");
+        let text =
+            format!("{seen} belongs to user {uid} with mode {mode:o}, not to user {me} with mode 700; remove it");
         return (Verdict::Fail, text);
     }
     (Verdict::Ok, format!("{seen} is private"))
@@ -162,7 +164,10 @@ fn kept(instance: &Instance, config: &Config) -> (Verdict, String) {
         return (Verdict::Ok, format!("{seen} is made when a daemon starts"));
     }
     if let Err(error) = access(&folder, Access::WRITE_OK | Access::EXEC_OK) {
-        return (Verdict::Fail, format!("{seen} cannot be written ({error}); set its owner, or name another with --state"));
+        return (
+            Verdict::Fail,
+            format!("{seen} cannot be written ({error}); set its owner, or name another with --state"),
+        );
     }
     match inspect(&folder) {
         Err(error) => (Verdict::Fail, error.to_string()),

@@ -27,9 +27,12 @@ fn robot(size: f64) -> Content {
 
 fn scene(size: f64) -> Arc<Scene> {
     let mesh = Obstacle::new("mesh", vec![placed(Shape::Mesh(tetrahedron(size)))]);
-    let many = (0..50).map(|index| Obstacle::new(format!("box{index}"), vec![placed(Shape::cuboid(Vec3::ONE).unwrap())]));
+    let many =
+        (0..50).map(|index| Obstacle::new(format!("box{index}"), vec![placed(Shape::cuboid(Vec3::ONE).unwrap())]));
     let allowed = vec![("mesh".to_owned(), "box1".to_owned())];
-    Arc::new(Scene::new("cell", std::iter::once(mesh).chain(many).collect(), allowed, vec!["of the file".into()]).unwrap())
+    Arc::new(
+        Scene::new("cell", std::iter::once(mesh).chain(many).collect(), allowed, vec!["of the file".into()]).unwrap(),
+    )
 }
 
 fn moved(scene: &Scene, id: &str, x: f64) -> Arc<Scene> {

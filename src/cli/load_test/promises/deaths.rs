@@ -70,7 +70,7 @@ fn of_another_user(trial: &Trial) -> Result<Vec<Row>, CliError> {
 }
 
 fn of_this_user(trial: &Trial) -> Result<Vec<Row>, CliError> {
-    let mut site = Site::own(&Setup { workers: 2, lines: FAULTS.to_owned(), ..Setup::default() })?;
+    let site = Site::own(&Setup { workers: 2, lines: FAULTS.to_owned(), ..Setup::default() })?;
     let mut killer = Killer { random: fastrand::Rng::with_seed(trial.seed), number: 1000, kills: 0 };
     let mut witnesses = Fleet::start(site.instance(), &site.jobs, 0, WITNESSES)?;
     let client = site.client()?;
@@ -104,7 +104,11 @@ fn of_this_user(trial: &Trial) -> Result<Vec<Row>, CliError> {
         Row::none(format!("daemon exits after {killed} killed clients"), u64::from(!alive)),
         Row::none(format!("of {} witnesses' requests, without a proved answer", all.sent), all.sent - all.served),
         Row::none("shared-memory files left over", left.saturating_sub(files) as u64),
-        Row::told("  until the last of them was gone", report::time(back.unwrap_or(RECLAIM).as_secs_f64()), back.is_some().into()),
+        Row::told(
+            "  until the last of them was gone",
+            report::time(back.unwrap_or(RECLAIM).as_secs_f64()),
+            back.is_some().into(),
+        ),
         Row::time("a killed client's worker and quota are free, p99", 0.3, freed.quantile(0.99)),
         Row::at_most("witnesses' p99, with kills / without", 1.1, median(&ratios)),
     ])

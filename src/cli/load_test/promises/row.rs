@@ -5,8 +5,16 @@ use serde::Serialize;
 use crate::cli::report;
 
 /// The line above the rows.
-pub(super) const HEAD: &str =
-    "promise      figure                                              promised      measured\n";
+pub(super) fn head() -> String {
+    line("promise", "figure", "promised", "measured", "")
+}
+
+fn line(promise: &str, figure: &str, promised: &str, measured: &str, verdict: &str) -> String {
+    let text = format!("{promise:<12} {figure:<66} {promised:<12} {measured:<22} {verdict}");
+    text.trim_end().to_owned()
+        + "
+"
+}
 
 /// A figure.
 #[derive(Debug, Serialize)]
