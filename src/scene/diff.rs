@@ -33,7 +33,7 @@ impl SceneDiff {
     /// # Errors
     /// What [`Scene::with`] refuses; an object that is not in the world, or not on the link, that the diff says.
     pub fn apply(&self, scene: &Scene) -> Result<Scene, SceneError> {
-        self.0.iter().try_fold(scene.clone(), |scene, step| scene.with([step.change(&scene)?]))
+        self.0.iter().try_fold(scene.clone(), |scene, step| scene.with(step.change(&scene)?))
     }
 
     /// Whether it brings shapes, of which there may be something to say.
@@ -62,8 +62,8 @@ impl SceneDiff {
 }
 
 impl Step {
-    /// The change that this step is for a scene.
-    fn change(&self, scene: &Scene) -> Result<SceneChange, SceneError> {
+    /// The change that this step is for a scene, if it is one.
+    fn change(&self, scene: &Scene) -> Result<Option<SceneChange>, SceneError> {
         self.check_place(scene)?;
         let stands = |id: &str| scene.obstacles().get(id).is_some();
         let in_world = |pose: &Pose| match scene.in_world(&self.frame, pose) {
@@ -71,7 +71,16 @@ impl Step {
             Err(_) if self.frame == "world" => Ok(*pose),
             placed => placed,
         };
-        Ok(match (self.change.clone(), &self.place) {
+        let is_carried = |id: &str, touching: Option<&[String]>| match (scene.attached().get(id), &self.place) {
+            (Some(carried), Place::Link(link)) => {
+                carried.link_name == *link && touching.is_none_or(|names| names == carried.touch_links)
+            }
+            _ => false,
+        };
+        Ok(Some(match (self.change.clone(), &self.place) {
+            // The link has it already, with other shapes until now.
+            (SceneChange::Add(object), _) if is_carried(&object.id, None) => SceneChange::Replace(object),
+            (SceneChange::Attach { id, touch_links, .. }, _) if is_carried(&id, Some(&touch_links)) => return Ok(None),
             (SceneChange::Add(object), _) => {
                 let pose = in_world(&object.pose)?;
                 let object = object.at(pose);
@@ -83,7 +92,7 @@ impl Step {
             (SceneChange::Move { id, pose }, Place::World) => SceneChange::Move { id, pose: in_world(&pose)? },
             (SceneChange::Detach { id, pose }, _) => SceneChange::Detach { id, pose: in_world(&pose)? },
             (change, _) => change,
-        })
+        }))
     }
 
     fn check_place(&self, scene: &Scene) -> Result<(), SceneError> {

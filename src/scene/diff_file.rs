@@ -174,11 +174,13 @@ fn of_link(attached: AttachedObjectFile, meshes: &mut MeshSource<'_>) -> Result<
 fn taken(attached: AttachedObjectFile, meshes: &mut MeshSource<'_>) -> Result<Vec<Step>, SceneError> {
     attached.check_frame()?;
     let AttachedObjectFile { link_name, object, touch_links } = attached;
-    let step = |change| Step { change, place: Place::Anywhere, frame: String::new() };
+    let brings_shapes = object.has_shapes();
+    let place = if brings_shapes { Place::Link(link_name.clone()) } else { Place::Anywhere };
+    let step = |change| Step { change, place: place.clone(), frame: String::new() };
     let mut steps = Vec::new();
     let id = object.id.clone();
-    let pose = if object.has_shapes() {
-        // It stands in the world for a moment, which nobody sees.
+    let pose = if brings_shapes {
+        // It stands in the world for a moment, which nobody sees, unless the link carries it already.
         let built = object.build(meshes)?;
         let pose = built.pose;
         steps.push(step(SceneChange::Add(built)));

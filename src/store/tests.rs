@@ -69,7 +69,7 @@ fn what_is_not_there_or_not_the_same_is_refused() {
     assert!(matches!(refused(Wanted { robot_id: id_of("cell"), ..wanted() }), StoreError::UnknownRobot { .. }));
     assert!(matches!(refused(Wanted { robot_hash: 1, ..wanted() }), StoreError::HashConflict { .. }));
     assert!(matches!(refused(Wanted { scene_hash: 1, ..wanted() }), StoreError::HashConflict { .. }));
-    assert!(matches!(refused(Wanted { scene_version: 2, ..wanted() }), StoreError::VersionConflict { .. }));
+    assert!(matches!(refused(Wanted { scene_version: 2, ..wanted() }), StoreError::UnknownVersion { .. }));
     assert!(store.snapshot(&Wanted { scene_version: 1, ..wanted() }).is_ok());
     assert!(matches!(store.remove_scene("none"), Err(StoreError::UnknownScene { .. })));
 }
