@@ -97,7 +97,6 @@ impl Drop for Folder {
 pub(super) struct Daemon {
     child: Option<Child>,
     instance: Instance,
-    arguments: Vec<String>,
     // After the rest: fields are dropped in order.
     folder: Folder,
 }
@@ -112,38 +111,15 @@ impl Daemon {
         let folder = Folder::create(name)?;
         fill(&folder.0).map_err(unwritable(&folder.0))?;
         let instance = Instance::new(name, folder.0.join("run"))?;
-        let arguments = arguments.iter().map(|&argument| argument.to_owned()).collect();
-        let mut daemon = Self { child: None, instance, arguments, folder };
-        daemon.start_again()?;
-        Ok(daemon)
-    }
-
-    /// Starts it after it was killed.
-    pub(super) fn start_again(&mut self) -> Result<(), OwnDaemonError> {
-        let log = self.folder.0.join("daemon.log");
-        let log = File::options().append(true).create(true).open(log).map_err(unwritable(&self.folder.0))?;
-        let mut command = this_program(&self.instance)?;
-        command.arg("serve").args(&self.arguments).current_dir(&self.folder.0);
-        command.stdin(Stdio::null()).stderr(log.try_clone().map_err(unwritable(&self.folder.0))?).stdout(log);
+        let log = File::create(folder.0.join("daemon.log")).map_err(unwritable(&folder.0))?;
+        let mut command = this_program(&instance)?;
+        command.arg("serve").args(arguments).current_dir(&folder.0);
+        command.stdin(Stdio::null()).stderr(log.try_clone().map_err(unwritable(&folder.0))?).stdout(log);
         // Ctrl-C at the terminal then goes to the command alone, which stops things in order.
         command.process_group(0);
-        self.child = Some(spawn(command)?);
-        self.wait_until_up()
-    }
-
-    /// Ends it at once (SIGKILL).
-    pub(super) fn kill(&mut self) {
-        if let Some(mut child) = self.child.take() {
-            // A child that is not reaped yet is the one that was started, whatever its number.
-            let _ = child.kill();
-            let _ = child.wait();
-        }
-    }
-
-    /// Its process; `None` once it has ended.
-    pub(super) fn pid(&mut self) -> Option<u32> {
-        let child = self.child.as_mut()?;
-        matches!(child.try_wait(), Ok(None)).then(|| child.id())
+        let mut daemon = Self { child: Some(spawn(command)?), instance, folder };
+        daemon.wait_until_up()?;
+        Ok(daemon)
     }
 
     /// The folder that `fill` filled.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use rustix::process::{Pid, Signal, kill_process};
 use taut::files::Reader;
 use taut_ipc::control::{ControlReply, ControlRequest, Stats};
 use taut_ipc::memory::shared_files;
@@ -27,6 +28,8 @@ pub(super) struct Site {
     daemon: Option<Daemon>,
     _folder: Option<Folder>,
     instance: Instance,
+    /// The process that served when the test began.
+    served_by: Option<u32>,
     /// The problem files.
     pub files: Vec<PathBuf>,
     /// What is sent, as the optimizer takes it.
@@ -46,12 +49,16 @@ pub(super) struct Setup {
     pub waypoints: usize,
     /// More lines of the configuration.
     pub lines: String,
+    /// Start it under its supervisor, which starts it again.
+    pub supervise: bool,
 }
 
 impl Site {
     /// Starts a daemon of the test's own with the problems loaded.
     pub(super) fn own(setup: &Setup) -> Result<Self, CliError> {
-        let daemon = Daemon::start(NAME, &["--config", CONFIG], |folder| {
+        let arguments = ["--config", CONFIG, "--supervise"];
+        let arguments = &arguments[..if setup.supervise { 3 } else { 2 }];
+        let daemon = Daemon::start(NAME, arguments, |folder| {
             world::unpack(folder)?;
             let mut text = format!("workers = {}\n{}\n", setup.workers, setup.lines);
             for file in files(setup, folder) {
@@ -63,8 +70,16 @@ impl Site {
         })?;
         let instance = daemon.instance().clone();
         let files = files(setup, daemon.folder());
-        Self { daemon: Some(daemon), _folder: None, instance, files, problems: Vec::new(), jobs: Vec::new() }
-            .with_jobs(setup.waypoints)
+        Self {
+            daemon: Some(daemon),
+            _folder: None,
+            instance,
+            served_by: None,
+            files,
+            problems: Vec::new(),
+            jobs: Vec::new(),
+        }
+        .with_jobs(setup.waypoints)
     }
 
     /// Uses the daemon that serves this instance, and loads the problems there.
@@ -75,11 +90,20 @@ impl Site {
             written.map_err(|source| CliError::Output { file: folder.path().display().to_string(), source })?;
         }
         let files = files(setup, folder.path());
-        Self { daemon: None, _folder: Some(folder), instance, files, problems: Vec::new(), jobs: Vec::new() }
-            .with_jobs(setup.waypoints)
+        Self {
+            daemon: None,
+            _folder: Some(folder),
+            instance,
+            served_by: None,
+            files,
+            problems: Vec::new(),
+            jobs: Vec::new(),
+        }
+        .with_jobs(setup.waypoints)
     }
 
     fn with_jobs(mut self, waypoints: usize) -> Result<Self, CliError> {
+        self.served_by = self.pid();
         let client = self.client()?;
         let mut reader = Reader::default();
         for file in &self.files {
@@ -124,22 +148,22 @@ impl Site {
         }
     }
 
-    /// Whether the daemon of the test's own is the one that was started, and lives.
-    pub(super) fn is_alive(&mut self) -> bool {
+    /// Whether the process that served when the test began still does.
+    pub(super) fn is_alive(&self) -> bool {
+        self.served_by.is_some() && self.pid() == self.served_by
+    }
+
+    /// Kills the process that serves (SIGKILL) and waits until its supervisor has another one serve.
+    pub(super) fn kill_and_wait(&self, patience: Duration) -> Result<(), CliError> {
         let serves = self.pid();
-        self.daemon.as_mut().is_none_or(|daemon| daemon.pid().is_some() && daemon.pid() == serves)
-    }
-
-    /// Kills the process that serves (SIGKILL).
-    pub(super) fn kill(&mut self) {
-        if let Some(daemon) = &mut self.daemon {
-            daemon.kill();
+        if let Some(pid) = serves.and_then(|pid| Pid::from_raw(pid as i32)) {
+            // Whoever holds the lock of this test's own instance is the daemon that the test's supervisor started.
+            let _ = kill_process(pid, Signal::KILL);
         }
-    }
-
-    /// Starts the daemon again after [`Self::kill`].
-    pub(super) fn start_again(&mut self) -> Result<(), CliError> {
-        self.daemon.as_mut().map_or(Ok(()), |daemon| Ok(daemon.start_again()?))
+        match until(patience, || Ok(self.pid().is_some_and(|pid| Some(pid) != serves)))? {
+            Some(_) => Ok(()),
+            None => Err(self.gone().into()),
+        }
     }
 
     /// Files and bytes of the instance in shared memory.

@@ -19,7 +19,7 @@ const WITHIN: Duration = Duration::from_millis(8);
 const WAYPOINTS: usize = 300;
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
-    let mut site = Site::own(&Setup { workers: 1, waypoints: WAYPOINTS, ..Setup::default() })?;
+    let site = Site::own(&Setup { workers: 1, waypoints: WAYPOINTS, ..Setup::default() })?;
     let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, 1)?;
     let length = trial.pick(Duration::from_millis(700), Duration::from_secs(4));
     let (mut all, mut p99) = (Tally::default(), [Vec::new(), Vec::new()]);

@@ -16,9 +16,9 @@ use crate::cli::report;
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
     let mut rows = Vec::new();
-    let mut site = Site::own(&Setup { workers: 1, ..Setup::default() })?;
+    let site = Site::own(&Setup { workers: 1, ..Setup::default() })?;
     for clients in [1, 4, 16, 64] {
-        let against = Against::measure(trial, &mut site, clients)?;
+        let against = Against::measure(trial, &site, clients)?;
         if clients == 1 {
             rows.push(Row::told(
                 "CPU of one request in this process",
@@ -30,8 +30,8 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
         let figure = format!("throughput of 1 worker, {clients} clients / in this process");
         rows.push(Row::at_least(figure, 0.9, against.rate));
     }
-    let mut site = Site::own(&Setup { workers: 2, ..Setup::default() })?;
-    let against = Against::measure(trial, &mut site, 8)?;
+    let site = Site::own(&Setup { workers: 2, ..Setup::default() })?;
+    let against = Against::measure(trial, &site, 8)?;
     let measured = format!("{:.3}", against.rate);
     rows.push(Row::told("throughput of 2 workers, 8 clients / in this process", measured, against.rate));
     Ok(rows)
@@ -45,7 +45,7 @@ struct Against {
 }
 
 impl Against {
-    fn measure(trial: &Trial, site: &mut Site, clients: usize) -> Result<Self, CliError> {
+    fn measure(trial: &Trial, site: &Site, clients: usize) -> Result<Self, CliError> {
         let length = trial.pick(Duration::from_millis(500), Duration::from_secs(1));
         let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, clients)?;
         let pid = site.pid().ok_or_else(|| site.gone())?;

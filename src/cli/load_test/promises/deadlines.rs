@@ -50,6 +50,6 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
         format!("of {sent} answers, neither proved nor TIMED_OUT"),
         sent - expected(&ours) - expected(&hung),
     ));
-    rows.push(Row::at_most("part more than 1 ms late, less that of the control", 0.001, excess));
+    rows.push(Row::part("answers more than 1 ms late, less the control's part", 0.001, excess));
     Ok(rows)
 }

@@ -16,6 +16,7 @@ use crate::cli::load_test::orders::{Point, Window};
 use crate::cli::load_test::site::{Setup, Site, number, until};
 use crate::cli::load_test::tally::{Tally, Times};
 use crate::cli::load_test::{interrupt, wire_mode};
+use crate::cli::report;
 
 const WITNESSES: usize = 2;
 const POINTS: [Point; 4] = [Point::Loaned, Point::Sent, Point::Streaming, Point::Anywhere];
@@ -23,12 +24,10 @@ const POINTS: [Point; 4] = [Point::Loaned, Point::Sent, Point::Streaming, Point:
 const RECLAIM: Duration = Duration::from_secs(20);
 /// The user that root measures as, too: nobody.
 const USER: u32 = 65_534;
-/// Set for the process that measures as that user.
-const AS_USER: &str = "TAUT_MEASURES_AS_USER";
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
     let mut rows = of_this_user(trial)?;
-    if rustix::process::geteuid().is_root() && std::env::var_os(AS_USER).is_none() {
+    if rustix::process::geteuid().is_root() {
         rows.extend(of_another_user(trial)?);
     }
     Ok(rows)
@@ -39,7 +38,7 @@ fn of_another_user(trial: &Trial) -> Result<Vec<Row>, CliError> {
     let system = |source| LoadError::System { what: "process of another user", source };
     let mut command = Command::new(std::env::current_exe().map_err(system)?);
     command.args(["promises", "--only", "deaths", "--format", "json", "--seed", &trial.seed.to_string()]);
-    command.args(trial.long.then_some("--long")).env(AS_USER, "1").env_remove("TMPDIR").env_remove("XDG_RUNTIME_DIR");
+    command.args(trial.long.then_some("--long")).env_remove("TMPDIR").env_remove("XDG_RUNTIME_DIR");
     let output = command.uid(USER).gid(USER).current_dir("/").stderr(Stdio::inherit()).output();
     let output = match output {
         Ok(output) => output,
@@ -71,7 +70,7 @@ fn of_another_user(trial: &Trial) -> Result<Vec<Row>, CliError> {
 }
 
 fn of_this_user(trial: &Trial) -> Result<Vec<Row>, CliError> {
-    let mut site = Site::own(&Setup { workers: 2, lines: FAULTS.to_owned(), ..Setup::default() })?;
+    let site = Site::own(&Setup { workers: 2, lines: FAULTS.to_owned(), ..Setup::default() })?;
     let mut killer = Killer { random: fastrand::Rng::with_seed(trial.seed), number: 1000, kills: 0 };
     let mut witnesses = Fleet::start(site.instance(), &site.jobs, 0, WITNESSES)?;
     let client = site.client()?;
@@ -105,7 +104,11 @@ fn of_this_user(trial: &Trial) -> Result<Vec<Row>, CliError> {
         Row::none(format!("daemon exits after {killed} killed clients"), u64::from(!alive)),
         Row::none(format!("of {} witnesses' requests, without a proved answer", all.sent), all.sent - all.served),
         Row::none("shared-memory files left over", left.saturating_sub(files) as u64),
-        Row::told("until the last of them was gone", format!("{back:.0?}"), back.map_or(f64::NAN, |b| b.as_secs_f64())),
+        Row::told(
+            "  until the last of them was gone",
+            report::time(back.unwrap_or(RECLAIM).as_secs_f64()),
+            back.is_some().into(),
+        ),
         Row::time("a killed client's worker and quota are free, p99", 0.3, freed.quantile(0.99)),
         Row::at_most("witnesses' p99, with kills / without", 1.1, median(&ratios)),
     ])

@@ -31,7 +31,7 @@ struct Size {
 }
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
-    let mut site = Site::own(&Setup { workers: 2, ..Setup::default() })?;
+    let site = Site::own(&Setup { workers: 2, ..Setup::default() })?;
     let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, CLIENTS)?;
     let total = trial.pick(Duration::from_secs(20), Duration::from_secs(1800));
     let mut churn = Churn { changes: 0, clients: 0, random: fastrand::Rng::with_seed(trial.seed) };

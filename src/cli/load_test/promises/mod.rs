@@ -88,7 +88,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let trial = Trial { long: arguments.long, seed: arguments.seed };
     let mut rows = Vec::new();
     if arguments.format == Format::Table {
-        print(&format!("seed {}   {} form\n{}", arguments.seed, trial.pick("short", "long"), row::HEAD))?;
+        print(&format!("seed {}   {} form\n{}", arguments.seed, trial.pick("short", "long"), row::head()))?;
     }
     for (name, promise, measure) in promises() {
         bar.set_message((*promise).to_owned());

@@ -17,7 +17,7 @@ const TIMES: [f64; 3] = [1.0, 2.0, 10.0];
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
     // A short queue, so that it runs full before the transport's own limit is reached.
-    let mut site = Site::own(&Setup { workers: 1, lines: "queue = 12".to_owned(), ..Setup::default() })?;
+    let site = Site::own(&Setup { workers: 1, lines: "queue = 12".to_owned(), ..Setup::default() })?;
     let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, CLIENTS)?;
     let length = trial.pick(Duration::from_secs(1), Duration::from_secs(2));
     let mut ratios = Vec::new();
@@ -57,7 +57,7 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
         ),
         Row::at_least("goodput at 10x / the most", 0.9, median(&ratios)),
         Row::time("a refusal comes within, p99 at 10x", 0.01, ten.refusal.quantile(0.99)),
-        Row::at_most("part of requests that wait past their deadline", 0.001, waits_long),
+        Row::part("requests that wait past their deadline", 0.001, waits_long),
         Row::told(
             "answers later than 1 ms after the deadline at 10x",
             format!("{:.2} %", ten.lateness.share_above(LATE_NS) * 1e2),

@@ -52,7 +52,7 @@ const POISONS: [Poison; 17] = {
 };
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
-    let mut site = Site::own(&Setup { workers: 2, lines: FAULTS.to_owned(), ..Setup::default() })?;
+    let site = Site::own(&Setup { workers: 2, lines: FAULTS.to_owned(), ..Setup::default() })?;
     let client = site.client()?;
     let mut witnesses = Fleet::start(site.instance(), &site.jobs, 0, WITNESSES)?;
     let bare = Bare::open(site.instance())?;
@@ -63,7 +63,7 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
         let job = &site.jobs[rounds as usize % site.jobs.len()];
         for (name, spoil, right) in POISONS {
             interrupt::check()?;
-            let code = send(&bare, job, spoil)?;
+            let code = send(&bare, job, rounds, spoil)?;
             if !code.is_some_and(|code| right.contains(&code)) {
                 wrong.push(format!("{name}: {}", code.map_or("no answer", Code::name)));
             }
@@ -92,14 +92,20 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
     ])
 }
 
-fn send(bare: &Bare, job: &Job, spoil: fn(&mut RequestHeader, &mut Vec<f64>)) -> Result<Option<Code>, CliError> {
+fn send(
+    bare: &Bare,
+    job: &Job,
+    round: u64,
+    spoil: fn(&mut RequestHeader, &mut Vec<f64>),
+) -> Result<Option<Code>, CliError> {
     let mut path = job.path.clone();
     let mut header = RequestHeader {
         wire_version: limits::WIRE_VERSION,
         header_len: size_of::<RequestHeader>() as u32,
         request_id: 1,
         mode: Mode::Hybrid.into(),
-        work_budget: super::trial::BUDGET,
+        // Another content each time: what crashed often is not tried again.
+        work_budget: super::trial::BUDGET + round,
         path: Section { offset: 0, count: path.len() as u32 },
         ..job.header()
     };

@@ -5,8 +5,16 @@ use serde::Serialize;
 use crate::cli::report;
 
 /// The line above the rows.
-pub(super) const HEAD: &str =
-    "promise      figure                                              promised      measured\n";
+pub(super) fn head() -> String {
+    line("promise", "figure", "promised", "measured", "")
+}
+
+fn line(promise: &str, figure: &str, promised: &str, measured: &str, verdict: &str) -> String {
+    let text = format!("{promise:<12} {figure:<66} {promised:<12} {measured:<22} {verdict}");
+    text.trim_end().to_owned()
+        + "
+"
+}
 
 /// A figure.
 #[derive(Debug, Serialize)]
@@ -62,6 +70,12 @@ impl Row {
         Self::new(figure, format!(">= {least}"), format!("{ratio:.3}"), ratio, ratio >= least)
     }
 
+    /// A part that may not be larger; decides in the long form only.
+    pub(super) fn part(figure: impl Into<String>, most: f64, part: f64) -> Self {
+        let percent = |part: f64| format!("{} %", part * 1e2);
+        Self::new(figure, format!("<= {}", percent(most)), format!("{:.3} %", part * 1e2), part, part <= most)
+    }
+
     /// A figure of which nothing is promised.
     pub(super) fn told(figure: impl Into<String>, measured: String, value: f64) -> Self {
         Self { is_promise: false, ..Self::new(figure, String::new(), measured, value, true) }
@@ -77,6 +91,22 @@ impl Row {
             (_, false, false) => "(above, not judged)",
         };
         let Self { promise, figure, promised, measured, .. } = self;
-        format!("{promise:<12} {figure:<51} {promised:<13} {measured:<24} {verdict}\n")
+        line(promise, figure, promised, measured, verdict)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_judged_is_kept_or_not_and_the_rest_is_only_told() {
+        let verdict = |row: Row| row.line().split("  ").last().unwrap().trim().to_owned();
+        let judged = |row: Row| Row { judged: true, ..row };
+        assert_eq!(verdict(judged(Row::none("deaths", 0))), "kept");
+        assert_eq!(verdict(judged(Row::none("deaths", 1))), "NOT KEPT");
+        assert_eq!(verdict(Row::time("wait", 0.3, 0.5)), "(above, not judged)");
+        assert!(Row::time("wait", 0.3, 0.3).kept && !Row::at_least("rate", 0.9, 0.89).kept);
+        assert!(Row::told("size", "9 MiB".to_owned(), 9.0).line().ends_with("9 MiB\n"));
     }
 }

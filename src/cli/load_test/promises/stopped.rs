@@ -17,7 +17,7 @@ use crate::cli::load_test::wire_mode;
 const HALF: usize = 4;
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
-    let mut site = Site::own(&Setup { workers: 2, ..Setup::default() })?;
+    let site = Site::own(&Setup { workers: 2, ..Setup::default() })?;
     let mut readers = Fleet::start(site.instance(), &site.jobs, 0, HALF)?;
     let mut stopped = Fleet::start(site.instance(), &site.jobs, HALF, HALF)?;
     let length = trial.pick(Duration::from_secs(1), Duration::from_secs(2));
