@@ -27,7 +27,7 @@ pub const MAX_PAYLOAD: usize = 4 * 1024 * 1024;
 /// Most bytes of one encoded control request.
 pub const CONTROL_MAX: usize = 16 * 1024 * 1024;
 /// Most bytes of one encoded control reply.
-pub const CONTROL_REPLY_MAX: usize = 1024 * 1024;
+pub const CONTROL_REPLY_MAX: usize = 4 * 1024 * 1024;
 /// Alignment of payloads and of every section inside them, in bytes.
 pub const PAYLOAD_ALIGN: usize = 8;
 

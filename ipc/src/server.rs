@@ -83,7 +83,11 @@ impl ServerError {
 }
 
 /// Open files the daemon may need.
-pub const FILES_WANTED: u64 = 512 + 16 * MAX_CLIENTS as u64;
+pub const FILES_WANTED: u64 = 512 + FILES_OF_CLIENT * MAX_CLIENTS as u64;
+/// Open files that a client costs the daemon at most.
+const FILES_OF_CLIENT: u64 = 16;
+/// Open files that the daemon needs for itself at least.
+const FILES_OF_DAEMON: u64 = 64;
 
 /// What every response of a server shares.
 #[derive(Debug)]
@@ -128,7 +132,7 @@ impl Server {
     /// [`ServerError::AlreadyRunning`] if another daemon lives; otherwise what could not be made.
     pub fn create(instance: &Instance) -> Result<Self, ServerError> {
         instance.prepare()?;
-        raise_file_limit();
+        let clients = clients_with(raised_file_limit());
         let lock = DaemonLock::acquire(instance)?.ok_or_else(|| already_running(instance))?;
         transport::quiet();
         instance.set_global_config()?;
@@ -138,7 +142,8 @@ impl Server {
         cleanup::clean_start(instance);
         let node = transport::node(instance).map_err(setup("node"))?;
         let boot_id = unique_number();
-        let service = made("optimize", transport::optimize_settings(transport::optimize(&node)).open_or_create())?;
+        let service =
+            made("optimize", transport::optimize_settings(transport::optimize(&node), clients).open_or_create())?;
         let mut server = Self {
             optimize: optimize_port(&service)?,
             control: control_port(&node)?,
@@ -254,14 +259,23 @@ impl Server {
     }
 }
 
-/// A client costs the daemon up to twelve open files, and the usual limit of 1024 is below the number of clients.
-fn raise_file_limit() {
+/// Raises the limit of open files, of which the usual one of 1024 is below what all clients need, as far as the system
+/// lets it; gives what it is then.
+fn raised_file_limit() -> u64 {
     let mut limit = getrlimit(Resource::Nofile);
     let wanted = limit.maximum.map_or(FILES_WANTED, |maximum| maximum.min(FILES_WANTED));
     if limit.current.is_some_and(|current| current < wanted) {
         limit.current = Some(wanted);
         let _ = setrlimit(Resource::Nofile, limit);
     }
+    getrlimit(Resource::Nofile).current.unwrap_or(u64::MAX)
+}
+
+/// Clients that so many open files are enough for. Others are told at once that the daemon is full, for a daemon
+/// that cannot open their ports never hears of them.
+fn clients_with(files: u64) -> usize {
+    let clients = files.saturating_sub(FILES_OF_DAEMON) / FILES_OF_CLIENT;
+    usize::try_from(clients).unwrap_or(MAX_CLIENTS).clamp(1, MAX_CLIENTS)
 }
 
 /// A client whose cancelled requests are still being held has to wait for its next one: that is no error. Neither is

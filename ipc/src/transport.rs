@@ -54,11 +54,11 @@ pub(crate) fn optimize(node: &Node<Variant>) -> OptimizeBuilder {
         .response_user_header::<ResponseHeader>()
 }
 
-/// With the settings that the creator decides.
-pub(crate) fn optimize_settings(builder: OptimizeBuilder) -> OptimizeBuilder {
+/// With the settings that the creator decides, for so many clients.
+pub(crate) fn optimize_settings(builder: OptimizeBuilder, clients: usize) -> OptimizeBuilder {
     builder
         .max_servers(1)
-        .max_clients(MAX_CLIENTS)
+        .max_clients(clients)
         .max_nodes(MAX_NODES)
         .max_active_requests_per_client(ACTIVE_REQUESTS_PER_CLIENT)
         .max_loaned_requests(ACTIVE_REQUESTS_PER_CLIENT)

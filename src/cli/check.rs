@@ -12,7 +12,7 @@ use super::error::{CliError, stdout};
 use super::place::{self, Place};
 use super::report::{self, Answer};
 use super::request::{Asked, Rules, Source};
-use super::{Format, load, verify};
+use super::{Format, load, verify, watch};
 
 /// Prove that paths are collision-free, for every instant of their motion, or verify a proof
 ///
@@ -38,6 +38,12 @@ pub(super) struct Arguments {
     /// Write the certificate of the path to this file
     #[arg(long, value_name = "FILE")]
     write_certificate: Option<PathBuf>,
+    /// Go on after the verdict: check again whenever the scene changes, and print each other verdict, until interrupted
+    #[arg(long, conflicts_with_all = NOT_WATCHED)]
+    watch: bool,
+    /// With --watch, end after so many verdicts
+    #[arg(long, value_name = "NUMBER", requires = "watch", value_parser = clap::value_parser!(u64).range(1..))]
+    count: Option<u64>,
     /// Format of the answers
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -46,6 +52,9 @@ pub(super) struct Arguments {
 /// Options that a certificate has the say about, or that make a new one.
 const FIXED_BY_A_PROOF: [&str; 9] =
     ["clearance", "strict", "unwrapped", "weights", "seed", "held", "no_contacts", "instance", "write_certificate"];
+
+/// What a watch has no use for.
+const NOT_WATCHED: [&str; 4] = ["local", "deadline", "certificate", "write_certificate"];
 
 /// Checks every file; one that cannot be read does not keep the others from being checked.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
@@ -62,6 +71,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     }
     let mut reader = load::reader(&arguments.source);
     let mut place = Place::open(&arguments.place)?;
+    if arguments.watch {
+        let [file] = arguments.files.as_slice() else {
+            let text = format!("--watch is about one path, {} files given; give one", arguments.files.len());
+            return Err(CliError::Usage(text));
+        };
+        let choices = Choices::from(&arguments.reported);
+        let asked = Asked { mode: Mode::Check, rules: &arguments.rules, choices: &choices };
+        let (count, format) = (arguments.count, arguments.format);
+        return watch::run(&mut place, &mut reader, file, &arguments.source, &asked, count, format);
+    }
     let mut exit = 0;
     for file in &arguments.files {
         let checked = check(arguments, file, &mut reader, &mut place);

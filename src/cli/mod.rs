@@ -21,11 +21,13 @@ mod remote;
 mod report;
 mod request;
 mod run;
+mod scene;
 mod serve;
 mod shorten;
 mod svg;
 mod top;
 mod verify;
+mod watch;
 mod why;
 
 use std::process::ExitCode;
@@ -67,6 +69,7 @@ enum Command {
     /// Forget a scene of the daemon; running requests keep it
     UnloadScene(models::Unload),
     List(models::List),
+    Scene(scene::Arguments),
     Describe(models::Describe),
     Stop(models::Stop),
     Top(top::Arguments),
@@ -123,6 +126,7 @@ pub fn main() -> ExitCode {
         Command::UnloadRobot(arguments) => models::unload_robot(&arguments),
         Command::UnloadScene(arguments) => models::unload_scene(&arguments),
         Command::List(arguments) => models::list(&arguments),
+        Command::Scene(arguments) => scene::run(&arguments),
         Command::Describe(arguments) => models::describe(&arguments),
         Command::Stop(arguments) => models::stop(&arguments),
         Command::Top(arguments) => top::run(&arguments),

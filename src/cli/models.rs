@@ -204,7 +204,7 @@ pub(super) fn stop(arguments: &Stop) -> Result<u8, CliError> {
     Ok(0)
 }
 
-fn print<T: Serialize>(format: Format, value: &T, table: impl Fn() -> String) -> Result<u8, CliError> {
+pub(super) fn print<T: Serialize>(format: Format, value: &T, table: impl Fn() -> String) -> Result<u8, CliError> {
     let text = match format {
         // Infinite limits become null, which JSON has.
         Format::Json => serde_json::to_string(value).expect("control replies hold only plain values"),
@@ -220,7 +220,7 @@ fn robot_line(label: &str, nq: u32, hash: u64) -> String {
     format!("robot {label}   {nq} variables   hash {hash:016x}")
 }
 
-fn scene_line(scene: &SceneSummary) -> String {
+pub(super) fn scene_line(scene: &SceneSummary) -> String {
     format!("scene {} v{}   {} objects   hash {:016x}", scene.label, scene.version, scene.objects, scene.scene_hash)
 }
 

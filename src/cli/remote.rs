@@ -7,6 +7,7 @@ use taut::files::{self, PathTable, Reader, RobotFiles};
 use taut::optimize::{RequestError, Settings};
 use taut::path::Path;
 use taut::robot::Variable;
+use taut_ipc::client::RequestBuilder;
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, RobotDescription, SceneSummary};
 use taut_ipc::wire::{Code, RequestBody};
 use taut_ipc::{Client, ClientError, Response, deadline_after};
@@ -204,12 +205,36 @@ pub(super) fn run(
     deadline: Option<Duration>,
     watch: &mut dyn FnMut(Duration, f64),
 ) -> Result<Timed, CliError> {
+    let start = Instant::now();
+    let request = request(client, prepared, settings, deadline)?;
+    let weights = settings.weights.as_deref().unwrap_or(&prepared.robot.weights);
+    let bytes = |mask: &Vec<bool>| mask.iter().map(|set| u8::from(*set)).collect::<Vec<u8>>();
+    let fixed = settings.fixed_waypoints.as_ref().map(bytes).unwrap_or_default();
+    let moving = settings.moving.as_ref().map(|moving| layout.columns_of(moving)).unwrap_or_default();
+    let body = RequestBody {
+        weights: settings.weights.as_deref().unwrap_or_default(),
+        fixed_waypoints: &fixed,
+        group_mask: &moving,
+        held_values: settings.held.as_deref().unwrap_or_default(),
+    };
+    let patience = deadline.unwrap_or(RECOVERY);
+    let mut improved = |response: &Response| watch(start.elapsed(), response.header().length_after);
+    let response = request.with_body(body).answer(prepared.path.as_flat(), patience, &mut improved)?;
+    timed(&response, settings, weights, start.elapsed())
+}
+
+/// A request about what is prepared; nothing is sent yet.
+pub(super) fn request(
+    client: &Client,
+    prepared: &Prepared,
+    settings: &Settings,
+    deadline: Option<Duration>,
+) -> Result<RequestBuilder<'static>, CliError> {
     if settings.clearance_m == 0.0 {
         // On the wire, 0 is the daemon's default.
         return Err(CliError::Request { name: prepared.subject.name.clone(), source: RequestError::Clearance(0.0) });
     }
     let Prepared { robot, scene, path, .. } = prepared;
-    let start = Instant::now();
     let mut request = client.request(path.len() as u32, path.nq() as u32);
     request.header = taut_ipc::wire::RequestHeader {
         waypoints: request.header.waypoints,
@@ -222,22 +247,21 @@ pub(super) fn run(
         deadline_ns: deadline.map_or(0, deadline_after),
         ..translate::request_header(settings)
     };
-    let weights = settings.weights.as_deref().unwrap_or(&robot.weights);
-    let bytes = |mask: &Vec<bool>| mask.iter().map(|set| u8::from(*set)).collect::<Vec<u8>>();
-    let fixed = settings.fixed_waypoints.as_ref().map(bytes).unwrap_or_default();
-    let moving = settings.moving.as_ref().map(|moving| layout.columns_of(moving)).unwrap_or_default();
-    let body = RequestBody {
-        weights: settings.weights.as_deref().unwrap_or_default(),
-        fixed_waypoints: &fixed,
-        group_mask: &moving,
-        held_values: settings.held.as_deref().unwrap_or_default(),
-    };
-    let patience = deadline.unwrap_or(RECOVERY);
-    let mut improved = |response: &Response| watch(start.elapsed(), response.header().length_after);
-    let response = request.with_body(body).answer(path.as_flat(), patience, &mut improved)?;
+    Ok(request)
+}
+
+/// What a response tells, `time` after it was asked for.
+///
+/// # Errors
+/// A refusal, or a response that contradicts itself.
+pub(super) fn timed(
+    response: &Response,
+    settings: &Settings,
+    weights: &[f64],
+    time: Duration,
+) -> Result<Timed, CliError> {
     let view = response.view().map_err(ClientError::from)?;
     let (outcome, code) = translate::outcome(&view, settings, weights)?;
     let cpu_s = view.header.compute_ns as f64 * 1e-9;
-    let (time_s, request_id) = (start.elapsed().as_secs_f64(), Some(view.header.request_id));
-    Ok(Timed { outcome, code, cpu_s, time_s, request_id })
+    Ok(Timed { outcome, code, cpu_s, time_s: time.as_secs_f64(), request_id: Some(view.header.request_id) })
 }

@@ -1,9 +1,11 @@
 //! Control messages: what changes the store, or asks about it.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
+use taut::scene::Scene;
 use taut::store::{Change, SceneEntry, StoreError};
-use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, Stats};
+use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, SceneSummary, Stats};
 use taut_ipc::monotonic_ns;
 use taut_ipc::server::{IncomingControl, ServerError};
 use taut_ipc::wire::{Code, SceneEvent, SceneEventKind, label_id};
@@ -11,9 +13,9 @@ use taut_ipc::wire::{Code, SceneEvent, SceneEventKind, label_id};
 use super::event::{Content, Loaded, Purpose};
 use super::event_loop::{EventLoop, ROUND};
 use super::keep::{Acknowledgement, Changed, reply};
-use super::loader::{Source, Task};
+use super::loader::{Source, Task, Work};
 use super::metrics;
-use super::translate::{describe, robot_files, robot_summary, scene_summary, store_refusal};
+use super::translate::{describe, robot_files, robot_summary, scene_state, scene_summary, store_refusal};
 
 /// Longest label, in bytes.
 const LABEL_MAX: usize = 256;
@@ -34,6 +36,9 @@ impl EventLoop {
                 Ok(ControlRequest::DiffScene { label, json, base_dir, base_version }) => {
                     let file = file_of(&label, base_dir);
                     self.diff_scene(control, label, base_version, json, file)?;
+                }
+                Ok(ControlRequest::ShowScene { label, version, base_version }) => {
+                    self.show_scene(control, &label, version, base_version);
                 }
                 Ok(ControlRequest::UnloadRobot { label }) => self.unload_robot(control, label)?,
                 Ok(ControlRequest::UnloadScene { label }) => self.unload_scene(control, label)?,
@@ -60,9 +65,6 @@ impl EventLoop {
                 Ok(ControlReply::Done)
             }
             ControlRequest::PinScene { label, version, pinned } => self.pin_scene(&label, version, pinned),
-            ControlRequest::ShowScene { label, version, base_version } => {
-                self.show_scene(&label, version, base_version)
-            }
             other => {
                 let text = format!("this daemon does not know {other:?}; use client and daemon of the same release");
                 Err(Refusal::new(Code::MalformedRequest, text))
@@ -106,13 +108,25 @@ impl EventLoop {
             let text = format!("{}: name files by absolute paths", files.urdf.display());
             return reply(control, &ControlReply::Refused(Refusal::new(Code::MalformedRequest, text)));
         }
-        let token = self.next_number();
         if matches!(purpose, Purpose::Load { .. }) {
             self.loading.insert(label_id(&label));
         }
+        self.hand_over(control, Work::Read { label, purpose, source });
+    }
+
+    /// Gives work to the loader; the control request waits for it.
+    pub(super) fn hand_over(&mut self, control: IncomingControl, work: Work) {
+        let token = self.next_number();
         self.loads.insert(token, control);
         if let Some(loader) = &self.loader {
-            loader.send(Task { token, label, purpose, source });
+            loader.send(Task { token, work });
+        }
+    }
+
+    /// Answers a control request with what the loader has made for it.
+    pub(super) fn answer_control(&mut self, token: u64, answer: &ControlReply) {
+        if let Some(control) = self.loads.remove(&token) {
+            reply(control, answer);
         }
     }
 
@@ -136,7 +150,9 @@ impl EventLoop {
     ) -> Result<(), ServerError> {
         match content.and_then(|content| self.insert(label, purpose, content)) {
             Ok((changed, answer, event)) => {
-                self.recheck_watches(label_id(label));
+                if event.is_some() || matches!(changed, Changed::Robot(_)) {
+                    self.recheck_watches(label_id(label));
+                }
                 self.keep(&changed, Acknowledgement { control, answer, event })
             }
             Err(refusal) => {
@@ -168,19 +184,29 @@ impl EventLoop {
             }
             Content::Diff(diff) => {
                 let scene = self.changed_scene(label, base_version, &diff)?;
-                self.insert(label, Purpose::Load { replace }, Content::Scene(scene))
+                // What is odd about shapes is known where they came, and looking at all of them takes its time.
+                let summary = if diff.brings_shapes() { scene_summary } else { scene_state };
+                self.insert_scene(label, scene, replace, summary)
             }
-            Content::Scene(scene) => {
-                let change = self.store.insert_scene(label, scene, replace).map_err(refuse)?;
-                let entry = &self.store.scenes()[label];
-                let event = match change {
-                    Change::Created => Some(scene_event(SceneEventKind::Created, entry)),
-                    Change::Replaced => Some(scene_event(SceneEventKind::Changed, entry)),
-                    Change::Unchanged => None,
-                };
-                Ok((Changed::Scene(label.to_owned()), ControlReply::Scene(scene_summary(label, entry)), event))
-            }
+            Content::Scene(scene) => self.insert_scene(label, scene, replace, scene_summary),
         }
+    }
+
+    fn insert_scene(
+        &mut self,
+        label: &str,
+        scene: Arc<Scene>,
+        replace: bool,
+        summary: fn(&str, &SceneEntry) -> SceneSummary,
+    ) -> Result<(Changed, ControlReply, Option<SceneEvent>), Refusal> {
+        let change = self.store.insert_scene(label, scene, replace).map_err(|error| store_refusal(&error))?;
+        let entry = self.store.scene(label).map_err(|error| store_refusal(&error))?;
+        let event = match change {
+            Change::Created => Some(scene_event(SceneEventKind::Created, entry)),
+            Change::Replaced => Some(scene_event(SceneEventKind::Changed, entry)),
+            Change::Unchanged => None,
+        };
+        Ok((Changed::Scene(label.to_owned()), ControlReply::Scene(summary(label, entry)), event))
     }
 
     fn listing(&self) -> Listing {

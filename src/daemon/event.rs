@@ -6,7 +6,7 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 use taut::robot::RobotModel;
 use taut::scene::Scene;
 use taut::scene::diff_file::SceneDiff;
-use taut_ipc::control::Refusal;
+use taut_ipc::control::{ControlReply, Refusal};
 use taut_ipc::server::Waker;
 
 use super::keep::KeptUpTo;
@@ -25,6 +25,13 @@ pub(super) enum Event {
     Loaded(Box<Loaded>),
     /// The journal has dealt with changes.
     Kept(KeptUpTo),
+    /// The answer to a control request is written.
+    Written {
+        /// The control request.
+        token: u64,
+        /// Its answer.
+        answer: ControlReply,
+    },
     /// The process is asked to end.
     Stop,
 }

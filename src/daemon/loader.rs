@@ -9,23 +9,41 @@ use crossbeam_channel::{Sender, unbounded};
 use taut::collision::{CollisionModel, neutral_warnings, reach_weights};
 use taut::files::{FileError, Packages, Reader, RobotFiles};
 use taut::robot::{RobotDescription, RobotModel};
-use taut::scene::Scene;
-use taut_ipc::control::Refusal;
+use taut::scene::{Scene, diff_file, scene_file};
+use taut_ipc::control::{ControlReply, Refusal, SceneText};
 use taut_ipc::wire::Code;
 
 use super::event::{Content, Event, EventSender, Loaded, Purpose};
-use super::translate::{file_refusal, model_refusal};
+use super::translate::{file_refusal, model_refusal, scene_refusal};
 
-/// Something to read.
+/// Something to do for a control request.
 pub(super) struct Task {
     /// The control request that asked for it.
     pub token: u64,
-    /// Its label.
-    pub label: String,
-    /// What to do with it.
-    pub purpose: Purpose,
-    /// What to read.
-    pub source: Source,
+    /// What to do.
+    pub work: Work,
+}
+
+/// What a loader does.
+pub(super) enum Work {
+    /// Reads something.
+    Read {
+        /// Its label.
+        label: String,
+        /// What to do with it.
+        purpose: Purpose,
+        /// What to read.
+        source: Source,
+    },
+    /// Writes the text of a scene.
+    Write {
+        /// All of the answer but the text.
+        answer: SceneText,
+        /// The scene.
+        scene: Arc<Scene>,
+        /// Where the text is to lead to it from; `None` = the whole scene.
+        base: Option<Arc<Scene>>,
+    },
 }
 
 /// Where it is.
@@ -38,8 +56,8 @@ pub(super) enum Source {
     Diff(String, PathBuf),
 }
 
-/// The way to the loader's threads. Diffs have one of their own: a change to a scene that is in use must not wait
-/// until some robot is read.
+/// The way to the loader's threads. Diffs and texts have one of their own: a change to a scene that is in use must not
+/// wait until some robot is read.
 pub(super) struct Loader {
     models: Sender<Task>,
     diffs: Sender<Task>,
@@ -55,7 +73,8 @@ impl Loader {
 
     /// Has something read.
     pub(super) fn send(&self, task: Task) {
-        let tasks = if matches!(task.source, Source::Diff(..)) { &self.diffs } else { &self.models };
+        let is_model = matches!(&task.work, Work::Read { source: Source::Robot(_) | Source::Scene(..), .. });
+        let tasks = if is_model { &self.models } else { &self.diffs };
         // Its thread reads until this is dropped.
         let _ = tasks.send(task);
     }
@@ -67,23 +86,37 @@ fn thread(name: &str, events: EventSender) -> std::io::Result<(Sender<Task>, Joi
     let (tasks, receiver) = unbounded::<Task>();
     let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || {
         for task in receiver {
-            let Task { token, label, purpose, source } = task;
-            let content = read(&source);
-            events.send(Event::Loaded(Box::new(Loaded { token, label, purpose, content })));
+            let token = task.token;
+            events.send(match task.work {
+                Work::Read { label, purpose, source } => {
+                    let content = read(&source);
+                    Event::Loaded(Box::new(Loaded { token, label, purpose, content }))
+                }
+                Work::Write { answer, scene, base } => {
+                    let answer = match guarded(|| write(&scene, base.as_deref())) {
+                        Ok(json) => ControlReply::SceneText(SceneText { json, ..answer }),
+                        Err(refusal) => ControlReply::Refused(refusal),
+                    };
+                    Event::Written { token, answer }
+                }
+            });
         }
     })?;
     Ok((tasks, thread))
 }
 
 fn read(source: &Source) -> Result<Content, Refusal> {
-    // Files are input like any other: a reader that panics on one must not end the daemon.
-    let result = catch_unwind(AssertUnwindSafe(|| match source {
+    guarded(|| match source {
         Source::Robot(files) => robot(files),
         Source::Scene(text, file) => scene(text, file),
         Source::Diff(text, file) => diff(text, file),
-    }));
-    result.unwrap_or_else(|_| {
-        let message = "the loader panicked on this file; report it as a defect";
+    })
+}
+
+/// Files are input like any other: what panics on one must not end the daemon.
+fn guarded<T>(work: impl FnOnce() -> Result<T, Refusal>) -> Result<T, Refusal> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
+        let message = "the loader panicked on this; report it as a defect";
         Err(Refusal::new(Code::Crash, message))
     })
 }
@@ -122,4 +155,11 @@ fn diff(text: &str, file: &Path) -> Result<Content, Refusal> {
     let mut reader = Reader::new(Packages::with_environment(Default::default()));
     let diff = reader.diff_of_text(text, file).map_err(|error| file_refusal(&error))?;
     Ok(Content::Diff(diff))
+}
+
+fn write(scene: &Scene, base: Option<&Scene>) -> Result<String, Refusal> {
+    match base {
+        None => Ok(scene_file::text(scene, true)),
+        Some(base) => diff_file::text(base, &base.changes_to(scene), true).map_err(|error| scene_refusal(&error)),
+    }
 }

@@ -19,6 +19,7 @@ mod poison;
 mod prepared;
 mod preparer;
 mod pulse;
+mod requests;
 mod restore;
 mod scenes;
 mod schedule;

@@ -3,15 +3,16 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use taut::scene::diff_file::{self, DiffFile, SceneDiff};
-use taut::scene::{Scene, SceneError, scene_file};
+use taut::scene::diff_file::{DiffFile, SceneDiff};
+use taut::scene::{Scene, SceneError};
 use taut::store::StoreError;
 use taut_ipc::control::{ControlReply, Refusal, SceneText};
 use taut_ipc::server::{IncomingControl, ServerError};
 
 use super::event::{Content, Purpose};
 use super::event_loop::EventLoop;
-use super::loader::Source;
+use super::keep::reply;
+use super::loader::{Source, Work};
 use super::translate::{name_refusal, scene_refusal, scene_summary, store_refusal};
 
 /// Longest diff (bytes) that the I/O thread reads by itself. That takes it less than a hop to another thread and back
@@ -69,19 +70,26 @@ impl EventLoop {
         summary.map_err(|error| store_refusal(&error))
     }
 
-    /// The text of a version, or of what leads to it from another one.
-    pub(super) fn show_scene(&self, label: &str, version: u64, base_version: u64) -> Result<ControlReply, Refusal> {
-        let refuse = |error: StoreError| store_refusal(&error);
-        let newest = self.store.scene(label).map_err(refuse)?.version;
-        let scene = self.store.scene_at(label, version).map_err(refuse)?;
-        let json = if base_version == 0 {
-            scene_file::text(scene, true)
-        } else {
-            let base = self.store.scene_at(label, base_version).map_err(refuse)?;
-            diff_file::text(base, &base.changes_to(scene), true).map_err(|error| scene_refusal(&error))?
+    /// Has a version written as text, or what leads to it from another one.
+    pub(super) fn show_scene(&mut self, control: IncomingControl, label: &str, version: u64, base_version: u64) {
+        match self.shown_scenes(label, version, base_version) {
+            Ok(work) => self.hand_over(control, work),
+            Err(error) => reply(control, &ControlReply::Refused(store_refusal(&error))),
+        }
+    }
+
+    fn shown_scenes(&self, label: &str, version: u64, base_version: u64) -> Result<Work, StoreError> {
+        let newest = self.store.scene(label)?.version;
+        let scene = self.store.scene_at(label, version)?.clone();
+        let base = (base_version != 0).then(|| self.store.scene_at(label, base_version).cloned()).transpose()?;
+        let answer = SceneText {
+            label: label.to_owned(),
+            version: if version == 0 { newest } else { version },
+            scene_hash: scene.hash(),
+            base_version,
+            ..SceneText::default()
         };
-        let (label, version) = (label.to_owned(), if version == 0 { newest } else { version });
-        Ok(ControlReply::SceneText(SceneText { label, version, scene_hash: scene.hash(), base_version, json }))
+        Ok(Work::Write { answer, scene, base })
     }
 }
 

@@ -26,6 +26,8 @@ const QUICK: Duration = Duration::from_secs(10);
 const MOST_QUICK: u32 = 5;
 /// Pause after the second quick death in a row; it doubles with each. After the first there is none.
 const PAUSE: Duration = Duration::from_millis(100);
+/// How long a daemon may take to be ready.
+const START: Duration = Duration::from_secs(120);
 /// How long a daemon that hangs has for its last words.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
@@ -184,11 +186,9 @@ impl Supervisor {
     fn watch(&mut self, child: &Child) -> Result<(bool, bool), SuperviseError> {
         let process = pidfd_open(Pid::from_child(child), PidfdFlags::empty()).map_err(system("pidfd"))?;
         let (mut was_ready, mut hung) = (false, false);
-        // Nothing is awaited until it is ready: large robots take their time.
-        let mut until: Option<Instant> = None;
+        let mut until = Instant::now() + START;
         loop {
-            let left = until.map(|until| until.saturating_duration_since(Instant::now()));
-            let happened = self.wait(Some(&process), left)?;
+            let happened = self.wait(Some(&process), until.saturating_duration_since(Instant::now()))?;
             if happened.signal {
                 self.is_stopping = true;
                 let _ = pidfd_send_signal(&process, Signal::TERM);
@@ -199,16 +199,18 @@ impl Supervisor {
                 }
                 tell(NotifyState::Watchdog);
                 was_ready = true;
-                until = until.filter(|_| hung).or_else(|| Some(Instant::now() + self.patience));
+                if !hung {
+                    until = Instant::now() + self.patience;
+                }
             }
             if happened.end {
                 return Ok((was_ready, hung));
             }
-            if until.is_some_and(|until| until <= Instant::now()) {
+            if until <= Instant::now() {
                 let signal = if hung { Signal::KILL } else { Signal::ABORT };
                 let _ = pidfd_send_signal(&process, signal);
                 hung = true;
-                until = Some(Instant::now() + LAST_WORDS);
+                until = Instant::now() + LAST_WORDS;
             }
         }
     }
@@ -217,13 +219,13 @@ impl Supervisor {
     fn pause(&mut self, pause: Duration) -> Result<(), SuperviseError> {
         let end = Instant::now() + pause;
         while !self.is_stopping && Instant::now() < end {
-            self.is_stopping = self.wait(None, Some(end.saturating_duration_since(Instant::now())))?.signal;
+            self.is_stopping = self.wait(None, end.saturating_duration_since(Instant::now()))?.signal;
         }
         Ok(())
     }
 
-    fn wait(&mut self, process: Option<&OwnedFd>, timeout: Option<Duration>) -> Result<Happened, SuperviseError> {
-        let timeout = timeout.and_then(|timeout| Timespec::try_from(timeout).ok());
+    fn wait(&mut self, process: Option<&OwnedFd>, timeout: Duration) -> Result<Happened, SuperviseError> {
+        let timeout = Timespec::try_from(timeout).ok();
         let mut watched = vec![PollFd::new(&self.signals, PollFlags::IN), PollFd::new(&self.signs, PollFlags::IN)];
         watched.extend(process.map(|process| PollFd::new(process, PollFlags::IN)));
         match poll(&mut watched, timeout.as_ref()) {

@@ -9,7 +9,8 @@ use taut_ipc::monotonic_ns;
 use taut_ipc::server::IncomingRequest;
 use taut_ipc::wire::{Code, Mode, RequestFlags, RequestHeader, ResponseFlags, SceneEvent, SceneEventKind, Status};
 
-use super::event_loop::{EventLoop, OpenRequest, superseded};
+use super::event_loop::EventLoop;
+use super::requests::{OpenRequest, superseded};
 use super::story;
 use super::translate::Reply;
 

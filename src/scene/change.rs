@@ -136,9 +136,18 @@ impl Scene {
             SceneChange::Pad { name, padding } => self.pad(&name, padding),
             SceneChange::Scale { name, scale } => self.rescale(&name, scale),
             SceneChange::Frame { name, pose } => self.place_frame(&name, pose),
-            SceneChange::Allow(a, b) => Ok(self.verdicts.set(&a, &b, Some(Verdict::Allowed))),
-            SceneChange::Forbid(a, b) => Ok(self.verdicts.set(&a, &b, Some(Verdict::Forbidden))),
-            SceneChange::ClearPair(a, b) => Ok(self.verdicts.set(&a, &b, None)),
+            SceneChange::Allow(a, b) => {
+                self.verdicts.set(&a, &b, Some(Verdict::Allowed));
+                Ok(())
+            }
+            SceneChange::Forbid(a, b) => {
+                self.verdicts.set(&a, &b, Some(Verdict::Forbidden));
+                Ok(())
+            }
+            SceneChange::ClearPair(a, b) => {
+                self.verdicts.set(&a, &b, None);
+                Ok(())
+            }
         }
     }
 

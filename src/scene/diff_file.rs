@@ -96,6 +96,11 @@ impl SceneDiff {
         self.0.iter().try_fold(scene.clone(), |scene, step| scene.with([step.change(&scene)?]))
     }
 
+    /// Whether it brings shapes, of which there may be something to say.
+    pub fn brings_shapes(&self) -> bool {
+        self.0.iter().any(|step| matches!(step.change, SceneChange::Add(_) | SceneChange::Append { .. }))
+    }
+
     /// Links that it attaches objects to.
     pub fn links(&self) -> impl Iterator<Item = &str> {
         self.0.iter().filter_map(|step| match &step.change {

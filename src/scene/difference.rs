@@ -6,12 +6,10 @@ use std::sync::Arc;
 use super::objects::digest_of_shapes;
 use super::{AttachedObject, Obstacle, Scene, SceneChange, Verdict};
 use crate::math::Pose;
-use crate::shape::PlacedShape;
 
 impl Scene {
     /// Changes that make this scene the other one: made by [`Scene::with`], they give a scene of its content hash.
-    /// What both have is left as it is, but for objects that stand elsewhere in the order or have other shapes than
-    /// before and some more: these go and come again.
+    /// What both have is left as it is, but for objects that stand elsewhere in the order: these go and come again.
     pub fn changes_to(&self, other: &Self) -> Vec<SceneChange> {
         let mut way = Way { at: self.clone(), other, changes: Vec::new() };
         let kept = way.kept();
@@ -44,21 +42,17 @@ impl<'a> Way<'a> {
         let mut last = None;
         let stays = |object: &&Obstacle| {
             let number = self.at.obstacles.number(&object.id);
-            let is_behind = number > last;
-            last = number;
-            is_behind && self.more_shapes(object).is_some()
+            std::mem::replace(&mut last, number) < number
         };
         self.other.obstacles.iter().take_while(stays).map(|object| object.id.as_str()).collect()
     }
 
     fn remove(&mut self, kept: &BTreeSet<&str>) {
         let (at, other) = (self.at.clone(), self.other);
-        let has = |object: Option<&Obstacle>| object.is_some_and(|object| self.more_shapes(object).is_some());
-        let carried = |id: &str| has(other.attached.get(id).map(|attached| &attached.object));
         let standing = at.obstacles.iter().map(|object| &object.id);
-        let standing = standing.filter(|id| !kept.contains(id.as_str()) && !carried(id));
+        let standing = standing.filter(|id| !kept.contains(id.as_str()) && other.attached.get(id).is_none());
         let attached = at.attached.iter().map(|attached| &attached.object.id);
-        let attached = attached.filter(|id| !has(other.obstacles.get(id)) && !carried(id));
+        let attached = attached.filter(|id| other.object(id).is_none());
         let gone: Vec<_> = standing.chain(attached).cloned().collect();
         gone.into_iter().for_each(|id| self.go(SceneChange::Remove { id }));
     }
@@ -83,7 +77,7 @@ impl<'a> Way<'a> {
                 continue;
             }
             let id = object.id.clone();
-            self.append(object);
+            self.reshape(object);
             if index >= kept {
                 self.go(match self.at.attached.get(&id) {
                     Some(_) => SceneChange::Detach { id, pose: object.pose },
@@ -100,7 +94,7 @@ impl<'a> Way<'a> {
         for attached in &self.other.attached {
             let AttachedObject { link_name, object, touch_links } = attached;
             let (id, pose) = (object.id.clone(), object.pose);
-            self.append(object);
+            self.reshape(object);
             let number = self.at.attached.number(&id);
             is_kept &= number > last
                 && self
@@ -153,19 +147,16 @@ impl<'a> Way<'a> {
         }
     }
 
-    /// Gives an object that is here already the shapes that the other scene's has more.
-    fn append(&mut self, object: &Obstacle) {
-        let Some(shapes) = self.more_shapes(object).filter(|shapes| !shapes.is_empty()) else { return };
-        let (id, shapes) = (object.id.clone(), shapes.to_vec());
-        self.go(SceneChange::Append { id, shapes });
-    }
-
-    /// The shapes that an object has more than the one of its id here; `None` where there is no such one, or where
-    /// others come first.
-    fn more_shapes<'b>(&self, object: &'b Obstacle) -> Option<&'b [PlacedShape]> {
-        let held = self.at.object(&object.id)?;
-        let (first, more) = object.shapes.split_at_checked(held.shapes.len())?;
-        let is_same = Arc::ptr_eq(&held.shapes, &object.shapes);
-        (is_same || digest_of_shapes(first) == digest_of_shapes(&held.shapes)).then_some(more)
+    /// Gives an object that is here already the shapes that it has in the other scene.
+    fn reshape(&mut self, object: &Obstacle) {
+        let Some(held) = self.at.object(&object.id).filter(|held| !Arc::ptr_eq(&held.shapes, &object.shapes)) else {
+            return;
+        };
+        let split = object.shapes.split_at_checked(held.shapes.len());
+        match split.filter(|(first, _)| digest_of_shapes(first) == digest_of_shapes(&held.shapes)) {
+            Some((_, [])) => {}
+            Some((_, more)) => self.go(SceneChange::Append { id: object.id.clone(), shapes: more.to_vec() }),
+            None => self.go(SceneChange::Replace(object.clone())),
+        }
     }
 }

@@ -23,7 +23,7 @@ fn change(rng: &mut Rng, known: &[PlacedShape]) -> SceneChange {
     let place = |rng: &mut Rng| if rng.bool() { pose(rng, 1.0) } else { known[rng.usize(0..known.len())].pose };
     let shapes = |rng: &mut Rng| (0..rng.usize(0..3)).map(|_| known[rng.usize(0..known.len())].clone()).collect();
     let id = name(rng);
-    match rng.u8(0..19) {
+    match rng.u8(0..20) {
         0..4 => SceneChange::Add(Obstacle::new(id, shapes(rng)).at(place(rng))),
         4 => SceneChange::Append { id, shapes: shapes(rng) },
         5 | 6 => SceneChange::Remove { id },
@@ -38,7 +38,8 @@ fn change(rng: &mut Rng, known: &[PlacedShape]) -> SceneChange {
         14 => SceneChange::Scale { name: any(rng), scale: [1.0, 0.5, 2.0, 0.0][rng.usize(0..4)] },
         15 => SceneChange::Frame { name: id, pose: rng.bool().then(|| place(rng)) },
         16 => SceneChange::Allow(any(rng), any(rng)),
-        17 => SceneChange::Forbid(any(rng), any(rng)),
+        17 => SceneChange::Replace(Obstacle::new(id, shapes(rng)).at(place(rng))),
+        18 => SceneChange::Forbid(any(rng), any(rng)),
         _ => SceneChange::ClearPair(any(rng), any(rng)),
     }
 }
@@ -52,6 +53,7 @@ fn apply(plain: &mut SceneDescription, change: SceneChange) {
     };
     match change {
         SceneChange::Add(object) => plain.obstacles.push(object),
+        SceneChange::Replace(object) => *object_mut(plain, &object.id) = object.clone(),
         SceneChange::Append { id, shapes } => {
             let object = object_mut(plain, &id);
             object.shapes = [object.shapes.to_vec(), shapes].concat().into();
@@ -184,6 +186,8 @@ fn the_changes_from_one_scene_to_another_make_it() {
         for object in first.objects() {
             let change = SceneChange::Move { id: object.id.clone(), pose };
             assert_eq!(first.changes_to(&first.with([change.clone()]).unwrap()), [change]);
+            let change = SceneChange::Replace(Obstacle::new(object.id.clone(), vec![placed(&mut rng)]));
+            assert_eq!(first.changes_to(&first.with([change.clone()]).unwrap()).len(), 1);
         }
     }
     assert!(most > 10, "at most {most} changes");

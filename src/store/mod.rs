@@ -298,13 +298,12 @@ impl ModelStore {
         Ok(Snapshot { robot: robot.robot.clone(), weights, model, scene_id, scene_hash, scene_version })
     }
 
-    /// The next version's models will be made from those of the version before.
+    /// Whoever asks for a model of the next version gets it from the one before, where there is one.
     fn follow(&mut self, before: u64, scene: &Arc<Scene>) {
         let of_before = self.models.iter().filter(|((_, hash), _)| *hash == before);
-        let after =
-            of_before.map(|((robot, _), model)| ((*robot, scene.hash()), PreparedModel::after(model, scene.clone())));
-        for (key, model) in after.collect::<Vec<_>>() {
-            self.models.entry(key).or_insert_with(|| Arc::new(model));
+        let next = of_before.map(|((robot, _), model)| (*robot, Arc::new(PreparedModel::after(model, scene.clone()))));
+        for (robot, model) in next.collect::<Vec<_>>() {
+            self.models.entry((robot, scene.hash())).or_insert(model);
         }
     }
 

@@ -24,7 +24,7 @@ pub struct PreparedModel {
 impl PreparedModel {
     /// A robot and a scene that nothing is made of yet.
     pub fn new(robot: Arc<RobotModel>, scene: Arc<Scene>) -> Self {
-        Self::from(robot, scene, None)
+        Self { robot, scene, model: OnceLock::new(), given_up: AtomicBool::new(false), earlier: Mutex::new(None) }
     }
 
     /// The same robot with a later version of the scene. It is made from the previous one's model if that is ready by
@@ -33,17 +33,12 @@ impl PreparedModel {
     pub fn after(previous: &Self, scene: Arc<Scene>) -> Self {
         let ready = previous.model.get().and_then(|made| made.as_ref().ok()).cloned();
         let earlier = ready.or_else(|| previous.earlier.lock().unwrap_or_else(PoisonError::into_inner).clone());
-        Self::from(previous.robot.clone(), scene, earlier)
+        Self { earlier: Mutex::new(earlier), ..Self::new(previous.robot.clone(), scene) }
     }
 
     /// The robot of a model that is made already, and a scene.
     pub fn of(alone: Arc<CollisionModel>, scene: Arc<Scene>) -> Self {
-        Self::from(alone.robot().clone(), scene, Some(alone))
-    }
-
-    fn from(robot: Arc<RobotModel>, scene: Arc<Scene>, earlier: Option<Arc<CollisionModel>>) -> Self {
-        let (model, given_up) = (OnceLock::new(), AtomicBool::new(false));
-        Self { robot, scene, model, given_up, earlier: Mutex::new(earlier) }
+        Self { earlier: Mutex::new(Some(alone.clone())), ..Self::new(alone.robot().clone(), scene) }
     }
 
     /// The model.

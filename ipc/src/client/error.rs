@@ -2,7 +2,7 @@
 
 use crate::control::ControlError;
 use crate::instance::InstanceError;
-use crate::limits::{ACTIVE_REQUESTS_PER_CLIENT, MAX_CLIENTS};
+use crate::limits::ACTIVE_REQUESTS_PER_CLIENT;
 use crate::wire::{Code, WireError};
 use iceoryx2::port::client::RequestSendError;
 use iceoryx2::port::{LoanError, SendError};
@@ -23,7 +23,7 @@ pub enum ClientError {
     #[error(transparent)]
     Instance(#[from] InstanceError),
     /// The daemon serves as many clients as it can.
-    #[error("the daemon serves {MAX_CLIENTS} clients already; close one")]
+    #[error("the daemon serves as many clients as it can; close one, or give it more open files (`taut doctor`)")]
     TooManyClients,
     /// This client has as many requests in flight as it may.
     #[error("{ACTIVE_REQUESTS_PER_CLIENT} requests are in flight; finish or drop one")]

@@ -122,6 +122,11 @@ impl Log {
         Self { path, file: None, bytes: 0, least: 0 }
     }
 
+    /// Whether records can be added to it.
+    pub(super) fn is_open(&self) -> bool {
+        self.file.is_some()
+    }
+
     /// Has everything written next time.
     pub(super) fn give_up(&mut self) {
         self.file = None;

@@ -29,6 +29,13 @@ impl Meshes {
         self.folder.join(format!("{hash:016x}"))
     }
 
+    fn make_folder(&self) -> std::io::Result<()> {
+        match std::fs::create_dir(&self.folder) {
+            Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => Err(error),
+            _ => Ok(()),
+        }
+    }
+
     /// Writes a mesh, unless its file is there.
     pub(super) fn keep(&mut self, mesh: &Mesh) -> Result<(), String> {
         if self.written.contains(&mesh.hash()) {
@@ -38,9 +45,8 @@ impl Meshes {
         let bytes = bincode::serde::encode_to_vec(parts, bincode::config::standard());
         let bytes = bytes.map_err(|error| error.to_string())?;
         let (file, new) = (self.file(mesh.hash()), self.folder.join("new"));
-        let written = std::fs::create_dir_all(&self.folder)
-            .and_then(|()| std::fs::write(&new, bytes))
-            .and_then(|()| std::fs::rename(&new, &file));
+        let written =
+            self.make_folder().and_then(|()| std::fs::write(&new, bytes)).and_then(|()| std::fs::rename(&new, &file));
         written.map_err(|error| {
             let _ = std::fs::remove_file(&new);
             format!("{}: {error}", file.display())

@@ -113,17 +113,18 @@ fn a_mesh_that_is_not_what_it_was_is_not_served() {
 #[test]
 fn what_could_not_be_written_is_written_with_the_next_change() {
     let folder = tempfile::tempdir().unwrap();
-    let place = folder.path().join("state");
+    let place = folder.path().to_owned();
     let (arm, cell) = (key(Kind::Robot, "arm"), key(Kind::Scene, "cell"));
     let first = scene(1.0);
     let (mut journal, _) = open(&place).unwrap();
     let writer = &mut journal.writer;
     write(writer, cell.clone(), Content::Scene(1, first.clone()));
-    std::fs::rename(&place, folder.path().join("away")).unwrap();
+    // Where a mesh is written first.
+    std::fs::create_dir(place.join("meshes/new")).unwrap();
     writer.take(arm.clone(), of_client(robot(0.5)));
     let reason = writer.write(false).unwrap_err();
     assert!(reason.contains("meshes/"), "{reason}");
-    std::fs::rename(folder.path().join("away"), &place).unwrap();
+    std::fs::remove_dir(place.join("meshes/new")).unwrap();
     let second = moved(&first, "mesh", 1.0);
     write(writer, cell.clone(), Content::Scene(2, second.clone()));
     drop(journal);

@@ -46,33 +46,41 @@ impl Writer {
     }
 
     fn try_write(&mut self, ends: bool) -> Result<(), String> {
-        let is_anew = self.log.needs_all();
-        if is_anew {
-            self.live.retain(|key, state| !matches!(state.content, Content::Gone) || self.configured.contains(key));
-        }
-        let changed = self.live.iter().filter(|(key, _)| is_anew || self.before.contains_key(*key));
-        for mesh in record::meshes(changed.flat_map(|(_, state)| shapes(&state.content))) {
-            self.meshes.keep(mesh)?;
+        if self.log.needs_all() {
+            match self.write_all(ends) {
+                // On a disk that has no room for both files there may be some for the change.
+                Err(_) if self.log.is_open() => {}
+                written => return written,
+            }
         }
         let mut bytes = Vec::new();
-        if is_anew {
-            for (key, state) in &self.live {
-                log::encode(&whole(key, state)?, &mut bytes)?;
-            }
-        } else {
-            for (key, before) in &self.before {
-                log::encode(&change(key, before.as_ref(), &self.live[key])?, &mut bytes)?;
-            }
+        for (key, before) in &self.before {
+            let state = &self.live[key];
+            record::meshes(shapes(&state.content)).try_for_each(|mesh| self.meshes.keep(mesh))?;
+            log::encode(&change(key, before.as_ref(), state)?, &mut bytes)?;
         }
         if ends {
             log::encode(&Record::Ended, &mut bytes)?;
         }
-        let written = if is_anew { self.log.replace(&bytes) } else { self.log.append(&bytes) };
-        written.map_err(|error| self.log.error(&error))?;
-        if is_anew {
-            let used = self.live.values().flat_map(|state| record::meshes(shapes(&state.content)));
-            self.meshes.retain(&used.map(|mesh| mesh.hash()).collect());
+        self.log.append(&bytes).map_err(|error| self.log.error(&error))
+    }
+
+    fn write_all(&mut self, ends: bool) -> Result<(), String> {
+        self.live.retain(|key, state| {
+            let is_there = !matches!(state.content, Content::Gone) || self.configured.contains(key);
+            is_there || self.before.contains_key(key)
+        });
+        let mut bytes = Vec::new();
+        for (key, state) in &self.live {
+            record::meshes(shapes(&state.content)).try_for_each(|mesh| self.meshes.keep(mesh))?;
+            log::encode(&whole(key, state)?, &mut bytes)?;
         }
+        if ends {
+            log::encode(&Record::Ended, &mut bytes)?;
+        }
+        self.log.replace(&bytes).map_err(|error| self.log.error(&error))?;
+        let used = self.live.values().flat_map(|state| record::meshes(shapes(&state.content)));
+        self.meshes.retain(&used.map(|mesh| mesh.hash()).collect());
         Ok(())
     }
 }

@@ -136,13 +136,18 @@ pub(in crate::daemon) fn robot_summary(label: &str, entry: &RobotEntry) -> Robot
 
 /// A scene in a listing.
 pub(in crate::daemon) fn scene_summary(label: &str, entry: &SceneEntry) -> SceneSummary {
+    SceneSummary { warnings: entry.scene.warnings().to_vec(), ..scene_state(label, entry) }
+}
+
+/// The same without a look at what is odd about its objects.
+pub(in crate::daemon) fn scene_state(label: &str, entry: &SceneEntry) -> SceneSummary {
     SceneSummary {
         label: label.to_owned(),
         scene_id: entry.id,
         scene_hash: entry.scene.hash(),
         version: entry.version,
         objects: (entry.scene.obstacles().len() + entry.scene.attached().len()) as u32,
-        warnings: entry.scene.warnings().to_vec(),
+        warnings: Vec::new(),
         kept_from: entry.kept_from(),
         pinned: entry.pinned().iter().copied().collect(),
     }

@@ -1,0 +1,88 @@
+//! `taut scene watch`.
+
+use std::io::Write;
+use std::time::Duration;
+
+use serde_json::json;
+use taut_ipc::control::{ControlReply, ControlRequest};
+use taut_ipc::wire::{SceneEvent, SceneEventKind, label_id};
+use taut_ipc::{Client, ClientError};
+
+use super::super::Format;
+use super::super::connect::{InstanceChoice, control, unexpected};
+use super::super::error::{CliError, stdout};
+
+/// How often it looks for events, which do not wake who listens; nothing is lost in between.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Prints changes of one scene, or of all, as they happen.
+pub(super) fn watch(
+    instance: &InstanceChoice,
+    label: Option<&str>,
+    count: Option<u64>,
+    format: Format,
+) -> Result<u8, CliError> {
+    let client = &instance.connect()?;
+    let feed = client.scene_event_feed()?;
+    let boot = client.daemon_state();
+    let mut labels = labels(client)?;
+    let mut seen = 0;
+    while count.is_none_or(|count| seen < count) {
+        let Some(event) = feed.next()? else {
+            if client.daemon_state() != boot {
+                let (root, reason) = (instance.instance()?.root().display().to_string(), "it went away");
+                return Err(CliError::Client(ClientError::DaemonLost { root, reason }));
+            }
+            std::thread::sleep(LOOK);
+            continue;
+        };
+        if label.is_some_and(|label| label_id(label) != event.scene_id) {
+            continue;
+        }
+        if !labels.iter().any(|label| label_id(label) == event.scene_id) {
+            labels = self::labels(client)?;
+        }
+        let known = labels.iter().find(|label| label_id(label) == event.scene_id);
+        let name = known.cloned().unwrap_or_else(|| format!("{:016x}", event.scene_id));
+        print(&event, &name, format)?;
+        seen += 1;
+    }
+    Ok(0)
+}
+
+fn labels(client: &Client) -> Result<Vec<String>, CliError> {
+    match control(client, &ControlRequest::List)? {
+        ControlReply::Listing(listing) => Ok(listing.scenes.into_iter().map(|scene| scene.label).collect()),
+        other => Err(unexpected(&other)),
+    }
+}
+
+fn print(event: &SceneEvent, label: &str, format: Format) -> Result<(), CliError> {
+    let what = match SceneEventKind::try_from(event.kind) {
+        Ok(SceneEventKind::Created) => "created",
+        Ok(SceneEventKind::Changed) => "changed",
+        Ok(SceneEventKind::Deleted) => "deleted",
+        Ok(SceneEventKind::PathUnsafe) => "path unsafe",
+        Err(_) => "unknown event",
+    };
+    let (version, hash) = (event.scene_version, format!("{:016x}", event.scene_hash));
+    let is_path = event.kind == u32::from(SceneEventKind::PathUnsafe);
+    let mut out = std::io::stdout().lock();
+    match format {
+        Format::Json => {
+            let mut value = json!({ "event": what, "scene": label, "version": version, "hash": hash });
+            if is_path {
+                value["request"] = format!("{:016x}", event.subscription).into();
+                value["segment"] = event.segment.into();
+            }
+            writeln!(out, "{value}")
+        }
+        Format::Table if is_path => {
+            let (request, segment) = (event.subscription, event.segment + 1);
+            writeln!(out, "scene {label} v{version}   {what}: request {request:016x}, segment {segment}")
+        }
+        Format::Table => writeln!(out, "scene {label} v{version}   {what}   hash {hash}"),
+    }
+    .and_then(|()| out.flush())
+    .map_err(stdout)
+}

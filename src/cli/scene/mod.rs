@@ -1,0 +1,311 @@
+//! `taut scene`: the scenes of a daemon, how they changed, and changes to them.
+
+mod events;
+mod table;
+
+use std::io::{Read, Write};
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+use taut::files::FileError;
+use taut_ipc::Client;
+use taut_ipc::control::{ControlReply, ControlRequest, SceneSummary, SceneText};
+
+use super::Format;
+use super::connect::{InstanceChoice, control, unexpected};
+use super::error::{CliError, stdout};
+use super::models::{print, scene_line};
+use super::remote::folder_of;
+
+/// Scenes of the daemon: list, show, compare and change them
+///
+/// Every change makes a new version. Exit code: 0 done, 64 usage, 65 a bad diff or an unknown object or link,
+/// 66 an unknown scene or version, or another base, 69 no daemon.
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// Which daemon, and how it is printed.
+#[derive(clap::Args)]
+struct Common {
+    #[command(flatten)]
+    instance: InstanceChoice,
+    /// Format on standard output
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    /// List the scenes with their versions
+    List {
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Show what is in a scene; as JSON, the text that load-scene takes
+    Show {
+        /// Its label
+        label: String,
+        /// Version, such as v12; the newest where it is missing
+        #[arg(long, value_name = "VERSION", value_parser = version)]
+        version: Option<u64>,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Show what leads from one version to another; as JSON, the diff that apply takes
+    Diff {
+        /// Its label
+        label: String,
+        /// Version to start from, such as v12
+        #[arg(value_parser = version)]
+        from: u64,
+        /// Version to end at; the newest where it is missing
+        #[arg(value_parser = version)]
+        to: Option<u64>,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Make a diff's changes, all or none
+    Apply {
+        /// Its label
+        label: String,
+        /// The diff (JSON, `is_diff` set); - reads standard input
+        file: PathBuf,
+        /// Version that the scene has to have
+        #[arg(long, value_name = "VERSION", value_parser = version)]
+        base: Option<u64>,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Move an object: its position in the world (m), and its orientation as a quaternion
+    Move {
+        /// Its label
+        label: String,
+        /// The object
+        object: String,
+        #[command(flatten)]
+        pose: Pose,
+        /// Link that carries the object: the pose is in the link's frame
+        #[arg(long)]
+        link: Option<String>,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Let a link carry an object: its pose in the link's frame
+    Attach {
+        /// Its label
+        label: String,
+        /// The object, which stands in the world
+        object: String,
+        /// The link; the two may touch
+        link: String,
+        #[command(flatten)]
+        pose: Pose,
+        /// Links and objects that the object may touch besides
+        #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+        touch: Vec<String>,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Put an attached object down: its pose in the world
+    Detach {
+        /// Its label
+        label: String,
+        /// The object
+        object: String,
+        #[command(flatten)]
+        pose: Pose,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Keep a version until it is unpinned; as long as there is one, the scene cannot be unloaded
+    Pin {
+        /// Its label
+        label: String,
+        /// Version; the newest where it is missing
+        #[arg(value_parser = version)]
+        version: Option<u64>,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Let a pinned version go
+    Unpin {
+        /// Its label
+        label: String,
+        /// Version; the newest where it is missing
+        #[arg(value_parser = version)]
+        version: Option<u64>,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Print changes as they happen, and watched paths that become unsafe
+    Watch {
+        /// Its label; all scenes where it is missing
+        label: Option<String>,
+        /// End after so many
+        #[arg(long)]
+        count: Option<u64>,
+        #[command(flatten)]
+        common: Common,
+    },
+}
+
+#[derive(clap::Args)]
+struct Pose {
+    /// x y z (m), or x y z qx qy qz qw
+    #[arg(required = true, num_args = 3..=7, allow_negative_numbers = true, value_name = "NUMBER")]
+    pose: Vec<f64>,
+}
+
+impl Pose {
+    fn json(&self) -> Result<Value, CliError> {
+        match self.pose[..] {
+            [x, y, z] => Ok(json!({ "position": [x, y, z] })),
+            [x, y, z, qx, qy, qz, qw] => {
+                Ok(json!({ "position": [x, y, z], "orientation": { "x": qx, "y": qy, "z": qz, "w": qw } }))
+            }
+            _ => {
+                let text = format!("{} numbers given for a pose; give x y z, or x y z qx qy qz qw", self.pose.len());
+                Err(CliError::Usage(text))
+            }
+        }
+    }
+}
+
+/// `v12` or `12`.
+fn version(text: &str) -> Result<u64, String> {
+    let number = text.strip_prefix('v').unwrap_or(text).parse().ok();
+    number.filter(|version| *version > 0).ok_or_else(|| "give a version such as v12".to_owned())
+}
+
+/// Runs a subcommand.
+pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    match &arguments.command {
+        Command::List { common } => list(common),
+        Command::Show { label, version, common } => {
+            let text = show(&common.instance.connect()?, label, version.unwrap_or(0), 0)?;
+            let objects = || {
+                format!("scene {label} v{}   hash {:016x}{}", text.version, text.scene_hash, table::scene(&text.json))
+            };
+            print_text(common, &text, objects)
+        }
+        Command::Diff { label, from, to, common } => {
+            let text = show(&common.instance.connect()?, label, to.unwrap_or(0), *from)?;
+            let changes = || format!("scene {label} v{from} → v{}{}", text.version, table::diff(&text.json));
+            print_text(common, &text, changes)
+        }
+        Command::Apply { label, file, base, common } => {
+            let (json, base_dir) = read(file)?;
+            change(common, label, json, base_dir, base.unwrap_or(0))
+        }
+        Command::Move { label, object, pose, link, common } => {
+            let moved = json!({ "id": object, "operation": "MOVE", "pose": pose.json()? });
+            match link {
+                None => change_by(common, label, json!({ "objects": [moved] })),
+                Some(link) => {
+                    let moved = json!([{ "link_name": link, "object": moved }]);
+                    change_by(common, label, json!({ "attached_collision_objects": moved }))
+                }
+            }
+        }
+        Command::Attach { label, object, link, pose, touch, common } => {
+            let object = json!({ "id": object, "operation": "ADD", "pose": pose.json()? });
+            let attached = json!([{ "link_name": link, "touch_links": touch, "object": object }]);
+            change_by(common, label, json!({ "attached_collision_objects": attached }))
+        }
+        Command::Detach { label, object, pose, common } => {
+            let object = json!({ "id": object, "operation": "REMOVE", "pose": pose.json()? });
+            change_by(common, label, json!({ "attached_collision_objects": [{ "object": object }] }))
+        }
+        Command::Pin { label, version, common } => pin(common, label, *version, true),
+        Command::Unpin { label, version, common } => pin(common, label, *version, false),
+        Command::Watch { label, count, common } => {
+            events::watch(&common.instance, label.as_deref(), *count, common.format)
+        }
+    }
+}
+
+fn list(common: &Common) -> Result<u8, CliError> {
+    match control(&common.instance.connect()?, &ControlRequest::List)? {
+        ControlReply::Listing(listing) => {
+            let lines = || listing.scenes.iter().map(versions_line).collect::<Vec<_>>().join("\n");
+            print(common.format, &listing.scenes, lines)
+        }
+        other => Err(unexpected(&other)),
+    }
+}
+
+fn versions_line(scene: &SceneSummary) -> String {
+    let pinned: Vec<String> = scene.pinned.iter().map(|version| format!("v{version}")).collect();
+    let pinned = if pinned.is_empty() { String::new() } else { format!("   pinned {}", pinned.join(", ")) };
+    format!("{}   kept from v{}{pinned}", scene_line(scene), scene.kept_from)
+}
+
+fn show(client: &Client, label: &str, version: u64, base_version: u64) -> Result<SceneText, CliError> {
+    match control(client, &ControlRequest::ShowScene { label: label.to_owned(), version, base_version })? {
+        ControlReply::SceneText(text) => Ok(text),
+        other => Err(unexpected(&other)),
+    }
+}
+
+fn print_text(common: &Common, text: &SceneText, table: impl Fn() -> String) -> Result<u8, CliError> {
+    let mut out = std::io::stdout().lock();
+    match common.format {
+        Format::Json => writeln!(out, "{}", text.json),
+        Format::Table => writeln!(out, "{}", table()),
+    }
+    .map_err(stdout)?;
+    Ok(0)
+}
+
+/// The text of a file or of standard input, and the folder that its meshes are found from.
+fn read(file: &std::path::Path) -> Result<(String, Option<PathBuf>), CliError> {
+    let refuse = |error: std::io::Error| FileError::Unreadable { file: file.to_owned(), reason: error.to_string() };
+    if file.as_os_str() == "-" {
+        let mut text = String::new();
+        std::io::stdin().read_to_string(&mut text).map_err(refuse)?;
+        return Ok((text, std::env::current_dir().ok()));
+    }
+    Ok((std::fs::read_to_string(file).map_err(refuse)?, folder_of(file)))
+}
+
+fn change_by(common: &Common, label: &str, mut diff: Value) -> Result<u8, CliError> {
+    diff["is_diff"] = true.into();
+    change(common, label, diff.to_string(), None, 0)
+}
+
+fn change(
+    common: &Common,
+    label: &str,
+    json: String,
+    base_dir: Option<PathBuf>,
+    base_version: u64,
+) -> Result<u8, CliError> {
+    let message = ControlRequest::DiffScene { label: label.to_owned(), json, base_dir, base_version };
+    summary(common, &message)
+}
+
+fn pin(common: &Common, label: &str, version: Option<u64>, pinned: bool) -> Result<u8, CliError> {
+    let message = ControlRequest::PinScene { label: label.to_owned(), version: version.unwrap_or(0), pinned };
+    summary(common, &message)
+}
+
+fn summary(common: &Common, message: &ControlRequest) -> Result<u8, CliError> {
+    match control(&common.instance.connect()?, message)? {
+        ControlReply::Scene(scene) => print(common.format, &scene, || versions_line(&scene)),
+        other => Err(unexpected(&other)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn versions_are_read_with_and_without_their_letter() {
+        assert_eq!((version("v12"), version("12")), (Ok(12), Ok(12)));
+        assert!(["", "v", "0", "v0", "-1", "vv1", "newest"].iter().all(|text| version(text).is_err()));
+    }
+}
