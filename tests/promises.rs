@@ -1,6 +1,6 @@
 //! The short form of `taut promises`: what no noise of the machine can change has to hold, times are only printed.
 //!
-//! The long form, about 75 minutes: `cargo run --release -- promises --long`.
+//! The long form, about 80 minutes: `cargo run --release -- promises --long`.
 #![cfg(feature = "daemon")]
 
 mod common;

@@ -114,6 +114,10 @@ impl Daemon {
         let log = File::create(folder.0.join("daemon.log")).map_err(unwritable(&folder.0))?;
         let mut command = this_program(&instance)?;
         command.arg("serve").args(arguments).current_dir(&folder.0);
+        if !arguments.contains(&"--supervise") {
+            // It ends with this process, however that ends.
+            command.args(["--supervised-by", &std::process::id().to_string()]);
+        }
         command.stdin(Stdio::null()).stderr(log.try_clone().map_err(unwritable(&folder.0))?).stdout(log);
         // Ctrl-C at the terminal then goes to the command alone, which stops things in order.
         command.process_group(0);

@@ -177,3 +177,14 @@ fn a_restored_scene_goes_on_counting_where_it_was() {
     let entry = store.scene("old").unwrap();
     assert_eq!((entry.version, entry.kept_from()), (8, 7));
 }
+
+#[test]
+fn versions_that_may_have_been_given_are_left_out() {
+    let mut store = store();
+    store.skip_versions("cell", 10).unwrap();
+    assert_eq!(store.scene_version(id_of("cell")), Some(1));
+    store.insert_scene("cell", scene("shelf"), true).unwrap();
+    assert_eq!(store.scene_version(id_of("cell")), Some(12));
+    assert!(store.scene_at("cell", 1).is_ok() && store.scene_at("cell", 11).is_err());
+    assert!(matches!(store.skip_versions("hall", 1), Err(StoreError::UnknownScene { .. })));
+}

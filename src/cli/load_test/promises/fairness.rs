@@ -17,7 +17,7 @@ const LOAD: f64 = 0.35;
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
     let mut rows = Vec::new();
-    for (what, budget) in [("with equal requests", super::trial::BUDGET), ("with requests of any length", 0)] {
+    for (what, budget) in [("equal requests", super::trial::BUDGET), ("requests of any length", 0)] {
         rows.extend(against(trial, what, budget)?);
     }
     Ok(rows)
@@ -52,7 +52,7 @@ fn against(trial: &Trial, what: &str, budget: u64) -> Result<Vec<Row>, CliError>
     }
     let jain = median(&jain);
     Ok(vec![
-        Row::at_most(format!("normal p99, beside a greedy client {what} / alone"), 2.0, median(&ratios)),
+        Row::at_most(format!("normal p99 beside a greedy client, {what} / alone"), 2.0, median(&ratios)),
         Row::told("  Jain's index of the normal clients' served parts", format!("{jain:.4}"), jain),
         Row::told("  answers that the greedy client got", taken.to_string(), taken as f64),
         Row::none(format!("of {} normal requests, without an end", all.sent), all.lost),
