@@ -366,8 +366,8 @@ fn a_scene_on_its_way_is_loading() {
 fn a_full_queue_is_told_at_once() {
     let served = Served::new("workers = 1\nqueue = 1");
     let clients: Vec<Client> = (0..3).map(|_| served.place.client()).collect();
-    let slow = |client: &Client| served.arm.request(client, RequestBody::default(), endless).send().unwrap();
-    let _running = slow(&clients[0]);
+    let slow = |client: &Client| served.arm.request(client, RequestBody::default(), patient).send().unwrap();
+    let _running = served.arm.request(&clients[0], RequestBody::default(), endless).send().unwrap();
     until("the first one runs", || stats(&served.client).numbers["requests_running"] == 1.0);
     let _waiting = slow(&clients[1]);
     until("the second one waits", || stats(&served.client).numbers["requests_queued"] == 1.0);
