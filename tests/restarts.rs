@@ -331,7 +331,7 @@ fn few_open_files_leave_some_clients_out_and_harm_nobody() {
             clients.push(client);
             code
         });
-        let code = answered.map_or_else(|error| error.code(), |code| code);
+        let code = answered.unwrap_or_else(|error| error.code());
         *codes.entry(code.name().to_owned()).or_default() += 1;
     }
     println!("{codes:?}");

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crossbeam_channel::{Receiver, Sender};
-use taut::store::{ModelStore, PreparedModel};
+use crossbeam_channel::Receiver;
+use taut::store::ModelStore;
 use taut_ipc::monotonic_ns;
 use taut_ipc::server::{IncomingControl, Janitor, Server, ServerError};
 use taut_ipc::wire::{RobotEntry, SceneEntry, StatusRecord};
@@ -17,6 +17,7 @@ use super::loader::Loader;
 use super::mailbox::Mailbox;
 use super::metrics::Metrics;
 use super::poison::Poison;
+use super::preparer::ToPrepare;
 use super::pulse::Pulse;
 use super::requests::OpenRequest;
 use super::schedule::Schedule;
@@ -34,7 +35,7 @@ pub(super) struct EventLoop {
     pub(super) store: ModelStore,
     pub(super) schedule: Arc<Schedule>,
     /// Where models go that are to be made; gone once the daemon ends.
-    pub(super) preparer: Option<Sender<Arc<PreparedModel>>>,
+    pub(super) preparer: Option<ToPrepare>,
     pub(super) clients: Clients,
     pub(super) stories: Stories,
     pub(super) poison: Poison,

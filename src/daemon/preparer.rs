@@ -12,8 +12,11 @@ use super::schedule::Schedule;
 /// Models made at once: a large one does not keep a small one waiting.
 const THREADS: usize = 2;
 
+/// Where models go that are to be made.
+pub(super) type ToPrepare = Sender<Arc<PreparedModel>>;
+
 /// Starts the preparers; they end when the sender is dropped.
-pub(super) fn start(schedule: &Arc<Schedule>) -> std::io::Result<(Sender<Arc<PreparedModel>>, Vec<JoinHandle<()>>)> {
+pub(super) fn start(schedule: &Arc<Schedule>) -> std::io::Result<(ToPrepare, Vec<JoinHandle<()>>)> {
     let (models, receiver) = unbounded();
     let threads = (0..THREADS).map(|index| {
         let (receiver, schedule) = (receiver.clone(), Arc::clone(schedule));

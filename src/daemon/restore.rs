@@ -15,6 +15,7 @@ use taut::scene::Scene;
 use taut::shape::Shape;
 use taut::store::{ModelStore, StoreError, Wanted};
 use taut_ipc::control::Refusal;
+use taut_ipc::limits::{CONTROL_REQUESTS_PER_CLIENT, MAX_CLIENTS};
 use taut_ipc::wire::label_id;
 
 use super::config::Config;
@@ -53,7 +54,8 @@ pub(super) fn begin(
         _ => None,
     });
     let begun = Beginning { store, live, configured };
-    let mut start = Start { versions: versions.collect(), restored: BTreeSet::new(), begun, prepared, out };
+    let (versions, restored, was_killed) = (versions.collect(), BTreeSet::new(), !kept.ended);
+    let mut start = Start { versions, restored, was_killed, begun, prepared, out };
     for (key, state) in kept.states {
         let is_kept = state.as_ref().map_or(true, |state| !(kept.ended && state.configured));
         let is_gone = matches!(&state, Ok(State { content: Content::Gone, .. }));
@@ -65,11 +67,16 @@ pub(super) fn begin(
     Ok(start.begun)
 }
 
+/// Changes that were made and not written yet when a daemon was killed, at most: each has its client waiting.
+const MOST_LOST: u64 = (MAX_CLIENTS * CONTROL_REQUESTS_PER_CLIENT) as u64;
+
 struct Start<'a> {
     /// Version and hash that scenes had.
     versions: BTreeMap<String, (u64, u64)>,
     /// Labels that name, or do not name any more, what was kept.
     restored: BTreeSet<Key>,
+    /// Answers may name versions that were not written any more.
+    was_killed: bool,
     begun: Beginning,
     prepared: Option<&'a Prepared>,
     out: &'a mut dyn Write,
@@ -96,6 +103,9 @@ impl Start<'_> {
             Content::Scene(version, scene) => {
                 let taken = self.begun.store.restore_scene(label, scene.clone(), *version);
                 taken.map_err(|error| stored(&error))?;
+                if self.was_killed {
+                    self.begun.store.skip_versions(label, MOST_LOST).map_err(|error| stored(&error))?;
+                }
                 say(self.out, &format!("{}  restored", scene_line(label, *version, scene)));
             }
             Content::Gone => {}

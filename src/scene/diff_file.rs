@@ -30,12 +30,14 @@ mod tests;
 
 use serde::{Deserialize, Serialize};
 
+pub use super::diff::SceneDiff;
+use super::diff::{Place, Step};
 pub use super::diff_text::text;
 use super::numbers_file::{Paddings, Scales};
 use super::object_file::{MeshSource, ObjectFile, Operation};
 use super::pose_file::FrameFile;
 use super::scene_file::AttachedObjectFile;
-use super::{Obstacle, Scene, SceneChange, SceneError, comma_separated};
+use super::{SceneChange, SceneError};
 use crate::math::Pose;
 
 /// A diff as its text says it, unchecked.
@@ -62,109 +64,6 @@ pub(super) struct DiffPart {
     pub(super) link_padding: Paddings,
     #[serde(default, skip_serializing_if = "Scales::is_empty")]
     pub(super) link_scale: Scales,
-}
-
-/// A diff whose poses are checked and whose meshes are read; what depends on the scene shows when it is applied.
-#[derive(Clone, Debug)]
-pub struct SceneDiff(Vec<Step>);
-
-#[derive(Clone, Debug)]
-struct Step {
-    change: SceneChange,
-    place: Place,
-    /// Frame of a pose in the world.
-    frame: String,
-}
-
-/// Where the object of a change has to be.
-#[derive(Clone, Debug)]
-enum Place {
-    /// In the world.
-    World,
-    /// On this link, or with an empty name on any.
-    Link(String),
-    /// Wherever it is.
-    Anywhere,
-}
-
-impl SceneDiff {
-    /// The scene that the diff makes of this one.
-    ///
-    /// # Errors
-    /// What [`Scene::with`] refuses; an object that is not in the world, or not on the link, that the diff says.
-    pub fn apply(&self, scene: &Scene) -> Result<Scene, SceneError> {
-        self.0.iter().try_fold(scene.clone(), |scene, step| scene.with([step.change(&scene)?]))
-    }
-
-    /// Whether it brings shapes, of which there may be something to say.
-    pub fn brings_shapes(&self) -> bool {
-        self.0.iter().any(|step| matches!(step.change, SceneChange::Add(_) | SceneChange::Append { .. }))
-    }
-
-    /// Links that it attaches objects to.
-    pub fn links(&self) -> impl Iterator<Item = &str> {
-        self.0.iter().filter_map(|step| match &step.change {
-            SceneChange::Attach { link_name, .. } => Some(link_name.as_str()),
-            _ => None,
-        })
-    }
-
-    /// Names of links or objects that it enters: in touch links, pairs, paddings and scales.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.0.iter().flat_map(|step| match &step.change {
-            SceneChange::Attach { touch_links, .. } => touch_links.iter().map(String::as_str).collect(),
-            SceneChange::Allow(a, b) | SceneChange::Forbid(a, b) => vec![a.as_str(), b.as_str()],
-            SceneChange::Pad { name, padding } if *padding != 0.0 => vec![name.as_str()],
-            SceneChange::Scale { name, scale } if *scale != 1.0 => vec![name.as_str()],
-            _ => Vec::new(),
-        })
-    }
-}
-
-impl Step {
-    /// The change that this step is for a scene.
-    fn change(&self, scene: &Scene) -> Result<SceneChange, SceneError> {
-        self.check_place(scene)?;
-        let stands = |id: &str| scene.obstacles().get(id).is_some();
-        let in_world = |pose: &Pose| match scene.in_world(&self.frame, pose) {
-            // MoveIt's planning frame by its usual name.
-            Err(_) if self.frame == "world" => Ok(*pose),
-            placed => placed,
-        };
-        Ok(match (self.change.clone(), &self.place) {
-            (SceneChange::Add(object), _) => {
-                let pose = in_world(&object.pose)?;
-                let object = object.at(pose);
-                if stands(&object.id) { SceneChange::Replace(object) } else { SceneChange::Add(object) }
-            }
-            (SceneChange::Append { id, shapes }, Place::World) if !stands(&id) => {
-                SceneChange::Add(Obstacle::new(id, shapes).at(in_world(&Pose::identity())?))
-            }
-            (SceneChange::Move { id, pose }, Place::World) => SceneChange::Move { id, pose: in_world(&pose)? },
-            (SceneChange::Detach { id, pose }, _) => SceneChange::Detach { id, pose: in_world(&pose)? },
-            (change, _) => change,
-        })
-    }
-
-    fn check_place(&self, scene: &Scene) -> Result<(), SceneError> {
-        let (SceneChange::Append { id, .. } | SceneChange::Move { id, .. } | SceneChange::Detach { id, .. }) =
-            &self.change
-        else {
-            return Ok(());
-        };
-        let carrier = scene.attached().get(id).map(|attached| attached.link_name.clone());
-        match (&self.place, carrier) {
-            (Place::World, Some(link_name)) => Err(SceneError::Carried { id: id.clone(), link_name }),
-            (Place::Link(wanted), Some(link_name)) if !wanted.is_empty() && *wanted != link_name => {
-                Err(SceneError::OtherLink { id: id.clone(), link_name, wanted: wanted.clone() })
-            }
-            (Place::Link(_), None) if scene.obstacles().get(id).is_some() => {
-                let known = comma_separated(scene.attached().iter().map(|attached| attached.object.id.as_str()));
-                Err(SceneError::NotAttached { id: id.clone(), known })
-            }
-            _ => Ok(()),
-        }
-    }
 }
 
 impl DiffFile {
@@ -275,11 +174,13 @@ fn of_link(attached: AttachedObjectFile, meshes: &mut MeshSource<'_>) -> Result<
 fn taken(attached: AttachedObjectFile, meshes: &mut MeshSource<'_>) -> Result<Vec<Step>, SceneError> {
     attached.check_frame()?;
     let AttachedObjectFile { link_name, object, touch_links } = attached;
-    let step = |change| Step { change, place: Place::Anywhere, frame: String::new() };
+    let brings_shapes = object.has_shapes();
+    let place = if brings_shapes { Place::Link(link_name.clone()) } else { Place::Anywhere };
+    let step = |change| Step { change, place: place.clone(), frame: String::new() };
     let mut steps = Vec::new();
     let id = object.id.clone();
-    let pose = if object.has_shapes() {
-        // It stands in the world for a moment, which nobody sees.
+    let pose = if brings_shapes {
+        // It stands in the world for a moment, which nobody sees, unless the link carries it already.
         let built = object.build(meshes)?;
         let pose = built.pose;
         steps.push(step(SceneChange::Add(built)));

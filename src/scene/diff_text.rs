@@ -4,17 +4,19 @@ use super::diff_file::DiffPart;
 use super::object_file::{ObjectFile, Operation};
 use super::pose_file::{FrameFile, PoseFile};
 use super::scene_file::AttachedObjectFile;
-use super::{Scene, SceneChange, SceneError};
+use super::{AttachedObject, Scene, SceneChange, SceneError};
 use crate::math::Pose;
 
 /// The text of a diff that makes these changes to a scene: the first step of one is made against `scene`. Without
 /// `with_meshes`, a mesh has its name and hash only, and is looked for under that name when the text is read.
 ///
 /// # Errors
-/// A change that the scene does not take.
+/// A change that the scene does not take, or that takes all shapes from an object which a link carries: without
+/// shapes, ADD means an object of the world.
 pub fn text(scene: &Scene, changes: &[SceneChange], with_meshes: bool) -> Result<String, SceneError> {
     let mut writer = Writer { scene: scene.clone(), parts: vec![part()], rank: 0, with_meshes };
     for change in changes {
+        writer.check(change)?;
         writer.write(change);
         writer.scene = writer.scene.with([change.clone()])?;
     }
@@ -36,22 +38,38 @@ struct Writer {
 }
 
 impl Writer {
+    fn check(&self, change: &SceneChange) -> Result<(), SceneError> {
+        match change {
+            SceneChange::Replace(object)
+                if object.shapes.is_empty() && self.scene.attached().get(&object.id).is_some() =>
+            {
+                let text = format!("object {:?} keeps no shapes on its link, which no diff can say", object.id);
+                Err(SceneError::Syntax(format!("{text}; remove it, or compare with another version")))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn write(&mut self, change: &SceneChange) {
         match change.clone() {
             SceneChange::Frame { name, pose } => {
                 self.part(0).fixed_frame_transforms.push(FrameFile::of(&name, pose.as_ref()));
             }
-            SceneChange::Add(object) | SceneChange::Replace(object) => {
-                let file = ObjectFile::of(&object, self.with_meshes);
-                self.object(Operation::Add, file);
-            }
+            SceneChange::Add(object) => self.objects(ObjectFile::of(&object, self.with_meshes)),
+            SceneChange::Replace(object) => match self.scene.attached().get(&object.id).cloned() {
+                None => self.objects(ObjectFile::of(&object, self.with_meshes)),
+                Some(attached) => {
+                    let entries = AttachedObjectFile::of(&AttachedObject { object, ..attached }, self.with_meshes);
+                    self.part(2).attached_collision_objects.extend(entries);
+                }
+            },
             SceneChange::RemoveAll => self.removed(String::new()),
             SceneChange::Remove { id } => self.removed(id),
-            SceneChange::Move { id, pose } => self.object(Operation::Move, placed(id, &pose)),
+            SceneChange::Move { id, pose } => {
+                self.objects(vec![ObjectFile { operation: Some(Operation::Move), ..placed(id, &pose) }]);
+            }
             SceneChange::Append { id, shapes } => {
-                let mut file = ObjectFile { id, ..ObjectFile::default() };
-                file.set_shapes(&shapes, self.with_meshes);
-                self.object(Operation::Append, file);
+                self.objects(ObjectFile::appending(&id, &shapes, self.with_meshes));
             }
             SceneChange::Attach { id, link_name, touch_links, pose } => {
                 let object = placed(id, &pose);
@@ -82,11 +100,16 @@ impl Writer {
         self.parts.last_mut().expect("there is one from the start")
     }
 
-    /// A change to an object where it is: in the world, or on a link.
-    fn object(&mut self, operation: Operation, file: ObjectFile) {
-        match self.scene.attached().get(&file.id).map(|attached| attached.link_name.clone()) {
-            Some(link_name) => self.attached(operation, link_name, file, Vec::new()),
-            None => self.part(1).objects.push(ObjectFile { operation: Some(operation), ..file }),
+    /// Changes to an object where it is: in the world, or on a link.
+    fn objects(&mut self, files: Vec<ObjectFile>) {
+        let carrier = files.first().and_then(|file| self.scene.attached().get(&file.id));
+        match carrier.map(|attached| attached.link_name.clone()) {
+            None => self.part(1).objects.extend(files),
+            Some(link_name) => {
+                let entry =
+                    |object| AttachedObjectFile { link_name: link_name.clone(), object, touch_links: Vec::new() };
+                self.part(2).attached_collision_objects.extend(files.into_iter().map(entry));
+            }
         }
     }
 

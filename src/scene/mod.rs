@@ -2,6 +2,7 @@
 //! touch. Knows no robot.
 
 mod change;
+mod diff;
 pub mod diff_file;
 mod diff_text;
 mod difference;

@@ -122,14 +122,31 @@ fn no_scale() -> [f64; 3] {
 }
 
 impl ObjectFile {
-    /// An object as text has it. Without `with_meshes`, a mesh has its name and hash only.
-    pub(super) fn of(object: &Obstacle, with_meshes: bool) -> Self {
-        let mut file = Self { id: object.id.clone(), pose: Some(PoseFile::of(&object.pose)), ..Self::default() };
-        file.set_shapes(&object.shapes, with_meshes);
-        file
+    /// An object as text has it: what adds it, then what appends shapes whose place in the order needs that. Without
+    /// `with_meshes`, a mesh has its name and hash only.
+    pub(super) fn of(object: &Obstacle, with_meshes: bool) -> Vec<Self> {
+        let mut files = Self::appending(&object.id, &object.shapes, with_meshes);
+        let pose = Some(PoseFile::of(&object.pose));
+        files[0] = Self { operation: Some(Operation::Add), pose, ..files[0].clone() };
+        files
     }
 
-    pub(super) fn set_shapes(&mut self, shapes: &[PlacedShape], with_meshes: bool) {
+    /// What appends shapes to an object. One text has primitives before meshes; at least one.
+    pub(super) fn appending(id: &str, shapes: &[PlacedShape], with_meshes: bool) -> Vec<Self> {
+        let is_mesh = |placed: &PlacedShape| matches!(placed.shape, Shape::Mesh(_));
+        let mut runs = shapes.chunk_by(|a, b| is_mesh(b) || !is_mesh(a)).collect::<Vec<_>>();
+        if runs.is_empty() {
+            runs.push(&[]);
+        }
+        let file = |run: &[PlacedShape]| {
+            let mut file = Self { id: id.to_owned(), operation: Some(Operation::Append), ..Self::default() };
+            file.set_shapes(run, with_meshes);
+            file
+        };
+        runs.into_iter().map(file).collect()
+    }
+
+    fn set_shapes(&mut self, shapes: &[PlacedShape], with_meshes: bool) {
         for placed in shapes {
             let pose = PoseFile::of(&placed.pose);
             match &placed.shape {

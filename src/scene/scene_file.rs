@@ -36,7 +36,7 @@ use super::numbers_file::{Paddings, Scales};
 use super::object_file::Operation;
 pub use super::object_file::{MeshSource, ObjectFile};
 use super::pose_file::FrameFile;
-use super::{AttachedObject, Scene, SceneDescription, SceneError};
+use super::{AttachedObject, Obstacle, Scene, SceneDescription, SceneError};
 
 /// A scene as its file says it, unchecked. Unknown fields are ignored.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -93,16 +93,12 @@ pub fn text(scene: &Scene, with_meshes: bool) -> String {
     let pairs = |pairs: &mut dyn Iterator<Item = (&str, &str)>| -> Vec<(String, String)> {
         pairs.map(|(a, b)| (a.to_owned(), b.to_owned())).collect()
     };
-    let attached = scene.attached().iter().map(|attached| AttachedObjectFile {
-        link_name: attached.link_name.clone(),
-        object: ObjectFile::of(&attached.object, with_meshes),
-        touch_links: attached.touch_links.clone(),
-    });
+    let attached = scene.attached().iter().flat_map(|attached| AttachedObjectFile::of(attached, with_meshes));
     let file = SceneFile {
         name: scene.name().to_owned(),
         is_diff: false,
         fixed_frame_transforms: scene.frames().map(|(name, pose)| FrameFile::of(name, Some(pose))).collect(),
-        objects: scene.obstacles().iter().map(|object| ObjectFile::of(object, with_meshes)).collect(),
+        objects: scene.obstacles().iter().flat_map(|object| ObjectFile::of(object, with_meshes)).collect(),
         attached_collision_objects: attached.collect(),
         allowed_collisions: pairs(&mut scene.allowed()),
         forbidden_collisions: pairs(&mut scene.forbidden()),
@@ -130,17 +126,22 @@ impl SceneFile {
         let frames: SceneDescription =
             SceneDescription { frames: frames.collect::<Result<_, _>>()?, ..Default::default() };
         let placed = Scene::of(frames.clone())?;
-        let obstacles = self.objects.into_iter().map(|object| {
+        let mut obstacles: Vec<Obstacle> = Vec::new();
+        for object in self.objects {
             let frame = object.header.frame_id.clone();
-            let built = object.added(meshes)?;
-            match frames.frames.contains_key(&frame) {
-                true => placed.in_world(&frame, &built.pose).map(|pose| built.at(pose)),
-                false => Ok(built),
+            if let Some(mut built) = object.added(meshes, obstacles.last_mut())? {
+                if frames.frames.contains_key(&frame) {
+                    built.pose = placed.in_world(&frame, &built.pose)?;
+                }
+                obstacles.push(built);
             }
-        });
-        let obstacles = obstacles.collect::<Result<_, _>>()?;
-        let attached = self.attached_collision_objects.into_iter().map(|object| object.build(meshes));
-        let attached = attached.collect::<Result<_, _>>()?;
+        }
+        let mut attached: Vec<AttachedObject> = Vec::new();
+        for entry in self.attached_collision_objects {
+            let last = attached.last_mut().map(|attached| &mut attached.object);
+            let built = entry.build(meshes, last)?;
+            attached.extend(built);
+        }
         let description = SceneDescription {
             name: self.name,
             obstacles,
@@ -156,23 +157,43 @@ impl SceneFile {
 }
 
 impl ObjectFile {
-    /// An object of a whole scene, which is only added to.
-    fn added(self, meshes: &mut MeshSource<'_>) -> Result<super::Obstacle, SceneError> {
-        match self.operation {
-            None | Some(Operation::Add) => self.build(meshes),
-            Some(other) => {
+    /// An object of a whole scene, which is only added to; `None` where it appends shapes to the last one.
+    fn added(self, meshes: &mut MeshSource<'_>, last: Option<&mut Obstacle>) -> Result<Option<Obstacle>, SceneError> {
+        match (self.operation, last) {
+            (None | Some(Operation::Add), _) => self.build(meshes).map(Some),
+            (Some(Operation::Append), Some(last)) if last.id == self.id => {
+                last.shapes = last.shapes.iter().cloned().chain(self.shapes(meshes)?).collect();
+                Ok(None)
+            }
+            (Some(other), _) => {
                 let text = format!("object {:?} has the operation {} in a whole scene", self.id, other.name());
-                Err(SceneError::Syntax(format!("{text}; valid: ADD; set is_diff and apply it to change a scene")))
+                let valid = "valid: ADD, and APPEND right after it; set is_diff and apply it to change a scene";
+                Err(SceneError::Syntax(format!("{text}; {valid}")))
             }
         }
     }
 }
 
 impl AttachedObjectFile {
-    fn build(self, meshes: &mut MeshSource<'_>) -> Result<AttachedObject, SceneError> {
+    /// What attaches an object, and what then appends shapes.
+    pub(super) fn of(attached: &AttachedObject, with_meshes: bool) -> Vec<Self> {
+        let mut touch_links = attached.touch_links.clone();
+        let file = |object| Self {
+            link_name: attached.link_name.clone(),
+            object,
+            touch_links: std::mem::take(&mut touch_links),
+        };
+        ObjectFile::of(&attached.object, with_meshes).into_iter().map(file).collect()
+    }
+
+    fn build(
+        self,
+        meshes: &mut MeshSource<'_>,
+        last: Option<&mut Obstacle>,
+    ) -> Result<Option<AttachedObject>, SceneError> {
         self.check_frame()?;
-        let object = self.object.added(meshes)?;
-        Ok(AttachedObject { link_name: self.link_name, object, touch_links: self.touch_links })
+        let Self { link_name, object, touch_links } = self;
+        Ok(object.added(meshes, last)?.map(|object| AttachedObject { link_name, object, touch_links }))
     }
 
     /// Refuses what names no link, or poses in another frame than the link's: taken for poses in that, they would put

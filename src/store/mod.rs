@@ -165,6 +165,15 @@ impl ModelStore {
         Ok(())
     }
 
+    /// Leaves out the next versions of a scene: its label may have named other contents by them.
+    ///
+    /// # Errors
+    /// [`StoreError::UnknownScene`].
+    pub fn skip_versions(&mut self, label: &str, versions: u64) -> Result<(), StoreError> {
+        self.entry_mut(label)?.skip(versions);
+        Ok(())
+    }
+
     /// The newest version of a scene, for a change to it; that has to be `base_version` unless this is 0.
     ///
     /// # Errors

@@ -69,7 +69,7 @@ fn what_is_not_there_or_not_the_same_is_refused() {
     assert!(matches!(refused(Wanted { robot_id: id_of("cell"), ..wanted() }), StoreError::UnknownRobot { .. }));
     assert!(matches!(refused(Wanted { robot_hash: 1, ..wanted() }), StoreError::HashConflict { .. }));
     assert!(matches!(refused(Wanted { scene_hash: 1, ..wanted() }), StoreError::HashConflict { .. }));
-    assert!(matches!(refused(Wanted { scene_version: 2, ..wanted() }), StoreError::VersionConflict { .. }));
+    assert!(matches!(refused(Wanted { scene_version: 2, ..wanted() }), StoreError::UnknownVersion { .. }));
     assert!(store.snapshot(&Wanted { scene_version: 1, ..wanted() }).is_ok());
     assert!(matches!(store.remove_scene("none"), Err(StoreError::UnknownScene { .. })));
 }
@@ -176,4 +176,15 @@ fn a_restored_scene_goes_on_counting_where_it_was() {
     store.insert_scene("old", scene("b"), true).unwrap();
     let entry = store.scene("old").unwrap();
     assert_eq!((entry.version, entry.kept_from()), (8, 7));
+}
+
+#[test]
+fn versions_that_may_have_been_given_are_left_out() {
+    let mut store = store();
+    store.skip_versions("cell", 10).unwrap();
+    assert_eq!(store.scene_version(id_of("cell")), Some(1));
+    store.insert_scene("cell", scene("shelf"), true).unwrap();
+    assert_eq!(store.scene_version(id_of("cell")), Some(12));
+    assert!(store.scene_at("cell", 1).is_ok() && store.scene_at("cell", 11).is_err());
+    assert!(matches!(store.skip_versions("hall", 1), Err(StoreError::UnknownScene { .. })));
 }

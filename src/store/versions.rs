@@ -22,13 +22,15 @@ pub struct SceneEntry {
     pub version: u64,
     /// The scene.
     pub scene: Arc<Scene>,
+    /// Version of the next content.
+    next: u64,
     older: BTreeMap<u64, Arc<Scene>>,
     pinned: BTreeSet<u64>,
 }
 
 impl SceneEntry {
     pub(super) fn new(id: u64, version: u64, scene: Arc<Scene>) -> Self {
-        Self { id, version, scene, older: BTreeMap::new(), pinned: BTreeSet::new() }
+        Self { id, version, scene, next: version + 1, older: BTreeMap::new(), pinned: BTreeSet::new() }
     }
 
     /// The scene at a version that is kept; 0 is the newest.
@@ -60,8 +62,14 @@ impl SceneEntry {
     pub(super) fn push(&mut self, scene: Arc<Scene>) {
         let before = std::mem::replace(&mut self.scene, scene);
         self.older.insert(self.version, before);
-        self.version += 1;
+        self.version = self.next;
+        self.next += 1;
         self.drop_old();
+    }
+
+    /// Leaves numbers out that were given to others.
+    pub(super) fn skip(&mut self, versions: u64) {
+        self.next += versions;
     }
 
     pub(super) fn pin(&mut self, label: &str, version: u64) -> Result<(), StoreError> {

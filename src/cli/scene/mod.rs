@@ -2,6 +2,7 @@
 
 mod events;
 mod table;
+mod values;
 
 use std::io::{Read, Write};
 use std::path::PathBuf;
@@ -16,6 +17,7 @@ use super::connect::{InstanceChoice, control, unexpected};
 use super::error::{CliError, stdout};
 use super::models::{print, scene_line};
 use super::remote::folder_of;
+use values::{Pose, version};
 
 /// Scenes of the daemon: list, show, compare and change them
 ///
@@ -152,34 +154,6 @@ enum Command {
     },
 }
 
-#[derive(clap::Args)]
-struct Pose {
-    /// x y z (m), or x y z qx qy qz qw
-    #[arg(required = true, num_args = 3..=7, allow_negative_numbers = true, value_name = "NUMBER")]
-    pose: Vec<f64>,
-}
-
-impl Pose {
-    fn json(&self) -> Result<Value, CliError> {
-        match self.pose[..] {
-            [x, y, z] => Ok(json!({ "position": [x, y, z] })),
-            [x, y, z, qx, qy, qz, qw] => {
-                Ok(json!({ "position": [x, y, z], "orientation": { "x": qx, "y": qy, "z": qz, "w": qw } }))
-            }
-            _ => {
-                let text = format!("{} numbers given for a pose; give x y z, or x y z qx qy qz qw", self.pose.len());
-                Err(CliError::Usage(text))
-            }
-        }
-    }
-}
-
-/// `v12` or `12`.
-fn version(text: &str) -> Result<u64, String> {
-    let number = text.strip_prefix('v').unwrap_or(text).parse().ok();
-    number.filter(|version| *version > 0).ok_or_else(|| "give a version such as v12".to_owned())
-}
-
 /// Runs a subcommand.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     match &arguments.command {
@@ -296,16 +270,5 @@ fn summary(common: &Common, message: &ControlRequest) -> Result<u8, CliError> {
     match control(&common.instance.connect()?, message)? {
         ControlReply::Scene(scene) => print(common.format, &scene, || versions_line(&scene)),
         other => Err(unexpected(&other)),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn versions_are_read_with_and_without_their_letter() {
-        assert_eq!((version("v12"), version("12")), (Ok(12), Ok(12)));
-        assert!(["", "v", "0", "v0", "-1", "vv1", "newest"].iter().all(|text| version(text).is_err()));
     }
 }

@@ -3,6 +3,7 @@
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
@@ -138,7 +139,11 @@ impl Log {
     }
 
     /// Whether everything has to be written, not only what changed.
-    pub(super) fn needs_all(&self) -> bool {
+    pub(super) fn needs_all(&mut self) -> bool {
+        // A file that somebody removed takes records all the same, and nobody would find them.
+        if self.file.as_ref().is_some_and(|file| file.metadata().is_ok_and(|metadata| metadata.nlink() == 0)) {
+            self.file = None;
+        }
         self.file.is_none() || self.bytes > SMALL.max(GROWTH * self.least)
     }
 
@@ -184,11 +189,11 @@ mod tests {
     }
 
     fn labels(contents: &Contents) -> Vec<&str> {
-        let label = |record| match record {
-            &Record::SceneGone { ref label } => label.as_str(),
+        let labels = contents.records.iter().map(|record| match record {
+            Record::SceneGone { label } => label.as_str(),
             other => panic!("{other:?}"),
-        };
-        contents.records.iter().map(label).collect()
+        });
+        labels.collect()
     }
 
     #[test]
@@ -233,5 +238,16 @@ mod tests {
             log.needs_all()
         });
         assert_eq!(count, Some(10), "just above {SMALL} bytes");
+    }
+
+    #[test]
+    fn a_file_that_somebody_removed_is_written_anew() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        let mut log = Log::new(path.clone());
+        log.replace(b"").unwrap();
+        assert!(!log.needs_all());
+        std::fs::remove_file(&path).unwrap();
+        assert!(log.needs_all() && log.append(b"x").is_err(), "nobody would find it");
     }
 }

@@ -3,6 +3,7 @@ use proptest::prelude::*;
 use super::super::scene_file;
 use super::*;
 use crate::math::{Quat, Vec3};
+use crate::scene::{Obstacle, Scene};
 use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
 use std::sync::Arc;
 
@@ -108,7 +109,7 @@ fn pairs_sizes_and_frames_are_set_and_taken_away() {
                                       { "child_frame_id": "wall", "transform": { "translation": [0, 5, 0] } }]"#,
     );
     let scene = scene.unwrap();
-    assert_eq!(scene.allowed().collect::<Vec<_>>(), [("cup", "hand")]);
+    assert_eq!(scene.allowed().collect::<Vec<_>>(), [("hand", "cup")]);
     assert_eq!(scene.forbidden().collect::<Vec<_>>(), [("table", "tool")]);
     assert_eq!((scene.padding("table"), scene.padding("cup"), scene.scale("hand")), (0.0, 0.02, 1.5));
     assert_eq!(scene.frames().map(|(name, _)| name).collect::<Vec<_>>(), ["wall"]);
@@ -194,7 +195,7 @@ fn what_is_wrong_is_named_in_one_line() {
             ["\"tool\"", "touch_links", "ADD does"],
         ),
         (r#""link_padding": { "cup": -1 }"#.to_owned(), ["\"cup\"", "-1", "at least 0"]),
-        (r#""link_scale": { "cup": 0 }"#.to_owned(), ["\"cup\"", "0", "greater than 0"]),
+        (r#""link_scale": { "cup": 0 }"#.to_owned(), ["\"cup\"", "is 0", "1 leaves sizes"]),
         (r#""link_scale": [{ "link_name": "cup", "padding": 1 }]"#.to_owned(), ["missing field", "scale", "column"]),
         (
             r#""fixed_frame_transforms": [{ "child_frame_id": "wall", "transform": null }]"#.to_owned(),
@@ -285,7 +286,7 @@ fn any_scene() -> impl Strategy<Value = Scene> {
         }),
     ];
     let placed = (pose.clone(), shape).prop_map(|(pose, shape)| PlacedShape { pose, shape });
-    let object = (0..8_usize, any::<bool>(), pose.clone(), prop::collection::vec(placed, 0..3));
+    let object = (0..8_usize, any::<bool>(), pose.clone(), prop::collection::vec(placed, 1..3));
     let names = || prop::sample::select(vec!["o0", "o1", "o2", "hand", "finger"]);
     let pairs = prop::collection::vec((names(), names(), 0..2_u8), 0..4);
     let sizes = prop::collection::vec((names(), 0.0..0.1_f64, 0.5..2.0_f64), 0..3);
@@ -312,6 +313,13 @@ fn any_scene() -> impl Strategy<Value = Scene> {
         changes.extend(frames.map(|(name, pose)| SceneChange::Frame { name: format!("f{name}"), pose: Some(pose) }));
         Scene::default().with(changes).unwrap()
     })
+}
+
+#[test]
+fn what_a_diff_cannot_say_is_told() {
+    let change = SceneChange::Replace(Obstacle::new("tool", Vec::new()));
+    let error = text(&kitchen(), &[change], true).unwrap_err().to_string();
+    assert!(error.contains("\"tool\"") && error.contains("no shapes"), "{error}");
 }
 
 proptest! {

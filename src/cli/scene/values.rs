@@ -1,0 +1,46 @@
+//! Values on the command line of `taut scene`.
+
+use serde_json::{Value, json};
+
+use super::CliError;
+
+/// A pose on the command line.
+#[derive(clap::Args)]
+pub(super) struct Pose {
+    /// x y z (m), or x y z qx qy qz qw
+    #[arg(required = true, num_args = 3..=7, allow_negative_numbers = true, value_name = "NUMBER")]
+    pose: Vec<f64>,
+}
+
+impl Pose {
+    /// As a diff has it.
+    pub(super) fn json(&self) -> Result<Value, CliError> {
+        match self.pose[..] {
+            [x, y, z] => Ok(json!({ "position": [x, y, z] })),
+            [x, y, z, qx, qy, qz, qw] => {
+                Ok(json!({ "position": [x, y, z], "orientation": { "x": qx, "y": qy, "z": qz, "w": qw } }))
+            }
+            _ => {
+                let text = format!("{} numbers given for a pose; give x y z, or x y z qx qy qz qw", self.pose.len());
+                Err(CliError::Usage(text))
+            }
+        }
+    }
+}
+
+/// `v12` or `12`.
+pub(super) fn version(text: &str) -> Result<u64, String> {
+    let number = text.strip_prefix('v').unwrap_or(text).parse().ok();
+    number.filter(|version| *version > 0).ok_or_else(|| "give a version such as v12".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn versions_are_read_with_and_without_their_letter() {
+        assert_eq!((version("v12"), version("12")), (Ok(12), Ok(12)));
+        assert!(["", "v", "0", "v0", "-1", "vv1", "newest"].iter().all(|text| version(text).is_err()));
+    }
+}
