@@ -263,7 +263,7 @@ mod tests {
         let (good, full) = (answer(Code::Success, ResponseFlags::PROVED), answer(Code::Overloaded, 0));
         let mut tally = Tally::default();
         tally.end(&ending(&good, &[1.0], 200));
-        tally.end(&ending(&good, &[1.0], 1001 + LATE_NS));
+        tally.end(&ending(&good, &[1.0], 1001 + 2 * LATE_NS));
         tally.end(&ending(&full, &[], 300));
         tally.refuse(Code::Quota);
         assert_eq!((tally.served, tally.ended(), tally.with(Code::Overloaded)), (1, 4, 1));
