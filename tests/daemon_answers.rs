@@ -16,9 +16,12 @@ fn answer(place: &Place, arguments: &[&str], local: bool) -> Value {
     let run = place.taut(&arguments);
     assert_eq!(run.exit, 0, "{arguments:?}: {}", run.err);
     let mut answer = run.json();
-    for cost in ["cpu_s", "time_s", "request_id"] {
-        assert!(answer.as_object_mut().unwrap().remove(cost).is_some());
+    let fields = answer.as_object_mut().unwrap();
+    for cost in ["cpu_s", "time_s"] {
+        assert!(fields.remove(cost).is_some());
     }
+    // For `taut why`.
+    assert_eq!(fields.remove("request_id").is_some(), !local);
     answer
 }
 

@@ -1,6 +1,7 @@
 //! What other threads tell the I/O thread.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use taut::robot::RobotModel;
@@ -90,19 +91,48 @@ pub(super) enum Content {
 pub(super) struct EventSender {
     channel: Sender<Event>,
     waker: Waker,
+    sleeps: Arc<AtomicBool>,
+}
+
+/// The I/O thread's end.
+pub(super) struct Events {
+    channel: Receiver<Event>,
+    sleeps: Arc<AtomicBool>,
 }
 
 impl EventSender {
     /// A sender and the I/O thread's end. There are at most as many events as jobs, loads and workers, so the
     /// channel needs no bound of its own.
-    pub(super) fn new(waker: Waker) -> (Self, Receiver<Event>) {
-        let (channel, receiver) = unbounded();
-        (Self { channel, waker }, receiver)
+    pub(super) fn new(waker: Waker) -> (Self, Events) {
+        let (sender, receiver) = unbounded();
+        let sleeps = Arc::new(AtomicBool::new(false));
+        (Self { channel: sender, waker, sleeps: sleeps.clone() }, Events { channel: receiver, sleeps })
     }
 
     /// Sends an event. Once the I/O thread has ended nobody needs it any more.
     pub(super) fn send(&self, event: Event) {
         let _ = self.channel.send(event);
-        self.waker.wake();
+        // A wake is a system call, and one that is awake looks again before it sleeps.
+        if self.sleeps.swap(false, Ordering::SeqCst) {
+            self.waker.wake();
+        }
+    }
+}
+
+impl Events {
+    /// The next event, if there is one.
+    pub(super) fn next(&self) -> Option<Event> {
+        self.channel.try_recv().ok()
+    }
+
+    /// Announces a sleep; false if an event is there already, which nobody would wake the sleeper for.
+    pub(super) fn may_sleep(&self) -> bool {
+        self.sleeps.store(true, Ordering::SeqCst);
+        self.channel.is_empty()
+    }
+
+    /// Awake again.
+    pub(super) fn woke(&self) {
+        self.sleeps.store(false, Ordering::SeqCst);
     }
 }

@@ -4,14 +4,13 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crossbeam_channel::Receiver;
 use taut::store::ModelStore;
 use taut_ipc::monotonic_ns;
 use taut_ipc::server::{IncomingControl, Janitor, Server, ServerError};
 use taut_ipc::wire::{RobotEntry, SceneEntry, StatusRecord};
 
 use super::clients::Clients;
-use super::event::Event;
+use super::event::{Event, Events};
 use super::keep::Keeping;
 use super::loader::Loader;
 use super::mailbox::Mailbox;
@@ -43,7 +42,7 @@ pub(super) struct EventLoop {
     pub(super) keeping: Keeping,
     pub(super) pulse: Pulse,
     pub(super) mailboxes: Vec<Arc<Mailbox>>,
-    pub(super) events: Receiver<Event>,
+    pub(super) events: Events,
     /// Gone once the daemon ends.
     pub(super) loader: Option<Loader>,
     pub(super) metrics: Metrics,
@@ -74,8 +73,9 @@ impl EventLoop {
     pub(super) fn run(&mut self) -> Result<(), ServerError> {
         let mut is_flooded = false;
         while !(self.is_draining && self.open.is_empty() && self.keeping.is_idle()) {
-            let patience = if is_flooded { Duration::ZERO } else { self.patience() };
+            let patience = if is_flooded || !self.events.may_sleep() { Duration::ZERO } else { self.patience() };
             self.server.wait(patience)?;
+            self.events.woke();
             self.handle_events()?;
             is_flooded = self.receive_requests()?;
             is_flooded |= self.receive_controls()?;
@@ -102,7 +102,7 @@ impl EventLoop {
     }
 
     fn handle_events(&mut self) -> Result<(), ServerError> {
-        while let Ok(event) = self.events.try_recv() {
+        while let Some(event) = self.events.next() {
             match event {
                 Event::Improved { worker } => self.send_improvement(worker),
                 Event::Answered(answered) => self.finish(*answered),

@@ -29,14 +29,14 @@ pub(super) struct Progress {
 }
 
 impl Mailbox {
-    /// Puts an improvement in; tells whether the mailbox was empty, so that the I/O thread has to be told.
-    pub(super) fn put(&self, job: u64, header: &ResponseHeader, path: &[f64]) -> bool {
+    /// Puts an improvement in.
+    pub(super) fn put(&self, job: u64, header: &ResponseHeader, path: &[f64]) {
         let mut state = self.lock();
         state.progress.job = job;
         state.progress.header = *header;
         state.progress.path.clear();
         state.progress.path.extend_from_slice(path);
-        !std::mem::replace(&mut state.is_full, true)
+        state.is_full = true;
     }
 
     /// Hands over what is in it, in place.

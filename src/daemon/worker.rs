@@ -24,6 +24,10 @@ pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
 /// that lasts, however fast the optimizers become. For tests.
 pub const HANG_SEED: u64 = 0x4a46_4a46_4a46_4a46;
 
+/// Time (ns) between two improvements that a client is told of: each wakes two processes, and only the newest is worth
+/// it. The first and the last are told at once.
+const TELL_NS: u64 = 2_000_000;
+
 /// One worker thread's own things.
 pub(super) struct Worker {
     /// Its number.
@@ -78,6 +82,12 @@ impl Worker {
         }
     }
 
+    fn tell(&self, told: &Told, now_ns: u64) {
+        told.last_ns.set(now_ns);
+        told.waits.set(false);
+        self.events.send(Event::Improved { worker: self.index });
+    }
+
     fn compute(&self, job: &Job, turn: &Cell<Turn>, workspace: &mut Workspace) -> Reply {
         assert!(!(self.fault_injection && job.settings.seed == PANIC_SEED), "injected fault");
         let model = match job.snapshot.model.get() {
@@ -90,8 +100,7 @@ impl Worker {
             cause.get().is_some()
         };
         // The only place between two iterations where the outside comes in: others may go first, or it is over.
-        let asked_to_stop = || {
-            let now_ns = monotonic_ns();
+        let asked_to_stop = |now_ns| {
             if is_over(now_ns) {
                 return true;
             }
@@ -100,16 +109,26 @@ impl Worker {
             turn.set(at);
             cause.get().is_some()
         };
-        let mut stop = asked_to_stop;
+        let told = Told::default();
+        let mut stop = || {
+            let now_ns = monotonic_ns();
+            if told.is_due(now_ns) {
+                self.tell(&told, now_ns);
+            }
+            asked_to_stop(now_ns)
+        };
         let hangs = self.fault_injection && job.settings.seed == HANG_SEED;
         let mut lengths = Lengths::new(job);
         let mut publish = |improvement: Improvement| {
             let lengths = lengths.of(improvement.length);
             let header = translate::progress(job, &improvement, lengths);
-            if self.mailbox.put(job.id, &header, improvement.path.as_flat()) {
-                self.events.send(Event::Improved { worker: self.index });
+            self.mailbox.put(job.id, &header, improvement.path.as_flat());
+            told.waits.set(true);
+            let now_ns = monotonic_ns();
+            if told.is_due(now_ns) {
+                self.tell(&told, now_ns);
             }
-            while hangs && !asked_to_stop() {
+            while hangs && !asked_to_stop(monotonic_ns()) {
                 std::thread::sleep(Duration::from_millis(1));
             }
         };
@@ -118,6 +137,20 @@ impl Worker {
             Ok(outcome) => translate::answered(job, &outcome, cause.get()),
             Err(error) => translate::refused(translate::request_refusal(&error)),
         }
+    }
+}
+
+/// What the I/O thread was told of a job's improvements.
+#[derive(Default)]
+struct Told {
+    last_ns: Cell<u64>,
+    waits: Cell<bool>,
+}
+
+impl Told {
+    /// Whether there is something to tell, and it is time.
+    fn is_due(&self, now_ns: u64) -> bool {
+        self.waits.get() && now_ns >= self.last_ns.get() + TELL_NS
     }
 }
 

@@ -36,10 +36,8 @@ pub(super) const fn threads(slots: usize) -> usize {
 /// Jobs that wait for a slot. Locks are held for a look through those that wait, never while anything is computed.
 pub(super) struct Schedule {
     state: Mutex<State>,
-    /// Where threads without a job wait.
-    idle: Condvar,
-    /// Where each thread waits whose job has made room.
-    paused: Vec<Condvar>,
+    /// Where each thread waits, for a job or, if its job has made room, for a slot.
+    seats: Vec<Condvar>,
     /// Jobs that could be computed now: while there are none, nobody needs to look.
     ready: AtomicUsize,
     /// The highest class among them.
@@ -49,13 +47,14 @@ pub(super) struct Schedule {
 struct State {
     free_slots: usize,
     slots: usize,
-    idle_threads: usize,
+    /// Threads without a job, the last that had one last: what it computed with is still warm.
+    idle: Vec<usize>,
     /// Not begun.
     waiting: Vec<Job>,
     /// Begun, without a slot.
     paused: Vec<Turn>,
-    /// Given a slot, on their way to a thread.
-    handed: Vec<Job>,
+    /// Given a slot, on their way to their thread.
+    handed: Vec<(usize, Job)>,
     clients: HashMap<u128, Share>,
     begun: Begun,
     closed: bool,
@@ -136,7 +135,7 @@ impl State {
 
     /// Those whose model is made, by index.
     fn ready_jobs(&self) -> impl Iterator<Item = (usize, &Job)> + Clone {
-        let is_of_use = self.idle_threads > self.handed.len();
+        let is_of_use = !self.idle.is_empty();
         self.waiting.iter().enumerate().filter(move |(_, job)| is_of_use && job.snapshot.model.is_ready())
     }
 
@@ -182,7 +181,7 @@ impl Schedule {
         let state = State {
             free_slots: slots,
             slots,
-            idle_threads: 0,
+            idle: Vec::new(),
             waiting: Vec::new(),
             paused: Vec::new(),
             handed: Vec::new(),
@@ -192,8 +191,7 @@ impl Schedule {
         };
         Self {
             state: Mutex::new(state),
-            idle: Condvar::new(),
-            paused: (0..threads(slots)).map(|_| Condvar::new()).collect(),
+            seats: (0..threads(slots)).map(|_| Condvar::new()).collect(),
             ready: AtomicUsize::new(0),
             urgent: AtomicU32::new(0),
         }
@@ -215,11 +213,11 @@ impl Schedule {
     /// Waits for a job for a thread; `None` once the schedule is closed and nothing waits.
     pub(super) fn take(&self, thread: usize) -> Option<(Job, Turn)> {
         let mut state = self.lock();
-        state.idle_threads += 1;
+        state.idle.push(thread);
         self.fill_slots(&mut state);
         loop {
-            if let Some(job) = state.handed.pop() {
-                state.idle_threads -= 1;
+            if let Some(index) = state.handed.iter().position(|(to, _)| *to == thread) {
+                let (_, job) = state.handed.swap_remove(index);
                 let now_ns = monotonic_ns();
                 let turn = Turn {
                     job: job.id,
@@ -238,7 +236,7 @@ impl Schedule {
             if state.closed && state.waiting.is_empty() {
                 return None;
             }
-            state = self.idle.wait(state).unwrap_or_else(PoisonError::into_inner);
+            state = self.seats[thread].wait(state).unwrap_or_else(PoisonError::into_inner);
         }
     }
 
@@ -272,7 +270,7 @@ impl Schedule {
                 return;
             }
             let left = Duration::from_nanos(turn.deadline_ns.saturating_sub(monotonic_ns()));
-            let woken = self.paused[turn.thread].wait_timeout(state, left);
+            let woken = self.seats[turn.thread].wait_timeout(state, left);
             state = woken.unwrap_or_else(PoisonError::into_inner).0;
         }
         turn.has_slot = true;
@@ -310,7 +308,7 @@ impl Schedule {
     pub(super) fn wake(&self, job: u64) {
         let state = self.lock();
         if let Some(turn) = state.paused.iter().find(|turn| turn.job == job) {
-            self.paused[turn.thread].notify_one();
+            self.seats[turn.thread].notify_one();
         }
     }
 
@@ -355,7 +353,7 @@ impl Schedule {
     /// Ends the threads once nothing waits.
     pub(super) fn close(&self) {
         self.lock().closed = true;
-        self.idle.notify_all();
+        self.seats.iter().for_each(Condvar::notify_one);
     }
 
     /// Gives every free slot to whoever is next. The one place where jobs get slots.
@@ -366,14 +364,15 @@ impl Schedule {
             state.free_slots -= 1;
             match ready.get(next) {
                 Some(&index) => {
+                    let Some(thread) = state.idle.pop() else { unreachable!("jobs are ready only for idle threads") };
                     let job = state.waiting.swap_remove(index);
                     state.begun.one(state.waiting.len());
-                    state.handed.push(job);
-                    self.idle.notify_one();
+                    state.handed.push((thread, job));
+                    self.seats[thread].notify_one();
                 }
                 None => {
                     let turn = state.paused.swap_remove(next - ready.len());
-                    self.paused[turn.thread].notify_one();
+                    self.seats[turn.thread].notify_one();
                 }
             }
         }

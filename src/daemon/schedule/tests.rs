@@ -45,7 +45,7 @@ fn busy(others: usize) -> (Arc<Schedule>, Turn) {
             }
         });
     }
-    while schedule.lock().idle_threads < others {
+    while schedule.lock().idle.len() < others {
         std::thread::yield_now();
     }
     (schedule, turn)
@@ -94,7 +94,7 @@ fn a_job_that_is_over_ends_without_a_slot() {
         let schedule = Arc::clone(&schedule);
         std::thread::spawn(move || sender.send(schedule.take(1).unwrap().1).unwrap())
     };
-    while schedule.lock().idle_threads == 0 {
+    while schedule.lock().idle.is_empty() {
         std::thread::yield_now();
     }
     schedule.look_again();
