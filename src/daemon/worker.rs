@@ -28,6 +28,10 @@ pub const HANG_SEED: u64 = 0x4a46_4a46_4a46_4a46;
 /// it. The first and the last are told at once.
 const TELL_NS: u64 = 2_000_000;
 
+/// Time (ns) after which a worker lets threads go first that wait for its core, the I/O thread and clients: they take
+/// microseconds, and would wait out its time slice of milliseconds.
+const GIVE_WAY_NS: u64 = 1_000_000;
+
 /// One worker thread's own things.
 pub(super) struct Worker {
     /// Its number.
@@ -110,8 +114,13 @@ impl Worker {
             cause.get().is_some()
         };
         let told = Told::default();
+        let mut given_way_ns = 0;
         let mut stop = || {
             let now_ns = monotonic_ns();
+            if now_ns >= given_way_ns + GIVE_WAY_NS {
+                given_way_ns = now_ns;
+                std::thread::yield_now();
+            }
             if told.is_due(now_ns) {
                 self.tell(&told, now_ns);
             }

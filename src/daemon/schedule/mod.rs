@@ -24,9 +24,10 @@ const PAUSED_PER_SLOT: usize = 4;
 const PACE: f64 = 0.1;
 /// Computing time (ns) between two looks at who waits.
 const LOOK_NS: u64 = 500_000;
-/// By how much (ns) a client that comes back may be behind those that stayed: it need not wait for what they do just
-/// now, and cannot save up more.
-const CREDIT_NS: u64 = 2 * order::SHARE_NS;
+/// After this time (ns) half of what a client has had is forgotten: who was greedy long ago, or away, is as any other.
+const HALF_LIFE_NS: f64 = 1e8;
+/// Time (ns) between two times of forgetting.
+const FORGET_NS: u64 = 5_000_000;
 
 /// Threads that a schedule with this many slots needs.
 pub(super) const fn threads(slots: usize) -> usize {
@@ -56,6 +57,8 @@ struct State {
     /// Given a slot, on their way to their thread.
     handed: Vec<(usize, Job)>,
     clients: HashMap<u128, Share>,
+    /// When what clients have had was last halved in part.
+    forgotten_ns: u64,
     begun: Begun,
     closed: bool,
 }
@@ -78,7 +81,7 @@ impl Begun {
     }
 }
 
-/// What a client has had of the workers.
+/// What a client has had of the workers of late.
 #[derive(Default)]
 struct Share {
     used_ns: u64,
@@ -140,6 +143,7 @@ impl State {
     }
 
     fn charge(&mut self, turn: &mut Turn, now_ns: u64) {
+        self.forget(now_ns);
         let used_ns = now_ns.saturating_sub(turn.since_ns);
         turn.since_ns = now_ns;
         turn.computed_ns += used_ns;
@@ -148,18 +152,21 @@ impl State {
         }
     }
 
-    /// A client that was away is as far as the one that has had least, but for its credit.
-    fn enter(&mut self, client: u128) {
-        let present = self.clients.values().filter(|share| share.jobs > 0);
-        let least_ns = present.map(|share| share.used_ns).min();
-        let floor_ns = least_ns.unwrap_or(0).saturating_sub(CREDIT_NS);
-        // Those that are gone and would start from the floor need not be remembered.
-        self.clients.retain(|_, share| share.jobs > 0 || share.used_ns > floor_ns);
-        let share = self.clients.entry(client).or_default();
-        if share.jobs == 0 {
-            share.used_ns = share.used_ns.max(floor_ns);
+    /// A client has one job more.
+    fn enter(&mut self, client: u128, now_ns: u64) {
+        self.forget(now_ns);
+        self.clients.entry(client).or_default().jobs += 1;
+    }
+
+    fn forget(&mut self, now_ns: u64) {
+        let passed_ns = now_ns.saturating_sub(self.forgotten_ns);
+        if passed_ns < FORGET_NS {
+            return;
         }
-        share.jobs += 1;
+        self.forgotten_ns = now_ns;
+        let left = 0.5_f64.powf(passed_ns as f64 / HALF_LIFE_NS);
+        self.clients.values_mut().for_each(|share| share.used_ns = (share.used_ns as f64 * left) as u64);
+        self.clients.retain(|_, share| share.jobs > 0 || share.used_ns > 0);
     }
 
     fn leave(&mut self, client: u128) {
@@ -186,6 +193,7 @@ impl Schedule {
             paused: Vec::new(),
             handed: Vec::new(),
             clients: HashMap::new(),
+            forgotten_ns: 0,
             begun: Begun::default(),
             closed: false,
         };
@@ -200,7 +208,7 @@ impl Schedule {
     /// Adds a job.
     pub(super) fn push(&self, job: Job) {
         let mut state = self.lock();
-        state.enter(job.client);
+        state.enter(job.client, monotonic_ns());
         state.waiting.push(job);
         self.fill_slots(&mut state);
     }

@@ -1,8 +1,8 @@
 //! Who is computed first.
 //!
 //! Between classes the higher one. Within a class clients share the workers: each job has a *lead*, what its client has
-//! had of them plus what the job itself has had, and jobs that lead by more than [`SHARE_NS`] wait for the others. Among
-//! those that do not, the earliest deadline goes first. So a client with one short path does not wait for another's
+//! had of them of late plus what the job itself has had, and jobs that lead by more than [`SHARE_NS`] wait for the others. Among
+//! those that do not, the earliest deadline goes first, else who came first. So a client with one short path does not wait for another's
 //! long ones, and a client's own short path not for its long one.
 
 use std::cmp::Ordering;
@@ -58,9 +58,7 @@ pub(super) fn next(standings: impl Iterator<Item = Standing> + Clone) -> Option<
     let in_class = move || standings.clone().enumerate().filter(move |(_, standing)| standing.class == class);
     let least = in_class().min_by_key(|(_, standing)| standing.lead_ns)?.1;
     let eligible = in_class().filter(|(_, standing)| !standing.has_had_more_than(&least));
-    eligible
-        .min_by_key(|(_, standing)| (standing.deadline_ns, standing.lead_ns, standing.number))
-        .map(|(index, _)| index)
+    eligible.min_by_key(|(_, standing)| (standing.deadline_ns, standing.number)).map(|(index, _)| index)
 }
 
 #[cfg(test)]
@@ -80,7 +78,7 @@ mod tests {
         assert_eq!(next(&[standing(0, 0, NONE, 1), standing(1, 99, NONE, 2)]), Some(1), "class before share");
         assert_eq!(next(&[standing(0, 50, 5, 1), standing(0, 0, 9, 2)]), Some(1), "share before deadline");
         assert_eq!(next(&[standing(0, 9, 5, 1), standing(0, 0, 9, 2)]), Some(0), "deadline within the share");
-        assert_eq!(next(&[standing(0, 9, NONE, 1), standing(0, 0, NONE, 2)]), Some(1), "the one that had less");
+        assert_eq!(next(&[standing(0, 0, NONE, 2), standing(0, 9, NONE, 1)]), Some(1), "then order of arrival");
         assert_eq!(next(&[standing(0, 0, 7, 2), standing(0, 0, 7, 1)]), Some(1), "then order of arrival");
     }
 

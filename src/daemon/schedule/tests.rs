@@ -134,13 +134,16 @@ fn what_is_taken_out_leaves_nothing_behind() {
 }
 
 #[test]
-fn a_client_that_comes_back_has_saved_up_little() {
+fn what_a_client_has_had_is_forgotten_in_time() {
     let (schedule, mut turn) = busy(0);
-    turn.since_ns -= 1_000 * order::SHARE_NS;
     let mut state = schedule.lock();
-    let now_ns = turn.since_ns + 1_000 * order::SHARE_NS;
-    state.charge(&mut turn, now_ns);
-    state.enter(2);
-    let used = |client: u128| state.clients[&client].used_ns;
-    assert_eq!(used(1) - used(2), CREDIT_NS);
+    let (begun_ns, used_ns) = (turn.since_ns, 8 * order::SHARE_NS);
+    state.charge(&mut turn, begun_ns + used_ns);
+    state.enter(2, begun_ns + used_ns);
+    assert_eq!((state.clients[&1].used_ns, state.clients[&2].used_ns), (used_ns, 0));
+    state.forget(begun_ns + used_ns + 3 * HALF_LIFE_NS as u64);
+    assert_eq!(state.clients[&1].used_ns, order::SHARE_NS);
+    state.leave(2);
+    state.forget(begun_ns + used_ns + 60 * HALF_LIFE_NS as u64);
+    assert_eq!(state.clients.len(), 1, "who is away and has nothing is not remembered");
 }
