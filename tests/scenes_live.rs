@@ -475,7 +475,7 @@ fn the_command_line_lists_shows_compares_and_changes_scenes() {
         &["show", "arm_shelf"],
         &["v3", "bottle", "on hand", "at 0 0 0.2", "cylinder 0.2 × 0.04", "may touch left_finger, link7"],
     );
-    said(&["show", "arm_shelf", "--version", "v1"], &["arm_shelf v1", "shelf_low", "box 0.35 × 0.9 × 0.02"]);
+    said(&["show", "arm_shelf", "--version", "v1"], &["arm_shelf v1", "shelf_low", "box 0.35 × 0.9 × 0.02 at 0."]);
     said(&["move", "arm_shelf", "bottle", "0", "0", "0.1", "--link", "hand"], &["v4"]);
     said(&["detach", "arm_shelf", "bottle", "1", "0", "0.5"], &["v5"]);
     said(&["diff", "arm_shelf", "v1", "v2"], &["v1 → v2", "MOVE", "bottle", "at 0 -0.1 0"]);

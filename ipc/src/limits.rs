@@ -61,7 +61,7 @@ pub const SHM_ALLOWANCE: u64 = 8 * 1024 * 1024;
 /// How often a waiting client looks whether the daemon still lives.
 pub const PROBE_INTERVAL: Duration = Duration::from_millis(100);
 /// How often the janitor looks whether clients came, and for the death of those it cannot watch.
-pub const JANITOR_INTERVAL: Duration = Duration::from_millis(150);
+pub const JANITOR_INTERVAL: Duration = Duration::from_millis(200);
 /// How soon the janitor tries again what failed, at first.
 pub const JANITOR_RETRY: Duration = Duration::from_millis(10);
 /// How often the janitor looks at every node, whatever it saw.

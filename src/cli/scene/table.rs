@@ -123,8 +123,22 @@ fn shapes(object: &Value) -> String {
         let triangles = list(mesh, "triangles").len();
         format!("mesh {} of {triangles} triangles", name_of(&mesh["file"]))
     };
-    let primitives = list(object, "primitives").iter().map(primitive);
-    primitives.chain(list(object, "meshes").iter().map(mesh)).collect::<Vec<_>>().join(", ")
+    let placed = |shapes: &str, poses: &str, text: &dyn Fn(&Value) -> String| {
+        let poses = list(object, poses).iter().map(Some).chain(std::iter::repeat(None));
+        let placed = |(shape, pose): (&Value, Option<&Value>)| format!("{}{}", text(shape), within(pose));
+        list(object, shapes).iter().zip(poses).map(placed).collect::<Vec<_>>()
+    };
+    let primitives = placed("primitives", "primitive_poses", &primitive);
+    [primitives, placed("meshes", "mesh_poses", &mesh)].concat().join(", ")
+}
+
+/// Where a shape is in its object's frame, unless it is that.
+fn within(pose: Option<&Value>) -> String {
+    let Some(pose) = pose else { return String::new() };
+    let (position, turn) = (list(pose, "position"), &pose["orientation"]);
+    let is_there = position.iter().all(|number| number.as_f64() == Some(0.0));
+    let is_turned = turn.is_object() && turn["w"].as_f64() != Some(1.0);
+    if is_there && !is_turned { String::new() } else { format!(" {}", pose_text(pose)) }
 }
 
 fn touching(attached: &Value) -> String {
