@@ -47,8 +47,12 @@ impl EventLoop {
     fn take(&mut self, number: u64, request: IncomingRequest) -> Result<(), (Box<IncomingRequest>, Refusal)> {
         let now_ns = monotonic_ns();
         let (client, bytes) = (request.client_id(), request.payload().len());
-        let server = &self.server;
-        let entered = self.clients.enter(client, || server.client_pid(client), bytes, now_ns);
+        let (server, janitor) = (&self.server, &self.janitor);
+        let met = || {
+            janitor.look();
+            server.client_pid(client)
+        };
+        let entered = self.clients.enter(client, met, bytes, now_ns);
         self.stories.begin(number, story(&self.store, &request, self.clients.pid(client), now_ns));
         match entered {
             Ok(()) => self.enqueue(number, request, None),

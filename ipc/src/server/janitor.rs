@@ -10,7 +10,7 @@ use rustix::process::{Pid, PidfdFlags, pidfd_open};
 use std::os::fd::{AsFd, OwnedFd};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -18,13 +18,15 @@ use std::time::{Duration, Instant, SystemTime};
 struct Progress {
     cleaned: AtomicU64,
     busy_since_ns: AtomicU64,
-    stop: OwnedFd,
+    /// Ends the sleep: to look at once, or to stop.
+    call: OwnedFd,
+    stops: AtomicBool,
 }
 
 /// A thread that removes what dead clients leave, off the I/O thread.
 ///
 /// It sleeps on the client processes themselves, so a death wakes it at once and idling costs nothing. Processes of
-/// another container, which it cannot watch, are looked at four times a second.
+/// another container, which it cannot watch, are looked at five times a second.
 #[derive(Debug)]
 pub struct Janitor {
     progress: Arc<Progress>,
@@ -40,12 +42,17 @@ impl Janitor {
         let progress = Arc::new(Progress {
             cleaned: AtomicU64::new(0),
             busy_since_ns: AtomicU64::new(0),
-            stop: eventfd(0, EventfdFlags::CLOEXEC)?,
+            call: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
+            stops: AtomicBool::new(false),
         });
         let (shared, mut watch) = (progress.clone(), Watch::new(instance));
         let thread = std::thread::Builder::new().name("taut-janitor".into()).spawn(move || {
             transport::quiet();
-            while !watch.sleep(&shared.stop) {
+            loop {
+                watch.sleep(&shared.call);
+                if shared.stops.load(Ordering::Relaxed) {
+                    return;
+                }
                 if !watch.is_due() {
                     continue;
                 }
@@ -59,6 +66,11 @@ impl Janitor {
             }
         })?;
         Ok(Self { progress, thread: Some(thread) })
+    }
+
+    /// Looks at once whether clients came, so that their deaths wake it from now on.
+    pub fn look(&self) {
+        let _ = rustix::io::write(&self.progress.call, &1u64.to_ne_bytes());
     }
 
     /// Dead nodes removed since the start.
@@ -78,7 +90,8 @@ impl Janitor {
 
 impl Drop for Janitor {
     fn drop(&mut self) {
-        let _ = rustix::io::write(&self.progress.stop, &1u64.to_ne_bytes());
+        self.progress.stops.store(true, Ordering::Relaxed);
+        self.look();
         // A hanging pass must not hang the daemon's end.
         if self.busy_for() < Duration::from_secs(1)
             && let Some(thread) = self.thread.take()
@@ -115,9 +128,9 @@ impl Watch {
         }
     }
 
-    /// Sleeps until a process dies or a tick passes; tells whether to stop.
-    fn sleep(&mut self, stop: &OwnedFd) -> bool {
-        let all = std::iter::once(stop).chain(&self.processes);
+    /// Sleeps until a process dies, somebody calls, or a tick passes.
+    fn sleep(&mut self, call: &OwnedFd) {
+        let all = std::iter::once(call).chain(&self.processes);
         let mut fds: Vec<_> = all.map(|fd| PollFd::from_borrowed_fd(fd.as_fd(), PollFlags::IN)).collect();
         let tick = match self.failures {
             0 => JANITOR_INTERVAL,
@@ -125,12 +138,15 @@ impl Watch {
         };
         let tick = Timespec { tv_sec: 0, tv_nsec: tick.as_nanos() as _ };
         if poll(&mut fds, Some(&tick)).is_err() {
-            return false;
+            return;
         }
-        let stopped = !fds[0].revents().is_empty();
+        let is_called = !fds[0].revents().is_empty();
         let died = fds[1..].iter().any(|fd| !fd.revents().is_empty());
-        self.look |= died;
-        stopped
+        self.look |= died || is_called;
+        if is_called {
+            // Calls that came together are one.
+            let _ = rustix::io::read(call, &mut [0; 8]);
+        }
     }
 
     fn changed_at(&self) -> Option<SystemTime> {
