@@ -169,8 +169,10 @@ fn a_killed_client_harms_nobody() {
     for _ in 0..3 {
         let victim = busy_client(&place);
         let survivor = place.client();
-        let pending = arm.request(&survivor, RequestBody::default(), endless).send().unwrap();
+        let mut pending = arm.request(&survivor, RequestBody::default(), endless).send().unwrap();
         until("both workers are at work", || number(&witness, "requests_running") == 2.0);
+        // It has something to show: asked to end before its input is proved, it would be PREEMPTED.
+        assert!(!pending.next(PATIENCE).unwrap().unwrap().is_final());
         victim.kill();
         let killed = Instant::now();
         // The victim's worker is free again.
