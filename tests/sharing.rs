@@ -42,8 +42,8 @@ fn a_long_job_makes_room_and_every_answer_is_the_same() {
     let (greedy, client) = (place.client(), place.client());
     let arm = Models::of(&client, "arm_shelf");
     let alone = answer(&arm, &client);
-    let long = send(&arm, &greedy, patient);
-    until("it runs", || number(&client, "requests_running") == 1.0);
+    let mut long = send(&arm, &greedy, patient);
+    assert!(!long.next(PATIENCE).unwrap().unwrap().is_final());
     for _ in 0..3 {
         assert_eq!(answer(&arm, &client), alone, "computed in turns with the long one, and the same");
     }
@@ -61,8 +61,9 @@ fn a_paused_job_ends_when_its_client_says_so() {
     let _daemon = place.serve("workers = 1");
     let (greedy, client) = (place.client(), place.client());
     let arm = Models::of(&client, "arm_shelf");
-    let paused = send(&arm, &greedy, patient);
-    until("it runs", || number(&client, "requests_running") == 1.0);
+    let mut paused = send(&arm, &greedy, patient);
+    // It has something to show: asked to end before its input is proved, it would be PREEMPTED.
+    assert!(!paused.next(PATIENCE).unwrap().unwrap().is_final());
     // Of a higher class: the first one gets no slot while this one runs.
     let running = send(&arm, &client, endless);
     until("it has made room", || number(&client, "requests_running") == 2.0);

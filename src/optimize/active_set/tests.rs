@@ -11,6 +11,8 @@ type Given = (usize, f64, Vec<f64>, f64);
 /// Rows that all but depend on each other need such forces, of a model whose forces are about 1; whether they do
 /// depend is then no longer seen.
 const ROUNDING_DECIDES: f64 = 1e7;
+/// No path is as long as a step that goes so far.
+const FAR_AWAY: f64 = 1e3;
 
 /// A random instance with random half-spaces.
 struct Case {
@@ -234,7 +236,10 @@ proptest! {
             let blamed: Vec<usize> = held.into_iter().chain([row]).collect();
             dense.jacobian = dense.jacobian.select_rows(&blamed);
             dense.right_hand_side = dense.right_hand_side.select_rows(&blamed);
-            prop_assert!(dense.step_of_clarabel(Dense::HALF_SPACES).is_none(), "{:?} are feasible", blamed);
+            // Rows that nearly depend on each other count as dependent: they could be met, but only far away.
+            let met = dense.step_of_clarabel(Dense::HALF_SPACES);
+            let most = met.map(|step| step.iter().fold(0.0, |most: f64, p| most.max(p.abs())));
+            prop_assert!(most.is_none_or(|most| most > FAR_AWAY), "{:?} are feasible within {:?}", blamed, most);
             set.relax(row, f64::NEG_INFINITY);
             ignored.push(row);
         }
