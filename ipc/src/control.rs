@@ -155,7 +155,7 @@ pub enum ControlReply {
     Clients(Vec<ClientSummary>),
     /// Requests, the newest first.
     Stories(Vec<Story>),
-    /// Nothing was changed.
+    /// Nothing was changed, unless the message says that the change was made and could not be kept (a full disk).
     Refused(Refusal),
     /// The text of a scene or diff.
     SceneText(SceneText),

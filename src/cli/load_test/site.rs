@@ -70,16 +70,7 @@ impl Site {
         })?;
         let instance = daemon.instance().clone();
         let files = files(setup, daemon.folder());
-        Self {
-            daemon: Some(daemon),
-            _folder: None,
-            instance,
-            served_by: None,
-            files,
-            problems: Vec::new(),
-            jobs: Vec::new(),
-        }
-        .with_jobs(setup.waypoints)
+        Self::with_jobs(Some(daemon), None, instance, files, setup.waypoints)
     }
 
     /// Uses the daemon that serves this instance, and loads the problems there.
@@ -90,20 +81,24 @@ impl Site {
             written.map_err(|source| CliError::Output { file: folder.path().display().to_string(), source })?;
         }
         let files = files(setup, folder.path());
-        Self {
-            daemon: None,
-            _folder: Some(folder),
-            instance,
-            served_by: None,
-            files,
-            problems: Vec::new(),
-            jobs: Vec::new(),
-        }
-        .with_jobs(setup.waypoints)
+        Self::with_jobs(None, Some(folder), instance, files, setup.waypoints)
     }
 
-    fn with_jobs(mut self, waypoints: usize) -> Result<Self, CliError> {
-        self.served_by = self.pid();
+    fn with_jobs(
+        daemon: Option<Daemon>,
+        folder: Option<Folder>,
+        instance: Instance,
+        files: Vec<PathBuf>,
+        waypoints: usize,
+    ) -> Result<Self, CliError> {
+        let (served_by, problems, jobs) = (None, Vec::new(), Vec::new());
+        let mut site = Self { daemon, _folder: folder, instance, served_by, files, problems, jobs };
+        site.served_by = site.pid();
+        site.read_jobs(waypoints)?;
+        Ok(site)
+    }
+
+    fn read_jobs(&mut self, waypoints: usize) -> Result<(), CliError> {
         let client = self.client()?;
         let mut reader = Reader::default();
         for file in &self.files {
@@ -122,7 +117,7 @@ impl Site {
             });
             self.problems.push(problem);
         }
-        Ok(self)
+        Ok(())
     }
 
     /// Where it serves.

@@ -15,6 +15,11 @@ use crate::cli::load_test::tally::Times;
 use crate::cli::load_test::{interrupt, wire_mode};
 use crate::cli::report;
 
+/// Clients at once, besides one alone.
+const MANY: usize = 16;
+/// What is compared: the median and the 99th percentile.
+const PARTS: [f64; 2] = [0.5, 0.99];
+
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
     let mut rows = Vec::new();
     for (waypoints, what) in [(0, "short paths"), (500, "500 waypoints")] {
@@ -26,9 +31,11 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
 fn sized(trial: &Trial, waypoints: usize, what: &str) -> Result<Vec<Row>, CliError> {
     let site = Site::own(&Setup { workers: 1, waypoints, ..Setup::default() })?;
     let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, 1)?;
+    let mut many = Fleet::start(site.instance(), &site.jobs, 1, MANY)?;
     let echo = Echo::start()?;
     let length = trial.pick(Duration::from_millis(250), Duration::from_millis(500));
-    let (mut ratios, mut ours, mut bare) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut ratios, mut ours, mut bare) = ([Vec::new(), Vec::new()], Vec::new(), Vec::new());
+    let mut crowded = [Vec::new(), Vec::new()];
     let mut sizes = [0, 0];
     for number in 0..trial.pick(5, 24) {
         let window = Window { mode: wire_mode(Mode::Check), ..trial.window(number) };
@@ -44,12 +51,19 @@ fn sized(trial: &Trial, waypoints: usize, what: &str) -> Result<Vec<Row>, CliErr
         interrupt::check()?;
         ours.push(tally.overhead.quantile(0.5));
         bare.push(times.quantile(0.5));
-        ratios.push(ratio(tally.overhead.quantile(0.5), times.quantile(0.5)));
+        let beside = run(&mut many, window, length)?;
+        for (index, part) in PARTS.into_iter().enumerate() {
+            ratios[index].push(ratio(tally.overhead.quantile(part), times.quantile(part)));
+            crowded[index].push(beside.overhead.quantile(part));
+        }
     }
     let told = format!("{} / {}", report::time(median(&ours)), report::time(median(&bare)));
+    let with_many = crowded.each_ref().map(|all| report::time(median(all))).join(", ");
     let [request, response] = sizes;
     Ok(vec![
-        Row::at_most(format!("overhead p50 / bare echo p50, {what}"), 2.0, median(&ratios)),
-        Row::told(format!("the two, {request} B there and {response} B back"), told, median(&ours)),
+        Row::at_most(format!("overhead p50 / bare echo p50, {what}"), 2.0, median(&ratios[0])),
+        Row::at_most(format!("overhead p99 / bare echo p99, {what}"), 2.0, median(&ratios[1])),
+        Row::told(format!("overhead p50, p99 with {MANY} clients, {what}"), with_many, median(&crowded[0])),
+        Row::told(format!("p50 of the two, {request} B there and {response} B back"), told, median(&ours)),
     ])
 }
