@@ -34,3 +34,4 @@ mod worker;
 
 pub use journal::inspect;
 pub use start::{DaemonError, serve};
+pub use worker::{HANG_SEED, PANIC_SEED};

@@ -6,11 +6,8 @@ use crate::cli::load_test::error::LoadError;
 use crate::cli::load_test::fleet::Fleet;
 use crate::cli::load_test::orders::Window;
 use crate::cli::load_test::tally::Tally;
+pub(super) use crate::daemon::{HANG_SEED, PANIC_SEED};
 
-/// With `fault_injection`, a request with this seed panics its worker: `PANIC_SEED` of `daemon/worker.rs`.
-pub(super) const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
-/// With `fault_injection`, a request with this seed stays at its first improvement: `HANG_SEED` there.
-pub(super) const HANG_SEED: u64 = 0x4a46_4a46_4a46_4a46;
 /// Lets both seeds do what they do.
 pub(super) const FAULTS: &str = "fault_injection = true";
 
