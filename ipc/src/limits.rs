@@ -61,11 +61,11 @@ pub const SHM_ALLOWANCE: u64 = 8 * 1024 * 1024;
 /// How often a waiting client looks whether the daemon still lives.
 pub const PROBE_INTERVAL: Duration = Duration::from_millis(100);
 /// How often the janitor looks whether clients came, and for the death of those it cannot watch.
-pub const JANITOR_INTERVAL: Duration = Duration::from_millis(200);
+pub const JANITOR_INTERVAL: Duration = Duration::from_millis(250);
 /// How soon the janitor tries again what failed, at first.
 pub const JANITOR_RETRY: Duration = Duration::from_millis(10);
 /// How often the janitor looks at every node, whatever it saw.
-pub const JANITOR_FULL_PASS: Duration = Duration::from_secs(30);
+pub const JANITOR_FULL_PASS: Duration = Duration::from_secs(120);
 /// Age from which an unfinished file counts as left over by a dead process.
 pub const UNFINISHED_FILE_AGE: Duration = Duration::from_secs(2);
 /// How long a starting daemon tries to get the instance's lock: clients probe it for microseconds.

@@ -26,7 +26,7 @@ struct Progress {
 /// A thread that removes what dead clients leave, off the I/O thread.
 ///
 /// It sleeps on the client processes themselves, so a death wakes it at once and idling costs nothing. Processes of
-/// another container, which it cannot watch, are looked at five times a second.
+/// another container, which it cannot watch, are looked at four times a second.
 #[derive(Debug)]
 pub struct Janitor {
     progress: Arc<Progress>,
