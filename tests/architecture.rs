@@ -20,8 +20,9 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("optimize", vec!["validation", "collision", "path", "robot"]),
         ("store", vec!["collision", "robot", "scene"]),
         ("files", vec!["path", "robot", "scene", "shape", "optimize", "validation"]),
-        ("daemon", [&core[..], &["store", "files"]].concat()),
-        ("cli", [&core[..], &["store", "files", "daemon"]].concat()),
+        ("view", vec!["files", "robot", "scene", "shape"]),
+        ("daemon", [&core[..], &["store", "files", "view"]].concat()),
+        ("cli", [&core[..], &["store", "files", "daemon", "view"]].concat()),
         ("main", vec!["cli"]),
         ("lib", [&core[..], &["store", "files"]].concat()),
     ])

@@ -27,6 +27,7 @@ mod shorten;
 mod svg;
 mod top;
 mod verify;
+mod view;
 mod watch;
 mod why;
 
@@ -73,6 +74,7 @@ enum Command {
     Describe(models::Describe),
     Stop(models::Stop),
     Top(top::Arguments),
+    View(view::Arguments),
     Why(why::Arguments),
 }
 
@@ -130,6 +132,7 @@ pub fn main() -> ExitCode {
         Command::Describe(arguments) => models::describe(&arguments),
         Command::Stop(arguments) => models::stop(&arguments),
         Command::Top(arguments) => top::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
         Command::Why(arguments) => why::run(&arguments),
     };
     ExitCode::from(result.unwrap_or_else(|error| error.report()))

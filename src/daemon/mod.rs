@@ -12,6 +12,7 @@ mod event_loop;
 mod job;
 mod journal;
 mod keep;
+pub mod live;
 mod loader;
 mod mailbox;
 mod metrics;

@@ -14,6 +14,7 @@ use taut_ipc::wire::Code;
 
 use super::event::{Answered, Event, EventSender};
 use super::job::{Job, StopCause};
+use super::live::Live;
 use super::mailbox::Mailbox;
 use super::schedule::{Schedule, Turn};
 use super::translate::{self, Reply};
@@ -42,6 +43,8 @@ pub(super) struct Worker {
     pub mailbox: Arc<Mailbox>,
     /// Where its answers go.
     pub events: EventSender,
+    /// What the page shows, where there is one.
+    pub live: Option<Arc<Live>>,
     /// Whether requests with [`PANIC_SEED`] panic and those with [`HANG_SEED`] hang.
     pub fault_injection: bool,
 }
@@ -56,7 +59,9 @@ impl Worker {
         let mut workspace = Workspace::default();
         while let Some((job, turn)) = self.schedule.take(self.index) {
             let turn = Cell::new(turn);
+            self.show(|live| live.begin(&job));
             let (mut reply, panicked) = self.answer(&job, &turn, &mut workspace);
+            self.show(|live| live.ended(job.id));
             let mut turn = turn.into_inner();
             self.schedule.finish(&mut turn);
             let passed_ns = monotonic_ns().saturating_sub(job.received_ns);
@@ -83,6 +88,12 @@ impl Worker {
                 let message = format!("the worker panicked: {text}; report this with the request as a defect");
                 (translate::refused(Refusal::new(Code::Crash, message)), true)
             }
+        }
+    }
+
+    fn show(&self, enter: impl FnOnce(&Live)) {
+        if let Some(live) = &self.live {
+            enter(live);
         }
     }
 
@@ -130,6 +141,7 @@ impl Worker {
         let mut lengths = Lengths::new(job);
         let mut publish = |improvement: Improvement| {
             let lengths = lengths.of(improvement.length);
+            self.show(|live| live.improved(job.id, lengths[0], improvement.length));
             let header = translate::progress(job, &improvement, lengths);
             self.mailbox.put(job.id, &header, improvement.path.as_flat());
             told.waits.set(true);
@@ -143,7 +155,10 @@ impl Worker {
         };
         let result = optimize::run(model, &job.path, &job.settings, workspace, &mut stop, &mut publish);
         match result {
-            Ok(outcome) => translate::answered(job, &outcome, cause.get()),
+            Ok(outcome) => {
+                self.show(|live| live.answered(job, &outcome, translate::code_of(&outcome, cause.get())));
+                translate::answered(job, &outcome, cause.get())
+            }
             Err(error) => translate::refused(translate::request_refusal(&error)),
         }
     }
