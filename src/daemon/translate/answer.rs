@@ -1,5 +1,7 @@
 //! From an outcome to the sections of a response.
 
+use std::sync::Arc;
+
 use taut::optimize::{Improvement, Outcome, RefusalPlace, Termination};
 use taut::path::Path;
 use taut::store::Snapshot;
@@ -14,10 +16,16 @@ use super::records::{self, Names, stage};
 use crate::daemon::job::{Job, StopCause};
 
 /// A response, put together by a worker and sent by the I/O thread.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(in crate::daemon) struct Reply {
     /// Its header; ids, lengths and sections are filled in when it is sent.
     pub header: ResponseHeader,
+    /// Shared with those who keep answers.
+    sections: Arc<Sections>,
+}
+
+#[derive(Default)]
+struct Sections {
     path: Vec<f64>,
     certificate: Vec<CertificateSegment>,
     head: Option<CertificateHead>,
@@ -33,18 +41,24 @@ pub(in crate::daemon) struct Reply {
 impl Reply {
     /// The sections.
     pub(in crate::daemon) fn body(&self) -> ResponseBody<'_> {
+        let sections = &*self.sections;
         ResponseBody {
-            path: &self.path,
-            certificate: &self.certificate,
-            lowered_pairs: &self.lowered,
-            active_contacts: &self.contacts,
-            stages: &self.stages,
-            pinched_pairs: &self.pinched,
-            refusal: self.refusal.as_ref(),
-            certificate_head: self.head.as_ref(),
-            names: &self.names,
-            message: &self.message,
+            path: &sections.path,
+            certificate: &sections.certificate,
+            lowered_pairs: &sections.lowered,
+            active_contacts: &sections.contacts,
+            stages: &sections.stages,
+            pinched_pairs: &sections.pinched,
+            refusal: sections.refusal.as_ref(),
+            certificate_head: sections.head.as_ref(),
+            names: &sections.names,
+            message: &sections.message,
         }
+    }
+
+    /// The line for people.
+    pub(in crate::daemon) fn message(&self) -> &str {
+        &self.sections.message
     }
 }
 
@@ -135,8 +149,7 @@ pub(in crate::daemon) fn answered(job: &Job, outcome: &Outcome, cause: Option<St
         work: outcome.work,
         ..header(&job.snapshot, &outcome.path)
     };
-    Reply {
-        header,
+    let sections = Sections {
         path: outcome.path.as_flat().to_vec(),
         certificate: certificate.map(records::segments).unwrap_or_default(),
         head: certificate.map(|certificate| records::head(certificate, &outcome.path)),
@@ -147,7 +160,8 @@ pub(in crate::daemon) fn answered(job: &Job, outcome: &Outcome, cause: Option<St
         refusal,
         names: names.text,
         message: message(outcome),
-    }
+    };
+    Reply { header, sections: Arc::new(sections) }
 }
 
 /// The final response of a job whose deadline passed while it waited: the input, nothing computed, lengths 0.
@@ -172,7 +186,7 @@ fn untouched(job: &Job, code: Code, termination: wire::Termination, message: &st
         ..header(&job.snapshot, &job.path)
     };
     let (path, message) = (job.path.as_flat().to_vec(), message.to_owned());
-    Reply { header, path, message, ..Reply::default() }
+    Reply { header, sections: Arc::new(Sections { path, message, ..Sections::default() }) }
 }
 
 /// The final response that only says why not.
@@ -184,7 +198,7 @@ pub(in crate::daemon) fn refused(refusal: Refusal) -> Reply {
         termination: wire::Termination::Refused.into(),
         ..ResponseHeader::default()
     };
-    Reply { header, message: refusal.message, ..Reply::default() }
+    Reply { header, sections: Arc::new(Sections { message: refusal.message, ..Sections::default() }) }
 }
 
 /// How a warning starts in the message, which otherwise holds the hint of a refusal.
