@@ -72,7 +72,7 @@ fn a_recorded_load_run_with_scenes_that_change_is_replayed_bit_by_bit() {
 #[test]
 fn a_crash_in_a_bundle_is_told_apart_from_an_answer() {
     let place = Place::new();
-    let _daemon = place.serve("workers = 1\nfault_injection = true");
+    let _daemon = place.serve("workers = 1");
     let client = place.client();
     let arm = Models::of(&client, "arm_shelf");
     let good = arm.request(&client, RequestBody::default(), |_| {}).send().unwrap().wait(PATIENCE).unwrap();
