@@ -93,7 +93,7 @@ fn a_crash_in_a_bundle_is_told_apart_from_an_answer() {
     let verdict = report["answers"][0]["verdict"].as_str().unwrap();
     assert_eq!(verdict, "code was CRASH, is SUCCESS");
     let run = place.taut(&["replay", &bundle(good.header().request_id, "good.taut")]);
-    assert!(run.exit == 0 && run.out.contains("hybrid") && run.out.contains("--verify compares"), "{}", run.out);
+    assert!(run.exit == 0 && run.out.contains("   check ") && run.out.contains("--verify compares"), "{}", run.out);
 }
 
 #[test]
