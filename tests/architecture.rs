@@ -19,7 +19,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("validation", vec!["collision", "path", "robot", "lanes"]),
         ("optimize", vec!["validation", "collision", "path", "robot"]),
         ("store", vec!["collision", "robot", "scene"]),
-        ("files", vec!["path", "robot", "scene", "shape"]),
+        ("files", vec!["path", "robot", "scene", "shape", "optimize", "validation"]),
         ("daemon", [&core[..], &["store", "files"]].concat()),
         ("cli", [&core[..], &["store", "files", "daemon"]].concat()),
         ("main", vec!["cli"]),

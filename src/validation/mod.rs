@@ -116,6 +116,17 @@ pub enum HitReason {
     Uncertified,
 }
 
+impl HitReason {
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Collision => "COLLISION",
+            Self::TooClose => "TOO_CLOSE",
+            Self::Uncertified => "UNCERTIFIED",
+        }
+    }
+}
+
 /// Where a segment is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
