@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use taut::optimize::Settings;
 use taut::path::Path;
 use taut::store::Snapshot;
+pub(super) use taut::translate::StopCause;
 
 /// Everything that a worker needs; nothing in it is shared memory.
 pub(super) struct Job {
@@ -46,19 +47,6 @@ impl Job {
     pub(super) fn is_expired(&self, now_ns: u64) -> bool {
         self.deadline_ns.is_some_and(|deadline| now_ns >= deadline)
     }
-}
-
-/// Why a job ends before it is done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StopCause {
-    /// The deadline came.
-    Deadline,
-    /// The client went away.
-    Cancelled,
-    /// The client wants the best so far.
-    FinishedEarly,
-    /// The daemon ends.
-    Shutdown,
 }
 
 /// Set by the I/O thread, read by the worker.

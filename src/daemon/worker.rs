@@ -7,7 +7,6 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use taut::optimize::{self, Improvement, Workspace};
-use taut::path::Metric;
 use taut_ipc::control::Refusal;
 use taut_ipc::monotonic_ns;
 use taut_ipc::wire::Code;
@@ -16,7 +15,7 @@ use super::event::{Answered, Event, EventSender};
 use super::job::{Job, StopCause};
 use super::mailbox::Mailbox;
 use super::schedule::{Schedule, Turn};
-use super::translate::{self, Reply};
+use super::translate::{self, Lengths, Reply};
 
 /// With `fault_injection` in the configuration, a request with this seed panics. For tests.
 pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
@@ -71,7 +70,7 @@ impl Worker {
     /// Computes a job; a panic costs only its own request and the workspace that it left half changed.
     fn answer(&self, job: &Job, turn: &Cell<Turn>, workspace: &mut Workspace) -> (Reply, bool) {
         if job.is_expired(monotonic_ns()) {
-            return (translate::expired(job), false);
+            return (translate::expired(&job.snapshot, &job.path), false);
         }
         match catch_unwind(AssertUnwindSafe(|| self.compute(job, turn, workspace))) {
             Ok(reply) => (reply, false),
@@ -127,10 +126,10 @@ impl Worker {
             asked_to_stop(now_ns)
         };
         let hangs = self.fault_injection && job.settings.seed == HANG_SEED;
-        let mut lengths = Lengths::new(job);
+        let mut lengths = Lengths::new(&job.snapshot, &job.settings, &job.path);
         let mut publish = |improvement: Improvement| {
             let lengths = lengths.of(improvement.length);
-            let header = translate::progress(job, &improvement, lengths);
+            let header = translate::progress(&job.snapshot, &improvement, lengths);
             self.mailbox.put(job.id, &header, improvement.path.as_flat());
             told.waits.set(true);
             let now_ns = monotonic_ns();
@@ -143,7 +142,7 @@ impl Worker {
         };
         let result = optimize::run(model, &job.path, &job.settings, workspace, &mut stop, &mut publish);
         match result {
-            Ok(outcome) => translate::answered(job, &outcome, cause.get()),
+            Ok(outcome) => translate::answered(&job.snapshot, &outcome, cause.get()),
             Err(error) => translate::refused(translate::request_refusal(&error)),
         }
     }
@@ -161,32 +160,4 @@ impl Told {
     fn is_due(&self, now_ns: u64) -> bool {
         self.waits.get() && now_ns >= self.last_ns.get() + TELL_NS
     }
-}
-
-/// Lengths of the input for the headers of improvements, worked out with the first of them.
-struct Lengths<'a> {
-    job: &'a Job,
-    known: Option<[f64; 2]>,
-}
-
-impl<'a> Lengths<'a> {
-    fn new(job: &'a Job) -> Self {
-        Self { job, known: None }
-    }
-
-    /// Length before, this length, and the lower bound.
-    fn of(&mut self, length: f64) -> [f64; 3] {
-        let [before, bound] = *self.known.get_or_insert_with(|| input_lengths(self.job).unwrap_or_default());
-        [before, length, bound]
-    }
-}
-
-fn input_lengths(job: &Job) -> Option<[f64; 2]> {
-    let (space, path) = (job.snapshot.robot.space(), &job.path);
-    let space = if job.settings.unwrapped { space.unwrapped() } else { space.clone() };
-    let metric = Metric::new(&space, job.settings.weights.clone()?).ok()?;
-    let mut scratch = vec![0.0; space.nv()];
-    let ends = [path.waypoint(0), path.waypoint(path.len() - 1)].concat();
-    let mut length = |rows: &[f64]| metric.length(&space, rows, &mut scratch);
-    Some([length(path.as_flat()), length(&ends)])
 }

@@ -1,6 +1,6 @@
 //! The stream of answers to a request.
 
-use super::{Columns, Planner, PlannerError, Refused, Request};
+use super::{Best, Columns, Planner, PlannerError, Request};
 use crate::client::{ClientError, Pending, Response};
 use crate::control::RobotDescription;
 use crate::wire::Code;
@@ -50,7 +50,7 @@ impl Answers {
     /// The next answer, in place in shared memory; `None` after the final one. A final one that is no success is an
     /// answer too: [`Best::check`] makes an error of it.
     ///
-    /// At most two answers can be held at once.
+    /// At most three answers of a request can lie in shared memory at once: keep others by [`Best::into_own`].
     ///
     /// # Errors
     /// [`ClientError::Timeout`] if nothing came within `timeout` (call again); [`ClientError::DaemonLost`].
@@ -61,8 +61,8 @@ impl Answers {
             let Some(response) = self.pending.next(left).map_err(|error| of_whole(error, timeout))? else {
                 return Ok(None);
             };
-            if !self.is_of_another_layout(&response)? {
-                return Ok(Some(Best { response, columns: self.columns.clone() }));
+            if !self.is_for_another_layout(&response)? {
+                return Ok(Some(Best::new(response, self.columns.clone())));
             }
         }
     }
@@ -90,7 +90,7 @@ impl Answers {
 
     /// Whether the robot's label names another robot by now, whose variables are others; the request is then sent
     /// again, once, with its columns in their order.
-    fn is_of_another_layout(&mut self, response: &Response) -> Result<bool, PlannerError> {
+    fn is_for_another_layout(&mut self, response: &Response) -> Result<bool, PlannerError> {
         let may_be = response.is_final() && response.code() == Code::InvalidRobotState && response.path().is_empty();
         if !may_be || self.asked_again {
             return Ok(false);
@@ -155,60 +155,3 @@ fn whole(error: PlannerError, timeout: Duration) -> PlannerError {
         error => error,
     }
 }
-
-/// An answer in shared memory; its memory goes back when it is dropped.
-#[derive(Debug)]
-pub struct Best {
-    response: Response,
-    columns: Arc<Columns>,
-}
-
-impl Best {
-    /// Rows of the path; 0 where there is none.
-    pub fn waypoints(&self) -> usize {
-        self.response.path().len() / self.columns.robot_width().max(1)
-    }
-
-    /// How the caller's columns lie in [`Response::path`].
-    pub fn columns(&self) -> &Columns {
-        &self.columns
-    }
-
-    /// The path in the caller's columns, row by row, as a copy.
-    pub fn to_rows(&self) -> Vec<f64> {
-        let mut rows = vec![0.0; self.waypoints() * self.columns.width()];
-        self.columns.read(self.response.path(), &mut rows);
-        rows
-    }
-
-    /// Itself if it is a success or an improvement.
-    ///
-    /// # Errors
-    /// [`PlannerError::Refused`] otherwise, with bodies and place where the path is what is wrong.
-    pub fn check(self) -> Result<Self, PlannerError> {
-        match self.refused()? {
-            None => Ok(self),
-            Some(refused) => Err(PlannerError::Refused(Box::new(refused))),
-        }
-    }
-
-    /// What it says against the path or the request, if it is no success.
-    ///
-    /// # Errors
-    /// [`PlannerError::Client`] only if the daemon changed it after sending.
-    pub fn refused(&self) -> Result<Option<Refused>, PlannerError> {
-        if self.response.code() == Code::Success {
-            return Ok(None);
-        }
-        Ok(Some(Refused::of_response(&self.response)?))
-    }
-}
-
-impl std::ops::Deref for Best {
-    type Target = Response;
-
-    fn deref(&self) -> &Response {
-        &self.response
-    }
-}
-

@@ -18,6 +18,7 @@
 //! Nothing here knows more of a robot than its description says; what a request means the daemon decides.
 
 mod answers;
+mod best;
 mod columns;
 mod error;
 mod models;
@@ -26,7 +27,8 @@ mod request;
 mod tests;
 pub mod words;
 
-pub use answers::{Answers, Best};
+pub use answers::Answers;
+pub use best::Best;
 pub use columns::Columns;
 pub use models::EMPTY_SCENE;
 pub use error::{Place, PlannerError, Refused};
