@@ -95,7 +95,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 fn check(arguments: &Arguments, file: &Path, reader: &mut Reader, place: &mut Place) -> Result<u8, CliError> {
     let choices = Choices::from(&arguments.reported);
     let asked = Asked { mode: Mode::Check, rules: &arguments.rules, choices: &choices };
-    let (subject, timed) = place.answer(reader, file, &arguments.source, &asked, arguments.format == Format::Json, &mut |_, _| {})?;
+    let (subject, timed) =
+        place.answer(reader, file, &arguments.source, &asked, arguments.format == Format::Json, &mut |_, _| {})?;
     if let (Some(file), Some(certificate)) = (&arguments.write_certificate, &timed.outcome.certificate) {
         let text = serde_json::to_string(certificate).expect("a certificate holds only strings and numbers");
         std::fs::write(file, text + "\n")

@@ -56,7 +56,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let mut place = Place::open(&arguments.place)?;
     let asked = Asked { mode: arguments.mode, rules: &arguments.rules, choices: &arguments.choices };
     let is_kept = arguments.out.is_some() || arguments.format == Format::Json;
-    let (subject, timed) = place.answer(&mut reader, &arguments.file, &arguments.source, &asked, is_kept, &mut watch)?;
+    let (subject, timed) =
+        place.answer(&mut reader, &arguments.file, &arguments.source, &asked, is_kept, &mut watch)?;
     let result = report::result(&subject, arguments.mode, &timed);
     if let Some(file) = &arguments.out {
         std::fs::write(file, result.json() + "\n")

@@ -47,7 +47,7 @@ pub(super) fn compute(
     let run = || optimize::run(model, &job.path, &job.settings, workspace, &mut ask, publish);
     match catch_unwind(AssertUnwindSafe(run)) {
         Ok(Ok(outcome)) => {
-            let reply = translate::answered(job, &outcome, stopped.map(|stopped| stopped.cause));
+            let reply = translate::answered(&job.snapshot, &outcome, stopped.map(|stopped| stopped.cause));
             Computed { reply, stopped, panicked: false }
         }
         Ok(Err(error)) => {

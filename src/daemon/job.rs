@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use taut::optimize::Settings;
 use taut::path::Path;
 use taut::store::Snapshot;
+pub use taut::translate::StopCause;
 
 /// Everything that a worker needs; nothing in it is shared memory.
 pub(super) struct Job {
@@ -47,19 +48,6 @@ impl Job {
     pub(super) fn is_expired(&self, now_ns: u64) -> bool {
         self.deadline_ns.is_some_and(|deadline| now_ns >= deadline)
     }
-}
-
-/// Why a job ends before it is done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum StopCause {
-    /// The deadline came.
-    Deadline,
-    /// The client went away.
-    Cancelled,
-    /// The client wants the best so far.
-    FinishedEarly,
-    /// The daemon ends.
-    Shutdown,
 }
 
 /// When and why a job was told to end. Its answer depends on nothing else besides the job.

@@ -32,10 +32,10 @@ mod start;
 pub mod state;
 mod story;
 pub mod supervise;
-pub mod translate;
 mod watch;
 mod worker;
 
 pub use journal::inspect;
 pub use start::{DaemonError, serve};
+pub use taut::translate;
 pub use worker::{HANG_SEED, PANIC_SEED};

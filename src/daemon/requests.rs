@@ -256,8 +256,8 @@ impl EventLoop {
 
     fn answer_untouched(&mut self, job: &Job, cause: StopCause) {
         let mut reply = match cause {
-            StopCause::Deadline => translate::expired(job),
-            cause => translate::preempted(job, cause),
+            StopCause::Deadline => translate::expired(&job.snapshot, &job.path),
+            cause => translate::preempted(&job.snapshot, &job.path, cause),
         };
         reply.header.queue_ns = monotonic_ns().saturating_sub(job.received_ns);
         if let Some(open) = self.close_request(job.id) {

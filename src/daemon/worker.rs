@@ -6,7 +6,6 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use taut::optimize::{Improvement, Workspace};
-use taut::path::Metric;
 use taut_ipc::monotonic_ns;
 
 use super::computing::{self, Computed};
@@ -14,7 +13,7 @@ use super::event::{Answered, Event, EventSender, Way};
 use super::job::{Job, StopCause};
 use super::mailbox::Mailbox;
 use super::schedule::{Schedule, Turn};
-use super::translate;
+use super::translate::{self, Lengths};
 
 /// With `fault_injection` in the configuration, a request with this seed panics. For tests.
 pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
@@ -61,7 +60,7 @@ impl Worker {
             let panicked = computed.as_ref().is_some_and(|computed| computed.panicked);
             let (mut reply, way) = match computed {
                 Some(Computed { reply, stopped, .. }) => (reply, Way::Computed(stopped)),
-                None => (translate::expired(&job), Way::Untouched),
+                None => (translate::expired(&job.snapshot, &job.path), Way::Untouched),
             };
             if panicked {
                 tracing::error!(request = job.request_id, worker = self.index, "{}", reply.message());
@@ -111,10 +110,10 @@ impl Worker {
             asked_to_stop(now_ns)
         };
         let hangs = self.fault_injection && job.settings.seed == HANG_SEED;
-        let mut lengths = Lengths::new(job);
+        let mut lengths = Lengths::new(&job.snapshot, &job.settings, &job.path);
         let mut publish = |improvement: Improvement| {
             let lengths = lengths.of(improvement.length);
-            let header = translate::progress(job, &improvement, lengths);
+            let header = translate::progress(&job.snapshot, &improvement, lengths);
             self.mailbox.put(job.id, &header, improvement.path.as_flat());
             told.waits.set(true);
             let now_ns = monotonic_ns();
@@ -141,32 +140,4 @@ impl Told {
     fn is_due(&self, now_ns: u64) -> bool {
         self.waits.get() && now_ns >= self.last_ns.get() + TELL_NS
     }
-}
-
-/// Lengths of the input for the headers of improvements, worked out with the first of them.
-struct Lengths<'a> {
-    job: &'a Job,
-    known: Option<[f64; 2]>,
-}
-
-impl<'a> Lengths<'a> {
-    fn new(job: &'a Job) -> Self {
-        Self { job, known: None }
-    }
-
-    /// Length before, this length, and the lower bound.
-    fn of(&mut self, length: f64) -> [f64; 3] {
-        let [before, bound] = *self.known.get_or_insert_with(|| input_lengths(self.job).unwrap_or_default());
-        [before, length, bound]
-    }
-}
-
-fn input_lengths(job: &Job) -> Option<[f64; 2]> {
-    let (space, path) = (job.snapshot.robot.space(), &job.path);
-    let space = if job.settings.unwrapped { space.unwrapped() } else { space.clone() };
-    let metric = Metric::new(&space, job.settings.weights.clone()?).ok()?;
-    let mut scratch = vec![0.0; space.nv()];
-    let ends = [path.waypoint(0), path.waypoint(path.len() - 1)].concat();
-    let mut length = |rows: &[f64]| metric.length(&space, rows, &mut scratch);
-    Some([length(path.as_flat()), length(&ends)])
 }

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use taut::optimize::{Improvement, Outcome, RefusalPlace, Termination};
-use taut::path::Path;
-use taut::store::Snapshot;
-use taut::validation::HitReason;
+use crate::optimize::{Improvement, Outcome, RefusalPlace, Termination};
+use crate::path::Path;
+use crate::store::Snapshot;
+use crate::validation::HitReason;
+use serde::{Deserialize, Serialize};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{
     self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalReason,
@@ -13,11 +14,10 @@ use taut_ipc::wire::{
 };
 
 use super::records::{self, Names, stage};
-use crate::daemon::job::{Job, StopCause};
 
 /// A response, put together by a worker and sent by the I/O thread.
 #[derive(Clone, Default)]
-pub(in crate::daemon) struct Reply {
+pub struct Reply {
     /// Its header; ids, lengths and sections are filled in when it is sent.
     pub header: ResponseHeader,
     /// Shared with those who keep answers.
@@ -40,7 +40,7 @@ struct Sections {
 
 impl Reply {
     /// The sections.
-    pub(in crate::daemon) fn body(&self) -> ResponseBody<'_> {
+    pub fn body(&self) -> ResponseBody<'_> {
         let sections = &*self.sections;
         ResponseBody {
             path: &sections.path,
@@ -57,9 +57,22 @@ impl Reply {
     }
 
     /// The line for people.
-    pub(in crate::daemon) fn message(&self) -> &str {
+    pub fn message(&self) -> &str {
         &self.sections.message
     }
+}
+
+/// Why the work on a request ends before it is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum StopCause {
+    /// The deadline came.
+    Deadline,
+    /// The client went away.
+    Cancelled,
+    /// The client wants the best so far.
+    FinishedEarly,
+    /// The daemon ends.
+    Shutdown,
 }
 
 /// The code of an outcome that ended by itself or for this reason.
@@ -108,7 +121,7 @@ fn header(snapshot: &Snapshot, path: &Path) -> ResponseHeader {
 }
 
 /// Header of an improvement. Its clearance and floor come with the final response.
-pub(in crate::daemon) fn progress(job: &Job, improvement: &Improvement, lengths: [f64; 3]) -> ResponseHeader {
+pub fn progress(snapshot: &Snapshot, improvement: &Improvement, lengths: [f64; 3]) -> ResponseHeader {
     let [length_before, length_after, lower_bound] = lengths;
     ResponseHeader {
         status: Status::Progress.into(),
@@ -121,12 +134,12 @@ pub(in crate::daemon) fn progress(job: &Job, improvement: &Improvement, lengths:
         lower_bound,
         iterations: improvement.iterations,
         work: improvement.work,
-        ..header(&job.snapshot, improvement.path)
+        ..header(snapshot, improvement.path)
     }
 }
 
 /// The final response of a job that was computed.
-pub(in crate::daemon) fn answered(job: &Job, outcome: &Outcome, cause: Option<StopCause>) -> Reply {
+pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>) -> Reply {
     let mut names = Names::default();
     let refusal = outcome.refusal.as_ref().map(|hit| records::refusal(hit, outcome, &mut names));
     let reason = outcome.refusal.as_ref().map_or(RefusalReason::None, |hit| records::reason(hit.reason));
@@ -147,7 +160,7 @@ pub(in crate::daemon) fn answered(job: &Job, outcome: &Outcome, cause: Option<St
         searched_m: outcome.nearest.as_ref().map_or(0.0, |nearest| nearest.searched_m),
         iterations: outcome.iterations,
         work: outcome.work,
-        ..header(&job.snapshot, &outcome.path)
+        ..header(snapshot, &outcome.path)
     };
     let sections = Sections {
         path: outcome.path.as_flat().to_vec(),
@@ -165,32 +178,38 @@ pub(in crate::daemon) fn answered(job: &Job, outcome: &Outcome, cause: Option<St
 }
 
 /// The final response of a job whose deadline passed while it waited: the input, nothing computed, lengths 0.
-pub(in crate::daemon) fn expired(job: &Job) -> Reply {
-    untouched(job, Code::TimedOut, wire::Termination::Deadline, "the deadline passed while the request waited")
+pub fn expired(snapshot: &Snapshot, path: &Path) -> Reply {
+    untouched(
+        snapshot,
+        path,
+        Code::TimedOut,
+        wire::Termination::Deadline,
+        "the deadline passed while the request waited",
+    )
 }
 
 /// The final response of a job that a stopping daemon, or a client that wants an answer now, took from the queue.
-pub(in crate::daemon) fn preempted(job: &Job, cause: StopCause) -> Reply {
+pub fn preempted(snapshot: &Snapshot, path: &Path, cause: StopCause) -> Reply {
     let termination = match cause {
         StopCause::FinishedEarly => wire::Termination::FinishedEarly,
         _ => wire::Termination::Cancelled,
     };
-    untouched(job, Code::Preempted, termination, "ended before it was begun")
+    untouched(snapshot, path, Code::Preempted, termination, "ended before it was begun")
 }
 
-fn untouched(job: &Job, code: Code, termination: wire::Termination, message: &str) -> Reply {
+fn untouched(snapshot: &Snapshot, path: &Path, code: Code, termination: wire::Termination, message: &str) -> Reply {
     let header = ResponseHeader {
         status: Status::Final.into(),
         code: code.into(),
         termination: termination.into(),
-        ..header(&job.snapshot, &job.path)
+        ..header(snapshot, path)
     };
-    let (path, message) = (job.path.as_flat().to_vec(), message.to_owned());
+    let (path, message) = (path.as_flat().to_vec(), message.to_owned());
     Reply { header, sections: Arc::new(Sections { path, message, ..Sections::default() }) }
 }
 
 /// The final response that only says why not.
-pub(in crate::daemon) fn refused(refusal: Refusal) -> Reply {
+pub fn refused(refusal: Refusal) -> Reply {
     let header = ResponseHeader {
         status: Status::Final.into(),
         code: refusal.code,
