@@ -7,6 +7,7 @@ use taut::optimize::{Mode, Outcome, PathContact, Refusal, StageShare, Terminatio
 use taut::validation::{Certificate, HitReason};
 
 use super::code::Code;
+use super::layout::Coordinate;
 use super::run::Timed;
 
 /// What was answered about.
@@ -19,6 +20,8 @@ pub(super) struct Subject {
     pub warnings: Vec<String>,
     /// Columns of the path.
     pub variables: Vec<String>,
+    /// Velocity coordinates.
+    pub coordinates: Vec<Coordinate>,
     /// What lengths are measured in.
     pub metric: String,
 }
@@ -60,6 +63,8 @@ pub(super) struct Answer<'a> {
     variables: Vec<&'a str>,
     weights: &'a [f64],
     path: Vec<&'a [f64]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    corridor: Option<Corridor<'a>>,
     certificate: Option<&'a Certificate>,
 }
 
@@ -77,6 +82,21 @@ struct Contact<'a> {
     distance_m: f64,
     points: [[f64; 3]; 2],
     normal: [f64; 3],
+}
+
+/// How far what is executed may stray from the path; read again by `taut::files::CorridorFile`.
+#[derive(Serialize)]
+struct Corridor<'a> {
+    floor_m: f64,
+    coordinates: Vec<Reaching<'a>>,
+    slack_m: &'a [f64],
+}
+
+#[derive(Serialize)]
+struct Reaching<'a> {
+    variable: &'a str,
+    kind: &'static str,
+    reach_m: f64,
 }
 
 #[derive(Serialize)]
@@ -108,6 +128,9 @@ impl<'a> Answer<'a> {
         let floors = outcome.floors_lowered.iter();
         let nearest = outcome.nearest.as_ref();
         let stages = outcome.stages.iter();
+        let unwrapped = outcome.certificate.as_ref().is_some_and(|certificate| certificate.unwrapped);
+        let corridor = outcome.corridor.as_ref();
+        let corridor = corridor.map(|corridor| Corridor::new(corridor, &subject.coordinates, unwrapped));
         Self {
             name: &subject.name,
             mode: mode.name(),
@@ -140,6 +163,7 @@ impl<'a> Answer<'a> {
             variables: subject.variables.iter().map(String::as_str).collect(),
             weights: &outcome.weights,
             path: outcome.path.waypoints().collect(),
+            corridor,
             certificate: outcome.certificate.as_ref(),
         }
     }
@@ -160,6 +184,18 @@ impl<'a> Contact<'a> {
             points: contact.points.map(|point| point.to_array()),
             normal: contact.normal.to_array(),
         }
+    }
+}
+
+impl<'a> Corridor<'a> {
+    fn new(corridor: &'a taut::validation::Corridor, coordinates: &'a [Coordinate], unwrapped: bool) -> Self {
+        let reaching = |(coordinate, reach_m): (&'a Coordinate, &f64)| Reaching {
+            variable: &coordinate.variable,
+            kind: coordinate.kind(unwrapped),
+            reach_m: *reach_m,
+        };
+        let coordinates = coordinates.iter().zip(&corridor.reach).map(reaching).collect();
+        Self { floor_m: corridor.floor_m, coordinates, slack_m: &corridor.slack_m }
     }
 }
 

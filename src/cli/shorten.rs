@@ -12,7 +12,7 @@ use super::error::{CliError, stdout};
 use super::place::{self, Place};
 use super::report::{self, Answer};
 use super::request::{self, Asked, Rules, Source};
-use super::{Format, load};
+use super::{Format, export, load, remote};
 
 /// Shorten a path and prove the answer collision-free
 ///
@@ -20,7 +20,7 @@ use super::{Format, load};
 /// 65 a bad file, 66 an unreadable one, 69 no daemon.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Problem file, or bare path (.json, .csv)
+    /// Problem file, or bare path (.json, .csv, .yaml)
     file: PathBuf,
     #[command(flatten)]
     source: Source,
@@ -39,13 +39,17 @@ pub(super) struct Arguments {
     /// Format of the answer
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Write the answer as JSON to this file too
+    /// Write the answer to this file too; its ending says the form: .json (all of it), .csv, .yaml (JointTrajectory
+    /// without times), .mcap (for viewers)
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
 /// Shortens the path of a file.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    if let Some(file) = &arguments.out {
+        export::Form::of(file)?;
+    }
     let mut reader = load::reader(&arguments.source);
     let mut watch = |time: Duration, length: f64| {
         if arguments.watch {
@@ -58,8 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let (subject, timed) = place.answer(&mut reader, &arguments.file, &arguments.source, &asked, &mut watch)?;
     let answer = Answer::new(&subject, arguments.mode, &timed);
     if let Some(file) = &arguments.out {
-        std::fs::write(file, answer.json() + "\n")
-            .map_err(|source| CliError::Output { file: file.display().to_string(), source })?;
+        export::write(file, &answer.json(), || surroundings(arguments))?;
     }
     let mut out = std::io::stdout().lock();
     match arguments.format {
@@ -75,4 +78,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     }
     .map_err(stdout)?;
     Ok(timed.code.exit_code())
+}
+
+/// Robot and scene for a picture of the path, where they are files; what only the daemon has is not drawn.
+fn surroundings(arguments: &Arguments) -> Result<Option<export::Surroundings>, CliError> {
+    let Source { robot, scene, .. } = &arguments.source;
+    if [robot, scene].into_iter().flatten().any(|name| remote::label(name).is_some()) {
+        eprintln!(
+            "warning: robot and scene are the daemon's and are not in the file; `taut export` takes them as files"
+        );
+        return Ok(None);
+    }
+    export::Surroundings::load(&arguments.file, &arguments.source).map(Some)
 }
