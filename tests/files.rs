@@ -73,8 +73,11 @@ fn numbers_of_any_size_keep_their_bits() {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         values.extend(Some(f64::from_bits(state)).filter(|value| value.is_finite()));
     }
-    let rows: Vec<&[f64]> = values.chunks(2).collect();
-    let result = json!({ "name": "n", "variables": ["a b", "c: #"], "path": rows, "certificate": {} });
+    let rows: Vec<Vec<f64>> = values.chunks(2).map(<[f64]>::to_vec).collect();
+    let mut result = read_json(&answer(&folder, "problems/corner.json"));
+    result["variables"] = json!(["a b", "c: #"]);
+    (result["path"], result["path_before"]) = (json!(rows), json!(rows));
+    result.as_object_mut().unwrap().remove("corridor");
     let result = folder.write("result.json", &result.to_string());
     let unbounded = |name: &str| taut::robot::Variable { name: name.into(), lower: f64::MIN, upper: f64::MAX };
     for name in ["n.csv", "n.yaml", "n.json"] {

@@ -6,13 +6,14 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
-use taut::files::{CorridorFile, FileError, ResultFile, Trajectory};
+use taut::files::result::ResultCorridor;
+use taut::files::{FileError, ResultFile, Trajectory};
 use taut::path;
 use taut::robot::Variable;
 use taut::robot::configuration::shortest_arc;
 use taut::validation::timed::inside::{Inside, stays_inside};
 use taut::validation::timed::{Curve, Point};
-use taut::validation::{Certificate, Corridor, corridor};
+use taut::validation::{Corridor, corridor};
 
 use super::code::Code;
 use super::error::{CliError, stdout};
@@ -44,7 +45,7 @@ struct Finding<'a> {
 /// Files that cannot be used; a trajectory that leaves the corridor is no error but an exit code.
 pub(super) fn run(file: &Path, answer: &Path, deadline: Option<Duration>, format: Format) -> Result<u8, CliError> {
     let (trajectory, result) = (Trajectory::read(file)?, ResultFile::read(answer)?);
-    let (path, corridor) = corridor_of(&result)?;
+    let (path, corridor) = corridor_of(answer, &result)?;
     let named = |name: &String| Variable { name: name.clone(), lower: f64::NEG_INFINITY, upper: f64::INFINITY };
     let variables: Vec<Variable> = result.variables.iter().map(named).collect();
     let mut points = timed_points(&trajectory, trajectory.ordered(&variables)?)?;
@@ -61,8 +62,8 @@ pub(super) fn run(file: &Path, answer: &Path, deadline: Option<Duration>, format
 }
 
 /// The path of an answer, circles without jumps, and its corridor, which the certificate must bear out.
-fn corridor_of(result: &ResultFile) -> Result<(path::Path, Corridor), FileError> {
-    let refuse = |text: String| FileError::Content { file: result.file.clone(), text };
+fn corridor_of(answer: &Path, result: &ResultFile) -> Result<(path::Path, Corridor), FileError> {
+    let refuse = |text: String| FileError::Content { file: answer.to_owned(), text };
     let none = "the answer has no corridor; ask for it: taut shorten … --corridor -o RESULT.json";
     let file = result.corridor.as_ref().ok_or_else(|| refuse(none.to_owned()))?;
     if let Some(rotation) = file.coordinates.iter().find(|coordinate| coordinate.kind == "rotation") {
@@ -82,12 +83,10 @@ fn corridor_of(result: &ResultFile) -> Result<(path::Path, Corridor), FileError>
 }
 
 /// A corridor is as good as the certificate that it was made of.
-fn check_certificate(result: &ResultFile, file: &CorridorFile, path: &path::Path) -> Result<(), String> {
-    let certificate = result.certificate.clone().ok_or("it has a corridor, but no certificate")?;
-    let certificate: Certificate =
-        serde_json::from_value(certificate).map_err(|error| format!("its certificate cannot be read: {error}"))?;
+fn check_certificate(result: &ResultFile, file: &ResultCorridor, path: &path::Path) -> Result<(), String> {
+    let certificate = result.certificate.as_ref().ok_or("it has a corridor, but no certificate")?;
     let is_whole = certificate.digest == Some(certificate.content()) && certificate.path_hash == path.hash();
-    let is_same = file.floor_m == certificate.floor_m() && file.slack_m == corridor::slack_m(&certificate);
+    let is_same = file.floor_m == certificate.floor_m() && file.slack_m == corridor::slack_m(certificate);
     match is_whole && is_same {
         true => Ok(()),
         false => Err("its certificate does not bear out its corridor: one of the two was changed".to_owned()),
@@ -95,7 +94,7 @@ fn check_certificate(result: &ResultFile, file: &CorridorFile, path: &path::Path
 }
 
 /// The path with the numbers of each circle following each other without a jump.
-fn unwound(file: &CorridorFile, mut path: path::Path) -> path::Path {
+fn unwound(file: &ResultCorridor, mut path: path::Path) -> path::Path {
     for (column, _) in file.coordinates.iter().enumerate().filter(|(_, coordinate)| coordinate.kind == "circle") {
         for waypoint in 1..path.len() {
             let before = path.waypoint(waypoint - 1)[column];

@@ -10,9 +10,9 @@ use super::choices::Choices;
 use super::details;
 use super::error::{CliError, stdout};
 use super::place::{self, Place};
-use super::report::{self, Answer};
+use super::report;
 use super::request::{self, Asked, Rules, Source};
-use super::{Format, export, load, remote};
+use super::{Format, export, load};
 
 /// Shorten a path and prove the answer collision-free
 ///
@@ -39,8 +39,8 @@ pub(super) struct Arguments {
     /// Format of the answer
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Write the answer to this file too; its ending says the form: .json (all of it), .csv, .yaml (JointTrajectory
-    /// without times), .mcap (for viewers)
+    /// Write the answer to this file too; its ending says the form: .json (all of it, for `taut view` among others),
+    /// .csv, .yaml (JointTrajectory without times), .mcap (for viewers)
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -59,14 +59,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     };
     let mut place = Place::open(&arguments.place)?;
     let asked = Asked { mode: arguments.mode, rules: &arguments.rules, choices: &arguments.choices };
-    let (subject, timed) = place.answer(&mut reader, &arguments.file, &arguments.source, &asked, &mut watch)?;
-    let answer = Answer::new(&subject, arguments.mode, &timed);
+    let is_kept = arguments.out.is_some() || arguments.format == Format::Json;
+    let (subject, timed) =
+        place.answer(&mut reader, &arguments.file, &arguments.source, &asked, is_kept, &mut watch)?;
+    let result = report::result(&subject, arguments.mode, &timed);
     if let Some(file) = &arguments.out {
-        export::write(file, &answer.json(), || surroundings(arguments))?;
+        export::write(file, &result)?;
     }
     let mut out = std::io::stdout().lock();
     match arguments.format {
-        Format::Json => writeln!(out, "{}", answer.json()),
+        Format::Json => writeln!(out, "{}", result.json()),
         Format::Table => {
             for warning in subject.warnings.iter().chain(&timed.outcome.warnings) {
                 eprintln!("warning: {warning}");
@@ -78,16 +80,4 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     }
     .map_err(stdout)?;
     Ok(timed.code.exit_code())
-}
-
-/// Robot and scene for a picture of the path, where they are files; what only the daemon has is not drawn.
-fn surroundings(arguments: &Arguments) -> Result<Option<export::Surroundings>, CliError> {
-    let Source { robot, scene, .. } = &arguments.source;
-    if [robot, scene].into_iter().flatten().any(|name| remote::label(name).is_some()) {
-        eprintln!(
-            "warning: robot and scene are the daemon's and are not in the file; `taut export` takes them as files"
-        );
-        return Ok(None);
-    }
-    export::Surroundings::load(&arguments.file, &arguments.source).map(Some)
 }

@@ -6,7 +6,7 @@
 mod packages;
 mod planning_scene;
 mod problem;
-mod result;
+pub mod result;
 mod robot_files;
 mod table;
 #[cfg(test)]
@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 pub use packages::Packages;
 pub use problem::{Geometry, Kind, Peer, Problem};
-pub use result::{CoordinateFile, CorridorFile, ResultFile};
+pub use result::ResultFile;
 pub use robot_files::{RobotFiles, RootJoint};
 pub use table::PathTable;
 pub use trajectory::{Trajectory, TrajectoryPoint};

@@ -128,14 +128,14 @@ struct BestPeer {
 /// What a file holds, by a first look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A problem: it has a `format` that is no answer's.
+    /// A problem: it has a `format`.
     Problem {
         /// Whether it has a sphere model of its robot.
         has_spheres: bool,
     },
     /// Several problems of VAMP's: scenes with starts and goals.
     Several,
-    /// Anything else, so that it can only be a bare path.
+    /// Anything else, so that it can only be a bare path; a result is one too.
     BarePath,
 }
 
@@ -167,8 +167,8 @@ impl Kind {
             return Ok(Self::Several);
         }
         let has_spheres = matches!(probe.robot, Some(ProbeRobot::Files { spherized_urdf: Some(_) }));
-        let is_answer = |format: &String| format.starts_with("taut-result/");
-        let is_problem = probe.format.is_some_and(|format| !is_answer(&format));
+        // An answer is a path for whoever goes on with it.
+        let is_problem = probe.format.is_some_and(|format| format != super::result::RESULT_FORMAT);
         Ok(if is_problem { Self::Problem { has_spheres } } else { Self::BarePath })
     }
 }

@@ -46,10 +46,8 @@ impl Recording {
     fn fill(&mut self, result: &ResultFile, around: Option<&Surroundings>) -> mcap::McapResult<()> {
         let after = self.channel("/joints", "taut.JointState", &joint_state_schema())?;
         self.joints(after, result, &result.path)?;
-        if let Some(before) = &result.path_before {
-            let channel = self.channel("/joints/before", "taut.JointState", &joint_state_schema())?;
-            self.joints(channel, result, before)?;
-        }
+        let before = self.channel("/joints/before", "taut.JointState", &joint_state_schema())?;
+        self.joints(before, result, &result.path_before)?;
         if let Some(corridor) = &result.corridor {
             let channel = self.channel("/corridor", "taut.Corridor", &corridor_schema())?;
             let times = times(&result.path);

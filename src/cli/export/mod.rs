@@ -7,7 +7,7 @@ mod text;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use taut::files::ResultFile;
+use taut::files::{FileError, Packages, Reader, ResultFile};
 use taut::robot::RobotModel;
 use taut::scene::Scene;
 
@@ -22,13 +22,13 @@ use super::request::Source;
 pub(super) struct Arguments {
     /// The answer
     result: PathBuf,
-    /// Where to; its ending says the form: .json, .csv, .yaml (JointTrajectory without times), .mcap (for viewers; with
-    /// --robot or --problem the robot and the scene too)
+    /// Where to; its ending says the form: .json, .csv, .yaml (JointTrajectory without times), .mcap (for viewers)
     #[arg(long, short, value_name = "FILE")]
     out: PathBuf,
     /// What to write
     #[arg(long, value_enum, default_value_t)]
     what: What,
+    /// For .mcap: robot and scene, where the answer only has the labels that a daemon gave them
     #[command(flatten)]
     source: Source,
 }
@@ -55,7 +55,7 @@ pub(super) enum Form {
 }
 
 /// Robot and scene around a path.
-pub(super) struct Surroundings {
+struct Surroundings {
     robot: Arc<RobotModel>,
     scene: Arc<Scene>,
 }
@@ -89,10 +89,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let bytes = match (arguments.what, form) {
         (What::Path, Form::Json) => text::json(&result).into_bytes(),
         (What::Path, _) => {
-            let with_robot = arguments.source.robot.is_some() || arguments.source.problem.is_some();
-            let around = match form == Form::Mcap && with_robot {
-                true => Some(Surroundings::load(&arguments.result, &arguments.source)?),
-                false => None,
+            let is_given = arguments.source.robot.is_some() || arguments.source.problem.is_some();
+            let around = match form {
+                Form::Mcap if is_given => Some(Surroundings::given(&arguments.result, &arguments.source)?),
+                Form::Mcap => Surroundings::of(&result)?,
+                _ => None,
             };
             bytes(&result, form, around.as_ref())?
         }
@@ -108,7 +109,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         (What::Certificate, Form::Json) => {
             let certificate = result.certificate.as_ref();
             let certificate = certificate.ok_or_else(|| missing("certificate", ": its path was not proved"))?;
-            format!("{certificate}\n").into_bytes()
+            format!("{}\n", serde_json::json!(certificate)).into_bytes()
         }
         (What::Corridor, _) => return Err(CliError::Usage("a corridor is written as .csv or .json".to_owned())),
         (What::Certificate, _) => return Err(CliError::Usage("a certificate is written as .json".to_owned())),
@@ -117,34 +118,28 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     Ok(0)
 }
 
-/// An answer, given as JSON, in the form that a file's ending says.
+/// Writes an answer in the form that a file's ending says.
 ///
 /// # Errors
 /// A path that was not proved, which only JSON tells from one that was; a file that cannot be written.
-pub(super) fn write(
-    file: &Path,
-    answer: &str,
-    robot: impl FnOnce() -> Result<Option<Surroundings>, CliError>,
-) -> Result<(), CliError> {
+pub(super) fn write(file: &Path, result: &ResultFile) -> Result<(), CliError> {
     let form = Form::of(file)?;
-    if form == Form::Json {
-        return save(file, format!("{answer}\n").as_bytes());
-    }
-    let result = ResultFile::parse(answer, file)?;
-    let around = if form == Form::Mcap { robot()? } else { None };
-    save(file, &bytes(&result, form, around.as_ref())?)
+    let around = if form == Form::Mcap { Surroundings::of(result)? } else { None };
+    save(file, &bytes(result, form, around.as_ref())?)
 }
 
 fn bytes(result: &ResultFile, form: Form, around: Option<&Surroundings>) -> Result<Vec<u8>, CliError> {
+    if form == Form::Json {
+        return Ok((result.json() + "\n").into_bytes());
+    }
     if result.certificate.is_none() {
         let text = "the path was not proved; only JSON, which says so, is written of it";
         return Err(CliError::Choice(format!("{}: {text}", result.name)));
     }
     Ok(match form {
-        Form::Json => text::json(result).into_bytes(),
         Form::Csv => text::csv(result).into_bytes(),
         Form::Yaml => text::yaml(result).into_bytes(),
-        Form::Mcap => mcap::bytes(result, around)?,
+        Form::Json | Form::Mcap => mcap::bytes(result, around)?,
     })
 }
 
@@ -153,12 +148,24 @@ fn save(file: &Path, bytes: &[u8]) -> Result<(), CliError> {
 }
 
 impl Surroundings {
-    /// Those of a path in `file`.
-    ///
-    /// # Errors
-    /// Files that cannot be used.
-    pub(super) fn load(file: &Path, source: &Source) -> Result<Self, CliError> {
-        let loaded = load::load(&mut load::reader(source), file, source, false)?;
+    /// Those that the arguments name, for the path in an answer.
+    fn given(answer: &Path, source: &Source) -> Result<Self, CliError> {
+        let loaded = load::load(&mut load::reader(source), answer, source, false)?;
         Ok(Self { robot: loaded.robot, scene: loaded.scene })
+    }
+
+    /// Those that an answer tells of; `None`, and a warning, where only a daemon has them.
+    fn of(result: &ResultFile) -> Result<Option<Self>, CliError> {
+        let (robot, scene) = (&result.subject.robot, &result.subject.scene);
+        let (Some(files), Some(content)) = (&robot.files, &scene.content) else {
+            eprintln!("warning: the answer has no files of robot and scene, so that they are not in the recording");
+            return Ok(None);
+        };
+        let mut reader = Reader::new(Packages::with_environment(files.packages.clone()));
+        let refuse = |source| FileError::Robot { file: files.urdf.clone(), source };
+        let robot = RobotModel::new(reader.robot_of(files)?).map_err(refuse)?;
+        let text = serde_json::to_string(content).expect("a scene holds only names and finite numbers");
+        let scene = reader.scene_of_text(&text, scene.file.as_deref().unwrap_or(Path::new("scene")))?;
+        Ok(Some(Self { robot: Arc::new(robot), scene: Arc::new(scene) }))
     }
 }

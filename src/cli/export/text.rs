@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use serde_json::json;
-use taut::files::{CorridorFile, ResultFile};
+use taut::files::ResultFile;
+use taut::files::result::ResultCorridor;
 
 /// A number as every reader takes it for one that may have a fraction: never with an exponent, always with a point.
 fn number(value: f64) -> String {
@@ -67,7 +68,7 @@ fn comments(result: &ResultFile) -> String {
 }
 
 /// A row per segment: its slack, and how far each coordinate may stray alone.
-pub(super) fn corridor_csv(corridor: &CorridorFile) -> String {
+pub(super) fn corridor_csv(corridor: &ResultCorridor) -> String {
     let names = corridor.coordinates.iter().map(|coordinate| format!("{} alone", coordinate.variable));
     let mut text = format!("# every pair keeps {} m\nsegment,slack_m", number(corridor.floor_m));
     names.for_each(|name| text += &format!(",\"{}\"", name.replace('"', "\"\"")));
@@ -82,8 +83,6 @@ pub(super) fn corridor_csv(corridor: &CorridorFile) -> String {
 }
 
 /// The corridor as it stands in the answer.
-pub(super) fn corridor_json(corridor: &CorridorFile) -> String {
-    let coordinate = |coordinate: &taut::files::CoordinateFile| json!({ "variable": coordinate.variable, "kind": coordinate.kind, "reach_m": coordinate.reach_m });
-    let coordinates: Vec<_> = corridor.coordinates.iter().map(coordinate).collect();
-    format!("{}\n", json!({ "floor_m": corridor.floor_m, "coordinates": coordinates, "slack_m": corridor.slack_m }))
+pub(super) fn corridor_json(corridor: &ResultCorridor) -> String {
+    format!("{}\n", json!(corridor))
 }

@@ -1,7 +1,7 @@
 //! The client's side: from settings to a request, and from a response back to an outcome.
 
-use taut::optimize::{LoweredFloor, Mode, Outcome, Settings, Termination};
-use taut::path::Path;
+use crate::optimize::{LoweredFloor, Mode, Outcome, Settings, Termination};
+use crate::path::Path;
 use taut_ipc::wire::{self, Code, NO_GROUP, RequestFlags, RequestHeader, ResponseView, WireError};
 
 use super::answer::WARNING;

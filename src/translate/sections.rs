@@ -1,10 +1,10 @@
 //! From the records of a response's sections back to an outcome.
 
-use taut::math::Vec3;
-use taut::optimize::{self, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, Settings, StageShare};
-use taut::path::Path;
-use taut::validation::corridor;
-use taut::validation::{Certificate, Corridor, HitReason, SegmentClaim};
+use crate::math::Vec3;
+use crate::optimize::{self, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, Settings, StageShare};
+use crate::path::Path;
+use crate::validation::corridor;
+use crate::validation::{Certificate, Corridor, HitReason, SegmentClaim};
 use taut_ipc::wire::{self, ActiveContact, Code, RefusalReason, ResponseView, Stage, StageRecord, TextSpan, WireError};
 
 use super::client::AnswerError;
