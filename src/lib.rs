@@ -15,4 +15,6 @@ pub mod shape;
 pub mod store;
 #[cfg(test)]
 pub(crate) mod testing;
+#[cfg(feature = "wire")]
+pub mod translate;
 pub mod validation;

@@ -14,7 +14,7 @@ pub const CONTROL_REQUESTS_PER_CLIENT: usize = 1;
 /// Responses that wait for a client that does not read; the oldest is dropped first.
 pub const RESPONSE_BUFFER: usize = 8;
 /// Responses of one request that a client may hold at once.
-pub const BORROWED_RESPONSES: usize = 2;
+pub const BORROWED_RESPONSES: usize = 3;
 /// Listeners of one client: one for each request in flight, of either kind.
 pub const LISTENERS_PER_CLIENT: usize = ACTIVE_REQUESTS_PER_CLIENT + CONTROL_REQUESTS_PER_CLIENT;
 /// Nodes beside the clients': the daemon's own, its janitor's and a restarting daemon's.
@@ -23,7 +23,7 @@ pub const DAEMON_NODES: usize = 4;
 pub const MAX_NODES: usize = MAX_CLIENTS + DAEMON_NODES;
 
 /// Most bytes of one payload of a path, in either direction.
-pub const MAX_PAYLOAD: usize = 4 * 1024 * 1024;
+pub const MAX_PAYLOAD: usize = 16 * 1024 * 1024;
 /// Most bytes of one encoded control request.
 pub const CONTROL_MAX: usize = 16 * 1024 * 1024;
 /// Most bytes of one encoded control reply.
@@ -32,11 +32,11 @@ pub const CONTROL_REPLY_MAX: usize = 4 * 1024 * 1024;
 pub const PAYLOAD_ALIGN: usize = 8;
 
 /// Most waypoints of a path.
-pub const MAX_WAYPOINTS: usize = 16_384;
+pub const MAX_WAYPOINTS: usize = 131_072;
 /// Most variables of a configuration.
 pub const MAX_VARIABLES: usize = 256;
 /// Most numbers of one path: waypoints times variables.
-pub const MAX_PATH_NUMBERS: usize = 1 << 18;
+pub const MAX_PATH_NUMBERS: usize = 1 << 20;
 /// Most records of one response section (lowered and pinched pairs, contacts).
 pub const MAX_RECORDS: usize = 4096;
 /// Most stages that a response lists.
@@ -56,7 +56,7 @@ pub const SOCKET_PATH_MAX: usize = 107;
 /// Shared memory that must stay free, in bytes; of a small one at most an eighth.
 pub const SHM_RESERVE: u64 = 64 * 1024 * 1024;
 /// Bytes a process may send before it looks again how much shared memory is free.
-pub const SHM_ALLOWANCE: u64 = 8 * 1024 * 1024;
+pub const SHM_ALLOWANCE: u64 = 16 * 1024 * 1024;
 
 /// How often a waiting client looks whether the daemon still lives.
 pub const PROBE_INTERVAL: Duration = Duration::from_millis(100);
@@ -84,5 +84,8 @@ const _: () =
 const _: () = assert!(MAX_WAYPOINTS * MAX_VARIABLES >= MAX_PATH_NUMBERS);
 const _: () = assert!(MAX_PAYLOAD <= u32::MAX as usize, "section offsets are 32 bits wide");
 const _: () = assert!(CONTROL_REPLY_MAX <= CONTROL_MAX);
-const _: () = assert!(BORROWED_RESPONSES >= 2, "an iterating client holds one response while it takes the next");
+const _: () = assert!(
+    BORROWED_RESPONSES >= 3,
+    "an iterating client holds one response while it takes the next, and may copy that one out"
+);
 const _: () = assert!(SHM_RESERVE >= 4 * SHM_ALLOWANCE && SHM_ALLOWANCE >= MAX_PAYLOAD as u64);

@@ -26,6 +26,7 @@ use super::poison::Poison;
 use super::prepared::Prepared;
 use super::preparer;
 use super::pulse::Pulse;
+use super::recording::Recorder;
 use super::restore::{self, Beginning, say};
 use super::schedule::{self, Schedule};
 use super::scrape::Scrape;
@@ -178,6 +179,8 @@ fn assemble(
         keeping = Keeping::new(entries, to_prepare);
         joined.extend([thread, preparing]);
     }
+    let (recorder, recording) = Recorder::start(events.clone()).map_err(system("thread"))?;
+    joined.push(recording);
     let (pulse, pulse_thread) = Pulse::start().map_err(system("thread"))?;
     joined.extend(pulse_thread);
     let live = config.http.map(|_| Arc::new(Live::new(instance.name())));
@@ -203,6 +206,7 @@ fn assemble(
         clients: Clients::new(config.quota, workers),
         stories: Stories::default(),
         live,
+        recorder,
         poison: Poison::default(),
         workers,
         store: begun.store,

@@ -76,7 +76,6 @@ impl Reader {
         let text = read_text(&files.urdf)?;
         let packages = self.packages.with(&files.packages);
         let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder_of(&files.urdf));
-        urdf::visuals(&text, &mut meshes)
-            .map_err(|source| FileError::Robot { file: files.urdf.clone(), source })
+        urdf::visuals(&text, &mut meshes).map_err(|source| FileError::Robot { file: files.urdf.clone(), source })
     }
 }

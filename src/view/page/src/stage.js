@@ -116,8 +116,7 @@ export class Stage {
   /** Takes the colours of the page. */
   paint() {
     if (!this.world) return;
-    const [before, after, bad, object] = ["--before", "--after", "--bad", "--object"].map(color);
-    this.obstacles.forEach((group) => group.traverse((mesh) => mesh.isMesh && mesh.material.color.copy(object)));
+    const [before, after, bad] = ["--before", "--after", "--bad"].map(color);
     this.ghosts.forEach((ghost) => ghost.material.color.copy(ghost.name === "ghost-before" || this.isRefused ? before : after));
     this.traces.forEach((trace) => trace.material.color.copy(trace.userData.kind === "before" ? before : after));
     this.contactMarks.forEach((group) => group.children.forEach((mark) => mark.material.color.copy(bad)));
@@ -128,11 +127,14 @@ export class Stage {
   /** Marks bodies, by their names, as those that are meant. */
   highlight(names) {
     this.highlighted = names;
-    const bad = color("--bad");
+    const [bad, object] = ["--bad", "--object"].map(color);
     this.world.traverse((mesh) => {
       const name = mesh.userData.object ?? mesh.userData.link;
       if (!mesh.isMesh || !name || !mesh.material.emissive || this.isGhost(mesh)) return;
-      mesh.material.emissive.copy(bad).multiplyScalar(names.includes(name) ? 0.75 : 0);
+      mesh.userData.own ??= mesh.material.color.clone();
+      const own = mesh.userData.object ? object : mesh.userData.own;
+      mesh.material.color.copy(names.includes(name) ? bad : own);
+      mesh.material.emissive.copy(bad).multiplyScalar(names.includes(name) ? 0.3 : 0);
     });
     this.draw();
   }

@@ -74,11 +74,13 @@ const colors = await painter.evaluate(async (png) => {
   const count = { green: 0, red: 0, tan: 0, grey: 0, all: image.width * image.height, different: 0 };
   for (let i = 0; i < data.length; i += 4) {
     const [r, g, b] = data.slice(i, i + 3);
+    // The ground of the stage counts for nothing.
+    if (Math.abs(r - data[0]) + Math.abs(g - data[1]) + Math.abs(b - data[2]) <= 24) continue;
+    count.different++;
     if (g > r * 1.15 && g > b * 1.15) count.green++;
     else if (r > g * 1.6 && r > b * 1.6) count.red++;
     else if (r > b * 1.25 && g > b * 1.1) count.tan++;
     else if (Math.max(r, g, b) - Math.min(r, g, b) < 22 && r < 225) count.grey++;
-    if (Math.abs(r - data[0]) + Math.abs(g - data[1]) + Math.abs(b - data[2]) > 24) count.different++;
   }
   return count;
 }, stage.toString("base64"));
