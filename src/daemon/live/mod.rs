@@ -181,16 +181,11 @@ impl Live {
     fn json(&self) -> String {
         let now_ns = monotonic_ns();
         let state = self.lock();
-        let run = |run: &'_ Run| -> ShownRun<'_> {
-            let Run { ref asked, mode, received_ns, length_before, ref lengths } = *run;
-            let age_s = now_ns.saturating_sub(received_ns) as f64 * 1e-9;
-            ShownRun { asked, mode, age_s, length_before, length: lengths.last().map(|(_, length)| *length) }
-        };
         let shown = Shown {
             instance: &self.instance,
             stats: &state.stats,
             clients: &state.clients,
-            running: state.running.values().map(run).collect(),
+            running: state.running.values().map(|run| run.shown(now_ns)).collect(),
             answers: state.answers.iter().rev().map(|answer| answer.shown()).collect(),
         };
         serde_json::to_string(&shown).expect("only strings and numbers")
@@ -209,6 +204,18 @@ impl Live {
 
 fn numbers(answers: &VecDeque<Arc<Answer>>) -> usize {
     answers.iter().map(|answer| answer.input.as_flat().len() + answer.outcome.path.as_flat().len()).sum()
+}
+
+impl Run {
+    fn shown(&self, now_ns: u64) -> ShownRun<'_> {
+        ShownRun {
+            asked: &self.asked,
+            mode: self.mode,
+            age_s: now_ns.saturating_sub(self.received_ns) as f64 * 1e-9,
+            length_before: self.length_before,
+            length: self.lengths.last().map(|(_, length)| *length),
+        }
+    }
 }
 
 impl Answer {
