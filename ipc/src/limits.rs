@@ -84,5 +84,8 @@ const _: () =
 const _: () = assert!(MAX_WAYPOINTS * MAX_VARIABLES >= MAX_PATH_NUMBERS);
 const _: () = assert!(MAX_PAYLOAD <= u32::MAX as usize, "section offsets are 32 bits wide");
 const _: () = assert!(CONTROL_REPLY_MAX <= CONTROL_MAX);
-const _: () = assert!(BORROWED_RESPONSES >= 3, "an iterating client holds one response while it takes the next, and may copy that one out");
+const _: () = assert!(
+    BORROWED_RESPONSES >= 3,
+    "an iterating client holds one response while it takes the next, and may copy that one out"
+);
 const _: () = assert!(SHM_RESERVE >= 4 * SHM_ALLOWANCE && SHM_ALLOWANCE >= MAX_PAYLOAD as u64);

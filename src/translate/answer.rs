@@ -164,7 +164,13 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
 
 /// The final response of a job whose deadline passed while it waited: the input, nothing computed, lengths 0.
 pub fn expired(snapshot: &Snapshot, path: &Path) -> Reply {
-    untouched(snapshot, path, Code::TimedOut, wire::Termination::Deadline, "the deadline passed while the request waited")
+    untouched(
+        snapshot,
+        path,
+        Code::TimedOut,
+        wire::Termination::Deadline,
+        "the deadline passed while the request waited",
+    )
 }
 
 /// The final response of a job that a stopping daemon, or a client that wants an answer now, took from the queue.

@@ -20,7 +20,9 @@ impl<'a> Lengths<'a> {
 
     /// Length before, this length, and the lower bound.
     pub fn of(&mut self, length: f64) -> [f64; 3] {
-        let [before, bound] = *self.known.get_or_insert_with(|| input_lengths(self.snapshot, self.settings, self.path).unwrap_or_default());
+        let [before, bound] = *self
+            .known
+            .get_or_insert_with(|| input_lengths(self.snapshot, self.settings, self.path).unwrap_or_default());
         [before, length, bound]
     }
 }
