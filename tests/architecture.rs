@@ -19,7 +19,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("validation", vec!["collision", "path", "robot", "lanes"]),
         ("optimize", vec!["validation", "collision", "path", "robot"]),
         ("store", vec!["collision", "robot", "scene"]),
-        ("files", vec!["path", "robot", "scene", "shape"]),
+        ("files", vec!["path", "robot", "scene", "shape", "optimize", "validation"]),
         ("local", [&core[..], &["store", "translate"]].concat()),
         ("translate", [&core[..], &["store", "files"]].concat()),
         ("daemon", [&core[..], &["store", "files", "translate"]].concat()),

@@ -10,7 +10,7 @@ use super::choices::{Choices, Reported};
 use super::details;
 use super::error::{CliError, stdout};
 use super::place::{self, Place};
-use super::report::{self, Answer};
+use super::report;
 use super::request::{Asked, Rules, Source};
 use super::{Format, load, verify, watch};
 
@@ -95,7 +95,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 fn check(arguments: &Arguments, file: &Path, reader: &mut Reader, place: &mut Place) -> Result<u8, CliError> {
     let choices = Choices::from(&arguments.reported);
     let asked = Asked { mode: Mode::Check, rules: &arguments.rules, choices: &choices };
-    let (subject, timed) = place.answer(reader, file, &arguments.source, &asked, &mut |_, _| {})?;
+    let (subject, timed) =
+        place.answer(reader, file, &arguments.source, &asked, arguments.format == Format::Json, &mut |_, _| {})?;
     if let (Some(file), Some(certificate)) = (&arguments.write_certificate, &timed.outcome.certificate) {
         let text = serde_json::to_string(certificate).expect("a certificate holds only strings and numbers");
         std::fs::write(file, text + "\n")
@@ -103,7 +104,7 @@ fn check(arguments: &Arguments, file: &Path, reader: &mut Reader, place: &mut Pl
     }
     let mut out = std::io::stdout().lock();
     match arguments.format {
-        Format::Json => writeln!(out, "{}", Answer::new(&subject, Mode::Check, &timed).json()),
+        Format::Json => writeln!(out, "{}", report::result(&subject, Mode::Check, &timed).json()),
         Format::Table => {
             let is_one = arguments.files.len() == 1;
             let several = if is_one { String::new() } else { format!("{}: ", subject.name) };

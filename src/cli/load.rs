@@ -4,10 +4,12 @@ use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 
 use taut::collision::CollisionModel;
+use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
 use taut::files::{FileError, Geometry, Kind, Packages, PathTable, Peer, Problem, Reader, RobotFiles};
 use taut::path::Path;
 use taut::robot::RobotModel;
 use taut::scene::Scene;
+use taut::scene::scene_file::SceneFile;
 use taut::shape::Shape;
 
 use super::error::CliError;
@@ -69,6 +71,24 @@ impl Loaded {
             warnings: self.warnings.clone(),
             variables: self.robot.variables().iter().map(|variable| variable.name.clone()).collect(),
             metric: String::new(),
+            path_before: rows(&self.path),
+            source: ResultSubject::default(),
+        }
+    }
+
+    /// Where robot and scene come from, with the packages of the command line.
+    pub(super) fn source(&self, packages: &[(String, PathBuf)]) -> ResultSubject {
+        let files = Some(self.robot_files.absolute(&quantity::packages(packages)));
+        ResultSubject {
+            robot: RobotSource { label: None, hash: format!("{:016x}", self.robot.hash()), files },
+            scene: SceneSource {
+                label: None,
+                version: None,
+                hash: format!("{:016x}", self.scene.hash()),
+                file: self.scene_file.as_ref().and_then(|file| std::path::absolute(file).ok()),
+                content: Some(SceneFile::of(&self.scene, true)),
+            },
+            ..ResultSubject::default()
         }
     }
 }

@@ -17,7 +17,9 @@ mod own_daemon;
 mod place;
 mod progress;
 mod quantity;
+mod record;
 mod remote;
+mod replay;
 mod report;
 mod request;
 mod run;
@@ -74,6 +76,8 @@ enum Command {
     Stop(models::Stop),
     Top(top::Arguments),
     Why(why::Arguments),
+    Record(record::Arguments),
+    Replay(replay::Arguments),
 }
 
 /// Format of what goes to standard output.
@@ -131,6 +135,8 @@ pub fn main() -> ExitCode {
         Command::Stop(arguments) => models::stop(&arguments),
         Command::Top(arguments) => top::run(&arguments),
         Command::Why(arguments) => why::run(&arguments),
+        Command::Record(arguments) => record::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
     };
     ExitCode::from(result.unwrap_or_else(|error| error.report()))
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use taut::files::result::ResultSubject;
 use taut::optimize::{Mode, Settings};
 
 use super::choices::Choices;
@@ -133,6 +134,11 @@ impl Asked<'_> {
         let mut settings = settings.map_err(CliError::Usage)?;
         self.choices.enter(layout, waypoints, &mut settings)?;
         Ok(settings)
+    }
+
+    /// Where robot and scene come from, with what the request says about them.
+    pub(super) fn source(&self, source: ResultSubject) -> ResultSubject {
+        ResultSubject { unwrapped: self.rules.unwrapped, held: self.choices.held().iter().cloned().collect(), ..source }
     }
 
     /// What lengths are measured in, for people.

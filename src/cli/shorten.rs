@@ -10,7 +10,7 @@ use super::choices::Choices;
 use super::details;
 use super::error::{CliError, stdout};
 use super::place::{self, Place};
-use super::report::{self, Answer};
+use super::report;
 use super::request::{self, Asked, Rules, Source};
 use super::{Format, load};
 
@@ -39,7 +39,7 @@ pub(super) struct Arguments {
     /// Format of the answer
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Write the answer as JSON to this file too
+    /// Write the answer as JSON to this file too, for `taut view` among others
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -55,15 +55,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     };
     let mut place = Place::open(&arguments.place)?;
     let asked = Asked { mode: arguments.mode, rules: &arguments.rules, choices: &arguments.choices };
-    let (subject, timed) = place.answer(&mut reader, &arguments.file, &arguments.source, &asked, &mut watch)?;
-    let answer = Answer::new(&subject, arguments.mode, &timed);
+    let is_kept = arguments.out.is_some() || arguments.format == Format::Json;
+    let (subject, timed) =
+        place.answer(&mut reader, &arguments.file, &arguments.source, &asked, is_kept, &mut watch)?;
+    let result = report::result(&subject, arguments.mode, &timed);
     if let Some(file) = &arguments.out {
-        std::fs::write(file, answer.json() + "\n")
+        std::fs::write(file, result.json() + "\n")
             .map_err(|source| CliError::Output { file: file.display().to_string(), source })?;
     }
     let mut out = std::io::stdout().lock();
     match arguments.format {
-        Format::Json => writeln!(out, "{}", answer.json()),
+        Format::Json => writeln!(out, "{}", result.json()),
         Format::Table => {
             for warning in subject.warnings.iter().chain(&timed.outcome.warnings) {
                 eprintln!("warning: {warning}");

@@ -4,10 +4,11 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
+use serde::{Deserialize, Serialize};
 use taut::optimize::Settings;
 use taut::path::Path;
 use taut::store::Snapshot;
-pub(super) use taut::translate::StopCause;
+pub use taut::translate::StopCause;
 
 /// Everything that a worker needs; nothing in it is shared memory.
 pub(super) struct Job {
@@ -20,9 +21,9 @@ pub(super) struct Job {
     /// Robot and scene.
     pub snapshot: Snapshot,
     /// The input, copied, its numbers unchecked.
-    pub path: Path,
+    pub path: Arc<Path>,
     /// What is asked for.
-    pub settings: Settings,
+    pub settings: Arc<Settings>,
     /// When to end, on the monotonic clock; `None` = when done.
     pub deadline_ns: Option<u64>,
     /// When it was received.
@@ -47,6 +48,15 @@ impl Job {
     pub(super) fn is_expired(&self, now_ns: u64) -> bool {
         self.deadline_ns.is_some_and(|deadline| now_ns >= deadline)
     }
+}
+
+/// When and why a job was told to end. Its answer depends on nothing else besides the job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Stopped {
+    /// How often the core had asked by then, that time included.
+    pub asked: u64,
+    /// Why.
+    pub cause: StopCause,
 }
 
 /// Set by the I/O thread, read by the worker.

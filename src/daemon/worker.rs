@@ -1,21 +1,19 @@
 //! Workers: the threads that compute.
 
 use std::cell::Cell;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use taut::optimize::{self, Improvement, Workspace};
-use taut_ipc::control::Refusal;
+use taut::optimize::{Improvement, Workspace};
 use taut_ipc::monotonic_ns;
-use taut_ipc::wire::Code;
 
-use super::event::{Answered, Event, EventSender};
+use super::computing::{self, Computed};
+use super::event::{Answered, Event, EventSender, Way};
 use super::job::{Job, StopCause};
 use super::mailbox::Mailbox;
 use super::schedule::{Schedule, Turn};
-use super::translate::{self, Lengths, Reply};
+use super::translate::{self, Lengths};
 
 /// With `fault_injection` in the configuration, a request with this seed panics. For tests.
 pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
@@ -55,33 +53,23 @@ impl Worker {
         let mut workspace = Workspace::default();
         while let Some((job, turn)) = self.schedule.take(self.index) {
             let turn = Cell::new(turn);
-            let (mut reply, panicked) = self.answer(&job, &turn, &mut workspace);
+            let computed = (!job.is_expired(monotonic_ns())).then(|| self.compute(&job, &turn, &mut workspace));
             let mut turn = turn.into_inner();
             self.schedule.finish(&mut turn);
             let passed_ns = monotonic_ns().saturating_sub(job.received_ns);
+            let panicked = computed.as_ref().is_some_and(|computed| computed.panicked);
+            let (mut reply, way) = match computed {
+                Some(Computed { reply, stopped, .. }) => (reply, Way::Computed(stopped)),
+                None => (translate::expired(&job.snapshot, &job.path), Way::Untouched),
+            };
+            if panicked {
+                tracing::error!(request = job.request_id, worker = self.index, "{}", reply.message());
+            }
             reply.header.compute_ns = turn.computed_ns;
             reply.header.queue_ns = passed_ns.saturating_sub(turn.computed_ns);
             let crashed = panicked.then(|| job.content());
-            let answered = Answered { job: job.id, reply, pauses: turn.pauses, crashed };
+            let answered = Answered { job: job.id, reply, way, pauses: turn.pauses, crashed };
             self.events.send(Event::Answered(Box::new(answered)));
-        }
-    }
-
-    /// Computes a job; a panic costs only its own request and the workspace that it left half changed.
-    fn answer(&self, job: &Job, turn: &Cell<Turn>, workspace: &mut Workspace) -> (Reply, bool) {
-        if job.is_expired(monotonic_ns()) {
-            return (translate::expired(&job.snapshot, &job.path), false);
-        }
-        match catch_unwind(AssertUnwindSafe(|| self.compute(job, turn, workspace))) {
-            Ok(reply) => (reply, false),
-            Err(panic) => {
-                *workspace = Workspace::default();
-                let text = panic.downcast_ref::<String>().map(String::as_str);
-                let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
-                tracing::error!(request = job.request_id, worker = self.index, "panicked: {text}");
-                let message = format!("the worker panicked: {text}; report this with the request as a defect");
-                (translate::refused(Refusal::new(Code::Crash, message)), true)
-            }
         }
     }
 
@@ -91,27 +79,22 @@ impl Worker {
         self.events.send(Event::Improved { worker: self.index });
     }
 
-    fn compute(&self, job: &Job, turn: &Cell<Turn>, workspace: &mut Workspace) -> Reply {
-        assert!(!(self.fault_injection && job.settings.seed == PANIC_SEED), "injected fault");
-        let model = match job.snapshot.model.get() {
-            Ok(model) => model,
-            Err(error) => return translate::refused(translate::model_refusal(error, &job.snapshot.robot)),
-        };
-        let cause = Cell::new(None);
-        let is_over = |now_ns| {
-            cause.set(job.stop.get().or_else(|| job.is_expired(now_ns).then_some(StopCause::Deadline)));
-            cause.get().is_some()
-        };
+    /// Computes a job, tells of its improvements on the way, and makes room for others.
+    fn compute(&self, job: &Job, turn: &Cell<Turn>, workspace: &mut Workspace) -> Computed {
+        let over = |now_ns| job.stop.get().or_else(|| job.is_expired(now_ns).then_some(StopCause::Deadline));
         // The only place between two iterations where the outside comes in: others may go first, or it is over.
         let asked_to_stop = |now_ns| {
-            if is_over(now_ns) {
-                return true;
-            }
-            let mut at = turn.get();
-            self.schedule.make_room(&mut at, now_ns, || is_over(monotonic_ns()));
-            turn.set(at);
-            cause.get().is_some()
+            over(now_ns).or_else(|| {
+                let (mut at, cause) = (turn.get(), Cell::new(None));
+                self.schedule.make_room(&mut at, now_ns, || {
+                    cause.set(over(monotonic_ns()));
+                    cause.get().is_some()
+                });
+                turn.set(at);
+                cause.get()
+            })
         };
+        let panics = self.fault_injection && job.settings.seed == PANIC_SEED;
         let told = Told::default();
         let mut given_way_ns = 0;
         let mut stop = || {
@@ -123,6 +106,7 @@ impl Worker {
             if told.is_due(now_ns) {
                 self.tell(&told, now_ns);
             }
+            assert!(!panics, "injected fault");
             asked_to_stop(now_ns)
         };
         let hangs = self.fault_injection && job.settings.seed == HANG_SEED;
@@ -136,15 +120,11 @@ impl Worker {
             if told.is_due(now_ns) {
                 self.tell(&told, now_ns);
             }
-            while hangs && !asked_to_stop(monotonic_ns()) {
+            while hangs && asked_to_stop(monotonic_ns()).is_none() {
                 std::thread::sleep(Duration::from_millis(1));
             }
         };
-        let result = optimize::run(model, &job.path, &job.settings, workspace, &mut stop, &mut publish);
-        match result {
-            Ok(outcome) => translate::answered(&job.snapshot, &outcome, cause.get()),
-            Err(error) => translate::refused(translate::request_refusal(&error)),
-        }
+        computing::compute(job, workspace, &mut stop, &mut publish)
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod packages;
 mod problem;
+pub mod result;
 mod robot_files;
 mod table;
 #[cfg(test)]
@@ -16,6 +17,7 @@ use std::sync::Arc;
 
 pub use packages::Packages;
 pub use problem::{Geometry, Kind, Peer, Problem};
+pub use result::ResultFile;
 pub use robot_files::{RobotFiles, RootJoint};
 pub use table::PathTable;
 

@@ -133,7 +133,7 @@ pub enum Kind {
         /// Whether it has a sphere model of its robot.
         has_spheres: bool,
     },
-    /// Anything else, so that it can only be a bare path.
+    /// Anything else, so that it can only be a bare path; a result is one too.
     BarePath,
 }
 
@@ -158,7 +158,9 @@ impl Kind {
         let refuse = |error| FileError::Content { file: file.to_owned(), text: format!("not a JSON file: {error}") };
         let probe: Probe = serde_json::from_str(&read_text(file)?).map_err(refuse)?;
         let has_spheres = probe.robot.is_some_and(|robot| robot.spherized_urdf.is_some());
-        Ok(if probe.format.is_some() { Self::Problem { has_spheres } } else { Self::BarePath })
+        // An answer is a path for whoever goes on with it.
+        let is_problem = probe.format.is_some_and(|format| format != super::result::RESULT_FORMAT);
+        Ok(if is_problem { Self::Problem { has_spheres } } else { Self::BarePath })
     }
 }
 

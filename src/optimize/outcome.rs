@@ -19,6 +19,19 @@ pub enum Termination {
     Stopped,
 }
 
+impl Termination {
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::Converged => "converged",
+            Self::IterationLimit => "iteration-limit",
+            Self::WorkBudget => "work-budget",
+            Self::Stopped => "stopped",
+        }
+    }
+}
+
 /// A part of an optimizer that finds paths on its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stage {

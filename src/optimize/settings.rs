@@ -1,9 +1,11 @@
 //! What a request may choose.
 
+use serde::{Deserialize, Serialize};
+
 use crate::validation::Layers;
 
 /// Optimizer of a request.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// Prove the path, change nothing.
     Check,
@@ -39,7 +41,7 @@ impl Mode {
 }
 
 /// Settings of one request. `Settings::default()` is what a request gets that says nothing.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Optimizer.
     pub mode: Mode,

@@ -1,9 +1,12 @@
 //! From an outcome to the sections of a response.
 
+use std::sync::Arc;
+
 use crate::optimize::{Improvement, Outcome, RefusalPlace, Termination};
 use crate::path::Path;
 use crate::store::Snapshot;
 use crate::validation::HitReason;
+use serde::{Deserialize, Serialize};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{
     self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalReason,
@@ -13,10 +16,16 @@ use taut_ipc::wire::{
 use super::records::{self, Names, stage};
 
 /// A response, put together by a worker and sent by the I/O thread.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Reply {
     /// Its header; ids, lengths and sections are filled in when it is sent.
     pub header: ResponseHeader,
+    /// Shared with those who keep answers.
+    sections: Arc<Sections>,
+}
+
+#[derive(Default)]
+struct Sections {
     path: Vec<f64>,
     certificate: Vec<CertificateSegment>,
     head: Option<CertificateHead>,
@@ -32,23 +41,29 @@ pub struct Reply {
 impl Reply {
     /// The sections.
     pub fn body(&self) -> ResponseBody<'_> {
+        let sections = &*self.sections;
         ResponseBody {
-            path: &self.path,
-            certificate: &self.certificate,
-            lowered_pairs: &self.lowered,
-            active_contacts: &self.contacts,
-            stages: &self.stages,
-            pinched_pairs: &self.pinched,
-            refusal: self.refusal.as_ref(),
-            certificate_head: self.head.as_ref(),
-            names: &self.names,
-            message: &self.message,
+            path: &sections.path,
+            certificate: &sections.certificate,
+            lowered_pairs: &sections.lowered,
+            active_contacts: &sections.contacts,
+            stages: &sections.stages,
+            pinched_pairs: &sections.pinched,
+            refusal: sections.refusal.as_ref(),
+            certificate_head: sections.head.as_ref(),
+            names: &sections.names,
+            message: &sections.message,
         }
+    }
+
+    /// The line for people.
+    pub fn message(&self) -> &str {
+        &self.sections.message
     }
 }
 
 /// Why the work on a request ends before it is done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StopCause {
     /// The deadline came.
     Deadline,
@@ -147,8 +162,7 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
         work: outcome.work,
         ..header(snapshot, &outcome.path)
     };
-    Reply {
-        header,
+    let sections = Sections {
         path: outcome.path.as_flat().to_vec(),
         certificate: certificate.map(records::segments).unwrap_or_default(),
         head: certificate.map(|certificate| records::head(certificate, &outcome.path)),
@@ -159,7 +173,8 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
         refusal,
         names: names.text,
         message: message(outcome),
-    }
+    };
+    Reply { header, sections: Arc::new(sections) }
 }
 
 /// The final response of a job whose deadline passed while it waited: the input, nothing computed, lengths 0.
@@ -190,7 +205,7 @@ fn untouched(snapshot: &Snapshot, path: &Path, code: Code, termination: wire::Te
         ..header(snapshot, path)
     };
     let (path, message) = (path.as_flat().to_vec(), message.to_owned());
-    Reply { header, path, message, ..Reply::default() }
+    Reply { header, sections: Arc::new(Sections { path, message, ..Sections::default() }) }
 }
 
 /// The final response that only says why not.
@@ -202,7 +217,7 @@ pub fn refused(refusal: Refusal) -> Reply {
         termination: wire::Termination::Refused.into(),
         ..ResponseHeader::default()
     };
-    Reply { header, message: refusal.message, ..Reply::default() }
+    Reply { header, sections: Arc::new(Sections { message: refusal.message, ..Sections::default() }) }
 }
 
 /// How a warning starts in the message, which otherwise holds the hint of a refusal.

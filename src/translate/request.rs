@@ -1,5 +1,7 @@
 //! From a request on the wire to settings and a path.
 
+use std::sync::Arc;
+
 use crate::optimize::{Mode, RequestError, Settings};
 use crate::path::Path;
 use crate::robot::{Component, RobotModel};
@@ -57,7 +59,7 @@ pub fn settings_and_path(
     view: &RequestView,
     snapshot: &Snapshot,
     default_clearance_m: f64,
-) -> Result<(Settings, Path), Refusal> {
+) -> Result<(Arc<Settings>, Arc<Path>), Refusal> {
     let (header, robot) = (&view.header, &snapshot.robot);
     let nq = robot.space().nq();
     if header.variables as usize != nq {
@@ -83,7 +85,7 @@ pub fn settings_and_path(
         contacts: header.flags & RequestFlags::WITHOUT_CONTACTS == 0,
         ..Settings::default()
     };
-    Ok((settings, path))
+    Ok((Arc::new(settings), Arc::new(path)))
 }
 
 /// A mask of the wire, or none where it is absent.

@@ -27,7 +27,7 @@ pub use crate::collision::Contact;
 
 /// What a validator may use; all of it, unless a test or a measurement wants to know what a layer is worth.
 /// Verdicts agree with and without each wherever the clearance is not between 1 and 1.5 floors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Layers {
     /// The eight-wide filter; without it every pair is decided exactly.
     pub filter: bool,
@@ -114,6 +114,17 @@ pub enum HitReason {
     TooClose,
     /// The node limit of a lowered floor is spent.
     Uncertified,
+}
+
+impl HitReason {
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Collision => "COLLISION",
+            Self::TooClose => "TOO_CLOSE",
+            Self::Uncertified => "UNCERTIFIED",
+        }
+    }
 }
 
 /// Where a segment is refused.
