@@ -105,15 +105,9 @@ impl Planner {
     /// The same, asked anew.
     fn describe(&self, label: &str) -> Result<Arc<RobotDescription>, PlannerError> {
         match self.control(&ControlRequest::Describe { label: label.to_owned() })? {
-            ControlReply::Robot(robot) => Ok(self.learn(*robot)),
+            ControlReply::Robot(robot) => Ok(Arc::new(*robot)),
             other => Err(PlannerError::unexpected(&other)),
         }
-    }
-
-    fn learn(&self, robot: RobotDescription) -> Arc<RobotDescription> {
-        let robot = Arc::new(robot);
-        self.known().insert(robot.label.clone(), robot.clone());
-        robot
     }
 
     /// Sends a path, row by row in the order of [`Request::columns`], and gives the stream of its answers.
@@ -126,7 +120,7 @@ impl Planner {
         Answers::ask(self, request, path)
     }
 
-    /// Sends a control message, to the next daemon if the first dies.
+    /// Sends a control message, to the next daemon if the first dies. What it tells of a robot is known from then on.
     ///
     /// # Errors
     /// [`PlannerError::Refused`]; what cannot be sent.
@@ -149,6 +143,10 @@ impl Planner {
         };
         match reply {
             ControlReply::Refused(refusal) => Err(PlannerError::of_refusal(refusal)),
+            ControlReply::Robot(robot) => {
+                self.known().insert(robot.label.clone(), Arc::new(RobotDescription::clone(&robot)));
+                Ok(ControlReply::Robot(robot))
+            }
             reply => Ok(reply),
         }
     }

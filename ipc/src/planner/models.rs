@@ -42,7 +42,7 @@ impl Planner {
     /// As [`Self::control`].
     pub fn robot_after(&self, message: &ControlRequest) -> Result<Arc<RobotDescription>, PlannerError> {
         match self.control(message)? {
-            ControlReply::Robot(robot) => Ok(self.learn(*robot)),
+            ControlReply::Robot(robot) => Ok(Arc::new(*robot)),
             other => Err(PlannerError::unexpected(&other)),
         }
     }
