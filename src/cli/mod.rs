@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, stable exit codes, one-line errors with the next step.
 
+mod against;
 mod bench;
 mod check;
 mod choices;
@@ -9,6 +10,7 @@ mod demo;
 mod details;
 mod doctor;
 mod error;
+mod export;
 mod layout;
 mod load;
 mod load_test;
@@ -27,6 +29,7 @@ mod scene;
 mod serve;
 mod shorten;
 mod svg;
+mod timed;
 mod top;
 mod verify;
 mod watch;
@@ -52,6 +55,7 @@ struct Cli {
 enum Command {
     Check(check::Arguments),
     Shorten(shorten::Arguments),
+    Export(export::Arguments),
     Bench(bench::Arguments),
     Demo(demo::Arguments),
     #[command(hide = true)]
@@ -116,6 +120,7 @@ pub fn main() -> ExitCode {
     let result = match cli.command {
         Command::Check(arguments) => check::run(&arguments),
         Command::Shorten(arguments) => shorten::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::DemoPlanner(arguments) => demo::planner::run(&arguments),

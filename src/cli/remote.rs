@@ -15,7 +15,7 @@ use taut_ipc::{Client, ClientError, Response, deadline_after};
 
 use super::connect::{RECOVERY, control, unexpected};
 use super::error::CliError;
-use super::layout::Layout;
+use super::layout::{self, Layout};
 use super::load::{self, Loaded};
 use super::report::Subject;
 use super::request::Source;
@@ -75,7 +75,7 @@ fn label(name: &FilePath) -> Option<&str> {
     let text = name.to_str()?;
     let looks_like_a_file = text.contains('/')
         || name.is_file()
-        || [".urdf", ".xml", ".json", ".scene"].iter().any(|end| text.ends_with(end));
+        || [".urdf", ".xml", ".json", ".scene", ".yaml", ".yml"].iter().any(|end| text.ends_with(end));
     (!looks_like_a_file).then_some(text)
 }
 
@@ -109,6 +109,7 @@ fn labelled(client: &Client, file: &FilePath, label: &str, source: &Source) -> R
         geometry: "loaded",
         warnings: robot.warnings.iter().chain(&scene.warnings).cloned().collect(),
         variables: variables.iter().map(|variable| variable.name.clone()).collect(),
+        coordinates: layout::coordinates_of_description(&robot),
         metric: String::new(),
         path_before: Vec::new(),
         source: ResultSubject::default(),
@@ -148,7 +149,7 @@ fn loaded_scene(client: &Client, listing: &Listing, loaded: &Loaded) -> Result<S
     }
     let name = if loaded.scene.name().is_empty() { &loaded.name } else { loaded.scene.name() };
     let (text, folder) = match &loaded.scene_file {
-        Some(file) => (files::scene_text(file)?, folder_of(file)),
+        Some(file) => (files::selected_scene_text(file, loaded.selected.as_deref())?, folder_of(file)),
         None => (r#"{"objects": []}"#.to_owned(), None),
     };
     let scene = load_scene(client, name, hash, text, folder)?;

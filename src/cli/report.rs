@@ -1,11 +1,12 @@
 //! How an answer is shown: as a result file's one JSON object, or in lines for people.
 
 use taut::collision::query::TOUCHING_M;
-use taut::files::result::ResultSubject;
+use taut::files::result::{ResultCoordinate, ResultCorridor, ResultSubject};
 use taut::files::{Geometry, ResultFile};
 use taut::optimize::{Mode, Outcome, Refusal};
 
 use super::code::Code;
+use super::layout::Coordinate;
 use super::run::Timed;
 
 /// What was answered about.
@@ -18,6 +19,8 @@ pub(super) struct Subject {
     pub warnings: Vec<String>,
     /// Columns of the path.
     pub variables: Vec<String>,
+    /// Velocity coordinates.
+    pub coordinates: Vec<Coordinate>,
     /// What lengths are measured in.
     pub metric: String,
     /// The input's waypoints.
@@ -44,8 +47,25 @@ pub(super) fn result(subject: &Subject, mode: Mode, timed: &Timed) -> ResultFile
         variables: subject.variables.clone(),
         path_before: subject.path_before.clone(),
         subject: subject.source.clone(),
+        corridor: corridor(subject, outcome),
         ..ResultFile::of(outcome)
     }
+}
+
+/// How far what is executed may stray from the path.
+fn corridor(subject: &Subject, outcome: &Outcome) -> Option<ResultCorridor> {
+    let corridor = outcome.corridor.as_ref()?;
+    let unwrapped = outcome.certificate.as_ref().is_some_and(|certificate| certificate.unwrapped);
+    let coordinate = |(coordinate, reach_m): (&Coordinate, &f64)| ResultCoordinate {
+        variable: coordinate.variable.clone(),
+        kind: coordinate.kind(unwrapped).to_owned(),
+        reach_m: *reach_m,
+    };
+    Some(ResultCorridor {
+        floor_m: corridor.floor_m,
+        coordinates: subject.coordinates.iter().zip(&corridor.reach).map(coordinate).collect(),
+        slack_m: corridor.slack_m.clone(),
+    })
 }
 
 /// Name of a geometry in results.

@@ -91,8 +91,33 @@ pub struct ResultFile {
     pub path_before: Vec<Vec<f64>>,
     /// Where robot and scene come from.
     pub subject: ResultSubject,
+    /// How far what is executed may stray from `path`, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub corridor: Option<ResultCorridor>,
     /// The proof in short.
     pub certificate: Option<Certificate>,
+}
+
+/// A corridor: every pair keeps `floor_m` at any q with Σ reach_m |q − p| ≤ slack_m around a p of the segment.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ResultCorridor {
+    /// What every pair keeps (m).
+    pub floor_m: f64,
+    /// Velocity coordinates, in the order of the columns.
+    pub coordinates: Vec<ResultCoordinate>,
+    /// One per segment of the path (m).
+    pub slack_m: Vec<f64>,
+}
+
+/// A velocity coordinate of a corridor.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ResultCoordinate {
+    /// The variable that it belongs to; for the three of a rotation, each of the quaternion's first three.
+    pub variable: String,
+    /// `line`, `circle`, or one of the three of a `rotation` vector.
+    pub kind: String,
+    /// How far bodies move at most against each other (m per rad or m).
+    pub reach_m: f64,
 }
 
 /// A pair whose floor the input forced down.
@@ -251,6 +276,11 @@ impl ResultFile {
         let is_table = |rows: &[Vec<f64>]| !rows.is_empty() && rows.iter().all(|row| row.len() == columns);
         if !is_table(&result.path) || !is_table(&result.path_before) {
             return Err(refuse(format!("path or path_before has rows of other than its {columns} variables, or none")));
+        }
+        let segments = result.path.len().saturating_sub(1).max(1);
+        if let Some(slack) = result.corridor.as_ref().map(|corridor| corridor.slack_m.len()).filter(|n| *n != segments)
+        {
+            return Err(refuse(format!("its corridor has {slack} segments, its path {segments}")));
         }
         Ok(result)
     }

@@ -196,6 +196,8 @@ pub struct Outcome {
     pub termination: Termination,
     /// What is odd about the request, a line each.
     pub warnings: Vec<String>,
+    /// How far what is executed may stray from `path`; `None` where it is not proved or not asked for.
+    pub corridor: Option<crate::validation::Corridor>,
     /// The proof in short; `None` where `path` is not proved.
     pub certificate: Option<crate::validation::Certificate>,
 }

@@ -82,6 +82,7 @@ pub fn settings_and_path(
         fixed_waypoints: mask("fixed_waypoints", view.fixed_waypoints)?,
         moving: moving(view, robot)?,
         held: listed(view.held_values),
+        corridor: header.flags & RequestFlags::CORRIDOR != 0,
         contacts: header.flags & RequestFlags::WITHOUT_CONTACTS == 0,
         ..Settings::default()
     };

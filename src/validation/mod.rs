@@ -2,6 +2,7 @@
 
 pub mod certificate;
 pub mod continuous;
+pub mod corridor;
 pub mod discretized;
 mod examine;
 mod floors;
@@ -12,14 +13,17 @@ pub mod nearest;
 pub mod path_proof;
 mod poses;
 pub mod rake;
+pub mod reach;
 pub mod reference;
 pub mod segment_motion;
 #[cfg(test)]
 pub(crate) mod soundness;
+pub mod timed;
 mod undecided;
 
 pub use certificate::{Certificate, SegmentClaim};
 pub use continuous::{Scratch, Validator};
+pub use corridor::Corridor;
 pub use nearest::{Near, Nearest};
 pub use poses::Enclosed;
 
