@@ -98,6 +98,8 @@ impl Improvement {
     #[getter]
     fn path<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
+        // numpy may take an object whose interface raises for one without.
+        slf.get().best()?;
         let as_array =
             AS_ARRAY.get_or_try_init(py, || Ok::<_, PyErr>(py.import("numpy")?.getattr("asarray")?.unbind()))?;
         as_array.bind(py).call1((slf,))
