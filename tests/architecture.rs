@@ -20,11 +20,12 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("optimize", vec!["validation", "collision", "path", "robot"]),
         ("store", vec!["collision", "robot", "scene"]),
         ("files", vec!["path", "robot", "scene", "shape", "optimize", "validation"]),
+        ("local", [&core[..], &["store", "translate"]].concat()),
         ("translate", [&core[..], &["store", "files"]].concat()),
         ("daemon", [&core[..], &["store", "files", "translate"]].concat()),
         ("cli", [&core[..], &["store", "files", "translate", "daemon"]].concat()),
         ("main", vec!["cli"]),
-        ("lib", [&core[..], &["store", "files", "translate"]].concat()),
+        ("lib", [&core[..], &["store", "files", "translate", "local"]].concat()),
     ])
 }
 
