@@ -204,7 +204,7 @@ fn what_is_too_large_is_refused_before_it_is_sent() {
     let error = served.client.request(1_000_000, 7).loan().unwrap_err();
     assert_eq!(error.code(), Code::ResourceExhausted);
     let row = "[-4.2, -3.8]";
-    let rows = vec![row; 20_000].join(",");
+    let rows = vec![row; 150_000].join(",");
     let file = served.place.file("long.json", &format!(r#"{{"variables": ["x", "y"], "path": [{rows}]}}"#));
     let run = served.place.taut(&["check", &file, "--problem", &config("problems/rooms.json")]);
     assert_eq!(run.exit, 67, "{}", run.err);

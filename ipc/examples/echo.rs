@@ -63,7 +63,7 @@ fn measure(instance: &Instance, daemon: &mut Child) -> Result<(), Box<dyn std::e
     }
     let client = Client::connect(instance)?;
     println!("{:>10} {:>10} {:>10}   {ROUNDS} rounds, two processes", "bytes", "p50 us", "p99 us");
-    for waypoints in [1, 64, 1024, 16_384] {
+    for waypoints in [1, 64, 1024, 16_384, 131_072] {
         let mut times = Vec::with_capacity(ROUNDS);
         for _ in 0..if waypoints > 1024 { ROUNDS / 20 } else { ROUNDS } {
             let start = Instant::now();

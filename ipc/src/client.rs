@@ -71,6 +71,20 @@ impl Client {
     /// [`ClientError::Timeout`] after `timeout`, [`ClientError::DaemonLost`], or what could not be sent. A refusal is
     /// a reply, not an error.
     pub fn control(&self, message: &ControlRequest, timeout: Duration) -> Result<ControlReply, ClientError> {
+        self.control_until(message, timeout, &|| false)
+    }
+
+    /// The same, given up with [`ClientError::GivenUp`] once `stop`, asked every 100 ms, says so; what was asked for may
+    /// still be done.
+    ///
+    /// # Errors
+    /// As [`Self::control`].
+    pub fn control_until(
+        &self,
+        message: &ControlRequest,
+        timeout: Duration,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<ControlReply, ClientError> {
         let bytes = encode(message)?;
         let boot_id = self.link.running()?;
         let listener = self.link.take_listener()?;
@@ -99,6 +113,9 @@ impl Client {
                 return Err(ClientError::NoAnswer);
             }
             listener.wait_until(end, timeout)?;
+            if stop() {
+                return Err(ClientError::GivenUp);
+            }
         }
     }
 

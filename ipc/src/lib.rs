@@ -9,6 +9,7 @@ mod instance;
 pub mod limits;
 mod lock;
 pub mod memory;
+pub mod planner;
 pub mod server;
 pub mod services;
 mod time;

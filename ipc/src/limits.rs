@@ -23,7 +23,7 @@ pub const DAEMON_NODES: usize = 4;
 pub const MAX_NODES: usize = MAX_CLIENTS + DAEMON_NODES;
 
 /// Most bytes of one payload of a path, in either direction.
-pub const MAX_PAYLOAD: usize = 4 * 1024 * 1024;
+pub const MAX_PAYLOAD: usize = 16 * 1024 * 1024;
 /// Most bytes of one encoded control request.
 pub const CONTROL_MAX: usize = 16 * 1024 * 1024;
 /// Most bytes of one encoded control reply.
@@ -32,11 +32,11 @@ pub const CONTROL_REPLY_MAX: usize = 4 * 1024 * 1024;
 pub const PAYLOAD_ALIGN: usize = 8;
 
 /// Most waypoints of a path.
-pub const MAX_WAYPOINTS: usize = 16_384;
+pub const MAX_WAYPOINTS: usize = 131_072;
 /// Most variables of a configuration.
 pub const MAX_VARIABLES: usize = 256;
 /// Most numbers of one path: waypoints times variables.
-pub const MAX_PATH_NUMBERS: usize = 1 << 18;
+pub const MAX_PATH_NUMBERS: usize = 1 << 20;
 /// Most records of one response section (lowered and pinched pairs, contacts).
 pub const MAX_RECORDS: usize = 4096;
 /// Most stages that a response lists.
@@ -56,7 +56,7 @@ pub const SOCKET_PATH_MAX: usize = 107;
 /// Shared memory that must stay free, in bytes; of a small one at most an eighth.
 pub const SHM_RESERVE: u64 = 64 * 1024 * 1024;
 /// Bytes a process may send before it looks again how much shared memory is free.
-pub const SHM_ALLOWANCE: u64 = 8 * 1024 * 1024;
+pub const SHM_ALLOWANCE: u64 = 16 * 1024 * 1024;
 
 /// How often a waiting client looks whether the daemon still lives.
 pub const PROBE_INTERVAL: Duration = Duration::from_millis(100);

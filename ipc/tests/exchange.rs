@@ -15,7 +15,7 @@ fn paths_of_all_sizes_come_back() {
     let sandbox = Sandbox::new();
     let _daemon = Echo::start(&sandbox.instance);
     let client = Client::connect(&sandbox.instance).unwrap();
-    for waypoints in [1, 64, 1024, 16_384] {
+    for waypoints in [1, 64, 1024, 16_384, 131_072] {
         let loan = request(&client, Mode::Check, waypoints, 3.0).unwrap();
         let response = loan.send().unwrap().wait(PATIENCE).unwrap();
         assert_eq!(response.code(), Code::Success);

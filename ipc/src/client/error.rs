@@ -37,6 +37,9 @@ pub enum ClientError {
     /// Nothing came in time; the request still runs.
     #[error("no response within {0:?}; wait again, or drop the request to cancel it")]
     Timeout(Duration),
+    /// The caller did not want to wait any longer.
+    #[error("given up while waiting for the daemon's reply")]
+    GivenUp,
     /// The daemon ended the stream without a final response.
     #[error("the daemon ended the request without a final response")]
     NoAnswer,
@@ -74,6 +77,7 @@ impl ClientError {
             Self::TooManyRequests => Code::Quota,
             Self::NoMemory(_) => Code::ResourceExhausted,
             Self::Timeout(_) => Code::TimedOut,
+            Self::GivenUp => Code::Preempted,
             Self::NoAnswer => Code::Crash,
             Self::Wire(error) => error.code(),
             Self::Control(ControlError::TooLarge) => Code::ResourceExhausted,

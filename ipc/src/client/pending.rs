@@ -3,6 +3,7 @@
 use super::link::{Link, wait_until};
 use super::{ClientError, Response};
 use crate::transport::Variant;
+use crate::wire::body::numbers;
 use crate::wire::{RequestHeader, ResponseHeader};
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::listener::Listener;
@@ -106,6 +107,15 @@ impl Pending {
         if let Some(stream) = &self.stream {
             stream.set_disconnect_hint();
             self.link.call_daemon();
+        }
+    }
+
+    /// Shows the path that was sent, as it lies in shared memory.
+    pub(crate) fn sent_path(&self, look: impl FnOnce(&[f64])) {
+        let Some(stream) = &self.stream else { return };
+        let section = stream.user_header().path;
+        if let Ok(path) = numbers(stream.payload(), "path", section, usize::MAX) {
+            look(path);
         }
     }
 

@@ -1,0 +1,167 @@
+//! Why a planner's call failed.
+
+use crate::client::{ClientError, Response};
+use crate::control::{ControlReply, Refusal};
+use crate::instance::InstanceError;
+use crate::wire::{Code, RefusalReason, RefusalRecord, ResponseView, WireError};
+
+/// Why a planner's call failed.
+#[derive(Debug, thiserror::Error)]
+pub enum PlannerError {
+    /// The connection.
+    #[error(transparent)]
+    Client(#[from] ClientError),
+    /// A name, number or size of the request that is none; nothing was sent.
+    #[error("{message}")]
+    Invalid {
+        /// What kind of mistake.
+        code: Code,
+        /// The bad value, the valid ones, the next step.
+        message: String,
+    },
+    /// The daemon's answer is no.
+    #[error("{0}")]
+    Refused(Box<Refused>),
+}
+
+/// A daemon's no.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refused {
+    /// Why.
+    pub code: Code,
+    /// In one line.
+    pub message: String,
+    /// When to try again, in milliseconds; 0 = never.
+    pub retry_after_ms: u32,
+    /// Where on the path, if that is what is wrong with it.
+    pub place: Option<Place>,
+}
+
+/// Where a path is not free, or not proved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// Why.
+    pub reason: RefusalReason,
+    /// Names of the two bodies.
+    pub bodies: [String; 2],
+    /// Segment of the path, from 0.
+    pub segment: u32,
+    /// Ratio on the segment, 0 to 1.
+    pub t: f64,
+    /// Depth in metres; negative is a distance.
+    pub depth_m: f64,
+    /// Contact or closest points on the bodies, world frame, in metres.
+    pub points: [[f64; 3]; 2],
+    /// Unit vector from the second body to the first.
+    pub normal: [f64; 3],
+}
+
+impl std::fmt::Display for Refused {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Some(place) = &self.place else {
+            let message = self.message.lines().next().unwrap_or_default();
+            return if message.is_empty() { f.write_str(self.code.name()) } else { f.write_str(message) };
+        };
+        let ([a, b], Place { segment, t, depth_m, .. }) = (&place.bodies, place);
+        write!(f, "{}: {a} × {b} at segment {segment} (from 0), t = {t:.3}, ", self.code.name())?;
+        match *depth_m {
+            depth if depth > 0.0 => write!(f, "depth {depth:.3e} m")?,
+            depth => write!(f, "distance {:.3e} m", -depth)?,
+        }
+        if self.message.is_empty() { Ok(()) } else { write!(f, "; {}", self.message.replace('\n', "; ")) }
+    }
+}
+
+impl Place {
+    fn of(record: &RefusalRecord, view: &ResponseView<'_>) -> Result<Self, WireError> {
+        let reason = RefusalReason::try_from(view.header.refusal_reason)?;
+        Ok(Self {
+            reason,
+            bodies: [record.body_a.of(view.names)?.to_owned(), record.body_b.of(view.names)?.to_owned()],
+            segment: record.segment,
+            t: record.t,
+            depth_m: record.depth_m,
+            points: [record.point_a, record.point_b],
+            normal: record.normal,
+        })
+    }
+}
+
+impl Refused {
+    /// What a final response that is no success says.
+    ///
+    /// # Errors
+    /// [`WireError`] only if the daemon changed it after sending.
+    pub(super) fn of_response(response: &Response) -> Result<Self, WireError> {
+        let view = response.view()?;
+        Ok(Self {
+            code: view.code,
+            message: view.message.to_owned(),
+            retry_after_ms: view.header.retry_after_ms,
+            place: view.refusal.map(|record| Place::of(record, &view)).transpose()?,
+        })
+    }
+}
+
+impl PlannerError {
+    /// The code for other languages.
+    pub fn code(&self) -> Code {
+        match self {
+            Self::Client(error) => error.code(),
+            Self::Invalid { code, .. } => *code,
+            Self::Refused(refused) => refused.code,
+        }
+    }
+
+    /// When the same call may succeed, in milliseconds; 0 = never.
+    pub fn retry_after_ms(&self) -> u32 {
+        match self {
+            Self::Refused(refused) => refused.retry_after_ms,
+            Self::Client(ClientError::Overloaded | ClientError::DaemonLost { .. }) => 100,
+            _ => 0,
+        }
+    }
+
+    /// Where on the path, if that is what is wrong.
+    pub fn place(&self) -> Option<&Place> {
+        match self {
+            Self::Refused(refused) => refused.place.as_ref(),
+            _ => None,
+        }
+    }
+
+    pub(super) fn of_refusal(refusal: Refusal) -> Self {
+        let code = Code::try_from(refusal.code).unwrap_or(Code::MalformedRequest);
+        let Refusal { message, retry_after_ms, .. } = refusal;
+        Self::Refused(Box::new(Refused { code, message, retry_after_ms, place: None }))
+    }
+
+    /// A reply of another kind than the message asks for.
+    pub(super) fn unexpected(reply: &ControlReply) -> Self {
+        let message = format!("the daemon answers {reply:?}; use client and daemon of the same release");
+        Self::Invalid { code: Code::MalformedRequest, message }
+    }
+
+    /// A name that is none of the valid ones.
+    pub(super) fn unknown<'a>(kind: &str, name: &str, valid: impl IntoIterator<Item = &'a str>, code: Code) -> Self {
+        let valid: Vec<&str> = valid.into_iter().collect();
+        let valid = if valid.is_empty() { "none".to_owned() } else { valid.join(", ") };
+        Self::Invalid { code, message: format!("{name:?} is no {kind}; valid: {valid}") }
+    }
+
+    pub(super) fn invalid(code: Code, message: impl Into<String>) -> Self {
+        Self::Invalid { code, message: message.into() }
+    }
+}
+
+impl From<InstanceError> for PlannerError {
+    fn from(error: InstanceError) -> Self {
+        Self::Client(error.into())
+    }
+}
+
+impl From<WireError> for PlannerError {
+    fn from(error: WireError) -> Self {
+        Self::Client(error.into())
+    }
+}

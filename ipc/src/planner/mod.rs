@@ -1,0 +1,136 @@
+//! A planner's requests by name: robots, scenes, columns, joints and groups as people call them.
+//!
+//! ```no_run
+//! # use std::time::Duration;
+//! # use taut_ipc::{Instance, planner::{Planner, Request}};
+//! # fn main() -> Result<(), taut_ipc::planner::PlannerError> {
+//! let planner = Planner::connect(&Instance::from_environment()?)?;
+//! let request = Request { deadline: Some(Duration::from_millis(20)), ..Request::new("panda", Some("kitchen")) };
+//! let path = [[0.0, -1.0, 0.0, -2.0, 0.0, 1.0, 0.0], [0.5, -1.0, 0.0, -2.0, 0.0, 1.0, 0.0]];
+//! let mut answers = planner.ask(&request, path.as_flattened())?;
+//! while let Some(best) = answers.next(Duration::from_secs(1))? {
+//!     println!("{} {:?}", best.header().length_after, best.path());
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Nothing here knows more of a robot than its description says; what a request means the daemon decides.
+
+mod answers;
+mod columns;
+mod error;
+mod models;
+mod request;
+#[cfg(test)]
+mod tests;
+pub mod words;
+
+pub use answers::{Answers, Best};
+pub use columns::Columns;
+pub use models::EMPTY_SCENE;
+pub use error::{Place, PlannerError, Refused};
+pub use request::Request;
+
+use crate::control::{ControlReply, ControlRequest, RobotDescription};
+use crate::instance::Instance;
+use crate::{Client, client::retry};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// How long a control message may take: large meshes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(600);
+/// How long a control message goes on after its daemon died, or had no room for it.
+const RECOVERY: Duration = Duration::from_secs(5);
+
+/// A connection that knows the robots it has been asked for. Cheap to clone; all clones are one connection.
+#[derive(Clone, Debug)]
+pub struct Planner {
+    client: Client,
+    robots: Arc<Mutex<BTreeMap<String, Arc<RobotDescription>>>>,
+    /// Start of the daemon that has the scene with nothing in it.
+    empty_scene: Arc<Mutex<Option<u64>>>,
+}
+
+impl Planner {
+    /// Connects to the daemon of `instance`.
+    ///
+    /// # Errors
+    /// As [`Client::connect`].
+    pub fn connect(instance: &Instance) -> Result<Self, PlannerError> {
+        Ok(Self::new(Client::connect(instance)?))
+    }
+
+    /// The same on a connection that is there.
+    pub fn new(client: Client) -> Self {
+        Self { client, robots: Arc::default(), empty_scene: Arc::default() }
+    }
+
+    /// The connection.
+    pub fn client(&self) -> &Client {
+        &self.client
+    }
+
+    /// Variables, groups and weights of a loaded robot; the daemon is asked once.
+    ///
+    /// # Errors
+    /// [`PlannerError::Refused`] for an unknown label, with those that are loaded.
+    pub fn robot(&self, label: &str) -> Result<Arc<RobotDescription>, PlannerError> {
+        if let Some(robot) = self.known().get(label) {
+            return Ok(robot.clone());
+        }
+        self.describe(label)
+    }
+
+    /// The same, asked anew.
+    fn describe(&self, label: &str) -> Result<Arc<RobotDescription>, PlannerError> {
+        match self.control(&ControlRequest::Describe { label: label.to_owned() })? {
+            ControlReply::Robot(robot) => Ok(self.learn(*robot)),
+            other => Err(PlannerError::unexpected(&other)),
+        }
+    }
+
+    fn learn(&self, robot: RobotDescription) -> Arc<RobotDescription> {
+        let robot = Arc::new(robot);
+        self.known().insert(robot.label.clone(), robot.clone());
+        robot
+    }
+
+    /// Sends a path, row by row in the order of [`Request::columns`], and gives the stream of its answers.
+    ///
+    /// The numbers are written into shared memory once, whatever their order.
+    ///
+    /// # Errors
+    /// [`PlannerError::Invalid`] for names and sizes that are none, with the valid ones; what cannot be sent.
+    pub fn ask(&self, request: &Request, path: &[f64]) -> Result<Answers, PlannerError> {
+        Answers::ask(self, request, path)
+    }
+
+    /// Sends a control message, to the next daemon if the first dies.
+    ///
+    /// # Errors
+    /// [`PlannerError::Refused`]; what cannot be sent.
+    pub fn control(&self, message: &ControlRequest) -> Result<ControlReply, PlannerError> {
+        self.control_until(message, &|| false)
+    }
+
+    /// The same, given up with [`crate::ClientError::GivenUp`] once `stop`, asked every 100 ms, says so.
+    ///
+    /// # Errors
+    /// As [`Self::control`].
+    pub fn control_until(
+        &self,
+        message: &ControlRequest,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<ControlReply, PlannerError> {
+        match retry(RECOVERY, || self.client.control_until(message, PATIENCE, stop))? {
+            ControlReply::Refused(refusal) => Err(PlannerError::of_refusal(refusal)),
+            reply => Ok(reply),
+        }
+    }
+
+    fn known(&self) -> MutexGuard<'_, BTreeMap<String, Arc<RobotDescription>>> {
+        self.robots.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
