@@ -90,7 +90,7 @@ def main():
             for query in range(given.queries):
                 for name, planner in planners.items():
                     try:
-                        problem = Problem(file)
+                        problem = Problem(file, spheres=planner.SPHERES)
                         planned = planner.plan(problem, *problem.query(query), given)
                         row = compare(problem, planner, planned, daemon, given)
                     except (Refused, NoPath) as error:

@@ -81,7 +81,7 @@ def compare(problem, planner, planned, daemon, options):
         passed_own_s=None,
         refused="",
     )
-    loaded = daemon.load_problem(str(problem.file))
+    loaded = daemon.load_problem(str(problem.file), spheres=problem.spheres)
     began = time.perf_counter()
     try:
         answer = daemon.shorten(
@@ -89,12 +89,12 @@ def compare(problem, planner, planned, daemon, options):
             robot=loaded.robot,
             scene=loaded.scene,
             columns=problem.columns,
-            weights=np.ones(problem.model.nv),
+            metric=np.ones(problem.model.nv),
             deadline=options.deadline,
         )
         for best in answer:
             if row.passed_own_s is None and best.length <= row.own:
-                row.passed_own_s = time.perf_counter() - began
+                row.passed_own_s = best.time
         result = answer.result()
     except taut.Error as error:
         row.refused = str(error)
@@ -135,7 +135,7 @@ def main(description, planner):
     options(parser)
     given = parser.parse_args()
     try:
-        problem = Problem(given.problem)
+        problem = Problem(given.problem, spheres=planner.SPHERES)
         planned = planner.plan(problem, *problem.query(given.query), given)
         with connection(given) as daemon:
             row = compare(problem, planner, planned, daemon, given)

@@ -32,7 +32,7 @@ from pyhpp.pinocchio.urdf import loadModelFromString  # noqa: E402
 from comparison import NoPath, Planned, main  # noqa: E402
 from problem import Refused, placement  # noqa: E402
 
-NAME, SIMPLIFIER = "hpp", "RandomShortcut"
+NAME, SIMPLIFIER, SPHERES = "hpp", "RandomShortcut", False
 NO_SRDF = '<robot name="none"/>'
 
 

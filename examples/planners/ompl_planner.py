@@ -20,7 +20,7 @@ import ompl.util as ou
 
 from comparison import NoPath, Planned, main
 
-NAME, SIMPLIFIER = "ompl", "simplifyMax"
+NAME, SIMPLIFIER, SPHERES = "ompl", "simplifyMax", False
 
 
 class Space:

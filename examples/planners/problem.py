@@ -41,7 +41,8 @@ class Part:
 class Problem:
     """A robot in a scene, with a start and a goal."""
 
-    def __init__(self, file):
+    def __init__(self, file, spheres=False):
+        """Reads a file; with `spheres`, the robot's sphere model is taken where the problem has one."""
         self.file = Path(file).resolve()
         try:
             text = json.loads(self.file.read_text())
@@ -56,7 +57,9 @@ class Problem:
             if self.scene.get(field):
                 raise Refused(f"{file} has {field}, which these scripts do not read; `taut shorten` does")
         self.folder = self.file.parent
-        self.urdf = plain_urdf(self.folder / self.robot["urdf"], self.packages())
+        self.spheres = spheres and bool(self.robot.get("spherized_urdf"))
+        urdf = self.robot["spherized_urdf" if self.spheres else "urdf"]
+        self.urdf = plain_urdf(self.folder / urdf, self.packages())
         self.srdf = self._text(self.robot.get("srdf"))
         joint = self.robot.get("virtual_joint")
         self.base = joint["type"] if joint and joint["type"] != "fixed" else None
@@ -191,6 +194,8 @@ class Problem:
         if self.srdf:
             pin.removeCollisionPairsFromXML(self.model, geometry, self.srdf, False)
         allowed = {frozenset(pair) for pair in self.robot.get("allowed_collisions", [])}
+        if self.spheres:
+            allowed |= {frozenset(pair) for pair in self.robot.get("spherized_allowed_collisions", [])}
         allowed |= {frozenset(pair) for pair in self.scene.get("allowed_collisions", [])}
         link = [shape.name.rsplit("_", 1)[0] for shape in geometry.geometryObjects]
         joint = [shape.parentJoint for shape in geometry.geometryObjects]
