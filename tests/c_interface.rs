@@ -17,10 +17,10 @@ fn library() -> &'static Path {
             "debug" => "dev",
             other => other,
         };
-        // All of the workspace, so that dependencies have the features that they have elsewhere.
+        // As `cargo test --workspace` builds, so that dependencies have the features that they have there.
         let built = Command::new(env!("CARGO"))
             .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .args(["build", "--workspace", "--lib", "--locked", "--quiet", "--profile", profile])
+            .args(["build", "--workspace", "--lib", "--test", "c_interface", "--locked", "--quiet", "--profile", profile])
             .status()
             .unwrap();
         assert!(built.success(), "libtaut does not build");

@@ -4,8 +4,8 @@ use crate::borrow::{give_sized, needed};
 use crate::code::TAUT_SUCCESS;
 use crate::error::{Error, run};
 use crate::handle::{Handle, Table, wrong};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use taut_ipc::planner::{Best, PlannerError};
 use taut_ipc::wire::{Code, ResponseFlags};
 
@@ -16,14 +16,19 @@ pub struct Answer {
 
 /// An answer that counts as held until it is freed.
 pub(crate) struct Held {
-    best: Best,
+    // Threads may look at it in turns only.
+    best: Mutex<Best>,
     count: Arc<AtomicUsize>,
 }
 
 impl Held {
     pub(crate) fn new(best: Best, count: &Arc<AtomicUsize>) -> Self {
         count.fetch_add(1, Ordering::AcqRel);
-        Self { best, count: count.clone() }
+        Self { best: Mutex::new(best), count: count.clone() }
+    }
+
+    fn best(&self) -> MutexGuard<'_, Best> {
+        self.best.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -138,7 +143,7 @@ pub unsafe extern "C" fn taut_answer_info(
     let work = || {
         let held = Answer::get(answer)?;
         // SAFETY: the caller promises that it is its own, and so large.
-        unsafe { give_sized(needed("info", info)?, size, info_of(&held.best)) };
+        unsafe { give_sized(needed("info", info)?, size, info_of(&held.best())) };
         Ok(TAUT_SUCCESS)
     };
     // SAFETY: the caller's promise is the same.
@@ -162,13 +167,15 @@ pub unsafe extern "C" fn taut_answer_rows(
 ) -> i32 {
     let work = || {
         let held = Answer::get(answer)?;
-        let (columns, path) = (held.best.columns(), held.best.path());
+        let best = held.best();
+        let (columns, path) = (best.columns(), best.path());
         let Some(start) = columns.stretch() else {
-            let message = "the request's columns are in another order than the robot's; take taut_answer_copy".to_owned();
+            let message =
+                "the request's columns are in another order than the robot's; take taut_answer_copy".to_owned();
             return Err(PlannerError::Invalid { code: Code::InvalidRobotState, message });
         };
         let first = path.get(start..).unwrap_or_default().as_ptr();
-        let (waypoints, stride) = (held.best.waypoints(), columns.robot_width());
+        let (waypoints, stride) = (best.waypoints(), columns.robot_width());
         let found = Rows { first, waypoints, columns: columns.width(), stride };
         // SAFETY: the caller promises that it is its own, and so large.
         unsafe { give_sized(needed("rows", rows)?, size, found) };
@@ -193,7 +200,7 @@ pub unsafe extern "C" fn taut_answer_copy(
     let work = || {
         let held = Answer::get(answer)?;
         let place = needed("numbers", numbers)?;
-        let rows = held.best.to_rows();
+        let rows = held.best().to_rows();
         if capacity < rows.len() {
             return Err(wrong(format!("room for {capacity} numbers; the path has {}", rows.len())));
         }

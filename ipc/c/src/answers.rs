@@ -87,7 +87,8 @@ unsafe fn ask(
         return Err(PlannerError::Invalid { code: Code::InvalidRobotState, message });
     }
     let count = waypoints.checked_mul(columns);
-    let count = count.ok_or_else(|| wrong(format!("{waypoints} waypoints x {columns} columns; no memory holds them")))?;
+    let count =
+        count.ok_or_else(|| wrong(format!("{waypoints} waypoints x {columns} columns; no memory holds them")))?;
     // SAFETY: the caller promises so many numbers.
     planner.ask(request, unsafe { array("path", path, count) }?)
 }

@@ -51,11 +51,7 @@ pub(crate) unsafe fn array<'a, T: Copy>(what: &str, first: *const T, count: usiz
 ///
 /// # Safety
 /// As [`array`], each value as [`text`].
-pub(crate) unsafe fn texts(
-    what: &str,
-    first: *const *const c_char,
-    count: usize,
-) -> Result<Vec<String>, PlannerError> {
+pub(crate) unsafe fn texts(what: &str, first: *const *const c_char, count: usize) -> Result<Vec<String>, PlannerError> {
     // SAFETY: the caller's promise is the same.
     let pointers = unsafe { array(what, first, count) }?;
     let text_of = |(index, pointer): (usize, &*const c_char)| {
@@ -118,7 +114,9 @@ pub(crate) unsafe fn sized<T: Copy>(what: &str, given: *const T, default: T) -> 
     // SAFETY: the caller gives so many bytes.
     let bytes = unsafe { std::slice::from_raw_parts(given.cast::<u8>(), size) };
     if bytes.iter().skip(known).any(|byte| *byte != 0) {
-        return Err(wrong(format!("{what} sets what this library does not know; use header and library of one release")));
+        return Err(wrong(format!(
+            "{what} sets what this library does not know; use header and library of one release"
+        )));
     }
     let mut value = default;
     // SAFETY: at most `known` bytes go into `value`, and every bit pattern is a value of these structs of numbers and

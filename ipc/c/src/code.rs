@@ -14,7 +14,7 @@ pub const TAUT_PENDING: i32 = 2;
 /// The path collides between its ends.
 pub const TAUT_INVALID_MOTION_PLAN: i32 = -2;
 /// A watched path that was proved is no longer, after a change of its scene.
-pub const TAUT_INVALIDATED_BY_ENVIRONMENT_CHANGE: i32 = -3;
+pub const TAUT_MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE: i32 = -3;
 /// The deadline passed before the path was proved.
 pub const TAUT_TIMED_OUT: i32 = -6;
 /// Cancelled.

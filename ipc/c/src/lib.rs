@@ -3,13 +3,13 @@
 //! Handles are numbers in a pointer's clothes, looked up in a table and never followed: a null, freed or wrong one gives
 //! a code. What cannot be checked are the strings, arrays and places for results that a caller points to.
 
-mod answer;
-mod answers;
+pub mod answer;
+pub mod answers;
 mod borrow;
-mod code;
-mod daemon;
-mod error;
+pub mod code;
+pub mod daemon;
+pub mod error;
 mod handle;
-mod options;
-mod robot;
-mod scene;
+pub mod options;
+pub mod robot;
+pub mod scene;

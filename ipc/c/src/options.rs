@@ -128,8 +128,9 @@ pub(crate) unsafe fn request(
             return Err(wrong(format!("options.{name} is {flag}; valid: 0, 1 (start from taut_options_default)")));
         }
     }
-    let mode = Mode::try_from(options.mode)
-        .map_err(|_| wrong(format!("options.mode is {}; valid: TAUT_MODE_CHECK 0 to TAUT_MODE_HYBRID 5", options.mode)))?;
+    let mode = Mode::try_from(options.mode).map_err(|_| {
+        wrong(format!("options.mode is {}; valid: TAUT_MODE_CHECK 0 to TAUT_MODE_HYBRID 5", options.mode))
+    })?;
     // SAFETY: the caller promises arrays of what it counts.
     let (columns, held_names, held_values, weights, weight_names, joint_weights, fixed, group) = unsafe {
         (

@@ -1,6 +1,6 @@
 //! Robots: load, and look at their variables.
 
-use crate::borrow::{give, sized, text, texts, maybe_text};
+use crate::borrow::{give, maybe_text, sized, text, texts};
 use crate::code::TAUT_SUCCESS;
 use crate::daemon::Daemon;
 use crate::error::{Error, plain, run};

@@ -56,8 +56,7 @@ unsafe fn on_scene(
         // SAFETY: the caller promises a string.
         let label = unsafe { text("label", label) }?;
         let scene = work(&planner, &label)?;
-        let info =
-            SceneInfo { version: scene.version, hash: scene.scene_hash, objects: scene.objects, reserved: 0 };
+        let info = SceneInfo { version: scene.version, hash: scene.scene_hash, objects: scene.objects, reserved: 0 };
         // SAFETY: the caller promises that it is NULL or its own, and so large.
         unsafe { give_sized(outcome.info, outcome.size, info) };
         Ok(TAUT_SUCCESS)

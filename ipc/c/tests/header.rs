@@ -24,3 +24,12 @@ fn the_header_is_up_to_date() {
         committed.display()
     );
 }
+
+#[test]
+fn every_code_of_the_wire_has_its_name_and_number() {
+    let header = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("include/taut.h")).unwrap();
+    for code in taut_ipc::wire::Code::ALL {
+        let line = format!("#define TAUT_{} {}", code.name(), i32::from(*code));
+        assert!(header.lines().any(|found| found == line), "no line {line:?}");
+    }
+}
