@@ -6,6 +6,8 @@ pub mod collision;
 pub mod files;
 pub(crate) mod hash;
 pub mod lanes;
+#[cfg(feature = "wire")]
+pub mod local;
 pub mod math;
 pub mod optimize;
 pub mod path;
@@ -15,4 +17,6 @@ pub mod shape;
 pub mod store;
 #[cfg(test)]
 pub(crate) mod testing;
+#[cfg(feature = "wire")]
+pub mod translate;
 pub mod validation;

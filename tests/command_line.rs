@@ -111,8 +111,22 @@ fn json_is_one_object_with_every_field() {
         let apart = [0, 1, 2].map(|k| a[k] - b[k]).iter().map(|x| x * x).sum::<f64>().sqrt();
         assert!((apart - contact["distance_m"].as_f64().unwrap()).abs() < 1e-9, "{contact}");
     }
+    assert_eq!(taut(&["check", out.to_str().unwrap(), "--problem", &problem, "--local"]).exit, 0);
     // An answer is a bare path itself.
     assert_eq!(taut(&["check", out.to_str().unwrap(), "--problem", &problem, "--local"]).exit, 0);
+
+    // And a file of its own kind, that says what it is about and loses nothing when it is read.
+    let result = taut::files::ResultFile::read(&out).unwrap();
+    let written: serde_json::Value = serde_json::from_str(&fs::read_to_string(&out).unwrap()).unwrap();
+    assert_eq!(serde_json::to_value(&result).unwrap(), written);
+    let given: serde_json::Value = serde_json::from_str(&fs::read_to_string(&problem).unwrap()).unwrap();
+    assert_eq!((&written["path_before"], &written["format"]), (&given["path"], &"taut-result/1".into()));
+    let (last, after) = (result.lengths_over_time.last().unwrap(), result.length_after);
+    assert!(result.lengths_over_time.is_sorted_by(|a, b| a.0 <= b.0 && a.1 > b.1) && last.1 == after, "{last:?}");
+    let content = result.subject.scene.content.clone().unwrap();
+    let scene = content.build(&mut |name, _| panic!("the mesh {name} is not in the result")).unwrap();
+    assert_eq!(format!("{:016x}", scene.hash()), result.subject.scene.hash);
+    assert!(result.subject.robot.files.as_ref().is_some_and(|files| files.urdf.is_absolute()));
 
     let line = straight_line(folder.path());
     let run = taut(&["check", &line, "--problem", &problem, "--format", "json", "--local"]);

@@ -90,6 +90,21 @@ pub enum ControlRequest {
         /// Version that a diff starts from; 0 = the whole scene.
         base_version: u64,
     },
+    /// Record the requests that come, with their robots, scenes and answers, to a file of the daemon's machine; or,
+    /// where it does so already, tell how that goes. A recording that nobody asks about for 5 s ends.
+    Record {
+        /// The file; absolute.
+        file: PathBuf,
+    },
+    /// End the recording.
+    EndRecording,
+    /// Write what is remembered of a request to a file of the daemon's machine, to be computed again elsewhere.
+    Bundle {
+        /// Id of the request in hexadecimal digits, or how it starts or ends.
+        id: String,
+        /// The file; absolute.
+        file: PathBuf,
+    },
 }
 
 /// The `robot` part of a problem file; paths are absolute.
@@ -159,6 +174,23 @@ pub enum ControlReply {
     Refused(Refusal),
     /// The text of a scene or diff.
     SceneText(SceneText),
+    /// How a recording goes, or what a bundle holds.
+    Recording(RecordingState),
+}
+
+/// A recorded run.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RecordingState {
+    /// The file.
+    pub file: PathBuf,
+    /// Requests so far.
+    pub requests: u64,
+    /// Answers so far.
+    pub answers: u64,
+    /// Requests and answers that were left out because the disk was too slow.
+    pub missed: u64,
+    /// Bytes of the file.
+    pub bytes: u64,
 }
 
 /// Why a control request was refused.

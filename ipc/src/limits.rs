@@ -14,7 +14,7 @@ pub const CONTROL_REQUESTS_PER_CLIENT: usize = 1;
 /// Responses that wait for a client that does not read; the oldest is dropped first.
 pub const RESPONSE_BUFFER: usize = 8;
 /// Responses of one request that a client may hold at once.
-pub const BORROWED_RESPONSES: usize = 2;
+pub const BORROWED_RESPONSES: usize = 3;
 /// Listeners of one client: one for each request in flight, of either kind.
 pub const LISTENERS_PER_CLIENT: usize = ACTIVE_REQUESTS_PER_CLIENT + CONTROL_REQUESTS_PER_CLIENT;
 /// Nodes beside the clients': the daemon's own, its janitor's and a restarting daemon's.
@@ -84,5 +84,8 @@ const _: () =
 const _: () = assert!(MAX_WAYPOINTS * MAX_VARIABLES >= MAX_PATH_NUMBERS);
 const _: () = assert!(MAX_PAYLOAD <= u32::MAX as usize, "section offsets are 32 bits wide");
 const _: () = assert!(CONTROL_REPLY_MAX <= CONTROL_MAX);
-const _: () = assert!(BORROWED_RESPONSES >= 2, "an iterating client holds one response while it takes the next");
+const _: () = assert!(
+    BORROWED_RESPONSES >= 3,
+    "an iterating client holds one response while it takes the next, and may copy that one out"
+);
 const _: () = assert!(SHM_RESERVE >= 4 * SHM_ALLOWANCE && SHM_ALLOWANCE >= MAX_PAYLOAD as u64);

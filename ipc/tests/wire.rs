@@ -75,7 +75,7 @@ fn golden_response_header() {
     assert_eq!(h.certificate_head, Section { offset: 58, count: 59 });
     assert_eq!(h.names, Section { offset: 60, count: 61 });
     assert_eq!(h.message, Section { offset: 62, count: 63 });
-    assert_eq!(size_of::<ResponseHeader>(), 256);
+    assert_eq!(size_of::<ResponseHeader>(), 264);
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn a_full_response_reads_back() {
         message: "one line",
     };
     let mut header =
-        ResponseHeader { wire_version: 1, header_len: 256, code: 1, waypoints: 2, variables: 2, ..Default::default() };
+        ResponseHeader { wire_version: 1, header_len: 264, code: 1, waypoints: 2, variables: 2, ..Default::default() };
     let bytes = body.lay_out(&mut header).unwrap();
     let mut payload = vec![0u64; bytes.div_ceil(8)];
     let payload: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut payload)[..bytes];
@@ -198,7 +198,7 @@ proptest! {
 
     #[test]
     fn random_bytes_never_panic(
-        header in prop::collection::vec(any::<u8>(), 256),
+        header in prop::collection::vec(any::<u8>(), 264),
         payload in prop::collection::vec(any::<u8>(), 0..300),
         shift in 0usize..8,
     ) {
@@ -232,7 +232,7 @@ proptest! {
             prop_assert_eq!(view.path.len() as u32, size.0 * size.1);
         }
         let response = ResponseHeader {
-            wire_version: 1, header_len: 256, code: 1, waypoints: size.0, variables: size.1,
+            wire_version: 1, header_len: 264, code: 1, waypoints: size.0, variables: size.1,
             path: s(0), certificate: s(1), lowered_pairs: s(2), active_contacts: s(3),
             stages: s(8), pinched_pairs: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), ..Default::default()
         };

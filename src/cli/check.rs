@@ -10,9 +10,9 @@ use super::choices::{Choices, Reported};
 use super::details;
 use super::error::{CliError, stdout};
 use super::place::{self, Place};
-use super::report::{self, Answer};
+use super::report;
 use super::request::{Asked, Rules, Source};
-use super::{Format, load, verify, watch};
+use super::{Format, against, load, timed, verify, watch};
 
 /// Prove that paths are collision-free, for every instant of their motion, or verify a proof
 ///
@@ -20,7 +20,7 @@ use super::{Format, load, verify, watch};
 /// 69 no daemon; of several files, the highest.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Problem files, or bare paths (.json, .csv)
+    /// Problem files, or bare paths (.json, .csv, .yaml)
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     #[command(flatten)]
@@ -44,6 +44,14 @@ pub(super) struct Arguments {
     /// With --watch, end after so many verdicts
     #[arg(long, value_name = "NUMBER", requires = "watch", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
+    /// Prove timed trajectories (.yaml, .json): the curve that ros2_control's joint_trajectory_controller executes
+    /// between their points; in this process
+    #[arg(long, conflicts_with_all = NOT_TIMED)]
+    timed: bool,
+    /// Only find out whether the timed trajectory stays in the corridor of this answer, which needs neither robot nor
+    /// scene; the answer is one of `taut shorten --corridor -o RESULT.json`
+    #[arg(long, value_name = "RESULT", requires = "timed", conflicts_with_all = ["robot", "problem", "strict", "held"])]
+    against: Option<PathBuf>,
     /// Format of the answers
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -55,6 +63,20 @@ const FIXED_BY_A_PROOF: [&str; 9] =
 
 /// What a watch has no use for.
 const NOT_WATCHED: [&str; 4] = ["local", "deadline", "certificate", "write_certificate"];
+
+/// What a trajectory is not asked: its columns count as they stand, and nothing of it goes to a daemon.
+const NOT_TIMED: [&str; 10] = [
+    "unwrapped",
+    "weights",
+    "seed",
+    "no_contacts",
+    "corridor",
+    "instance",
+    "certificate",
+    "write_certificate",
+    "watch",
+    "count",
+];
 
 /// Checks every file; one that cannot be read does not keep the others from being checked.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
@@ -70,6 +92,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         return verify::run(&arguments.files[0], proof, source, deadline, arguments.format);
     }
     let mut reader = load::reader(&arguments.source);
+    if arguments.timed {
+        return Ok(highest(&arguments.files, |file| timed(arguments, file, &mut reader)));
+    }
     let mut place = Place::open(&arguments.place)?;
     if arguments.watch {
         let [file] = arguments.files.as_slice() else {
@@ -81,21 +106,28 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         let (count, format) = (arguments.count, arguments.format);
         return watch::run(&mut place, &mut reader, file, &arguments.source, &asked, count, format);
     }
-    let mut exit = 0;
-    for file in &arguments.files {
-        let checked = check(arguments, file, &mut reader, &mut place);
-        exit = exit.max(match checked {
-            Ok(code) => code,
-            Err(error) => error.report(),
-        });
+    Ok(highest(&arguments.files, |file| check(arguments, file, &mut reader, &mut place)))
+}
+
+/// The highest exit code of all files; one that cannot be read is reported and does not keep the others from being
+/// checked.
+fn highest(files: &[PathBuf], mut check: impl FnMut(&Path) -> Result<u8, CliError>) -> u8 {
+    files.iter().map(|file| check(file).unwrap_or_else(|error| error.report())).fold(0, u8::max)
+}
+
+fn timed(arguments: &Arguments, file: &Path, reader: &mut Reader) -> Result<u8, CliError> {
+    let Arguments { source, rules, format, .. } = arguments;
+    match &arguments.against {
+        Some(answer) => against::run(file, answer, rules.deadline, *format),
+        None => timed::run(reader, file, source, rules, &Choices::from(&arguments.reported), *format),
     }
-    Ok(exit)
 }
 
 fn check(arguments: &Arguments, file: &Path, reader: &mut Reader, place: &mut Place) -> Result<u8, CliError> {
     let choices = Choices::from(&arguments.reported);
     let asked = Asked { mode: Mode::Check, rules: &arguments.rules, choices: &choices };
-    let (subject, timed) = place.answer(reader, file, &arguments.source, &asked, &mut |_, _| {})?;
+    let (subject, timed) =
+        place.answer(reader, file, &arguments.source, &asked, arguments.format == Format::Json, &mut |_, _| {})?;
     if let (Some(file), Some(certificate)) = (&arguments.write_certificate, &timed.outcome.certificate) {
         let text = serde_json::to_string(certificate).expect("a certificate holds only strings and numbers");
         std::fs::write(file, text + "\n")
@@ -103,7 +135,7 @@ fn check(arguments: &Arguments, file: &Path, reader: &mut Reader, place: &mut Pl
     }
     let mut out = std::io::stdout().lock();
     match arguments.format {
-        Format::Json => writeln!(out, "{}", Answer::new(&subject, Mode::Check, &timed).json()),
+        Format::Json => writeln!(out, "{}", report::result(&subject, Mode::Check, &timed).json()),
         Format::Table => {
             let is_one = arguments.files.len() == 1;
             let several = if is_one { String::new() } else { format!("{}: ", subject.name) };

@@ -34,6 +34,10 @@ pub(super) struct Reported {
     /// Do not look for what is nearest along the path: the answer comes sooner
     #[arg(long)]
     no_contacts: bool,
+    /// Prove each segment at the largest clearance that it keeps, up to 10 cm, and tell how far what is executed may
+    /// stray from the path
+    #[arg(long)]
+    corridor: bool,
 }
 
 impl From<&Reported> for Choices {
@@ -70,6 +74,7 @@ impl Choices {
                 weights[coordinate] = *weight;
             }
         }
+        settings.corridor = self.reported.corridor;
         settings.contacts = !self.reported.no_contacts;
         for (name, value) in &self.reported.held {
             let index = layout.held_index(name)?;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use taut::optimize::{NearestBodies, Outcome, PathContact};
 
-use super::report::{self, Subject, length};
+use super::report::{Subject, length};
 use super::run::Timed;
 
 /// Contacts that are listed one by one.
@@ -79,7 +79,7 @@ fn stages(outcome: &Outcome) -> String {
 }
 
 fn ended(outcome: &Outcome) -> String {
-    let (why, iterations, work) = (report::termination_name(outcome.termination), outcome.iterations, outcome.work);
+    let (why, iterations, work) = (outcome.termination.name(), outcome.iterations, outcome.work);
     let found = match outcome.stage {
         taut::optimize::Stage::Input => "nothing shorter found".to_owned(),
         stage => format!("found by {}", stage.name()),

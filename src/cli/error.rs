@@ -10,6 +10,7 @@ use taut_ipc::control::Refusal;
 
 use super::code::Code;
 use crate::daemon::DaemonError;
+use crate::daemon::recording::RecordingError;
 use crate::daemon::supervise::SuperviseError;
 use crate::daemon::translate::AnswerError;
 
@@ -82,6 +83,9 @@ pub(super) enum CliError {
         /// What was seen.
         reason: &'static str,
     },
+    /// A recorded run.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
     /// The connection to the daemon.
     #[error(transparent)]
     Client(#[from] ClientError),
@@ -135,6 +139,7 @@ impl CliError {
             Self::Load(error) => error.exit_code(),
             Self::Refused { code, .. } => code.exit_code(),
             Self::NoDaemon { .. } => Code::DaemonLost.exit_code(),
+            Self::Recording(error) => error.code().exit_code(),
             Self::Client(error) => error.code().exit_code(),
             Self::Daemon(error) => error.code().exit_code(),
             Self::Supervise(error) => error.code().exit_code(),

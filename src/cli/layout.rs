@@ -7,6 +7,51 @@ use taut_ipc::control::RobotDescription;
 
 use super::error::CliError;
 
+/// A velocity coordinate.
+pub(super) struct Coordinate {
+    /// The variable it belongs to; for the three of a rotation, each of the quaternion's first three.
+    pub variable: String,
+    is_angle: bool,
+    is_rotation: bool,
+}
+
+impl Coordinate {
+    /// What it is in results: `line`, `circle`, or one of the three of a `rotation` vector.
+    pub(super) fn kind(&self, unwrapped: bool) -> &'static str {
+        match self {
+            Self { is_rotation: true, .. } => "rotation",
+            Self { is_angle: true, .. } if !unwrapped => "circle",
+            _ => "line",
+        }
+    }
+}
+
+/// The velocity coordinates of a robot.
+pub(super) fn coordinates_of_model(robot: &RobotModel) -> Vec<Coordinate> {
+    let name = |q: usize| robot.variables()[q].name.clone();
+    let own = |component: &Component| match *component {
+        Component::Line { q, .. } => vec![Coordinate { variable: name(q), is_angle: false, is_rotation: false }],
+        Component::Circle { q, .. } => vec![Coordinate { variable: name(q), is_angle: true, is_rotation: false }],
+        Component::Rotation { q, .. } => {
+            (q..q + 3).map(|q| Coordinate { variable: name(q), is_angle: false, is_rotation: true }).collect()
+        }
+    };
+    robot.space().components().iter().flat_map(own).collect()
+}
+
+/// The same of a robot as the daemon describes it.
+pub(super) fn coordinates_of_description(robot: &RobotDescription) -> Vec<Coordinate> {
+    let mut coordinates: Vec<Coordinate> = Vec::new();
+    for variable in &robot.variables {
+        // The fourth variable of a quaternion has none of its own.
+        if coordinates.len() < (variable.coordinate + variable.coordinates) as usize {
+            let (is_angle, is_rotation) = (variable.continuous, variable.coordinates == 3);
+            coordinates.push(Coordinate { variable: variable.name.clone(), is_angle, is_rotation });
+        }
+    }
+    coordinates
+}
+
 /// What the names of a request stand for.
 pub(super) struct Layout {
     /// Columns of a path, each with its velocity coordinates; the four of a quaternion share three.

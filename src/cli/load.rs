@@ -4,13 +4,16 @@ use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 
 use taut::collision::CollisionModel;
+use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
 use taut::files::{FileError, Geometry, Kind, Packages, PathTable, Peer, Problem, Reader, RobotFiles};
 use taut::path::Path;
 use taut::robot::RobotModel;
 use taut::scene::Scene;
+use taut::scene::scene_file::SceneFile;
 use taut::shape::Shape;
 
 use super::error::CliError;
+use super::layout;
 use super::quantity;
 use super::report::{self, Subject};
 use super::request::{GeometryChoice, Source};
@@ -29,6 +32,8 @@ pub(super) struct Loaded {
     pub scene: Arc<Scene>,
     /// Its file, or the problem's; `None` where there is no obstacle.
     pub scene_file: Option<PathBuf>,
+    /// Which of several problems in that file it is.
+    pub selected: Option<String>,
     /// The planner's path.
     pub path: Path,
     /// The problem's weights.
@@ -68,7 +73,26 @@ impl Loaded {
             geometry: report::geometry_name(self.geometry),
             warnings: self.warnings.clone(),
             variables: self.robot.variables().iter().map(|variable| variable.name.clone()).collect(),
+            coordinates: layout::coordinates_of_model(&self.robot),
             metric: String::new(),
+            path_before: rows(&self.path),
+            source: ResultSubject::default(),
+        }
+    }
+
+    /// Where robot and scene come from, with the packages of the command line.
+    pub(super) fn source(&self, packages: &[(String, PathBuf)]) -> ResultSubject {
+        let files = Some(self.robot_files.absolute(&quantity::packages(packages)));
+        ResultSubject {
+            robot: RobotSource { label: None, hash: format!("{:016x}", self.robot.hash()), files },
+            scene: SceneSource {
+                label: None,
+                version: None,
+                hash: format!("{:016x}", self.scene.hash()),
+                file: self.scene_file.as_ref().and_then(|file| std::path::absolute(file).ok()),
+                content: Some(SceneFile::of(&self.scene, true)),
+            },
+            ..ResultSubject::default()
         }
     }
 }
@@ -105,11 +129,14 @@ pub(super) fn load_holding(
         }
         return of_problem(problem(reader, file, source.geometry, prefer_spheres)?, None);
     }
-    let table = PathTable::read(file)?;
+    let several = Kind::of(file)? == Kind::Several;
+    let table = if several { PathTable::of_vamp(file, source.select.as_deref())? } else { PathTable::read(file)? };
+    // One of several problems is in its own scene unless another is given.
+    let scene_file = source.scene.clone().or_else(|| several.then(|| file.to_owned()));
     let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     match (&source.problem, &source.robot) {
         (Some(file), _) => of_problem(problem(reader, file, source.geometry, prefer_spheres)?, Some((name, table))),
-        (None, Some(urdf)) => bare(reader, urdf, source, held, name, table),
+        (None, Some(urdf)) => bare(reader, urdf, source, scene_file, held, name, table),
         (None, None) => {
             let text = "is a bare path; give --robot ROBOT.urdf and --scene SCENE.json, or --problem PROBLEM.json";
             Err(CliError::Usage(format!("{} {text}", file.display())))
@@ -144,6 +171,7 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
         robot_files: problem.robot_files,
         scene: Arc::new(problem.scene),
         scene_file: Some(problem.file),
+        selected: None,
         name,
         geometry: problem.geometry,
         path,
@@ -166,6 +194,7 @@ fn bare(
     reader: &mut Reader,
     urdf: &FilePath,
     source: &Source,
+    scene_file: Option<PathBuf>,
     held: &[(String, f64)],
     name: String,
     table: PathTable,
@@ -180,7 +209,9 @@ fn bare(
     };
     let robot = RobotModel::new(reader.robot_of(&robot_files)?)
         .map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
-    let scene = source.scene.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.scene(file))?;
+    let selected = source.select.as_deref();
+    let scene =
+        scene_file.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.selected_scene(file, selected))?;
     let path = table.into_path(robot.variables())?;
     let mut warnings = [robot.warnings(), scene.warnings()].concat();
     let at_zero = || robot.held().iter().filter(|variable| held.iter().all(|(name, _)| *name != variable.name));
@@ -199,7 +230,8 @@ fn bare(
         robot: Arc::new(robot),
         robot_files,
         scene: Arc::new(scene),
-        scene_file: source.scene.clone(),
+        scene_file,
+        selected: source.select.clone(),
         name,
         geometry: Geometry::Given,
         path,

@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, stable exit codes, one-line errors with the next step.
 
+mod against;
 mod bench;
 mod check;
 mod choices;
@@ -9,6 +10,7 @@ mod demo;
 mod details;
 mod doctor;
 mod error;
+mod export;
 mod layout;
 mod load;
 mod load_test;
@@ -17,7 +19,9 @@ mod own_daemon;
 mod place;
 mod progress;
 mod quantity;
+mod record;
 mod remote;
+mod replay;
 mod report;
 mod request;
 mod run;
@@ -25,6 +29,7 @@ mod scene;
 mod serve;
 mod shorten;
 mod svg;
+mod timed;
 mod top;
 mod verify;
 mod watch;
@@ -50,6 +55,7 @@ struct Cli {
 enum Command {
     Check(check::Arguments),
     Shorten(shorten::Arguments),
+    Export(export::Arguments),
     Bench(bench::Arguments),
     Demo(demo::Arguments),
     #[command(hide = true)]
@@ -74,6 +80,8 @@ enum Command {
     Stop(models::Stop),
     Top(top::Arguments),
     Why(why::Arguments),
+    Record(record::Arguments),
+    Replay(replay::Arguments),
 }
 
 /// Format of what goes to standard output.
@@ -112,6 +120,7 @@ pub fn main() -> ExitCode {
     let result = match cli.command {
         Command::Check(arguments) => check::run(&arguments),
         Command::Shorten(arguments) => shorten::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::DemoPlanner(arguments) => demo::planner::run(&arguments),
@@ -131,6 +140,8 @@ pub fn main() -> ExitCode {
         Command::Stop(arguments) => models::stop(&arguments),
         Command::Top(arguments) => top::run(&arguments),
         Command::Why(arguments) => why::run(&arguments),
+        Command::Record(arguments) => record::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
     };
     ExitCode::from(result.unwrap_or_else(|error| error.report()))
 }

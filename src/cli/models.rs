@@ -60,8 +60,11 @@ pub(super) struct LoadRobot {
 pub(super) struct LoadScene {
     /// Its label
     label: String,
-    /// Its file (JSON or MoveIt's .scene text), or a problem file
+    /// Its file (JSON, YAML or MoveIt's .scene text), or a problem file
     file: PathBuf,
+    /// Which of the problems in a file of VAMP's, by set and index
+    #[arg(long, value_name = "SET:INDEX")]
+    select: Option<String>,
     /// Take the label away from another scene; its version counts up
     #[arg(long)]
     replace: bool,
@@ -138,7 +141,8 @@ pub(super) fn load_robot(arguments: &LoadRobot) -> Result<u8, CliError> {
 pub(super) fn load_scene(arguments: &LoadScene) -> Result<u8, CliError> {
     let client = arguments.instance.connect()?;
     let (label, replace) = (arguments.label.clone(), arguments.replace);
-    let (json, base_dir) = (files::scene_text(&arguments.file)?, folder_of(&arguments.file));
+    let (json, base_dir) =
+        (files::selected_scene_text(&arguments.file, arguments.select.as_deref())?, folder_of(&arguments.file));
     let progress = Progress::start(&arguments.file);
     let reply = control(&client, &ControlRequest::LoadScene { label, json, base_dir, replace });
     drop(progress);

@@ -51,7 +51,8 @@ impl Place {
         }
     }
 
-    /// Answers the request about a file. `watch` gets the length of each improvement and when it came.
+    /// Answers the request about a file. `watch` gets the length of each improvement and when it came. Only an answer
+    /// that is kept as a file says where robot and scene come from.
     ///
     /// # Errors
     /// A file that cannot be used, a request that is refused, a daemon that went away.
@@ -61,6 +62,7 @@ impl Place {
         file: &Path,
         source: &Source,
         asked: &Asked,
+        is_kept: bool,
         watch: &mut dyn FnMut(Duration, f64),
     ) -> Result<(Subject, Timed), CliError> {
         match self {
@@ -78,6 +80,9 @@ impl Place {
                 }
                 drop(progress);
                 let timed = runner::run(&loaded, &model, &settings, asked.rules.deadline, workspace, watch)?;
+                if is_kept {
+                    subject.source = asked.source(loaded.source(&source.packages));
+                }
                 Ok((subject, timed))
             }
             Self::Daemon(client) => {
@@ -88,6 +93,9 @@ impl Place {
                 let settings = asked.settings(prepared.weights.as_ref(), &layout, prepared.path.len())?;
                 prepared.subject.metric = asked.metric(prepared.weights.is_some());
                 let timed = remote::run(client, &prepared, &layout, &settings, asked.rules.deadline, watch)?;
+                if is_kept {
+                    prepared.subject.source = asked.source(remote::source(client, &prepared, &source.packages));
+                }
                 Ok((prepared.subject, timed))
             }
         }

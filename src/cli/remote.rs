@@ -3,6 +3,7 @@
 use std::path::{Path as FilePath, PathBuf};
 use std::time::{Duration, Instant};
 
+use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
 use taut::files::{self, PathTable, Reader, RobotFiles};
 use taut::optimize::{RequestError, Settings};
 use taut::path::Path;
@@ -14,7 +15,7 @@ use taut_ipc::{Client, ClientError, Response, deadline_after};
 
 use super::connect::{RECOVERY, control, unexpected};
 use super::error::CliError;
-use super::layout::Layout;
+use super::layout::{self, Layout};
 use super::load::{self, Loaded};
 use super::report::Subject;
 use super::request::Source;
@@ -29,6 +30,8 @@ pub(super) struct Prepared {
     pub robot: RobotDescription,
     /// The scene.
     pub scene: SceneSummary,
+    /// What was read here to know which; `None` where both were named by their labels.
+    pub loaded: Option<Loaded>,
     /// The path.
     pub path: Path,
     /// The problem's weights.
@@ -63,7 +66,8 @@ pub(super) fn prepare(
     // The daemon may have found more, such as links that collide as the robot stands.
     let more = robot.warnings.iter().filter(|warning| !loaded.warnings.contains(warning));
     subject.warnings.extend(more.cloned());
-    Ok(Prepared { subject, robot, scene, path: loaded.path, weights: loaded.weights })
+    let (path, weights) = (loaded.path.clone(), loaded.weights.clone());
+    Ok(Prepared { subject, robot, scene, loaded: Some(loaded), path, weights })
 }
 
 /// A name on the command line that is no file's.
@@ -71,7 +75,7 @@ fn label(name: &FilePath) -> Option<&str> {
     let text = name.to_str()?;
     let looks_like_a_file = text.contains('/')
         || name.is_file()
-        || [".urdf", ".xml", ".json", ".scene"].iter().any(|end| text.ends_with(end));
+        || [".urdf", ".xml", ".json", ".scene", ".yaml", ".yml"].iter().any(|end| text.ends_with(end));
     (!looks_like_a_file).then_some(text)
 }
 
@@ -105,10 +109,14 @@ fn labelled(client: &Client, file: &FilePath, label: &str, source: &Source) -> R
         geometry: "loaded",
         warnings: robot.warnings.iter().chain(&scene.warnings).cloned().collect(),
         variables: variables.iter().map(|variable| variable.name.clone()).collect(),
+        coordinates: layout::coordinates_of_description(&robot),
         metric: String::new(),
+        path_before: Vec::new(),
+        source: ResultSubject::default(),
     };
     let path = PathTable::read(file)?.into_path(&variables)?;
-    Ok(Prepared { subject, robot, scene, path, weights: None })
+    let subject = Subject { path_before: rows(&path), ..subject };
+    Ok(Prepared { subject, robot, scene, loaded: None, path, weights: None })
 }
 
 fn describe(client: &Client, label: &str) -> Result<RobotDescription, CliError> {
@@ -141,7 +149,7 @@ fn loaded_scene(client: &Client, listing: &Listing, loaded: &Loaded) -> Result<S
     }
     let name = if loaded.scene.name().is_empty() { &loaded.name } else { loaded.scene.name() };
     let (text, folder) = match &loaded.scene_file {
-        Some(file) => (files::scene_text(file)?, folder_of(file)),
+        Some(file) => (files::selected_scene_text(file, loaded.selected.as_deref())?, folder_of(file)),
         None => (r#"{"objects": []}"#.to_owned(), None),
     };
     let scene = load_scene(client, name, hash, text, folder)?;
@@ -193,6 +201,31 @@ pub(super) fn folder_of(file: &FilePath) -> Option<PathBuf> {
     std::path::absolute(file).ok()?.parent().map(FilePath::to_owned)
 }
 
+/// Where robot and scene of an answer come from: from what was read here, else the daemon is asked for the scene.
+pub(super) fn source(client: &Client, prepared: &Prepared, packages: &[(String, PathBuf)]) -> ResultSubject {
+    let (robot, scene) = (&prepared.robot, &prepared.scene);
+    if let Some(loaded) = &prepared.loaded {
+        return loaded.source(packages);
+    }
+    let message = ControlRequest::ShowScene { label: scene.label.clone(), version: scene.version, base_version: 0 };
+    let content = match control(client, &message) {
+        Ok(ControlReply::SceneText(text)) => serde_json::from_str(&text.json).ok(),
+        _ => None,
+    };
+    let hash = |hash: u64| format!("{hash:016x}");
+    ResultSubject {
+        robot: RobotSource { label: Some(robot.label.clone()), hash: hash(robot.robot_hash), files: None },
+        scene: SceneSource {
+            label: Some(scene.label.clone()),
+            version: Some(scene.version),
+            hash: hash(scene.scene_hash),
+            file: None,
+            content,
+        },
+        ..ResultSubject::default()
+    }
+}
+
 /// Runs a request. `watch` gets the length of each improvement and the time since the start.
 ///
 /// # Errors
@@ -218,9 +251,14 @@ pub(super) fn run(
         held_values: settings.held.as_deref().unwrap_or_default(),
     };
     let patience = deadline.unwrap_or(RECOVERY);
-    let mut improved = |response: &Response| watch(start.elapsed(), response.header().length_after);
+    let mut lengths_over_time = Vec::new();
+    let mut improved = |response: &Response| {
+        let (time, length) = (start.elapsed(), response.header().length_after);
+        lengths_over_time.push((time.as_secs_f64(), length));
+        watch(time, length);
+    };
     let response = request.with_body(body).answer(prepared.path.as_flat(), patience, &mut improved)?;
-    timed(&response, settings, weights, start.elapsed())
+    Ok(Timed { lengths_over_time, ..timed(&response, settings, weights, start.elapsed())? })
 }
 
 /// A request about what is prepared; nothing is sent yet.
@@ -262,6 +300,7 @@ pub(super) fn timed(
 ) -> Result<Timed, CliError> {
     let view = response.view().map_err(ClientError::from)?;
     let (outcome, code) = translate::outcome(&view, settings, weights)?;
-    let cpu_s = view.header.compute_ns as f64 * 1e-9;
-    Ok(Timed { outcome, code, cpu_s, time_s: time.as_secs_f64(), request_id: Some(view.header.request_id) })
+    let (cpu_s, time_s) = (view.header.compute_ns as f64 * 1e-9, time.as_secs_f64());
+    let request_id = Some(view.header.request_id);
+    Ok(Timed { outcome, code, cpu_s, time_s, request_id, lengths_over_time: Vec::new() })
 }

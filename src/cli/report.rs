@@ -1,12 +1,12 @@
-//! How an answer is shown: one JSON object, or lines for people.
+//! How an answer is shown: as a result file's one JSON object, or in lines for people.
 
-use serde::Serialize;
 use taut::collision::query::TOUCHING_M;
-use taut::files::Geometry;
-use taut::optimize::{Mode, Outcome, PathContact, Refusal, StageShare, Termination};
-use taut::validation::{Certificate, HitReason};
+use taut::files::result::{ResultCoordinate, ResultCorridor, ResultSubject};
+use taut::files::{Geometry, ResultFile};
+use taut::optimize::{Mode, Outcome, Refusal};
 
 use super::code::Code;
+use super::layout::Coordinate;
 use super::run::Timed;
 
 /// What was answered about.
@@ -19,171 +19,53 @@ pub(super) struct Subject {
     pub warnings: Vec<String>,
     /// Columns of the path.
     pub variables: Vec<String>,
+    /// Velocity coordinates.
+    pub coordinates: Vec<Coordinate>,
     /// What lengths are measured in.
     pub metric: String,
+    /// The input's waypoints.
+    pub path_before: Vec<Vec<f64>>,
+    /// Where robot and scene come from; empty where no result file is wanted.
+    pub source: ResultSubject,
 }
 
-/// An answer as JSON has it. Lengths are in the metric of `weights`, distances in metres, times in seconds.
-#[derive(Serialize)]
-pub(super) struct Answer<'a> {
-    name: &'a str,
-    mode: &'static str,
-    geometry: &'static str,
-    proved: bool,
-    code: i32,
-    code_name: &'static str,
-    length_before: f64,
-    length_after: f64,
-    lower_bound: f64,
-    gap: Option<f64>,
-    metric: &'a str,
-    clearance_m: f64,
-    floor_m: f64,
-    floors_lowered: Vec<Floor<'a>>,
-    pinched: &'a [[String; 2]],
-    searched_m: Option<f64>,
-    smallest_clearance: Option<Contact<'a>>,
-    contacts: Option<Vec<Contact<'a>>>,
-    /// For `taut why`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    request_id: Option<String>,
-    cpu_s: f64,
-    time_s: f64,
-    iterations: u64,
-    work: u64,
-    termination: &'static str,
-    stage: &'static str,
-    stages: Vec<Share>,
-    #[serde(flatten)]
-    refusal: Option<RefusalFields<'a>>,
-    warnings: Vec<&'a str>,
-    variables: Vec<&'a str>,
-    weights: &'a [f64],
-    path: Vec<&'a [f64]>,
-    certificate: Option<&'a Certificate>,
-}
-
-#[derive(Serialize)]
-struct Floor<'a> {
-    bodies: &'a [String; 2],
-    floor_m: f64,
-}
-
-#[derive(Serialize)]
-struct Contact<'a> {
-    segment: usize,
-    t: f64,
-    bodies: &'a [String; 2],
-    distance_m: f64,
-    points: [[f64; 3]; 2],
-    normal: [f64; 3],
-}
-
-#[derive(Serialize)]
-struct Share {
-    stage: &'static str,
-    gain: f64,
-    iterations: u64,
-    work: u64,
-}
-
-#[derive(Serialize)]
-struct RefusalFields<'a> {
-    reason: &'static str,
-    segment: usize,
-    t: f64,
-    bodies: &'a [String; 2],
-    points: [[f64; 3]; 2],
-    normal: [f64; 3],
-    depth_m: f64,
-    proved_prefix: f64,
-    hint: &'a str,
-}
-
-impl<'a> Answer<'a> {
-    /// The answer to a request in `mode`.
-    pub(super) fn new(subject: &'a Subject, mode: Mode, timed: &'a Timed) -> Self {
-        let outcome = &timed.outcome;
-        let code = timed.code;
-        let floors = outcome.floors_lowered.iter();
-        let nearest = outcome.nearest.as_ref();
-        let stages = outcome.stages.iter();
-        Self {
-            name: &subject.name,
-            mode: mode.name(),
-            geometry: subject.geometry,
-            proved: outcome.proved,
-            code: code.into(),
-            code_name: code.name(),
-            length_before: outcome.length_before,
-            length_after: outcome.length_after,
-            lower_bound: outcome.lower_bound,
-            gap: outcome.gap(),
-            metric: &subject.metric,
-            clearance_m: outcome.clearance_m,
-            floor_m: outcome.floor_m,
-            floors_lowered: floors.map(|floor| Floor { bodies: &floor.bodies, floor_m: floor.floor_m }).collect(),
-            pinched: &outcome.pinched,
-            searched_m: nearest.map(|nearest| nearest.searched_m),
-            smallest_clearance: nearest.and_then(|nearest| nearest.smallest.as_ref()).map(Contact::new),
-            contacts: nearest.map(|nearest| nearest.contacts.iter().map(Contact::new).collect()),
-            request_id: timed.request_id.map(|id| format!("{id:016x}")),
-            cpu_s: timed.cpu_s,
-            time_s: timed.time_s,
-            iterations: outcome.iterations,
-            work: outcome.work,
-            termination: termination_name(outcome.termination),
-            stage: outcome.stage.name(),
-            stages: stages.map(Share::new).collect(),
-            refusal: outcome.refusal.as_ref().map(RefusalFields::new),
-            warnings: subject.warnings.iter().chain(&outcome.warnings).map(String::as_str).collect(),
-            variables: subject.variables.iter().map(String::as_str).collect(),
-            weights: &outcome.weights,
-            path: outcome.path.waypoints().collect(),
-            certificate: outcome.certificate.as_ref(),
-        }
-    }
-
-    /// The answer as one line of JSON.
-    pub(super) fn json(&self) -> String {
-        serde_json::to_string(self).expect("an answer holds only strings, booleans and numbers")
+/// The answer to a request in `mode` as a file has it.
+pub(super) fn result(subject: &Subject, mode: Mode, timed: &Timed) -> ResultFile {
+    let outcome = &timed.outcome;
+    ResultFile {
+        name: subject.name.clone(),
+        mode: mode.name().to_owned(),
+        geometry: subject.geometry.to_owned(),
+        code: timed.code.into(),
+        code_name: timed.code.name().to_owned(),
+        metric: subject.metric.clone(),
+        request_id: timed.request_id.map(|id| format!("{id:016x}")),
+        cpu_s: timed.cpu_s,
+        time_s: timed.time_s,
+        lengths_over_time: timed.lengths_over_time.clone(),
+        warnings: subject.warnings.iter().chain(&outcome.warnings).cloned().collect(),
+        variables: subject.variables.clone(),
+        path_before: subject.path_before.clone(),
+        subject: subject.source.clone(),
+        corridor: corridor(subject, outcome),
+        ..ResultFile::of(outcome)
     }
 }
 
-impl<'a> Contact<'a> {
-    fn new(contact: &'a PathContact) -> Self {
-        Self {
-            segment: contact.segment,
-            t: contact.t,
-            bodies: &contact.bodies,
-            distance_m: contact.distance_m,
-            points: contact.points.map(|point| point.to_array()),
-            normal: contact.normal.to_array(),
-        }
-    }
-}
-
-impl Share {
-    fn new(share: &StageShare) -> Self {
-        let StageShare { stage, gain, work, iterations } = *share;
-        Self { stage: stage.name(), gain, iterations, work }
-    }
-}
-
-impl<'a> RefusalFields<'a> {
-    fn new(refusal: &'a Refusal) -> Self {
-        Self {
-            reason: reason_name(refusal.reason),
-            segment: refusal.segment,
-            t: refusal.t,
-            bodies: &refusal.bodies,
-            points: refusal.points.map(|point| point.to_array()),
-            normal: refusal.normal.to_array(),
-            depth_m: refusal.depth_m,
-            proved_prefix: refusal.proved_prefix,
-            hint: &refusal.hint,
-        }
-    }
+/// How far what is executed may stray from the path.
+fn corridor(subject: &Subject, outcome: &Outcome) -> Option<ResultCorridor> {
+    let corridor = outcome.corridor.as_ref()?;
+    let unwrapped = outcome.certificate.as_ref().is_some_and(|certificate| certificate.unwrapped);
+    let coordinate = |(coordinate, reach_m): (&Coordinate, &f64)| ResultCoordinate {
+        variable: coordinate.variable.clone(),
+        kind: coordinate.kind(unwrapped).to_owned(),
+        reach_m: *reach_m,
+    };
+    Some(ResultCorridor {
+        floor_m: corridor.floor_m,
+        coordinates: subject.coordinates.iter().zip(&corridor.reach).map(coordinate).collect(),
+        slack_m: corridor.slack_m.clone(),
+    })
 }
 
 /// Name of a geometry in results.
@@ -191,25 +73,6 @@ pub(super) fn geometry_name(geometry: Geometry) -> &'static str {
     match geometry {
         Geometry::Given => "given",
         Geometry::Spheres => "spheres",
-    }
-}
-
-/// Name of a termination in results.
-pub(super) fn termination_name(termination: Termination) -> &'static str {
-    match termination {
-        Termination::Done => "done",
-        Termination::Converged => "converged",
-        Termination::IterationLimit => "iteration-limit",
-        Termination::WorkBudget => "work-budget",
-        Termination::Stopped => "stopped",
-    }
-}
-
-fn reason_name(reason: HitReason) -> &'static str {
-    match reason {
-        HitReason::Collision => "COLLISION",
-        HitReason::TooClose => "TOO_CLOSE",
-        HitReason::Uncertified => "UNCERTIFIED",
     }
 }
 
@@ -245,7 +108,7 @@ fn refused(refusal: &Refusal, waypoints: usize) -> String {
         depth => format!("distance {}", length(-depth)),
     };
     let hint = if refusal.hint.is_empty() { String::new() } else { format!(" ({})", refusal.hint) };
-    format!("{} {place}: {a} × {b}, {depth}{hint}", reason_name(refusal.reason))
+    format!("{} {place}: {a} × {b}, {depth}{hint}", refusal.reason.name())
 }
 
 fn floors(outcome: &Outcome) -> String {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use taut::files::result::ResultSubject;
 use taut::optimize::{Mode, Settings};
 
 use super::choices::Choices;
@@ -21,13 +22,17 @@ pub(super) struct Source {
     /// SRDF of the robot, where it is not beside the URDF
     #[arg(long, value_name = "SRDF", requires = "robot")]
     pub srdf: Option<PathBuf>,
-    /// Scene of a bare path (JSON or MoveIt's .scene text), a problem file whose scene to take, or the label of
+    /// Scene of a bare path (JSON, YAML or MoveIt's .scene text), a problem file whose scene to take, or the label of
     /// a scene that the daemon has loaded; without it there is no obstacle
     #[arg(long, value_name = "FILE", requires = "robot")]
     pub scene: Option<PathBuf>,
     /// Problem file whose robot, scene and weights a bare path is for
     #[arg(long, value_name = "FILE")]
     pub problem: Option<PathBuf>,
+    /// Which of the problems in a file of VAMP's to take, by set and index: its scene, and where it is given as a path,
+    /// the straight line from its start to its goal
+    #[arg(long, value_name = "SET:INDEX", conflicts_with = "problem")]
+    pub select: Option<String>,
     /// Folder of a package that a robot names as package://NAME/
     #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = quantity::package)]
     pub packages: Vec<(String, PathBuf)>,
@@ -133,6 +138,11 @@ impl Asked<'_> {
         let mut settings = settings.map_err(CliError::Usage)?;
         self.choices.enter(layout, waypoints, &mut settings)?;
         Ok(settings)
+    }
+
+    /// Where robot and scene come from, with what the request says about them.
+    pub(super) fn source(&self, source: ResultSubject) -> ResultSubject {
+        ResultSubject { unwrapped: self.rules.unwrapped, held: self.choices.held().iter().cloned().collect(), ..source }
     }
 
     /// What lengths are measured in, for people.

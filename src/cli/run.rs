@@ -23,6 +23,8 @@ pub(super) struct Timed {
     pub time_s: f64,
     /// Id of the request that the daemon answered.
     pub request_id: Option<u64>,
+    /// When each proved improvement was seen (s since the start), and its length.
+    pub lengths_over_time: Vec<(f64, f64)>,
 }
 
 /// Runs a request. `watch` gets the length of each improvement and the time since the start.
@@ -39,7 +41,12 @@ pub(super) fn run(
 ) -> Result<Timed, CliError> {
     let (cpu, start) = (thread_cpu(), Instant::now());
     let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
-    let mut publish = |improvement: Improvement| watch(start.elapsed(), improvement.length);
+    let mut lengths_over_time = Vec::new();
+    let mut publish = |improvement: Improvement| {
+        let time = start.elapsed();
+        lengths_over_time.push((time.as_secs_f64(), improvement.length));
+        watch(time, improvement.length);
+    };
     let run = || taut::optimize::run(model, &loaded.path, settings, workspace, &mut stop, &mut publish);
     let result = catch_unwind(AssertUnwindSafe(run)).map_err(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
@@ -48,7 +55,8 @@ pub(super) fn run(
     })?;
     let outcome = result.map_err(|source| CliError::Request { name: loaded.name.clone(), source })?;
     let code = code::of(&outcome);
-    Ok(Timed { outcome, code, cpu_s: thread_cpu() - cpu, time_s: start.elapsed().as_secs_f64(), request_id: None })
+    let (cpu_s, time_s) = (thread_cpu() - cpu, start.elapsed().as_secs_f64());
+    Ok(Timed { outcome, code, cpu_s, time_s, request_id: None, lengths_over_time })
 }
 
 /// CPU time of this thread so far (s).

@@ -10,9 +10,9 @@ use super::choices::Choices;
 use super::details;
 use super::error::{CliError, stdout};
 use super::place::{self, Place};
-use super::report::{self, Answer};
+use super::report;
 use super::request::{self, Asked, Rules, Source};
-use super::{Format, load};
+use super::{Format, export, load};
 
 /// Shorten a path and prove the answer collision-free
 ///
@@ -20,7 +20,7 @@ use super::{Format, load};
 /// 65 a bad file, 66 an unreadable one, 69 no daemon.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Problem file, or bare path (.json, .csv)
+    /// Problem file, or bare path (.json, .csv, .yaml)
     file: PathBuf,
     #[command(flatten)]
     source: Source,
@@ -39,13 +39,17 @@ pub(super) struct Arguments {
     /// Format of the answer
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Write the answer as JSON to this file too
+    /// Write the answer to this file too; its ending says the form: .json (all of it, for `taut view` among others),
+    /// .csv, .yaml (JointTrajectory without times), .mcap (for viewers)
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
 /// Shortens the path of a file.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    if let Some(file) = &arguments.out {
+        export::Form::of(file)?;
+    }
     let mut reader = load::reader(&arguments.source);
     let mut watch = |time: Duration, length: f64| {
         if arguments.watch {
@@ -55,15 +59,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     };
     let mut place = Place::open(&arguments.place)?;
     let asked = Asked { mode: arguments.mode, rules: &arguments.rules, choices: &arguments.choices };
-    let (subject, timed) = place.answer(&mut reader, &arguments.file, &arguments.source, &asked, &mut watch)?;
-    let answer = Answer::new(&subject, arguments.mode, &timed);
+    let is_kept = arguments.out.is_some() || arguments.format == Format::Json;
+    let (subject, timed) =
+        place.answer(&mut reader, &arguments.file, &arguments.source, &asked, is_kept, &mut watch)?;
+    let result = report::result(&subject, arguments.mode, &timed);
     if let Some(file) = &arguments.out {
-        std::fs::write(file, answer.json() + "\n")
-            .map_err(|source| CliError::Output { file: file.display().to_string(), source })?;
+        export::write(file, &result)?;
     }
     let mut out = std::io::stdout().lock();
     match arguments.format {
-        Format::Json => writeln!(out, "{}", answer.json()),
+        Format::Json => writeln!(out, "{}", result.json()),
         Format::Table => {
             for warning in subject.warnings.iter().chain(&timed.outcome.warnings) {
                 eprintln!("warning: {warning}");

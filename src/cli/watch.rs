@@ -4,7 +4,6 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
-use serde_json::Value;
 use taut::files::Reader;
 use taut::optimize::Mode;
 use taut_ipc::ClientError;
@@ -13,7 +12,7 @@ use taut_ipc::wire::{RequestBody, RequestFlags};
 use super::error::{CliError, stdout};
 use super::layout::Layout;
 use super::place::Place;
-use super::report::{self, Answer};
+use super::report;
 use super::request::{Asked, Source};
 use super::run::Timed;
 use super::{Format, remote};
@@ -67,7 +66,8 @@ fn print(subject: &report::Subject, timed: &Timed, version: u64, format: Format)
     let mut out = std::io::stdout().lock();
     match format {
         Format::Json => {
-            let mut answer: Value = serde_json::from_str(&Answer::new(subject, Mode::Check, timed).json())?;
+            let result = report::result(subject, Mode::Check, timed);
+            let mut answer = serde_json::to_value(&result)?;
             answer["scene_version"] = version.into();
             writeln!(out, "{answer}")?;
         }

@@ -1,6 +1,7 @@
 //! `taut why`: what happened to a request.
 
 use std::io::Write;
+use std::path::PathBuf;
 
 use taut_ipc::control::{ControlReply, ControlRequest, Story};
 use taut_ipc::wire::Code;
@@ -8,6 +9,7 @@ use taut_ipc::wire::Code;
 use super::Format;
 use super::connect::{InstanceChoice, control, unexpected};
 use super::error::{CliError, stdout};
+use super::record::{absolute, recording};
 use super::report;
 
 /// Tell what happened to a request, step by step
@@ -18,6 +20,9 @@ pub(super) struct Arguments {
     /// Id of the request in hexadecimal digits, or how it starts or ends; without it the newest requests are listed
     #[arg(default_value = "")]
     id: String,
+    /// Write the request with its robot, scene and answer to this file, to send with a report and for `taut replay`
+    #[arg(long, value_name = "FILE")]
+    bundle: Option<PathBuf>,
     #[command(flatten)]
     instance: InstanceChoice,
     /// Format on standard output
@@ -31,6 +36,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     if let Some(other) = id.chars().find(|c| !c.is_ascii_hexdigit()) {
         return Err(CliError::Usage(format!("request id {:?} has {other:?}; valid: hexadecimal digits", arguments.id)));
     }
+    if id.is_empty() && arguments.bundle.is_some() {
+        return Err(CliError::Usage("--bundle needs the id of a request; `taut why` lists the newest".to_owned()));
+    }
     let client = arguments.instance.connect()?;
     let stories = match control(&client, &ControlRequest::Stories { id: id.clone() })? {
         ControlReply::Stories(stories) => stories,
@@ -40,9 +48,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         let text = format!("no request {id} among the last ones; `taut why` without an id lists the newest");
         return Err(CliError::Choice(text));
     }
+    if let Some(file) = &arguments.bundle {
+        let file = absolute(file)?;
+        let state = recording(control(&client, &ControlRequest::Bundle { id, file: file.clone() })?)?;
+        let (name, kilobytes) = (file.display(), state.bytes.div_ceil(1000));
+        eprintln!("{name}: {} request, {kilobytes} kB; try it with `taut replay {name} --verify`", state.requests);
+    }
     let text = match arguments.format {
         Format::Json => serde_json::to_string(&stories).expect("control replies hold only plain values") + "\n",
-        Format::Table if id.is_empty() => stories.iter().map(line).collect(),
+        Format::Table if arguments.id.is_empty() => stories.iter().map(line).collect(),
         Format::Table => stories.iter().map(tell).collect::<Vec<_>>().join("\n"),
     };
     std::io::stdout().lock().write_all(text.as_bytes()).map_err(stdout)?;

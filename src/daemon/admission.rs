@@ -2,11 +2,11 @@
 
 use std::collections::HashSet;
 
-use taut::store::{ModelStore, Snapshot, StoreError, Wanted};
+use taut::store::{ModelStore, Snapshot, StoreError};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{Code, RequestHeader};
 
-use super::translate::store_refusal;
+use super::translate::{check_layout, store_refusal, wanted};
 
 /// When to try again after LOADING or a stop.
 const RETRY_LOADING_MS: u32 = 100;
@@ -72,29 +72,4 @@ impl Doorkeeper<'_> {
         let message = "it is being loaded; send again soon".to_owned();
         Refusal { code: Code::Loading.into(), message, retry_after_ms: RETRY_LOADING_MS }
     }
-}
-
-fn wanted(header: &RequestHeader) -> Wanted {
-    Wanted {
-        robot_id: header.robot_id,
-        robot_hash: header.robot_hash,
-        scene_id: header.scene_id,
-        scene_hash: header.scene_hash,
-        scene_version: header.scene_version,
-    }
-}
-
-/// Columns by position would be silently wrong for another maker's robot of the same name.
-fn check_layout(header: &RequestHeader, snapshot: &Snapshot) -> Result<(), Refusal> {
-    let layout = snapshot.robot.layout_hash();
-    if header.layout_hash == layout {
-        return Ok(());
-    }
-    let names: Vec<&str> = snapshot.robot.variables().iter().map(|variable| variable.name.as_str()).collect();
-    let text = format!(
-        "the request has layout hash {:016x}, the robot {layout:016x}: columns {}; describe the robot and send in its order",
-        header.layout_hash,
-        names.join(", ")
-    );
-    Err(Refusal::new(Code::InvalidRobotState, text))
 }

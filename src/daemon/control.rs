@@ -40,6 +40,9 @@ impl EventLoop {
                 Ok(ControlRequest::ShowScene { label, version, base_version }) => {
                     self.show_scene(control, &label, version, base_version);
                 }
+                Ok(ControlRequest::Record { file }) => self.record(control, file),
+                Ok(ControlRequest::EndRecording) => self.end_recording(control),
+                Ok(ControlRequest::Bundle { id, file }) => self.bundle(control, &id, file),
                 Ok(ControlRequest::UnloadRobot { label }) => self.unload_robot(control, label)?,
                 Ok(ControlRequest::UnloadScene { label }) => self.unload_scene(control, label)?,
                 Ok(message) => reply(control, &self.control(message).unwrap_or_else(ControlReply::Refused)),
@@ -114,10 +117,15 @@ impl EventLoop {
         self.hand_over(control, Work::Read { label, purpose, source });
     }
 
+    /// A control request that another thread answers, under this token.
+    pub(super) fn wait_for_thread(&mut self, control: IncomingControl, token: u64) {
+        self.loads.insert(token, control);
+    }
+
     /// Gives work to the loader; the control request waits for it.
     pub(super) fn hand_over(&mut self, control: IncomingControl, work: Work) {
         let token = self.next_number();
-        self.loads.insert(token, control);
+        self.wait_for_thread(control, token);
         if let Some(loader) = &self.loader {
             loader.send(Task { token, work });
         }

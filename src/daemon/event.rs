@@ -4,12 +4,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use serde::{Deserialize, Serialize};
 use taut::robot::RobotModel;
 use taut::scene::Scene;
 use taut::scene::diff_file::SceneDiff;
 use taut_ipc::control::{ControlReply, Refusal};
 use taut_ipc::server::Waker;
 
+use super::job::Stopped;
 use super::keep::KeptUpTo;
 use super::translate::Reply;
 
@@ -43,10 +45,21 @@ pub(super) struct Answered {
     pub job: u64,
     /// What its client is told.
     pub reply: Reply,
+    /// How the answer came about.
+    pub way: Way,
     /// How often it made room for others.
     pub pauses: u32,
     /// What was asked for, where the core panicked on it.
     pub crashed: Option<u64>,
+}
+
+/// How an answer came about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Way {
+    /// The core computed it, and was perhaps told to end.
+    Computed(Option<Stopped>),
+    /// Its time was over, or it was not wanted any more, before it was begun.
+    Untouched,
 }
 
 /// The end of a load.

@@ -18,6 +18,7 @@ use super::metrics::Metrics;
 use super::poison::Poison;
 use super::preparer::ToPrepare;
 use super::pulse::Pulse;
+use super::recording::Recorder;
 use super::requests::OpenRequest;
 use super::schedule::Schedule;
 use super::story::Stories;
@@ -37,6 +38,7 @@ pub(super) struct EventLoop {
     pub(super) preparer: Option<ToPrepare>,
     pub(super) clients: Clients,
     pub(super) stories: Stories,
+    pub(super) recorder: Recorder,
     pub(super) poison: Poison,
     pub(super) workers: usize,
     pub(super) keeping: Keeping,
@@ -53,7 +55,7 @@ pub(super) struct EventLoop {
     pub(super) open: HashMap<u64, OpenRequest>,
     /// Paths that are watched and not being checked now.
     pub(super) watches: BTreeMap<u64, Watch>,
-    /// Control requests that wait for the loader, by token.
+    /// Control requests that wait for another thread, by token.
     pub(super) loads: BTreeMap<u64, IncomingControl>,
     /// Ids of the labels that these load.
     pub(super) loading: HashSet<u64>,
@@ -92,6 +94,7 @@ impl EventLoop {
         self.loader = None;
         self.preparer = None;
         self.keeping.close(self.is_draining);
+        self.recorder.close();
         self.pulse.close();
     }
 
@@ -126,6 +129,7 @@ impl EventLoop {
         }
         self.next_status_ns = monotonic_ns() + self.status_period_ns;
         self.clients.forget(monotonic_ns());
+        self.recorder.end_forgotten(monotonic_ns());
         self.pulse.beat();
         let status = self.status();
         self.server.publish_status(&status)?;

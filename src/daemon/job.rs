@@ -4,9 +4,11 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
+use serde::{Deserialize, Serialize};
 use taut::optimize::Settings;
 use taut::path::Path;
 use taut::store::Snapshot;
+pub use taut::translate::StopCause;
 
 /// Everything that a worker needs; nothing in it is shared memory.
 pub(super) struct Job {
@@ -19,9 +21,9 @@ pub(super) struct Job {
     /// Robot and scene.
     pub snapshot: Snapshot,
     /// The input, copied, its numbers unchecked.
-    pub path: Path,
+    pub path: Arc<Path>,
     /// What is asked for.
-    pub settings: Settings,
+    pub settings: Arc<Settings>,
     /// When to end, on the monotonic clock; `None` = when done.
     pub deadline_ns: Option<u64>,
     /// When it was received.
@@ -48,17 +50,13 @@ impl Job {
     }
 }
 
-/// Why a job ends before it is done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StopCause {
-    /// The deadline came.
-    Deadline,
-    /// The client went away.
-    Cancelled,
-    /// The client wants the best so far.
-    FinishedEarly,
-    /// The daemon ends.
-    Shutdown,
+/// When and why a job was told to end. Its answer depends on nothing else besides the job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Stopped {
+    /// How often the core had asked by then, that time included.
+    pub asked: u64,
+    /// Why.
+    pub cause: StopCause,
 }
 
 /// Set by the I/O thread, read by the worker.

@@ -5,10 +5,13 @@
 
 mod admission;
 mod clients;
+mod computing;
 pub mod config;
+mod content;
 mod control;
 mod event;
 mod event_loop;
+mod frames;
 mod job;
 mod journal;
 mod keep;
@@ -19,6 +22,7 @@ mod poison;
 mod prepared;
 mod preparer;
 mod pulse;
+pub mod recording;
 mod requests;
 mod restore;
 mod scenes;
@@ -28,10 +32,10 @@ mod start;
 pub mod state;
 mod story;
 pub mod supervise;
-pub mod translate;
 mod watch;
 mod worker;
 
 pub use journal::inspect;
 pub use start::{DaemonError, serve};
+pub use taut::translate;
 pub use worker::{HANG_SEED, PANIC_SEED};

@@ -9,10 +9,11 @@ use taut_ipc::server::{IncomingRequest, SendError, ServerError};
 use taut_ipc::wire::{Code, ResponseFlags};
 
 use super::admission::Doorkeeper;
-use super::event::Answered;
+use super::event::{Answered, Way};
 use super::event_loop::{EventLoop, ROUND};
 use super::job::{Job, StopCause, StopFlag};
 use super::mailbox::Progress;
+use super::recording::{Answer, Question};
 use super::story::{self, story};
 use super::translate::{self, Reply};
 use super::watch;
@@ -25,6 +26,7 @@ pub(super) struct OpenRequest {
     received_ns: u64,
     pub(super) scene_id: u64,
     pub(super) scene_version: u64,
+    question: Arc<Question>,
     /// Of a watch that has been checked before: whether it was proved then.
     pub(super) was_proved: Option<bool>,
 }
@@ -84,7 +86,8 @@ impl EventLoop {
         self.stories.tell(number, || format!("let in, {waiting} wait"));
         let stop = job.stop.clone();
         let received_ns = now_ns;
-        let open = OpenRequest { request, stop, bytes, received_ns, scene_id, scene_version, was_proved };
+        let question = self.recorder.asked(&job);
+        let open = OpenRequest { request, stop, bytes, received_ns, scene_id, scene_version, question, was_proved };
         self.open.insert(number, open);
         if let Some(preparer) = self.preparer.as_ref().filter(|_| !job.snapshot.model.is_ready()) {
             self.stories.tell(number, || "waits until robot and scene are put together".to_owned());
@@ -159,7 +162,7 @@ impl EventLoop {
     }
 
     pub(super) fn finish(&mut self, answered: Answered) {
-        let Answered { job, reply, pauses, crashed } = answered;
+        let Answered { job, reply, way, pauses, crashed } = answered;
         if let Some(content) = crashed {
             self.metrics.panicked();
             self.poison.crashed(content);
@@ -167,6 +170,7 @@ impl EventLoop {
         self.metrics.timed(&reply.header);
         let Some(open) = self.open.get(&job) else { return };
         self.clients.computed(open.request.client_id(), reply.header.compute_ns);
+        self.recorder.answered(&open.question, Answer { reply: reply.clone(), way });
         if pauses > 0 {
             self.metrics.paused(pauses);
             self.stories.tell(job, || format!("made room for others {pauses} times"));
@@ -221,6 +225,7 @@ impl EventLoop {
             self.schedule.remove(job);
             self.metrics.cancelled();
             self.clients.cancelled(open.request.client_id());
+            self.recorder.abandoned(&open.question);
             self.stories.end(job, Code::Preempted.into(), || "cancelled: the client dropped it or is gone".to_owned());
             tracing::debug!(request = open.request.header().request_id, "cancelled");
         }
@@ -251,11 +256,12 @@ impl EventLoop {
 
     fn answer_untouched(&mut self, job: &Job, cause: StopCause) {
         let mut reply = match cause {
-            StopCause::Deadline => translate::expired(job),
-            cause => translate::preempted(job, cause),
+            StopCause::Deadline => translate::expired(&job.snapshot, &job.path),
+            cause => translate::preempted(&job.snapshot, &job.path, cause),
         };
         reply.header.queue_ns = monotonic_ns().saturating_sub(job.received_ns);
         if let Some(open) = self.close_request(job.id) {
+            self.recorder.answered(&open.question, Answer { reply: reply.clone(), way: Way::Untouched });
             self.send_final(job.id, open, reply);
         }
     }

@@ -25,6 +25,7 @@ use super::poison::Poison;
 use super::prepared::Prepared;
 use super::preparer;
 use super::pulse::Pulse;
+use super::recording::Recorder;
 use super::restore::{self, Beginning, say};
 use super::schedule::{self, Schedule};
 use super::scrape::Scrape;
@@ -172,6 +173,8 @@ fn assemble(
         keeping = Keeping::new(entries, to_prepare);
         joined.extend([thread, preparing]);
     }
+    let (recorder, recording) = Recorder::start(events.clone()).map_err(system("thread"))?;
+    joined.push(recording);
     let (pulse, pulse_thread) = Pulse::start().map_err(system("thread"))?;
     joined.extend(pulse_thread);
     let mut mailboxes = Vec::new();
@@ -192,6 +195,7 @@ fn assemble(
         preparer: Some(preparer),
         clients: Clients::new(config.quota, workers),
         stories: Stories::default(),
+        recorder,
         poison: Poison::default(),
         workers,
         store: begun.store,

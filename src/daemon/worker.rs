@@ -1,22 +1,19 @@
 //! Workers: the threads that compute.
 
 use std::cell::Cell;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use taut::optimize::{self, Improvement, Workspace};
-use taut::path::Metric;
-use taut_ipc::control::Refusal;
+use taut::optimize::{Improvement, Workspace};
 use taut_ipc::monotonic_ns;
-use taut_ipc::wire::Code;
 
-use super::event::{Answered, Event, EventSender};
+use super::computing::{self, Computed};
+use super::event::{Answered, Event, EventSender, Way};
 use super::job::{Job, StopCause};
 use super::mailbox::Mailbox;
 use super::schedule::{Schedule, Turn};
-use super::translate::{self, Reply};
+use super::translate::{self, Lengths};
 
 /// With `fault_injection` in the configuration, a request with this seed panics. For tests.
 pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
@@ -56,33 +53,23 @@ impl Worker {
         let mut workspace = Workspace::default();
         while let Some((job, turn)) = self.schedule.take(self.index) {
             let turn = Cell::new(turn);
-            let (mut reply, panicked) = self.answer(&job, &turn, &mut workspace);
+            let computed = (!job.is_expired(monotonic_ns())).then(|| self.compute(&job, &turn, &mut workspace));
             let mut turn = turn.into_inner();
             self.schedule.finish(&mut turn);
             let passed_ns = monotonic_ns().saturating_sub(job.received_ns);
+            let panicked = computed.as_ref().is_some_and(|computed| computed.panicked);
+            let (mut reply, way) = match computed {
+                Some(Computed { reply, stopped, .. }) => (reply, Way::Computed(stopped)),
+                None => (translate::expired(&job.snapshot, &job.path), Way::Untouched),
+            };
+            if panicked {
+                tracing::error!(request = job.request_id, worker = self.index, "{}", reply.message());
+            }
             reply.header.compute_ns = turn.computed_ns;
             reply.header.queue_ns = passed_ns.saturating_sub(turn.computed_ns);
             let crashed = panicked.then(|| job.content());
-            let answered = Answered { job: job.id, reply, pauses: turn.pauses, crashed };
+            let answered = Answered { job: job.id, reply, way, pauses: turn.pauses, crashed };
             self.events.send(Event::Answered(Box::new(answered)));
-        }
-    }
-
-    /// Computes a job; a panic costs only its own request and the workspace that it left half changed.
-    fn answer(&self, job: &Job, turn: &Cell<Turn>, workspace: &mut Workspace) -> (Reply, bool) {
-        if job.is_expired(monotonic_ns()) {
-            return (translate::expired(job), false);
-        }
-        match catch_unwind(AssertUnwindSafe(|| self.compute(job, turn, workspace))) {
-            Ok(reply) => (reply, false),
-            Err(panic) => {
-                *workspace = Workspace::default();
-                let text = panic.downcast_ref::<String>().map(String::as_str);
-                let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
-                tracing::error!(request = job.request_id, worker = self.index, "panicked: {text}");
-                let message = format!("the worker panicked: {text}; report this with the request as a defect");
-                (translate::refused(Refusal::new(Code::Crash, message)), true)
-            }
         }
     }
 
@@ -92,27 +79,22 @@ impl Worker {
         self.events.send(Event::Improved { worker: self.index });
     }
 
-    fn compute(&self, job: &Job, turn: &Cell<Turn>, workspace: &mut Workspace) -> Reply {
-        assert!(!(self.fault_injection && job.settings.seed == PANIC_SEED), "injected fault");
-        let model = match job.snapshot.model.get() {
-            Ok(model) => model,
-            Err(error) => return translate::refused(translate::model_refusal(error, &job.snapshot.robot)),
-        };
-        let cause = Cell::new(None);
-        let is_over = |now_ns| {
-            cause.set(job.stop.get().or_else(|| job.is_expired(now_ns).then_some(StopCause::Deadline)));
-            cause.get().is_some()
-        };
+    /// Computes a job, tells of its improvements on the way, and makes room for others.
+    fn compute(&self, job: &Job, turn: &Cell<Turn>, workspace: &mut Workspace) -> Computed {
+        let over = |now_ns| job.stop.get().or_else(|| job.is_expired(now_ns).then_some(StopCause::Deadline));
         // The only place between two iterations where the outside comes in: others may go first, or it is over.
         let asked_to_stop = |now_ns| {
-            if is_over(now_ns) {
-                return true;
-            }
-            let mut at = turn.get();
-            self.schedule.make_room(&mut at, now_ns, || is_over(monotonic_ns()));
-            turn.set(at);
-            cause.get().is_some()
+            over(now_ns).or_else(|| {
+                let (mut at, cause) = (turn.get(), Cell::new(None));
+                self.schedule.make_room(&mut at, now_ns, || {
+                    cause.set(over(monotonic_ns()));
+                    cause.get().is_some()
+                });
+                turn.set(at);
+                cause.get()
+            })
         };
+        let panics = self.fault_injection && job.settings.seed == PANIC_SEED;
         let told = Told::default();
         let mut given_way_ns = 0;
         let mut stop = || {
@@ -124,28 +106,25 @@ impl Worker {
             if told.is_due(now_ns) {
                 self.tell(&told, now_ns);
             }
+            assert!(!panics, "injected fault");
             asked_to_stop(now_ns)
         };
         let hangs = self.fault_injection && job.settings.seed == HANG_SEED;
-        let mut lengths = Lengths::new(job);
+        let mut lengths = Lengths::new(&job.snapshot, &job.settings, &job.path);
         let mut publish = |improvement: Improvement| {
             let lengths = lengths.of(improvement.length);
-            let header = translate::progress(job, &improvement, lengths);
+            let header = translate::progress(&job.snapshot, &improvement, lengths);
             self.mailbox.put(job.id, &header, improvement.path.as_flat());
             told.waits.set(true);
             let now_ns = monotonic_ns();
             if told.is_due(now_ns) {
                 self.tell(&told, now_ns);
             }
-            while hangs && !asked_to_stop(monotonic_ns()) {
+            while hangs && asked_to_stop(monotonic_ns()).is_none() {
                 std::thread::sleep(Duration::from_millis(1));
             }
         };
-        let result = optimize::run(model, &job.path, &job.settings, workspace, &mut stop, &mut publish);
-        match result {
-            Ok(outcome) => translate::answered(job, &outcome, cause.get()),
-            Err(error) => translate::refused(translate::request_refusal(&error)),
-        }
+        computing::compute(job, workspace, &mut stop, &mut publish)
     }
 }
 
@@ -161,32 +140,4 @@ impl Told {
     fn is_due(&self, now_ns: u64) -> bool {
         self.waits.get() && now_ns >= self.last_ns.get() + TELL_NS
     }
-}
-
-/// Lengths of the input for the headers of improvements, worked out with the first of them.
-struct Lengths<'a> {
-    job: &'a Job,
-    known: Option<[f64; 2]>,
-}
-
-impl<'a> Lengths<'a> {
-    fn new(job: &'a Job) -> Self {
-        Self { job, known: None }
-    }
-
-    /// Length before, this length, and the lower bound.
-    fn of(&mut self, length: f64) -> [f64; 3] {
-        let [before, bound] = *self.known.get_or_insert_with(|| input_lengths(self.job).unwrap_or_default());
-        [before, length, bound]
-    }
-}
-
-fn input_lengths(job: &Job) -> Option<[f64; 2]> {
-    let (space, path) = (job.snapshot.robot.space(), &job.path);
-    let space = if job.settings.unwrapped { space.unwrapped() } else { space.clone() };
-    let metric = Metric::new(&space, job.settings.weights.clone()?).ok()?;
-    let mut scratch = vec![0.0; space.nv()];
-    let ends = [path.waypoint(0), path.waypoint(path.len() - 1)].concat();
-    let mut length = |rows: &[f64]| metric.length(&space, rows, &mut scratch);
-    Some([length(path.as_flat()), length(&ends)])
 }

@@ -4,11 +4,16 @@
 //! the valid values and the next step.
 
 mod packages;
+mod planning_scene;
 mod problem;
+pub mod result;
 mod robot_files;
 mod table;
 #[cfg(test)]
 mod tests;
+mod trajectory;
+mod vamp;
+mod yaml;
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -16,8 +21,10 @@ use std::sync::Arc;
 
 pub use packages::Packages;
 pub use problem::{Geometry, Kind, Peer, Problem};
+pub use result::ResultFile;
 pub use robot_files::{RobotFiles, RootJoint};
 pub use table::PathTable;
+pub use trajectory::{Trajectory, TrajectoryPoint};
 
 use crate::math::Vec3;
 use crate::robot::{RobotDescription, RobotError, srdf, urdf};
@@ -108,13 +115,23 @@ impl Reader {
         Ok(robot)
     }
 
-    /// Reads a scene file (JSON or MoveIt's `.scene` text), or the scene of a problem file. Meshes are found
+    /// Reads a scene file (JSON, YAML or MoveIt's `.scene` text), or the scene of a problem file. Meshes are found
     /// beside it.
     ///
     /// # Errors
     /// A file that cannot be read or holds no scene.
     pub fn scene(&mut self, file: &Path) -> Result<Scene, FileError> {
-        self.scene_of_text(&read_text(file)?, file)
+        self.selected_scene(file, None)
+    }
+
+    /// The same; of several problems of VAMP's, the scene of the one that is `selected` as `SET:INDEX`.
+    ///
+    /// # Errors
+    /// As [`Self::scene`], and a file that does not have what is selected.
+    pub fn selected_scene(&mut self, file: &Path, selected: Option<&str>) -> Result<Scene, FileError> {
+        let text = read_text(file)?;
+        let text = translated(&text, file, selected)?.unwrap_or(text);
+        self.scene_of_text(&text, file)
     }
 
     /// The same from a text; `file` is what messages call it, and meshes are found beside it.
@@ -196,7 +213,30 @@ fn is_moveit_scene(text: &str, file: &Path) -> bool {
 /// # Errors
 /// A file that cannot be read.
 pub fn scene_text(file: &Path) -> Result<String, FileError> {
+    selected_scene_text(file, None)
+}
+
+/// The JSON of a scene in another form: YAML, or the problem of VAMP's that is selected; `None` where it is in none.
+fn translated(text: &str, file: &Path, selected: Option<&str>) -> Result<Option<String>, FileError> {
+    let translated = if yaml::is_yaml(file) {
+        Some(planning_scene::json(text))
+    } else if vamp::is_problems(text) {
+        Some(vamp::Problem::select(text, selected).and_then(|problem| problem.scene()))
+    } else {
+        None
+    };
+    translated.transpose().map_err(|text| FileError::Content { file: file.to_owned(), text })
+}
+
+/// The same as [`scene_text`]; of several problems of VAMP's, the scene of the one that is `selected` as `SET:INDEX`.
+///
+/// # Errors
+/// As [`scene_text`], and a file that does not have what is selected.
+pub fn selected_scene_text(file: &Path, selected: Option<&str>) -> Result<String, FileError> {
     let text = read_text(file)?;
+    if let Some(translated) = translated(&text, file, selected)? {
+        return Ok(translated);
+    }
     let scene = serde_json::from_str::<serde_json::Value>(&text).ok().and_then(|value| value.get("scene").cloned());
     // Floats keep their bits on the way through a value.
     Ok(scene.map_or(text, |scene| scene.to_string()))

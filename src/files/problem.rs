@@ -133,7 +133,9 @@ pub enum Kind {
         /// Whether it has a sphere model of its robot.
         has_spheres: bool,
     },
-    /// Anything else, so that it can only be a bare path.
+    /// Several problems of VAMP's: scenes with starts and goals.
+    Several,
+    /// Anything else, so that it can only be a bare path; a result is one too.
     BarePath,
 }
 
@@ -141,24 +143,33 @@ impl Kind {
     /// Looks at a file.
     ///
     /// # Errors
-    /// A file that cannot be read, or that is neither CSV nor JSON.
+    /// A file that cannot be read, or that is neither CSV, YAML nor JSON.
     pub fn of(file: &Path) -> Result<Self, FileError> {
         #[derive(Deserialize)]
         struct Probe {
             format: Option<String>,
             robot: Option<ProbeRobot>,
+            problems: Option<serde::de::IgnoredAny>,
         }
+        /// A problem's robot, or the name of VAMP's.
         #[derive(Deserialize)]
-        struct ProbeRobot {
-            spherized_urdf: Option<PathBuf>,
+        #[serde(untagged)]
+        enum ProbeRobot {
+            Files { spherized_urdf: Option<PathBuf> },
+            Other(serde::de::IgnoredAny),
         }
-        if super::table::is_csv(file) {
+        if super::table::is_csv(file) || super::yaml::is_yaml(file) {
             return Ok(Self::BarePath);
         }
         let refuse = |error| FileError::Content { file: file.to_owned(), text: format!("not a JSON file: {error}") };
         let probe: Probe = serde_json::from_str(&read_text(file)?).map_err(refuse)?;
-        let has_spheres = probe.robot.is_some_and(|robot| robot.spherized_urdf.is_some());
-        Ok(if probe.format.is_some() { Self::Problem { has_spheres } } else { Self::BarePath })
+        if probe.problems.is_some() {
+            return Ok(Self::Several);
+        }
+        let has_spheres = matches!(probe.robot, Some(ProbeRobot::Files { spherized_urdf: Some(_) }));
+        // An answer is a path for whoever goes on with it.
+        let is_problem = probe.format.is_some_and(|format| format != super::result::RESULT_FORMAT);
+        Ok(if is_problem { Self::Problem { has_spheres } } else { Self::BarePath })
     }
 }
 

@@ -3,11 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::{FileError, Reader};
+use serde::{Deserialize, Serialize};
+
+use super::{FileError, Reader, folder_of, read_text};
+use crate::robot::urdf::{self, Visual};
 use crate::robot::{RobotDescription, VirtualJoint};
 
 /// The files of a robot, and what is said about it elsewhere.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RobotFiles {
     /// Its URDF.
     pub urdf: PathBuf,
@@ -24,13 +27,30 @@ pub struct RobotFiles {
 }
 
 /// Who decides about the joint between the world and the root link.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum RootJoint {
     /// The SRDF; without one the root is fixed.
     #[default]
     OfSrdf,
     /// This joint; `None` fixes the root.
     Given(Option<VirtualJoint>),
+}
+
+impl RobotFiles {
+    /// The same by absolute paths, for a process that was started elsewhere, with more packages where it has none of
+    /// their names.
+    #[must_use]
+    pub fn absolute(&self, packages: &BTreeMap<String, PathBuf>) -> Self {
+        let absolute = |file: &PathBuf| std::path::absolute(file).unwrap_or_else(|_| file.clone());
+        let named = packages.iter().chain(&self.packages);
+        Self {
+            urdf: absolute(&self.urdf),
+            srdf: self.srdf.as_ref().map(absolute),
+            packages: named.map(|(name, folder)| (name.clone(), absolute(folder))).collect(),
+            ..self.clone()
+        }
+    }
 }
 
 impl Reader {
@@ -46,5 +66,16 @@ impl Reader {
         robot.allowed_collisions.clone_from(&files.allowed_collisions);
         robot.variables.clone_from(&files.variables);
         Ok(robot)
+    }
+
+    /// What a robot looks like, for pictures; and what of it cannot be shown, a line each.
+    ///
+    /// # Errors
+    /// A URDF that cannot be read.
+    pub fn visuals(&mut self, files: &RobotFiles) -> Result<(Vec<Visual>, Vec<String>), FileError> {
+        let text = read_text(&files.urdf)?;
+        let packages = self.packages.with(&files.packages);
+        let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder_of(&files.urdf));
+        urdf::visuals(&text, &mut meshes).map_err(|source| FileError::Robot { file: files.urdf.clone(), source })
     }
 }

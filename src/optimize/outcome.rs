@@ -19,6 +19,19 @@ pub enum Termination {
     Stopped,
 }
 
+impl Termination {
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::Converged => "converged",
+            Self::IterationLimit => "iteration-limit",
+            Self::WorkBudget => "work-budget",
+            Self::Stopped => "stopped",
+        }
+    }
+}
+
 /// A part of an optimizer that finds paths on its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stage {
@@ -183,6 +196,8 @@ pub struct Outcome {
     pub termination: Termination,
     /// What is odd about the request, a line each.
     pub warnings: Vec<String>,
+    /// How far what is executed may stray from `path`; `None` where it is not proved or not asked for.
+    pub corridor: Option<crate::validation::Corridor>,
     /// The proof in short; `None` where `path` is not proved.
     pub certificate: Option<crate::validation::Certificate>,
 }

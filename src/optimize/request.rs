@@ -13,7 +13,7 @@ use crate::path::Path;
 use crate::robot::Kinematics;
 use crate::validation::certificate::Terms;
 use crate::validation::path_proof::{self, PathVerdict};
-use crate::validation::{Certificate, Contact, Hit, HitReason, Nearest, Scratch, SegmentProof, Validator};
+use crate::validation::{Certificate, Contact, Corridor, Hit, HitReason, Nearest, Scratch, SegmentProof, Validator};
 
 /// Reusable memory of a worker; every request starts from the same state whatever ran before.
 #[derive(Debug, Default)]
@@ -129,6 +129,11 @@ fn answer(
     if answer.proofs.is_some() && settings.contacts {
         answer.nearest = validator.nearest(&answer.path, stop);
     }
+    if settings.corridor
+        && let Some(proofs) = &mut answer.proofs
+    {
+        validator.widen(&answer.path, proofs, stop);
+    }
     answer
 }
 
@@ -228,6 +233,8 @@ impl Answer {
             let proofs = if is_unchanged { spread(&proofs, &input.standing_for) } else { proofs };
             Certificate::new(model, &output, terms, &proofs)
         });
+        let asked = certificate.as_ref().filter(|_| settings.corridor);
+        let corridor = asked.map(|certificate| Corridor::new(model, &output, certificate));
         Outcome {
             path: output,
             proved: certificate.is_some(),
@@ -247,6 +254,7 @@ impl Answer {
             stages: self.stages,
             termination: self.termination,
             warnings: input.warnings.clone(),
+            corridor,
             certificate,
         }
     }

@@ -1,9 +1,11 @@
 //! What a request may choose.
 
+use serde::{Deserialize, Serialize};
+
 use crate::validation::Layers;
 
 /// Optimizer of a request.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// Prove the path, change nothing.
     Check,
@@ -39,7 +41,7 @@ impl Mode {
 }
 
 /// Settings of one request. `Settings::default()` is what a request gets that says nothing.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Optimizer.
     pub mode: Mode,
@@ -63,6 +65,9 @@ pub struct Settings {
     pub held: Option<Vec<f64>>,
     /// Look for what is nearest along the answer once it is proved; costs a few times its proof.
     pub contacts: bool,
+    /// Prove each segment of the answer again at the largest clearance that it keeps, up to 10 cm, for its corridor;
+    /// costs some times its proof.
+    pub corridor: bool,
     /// What the validator may use: all of it, but where a measurement wants to know what a layer is worth.
     pub layers: Layers,
 }
@@ -86,6 +91,7 @@ impl Default for Settings {
             moving: None,
             held: None,
             contacts: true,
+            corridor: false,
             layers: Layers::default(),
         }
     }

@@ -90,25 +90,29 @@ pub fn parse(text: &str, meshes: &mut MeshSource<'_>) -> Result<Scene, SceneErro
 /// The text of a scene; [`parse`] makes a scene of the same hash of it. Without `with_meshes`, a mesh has its name and
 /// hash only, and is looked for under that name when the text is read.
 pub fn text(scene: &Scene, with_meshes: bool) -> String {
-    let pairs = |pairs: &mut dyn Iterator<Item = (&str, &str)>| -> Vec<(String, String)> {
-        pairs.map(|(a, b)| (a.to_owned(), b.to_owned())).collect()
-    };
-    let attached = scene.attached().iter().flat_map(|attached| AttachedObjectFile::of(attached, with_meshes));
-    let file = SceneFile {
-        name: scene.name().to_owned(),
-        is_diff: false,
-        fixed_frame_transforms: scene.frames().map(|(name, pose)| FrameFile::of(name, Some(pose))).collect(),
-        objects: scene.obstacles().iter().flat_map(|object| ObjectFile::of(object, with_meshes)).collect(),
-        attached_collision_objects: attached.collect(),
-        allowed_collisions: pairs(&mut scene.allowed()),
-        forbidden_collisions: pairs(&mut scene.forbidden()),
-        link_padding: Paddings::of(scene.padded()),
-        link_scale: Scales::of(scene.scaled()),
-    };
-    serde_json::to_string(&file).expect("a scene holds only names and finite numbers")
+    serde_json::to_string(&SceneFile::of(scene, with_meshes)).expect("a scene holds only names and finite numbers")
 }
 
 impl SceneFile {
+    /// What a file says of a scene, as [`text`] does.
+    pub fn of(scene: &Scene, with_meshes: bool) -> Self {
+        let pairs = |pairs: &mut dyn Iterator<Item = (&str, &str)>| -> Vec<(String, String)> {
+            pairs.map(|(a, b)| (a.to_owned(), b.to_owned())).collect()
+        };
+        let attached = scene.attached().iter().flat_map(|attached| AttachedObjectFile::of(attached, with_meshes));
+        Self {
+            name: scene.name().to_owned(),
+            is_diff: false,
+            fixed_frame_transforms: scene.frames().map(|(name, pose)| FrameFile::of(name, Some(pose))).collect(),
+            objects: scene.obstacles().iter().flat_map(|object| ObjectFile::of(object, with_meshes)).collect(),
+            attached_collision_objects: attached.collect(),
+            allowed_collisions: pairs(&mut scene.allowed()),
+            forbidden_collisions: pairs(&mut scene.forbidden()),
+            link_padding: Paddings::of(scene.padded()),
+            link_scale: Scales::of(scene.scaled()),
+        }
+    }
+
     /// Checks every object and builds the scene.
     ///
     /// # Errors

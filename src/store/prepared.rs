@@ -41,6 +41,11 @@ impl PreparedModel {
         Self { earlier: Mutex::new(Some(alone.clone())), ..Self::new(alone.robot().clone(), scene) }
     }
 
+    /// The scene.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
     /// The model.
     ///
     /// # Errors

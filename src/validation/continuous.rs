@@ -33,6 +33,9 @@ use crate::robot::{ConfigurationSpace, Kinematics};
 /// Intervals that one pair at a lowered floor may take on one segment before it counts as not provable.
 pub const LOWERED_FLOOR_INTERVALS: u32 = 100_000;
 
+/// A proof is tried only of bodies that are this many floors apart in the middle of an interval.
+const MARGIN: f64 = 1.5;
+
 /// Joint-space motion of the first intervals (rad; translations are divided by the robot's reach).
 const START_WIDTH: f64 = 0.35;
 
@@ -75,6 +78,8 @@ pub struct Validator<'a> {
     pub(super) scratch: &'a mut Scratch,
     pub(super) layers: Layers,
     pub(super) instructions: InstructionSet,
+    /// Bodies closer than this many of their floors are too close to be proved.
+    pub(super) margin: f64,
     pub(super) exact: u64,
 }
 
@@ -101,6 +106,7 @@ impl<'a> Validator<'a> {
             scratch,
             layers: Layers::default(),
             instructions: InstructionSet::default(),
+            margin: MARGIN,
             exact: 0,
         }
     }

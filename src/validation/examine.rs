@@ -123,9 +123,10 @@ impl Validator<'_> {
         lanes: u8,
         all_pairs: bool,
     ) {
+        let margin = self.margin;
         let Scratch { rake: scratch, segments, merged, floors, .. } = &mut *self.scratch;
         let pairs = match all_pairs {
-            true => Pairs::All { with_remote: segments.is_unconfined || 1.5 * floors.highest() >= REMOTE_M },
+            true => Pairs::All { with_remote: segments.is_unconfined || margin * floors.highest() >= REMOTE_M },
             false => Pairs::Of(merged),
         };
         let filter = self.model.filter();
@@ -162,7 +163,7 @@ impl Validator<'_> {
         let pair = unproved.pair as usize;
         let mut verdict = IntervalVerdict::Split;
         // Where its rounding exceeds half a floor, splitting would go on without an end.
-        let exactly_below = (1.5 * self.floors()[pair]).max(EXACT_BELOW_M);
+        let exactly_below = (self.margin * self.floors()[pair]).max(EXACT_BELOW_M);
         if f64::from(unproved.gap[lane]) < exactly_below || interval.half < FINEST {
             self.place(interval);
             verdict = self.decide(pair, interval.half, stop);
@@ -204,6 +205,7 @@ impl Validator<'_> {
     fn decide(&mut self, pair: usize, half: f64, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
         let (model, motion, floor) = (self.model, &self.scratch.motion, self.floors()[pair]);
         let mut interval = motion.pair_interval(model, &model.pairs()[pair], half, floor);
+        interval.too_close = self.margin * floor;
         if !self.layers.along_normal {
             interval.bend = f64::INFINITY;
         }

@@ -2,6 +2,7 @@
 
 pub mod certificate;
 pub mod continuous;
+pub mod corridor;
 pub mod discretized;
 mod examine;
 mod floors;
@@ -12,14 +13,17 @@ pub mod nearest;
 pub mod path_proof;
 mod poses;
 pub mod rake;
+pub mod reach;
 pub mod reference;
 pub mod segment_motion;
 #[cfg(test)]
 pub(crate) mod soundness;
+pub mod timed;
 mod undecided;
 
 pub use certificate::{Certificate, SegmentClaim};
 pub use continuous::{Scratch, Validator};
+pub use corridor::Corridor;
 pub use nearest::{Near, Nearest};
 pub use poses::Enclosed;
 
@@ -27,7 +31,7 @@ pub use crate::collision::Contact;
 
 /// What a validator may use; all of it, unless a test or a measurement wants to know what a layer is worth.
 /// Verdicts agree with and without each wherever the clearance is not between 1 and 1.5 floors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Layers {
     /// The eight-wide filter; without it every pair is decided exactly.
     pub filter: bool,
@@ -114,6 +118,17 @@ pub enum HitReason {
     TooClose,
     /// The node limit of a lowered floor is spent.
     Uncertified,
+}
+
+impl HitReason {
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Collision => "COLLISION",
+            Self::TooClose => "TOO_CLOSE",
+            Self::Uncertified => "UNCERTIFIED",
+        }
+    }
 }
 
 /// Where a segment is refused.

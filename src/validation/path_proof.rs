@@ -120,18 +120,23 @@ fn sampled_collision(
 
 /// Lowers the floor of the pair that was too close to what the distance seen leaves hope for.
 fn lower(validator: &mut Validator, hit: &Hit) -> bool {
-    let mut floor = validator.floors()[hit.pair];
+    let Some(floor) = lowered_floor(validator.floors()[hit.pair], hit.contact.distance) else { return false };
+    validator.set_floor(hit.pair, floor);
+    true
+}
+
+/// The next floor (m) at which a pair may be proved that was seen at this distance; `None` below the last.
+pub(super) fn lowered_floor(mut floor: f64, distance: f64) -> Option<f64> {
     if floor <= LEAST_FLOOR_M {
-        return false;
+        return None;
     }
     while floor > LEAST_FLOOR_M {
         floor = (floor / 4.0).max(LEAST_FLOOR_M);
-        if hit.contact.distance >= 1.5 * floor {
+        if distance >= 1.5 * floor {
             break;
         }
     }
-    validator.set_floor(hit.pair, floor);
-    true
+    Some(floor)
 }
 
 fn refused_at_start(pair: usize, contact: Contact) -> PathVerdict {

@@ -42,7 +42,7 @@ impl Pending {
 
     /// The next response, in place; `None` after the final one.
     ///
-    /// If more come than the buffer of 8 holds, the oldest are gone: `seq` shows the gap. At most two responses
+    /// If more come than the buffer of 8 holds, the oldest are gone: `seq` shows the gap. At most three responses
     /// of a request can be held at once.
     ///
     /// # Errors

@@ -30,6 +30,11 @@ impl Response {
         self.code
     }
 
+    /// Its sections as they lie in shared memory.
+    pub(crate) fn payload(&self) -> &[u8] {
+        self.received.payload()
+    }
+
     /// The path, row by row, in shared memory; empty if there is none.
     pub fn path(&self) -> &[f64] {
         numbers(self.received.payload(), "path", self.header.path, usize::MAX).unwrap_or_default()

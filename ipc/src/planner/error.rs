@@ -1,6 +1,6 @@
 //! Why a planner's call failed.
 
-use crate::client::{ClientError, Response};
+use crate::client::ClientError;
 use crate::control::{ControlReply, Refusal};
 use crate::instance::InstanceError;
 use crate::wire::{Code, RefusalReason, RefusalRecord, ResponseView, WireError};
@@ -92,13 +92,12 @@ impl Refused {
     ///
     /// # Errors
     /// [`WireError`] only if the daemon changed it after sending.
-    pub(super) fn of_response(response: &Response) -> Result<Self, WireError> {
-        let view = response.view()?;
+    pub(super) fn of_view(view: &ResponseView<'_>) -> Result<Self, WireError> {
         Ok(Self {
             code: view.code,
             message: view.message.to_owned(),
             retry_after_ms: view.header.retry_after_ms,
-            place: view.refusal.map(|record| Place::of(record, &view)).transpose()?,
+            place: view.refusal.map(|record| Place::of(record, view)).transpose()?,
         })
     }
 }

@@ -60,6 +60,8 @@ pub struct ResponseBody<'a> {
     pub refusal: Option<&'a RefusalRecord>,
     /// What the certificate speaks about.
     pub certificate_head: Option<&'a CertificateHead>,
+    /// Metres that bodies move at most, per unit of each velocity coordinate.
+    pub reach: &'a [f64],
     /// The text that spans point into; cut at 64 KiB.
     pub names: &'a str,
     /// One line for people; cut at 64 KiB.
@@ -81,6 +83,7 @@ impl ResponseBody<'_> {
         header.pinched_pairs = place_records(&mut end, self.pinched_pairs);
         header.refusal = place_records(&mut end, self.refusal.as_slice_of_one());
         header.certificate_head = place_records(&mut end, self.certificate_head.as_slice_of_one());
+        header.reach = place(&mut end, self.reach.len(), 8);
         header.names = place(&mut end, cut(self.names).len(), 1);
         header.message = place(&mut end, cut(self.message).len(), 1);
         if end > MAX_PAYLOAD {
@@ -99,6 +102,7 @@ impl ResponseBody<'_> {
         put(payload, header.pinched_pairs, self.pinched_pairs);
         put(payload, header.refusal, self.refusal.as_slice_of_one());
         put(payload, header.certificate_head, self.certificate_head.as_slice_of_one());
+        put(payload, header.reach, self.reach);
         put(payload, header.names, cut(self.names).as_bytes());
         put(payload, header.message, cut(self.message).as_bytes());
     }

@@ -105,7 +105,8 @@ fn number_tables(text: &mut String) {
     text.push_str(
         "\n## Request flags\n\nbit 0 strict (never lower a floor), bit 1 unwrapped (continuous columns are real numbers), \
          bit 2 without contacts (active contacts are not looked for), bit 3 watch (mode check without a deadline only: the \
-         verdict comes with status progress, and again whenever a change of the scene turns it; the scene's end is final).\n\
+         verdict comes with status progress, and again whenever a change of the scene turns it; the scene's end is final), \
+         bit 4 corridor (each segment's clearance is the largest that could be proved, up to 10 cm, and `reach` comes too).\n\
          \n## Response flags\n\nbit 0 proved, bit 1 superseded (the scene has a newer version).\n",
     );
 }

@@ -114,8 +114,11 @@ impl RequestFlags {
     /// Mode check only: do not end with the verdict, but check again after every change of the scene until the client
     /// drops the request.
     pub const WATCH: u32 = 1 << 3;
+    /// Prove each segment of the answer at the largest clearance that it keeps, up to 10 cm, and tell the reach of
+    /// each coordinate: the corridor in which what is executed stays free.
+    pub const CORRIDOR: u32 = 1 << 4;
     /// All flags that exist.
-    pub const ALL: u32 = Self::STRICT | Self::UNWRAPPED | Self::WITHOUT_CONTACTS | Self::WATCH;
+    pub const ALL: u32 = Self::STRICT | Self::UNWRAPPED | Self::WITHOUT_CONTACTS | Self::WATCH | Self::CORRIDOR;
 
     /// Checks that only known flags are set.
     ///

@@ -6,15 +6,15 @@ use super::{
     ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalRecord, ResponseFlags,
     Stage, StageRecord, Status, Termination, WireError,
 };
-use crate::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_WAYPOINTS};
+use crate::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_VARIABLES, MAX_WAYPOINTS};
 use crate::wire::body::{numbers, records, section_bytes};
 use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
     /// Header of a response on `taut/v1/optimize`.
-    ResponseHeader, size 256 {
+    ResponseHeader, size 264 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 256";
+        4 header_len: u32, "size of this header, 264";
         8 request_id: u64, "of the request answered";
         16 seq: u32, "counts the responses of this request from 0; a gap means dropped ones";
         20 status: u32, "see statuses";
@@ -51,6 +51,7 @@ wire_type! {
         232 certificate_head: Section, "0 or 1 record";
         240 names: Section, "UTF-8 bytes that text spans point into";
         248 message: Section, "UTF-8 bytes, one line for people";
+        256 reach: Section, "f64, metres that bodies move at most per unit of each velocity coordinate; with the flag corridor";
     }
 }
 
@@ -84,6 +85,9 @@ pub struct ResponseView<'a> {
     pub refusal: Option<&'a RefusalRecord>,
     /// What the certificate speaks about.
     pub certificate_head: Option<&'a CertificateHead>,
+    /// Metres that bodies move at most against each other, per unit of each velocity coordinate; empty unless the
+    /// request asked for the corridor.
+    pub reach: &'a [f64],
     /// The text that spans point into.
     pub names: &'a str,
     /// One line for people.
@@ -112,6 +116,7 @@ impl<'a> ResponseView<'a> {
             pinched_pairs: records(payload, "pinched_pairs", header.pinched_pairs, MAX_RECORDS)?,
             refusal: records(payload, "refusal", header.refusal, 1)?.first(),
             certificate_head: records(payload, "certificate_head", header.certificate_head, 1)?.first(),
+            reach: numbers(payload, "reach", header.reach, 2 * MAX_VARIABLES)?,
             names: text(payload, "names", header.names)?,
             message: text(payload, "message", header.message)?,
         })

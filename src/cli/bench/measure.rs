@@ -14,7 +14,7 @@ use super::repeats::{self, Combined, Repeat};
 use super::row::{Figures, PeerFigures, Row};
 use crate::cli::error::CliError;
 use crate::cli::load::Loaded;
-use crate::cli::report::{geometry_name, termination_name, verdict};
+use crate::cli::report::{geometry_name, verdict};
 use crate::cli::run::{self as runner, Timed};
 
 /// Runs longer than this are not repeated (s): their times are known well enough.
@@ -138,7 +138,7 @@ fn figures(arguments: &Arguments, loaded: &Loaded, timed: &Timed, combined: Comb
         floors_lowered: outcome.floors_lowered.len(),
         iterations: outcome.iterations,
         work: outcome.work,
-        termination: termination_name(outcome.termination),
+        termination: outcome.termination.name(),
         refusal: outcome.refusal.is_some().then(|| verdict(timed)),
     }
 }

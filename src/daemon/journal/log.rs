@@ -1,21 +1,15 @@
-//! The journal's file: records with checksums, one after the other; what is half written at its end was told to
-//! nobody.
+//! The journal's file: records one after the other; what is half written at its end was told to nobody.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-use sha2::{Digest, Sha256};
-
 use super::record::Record;
+use crate::daemon::frames;
 
 /// How the file starts; the number counts changes of its format.
 const START: &[u8] = b"taut journal 1\n";
-/// Bytes before each record: its length and its checksum.
-const HEADER: usize = 4 + 8;
-/// Most bytes of a record.
-const RECORD_MAX: usize = 256 * 1024 * 1024;
 /// A file of this many bytes is never written anew only to be smaller.
 const SMALL: u64 = 1024 * 1024;
 /// A file this many times as large as when it was written anew is written anew.
@@ -44,67 +38,21 @@ pub(super) enum LogError {
     },
 }
 
-/// What a file holds.
-#[derive(Default)]
-pub(super) struct Contents {
-    /// Its records in order.
-    pub records: Vec<Record>,
-    /// Bytes of a record that was not finished; nobody was told of it.
-    pub torn: usize,
-}
+/// What a file holds; a torn record's bytes were told to nobody.
+pub(super) type Contents = frames::Contents<Record>;
 
 /// Reads a journal; one that is not there is empty.
 pub(super) fn read(path: &Path) -> Result<Contents, LogError> {
     let mut bytes = Vec::new();
     match File::open(path).and_then(|mut file| file.read_to_end(&mut bytes)) {
-        Ok(_) => parse(&bytes).map_err(|place| LogError::Damaged { path: path.to_owned(), place }),
+        Ok(_) if !bytes.starts_with(START) => {
+            let place = "at its start: it is no journal of this release".to_owned();
+            Err(LogError::Damaged { path: path.to_owned(), place })
+        }
+        Ok(_) => frames::parse(&bytes, START.len()).map_err(|place| LogError::Damaged { path: path.to_owned(), place }),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Contents::default()),
         Err(source) => Err(LogError::File { path: path.to_owned(), source }),
     }
-}
-
-fn parse(bytes: &[u8]) -> Result<Contents, String> {
-    let Some(mut rest) = bytes.strip_prefix(START) else {
-        return Err("at its start: it is no journal of this release".to_owned());
-    };
-    let mut records = Vec::new();
-    while !rest.is_empty() {
-        let place = bytes.len() - rest.len();
-        let Some((header, after)) = rest.split_first_chunk::<HEADER>() else { break };
-        let length = u32::from_le_bytes([header[0], header[1], header[2], header[3]]) as usize;
-        // A record is handed to the system in one piece, so only the last can be half there.
-        let Some(payload) = after.get(..length) else { break };
-        let damaged = |how: &str| format!("at byte {place}: {how}");
-        if header[4..] != checksum(payload) {
-            return Err(damaged("a checksum is wrong"));
-        }
-        let record = bincode::serde::decode_from_slice(payload, bincode::config::standard());
-        match record {
-            Ok((record, read)) if read == length => records.push(record),
-            Ok(_) => return Err(damaged("a record is longer than it should be")),
-            Err(error) => return Err(damaged(&error.to_string())),
-        }
-        rest = &after[length..];
-    }
-    Ok(Contents { records, torn: rest.len() })
-}
-
-fn checksum(payload: &[u8]) -> [u8; 8] {
-    let digest = Sha256::digest(payload);
-    std::array::from_fn(|index| digest[index])
-}
-
-/// Appends a record to bytes.
-pub(super) fn encode(record: &Record, bytes: &mut Vec<u8>) -> Result<(), String> {
-    let payload = bincode::serde::encode_to_vec(record, bincode::config::standard());
-    let payload = payload.map_err(|error| error.to_string())?;
-    if payload.len() > RECORD_MAX {
-        return Err(format!("a record of {} bytes, at most {RECORD_MAX} are kept", payload.len()));
-    }
-    bytes.extend((payload.len() as u32).to_le_bytes());
-    bytes.extend(checksum(&payload));
-    bytes.extend(payload);
-    Ok(())
 }
 
 /// The file while it is written.
@@ -183,6 +131,7 @@ impl Log {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::daemon::frames::{HEADER, encode};
 
     fn gone(label: &str) -> Record {
         Record::SceneGone { label: label.to_owned() }

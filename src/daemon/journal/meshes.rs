@@ -4,11 +4,9 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 
-use taut::math::Vec3;
 use taut::shape::Mesh;
 
-/// What a file holds.
-type Parts = (String, Vec<Vec3>, Vec<[u32; 3]>, Vec<String>);
+use crate::daemon::content::{MeshParts, mesh_parts, restore_mesh};
 
 /// The folder of meshes.
 pub(super) struct Meshes {
@@ -41,8 +39,7 @@ impl Meshes {
         if self.written.contains(&mesh.hash()) {
             return Ok(());
         }
-        let parts = (mesh.name(), mesh.vertices(), mesh.triangles(), mesh.warnings());
-        let bytes = bincode::serde::encode_to_vec(parts, bincode::config::standard());
+        let bytes = bincode::serde::encode_to_vec(mesh_parts(mesh), bincode::config::standard());
         let bytes = bytes.map_err(|error| error.to_string())?;
         let (file, new) = (self.file(mesh.hash()), self.folder.join("new"));
         let written =
@@ -63,13 +60,9 @@ impl Meshes {
         let file = self.file(hash);
         let refuse = |reason: String| format!("{}: {reason}", file.display());
         let bytes = std::fs::read(&file).map_err(|error| refuse(error.to_string()))?;
-        let parts = bincode::serde::decode_from_slice::<Parts, _>(&bytes, bincode::config::standard());
-        let ((name, vertices, triangles, warnings), _) = parts.map_err(|error| refuse(error.to_string()))?;
-        let mesh = Mesh::restore(name, vertices, triangles, warnings).map_err(|error| refuse(error.to_string()))?;
-        if mesh.hash() != hash {
-            return Err(refuse(format!("its content has hash {:016x}", mesh.hash())));
-        }
-        let mesh = Arc::new(mesh);
+        let parts = bincode::serde::decode_from_slice::<MeshParts, _>(&bytes, bincode::config::standard());
+        let (parts, _) = parts.map_err(|error| refuse(error.to_string()))?;
+        let mesh = Arc::new(restore_mesh(parts, hash).map_err(refuse)?);
         self.written.insert(hash);
         self.read.insert(hash, Arc::downgrade(&mesh));
         Ok(mesh)

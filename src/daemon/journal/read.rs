@@ -13,9 +13,10 @@ use taut_ipc::wire::Code;
 
 use super::log::{self, Log, LogError};
 use super::meshes::Meshes;
-use super::record::{Record, RobotRecord, SceneRecord};
+use super::record::Record;
 use super::write::Writer;
 use super::{Content, Journal, Key, Kind, State};
+use crate::daemon::content::{RobotRecord, SceneRecord};
 
 /// How long a folder may still be locked by a daemon that was killed.
 const LOCK_PATIENCE: Duration = Duration::from_secs(1);

@@ -5,10 +5,12 @@ use std::fs::File;
 
 use taut::shape::PlacedShape;
 
-use super::log::{self, Log};
+use super::log::Log;
 use super::meshes::Meshes;
-use super::record::{self, Record, RobotRecord, SceneRecord, moves_between};
+use super::record::Record;
 use super::{Content, Key, Kind, State};
+use crate::daemon::content::{self, RobotRecord, SceneRecord, moves_between};
+use crate::daemon::frames;
 
 /// What the thread owns.
 pub(super) struct Writer {
@@ -56,11 +58,11 @@ impl Writer {
         let mut bytes = Vec::new();
         for (key, before) in &self.before {
             let state = &self.live[key];
-            record::meshes(shapes(&state.content)).try_for_each(|mesh| self.meshes.keep(mesh))?;
-            log::encode(&change(key, before.as_ref(), state)?, &mut bytes)?;
+            content::meshes(shapes(&state.content)).try_for_each(|mesh| self.meshes.keep(mesh))?;
+            frames::encode(&change(key, before.as_ref(), state)?, &mut bytes)?;
         }
         if ends {
-            log::encode(&Record::Ended, &mut bytes)?;
+            frames::encode(&Record::Ended, &mut bytes)?;
         }
         self.log.append(&bytes).map_err(|error| self.log.error(&error))
     }
@@ -72,14 +74,14 @@ impl Writer {
         });
         let mut bytes = Vec::new();
         for (key, state) in &self.live {
-            record::meshes(shapes(&state.content)).try_for_each(|mesh| self.meshes.keep(mesh))?;
-            log::encode(&whole(key, state)?, &mut bytes)?;
+            content::meshes(shapes(&state.content)).try_for_each(|mesh| self.meshes.keep(mesh))?;
+            frames::encode(&whole(key, state)?, &mut bytes)?;
         }
         if ends {
-            log::encode(&Record::Ended, &mut bytes)?;
+            frames::encode(&Record::Ended, &mut bytes)?;
         }
         self.log.replace(&bytes).map_err(|error| self.log.error(&error))?;
-        let used = self.live.values().flat_map(|state| record::meshes(shapes(&state.content)));
+        let used = self.live.values().flat_map(|state| content::meshes(shapes(&state.content)));
         self.meshes.retain(&used.map(|mesh| mesh.hash()).collect());
         Ok(())
     }

@@ -7,10 +7,13 @@
 mod check;
 #[cfg(test)]
 mod tests;
+mod visual;
 
 use std::sync::Arc;
 
 use roxmltree::{Document, Node};
+
+pub use visual::{Visual, visuals};
 
 use super::joint::JointKind;
 use super::xml::{self, children, line};
@@ -21,7 +24,7 @@ use crate::shape::{Mesh, MeshError, PlacedShape, Shape, ShapeError};
 /// Gives the mesh of a file name (as written in the URDF) at a scale (negative factors mirror).
 pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> + 'a;
 
-/// Reads a URDF. Only collision geometry is resolved; visuals, inertias and extensions are skipped.
+/// Reads a URDF. Only collision geometry is resolved; visuals (see [`visuals`]), inertias and extensions are skipped.
 ///
 /// Names, loops and numbers are checked once more by [`RobotModel::new`](super::RobotModel::new).
 ///

@@ -1,9 +1,12 @@
 //! From an outcome to the sections of a response.
 
-use taut::optimize::{Improvement, Outcome, RefusalPlace, Termination};
-use taut::path::Path;
-use taut::store::Snapshot;
-use taut::validation::HitReason;
+use std::sync::Arc;
+
+use crate::optimize::{Improvement, Outcome, RefusalPlace, Termination};
+use crate::path::Path;
+use crate::store::Snapshot;
+use crate::validation::HitReason;
+use serde::{Deserialize, Serialize};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{
     self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalReason,
@@ -11,19 +14,25 @@ use taut_ipc::wire::{
 };
 
 use super::records::{self, Names, stage};
-use crate::daemon::job::{Job, StopCause};
 
 /// A response, put together by a worker and sent by the I/O thread.
-#[derive(Default)]
-pub(in crate::daemon) struct Reply {
+#[derive(Clone, Default)]
+pub struct Reply {
     /// Its header; ids, lengths and sections are filled in when it is sent.
     pub header: ResponseHeader,
+    /// Shared with those who keep answers.
+    sections: Arc<Sections>,
+}
+
+#[derive(Default)]
+struct Sections {
     path: Vec<f64>,
     certificate: Vec<CertificateSegment>,
     head: Option<CertificateHead>,
     lowered: Vec<LoweredPair>,
     contacts: Vec<ActiveContact>,
     stages: Vec<StageRecord>,
+    reach: Vec<f64>,
     pinched: Vec<PinchedPair>,
     refusal: Option<RefusalRecord>,
     names: String,
@@ -32,20 +41,40 @@ pub(in crate::daemon) struct Reply {
 
 impl Reply {
     /// The sections.
-    pub(in crate::daemon) fn body(&self) -> ResponseBody<'_> {
+    pub fn body(&self) -> ResponseBody<'_> {
+        let sections = &*self.sections;
         ResponseBody {
-            path: &self.path,
-            certificate: &self.certificate,
-            lowered_pairs: &self.lowered,
-            active_contacts: &self.contacts,
-            stages: &self.stages,
-            pinched_pairs: &self.pinched,
-            refusal: self.refusal.as_ref(),
-            certificate_head: self.head.as_ref(),
-            names: &self.names,
-            message: &self.message,
+            path: &sections.path,
+            certificate: &sections.certificate,
+            lowered_pairs: &sections.lowered,
+            active_contacts: &sections.contacts,
+            stages: &sections.stages,
+            reach: &sections.reach,
+            pinched_pairs: &sections.pinched,
+            refusal: sections.refusal.as_ref(),
+            certificate_head: sections.head.as_ref(),
+            names: &sections.names,
+            message: &sections.message,
         }
     }
+
+    /// The line for people.
+    pub fn message(&self) -> &str {
+        &self.sections.message
+    }
+}
+
+/// Why the work on a request ends before it is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum StopCause {
+    /// The deadline came.
+    Deadline,
+    /// The client went away.
+    Cancelled,
+    /// The client wants the best so far.
+    FinishedEarly,
+    /// The daemon ends.
+    Shutdown,
 }
 
 /// The code of an outcome that ended by itself or for this reason.
@@ -94,7 +123,7 @@ fn header(snapshot: &Snapshot, path: &Path) -> ResponseHeader {
 }
 
 /// Header of an improvement. Its clearance and floor come with the final response.
-pub(in crate::daemon) fn progress(job: &Job, improvement: &Improvement, lengths: [f64; 3]) -> ResponseHeader {
+pub fn progress(snapshot: &Snapshot, improvement: &Improvement, lengths: [f64; 3]) -> ResponseHeader {
     let [length_before, length_after, lower_bound] = lengths;
     ResponseHeader {
         status: Status::Progress.into(),
@@ -107,12 +136,12 @@ pub(in crate::daemon) fn progress(job: &Job, improvement: &Improvement, lengths:
         lower_bound,
         iterations: improvement.iterations,
         work: improvement.work,
-        ..header(&job.snapshot, improvement.path)
+        ..header(snapshot, improvement.path)
     }
 }
 
 /// The final response of a job that was computed.
-pub(in crate::daemon) fn answered(job: &Job, outcome: &Outcome, cause: Option<StopCause>) -> Reply {
+pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>) -> Reply {
     let mut names = Names::default();
     let refusal = outcome.refusal.as_ref().map(|hit| records::refusal(hit, outcome, &mut names));
     let reason = outcome.refusal.as_ref().map_or(RefusalReason::None, |hit| records::reason(hit.reason));
@@ -133,50 +162,57 @@ pub(in crate::daemon) fn answered(job: &Job, outcome: &Outcome, cause: Option<St
         searched_m: outcome.nearest.as_ref().map_or(0.0, |nearest| nearest.searched_m),
         iterations: outcome.iterations,
         work: outcome.work,
-        ..header(&job.snapshot, &outcome.path)
+        ..header(snapshot, &outcome.path)
     };
-    Reply {
-        header,
+    let sections = Sections {
         path: outcome.path.as_flat().to_vec(),
         certificate: certificate.map(records::segments).unwrap_or_default(),
         head: certificate.map(|certificate| records::head(certificate, &outcome.path)),
         lowered,
         contacts: outcome.nearest.as_ref().map(|nearest| records::contacts(nearest, &mut names)).unwrap_or_default(),
         stages: records::stages(outcome),
+        reach: outcome.corridor.as_ref().map(|corridor| corridor.reach.clone()).unwrap_or_default(),
         pinched: records::pinched(outcome, &mut names),
         refusal,
         names: names.text,
         message: message(outcome),
-    }
+    };
+    Reply { header, sections: Arc::new(sections) }
 }
 
 /// The final response of a job whose deadline passed while it waited: the input, nothing computed, lengths 0.
-pub(in crate::daemon) fn expired(job: &Job) -> Reply {
-    untouched(job, Code::TimedOut, wire::Termination::Deadline, "the deadline passed while the request waited")
+pub fn expired(snapshot: &Snapshot, path: &Path) -> Reply {
+    untouched(
+        snapshot,
+        path,
+        Code::TimedOut,
+        wire::Termination::Deadline,
+        "the deadline passed while the request waited",
+    )
 }
 
 /// The final response of a job that a stopping daemon, or a client that wants an answer now, took from the queue.
-pub(in crate::daemon) fn preempted(job: &Job, cause: StopCause) -> Reply {
+pub fn preempted(snapshot: &Snapshot, path: &Path, cause: StopCause) -> Reply {
     let termination = match cause {
         StopCause::FinishedEarly => wire::Termination::FinishedEarly,
         _ => wire::Termination::Cancelled,
     };
-    untouched(job, Code::Preempted, termination, "ended before it was begun")
+    untouched(snapshot, path, Code::Preempted, termination, "ended before it was begun")
 }
 
-fn untouched(job: &Job, code: Code, termination: wire::Termination, message: &str) -> Reply {
+fn untouched(snapshot: &Snapshot, path: &Path, code: Code, termination: wire::Termination, message: &str) -> Reply {
     let header = ResponseHeader {
         status: Status::Final.into(),
         code: code.into(),
         termination: termination.into(),
-        ..header(&job.snapshot, &job.path)
+        ..header(snapshot, path)
     };
-    let (path, message) = (job.path.as_flat().to_vec(), message.to_owned());
-    Reply { header, path, message, ..Reply::default() }
+    let (path, message) = (path.as_flat().to_vec(), message.to_owned());
+    Reply { header, sections: Arc::new(Sections { path, message, ..Sections::default() }) }
 }
 
 /// The final response that only says why not.
-pub(in crate::daemon) fn refused(refusal: Refusal) -> Reply {
+pub fn refused(refusal: Refusal) -> Reply {
     let header = ResponseHeader {
         status: Status::Final.into(),
         code: refusal.code,
@@ -184,7 +220,7 @@ pub(in crate::daemon) fn refused(refusal: Refusal) -> Reply {
         termination: wire::Termination::Refused.into(),
         ..ResponseHeader::default()
     };
-    Reply { header, message: refusal.message, ..Reply::default() }
+    Reply { header, sections: Arc::new(Sections { message: refusal.message, ..Sections::default() }) }
 }
 
 /// How a warning starts in the message, which otherwise holds the hint of a refusal.

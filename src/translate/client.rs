@@ -1,7 +1,7 @@
 //! The client's side: from settings to a request, and from a response back to an outcome.
 
-use taut::optimize::{LoweredFloor, Mode, Outcome, Settings, Termination};
-use taut::path::Path;
+use crate::optimize::{LoweredFloor, Mode, Outcome, Settings, Termination};
+use crate::path::Path;
 use taut_ipc::wire::{self, Code, NO_GROUP, RequestFlags, RequestHeader, ResponseView, WireError};
 
 use super::answer::WARNING;
@@ -41,9 +41,10 @@ pub fn request_header(settings: &Settings) -> RequestHeader {
     let strict = if settings.strict { RequestFlags::STRICT } else { 0 };
     let unwrapped = if settings.unwrapped { RequestFlags::UNWRAPPED } else { 0 };
     let without_contacts = if settings.contacts { 0 } else { RequestFlags::WITHOUT_CONTACTS };
+    let corridor = if settings.corridor { RequestFlags::CORRIDOR } else { 0 };
     RequestHeader {
         mode: mode.into(),
-        flags: strict | unwrapped | without_contacts,
+        flags: strict | unwrapped | without_contacts | corridor,
         group: NO_GROUP,
         seed: settings.seed,
         work_budget: settings.work_budget,
@@ -67,6 +68,7 @@ pub fn outcome(view: &ResponseView, settings: &Settings, weights: &[f64]) -> Res
     let lowered: Vec<LoweredFloor> =
         view.lowered_pairs.iter().map(|pair| sections::lowered(pair, view)).collect::<Result<_, _>>()?;
     let certificate = sections::certificate(view, settings, &path, &lowered)?;
+    let corridor = certificate.as_ref().and_then(|certificate| sections::corridor(view, certificate));
     let outcome = Outcome {
         path,
         proved: view.is_proved(),
@@ -87,6 +89,7 @@ pub fn outcome(view: &ResponseView, settings: &Settings, weights: &[f64]) -> Res
         stages: sections::stages(view)?,
         termination: termination(view.termination),
         warnings: warnings.iter().map(|line| line[WARNING.len()..].to_owned()).collect(),
+        corridor,
         certificate,
     };
     Ok((outcome, view.code))

@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
+use crate::optimize::{self, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal as Hit};
+use crate::path::Path;
+use crate::validation::{Certificate, HitReason, SegmentClaim};
 use sha2::{Digest, Sha256};
-use taut::optimize::{self, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal as Hit};
-use taut::path::Path;
-use taut::validation::{Certificate, HitReason, SegmentClaim};
 use taut_ipc::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT};
 use taut_ipc::wire::{
     ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalReason, RefusalRecord, Stage,

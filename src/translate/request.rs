@@ -1,11 +1,13 @@
 //! From a request on the wire to settings and a path.
 
-use taut::optimize::{Mode, RequestError, Settings};
-use taut::path::Path;
-use taut::robot::{Component, RobotModel};
-use taut::store::Snapshot;
+use std::sync::Arc;
+
+use crate::optimize::{Mode, RequestError, Settings};
+use crate::path::Path;
+use crate::robot::{Component, RobotModel};
+use crate::store::{Snapshot, Wanted};
 use taut_ipc::control::Refusal;
-use taut_ipc::wire::{self, Code, NO_GROUP, RequestFlags, RequestView};
+use taut_ipc::wire::{self, Code, NO_GROUP, RequestFlags, RequestHeader, RequestView};
 
 fn mode(mode: wire::Mode) -> Mode {
     match mode {
@@ -18,16 +20,46 @@ fn mode(mode: wire::Mode) -> Mode {
     }
 }
 
+/// What a request wants to be computed with.
+pub fn wanted(header: &RequestHeader) -> Wanted {
+    Wanted {
+        robot_id: header.robot_id,
+        robot_hash: header.robot_hash,
+        scene_id: header.scene_id,
+        scene_hash: header.scene_hash,
+        scene_version: header.scene_version,
+    }
+}
+
+/// Whether the request is made for the columns that the robot has: by position they would be silently wrong for another
+/// maker's robot of the same name.
+///
+/// # Errors
+/// The refusal.
+pub fn check_layout(header: &RequestHeader, snapshot: &Snapshot) -> Result<(), Refusal> {
+    let layout = snapshot.robot.layout_hash();
+    if header.layout_hash == layout {
+        return Ok(());
+    }
+    let names: Vec<&str> = snapshot.robot.variables().iter().map(|variable| variable.name.as_str()).collect();
+    let text = format!(
+        "the request has layout hash {:016x}, the robot {layout:016x}: columns {}; describe the robot and send in its order",
+        header.layout_hash,
+        names.join(", ")
+    );
+    Err(Refusal::new(Code::InvalidRobotState, text))
+}
+
 /// Copies a request out of shared memory, once, and translates the copy. The path's numbers are not checked yet;
 /// the core does that.
 ///
 /// # Errors
 /// A refusal with the bad value and the valid ones.
-pub(in crate::daemon) fn settings_and_path(
+pub fn settings_and_path(
     view: &RequestView,
     snapshot: &Snapshot,
     default_clearance_m: f64,
-) -> Result<(Settings, Path), Refusal> {
+) -> Result<(Arc<Settings>, Arc<Path>), Refusal> {
     let (header, robot) = (&view.header, &snapshot.robot);
     let nq = robot.space().nq();
     if header.variables as usize != nq {
@@ -50,10 +82,11 @@ pub(in crate::daemon) fn settings_and_path(
         fixed_waypoints: mask("fixed_waypoints", view.fixed_waypoints)?,
         moving: moving(view, robot)?,
         held: listed(view.held_values),
+        corridor: header.flags & RequestFlags::CORRIDOR != 0,
         contacts: header.flags & RequestFlags::WITHOUT_CONTACTS == 0,
         ..Settings::default()
     };
-    Ok((settings, path))
+    Ok((Arc::new(settings), Arc::new(path)))
 }
 
 /// A mask of the wire, or none where it is absent.
@@ -113,7 +146,7 @@ fn coordinates(robot: &RobotModel, columns: &[bool]) -> Result<Vec<bool>, Refusa
 }
 
 /// The refusal of a request that the core cannot compute.
-pub(in crate::daemon) fn request_refusal(error: &RequestError) -> Refusal {
+pub fn request_refusal(error: &RequestError) -> Refusal {
     let code = match error {
         RequestError::Metric(_) | RequestError::Count { .. } | RequestError::Clearance(_) => Code::MalformedRequest,
         _ => Code::InvalidRobotState,

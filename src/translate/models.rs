@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use taut::collision::CollisionModelError;
-use taut::files::{FileError, RobotFiles, RootJoint};
-use taut::robot::{Component, JointKind, RobotModel, VirtualJoint};
-use taut::scene::diff_file::SceneDiff;
-use taut::scene::{Scene, SceneError};
-use taut::store::{ModelStore, RobotEntry, SceneEntry, StoreError};
+use crate::collision::CollisionModelError;
+use crate::files::{FileError, RobotFiles, RootJoint};
+use crate::robot::{Component, JointKind, RobotModel, VirtualJoint};
+use crate::scene::diff_file::SceneDiff;
+use crate::scene::{Scene, SceneError};
+use crate::store::{ModelStore, RobotEntry, SceneEntry, StoreError};
 use taut_ipc::control::{
     self, GroupDescription, Refusal, RobotDescription, RobotSource, RobotSummary, SceneSummary, VariableDescription,
     VirtualJointKind,
@@ -16,7 +16,7 @@ use taut_ipc::control::{
 use taut_ipc::wire::Code;
 
 /// The files of a robot as a control message names them.
-pub(in crate::daemon) fn robot_files(source: RobotSource) -> RobotFiles {
+pub fn robot_files(source: RobotSource) -> RobotFiles {
     let mut allowed_collisions = source.allowed_collisions;
     let urdf = match source.spherized_urdf {
         None => source.urdf,
@@ -77,7 +77,7 @@ fn virtual_joint(joint: Option<&VirtualJoint>) -> control::VirtualJoint {
 }
 
 /// What a client has to know of a robot.
-pub(in crate::daemon) fn describe(label: &str, entry: &RobotEntry) -> RobotDescription {
+pub fn describe(label: &str, entry: &RobotEntry) -> RobotDescription {
     let robot = &entry.robot;
     RobotDescription {
         label: label.to_owned(),
@@ -96,7 +96,7 @@ pub(in crate::daemon) fn describe(label: &str, entry: &RobotEntry) -> RobotDescr
 }
 
 fn variables(robot: &RobotModel) -> Vec<VariableDescription> {
-    let described = |variable: &taut::robot::Variable| VariableDescription {
+    let described = |variable: &crate::robot::Variable| VariableDescription {
         name: variable.name.clone(),
         lower: variable.lower,
         upper: variable.upper,
@@ -129,18 +129,18 @@ fn group(robot: &RobotModel, name: &str, moving: &[bool]) -> GroupDescription {
 }
 
 /// A robot in a listing.
-pub(in crate::daemon) fn robot_summary(label: &str, entry: &RobotEntry) -> RobotSummary {
+pub fn robot_summary(label: &str, entry: &RobotEntry) -> RobotSummary {
     let nq = entry.robot.space().nq() as u32;
     RobotSummary { label: label.to_owned(), robot_id: entry.id, robot_hash: entry.robot.hash(), nq }
 }
 
 /// A scene in a listing.
-pub(in crate::daemon) fn scene_summary(label: &str, entry: &SceneEntry) -> SceneSummary {
+pub fn scene_summary(label: &str, entry: &SceneEntry) -> SceneSummary {
     SceneSummary { warnings: entry.scene.warnings().to_vec(), ..scene_state(label, entry) }
 }
 
 /// The same without a look at what is odd about its objects.
-pub(in crate::daemon) fn scene_state(label: &str, entry: &SceneEntry) -> SceneSummary {
+pub fn scene_state(label: &str, entry: &SceneEntry) -> SceneSummary {
     SceneSummary {
         label: label.to_owned(),
         scene_id: entry.id,
@@ -154,7 +154,7 @@ pub(in crate::daemon) fn scene_state(label: &str, entry: &SceneEntry) -> SceneSu
 }
 
 /// The refusal of what the store refuses.
-pub(in crate::daemon) fn store_refusal(error: &StoreError) -> Refusal {
+pub fn store_refusal(error: &StoreError) -> Refusal {
     let code = match error {
         StoreError::LabelTaken { .. } | StoreError::SameId { .. } => Code::LabelTaken,
         StoreError::UnknownRobot { .. } => Code::UnknownRobot,
@@ -170,7 +170,7 @@ pub(in crate::daemon) fn store_refusal(error: &StoreError) -> Refusal {
 ///
 /// # Errors
 /// The refusal.
-pub(in crate::daemon) fn name_refusal(diff: &SceneDiff, scene: &Scene, store: &ModelStore) -> Result<(), Refusal> {
+pub fn name_refusal(diff: &SceneDiff, scene: &Scene, store: &ModelStore) -> Result<(), Refusal> {
     let robots = || store.robots().values().map(|entry| &entry.robot);
     if store.robots().is_empty() {
         return Ok(());
@@ -205,7 +205,7 @@ fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
 }
 
 /// The refusal of a change that a scene does not take.
-pub(in crate::daemon) fn scene_refusal(error: &SceneError) -> Refusal {
+pub fn scene_refusal(error: &SceneError) -> Refusal {
     let code = match error {
         SceneError::Duplicate(_)
         | SceneError::UnknownObject { .. }
@@ -220,7 +220,7 @@ pub(in crate::daemon) fn scene_refusal(error: &SceneError) -> Refusal {
 }
 
 /// The refusal of a file that cannot be read or is wrong.
-pub(in crate::daemon) fn file_refusal(error: &FileError) -> Refusal {
+pub fn file_refusal(error: &FileError) -> Refusal {
     let code = match error {
         FileError::Unreadable { .. } => Code::UnreadableFile,
         _ => Code::InvalidModel,
@@ -230,7 +230,7 @@ pub(in crate::daemon) fn file_refusal(error: &FileError) -> Refusal {
 
 /// The refusal of a robot and a scene that do not go together: a pair of names one of which does not
 /// exist. Beside a link the missing one is taken for an object, beside an object for a link.
-pub(in crate::daemon) fn model_refusal(error: &CollisionModelError, robot: &RobotModel) -> Refusal {
+pub fn model_refusal(error: &CollisionModelError, robot: &RobotModel) -> Refusal {
     let code = match error {
         CollisionModelError::UnknownName { beside, .. } => {
             if robot.link_index(beside).is_some() {

@@ -1,9 +1,10 @@
 //! From the records of a response's sections back to an outcome.
 
-use taut::math::Vec3;
-use taut::optimize::{self, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, Settings, StageShare};
-use taut::path::Path;
-use taut::validation::{Certificate, HitReason, SegmentClaim};
+use crate::math::Vec3;
+use crate::optimize::{self, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, Settings, StageShare};
+use crate::path::Path;
+use crate::validation::corridor;
+use crate::validation::{Certificate, Corridor, HitReason, SegmentClaim};
 use taut_ipc::wire::{self, ActiveContact, Code, RefusalReason, ResponseView, Stage, StageRecord, TextSpan, WireError};
 
 use super::client::AnswerError;
@@ -80,6 +81,13 @@ pub(super) fn certificate(
         digest: None,
     };
     Ok(Some(certificate.sealed()))
+}
+
+/// The corridor; `None` where it was not asked for.
+pub(super) fn corridor(view: &ResponseView, certificate: &Certificate) -> Option<Corridor> {
+    let reach = view.reach.to_vec();
+    let slack_m = corridor::slack_m(certificate);
+    (!reach.is_empty()).then(|| Corridor { floor_m: certificate.floor_m(), reach, slack_m })
 }
 
 /// What is nearest along the path; `None` where it was not looked for.

@@ -1,0 +1,150 @@
+//! One answer.
+
+use super::{Columns, PlannerError, Refused};
+use crate::client::Response;
+use crate::wire::body::numbers;
+use crate::wire::{Code, ResponseBody, ResponseHeader, ResponseView, Status, WireError};
+use std::sync::Arc;
+
+/// An answer to a request: an improvement, or the final one.
+///
+/// It lies in shared memory, which goes back when it is dropped, or in memory of its own.
+#[derive(Debug)]
+pub struct Best {
+    memory: Memory,
+    columns: Arc<Columns>,
+}
+
+#[derive(Debug)]
+enum Memory {
+    Shared(Response),
+    /// Words, so that the sections are aligned.
+    Own(ResponseHeader, Vec<u64>),
+}
+
+impl Best {
+    pub(super) fn new(response: Response, columns: Arc<Columns>) -> Self {
+        Self { memory: Memory::Shared(response), columns }
+    }
+
+    /// An answer made in this process, as the daemon would send it.
+    ///
+    /// # Errors
+    /// [`WireError::PayloadSize`] if the daemon could not send it.
+    pub fn made(header: &ResponseHeader, body: &ResponseBody<'_>, columns: Arc<Columns>) -> Result<Self, WireError> {
+        let mut header = ResponseHeader {
+            wire_version: crate::limits::WIRE_VERSION,
+            header_len: size_of::<ResponseHeader>() as u32,
+            ..*header
+        };
+        let bytes = body.lay_out(&mut header)?;
+        let mut words = vec![0_u64; bytes.div_ceil(8)];
+        body.write(&header, bytemuck::cast_slice_mut(&mut words));
+        ResponseView::parse(header, bytemuck::cast_slice(&words))?;
+        Ok(Self { memory: Memory::Own(header, words), columns })
+    }
+
+    /// The same answer in memory of its own; the shared memory goes back.
+    pub fn into_own(self) -> Self {
+        let Self { memory, columns } = self;
+        let memory = match memory {
+            Memory::Shared(response) => {
+                let payload = response.payload();
+                let mut words = vec![0_u64; payload.len().div_ceil(8)];
+                bytemuck::cast_slice_mut(&mut words)[..payload.len()].copy_from_slice(payload);
+                Memory::Own(*response.header(), words)
+            }
+            own => own,
+        };
+        Self { memory, columns }
+    }
+
+    /// Whether it lies in shared memory.
+    pub fn is_shared(&self) -> bool {
+        matches!(self.memory, Memory::Shared(_))
+    }
+
+    /// The header.
+    pub fn header(&self) -> &ResponseHeader {
+        match &self.memory {
+            Memory::Shared(response) => response.header(),
+            Memory::Own(header, _) => header,
+        }
+    }
+
+    /// How it went.
+    pub fn code(&self) -> Code {
+        // Checked when it came.
+        Code::try_from(self.header().code).unwrap_or(Code::MalformedRequest)
+    }
+
+    /// Whether it is the last answer to its request.
+    pub fn is_final(&self) -> bool {
+        self.header().status == u32::from(Status::Final)
+    }
+
+    /// The path, row by row, all of the robot's variables in its order; empty if there is none.
+    pub fn path(&self) -> &[f64] {
+        match &self.memory {
+            Memory::Shared(response) => response.path(),
+            Memory::Own(header, words) => {
+                numbers(bytemuck::cast_slice(words), "path", header.path, usize::MAX).unwrap_or_default()
+            }
+        }
+    }
+
+    /// All sections.
+    ///
+    /// # Errors
+    /// [`WireError`] only if the daemon changed them after sending.
+    pub fn view(&self) -> Result<ResponseView<'_>, WireError> {
+        match &self.memory {
+            Memory::Shared(response) => response.view(),
+            Memory::Own(header, words) => ResponseView::parse(*header, bytemuck::cast_slice(words)),
+        }
+    }
+
+    /// The line for people, empty if there is none.
+    pub fn message(&self) -> &str {
+        self.view().map_or("", |view| view.message)
+    }
+
+    /// Rows of the path; 0 where there is none.
+    pub fn waypoints(&self) -> usize {
+        self.path().len() / self.columns.robot_width().max(1)
+    }
+
+    /// How the caller's columns lie in [`Self::path`].
+    pub fn columns(&self) -> &Columns {
+        &self.columns
+    }
+
+    /// The path in the caller's columns, row by row, as a copy.
+    pub fn to_rows(&self) -> Vec<f64> {
+        let mut rows = vec![0.0; self.waypoints() * self.columns.width()];
+        self.columns.read(self.path(), &mut rows);
+        rows
+    }
+
+    /// Itself if it is a success or an improvement.
+    ///
+    /// # Errors
+    /// [`PlannerError::Refused`] otherwise, with bodies and place where the path is what is wrong.
+    pub fn check(self) -> Result<Self, PlannerError> {
+        match self.refused()? {
+            None => Ok(self),
+            Some(refused) => Err(PlannerError::Refused(Box::new(refused))),
+        }
+    }
+
+    /// What it says against the path or the request, if it is no success.
+    ///
+    /// # Errors
+    /// [`PlannerError::Client`] only if the daemon changed it after sending.
+    pub fn refused(&self) -> Result<Option<Refused>, PlannerError> {
+        if self.code() == Code::Success {
+            return Ok(None);
+        }
+        Ok(Some(Refused::of_view(&self.view()?)?))
+    }
+}

@@ -1,0 +1,94 @@
+//! Recorded runs: requests with their robots and scenes and the answers they got, so that the same answers can be
+//! computed again elsewhere, to the last bit (`taut record`, `taut replay`, `taut why --bundle`).
+//!
+//! The I/O thread only hands over what it holds anyway, all of it shared; a thread of its own writes. What would have
+//! to wait because the disk is slow is left out and counted. The last answers are remembered for a bundle.
+
+mod control;
+mod read;
+mod record;
+mod recorder;
+mod replay;
+#[cfg(test)]
+mod tests;
+mod write;
+
+use std::sync::Arc;
+
+use taut::optimize::Settings;
+use taut::path::Path;
+use taut::robot::RobotModel;
+use taut::scene::Scene;
+use taut_ipc::limits::WIRE_VERSION;
+use taut_ipc::wire::{ResponseBody, ResponseHeader};
+
+pub use read::{Recorded, Recording, RecordingError};
+pub(super) use recorder::Recorder;
+pub use replay::{Replay, Verdict};
+
+use super::event::Way;
+use super::job::Job;
+use super::translate::Reply;
+
+/// A request as a worker gets it, without the model that it is computed with.
+pub(super) struct Question {
+    /// Its number in the daemon.
+    pub number: u64,
+    /// Its client's id of it.
+    pub request_id: u64,
+    pub client: u128,
+    pub received_ns: u64,
+    pub deadline_ns: Option<u64>,
+    pub priority: u32,
+    pub robot: Arc<RobotModel>,
+    pub scene: Arc<Scene>,
+    pub scene_id: u64,
+    pub scene_version: u64,
+    pub settings: Arc<Settings>,
+    pub path: Arc<Path>,
+    /// Whether it goes to the recording that runs.
+    is_recorded: bool,
+}
+
+/// What its client was told.
+pub(super) struct Answer {
+    pub reply: Reply,
+    pub way: Way,
+}
+
+impl Answer {
+    /// Header and sections, as on the wire; one that is too large for the wire comes without sections, as nobody got
+    /// them.
+    fn encoded(&self) -> (ResponseHeader, Vec<u8>) {
+        let (mut header, mut body) = (self.reply.header, self.reply.body());
+        (header.wire_version, header.header_len) = (WIRE_VERSION, size_of::<ResponseHeader>() as u32);
+        let bytes = body.lay_out(&mut header).unwrap_or_else(|_| {
+            body = ResponseBody::default();
+            header.waypoints = 0;
+            body.lay_out(&mut header).expect("nothing fits a payload")
+        });
+        let mut payload = vec![0; bytes];
+        body.write(&header, &mut payload);
+        (header, payload)
+    }
+}
+
+impl Question {
+    fn of(job: &Job, is_recorded: bool) -> Self {
+        Self {
+            number: job.id,
+            request_id: job.request_id,
+            client: job.client,
+            received_ns: job.received_ns,
+            deadline_ns: job.deadline_ns,
+            priority: job.priority,
+            robot: job.snapshot.robot.clone(),
+            scene: job.snapshot.model.scene().clone(),
+            scene_id: job.snapshot.scene_id,
+            scene_version: job.snapshot.scene_version,
+            settings: job.settings.clone(),
+            path: job.path.clone(),
+            is_recorded,
+        }
+    }
+}

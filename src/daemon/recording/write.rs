@@ -1,0 +1,118 @@
+//! Writing a run: each robot, scene and mesh once, before the first request that needs it.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+
+use taut::math::Pose;
+use taut::scene::Scene;
+use taut::shape::PlacedShape;
+
+use super::record::{AnswerRecord, RequestRecord, RunRecord, START};
+use super::{Answer, Question};
+use crate::daemon::content::{RobotRecord, SceneRecord, mesh_parts, meshes, moves_between};
+use crate::daemon::frames;
+
+/// A file that is being written.
+pub(super) struct RunWriter {
+    file: File,
+    /// Bytes so far.
+    pub bytes: u64,
+    written: HashSet<u64>,
+    /// The last scene of each label.
+    scenes: HashMap<u64, Arc<Scene>>,
+}
+
+impl RunWriter {
+    /// Begins a file; one that is there is replaced.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub(super) fn create(path: &Path) -> Result<Self, String> {
+        let mut file = File::create(path).map_err(|error| error.to_string())?;
+        file.write_all(START).map_err(|error| error.to_string())?;
+        let bytes = START.len() as u64;
+        let mut writer = Self { file, bytes, written: HashSet::new(), scenes: HashMap::new() };
+        let facts = [("taut", env!("CARGO_PKG_VERSION")), ("machine", std::env::consts::ARCH)];
+        let facts = facts.map(|(name, value)| (name.to_owned(), value.to_owned()));
+        writer.write(&RunRecord::Written(BTreeMap::from(facts)))?;
+        Ok(writer)
+    }
+
+    /// Writes a record in one piece.
+    pub(super) fn write(&mut self, record: &RunRecord) -> Result<(), String> {
+        let mut bytes = Vec::new();
+        frames::encode(record, &mut bytes)?;
+        self.file.write_all(&bytes).map_err(|error| error.to_string())?;
+        self.bytes += bytes.len() as u64;
+        Ok(())
+    }
+
+    /// Writes a request, and what it needs first.
+    pub(super) fn request(&mut self, question: &Question) -> Result<(), String> {
+        let (robot, scene) = (&question.robot, &question.scene);
+        if self.written.insert(robot.hash()) {
+            self.meshes(robot.links().iter().flat_map(|link| &link.shapes))?;
+            self.write(&RunRecord::Robot { hash: robot.hash(), robot: RobotRecord::of(robot)? })?;
+        }
+        if self.written.insert(scene.hash()) {
+            self.meshes(scene.objects().flat_map(|object| object.shapes.iter()))?;
+            self.scene(question.scene_id, scene)?;
+        }
+        self.scenes.insert(question.scene_id, scene.clone());
+        self.write(&RunRecord::Request(Box::new(RequestRecord {
+            number: question.number,
+            request_id: question.request_id,
+            client: question.client,
+            received_ns: question.received_ns,
+            deadline_ns: question.deadline_ns.unwrap_or(0),
+            priority: question.priority,
+            robot_hash: robot.hash(),
+            scene_hash: scene.hash(),
+            scene_id: question.scene_id,
+            scene_version: question.scene_version,
+            settings: question.settings.as_ref().clone(),
+            columns: question.path.nq(),
+            path: question.path.as_flat().to_vec(),
+        })))
+    }
+
+    /// A scene of which only something moved is written as that.
+    fn scene(&mut self, scene_id: u64, scene: &Arc<Scene>) -> Result<(), String> {
+        let hash = scene.hash();
+        let moved = self.scenes.get(&scene_id).and_then(|base| Some((base.hash(), moved_between(base, scene)?)));
+        match moved {
+            Some((base, moved)) => self.write(&RunRecord::Moved { hash, base, moved }),
+            None => self.write(&RunRecord::Scene { hash, scene: SceneRecord::of(scene)? }),
+        }
+    }
+
+    fn meshes<'a>(&mut self, shapes: impl Iterator<Item = &'a PlacedShape>) -> Result<(), String> {
+        for mesh in meshes(shapes) {
+            if self.written.insert(mesh.hash()) {
+                self.write(&RunRecord::Mesh { hash: mesh.hash(), parts: mesh_parts(mesh) })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes an answer.
+    pub(super) fn answer(&mut self, number: u64, answer: &Answer) -> Result<(), String> {
+        let (header, payload) = answer.encoded();
+        let header = bytemuck::bytes_of(&header).to_vec();
+        self.write(&RunRecord::Answer(Box::new(AnswerRecord { number, way: answer.way, header, payload })))
+    }
+}
+
+/// Objects of the world that are elsewhere in `after`, if nothing else differs.
+fn moved_between(before: &Scene, after: &Scene) -> Option<Vec<(String, Pose)>> {
+    let moves = moves_between(before, after)?;
+    let standing = after.obstacles().len();
+    if moves.iter().any(|(index, _)| *index as usize >= standing) {
+        return None;
+    }
+    let ids: Vec<&str> = after.obstacles().iter().map(|object| object.id.as_str()).collect();
+    Some(moves.into_iter().map(|(index, pose)| (ids[index as usize].to_owned(), pose)).collect())
+}

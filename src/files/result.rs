@@ -1,0 +1,333 @@
+//! Result files, `taut-result/1`: an answer with all that is needed to look at it, check it or go on with it.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::{FileError, RobotFiles, read_text};
+use crate::optimize::{Outcome, PathContact, Refusal, StageShare};
+use crate::path;
+use crate::scene::scene_file::SceneFile;
+use crate::validation::Certificate;
+
+/// What a result file calls itself.
+pub const RESULT_FORMAT: &str = "taut-result/1";
+
+/// An answer. Lengths are in the metric of `weights`, distances in metres, times in seconds; segments and waypoints
+/// count from 0.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ResultFile {
+    /// [`RESULT_FORMAT`].
+    pub format: String,
+    /// Label of the problem, or the file's name.
+    pub name: String,
+    /// Optimizer that was asked for.
+    pub mode: String,
+    /// Which of the robot's models was taken: `given`, `spheres`, or `loaded` where the daemon had it.
+    pub geometry: String,
+    /// Whether `path` is proved.
+    pub proved: bool,
+    /// Result code, MoveIt's where it has one.
+    pub code: i32,
+    /// Its name.
+    pub code_name: String,
+    /// Length of `path_before`.
+    pub length_before: f64,
+    /// Length of `path`.
+    pub length_after: f64,
+    /// Distance of the ends: no path is shorter.
+    pub lower_bound: f64,
+    /// By which part of the lower bound `path` is longer.
+    pub gap: Option<f64>,
+    /// What lengths are measured in, for people.
+    pub metric: String,
+    /// Clearance asked for (m).
+    pub clearance_m: f64,
+    /// Smallest floor of any pair (m).
+    pub floor_m: f64,
+    /// Pairs with a lowered floor.
+    pub floors_lowered: Vec<ResultFloor>,
+    /// Pairs between which the path is pinched.
+    pub pinched: Vec<[String; 2]>,
+    /// How far was looked for what is nearest (m).
+    pub searched_m: Option<f64>,
+    /// The smallest clearance and where it is.
+    pub smallest_clearance: Option<ResultContact>,
+    /// What holds the path.
+    pub contacts: Option<Vec<ResultContact>>,
+    /// The daemon's id of the request, in 16 hexadecimal digits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub request_id: Option<String>,
+    /// CPU time of the thread that computed it.
+    pub cpu_s: f64,
+    /// Time on the clock.
+    pub time_s: f64,
+    /// Iterations of the optimizer.
+    pub iterations: u64,
+    /// Pairs examined.
+    pub work: u64,
+    /// How the run ended.
+    pub termination: String,
+    /// The stage that found `path`.
+    pub stage: String,
+    /// What each stage did.
+    pub stages: Vec<ResultShare>,
+    /// When each proved improvement was seen (s since the start), and its length.
+    pub lengths_over_time: Vec<(f64, f64)>,
+    /// Where the input is refused, if it is.
+    #[serde(flatten)]
+    pub refusal: Option<ResultRefusal>,
+    /// What is odd about robot, scene and request, a line each.
+    pub warnings: Vec<String>,
+    /// Columns of both paths, by MoveIt's variable names.
+    pub variables: Vec<String>,
+    /// Weights of the metric, one per velocity coordinate.
+    pub weights: Vec<f64>,
+    /// The answer's waypoints (m, rad, quaternions x y z w).
+    pub path: Vec<Vec<f64>>,
+    /// The input's waypoints, in the same columns.
+    pub path_before: Vec<Vec<f64>>,
+    /// Where robot and scene come from.
+    pub subject: ResultSubject,
+    /// How far what is executed may stray from `path`, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub corridor: Option<ResultCorridor>,
+    /// The proof in short.
+    pub certificate: Option<Certificate>,
+}
+
+/// A corridor: every pair keeps `floor_m` at any q with Σ reach_m |q − p| ≤ slack_m around a p of the segment.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ResultCorridor {
+    /// What every pair keeps (m).
+    pub floor_m: f64,
+    /// Velocity coordinates, in the order of the columns.
+    pub coordinates: Vec<ResultCoordinate>,
+    /// One per segment of the path (m).
+    pub slack_m: Vec<f64>,
+}
+
+/// A velocity coordinate of a corridor.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ResultCoordinate {
+    /// The variable that it belongs to; for the three of a rotation, each of the quaternion's first three.
+    pub variable: String,
+    /// `line`, `circle`, or one of the three of a `rotation` vector.
+    pub kind: String,
+    /// How far bodies move at most against each other (m per rad or m).
+    pub reach_m: f64,
+}
+
+/// A pair whose floor the input forced down.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ResultFloor {
+    /// Names of the bodies.
+    pub bodies: [String; 2],
+    /// Floor that is kept (m).
+    pub floor_m: f64,
+}
+
+/// Two bodies that are closest at a place of `path`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ResultContact {
+    /// Segment.
+    pub segment: usize,
+    /// Ratio on it.
+    pub t: f64,
+    /// Names of the bodies.
+    pub bodies: [String; 2],
+    /// Distance (m).
+    pub distance_m: f64,
+    /// Closest points in the world (m).
+    pub points: [[f64; 3]; 2],
+    /// Unit vector from the second body towards the first.
+    pub normal: [f64; 3],
+}
+
+/// What one stage did.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ResultShare {
+    /// Its name.
+    pub stage: String,
+    /// By how much it shortened the path.
+    pub gain: f64,
+    /// Its trials.
+    pub iterations: u64,
+    /// Pairs examined for it.
+    pub work: u64,
+}
+
+/// Where and why the input is not proved.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ResultRefusal {
+    /// `COLLISION`, `TOO_CLOSE` or `UNCERTIFIED`.
+    pub reason: String,
+    /// Segment.
+    pub segment: usize,
+    /// Ratio on it.
+    pub t: f64,
+    /// Names of the bodies.
+    pub bodies: [String; 2],
+    /// Closest or contact points in the world (m).
+    pub points: [[f64; 3]; 2],
+    /// Unit vector from the second body towards the first.
+    pub normal: [f64; 3],
+    /// Depth (m); negative is a distance.
+    pub depth_m: f64,
+    /// The part before which everything is proved: segment + ratio.
+    pub proved_prefix: f64,
+    /// What the person who reads it may do.
+    pub hint: String,
+}
+
+/// Where robot and scene come from: enough to see them again.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ResultSubject {
+    /// The robot.
+    pub robot: RobotSource,
+    /// The scene.
+    pub scene: SceneSource,
+    /// Whether columns of continuous joints count as they stand, not as angles on the circle.
+    pub unwrapped: bool,
+    /// Where the joints stand that the request gave a place and that are no columns (m or rad).
+    pub held: BTreeMap<String, f64>,
+}
+
+/// A robot: its files, or what the daemon calls it.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct RobotSource {
+    /// Its label in the daemon, where it was named by it.
+    pub label: Option<String>,
+    /// Hash of its content, in 16 hexadecimal digits.
+    pub hash: String,
+    /// Its files by absolute paths; `None` where only the daemon knows them.
+    pub files: Option<RobotFiles>,
+}
+
+/// A scene, with its content.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SceneSource {
+    /// Its label in the daemon, where it was named by it.
+    pub label: Option<String>,
+    /// Its version there.
+    pub version: Option<u64>,
+    /// Hash of its content, in 16 hexadecimal digits.
+    pub hash: String,
+    /// The absolute path of its file, where it came from one.
+    pub file: Option<std::path::PathBuf>,
+    /// What is in it, meshes included: what the answer is about, whatever file and label name by now. `None` where the
+    /// daemon could not give it any more.
+    pub content: Option<SceneFile>,
+}
+
+impl ResultFile {
+    /// What an outcome says; name, code, times, subject and input are the caller's to add.
+    pub fn of(outcome: &Outcome) -> Self {
+        let nearest = outcome.nearest.as_ref();
+        let floors = outcome.floors_lowered.iter();
+        Self {
+            format: RESULT_FORMAT.to_owned(),
+            proved: outcome.proved,
+            length_before: outcome.length_before,
+            length_after: outcome.length_after,
+            lower_bound: outcome.lower_bound,
+            gap: outcome.gap(),
+            clearance_m: outcome.clearance_m,
+            floor_m: outcome.floor_m,
+            floors_lowered: floors
+                .map(|floor| ResultFloor { bodies: floor.bodies.clone(), floor_m: floor.floor_m })
+                .collect(),
+            pinched: outcome.pinched.clone(),
+            searched_m: nearest.map(|nearest| nearest.searched_m),
+            smallest_clearance: nearest.and_then(|nearest| nearest.smallest.as_ref()).map(Into::into),
+            contacts: nearest.map(|nearest| nearest.contacts.iter().map(Into::into).collect()),
+            iterations: outcome.iterations,
+            work: outcome.work,
+            termination: outcome.termination.name().to_owned(),
+            stage: outcome.stage.name().to_owned(),
+            stages: outcome.stages.iter().map(Into::into).collect(),
+            refusal: outcome.refusal.as_ref().map(Into::into),
+            warnings: outcome.warnings.clone(),
+            weights: outcome.weights.clone(),
+            path: rows(&outcome.path),
+            certificate: outcome.certificate.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// Reads a result file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no result.
+    pub fn read(file: &Path) -> Result<Self, FileError> {
+        let refuse = |text: String| FileError::Content { file: file.to_owned(), text };
+        let next = "write one with `taut shorten … --out RESULT.json` or `taut check … --format json`";
+        let result: Self = serde_json::from_str(&read_text(file)?)
+            .map_err(|error| refuse(format!("not a result file: {error}; {next}")))?;
+        if result.format != RESULT_FORMAT {
+            return Err(refuse(format!("its format is {:?}; valid: {RESULT_FORMAT:?}; {next}", result.format)));
+        }
+        let columns = result.variables.len();
+        let is_table = |rows: &[Vec<f64>]| !rows.is_empty() && rows.iter().all(|row| row.len() == columns);
+        if !is_table(&result.path) || !is_table(&result.path_before) {
+            return Err(refuse(format!("path or path_before has rows of other than its {columns} variables, or none")));
+        }
+        let segments = result.path.len().saturating_sub(1).max(1);
+        if let Some(slack) = result.corridor.as_ref().map(|corridor| corridor.slack_m.len()).filter(|n| *n != segments)
+        {
+            return Err(refuse(format!("its corridor has {slack} segments, its path {segments}")));
+        }
+        Ok(result)
+    }
+
+    /// As one line of JSON.
+    pub fn json(&self) -> String {
+        serde_json::to_string(self).expect("a result holds only strings, booleans and numbers")
+    }
+}
+
+/// The waypoints of a path.
+pub fn rows(path: &path::Path) -> Vec<Vec<f64>> {
+    path.waypoints().map(<[f64]>::to_vec).collect()
+}
+
+impl From<&PathContact> for ResultContact {
+    fn from(contact: &PathContact) -> Self {
+        Self {
+            segment: contact.segment,
+            t: contact.t,
+            bodies: contact.bodies.clone(),
+            distance_m: contact.distance_m,
+            points: contact.points.map(|point| point.to_array()),
+            normal: contact.normal.to_array(),
+        }
+    }
+}
+
+impl From<&StageShare> for ResultShare {
+    fn from(share: &StageShare) -> Self {
+        let StageShare { stage, gain, work, iterations } = *share;
+        Self { stage: stage.name().to_owned(), gain, iterations, work }
+    }
+}
+
+impl From<&Refusal> for ResultRefusal {
+    fn from(refusal: &Refusal) -> Self {
+        Self {
+            reason: refusal.reason.name().to_owned(),
+            segment: refusal.segment,
+            t: refusal.t,
+            bodies: refusal.bodies.clone(),
+            points: refusal.points.map(|point| point.to_array()),
+            normal: refusal.normal.to_array(),
+            depth_m: refusal.depth_m,
+            proved_prefix: refusal.proved_prefix,
+            hint: refusal.hint.clone(),
+        }
+    }
+}

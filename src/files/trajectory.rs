@@ -1,0 +1,236 @@
+//! Trajectories as ROS has them: JointTrajectory as YAML or JSON, also inside of MoveIt's RobotTrajectory and
+//! DisplayTrajectory, and planning requests, whose path is the straight line from start to goal.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::{FileError, read_text, table, yaml};
+use crate::robot::Variable;
+
+/// A trajectory as a file has it: columns in the file's order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    /// The file.
+    pub file: PathBuf,
+    /// Names of its columns.
+    pub joint_names: Vec<String>,
+    /// Its points, in the file's order.
+    pub points: Vec<TrajectoryPoint>,
+}
+
+/// One point of a trajectory; lists that the file leaves out are empty.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+pub struct TrajectoryPoint {
+    /// m or rad.
+    #[serde(default)]
+    pub positions: Vec<f64>,
+    /// Per second.
+    #[serde(default)]
+    pub velocities: Vec<f64>,
+    /// Per second squared.
+    #[serde(default)]
+    pub accelerations: Vec<f64>,
+    /// When (s).
+    #[serde(default, rename = "time_from_start", deserialize_with = "time")]
+    pub time_s: Option<f64>,
+}
+
+/// Any message that holds a trajectory, by the fields that tell which it is.
+#[derive(Deserialize)]
+struct Message {
+    joint_names: Option<Vec<String>>,
+    points: Option<Vec<TrajectoryPoint>>,
+    joint_trajectory: Option<Box<Message>>,
+    trajectory: Option<Inner>,
+    multi_dof_joint_trajectory: Option<MultiDof>,
+    start_state: Option<StartState>,
+    goal_constraints: Option<Vec<Goal>>,
+    world: Option<serde::de::IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Inner {
+    Several(Vec<Message>),
+    One(Box<Message>),
+}
+
+#[derive(Deserialize)]
+struct MultiDof {
+    #[serde(default)]
+    joint_names: Vec<String>,
+    #[serde(default)]
+    points: Vec<serde::de::IgnoredAny>,
+}
+
+#[derive(Default, Deserialize)]
+struct StartState {
+    #[serde(default)]
+    joint_state: JointState,
+}
+
+#[derive(Default, Deserialize)]
+struct JointState {
+    #[serde(default)]
+    name: Vec<String>,
+    #[serde(default)]
+    position: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+struct Goal {
+    #[serde(default)]
+    joint_constraints: Vec<JointConstraint>,
+}
+
+#[derive(Deserialize)]
+struct JointConstraint {
+    joint_name: String,
+    position: f64,
+}
+
+/// ROS 1's and ROS 2's words for a duration, or a number of seconds.
+fn time<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Time {
+        Seconds(f64),
+        Parts(Parts),
+    }
+    #[derive(Deserialize)]
+    struct Parts {
+        #[serde(default, alias = "secs")]
+        sec: i64,
+        #[serde(default, alias = "nsec", alias = "nsecs")]
+        nanosec: i64,
+    }
+    Ok(Some(match Time::deserialize(deserializer)? {
+        Time::Seconds(seconds) => seconds,
+        Time::Parts(Parts { sec, nanosec }) => sec as f64 + nanosec as f64 * 1e-9,
+    }))
+}
+
+impl Trajectory {
+    /// Reads the one trajectory of a YAML or JSON file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, holds no trajectory or several, or has a point of the wrong length.
+    pub fn read(file: &Path) -> Result<Self, FileError> {
+        let parsed = parse(&read_text(file)?, yaml::is_yaml(file));
+        let (joint_names, points) = parsed.map_err(|text| FileError::Content { file: file.to_owned(), text })?;
+        Ok(Self { file: file.to_owned(), joint_names, points })
+    }
+}
+
+impl Trajectory {
+    /// The same with its columns in the robot's order.
+    ///
+    /// # Errors
+    /// A column that the robot does not have, one that is missing, or one that is there twice.
+    pub fn ordered(&self, variables: &[Variable]) -> Result<Vec<TrajectoryPoint>, FileError> {
+        let names = &self.joint_names;
+        let refuse = |text: String| FileError::Content { file: self.file.clone(), text };
+        if let Some(twice) = (1..names.len()).find(|&index| names[..index].contains(&names[index])) {
+            return Err(refuse(format!("joint {:?} is there twice; names must be unique", names[twice])));
+        }
+        let order = table::order(names, variables).map_err(refuse)?;
+        let list = |list: &Vec<f64>| match list.is_empty() {
+            true => Vec::new(),
+            false => order.iter().map(|&column| list[column]).collect(),
+        };
+        let point = |point: &TrajectoryPoint| TrajectoryPoint {
+            positions: list(&point.positions),
+            velocities: list(&point.velocities),
+            accelerations: list(&point.accelerations),
+            time_s: point.time_s,
+        };
+        Ok(self.points.iter().map(point).collect())
+    }
+}
+
+type Parsed = Result<(Vec<String>, Vec<TrajectoryPoint>), String>;
+
+/// The one trajectory of a text.
+pub(super) fn parse(text: &str, is_yaml: bool) -> Parsed {
+    let messages: Vec<Message> = match is_yaml {
+        true => yaml::documents(text)?,
+        false => vec![serde_json::from_str(text).map_err(|error| format!("not a trajectory: {error}"))?],
+    };
+    let mut found = Vec::new();
+    let is_scene = messages.iter().any(|message| message.world.is_some());
+    for message in messages {
+        message.collect(&mut found)?;
+    }
+    match found.len() {
+        1 => checked(found.swap_remove(0)),
+        0 if is_scene => Err("it is a planning scene, not a path; give it as --scene".to_owned()),
+        0 => Err("no trajectory: a trajectory has joint_names and points with positions".to_owned()),
+        many => Err(format!("it holds {many} trajectories; keep one of them")),
+    }
+}
+
+impl Message {
+    fn collect(self, found: &mut Vec<(Vec<String>, Vec<TrajectoryPoint>)>) -> Result<(), String> {
+        if let Some(MultiDof { joint_names, points }) = self.multi_dof_joint_trajectory
+            && !points.is_empty()
+        {
+            let names = joint_names.join(", ");
+            let text = format!("multi_dof_joint_trajectory moves {names}, which is not read here");
+            return Err(format!("{text}; give the path as CSV or JSON with columns such as {names}/trans_x"));
+        }
+        if let (Some(names), Some(points)) = (self.joint_names, self.points) {
+            found.push((names, points));
+        }
+        if let (Some(start), Some(goals)) = (self.start_state, self.goal_constraints) {
+            found.push(straight(&start.joint_state, &goals)?);
+        }
+        if let Some(inner) = self.joint_trajectory {
+            inner.collect(found)?;
+        }
+        match self.trajectory {
+            None => {}
+            Some(Inner::One(message)) => message.collect(found)?,
+            Some(Inner::Several(messages)) => messages.into_iter().try_for_each(|message| message.collect(found))?,
+        }
+        Ok(())
+    }
+}
+
+/// From the start to the first goal, in the goal's joints.
+fn straight(start: &JointState, goals: &[Goal]) -> Parsed {
+    let constraints = goals.first().map(|goal| goal.joint_constraints.as_slice()).unwrap_or_default();
+    if constraints.is_empty() {
+        let text = "its goal_constraints have no joint_constraints; only goals in joint space are read";
+        return Err(text.to_owned());
+    }
+    let names: Vec<String> = constraints.iter().map(|constraint| constraint.joint_name.clone()).collect();
+    let position = |name: &String| {
+        let found = start.name.iter().position(|known| known == name).and_then(|index| start.position.get(index));
+        found.copied().ok_or_else(|| format!("its start_state does not say where {name} is, which its goal moves"))
+    };
+    let from = names.iter().map(position).collect::<Result<_, _>>()?;
+    let to = constraints.iter().map(|constraint| constraint.position).collect();
+    let point = |positions| TrajectoryPoint { positions, ..TrajectoryPoint::default() };
+    Ok((names, vec![point(from), point(to)]))
+}
+
+fn checked((names, points): (Vec<String>, Vec<TrajectoryPoint>)) -> Parsed {
+    for (index, point) in points.iter().enumerate() {
+        let lists = [
+            ("positions", &point.positions),
+            ("velocities", &point.velocities),
+            ("accelerations", &point.accelerations),
+        ];
+        for (what, list) in lists {
+            if list.len() != names.len() && (what == "positions" || !list.is_empty()) {
+                let (got, columns) = (list.len(), names.len());
+                return Err(format!("point {index} has {got} {what}, joint_names names {columns} joints"));
+            }
+            if let Some(value) = list.iter().find(|value| !value.is_finite()) {
+                return Err(format!("point {index} has {value} in its {what}; numbers must be finite"));
+            }
+        }
+    }
+    Ok((names, points))
+}

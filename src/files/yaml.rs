@@ -1,0 +1,31 @@
+//! YAML texts of one or several documents. Numbers are read as Rust reads them: to the last bit.
+
+use serde::de::DeserializeOwned;
+
+/// Nodes of a text: what path limits allow, and far more.
+const MOST_NODES: usize = 100_000_000;
+
+/// Whether a file is YAML, by its name.
+pub(super) fn is_yaml(file: &std::path::Path) -> bool {
+    let known = |extension: &std::ffi::OsStr| ["yaml", "yml"].iter().any(|yaml| extension.eq_ignore_ascii_case(yaml));
+    file.extension().is_some_and(known)
+}
+
+/// The documents of a text, empty ones left out.
+///
+/// # Errors
+/// What is wrong, with its line.
+pub(super) fn documents<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, String> {
+    let budget = serde_saphyr::budget! { max_nodes: MOST_NODES, max_events: 4 * MOST_NODES };
+    let options = serde_saphyr::options! { budget: budget, with_snippet: false };
+    serde_saphyr::from_multiple_with_options(text, options).map_err(|error| {
+        let line = error.location().map_or(String::new(), |location| format!("line {}: ", location.line()));
+        let said = error.without_snippet().to_string();
+        let said: Vec<&str> = said.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+        let hint = match text.contains("'...'") {
+            true => "; `ros2 topic echo` cut its lists: use --full-length",
+            false => "",
+        };
+        format!("{line}{}{hint}", said.join(" "))
+    })
+}

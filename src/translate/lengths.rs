@@ -1,0 +1,38 @@
+//! Lengths that go with improvements.
+
+use crate::optimize::Settings;
+use crate::path::{Metric, Path};
+use crate::store::Snapshot;
+
+/// Lengths of the input for the headers of improvements, worked out with the first of them.
+pub struct Lengths<'a> {
+    snapshot: &'a Snapshot,
+    settings: &'a Settings,
+    path: &'a Path,
+    known: Option<[f64; 2]>,
+}
+
+impl<'a> Lengths<'a> {
+    /// Of a request whose settings have weights.
+    pub fn new(snapshot: &'a Snapshot, settings: &'a Settings, path: &'a Path) -> Self {
+        Self { snapshot, settings, path, known: None }
+    }
+
+    /// Length before, this length, and the lower bound.
+    pub fn of(&mut self, length: f64) -> [f64; 3] {
+        let [before, bound] = *self
+            .known
+            .get_or_insert_with(|| input_lengths(self.snapshot, self.settings, self.path).unwrap_or_default());
+        [before, length, bound]
+    }
+}
+
+fn input_lengths(snapshot: &Snapshot, settings: &Settings, path: &Path) -> Option<[f64; 2]> {
+    let space = snapshot.robot.space();
+    let space = if settings.unwrapped { space.unwrapped() } else { space.clone() };
+    let metric = Metric::new(&space, settings.weights.clone()?).ok()?;
+    let mut scratch = vec![0.0; space.nv()];
+    let ends = [path.waypoint(0), path.waypoint(path.len() - 1)].concat();
+    let mut length = |rows: &[f64]| metric.length(&space, rows, &mut scratch);
+    Some([length(path.as_flat()), length(&ends)])
+}

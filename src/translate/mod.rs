@@ -1,0 +1,21 @@
+//! The only place that sees wire and domain types together; the daemon and programs that answer requests in their own
+//! process say the same by it.
+
+mod answer;
+mod client;
+mod contents;
+mod lengths;
+mod models;
+mod records;
+mod request;
+mod sections;
+
+pub use answer::{Reply, StopCause, answered, code_of, expired, preempted, progress, refused};
+pub use client::{AnswerError, outcome, request_header};
+pub use contents::{diff_of, prepared, robot_of, scene_of, scene_text};
+pub use lengths::Lengths;
+pub use models::{
+    describe, file_refusal, model_refusal, name_refusal, robot_files, robot_source, robot_summary, scene_refusal,
+    scene_state, scene_summary, store_refusal,
+};
+pub use request::{check_layout, request_refusal, settings_and_path, wanted};

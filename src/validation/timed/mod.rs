@@ -1,0 +1,252 @@
+//! Timed trajectories: what a controller executes between the points that it gets is proved, not the points.
+//!
+//! Between two points a controller follows a polynomial q(t) (`curve`). On a piece of time of width w let c be the
+//! chord between the piece's ends. Then |q_j(t) − c_j(t)| ≤ e_j = w²/8 · max |q_j''| on the piece for each column j, so
+//! that by [`reach`](super::reach) every pair is at q(t) at least as far apart as at c(t), less E = Σ_j reach_j e_j.
+//! A piece is proved by proving its chord, a straight segment, with every floor higher by E.
+//!
+//! Pieces are halved until E is an eighth of the floor that decides; the rest is as in
+//! [`path_proof`](super::path_proof): a pair that comes closer than asked for has its floor lowered, unless that is
+//! forbidden. A collision is one only where the bodies touch on the curve itself.
+
+pub mod curve;
+pub mod inside;
+pub mod polynomial;
+mod refusal;
+#[cfg(test)]
+mod tests;
+
+pub use curve::{Curve, CurveError, Outside, Point};
+
+use super::continuous::Validator;
+use super::path_proof::lowered_floor;
+use super::reach::{Ranges, Reach};
+use super::{Contact, Enclosed, Hit, HitReason, SegmentProof, SegmentVerdict};
+
+/// E of a piece is at most this part of the floor that it is proved at.
+const DEVIATION: f64 = 1.0 / 8.0;
+/// A piece is not halved below this width (s).
+const FINEST_S: f64 = 1e-6;
+/// Pieces after which a trajectory counts as not provable.
+const MOST_PIECES: u64 = 4_000_000;
+
+/// What is known of a timed trajectory.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TimedVerdict {
+    /// Every pair keeps its floor at every instant.
+    Proved(TimedProof),
+    /// It does not.
+    Refused(TimedHit),
+    /// `stop` said so.
+    Stopped,
+}
+
+/// A proof of a timed trajectory, in short.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimedProof {
+    /// Distance that every pair keeps at every instant (m); ∞ where nothing is near.
+    pub clearance_m: f64,
+    /// Pairs with a lowered floor, and that floor (m).
+    pub lowered: Vec<(usize, f64)>,
+    /// Pieces of time that the proof is made of.
+    pub pieces: u64,
+}
+
+/// Where a timed trajectory is refused.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimedHit {
+    /// Why.
+    pub reason: HitReason,
+    /// The point before it, from 0.
+    pub point: usize,
+    /// When it is first so (s), on the trajectory's clock.
+    pub time_s: f64,
+    /// Index of the pair in the collision model.
+    pub pair: usize,
+    /// When the closest points were looked at (s): a little later, where bodies are deeper in each other.
+    pub seen_s: f64,
+    /// Closest points then.
+    pub contact: Contact,
+}
+
+/// A piece of time between two points.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    point: usize,
+    /// From the point on (s).
+    from: f64,
+    to: f64,
+}
+
+impl Piece {
+    fn width(&self) -> f64 {
+        self.to - self.from
+    }
+
+    /// The later half first, as a stack takes them.
+    fn halves(&self) -> [Self; 2] {
+        let middle = self.from + self.width() / 2.0;
+        [Self { from: middle, ..*self }, Self { to: middle, ..*self }]
+    }
+}
+
+/// What a proof needs.
+struct Prover<'c, 'v, 'm> {
+    curve: &'c Curve,
+    validator: &'v mut Validator<'m>,
+    reach: Reach,
+    /// Floor of the pairs that are not lowered (m).
+    clearance: f64,
+    lowered: Vec<(usize, f64)>,
+    strict: bool,
+    pieces: u64,
+    kept: f64,
+}
+
+/// Proves that a trajectory is free at every instant from its first point to its last, every pair at the validator's
+/// floors; where not `strict`, floors of pairs that come closer are lowered, never below
+/// [`LEAST_FLOOR_M`](super::path_proof::LEAST_FLOOR_M).
+///
+/// The validator's space must take columns as they stand: a controller does.
+pub fn prove(validator: &mut Validator, curve: &Curve, strict: bool, stop: &mut dyn FnMut() -> bool) -> TimedVerdict {
+    let mut ranges = Ranges::none(curve.columns());
+    for (column, [low, high]) in curve.ranges().into_iter().enumerate() {
+        ranges.add_value(column, low);
+        ranges.add_value(column, high);
+    }
+    match validator.enclosed_at(&curve.at(0, 0.0), stop) {
+        Enclosed::Nothing => {}
+        Enclosed::Stopped => return TimedVerdict::Stopped,
+        Enclosed::Pair(pair, contact) => {
+            let (reason, time_s) = (HitReason::Collision, curve.time(0));
+            return TimedVerdict::Refused(TimedHit { reason, point: 0, time_s, pair, seen_s: time_s, contact });
+        }
+    }
+    let (reuse, clearance) = (validator.layers.reuse, validator.scratch.floors.common());
+    // A remembered segment was proved at whatever floors there were.
+    validator.layers.reuse = false;
+    let reach = Reach::new(validator.model, validator.held, &ranges, 0.0);
+    let (pieces, kept) = (0, f64::INFINITY);
+    let mut prover = Prover { curve, validator, reach, clearance, lowered: Vec::new(), strict, pieces, kept };
+    let verdict = match prover.all_at_once(stop) {
+        Some(verdict) => verdict,
+        None => prover.one_by_one(stop),
+    };
+    prover.set_floors(0.0);
+    prover.validator.layers.reuse = reuse;
+    verdict
+}
+
+impl Prover<'_, '_, '_> {
+    /// All pieces together at floors that are an eighth higher, which is cheap and mostly enough; `None` where not.
+    fn all_at_once(&mut self, stop: &mut dyn FnMut() -> bool) -> Option<TimedVerdict> {
+        let most = DEVIATION * self.clearance;
+        let mut chords = Vec::new();
+        let mut open = self.whole();
+        while let Some(piece) = open.pop() {
+            if self.deviation(&piece) <= most {
+                chords.push(self.chord(&piece));
+            } else if chords.len() as u64 + open.len() as u64 > MOST_PIECES || piece.width() < FINEST_S || stop() {
+                return None;
+            } else {
+                open.extend(piece.halves());
+            }
+        }
+        self.set_floors(most);
+        let segments = chords.iter().map(|[from, to]| [from.as_slice(), to.as_slice()]);
+        match self.validator.segments(segments, stop) {
+            super::SegmentsVerdict::Refused(_) => None,
+            super::SegmentsVerdict::Stopped => Some(TimedVerdict::Stopped),
+            super::SegmentsVerdict::Proved => {
+                let proofs = self.validator.scratch.segments.proofs.iter();
+                let kept = proofs.map(|proof| proof.clearance_m).fold(f64::INFINITY, f64::min);
+                (self.pieces, self.kept) = (chords.len() as u64, kept - most);
+                Some(self.proved())
+            }
+        }
+    }
+
+    /// Piece by piece in the order of time, so that what is refused is refused where it is first.
+    fn one_by_one(&mut self, stop: &mut dyn FnMut() -> bool) -> TimedVerdict {
+        let mut open = self.whole();
+        while let Some(piece) = open.pop() {
+            if stop() {
+                return TimedVerdict::Stopped;
+            }
+            let deviation = self.deviation(&piece);
+            if deviation > DEVIATION * self.clearance && self.can_be_halved(&piece) {
+                open.extend(piece.halves());
+                continue;
+            }
+            self.set_floors(deviation);
+            let [from, to] = self.chord(&piece);
+            match self.validator.segment(&from, &to, stop) {
+                SegmentVerdict::Stopped => return TimedVerdict::Stopped,
+                SegmentVerdict::Proved(SegmentProof { clearance_m, .. }) => {
+                    self.pieces += 1;
+                    self.kept = self.kept.min(clearance_m - deviation);
+                }
+                SegmentVerdict::Refused(hit) => {
+                    if let Some(touch) = self.touch(&piece, &hit) {
+                        return TimedVerdict::Refused(touch);
+                    }
+                    let floor = self.floor(hit.pair);
+                    if deviation > DEVIATION * floor && self.can_be_halved(&piece) {
+                        open.extend(piece.halves());
+                    } else if !self.strict && self.lower(&hit, deviation) {
+                        open.push(piece);
+                    } else {
+                        return TimedVerdict::Refused(self.refusal(&piece, &hit));
+                    }
+                }
+            }
+        }
+        self.proved()
+    }
+
+    fn proved(&self) -> TimedVerdict {
+        let (clearance_m, lowered, pieces) = (self.kept, self.lowered.clone(), self.pieces);
+        TimedVerdict::Proved(TimedProof { clearance_m, lowered, pieces })
+    }
+
+    /// The pieces between points, the last first.
+    fn whole(&self) -> Vec<Piece> {
+        let piece = |point| Piece { point, from: 0.0, to: self.curve.duration(point) };
+        (0..self.curve.segments()).rev().map(piece).collect()
+    }
+
+    fn can_be_halved(&self, piece: &Piece) -> bool {
+        piece.width() > FINEST_S && self.pieces < MOST_PIECES
+    }
+
+    /// E (m).
+    fn deviation(&self, piece: &Piece) -> f64 {
+        self.reach.cost(&self.curve.deviations(piece.point, piece.from, piece.to))
+    }
+
+    fn chord(&self, piece: &Piece) -> [Vec<f64>; 2] {
+        [piece.from, piece.to].map(|t| self.curve.at(piece.point, t))
+    }
+
+    /// The floor that a pair keeps on the curve (m).
+    fn floor(&self, pair: usize) -> f64 {
+        self.lowered.iter().find(|(lowered, _)| *lowered == pair).map_or(self.clearance, |(_, floor)| *floor)
+    }
+
+    /// Gives every pair the floor that it must keep on a chord with this deviation (m).
+    fn set_floors(&mut self, deviation: f64) {
+        let floors = &mut self.validator.scratch.floors;
+        floors.reset(self.validator.model.pairs().len(), self.clearance + deviation);
+        for &(pair, floor) in &self.lowered {
+            floors.set(pair, floor + deviation);
+        }
+    }
+
+    /// Lowers the floor of the pair that was too close on a chord with this deviation.
+    fn lower(&mut self, hit: &Hit, deviation: f64) -> bool {
+        let Some(floor) = lowered_floor(self.floor(hit.pair), hit.contact.distance - deviation) else { return false };
+        self.lowered.retain(|(pair, _)| *pair != hit.pair);
+        self.lowered.push((hit.pair, floor));
+        true
+    }
+}

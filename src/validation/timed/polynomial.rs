@@ -1,0 +1,163 @@
+//! One column between two points of a timed trajectory: a polynomial of time, its derivatives and its extremes.
+
+/// Σ c_k t^k, t in seconds from the first of the two points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Polynomial([f64; 6]);
+
+/// Position, velocity and acceleration at a point, as far as they count there.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Knot {
+    /// m or rad.
+    pub position: f64,
+    /// Per second.
+    pub velocity: f64,
+    /// Per second squared.
+    pub acceleration: f64,
+}
+
+impl Polynomial {
+    /// What stands still.
+    pub fn constant(position: f64) -> Self {
+        Self([position, 0.0, 0.0, 0.0, 0.0, 0.0])
+    }
+
+    /// The straight line between two positions.
+    pub fn linear(a: Knot, b: Knot, duration: f64) -> Self {
+        Self([a.position, (b.position - a.position) / duration, 0.0, 0.0, 0.0, 0.0])
+    }
+
+    /// The cubic with these positions and velocities at its ends.
+    pub fn cubic(a: Knot, b: Knot, duration: f64) -> Self {
+        let (t, step) = (duration, b.position - a.position);
+        let quadratic = (3.0 * step - (2.0 * a.velocity + b.velocity) * t) / (t * t);
+        let cubic = ((a.velocity + b.velocity) * t - 2.0 * step) / (t * t * t);
+        Self([a.position, a.velocity, quadratic, cubic, 0.0, 0.0])
+    }
+
+    /// The quintic with these positions, velocities and accelerations at its ends.
+    pub fn quintic(a: Knot, b: Knot, duration: f64) -> Self {
+        let (t, step) = (duration, b.position - a.position);
+        let (v, w) = (a.velocity * t, b.velocity * t);
+        let (k, l) = (a.acceleration * t * t, b.acceleration * t * t);
+        let cubic = (20.0 * step - 12.0 * v - 8.0 * w - 3.0 * k + l) / 2.0;
+        let quartic = (-30.0 * step + 16.0 * v + 14.0 * w + 3.0 * k - 2.0 * l) / 2.0;
+        let quintic = (12.0 * step - 6.0 * v - 6.0 * w - k + l) / 2.0;
+        Self([
+            a.position,
+            a.velocity,
+            0.5 * a.acceleration,
+            cubic / t.powi(3),
+            quartic / t.powi(4),
+            quintic / t.powi(5),
+        ])
+    }
+
+    /// Its value at a time (s).
+    pub fn at(&self, t: f64) -> f64 {
+        self.0.iter().rev().fold(0.0, |sum, c| sum * t + c)
+    }
+
+    /// Its derivative by time.
+    #[must_use]
+    pub fn derivative(&self) -> Self {
+        let [_, a, b, c, d, e] = self.0;
+        Self([a, 2.0 * b, 3.0 * c, 4.0 * d, 5.0 * e, 0.0])
+    }
+
+    /// Least and greatest value between two times, each with when it is taken (s).
+    pub fn extremes(&self, from: f64, to: f64) -> [(f64, f64); 2] {
+        let mut turns = Vec::with_capacity(6);
+        self.derivative().roots(from, to, &mut turns);
+        let values = turns.into_iter().chain([from, to]).map(|t| (self.at(t), t));
+        let least = [(f64::INFINITY, from), (f64::NEG_INFINITY, from)];
+        values.fold(least, |[low, high], value| {
+            [if value.0 < low.0 { value } else { low }, if value.0 > high.0 { value } else { high }]
+        })
+    }
+
+    /// The largest |value| between two times.
+    pub fn largest(&self, from: f64, to: f64) -> f64 {
+        let [(low, _), (high, _)] = self.extremes(from, to);
+        low.abs().max(high.abs())
+    }
+
+    /// Places between two times where the sign changes, in order: between two turns there is at most one.
+    fn roots(&self, from: f64, to: f64, found: &mut Vec<f64>) {
+        if self.0[1..].iter().all(|c| *c == 0.0) {
+            return;
+        }
+        let mut turns = Vec::with_capacity(6);
+        self.derivative().roots(from, to, &mut turns);
+        let mut left = from;
+        for right in turns.into_iter().chain([to]) {
+            if let Some(root) = self.root_between(left, right) {
+                found.push(root);
+            }
+            left = right;
+        }
+    }
+
+    /// By halving, where the signs at both ends differ.
+    fn root_between(&self, mut left: f64, mut right: f64) -> Option<f64> {
+        let rising = self.at(left) <= 0.0;
+        if rising == (self.at(right) <= 0.0) {
+            return None;
+        }
+        loop {
+            let middle = left + (right - left) / 2.0;
+            if middle <= left || middle >= right {
+                return Some(left);
+            }
+            if (self.at(middle) <= 0.0) == rising { left = middle } else { right = middle }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn knot(rng: &mut fastrand::Rng) -> Knot {
+        let mut number = || 4.0 * rng.f64() - 2.0;
+        Knot { position: number(), velocity: number(), acceleration: number() }
+    }
+
+    #[test]
+    fn ends_are_as_given() {
+        let mut rng = fastrand::Rng::with_seed(1);
+        for _ in 0..200 {
+            let (a, b, t) = (knot(&mut rng), knot(&mut rng), 0.05 + 3.0 * rng.f64());
+            let close = |x: f64, y: f64| assert!((x - y).abs() < 1e-9 * (1.0 + 1.0 / t.powi(2)), "{x} {y}");
+            let polynomials = [Polynomial::linear, Polynomial::cubic, Polynomial::quintic].map(|make| make(a, b, t));
+            for (degree, polynomial) in polynomials.iter().enumerate() {
+                let (first, second) = (polynomial.derivative(), polynomial.derivative().derivative());
+                for (at, end) in [(0.0, a), (t, b)] {
+                    close(polynomial.at(at), end.position);
+                    if degree > 0 {
+                        close(first.at(at), end.velocity);
+                    }
+                    if degree > 1 {
+                        close(second.at(at), end.acceleration);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_sampled_is_beyond_the_extremes_and_they_are_taken() {
+        let mut rng = fastrand::Rng::with_seed(2);
+        for _ in 0..500 {
+            let (a, b, t) = (knot(&mut rng), knot(&mut rng), 0.2 + 2.0 * rng.f64());
+            let mut polynomial = Polynomial::quintic(a, b, t);
+            for _ in 0..3 {
+                let [(low, when_low), (high, when_high)] = polynomial.extremes(0.0, t);
+                let sampled: Vec<f64> = (0..=2000).map(|i| polynomial.at(t * f64::from(i) / 2000.0)).collect();
+                let scale = 1e-12 * (low.abs() + high.abs());
+                assert!(sampled.iter().all(|x| (low - scale..=high + scale).contains(x)));
+                assert_eq!([polynomial.at(when_low), polynomial.at(when_high)], [low, high]);
+                polynomial = polynomial.derivative();
+            }
+        }
+    }
+}

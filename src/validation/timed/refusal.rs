@@ -1,0 +1,53 @@
+//! Where a piece of a timed trajectory is refused, on the curve itself.
+
+use super::{Piece, Prover, TimedHit};
+use crate::collision::query::TOUCHING_M;
+use crate::validation::{Hit, HitReason};
+
+/// Least step of the search for the first touch, as part of the piece.
+const STEP: f64 = 1.0 / 1024.0;
+
+impl Prover<'_, '_, '_> {
+    /// The collision of a pair on the curve of a piece, where it touches at the time at which the chord was refused.
+    pub(super) fn touch(&mut self, piece: &Piece, hit: &Hit) -> Option<TimedHit> {
+        let seen = self.seen(piece, hit);
+        (seen.contact.distance <= TOUCHING_M).then(|| self.first_touch(piece, hit.pair, seen.clone()).unwrap_or(seen))
+    }
+
+    /// The refusal of a piece that is not provable: where the pair touches after all, or where the chord was refused.
+    pub(super) fn refusal(&mut self, piece: &Piece, hit: &Hit) -> TimedHit {
+        let seen = self.seen(piece, hit);
+        self.first_touch(piece, hit.pair, seen.clone()).unwrap_or(seen)
+    }
+
+    /// The curve when the chord was refused.
+    fn seen(&mut self, piece: &Piece, hit: &Hit) -> TimedHit {
+        let at = piece.from + hit.t * piece.width();
+        let time_s = self.curve.time(piece.point) + at;
+        let contact = self.validator.contact(hit.pair, &self.curve.at(piece.point, at));
+        let reason = match hit.reason {
+            _ if contact.distance <= TOUCHING_M => HitReason::Collision,
+            // Only the chord touches.
+            HitReason::Collision => HitReason::TooClose,
+            reason => reason,
+        };
+        TimedHit { reason, point: piece.point, time_s, pair: hit.pair, seen_s: time_s, contact }
+    }
+
+    /// Goes along the curve, each step as long as the pair cannot touch before its end, but no shorter than [`STEP`].
+    fn first_touch(&mut self, piece: &Piece, pair: usize, seen: TimedHit) -> Option<TimedHit> {
+        let speed = self.reach.cost(&self.curve.speeds(piece.point, piece.from, piece.to));
+        let mut at = piece.from;
+        while at <= piece.to {
+            let contact = self.validator.contact(pair, &self.curve.at(piece.point, at));
+            if contact.distance <= TOUCHING_M {
+                let time_s = self.curve.time(piece.point) + at;
+                let touching = TimedHit { reason: HitReason::Collision, time_s, ..seen.clone() };
+                let is_seen = seen.reason == HitReason::Collision;
+                return Some(if is_seen { touching } else { TimedHit { seen_s: time_s, contact, ..touching } });
+            }
+            at += (contact.distance / speed).max(STEP * piece.width());
+        }
+        None
+    }
+}
