@@ -6,6 +6,8 @@ pub mod collision;
 pub mod files;
 pub(crate) mod hash;
 pub mod lanes;
+#[cfg(feature = "wire")]
+pub mod local;
 pub mod math;
 pub mod optimize;
 pub mod path;
