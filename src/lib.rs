@@ -6,6 +6,8 @@ pub mod collision;
 pub mod files;
 pub(crate) mod hash;
 pub mod lanes;
+#[cfg(feature = "wire")]
+pub mod local;
 pub mod math;
 pub mod optimize;
 pub mod path;
@@ -18,3 +20,8 @@ pub(crate) mod testing;
 #[cfg(feature = "wire")]
 pub mod translate;
 pub mod validation;
+
+/// The README's program compiles.
+#[cfg(all(doctest, feature = "daemon"))]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

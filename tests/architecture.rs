@@ -20,12 +20,13 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("optimize", vec!["validation", "collision", "path", "robot"]),
         ("store", vec!["collision", "robot", "scene"]),
         ("files", vec!["path", "robot", "scene", "shape", "optimize", "validation"]),
-        ("view", vec!["files", "robot", "scene", "shape"]),
+        ("local", [&core[..], &["store", "translate"]].concat()),
         ("translate", [&core[..], &["store", "files"]].concat()),
+        ("view", vec!["files", "robot", "scene", "shape"]),
         ("daemon", [&core[..], &["store", "files", "translate", "view"]].concat()),
         ("cli", [&core[..], &["store", "files", "translate", "daemon", "view"]].concat()),
         ("main", vec!["cli"]),
-        ("lib", [&core[..], &["store", "files", "translate"]].concat()),
+        ("lib", [&core[..], &["store", "files", "translate", "local"]].concat()),
     ])
 }
 

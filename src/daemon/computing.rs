@@ -14,10 +14,10 @@ use super::translate::{self, Reply};
 pub(super) struct Computed {
     /// What its client is told.
     pub reply: Reply,
-    /// The same as the core has it, with its code, for whoever shows it; `None` where it came to none.
-    pub outcome: Option<(Outcome, Code)>,
     /// When it was told to end before it was done.
     pub stopped: Option<Stopped>,
+    /// What the core made of it, and its code, where it came to that.
+    pub outcome: Option<(Outcome, Code)>,
     /// Whether the core panicked on it.
     pub panicked: bool,
 }
@@ -42,9 +42,9 @@ pub(super) fn compute(
         Ok(Ok(model)) => model,
         Ok(Err(error)) => {
             let reply = translate::refused(translate::model_refusal(error, &job.snapshot.robot));
-            return Computed { reply, outcome: None, stopped: None, panicked: false };
+            return Computed { reply, stopped: None, outcome: None, panicked: false };
         }
-        Err(panic) => return Computed { reply: crash(&*panic), outcome: None, stopped: None, panicked: true },
+        Err(panic) => return Computed { reply: crash(&*panic), stopped: None, outcome: None, panicked: true },
     };
     let run = || optimize::run(model, &job.path, &job.settings, workspace, &mut ask, publish);
     match catch_unwind(AssertUnwindSafe(run)) {
@@ -52,15 +52,15 @@ pub(super) fn compute(
             let cause = stopped.map(|stopped| stopped.cause);
             let reply = translate::answered(&job.snapshot, &outcome, cause);
             let code = translate::code_of(&outcome, cause);
-            Computed { reply, outcome: Some((outcome, code)), stopped, panicked: false }
+            Computed { reply, stopped, outcome: Some((outcome, code)), panicked: false }
         }
         Ok(Err(error)) => {
             let reply = translate::refused(translate::request_refusal(&error));
-            Computed { reply, outcome: None, stopped, panicked: false }
+            Computed { reply, stopped, outcome: None, panicked: false }
         }
         Err(panic) => {
             *workspace = Workspace::default();
-            Computed { reply: crash(&*panic), outcome: None, stopped, panicked: true }
+            Computed { reply: crash(&*panic), stopped, outcome: None, panicked: true }
         }
     }
 }

@@ -39,9 +39,9 @@ pub(super) struct EventLoop {
     pub(super) preparer: Option<ToPrepare>,
     pub(super) clients: Clients,
     pub(super) stories: Stories,
+    pub(super) recorder: Recorder,
     /// What the page shows, where there is one.
     pub(super) live: Option<Arc<Live>>,
-    pub(super) recorder: Recorder,
     pub(super) poison: Poison,
     pub(super) workers: usize,
     pub(super) keeping: Keeping,

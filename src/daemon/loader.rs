@@ -1,20 +1,18 @@
 //! The loader: threads that read robots and scenes, and changes to scenes.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use crossbeam_channel::{Sender, unbounded};
-use taut::collision::{CollisionModel, neutral_warnings, reach_weights};
-use taut::files::{FileError, Packages, Reader, RobotFiles};
-use taut::robot::{RobotDescription, RobotModel};
-use taut::scene::{Scene, diff_file, scene_file};
+use taut::files::RobotFiles;
+use taut::scene::Scene;
 use taut_ipc::control::{ControlReply, Refusal, SceneText};
 use taut_ipc::wire::Code;
 
 use super::event::{Content, Event, EventSender, Loaded, Purpose};
-use super::translate::{file_refusal, model_refusal, scene_refusal};
+use super::translate::{diff_of, robot_of, scene_of, scene_text};
 
 /// Something to do for a control request.
 pub(super) struct Task {
@@ -93,7 +91,7 @@ fn thread(name: &str, events: EventSender) -> std::io::Result<(Sender<Task>, Joi
                     Event::Loaded(Box::new(Loaded { token, label, purpose, content }))
                 }
                 Work::Write { answer, scene, base } => {
-                    let answer = match guarded(|| write(&scene, base.as_deref())) {
+                    let answer = match guarded(|| scene_text(&scene, base.as_deref())) {
                         Ok(json) => ControlReply::SceneText(SceneText { json, ..answer }),
                         Err(refusal) => ControlReply::Refused(refusal),
                     };
@@ -107,9 +105,9 @@ fn thread(name: &str, events: EventSender) -> std::io::Result<(Sender<Task>, Joi
 
 fn read(source: &Source) -> Result<Content, Refusal> {
     guarded(|| match source {
-        Source::Robot(files) => robot(files),
-        Source::Scene(text, file) => scene(text, file),
-        Source::Diff(text, file) => diff(text, file),
+        Source::Robot(files) => robot_of(files).map(|(robot, weights)| Content::Robot(robot, weights)),
+        Source::Scene(text, file) => scene_of(text, file).map(Content::Scene),
+        Source::Diff(text, file) => diff_of(text, file).map(Content::Diff),
     })
 }
 
@@ -119,47 +117,4 @@ fn guarded<T>(work: impl FnOnce() -> Result<T, Refusal>) -> Result<T, Refusal> {
         let message = "the loader panicked on this; report it as a defect";
         Err(Refusal::new(Code::Crash, message))
     })
-}
-
-fn robot(files: &RobotFiles) -> Result<Content, Refusal> {
-    // A reader of its own: it keeps meshes, and nobody may ask for these again.
-    let mut reader = Reader::new(Packages::with_environment(Default::default()));
-    let description = reader.robot_of(files).map_err(|error| file_refusal(&error))?;
-    let (robot, weights) = prepared(description, &files.urdf)?;
-    Ok(Content::Robot(robot, weights))
-}
-
-/// The robot of a description, with a warning for each pair of links that collides as it stands where no SRDF
-/// speaks for it, and its default weights, which depend on its own bodies only.
-pub(super) fn prepared(description: RobotDescription, urdf: &Path) -> Result<(Arc<RobotModel>, Arc<[f64]>), Refusal> {
-    let has_srdf = description.semantics.is_some();
-    let refuse = |source| file_refusal(&FileError::Robot { file: urdf.to_owned(), source });
-    let robot = Arc::new(RobotModel::new(description).map_err(refuse)?);
-    let alone = CollisionModel::new(robot.clone(), Arc::new(Scene::default()));
-    let alone = alone.map_err(|error| model_refusal(&error, &robot))?;
-    let weights = reach_weights(&robot, alone.bodies()).into();
-    if has_srdf {
-        return Ok((robot, weights));
-    }
-    let warned = RobotModel::clone(&robot).with_warnings(neutral_warnings(&alone));
-    Ok((Arc::new(warned), weights))
-}
-
-fn scene(text: &str, file: &Path) -> Result<Content, Refusal> {
-    let mut reader = Reader::new(Packages::with_environment(Default::default()));
-    let scene = reader.scene_of_text(text, file).map_err(|error| file_refusal(&error))?;
-    Ok(Content::Scene(Arc::new(scene)))
-}
-
-fn diff(text: &str, file: &Path) -> Result<Content, Refusal> {
-    let mut reader = Reader::new(Packages::with_environment(Default::default()));
-    let diff = reader.diff_of_text(text, file).map_err(|error| file_refusal(&error))?;
-    Ok(Content::Diff(diff))
-}
-
-fn write(scene: &Scene, base: Option<&Scene>) -> Result<String, Refusal> {
-    match base {
-        None => Ok(scene_file::text(scene, true)),
-        Some(base) => diff_file::text(base, &base.changes_to(scene), true).map_err(|error| scene_refusal(&error)),
-    }
 }

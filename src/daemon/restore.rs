@@ -20,10 +20,9 @@ use taut_ipc::wire::label_id;
 
 use super::config::Config;
 use super::journal::{Content, Kept, Key, Kind, State};
-use super::loader;
 use super::prepared::Prepared;
 use super::start::DaemonError;
-use super::translate::{model_refusal, store_refusal};
+use super::translate::{self, model_refusal, store_refusal};
 
 /// What is loaded when the daemon starts to serve.
 pub(super) struct Beginning {
@@ -177,7 +176,7 @@ impl Start<'_> {
         urdf: &Path,
         start: Instant,
     ) -> Result<(), DaemonError> {
-        let (robot, weights) = loader::prepared(description, urdf).map_err(|refusal| refused(&refusal))?;
+        let (robot, weights) = translate::prepared(description, urdf).map_err(|refusal| refused(&refusal))?;
         let line = robot_line(label, &robot, start);
         let taken = self.begun.store.insert_robot(label, robot.clone(), weights.clone(), false);
         taken.map_err(|error| stored(&error))?;

@@ -57,8 +57,11 @@ impl Worker {
         while let Some((job, turn)) = self.schedule.take(self.index) {
             let turn = Cell::new(turn);
             self.show(|live| live.begin(&job));
-            let mut computed = (!job.is_expired(monotonic_ns())).then(|| self.compute(&job, &turn, &mut workspace));
-            self.show(|live| live.ended(&job, computed.as_mut().and_then(|computed| computed.outcome.take())));
+            let computed = (!job.is_expired(monotonic_ns())).then(|| self.compute(&job, &turn, &mut workspace));
+            if let Some((outcome, code)) = computed.as_ref().and_then(|computed| computed.outcome.as_ref()) {
+                self.show(|live| live.answered(&job, outcome, *code));
+            }
+            self.show(|live| live.ended(job.id));
             let mut turn = turn.into_inner();
             self.schedule.finish(&mut turn);
             let passed_ns = monotonic_ns().saturating_sub(job.received_ns);

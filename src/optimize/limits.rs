@@ -19,6 +19,10 @@ const ROUNDS_AT_ONCE: usize = 12;
 /// Rounds in all; in the later ones a single limit changes at a time, which breaks cycles.
 const ROUNDS: usize = 60;
 
+/// Limits that may hold one step: rows cost the cube of their number, and a path of many thousand waypoints may leave
+/// its limits at each of them. Where more would, the step is cut ([`Limits::largest_part`]).
+const MOST_HELD: usize = 512;
+
 /// A step may pass a limit by this much (m or rad): what rounding leaves of a row.
 const ROUNDING: f64 = 1e-9;
 
@@ -144,7 +148,7 @@ impl Limits {
         let (mut left, active) = (std::mem::take(&mut self.next), &self.active);
         left.clear();
         self.for_each_left(path, step, |held, _| {
-            if !active.contains(&held) {
+            if active.len() + left.len() < MOST_HELD && !active.contains(&held) {
                 left.push(held);
             }
         });
@@ -193,7 +197,7 @@ impl Limits {
         self.next.extend(inwards.map(|(held, _)| *held));
         let mut next = std::mem::take(&mut self.next);
         self.for_each_left(path, step, |held, _| {
-            if !next.contains(&held) {
+            if next.len() < MOST_HELD && !next.contains(&held) {
                 next.push(held);
             }
         });

@@ -1,6 +1,8 @@
 //! The real daemon and the real command line, each test in an instance of its own.
 #![allow(dead_code, missing_docs)]
 
+pub mod python;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output};

@@ -89,7 +89,7 @@ impl ClientError {
         Self::Setup { what, reason: error.to_string() }
     }
 
-    pub(super) fn transport(what: &'static str, error: impl std::fmt::Display) -> Self {
+    pub(crate) fn transport(what: &'static str, error: impl std::fmt::Display) -> Self {
         Self::Transport { what, reason: error.to_string() }
     }
 }

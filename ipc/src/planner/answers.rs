@@ -1,9 +1,9 @@
 //! The stream of answers to a request.
 
-use super::{Best, Columns, Planner, PlannerError, Request};
-use crate::client::{ClientError, Pending, Response};
+use super::{Best, Columns, Link, Planner, PlannerError, Request, service};
+use crate::client::{ClientError, Pending};
 use crate::control::RobotDescription;
-use crate::wire::Code;
+use crate::wire::{Code, RequestHeader};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -15,26 +15,35 @@ pub struct Answers {
     request: Request,
     robot: Arc<RobotDescription>,
     columns: Arc<Columns>,
-    pending: Pending,
+    stream: Stream,
     /// When it was sent.
     start: Instant,
     asked_again: bool,
 }
 
+#[derive(Debug)]
+enum Stream {
+    Daemon(Pending),
+    Here(service::Stream),
+}
+
 impl Answers {
     pub(super) fn ask(planner: &Planner, request: &Request, path: &[f64]) -> Result<Self, PlannerError> {
         let robot = planner.robot(&request.robot)?;
-        let columns = request.columns_of(&robot)?;
+        let columns = Arc::new(request.columns_of(&robot)?);
         let waypoints = request.waypoints(&columns, path.len())?;
         let start = Instant::now();
-        let pending = send(planner, request, &robot, &columns, waypoints, path)?;
-        let (planner, request, columns) = (planner.clone(), request.clone(), Arc::new(columns));
-        Ok(Self { planner, request, robot, columns, pending, start, asked_again: false })
+        let stream = send(planner, request, &robot, &columns, waypoints, path)?;
+        let (planner, request) = (planner.clone(), request.clone());
+        Ok(Self { planner, request, robot, columns, stream, start, asked_again: false })
     }
 
     /// The id under which the daemon tells of the request.
     pub fn request_id(&self) -> u64 {
-        self.pending.request_id()
+        match &self.stream {
+            Stream::Daemon(pending) => pending.request_id(),
+            Stream::Here(stream) => stream.request_id(),
+        }
     }
 
     /// The robot as the request knows it.
@@ -58,11 +67,16 @@ impl Answers {
         let end = Instant::now() + timeout;
         loop {
             let left = end.saturating_duration_since(Instant::now());
-            let Some(response) = self.pending.next(left).map_err(|error| of_whole(error, timeout))? else {
-                return Ok(None);
+            let next = match &mut self.stream {
+                Stream::Daemon(pending) => {
+                    let next = pending.next(left);
+                    next.map(|response| response.map(|response| Best::new(response, self.columns.clone())))
+                }
+                Stream::Here(stream) => stream.next(left),
             };
-            if !self.is_for_another_layout(&response)? {
-                return Ok(Some(Best::new(response, self.columns.clone())));
+            let Some(best) = next.map_err(|error| of_whole(error, timeout))? else { return Ok(None) };
+            if !self.is_for_another_layout(&best)? {
+                return Ok(Some(best));
             }
         }
     }
@@ -85,13 +99,17 @@ impl Answers {
 
     /// Asks for the best so far, now.
     pub fn finish_early(&self) {
-        self.pending.finish_early();
+        match &self.stream {
+            Stream::Daemon(pending) => pending.finish_early(),
+            Stream::Here(stream) => stream.finish_early(),
+        }
     }
 
     /// Whether the robot's label names another robot by now, whose variables are others; the request is then sent
     /// again, once, with its columns in their order.
-    fn is_for_another_layout(&mut self, response: &Response) -> Result<bool, PlannerError> {
-        let may_be = response.is_final() && response.code() == Code::InvalidRobotState && response.path().is_empty();
+    fn is_for_another_layout(&mut self, best: &Best) -> Result<bool, PlannerError> {
+        let may_be = best.is_final() && best.code() == Code::InvalidRobotState && best.path().is_empty();
+        let Stream::Daemon(pending) = &self.stream else { return Ok(false) };
         if !may_be || self.asked_again {
             return Ok(false);
         }
@@ -100,21 +118,21 @@ impl Answers {
         if robot.layout_hash == self.robot.layout_hash {
             return Ok(false);
         }
-        let columns = self.request.columns_of(&robot)?;
+        let columns = Arc::new(self.request.columns_of(&robot)?);
         if columns.width() != self.columns.width() {
             // The caller named no columns and means others than the robot has now.
             return Ok(false);
         }
         let mut path = Vec::new();
-        self.pending.sent_path(|sent| {
+        pending.sent_path(|sent| {
             path.resize(sent.len() / self.columns.robot_width() * self.columns.width(), 0.0);
             self.columns.read(sent, &mut path);
         });
         let waypoints = self.request.waypoints(&columns, path.len())?;
         let mut request = self.request.clone();
         request.deadline = request.deadline.map(|deadline| deadline.saturating_sub(self.start.elapsed()));
-        self.pending = send(&self.planner, &request, &robot, &columns, waypoints, &path)?;
-        (self.robot, self.columns) = (robot, Arc::new(columns));
+        self.stream = send(&self.planner, &request, &robot, &columns, waypoints, &path)?;
+        (self.robot, self.columns) = (robot, columns);
         Ok(true)
     }
 }
@@ -123,26 +141,29 @@ fn send(
     planner: &Planner,
     request: &Request,
     robot: &RobotDescription,
-    columns: &Columns,
+    columns: &Arc<Columns>,
     waypoints: u32,
     path: &[f64],
-) -> Result<Pending, PlannerError> {
+) -> Result<Stream, PlannerError> {
     let scene = match &request.scene {
         Some(scene) => scene,
         None => planner.empty_scene()?,
     };
     let sections = request.sections(robot, columns, waypoints)?;
-    let mut builder = planner.client().request(waypoints, robot.nq);
-    let header = request.header(robot, scene)?;
-    builder.header = crate::wire::RequestHeader {
-        waypoints: builder.header.waypoints,
-        variables: builder.header.variables,
-        group: builder.header.group,
-        ..header
-    };
-    let mut loan = sections.of(builder).loan()?;
-    columns.write(path, loan.path_mut());
-    Ok(loan.send()?)
+    let header = RequestHeader { waypoints, variables: robot.nq, ..request.header(robot, scene)? };
+    match &planner.link {
+        Link::Daemon(client) => {
+            let mut builder = client.request(waypoints, robot.nq).with_body(sections.body());
+            builder.header = header;
+            let mut loan = builder.loan()?;
+            columns.write(path, loan.path_mut());
+            Ok(Stream::Daemon(loan.send()?))
+        }
+        Link::Here(service) => {
+            let fill = |slots: &mut [f64]| columns.write(path, slots);
+            Ok(Stream::Here(service::Stream::start(service, header, &sections.body(), columns.clone(), fill)?))
+        }
+    }
 }
 
 fn of_whole(error: ClientError, timeout: Duration) -> ClientError {

@@ -23,6 +23,7 @@ mod columns;
 mod error;
 mod models;
 mod request;
+mod service;
 #[cfg(test)]
 mod tests;
 pub mod words;
@@ -33,6 +34,7 @@ pub use columns::Columns;
 pub use error::{Place, PlannerError, Refused};
 pub use models::EMPTY_SCENE;
 pub use request::Request;
+pub use service::{Ending, Service, Tell};
 
 use crate::control::{ControlReply, ControlRequest, RobotDescription};
 use crate::instance::Instance;
@@ -49,10 +51,17 @@ const RECOVERY: Duration = Duration::from_secs(5);
 /// A connection that knows the robots it has been asked for. Cheap to clone; all clones are one connection.
 #[derive(Clone, Debug)]
 pub struct Planner {
-    client: Client,
+    link: Link,
     robots: Arc<Mutex<BTreeMap<String, Arc<RobotDescription>>>>,
     /// Start of the daemon that has the scene with nothing in it.
     empty_scene: Arc<Mutex<Option<u64>>>,
+}
+
+/// Who answers.
+#[derive(Clone, Debug)]
+enum Link {
+    Daemon(Client),
+    Here(Arc<dyn Service>),
 }
 
 impl Planner {
@@ -66,12 +75,20 @@ impl Planner {
 
     /// The same on a connection that is there.
     pub fn new(client: Client) -> Self {
-        Self { client, robots: Arc::default(), empty_scene: Arc::default() }
+        Self { link: Link::Daemon(client), robots: Arc::default(), empty_scene: Arc::default() }
     }
 
-    /// The connection.
-    pub fn client(&self) -> &Client {
-        &self.client
+    /// The same interface where a service of this process answers.
+    pub fn in_process(service: impl Service + 'static) -> Self {
+        Self { link: Link::Here(Arc::new(service)), robots: Arc::default(), empty_scene: Arc::default() }
+    }
+
+    /// The connection, if there is a daemon at its other end.
+    pub fn client(&self) -> Option<&Client> {
+        match &self.link {
+            Link::Daemon(client) => Some(client),
+            Link::Here(_) => None,
+        }
     }
 
     /// Variables, groups and weights of a loaded robot; the daemon is asked once.
@@ -88,15 +105,9 @@ impl Planner {
     /// The same, asked anew.
     fn describe(&self, label: &str) -> Result<Arc<RobotDescription>, PlannerError> {
         match self.control(&ControlRequest::Describe { label: label.to_owned() })? {
-            ControlReply::Robot(robot) => Ok(self.learn(*robot)),
+            ControlReply::Robot(robot) => Ok(Arc::new(*robot)),
             other => Err(PlannerError::unexpected(&other)),
         }
-    }
-
-    fn learn(&self, robot: RobotDescription) -> Arc<RobotDescription> {
-        let robot = Arc::new(robot);
-        self.known().insert(robot.label.clone(), robot.clone());
-        robot
     }
 
     /// Sends a path, row by row in the order of [`Request::columns`], and gives the stream of its answers.
@@ -109,7 +120,7 @@ impl Planner {
         Answers::ask(self, request, path)
     }
 
-    /// Sends a control message, to the next daemon if the first dies.
+    /// Sends a control message, to the next daemon if the first dies. What it tells of a robot is known from then on.
     ///
     /// # Errors
     /// [`PlannerError::Refused`]; what cannot be sent.
@@ -126,8 +137,16 @@ impl Planner {
         message: &ControlRequest,
         stop: &dyn Fn() -> bool,
     ) -> Result<ControlReply, PlannerError> {
-        match retry(RECOVERY, || self.client.control_until(message, PATIENCE, stop))? {
+        let reply = match &self.link {
+            Link::Daemon(client) => retry(RECOVERY, || client.control_until(message, PATIENCE, stop))?,
+            Link::Here(service) => service.control(message.clone()),
+        };
+        match reply {
             ControlReply::Refused(refusal) => Err(PlannerError::of_refusal(refusal)),
+            ControlReply::Robot(robot) => {
+                self.known().insert(robot.label.clone(), Arc::new(RobotDescription::clone(&robot)));
+                Ok(ControlReply::Robot(robot))
+            }
             reply => Ok(reply),
         }
     }

@@ -1,6 +1,7 @@
 //! Robots and scenes of the daemon: load, change, look.
 
 use super::{Planner, PlannerError};
+use crate::Client;
 use crate::control::{ControlReply, ControlRequest, Listing, RobotDescription, RobotSource, SceneSummary, SceneText};
 use crate::lock::DaemonState;
 use std::path::Path;
@@ -41,7 +42,7 @@ impl Planner {
     /// As [`Self::control`].
     pub fn robot_after(&self, message: &ControlRequest) -> Result<Arc<RobotDescription>, PlannerError> {
         match self.control(message)? {
-            ControlReply::Robot(robot) => Ok(self.learn(*robot)),
+            ControlReply::Robot(robot) => Ok(Arc::new(*robot)),
             other => Err(PlannerError::unexpected(&other)),
         }
     }
@@ -130,9 +131,11 @@ impl Planner {
     /// As [`Self::control`].
     pub fn empty_scene(&self) -> Result<&'static str, PlannerError> {
         let mut loaded = self.empty_scene.lock().unwrap_or_else(PoisonError::into_inner);
-        let boot = match self.client.daemon_state() {
-            DaemonState::Running { boot_id, .. } => Some(boot_id),
-            _ => None,
+        let boot = match self.client().map(Client::daemon_state) {
+            Some(DaemonState::Running { boot_id, .. }) => Some(boot_id),
+            Some(_) => None,
+            // This process is started once.
+            None => Some(0),
         };
         if boot.is_none() || *loaded != boot {
             self.load_scene(EMPTY_SCENE, r#"{"objects": []}"#, None, false)?;

@@ -1,11 +1,10 @@
 //! What a planner asks for, by name.
 
 use super::{Columns, PlannerError};
-use crate::client::RequestBuilder;
 use crate::control::RobotDescription;
 use crate::limits::{MAX_PATH_NUMBERS, MAX_VARIABLES, MAX_WAYPOINTS};
 use crate::time::deadline_after;
-use crate::wire::{Code, Mode, RequestBody, RequestFlags, RequestHeader, label_id};
+use crate::wire::{Code, Mode, NO_GROUP, RequestBody, RequestFlags, RequestHeader, label_id};
 use std::time::Duration;
 
 /// What is asked about a path. [`Request::new`] has what a request means that says nothing more.
@@ -132,6 +131,7 @@ impl Request {
             deadline_ns: self.deadline.map_or(0, deadline_after),
             work_budget: self.work_budget,
             clearance_m,
+            group: NO_GROUP,
             ..RequestHeader::default()
         })
     }
@@ -244,12 +244,12 @@ pub(super) struct Sections {
 }
 
 impl Sections {
-    pub(super) fn of(&self, request: RequestBuilder<'static>) -> RequestBuilder<'_> {
-        request.with_body(RequestBody {
+    pub(super) fn body(&self) -> RequestBody<'_> {
+        RequestBody {
             weights: &self.weights,
             fixed_waypoints: &self.fixed,
             group_mask: &self.moving,
             held_values: &self.held,
-        })
+        }
     }
 }

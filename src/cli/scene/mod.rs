@@ -7,10 +7,10 @@ mod values;
 use std::io::{Read, Write};
 use std::path::PathBuf;
 
-use serde_json::{Value, json};
 use taut::files::FileError;
 use taut_ipc::Client;
 use taut_ipc::control::{ControlReply, ControlRequest, SceneSummary, SceneText};
+use taut_ipc::planner::words;
 
 use super::Format;
 use super::connect::{InstanceChoice, control, unexpected};
@@ -175,23 +175,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
             change(common, label, json, base_dir, base.unwrap_or(0))
         }
         Command::Move { label, object, pose, link, common } => {
-            let moved = json!({ "id": object, "operation": "MOVE", "pose": pose.json()? });
-            match link {
-                None => change_by(common, label, json!({ "objects": [moved] })),
-                Some(link) => {
-                    let moved = json!([{ "link_name": link, "object": moved }]);
-                    change_by(common, label, json!({ "attached_collision_objects": moved }))
-                }
-            }
+            change(common, label, words::moved(object, link.as_deref(), &pose.given()?), None, 0)
         }
         Command::Attach { label, object, link, pose, touch, common } => {
-            let object = json!({ "id": object, "operation": "ADD", "pose": pose.json()? });
-            let attached = json!([{ "link_name": link, "touch_links": touch, "object": object }]);
-            change_by(common, label, json!({ "attached_collision_objects": attached }))
+            change(common, label, words::attached(object, link, &pose.given()?, touch), None, 0)
         }
         Command::Detach { label, object, pose, common } => {
-            let object = json!({ "id": object, "operation": "REMOVE", "pose": pose.json()? });
-            change_by(common, label, json!({ "attached_collision_objects": [{ "object": object }] }))
+            change(common, label, words::detached(object, &pose.given()?), None, 0)
         }
         Command::Pin { label, version, common } => pin(common, label, *version, true),
         Command::Unpin { label, version, common } => pin(common, label, *version, false),
@@ -243,11 +233,6 @@ fn read(file: &std::path::Path) -> Result<(String, Option<PathBuf>), CliError> {
         return Ok((text, std::env::current_dir().ok()));
     }
     Ok((std::fs::read_to_string(file).map_err(refuse)?, folder_of(file)))
-}
-
-fn change_by(common: &Common, label: &str, mut diff: Value) -> Result<u8, CliError> {
-    diff["is_diff"] = true.into();
-    change(common, label, diff.to_string(), None, 0)
 }
 
 fn change(

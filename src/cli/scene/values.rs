@@ -1,6 +1,6 @@
 //! Values on the command line of `taut scene`.
 
-use serde_json::{Value, json};
+use taut_ipc::planner::words;
 
 use super::CliError;
 
@@ -13,13 +13,11 @@ pub(super) struct Pose {
 }
 
 impl Pose {
-    /// As a diff has it.
-    pub(super) fn json(&self) -> Result<Value, CliError> {
+    /// The pose that was given.
+    pub(super) fn given(&self) -> Result<words::Pose, CliError> {
         match self.pose[..] {
-            [x, y, z] => Ok(json!({ "position": [x, y, z] })),
-            [x, y, z, qx, qy, qz, qw] => {
-                Ok(json!({ "position": [x, y, z], "orientation": { "x": qx, "y": qy, "z": qz, "w": qw } }))
-            }
+            [x, y, z] => Ok(words::Pose::at([x, y, z])),
+            [x, y, z, qx, qy, qz, qw] => Ok(words::Pose { position: [x, y, z], orientation: [qx, qy, qz, qw] }),
             _ => {
                 let text = format!("{} numbers given for a pose; give x y z, or x y z qx qy qz qw", self.pose.len());
                 Err(CliError::Usage(text))

@@ -76,7 +76,7 @@ struct Answer {
     code: Code,
     time_s: f64,
     lengths: Vec<(f64, f64)>,
-    input: Arc<Path>,
+    input: Path,
     outcome: Outcome,
     robot: Arc<RobotModel>,
     scene: Arc<Scene>,
@@ -149,11 +149,10 @@ impl Live {
         }
     }
 
-    /// A worker has done with a job, with this answer if it came to one.
-    pub(super) fn ended(&self, job: &Job, outcome: Option<(Outcome, Code)>) {
-        let run = self.lock().running.remove(&job.id);
-        let Some((outcome, code)) = outcome else { return };
+    /// It has an answer.
+    pub(super) fn answered(&self, job: &Job, outcome: &Outcome, code: Code) {
         let Ok(model) = job.snapshot.model.get() else { return };
+        let lengths = self.lock().running.get_mut(&job.id).map(|run| std::mem::take(&mut run.lengths));
         let answer = Arc::new(Answer {
             number: job.id,
             request_id: job.request_id,
@@ -161,9 +160,9 @@ impl Live {
             mode: job.settings.mode.name(),
             code,
             time_s: monotonic_ns().saturating_sub(job.received_ns) as f64 * 1e-9,
-            lengths: run.map(|run| run.lengths).unwrap_or_default(),
-            input: job.path.clone(),
-            outcome,
+            lengths: lengths.unwrap_or_default(),
+            input: Path::clone(&job.path),
+            outcome: outcome.clone(),
             robot: job.snapshot.robot.clone(),
             scene: model.scene().clone(),
             scene_version: job.snapshot.scene_version,
@@ -175,6 +174,11 @@ impl Live {
         while state.answers.len() > ANSWERS || (state.answers.len() > 1 && numbers(&state.answers) > NUMBERS) {
             state.answers.pop_front();
         }
+    }
+
+    /// A worker has done with a job, however it ended.
+    pub(super) fn ended(&self, job: u64) {
+        self.lock().running.remove(&job);
     }
 
     /// What is shown of everything, as JSON.

@@ -148,3 +148,20 @@ fn what_starts_outside_never_moves_further_out() {
         assert!(x + part * p <= x.max(1.05) + 1e-8);
     }
 }
+
+#[test]
+fn where_more_limits_are_left_than_rows_are_worth_the_step_is_cut() {
+    let instance = testing::lines(7, 4 * MOST_HELD, JOINTS);
+    let model = testing::sliders(JOINTS, (-0.1, 1.05));
+    let Instance { space, metric, rows: path, fixed, moving } = &instance;
+    let task = Task { model: &model, space, metric, held: &[], fixed, moving, seed: 0, work_budget: u64::MAX };
+    let cost = Cost::new(space, metric, path, fixed, moving);
+    let (mut quadratic, mut step) = (QuadraticStep::new(&cost), vec![0.0; path.len()]);
+    let mut limits = Limits::new(&task, fixed);
+    // It pushes every waypoint out.
+    let gradient = vec![-1e3; path.len()];
+    let part = limits.solve(&mut quadratic, 0, &cost, path, &gradient, &mut step);
+    assert_eq!(limits.active.len(), MOST_HELD);
+    let kept = path.iter().zip(&step).all(|(x, p)| x + part * p <= x.max(1.05) + 1e-6);
+    assert!((0.0..1.0).contains(&part) && kept, "{part}");
+}

@@ -1,0 +1,445 @@
+// taut for C++17: taut.h with owners, exceptions and a range of improvements.
+//
+//     taut::daemon daemon;
+//     taut::options options;
+//     options.deadline(0.02);
+//     for (const taut::answer &best : daemon.shorten("panda", "kitchen", path, options))
+//         use(best.length(), best.path());
+//
+// Every failure throws taut::error, with code, bodies and place. Thread-safety is that of taut.h: objects may be used
+// from any thread, but not be moved or destroyed by one while another uses them.
+#ifndef TAUT_HPP
+#define TAUT_HPP
+
+#include "taut.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace taut {
+
+// Where a path is not free, or not proved: metres, world frame.
+struct place {
+    std::array<std::string, 2> bodies;
+    std::uint32_t segment = 0; // from 0
+    double t = 0;              // ratio on the segment
+    double depth = 0;          // negative is a distance
+    std::array<std::array<double, 3>, 2> points{};
+    std::array<double, 3> normal{}; // from the second body to the first
+};
+
+// A call that failed.
+class error : public std::runtime_error {
+public:
+    error(int code, const taut_error *from) : std::runtime_error(text(code, from)), code_(code) {
+        retry_after_ms_ = taut_error_retry_after_ms(from);
+        taut_place found;
+        if (taut_error_place(from, &found, sizeof found)) {
+            place_.emplace();
+            place_->bodies = {found.bodies[0], found.bodies[1]};
+            place_->segment = found.segment;
+            place_->t = found.t;
+            place_->depth = found.depth_m;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                place_->points[0][axis] = found.points[0][axis];
+                place_->points[1][axis] = found.points[1][axis];
+                place_->normal[axis] = found.normal[axis];
+            }
+        }
+    }
+
+    int code() const noexcept { return code_; } // TAUT_*
+    const char *code_name() const noexcept { return taut_code_name(code_); }
+    std::uint32_t retry_after_ms() const noexcept { return retry_after_ms_; } // 0 = never
+    const std::optional<taut::place> &where() const noexcept { return place_; }
+
+private:
+    static std::string text(int code, const taut_error *from) {
+        const char *message = taut_error_message(from);
+        return *message ? message : taut_code_name(code);
+    }
+
+    int code_;
+    std::uint32_t retry_after_ms_ = 0;
+    std::optional<taut::place> place_;
+};
+
+namespace detail {
+
+// Takes the error of a call, which it throws unless the code is one that is none.
+class outcome {
+public:
+    outcome() = default;
+    outcome(const outcome &) = delete;
+    outcome &operator=(const outcome &) = delete;
+    ~outcome() { taut_error_free(error_); }
+
+    taut_error **slot() { return &error_; }
+    int check(int code) const {
+        if (code < TAUT_END) throw taut::error(code, error_);
+        return code;
+    }
+
+private:
+    taut_error *error_ = nullptr;
+};
+
+template <typename T, void (*Free)(T *)> struct freer {
+    void operator()(T *handle) const { Free(handle); }
+};
+template <typename T, void (*Free)(T *)> using owner = std::unique_ptr<T, freer<T, Free>>;
+
+inline std::vector<const char *> pointers(const std::vector<std::string> &texts) {
+    std::vector<const char *> found;
+    for (const std::string &text : texts) found.push_back(text.c_str());
+    return found;
+}
+
+} // namespace detail
+
+// So many numbers of somebody else's.
+class row_view {
+public:
+    row_view(const double *first, std::size_t size) : first_(first), size_(size) {}
+    const double *begin() const { return first_; }
+    const double *end() const { return first_ + size_; }
+    const double *data() const { return first_; }
+    std::size_t size() const { return size_; }
+    double operator[](std::size_t column) const { return first_[column]; }
+
+private:
+    const double *first_;
+    std::size_t size_;
+};
+
+// A path in shared memory, valid as long as its answer.
+class path_view {
+public:
+    explicit path_view(const taut_rows &rows) : rows_(rows) {}
+    std::size_t size() const { return rows_.waypoints; }
+    std::size_t columns() const { return rows_.columns; }
+    row_view operator[](std::size_t waypoint) const {
+        return row_view(rows_.first + waypoint * rows_.stride, rows_.columns);
+    }
+
+private:
+    taut_rows rows_;
+};
+
+// What a request may say beyond robot, scene and path. See taut_options.
+class options {
+public:
+    options() { taut_options_default(&plain, sizeof plain); }
+
+    options &deadline(double seconds) { return plain.deadline_s = seconds, *this; }
+    options &clearance(double metres) { return plain.clearance_m = metres, *this; }
+    options &mode(std::uint32_t mode) { return plain.mode = mode, *this; } // TAUT_MODE_*
+    options &seed(std::uint64_t seed) { return plain.seed = seed, *this; }
+    options &strict(bool strict) { return plain.strict = strict, *this; }
+    options &unwrapped(bool unwrapped) { return plain.unwrapped = unwrapped, *this; }
+    options &contacts(bool wanted) { return plain.without_contacts = !wanted, *this; }
+    options &columns(std::vector<std::string> names) { return columns_ = std::move(names), *this; }
+    options &group(std::string name) { return group_ = std::move(name), *this; }
+    options &weights(std::vector<double> weights) { return weights_ = std::move(weights), *this; }
+    options &fixed(std::vector<std::size_t> waypoints) { return fixed_ = std::move(waypoints), *this; }
+    options &hold(std::string name, double value) {
+        held_names_.push_back(std::move(name));
+        held_values_.push_back(value);
+        return *this;
+    }
+    options &joint_weight(std::string name, double weight) {
+        weight_names_.push_back(std::move(name));
+        joint_weights_.push_back(weight);
+        return *this;
+    }
+
+    // Calls with what taut.h wants, which lives as long as the call.
+    template <typename Call> auto with(Call call) const {
+        taut_options given = plain;
+        const auto columns = detail::pointers(columns_), held = detail::pointers(held_names_);
+        const auto weighted = detail::pointers(weight_names_);
+        given.columns = columns.data();
+        given.column_count = columns.size();
+        given.held_names = held.data();
+        given.held_values = held_values_.data();
+        given.held_count = held.size();
+        given.weights = weights_.data();
+        given.weight_count = weights_.size();
+        given.joint_weight_names = weighted.data();
+        given.joint_weights = joint_weights_.data();
+        given.joint_weight_count = weighted.size();
+        given.fixed_waypoints = fixed_.data();
+        given.fixed_count = fixed_.size();
+        given.group = group_ ? group_->c_str() : nullptr;
+        return call(&given);
+    }
+
+    taut_options plain; // what has no setter here; its arrays are those of the setters
+
+private:
+    std::vector<std::string> columns_, held_names_, weight_names_;
+    std::vector<double> held_values_, weights_, joint_weights_;
+    std::vector<std::size_t> fixed_;
+    std::optional<std::string> group_;
+};
+
+// A path of the caller's, row by row.
+struct path {
+    std::vector<double> numbers;
+    std::size_t columns = 0;
+
+    path() = default;
+    path(std::vector<double> flat, std::size_t width) : numbers(std::move(flat)), columns(width) {}
+    path(const std::vector<std::vector<double>> &rows) : columns(rows.empty() ? 0 : rows.front().size()) {
+        for (const std::vector<double> &row : rows) {
+            if (row.size() != columns) throw std::invalid_argument("taut::path: rows of different lengths");
+            numbers.insert(numbers.end(), row.begin(), row.end());
+        }
+    }
+
+    std::size_t size() const { return columns ? numbers.size() / columns : 0; }
+    row_view operator[](std::size_t waypoint) const { return row_view(&numbers[waypoint * columns], columns); }
+};
+
+// One answer, in shared memory until it is destroyed. A request can have two at once.
+class answer {
+public:
+    explicit answer(taut_answer *handle) : handle_(handle) {
+        detail::outcome outcome;
+        outcome.check(taut_answer_info(handle, &info_, sizeof info_, outcome.slot()));
+    }
+
+    const taut_info &info() const { return info_; }
+    double length() const { return info_.length_after; }
+    bool proved() const { return info_.proved; }
+    bool is_final() const { return info_.is_final; }
+    // In place. Throws where the request's columns are in another order than the robot's: then copy().
+    path_view path() const {
+        taut_rows rows;
+        detail::outcome outcome;
+        outcome.check(taut_answer_rows(handle_.get(), &rows, sizeof rows, outcome.slot()));
+        return path_view(rows);
+    }
+    // To keep, in the request's columns.
+    taut::path copy() const {
+        taut::path copied(std::vector<double>(info_.waypoints * info_.columns), info_.columns);
+        detail::outcome outcome;
+        outcome.check(
+            taut_answer_copy(handle_.get(), copied.numbers.data(), copied.numbers.size(), outcome.slot()));
+        return copied;
+    }
+
+private:
+    detail::owner<taut_answer, taut_answer_free> handle_;
+    taut_info info_;
+};
+
+// A request in flight; destroying it cancels it.
+class answers {
+public:
+    explicit answers(taut_answers *handle) : handle_(handle) {}
+
+    // The next answer; none after the final one, or when nothing came within `seconds`.
+    std::optional<answer> next(double seconds = std::numeric_limits<double>::infinity()) {
+        return receive(taut_next, seconds);
+    }
+    // The final answer; throws TAUT_TIMED_OUT if it does not come within `seconds`.
+    answer result(double seconds = std::numeric_limits<double>::infinity()) {
+        if (std::optional<answer> found = receive(taut_result, seconds)) return std::move(*found);
+        throw error(TAUT_TIMED_OUT, nullptr);
+    }
+    void finish_early() {
+        detail::outcome outcome;
+        outcome.check(taut_finish_early(handle_.get(), outcome.slot()));
+    }
+    void cancel() {
+        detail::outcome outcome;
+        outcome.check(taut_cancel(handle_.get(), outcome.slot()));
+    }
+
+    // The answers as they come; each lives until the next is taken.
+    class iterator {
+    public:
+        using iterator_category = std::input_iterator_tag;
+        using value_type = answer;
+        using difference_type = std::ptrdiff_t;
+        using pointer = const answer *;
+        using reference = const answer &;
+
+        iterator() = default;
+        explicit iterator(answers *from) : from_(from), current_(std::make_shared<std::optional<answer>>()) { ++*this; }
+        reference operator*() const { return **current_; }
+        pointer operator->() const { return &**current_; }
+        iterator &operator++() {
+            current_->reset();
+            *current_ = from_->next();
+            if (!*current_) from_ = nullptr;
+            return *this;
+        }
+        void operator++(int) { ++*this; }
+        bool operator==(const iterator &other) const { return from_ == other.from_; }
+        bool operator!=(const iterator &other) const { return from_ != other.from_; }
+
+    private:
+        answers *from_ = nullptr;
+        std::shared_ptr<std::optional<answer>> current_;
+    };
+    iterator begin() { return iterator(this); }
+    iterator end() { return iterator(); }
+
+private:
+    using receiver = decltype(&taut_next);
+    std::optional<answer> receive(receiver call, double seconds) {
+        taut_answer *found = nullptr;
+        detail::outcome outcome;
+        outcome.check(call(handle_.get(), seconds, &found, outcome.slot()));
+        return found ? std::optional<answer>(std::in_place, found) : std::nullopt;
+    }
+
+    detail::owner<taut_answers, taut_answers_free> handle_;
+};
+
+// Files of a robot.
+struct robot_files {
+    std::string urdf;
+    std::optional<std::string> srdf;
+    std::vector<std::pair<std::string, std::string>> packages; // name, folder
+};
+
+// A variable of a robot: rad or m.
+struct variable {
+    std::string name;
+    double lower, upper;
+    bool continuous;
+};
+
+// A connection. One per process is enough.
+class daemon {
+public:
+    // The instance that TAUT_INSTANCE names, or the default one.
+    daemon() : daemon(nullptr) {}
+    // NAME or NAME:ROOT.
+    explicit daemon(const std::string &instance) : daemon(instance.c_str()) {}
+
+    std::vector<variable> load_robot(const std::string &label, const robot_files &files, bool replace = false) {
+        taut_robot_files given{};
+        std::vector<std::string> names, folders;
+        for (const auto &[name, folder] : files.packages) names.push_back(name), folders.push_back(folder);
+        const auto package_names = detail::pointers(names), package_folders = detail::pointers(folders);
+        given.size = sizeof given;
+        given.urdf = files.urdf.c_str();
+        given.srdf = files.srdf ? files.srdf->c_str() : nullptr;
+        given.package_names = package_names.data();
+        given.package_folders = package_folders.data();
+        given.package_count = names.size();
+        taut_robot *robot = nullptr;
+        detail::outcome outcome;
+        outcome.check(taut_load_robot(handle_.get(), label.c_str(), &given, replace, &robot, outcome.slot()));
+        return variables_of(robot);
+    }
+    // Variables of a robot that is loaded, in its order.
+    std::vector<variable> variables(const std::string &label) const {
+        taut_robot *robot = nullptr;
+        detail::outcome outcome;
+        outcome.check(taut_describe_robot(handle_.get(), label.c_str(), &robot, outcome.slot()));
+        return variables_of(robot);
+    }
+
+    taut_scene_info load_scene(const std::string &label, const std::string &json, bool replace = false) {
+        return scene([&](taut_scene_info *info, taut_error **slot) {
+            return taut_load_scene(
+                handle_.get(), label.c_str(), json.c_str(), nullptr, replace, info, sizeof *info, slot);
+        });
+    }
+    taut_scene_info change_scene(const std::string &label, const std::string &diff, std::uint64_t base = 0) {
+        return scene([&](taut_scene_info *info, taut_error **slot) {
+            return taut_change_scene(
+                handle_.get(), label.c_str(), diff.c_str(), nullptr, base, info, sizeof *info, slot);
+        });
+    }
+    taut_scene_info move(const std::string &label, const std::string &object, const taut_pose &pose) {
+        return scene([&](taut_scene_info *info, taut_error **slot) {
+            return taut_move_object(
+                handle_.get(), label.c_str(), object.c_str(), nullptr, &pose, info, sizeof *info, slot);
+        });
+    }
+    taut_scene_info attach(const std::string &label, const std::string &object, const std::string &link,
+        const taut_pose &pose, const std::vector<std::string> &touch_links = {}) {
+        return scene([&](taut_scene_info *info, taut_error **slot) {
+            const auto touch = detail::pointers(touch_links);
+            return taut_attach_object(handle_.get(), label.c_str(), object.c_str(), link.c_str(), &pose,
+                touch.data(), touch.size(), info, sizeof *info, slot);
+        });
+    }
+    taut_scene_info detach(const std::string &label, const std::string &object, const taut_pose &pose) {
+        return scene([&](taut_scene_info *info, taut_error **slot) {
+            return taut_detach_object(
+                handle_.get(), label.c_str(), object.c_str(), &pose, info, sizeof *info, slot);
+        });
+    }
+    taut_scene_info remove(const std::string &label, const std::string &object) {
+        return scene([&](taut_scene_info *info, taut_error **slot) {
+            return taut_remove_object(handle_.get(), label.c_str(), object.c_str(), info, sizeof *info, slot);
+        });
+    }
+
+    // Sends a path to be shortened. An empty scene label is nothing around the robot.
+    answers shorten(const std::string &robot, const std::string &scene, const path &path,
+        const taut::options &options = {}) const {
+        return options.with([&](const taut_options *given) {
+            taut_answers *found = nullptr;
+            detail::outcome outcome;
+            outcome.check(taut_shorten(handle_.get(), robot.c_str(), scene.empty() ? nullptr : scene.c_str(),
+                path.numbers.data(), path.size(), path.columns, given, &found, outcome.slot()));
+            return answers(found);
+        });
+    }
+    // Proves a path as it is; throws where it is not free, with bodies and place.
+    taut_info check(const std::string &robot, const std::string &scene, const path &path,
+        const taut::options &options = {}) const {
+        return options.with([&](const taut_options *given) {
+            taut_info info;
+            detail::outcome outcome;
+            outcome.check(taut_check(handle_.get(), robot.c_str(), scene.empty() ? nullptr : scene.c_str(),
+                path.numbers.data(), path.size(), path.columns, given, &info, sizeof info, outcome.slot()));
+            return info;
+        });
+    }
+
+private:
+    explicit daemon(const char *instance) {
+        taut_daemon *found = nullptr;
+        detail::outcome outcome;
+        outcome.check(taut_connect(instance, &found, outcome.slot()));
+        handle_.reset(found);
+    }
+    static std::vector<variable> variables_of(taut_robot *robot) {
+        const detail::owner<taut_robot, taut_robot_free> owned(robot);
+        std::vector<variable> found;
+        taut_variable one;
+        for (std::size_t index = 0; taut_robot_variable(robot, index, &one); ++index)
+            found.push_back({one.name, one.lower, one.upper, one.continuous});
+        return found;
+    }
+    template <typename Call> static taut_scene_info scene(Call call) {
+        taut_scene_info info;
+        detail::outcome outcome;
+        outcome.check(call(&info, outcome.slot()));
+        return info;
+    }
+
+    detail::owner<taut_daemon, taut_close> handle_;
+};
+
+} // namespace taut
+
+#endif // TAUT_HPP

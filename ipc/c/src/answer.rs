@@ -1,0 +1,219 @@
+//! Single answers, in shared memory.
+
+use crate::borrow::{give_sized, needed};
+use crate::code::TAUT_SUCCESS;
+use crate::error::{Error, run};
+use crate::handle::{Handle, Table, wrong};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use taut_ipc::planner::{Best, PlannerError};
+use taut_ipc::wire::{Code, ResponseFlags};
+
+/// One answer, in shared memory. Freed by `taut_answer_free`; it outlives its request and its connection.
+pub struct Answer {
+    _opaque: [u8; 0],
+}
+
+/// An answer that counts as held until it is freed.
+pub(crate) struct Held {
+    // Threads may look at it in turns only.
+    best: Mutex<Best>,
+    count: Arc<AtomicUsize>,
+}
+
+impl Held {
+    pub(crate) fn new(best: Best, count: &Arc<AtomicUsize>) -> Self {
+        count.fetch_add(1, Ordering::AcqRel);
+        Self { best: Mutex::new(best), count: count.clone() }
+    }
+
+    fn best(&self) -> MutexGuard<'_, Best> {
+        self.best.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        self.count.fetch_sub(1, Ordering::AcqRel);
+    }
+}
+
+impl Handle for Answer {
+    type Value = Held;
+    const NAME: &'static str = "taut_answer";
+
+    fn table() -> &'static Table<Held> {
+        static ANSWERS: Table<Held> = Table::new();
+        &ANSWERS
+    }
+}
+
+/// Figures of an answer.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Info {
+    /// Length of the path that was sent, in the request's metric.
+    pub length_before: f64,
+    /// Length of this path.
+    pub length_after: f64,
+    /// No path between the same ends is shorter.
+    pub lower_bound: f64,
+    /// The distance that is proved for every pair without a floor of its own, in metres.
+    pub clearance_m: f64,
+    /// The lowest floor of any pair, in metres.
+    pub floor_m: f64,
+    /// Version of the scene that it is proved against; 0 where none is kept.
+    pub scene_version: u64,
+    /// Hash of that scene's content.
+    pub scene_hash: u64,
+    /// Hash of the robot's content.
+    pub robot_hash: u64,
+    /// Iterations of the method.
+    pub iterations: u64,
+    /// Counted work.
+    pub work: u64,
+    /// Time that the request waited, in nanoseconds.
+    pub queue_ns: u64,
+    /// Time that it was worked on, in nanoseconds.
+    pub compute_ns: u64,
+    /// Waypoints.
+    pub waypoints: usize,
+    /// Columns, as many as the request had.
+    pub columns: usize,
+    /// Counts the answers of a request from 0; a gap means that newer ones took the place of some.
+    pub sequence: u32,
+    /// Whether the path is proved.
+    pub proved: bool,
+    /// Whether it is the last.
+    pub is_final: bool,
+    /// Whether the scene has a newer version by now.
+    pub superseded: bool,
+}
+
+/// A path in shared memory: number `column` of waypoint `i` is `first[i * stride + column]`.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Rows {
+    /// The first number.
+    pub first: *const f64,
+    /// How many rows.
+    pub waypoints: usize,
+    /// Numbers of a row, in the order of the request's columns.
+    pub columns: usize,
+    /// Numbers from one row to the next.
+    pub stride: usize,
+}
+
+pub(crate) fn info_of(best: &Best) -> Info {
+    let header = best.header();
+    let is_set = |flag| header.flags & flag != 0;
+    Info {
+        length_before: header.length_before,
+        length_after: header.length_after,
+        lower_bound: header.lower_bound,
+        clearance_m: header.clearance_m,
+        floor_m: header.floor_m,
+        scene_version: header.scene_version,
+        scene_hash: header.scene_hash,
+        robot_hash: header.robot_hash,
+        iterations: header.iterations,
+        work: header.work,
+        queue_ns: header.queue_ns,
+        compute_ns: header.compute_ns,
+        waypoints: best.waypoints(),
+        columns: best.columns().width(),
+        sequence: header.seq,
+        proved: is_set(ResponseFlags::PROVED),
+        is_final: best.is_final(),
+        superseded: is_set(ResponseFlags::SUPERSEDED),
+    }
+}
+
+/// Figures of an answer. `size` is sizeof *info.
+///
+/// # Safety
+/// `info` points to `size` bytes; `error` is NULL or a place for a handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn taut_answer_info(
+    answer: *const Answer,
+    info: *mut Info,
+    size: usize,
+    error: *mut *mut Error,
+) -> i32 {
+    let work = || {
+        let held = Answer::get(answer)?;
+        // SAFETY: the caller promises that it is its own, and so large.
+        unsafe { give_sized(needed("info", info)?, size, info_of(&held.best())) };
+        Ok(TAUT_SUCCESS)
+    };
+    // SAFETY: the caller's promise is the same.
+    unsafe { run(error, work) }
+}
+
+/// Shows an answer's path where it lies, in shared memory: read-only, valid until the answer is freed. `size` is
+/// sizeof *rows.
+///
+/// TAUT_INVALID_ROBOT_STATE if the request's columns are not a stretch of the robot's variables in its order: then
+/// `taut_answer_copy` puts them in the request's order.
+///
+/// # Safety
+/// `rows` points to `size` bytes; `error` is NULL or a place for a handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn taut_answer_rows(
+    answer: *const Answer,
+    rows: *mut Rows,
+    size: usize,
+    error: *mut *mut Error,
+) -> i32 {
+    let work = || {
+        let held = Answer::get(answer)?;
+        let best = held.best();
+        let (columns, path) = (best.columns(), best.path());
+        let Some(start) = columns.stretch() else {
+            let message =
+                "the request's columns are in another order than the robot's; take taut_answer_copy".to_owned();
+            return Err(PlannerError::Invalid { code: Code::InvalidRobotState, message });
+        };
+        let first = path.get(start..).unwrap_or_default().as_ptr();
+        let (waypoints, stride) = (best.waypoints(), columns.robot_width());
+        let found = Rows { first, waypoints, columns: columns.width(), stride };
+        // SAFETY: the caller promises that it is its own, and so large.
+        unsafe { give_sized(needed("rows", rows)?, size, found) };
+        Ok(TAUT_SUCCESS)
+    };
+    // SAFETY: the caller's promise is the same.
+    unsafe { run(error, work) }
+}
+
+/// Copies an answer's path, row by row, in the request's columns, into the `capacity` numbers at `numbers`. It has
+/// `waypoints` x `columns` of them (`taut_answer_info`).
+///
+/// # Safety
+/// `numbers` points to `capacity` numbers; `error` is NULL or a place for a handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn taut_answer_copy(
+    answer: *const Answer,
+    numbers: *mut f64,
+    capacity: usize,
+    error: *mut *mut Error,
+) -> i32 {
+    let work = || {
+        let held = Answer::get(answer)?;
+        let place = needed("numbers", numbers)?;
+        let rows = held.best().to_rows();
+        if capacity < rows.len() {
+            return Err(wrong(format!("room for {capacity} numbers; the path has {}", rows.len())));
+        }
+        // SAFETY: the caller gives room for `capacity` numbers, and there are no more.
+        unsafe { std::ptr::copy_nonoverlapping(rows.as_ptr(), place, rows.len()) };
+        Ok(TAUT_SUCCESS)
+    };
+    // SAFETY: the caller's promise is the same.
+    unsafe { run(error, work) }
+}
+
+/// Frees an answer; its memory goes back. NULL and answers that are freed are let be.
+#[unsafe(no_mangle)]
+pub extern "C" fn taut_answer_free(answer: *mut Answer) {
+    drop(Answer::end(answer));
+}

@@ -1,0 +1,148 @@
+/* Everything as it is meant: right_use PATH. Robot and scene "arm_window" are loaded. */
+#include "common.h"
+
+static taut_error *error;
+static taut_daemon *daemon_;
+
+static void shortens(const test_path *path) {
+    taut_options options;
+    taut_answers *answers;
+    taut_answer *answer;
+    taut_info info, last;
+    taut_rows rows;
+    double *copy;
+    int32_t code;
+    int improvements = 0;
+    memset(&last, 0, sizeof last);
+    taut_options_default(&options, sizeof options);
+    options.work_budget = 20000;
+    EXPECT(TAUT_SUCCESS, taut_shorten(daemon_, "arm_window", "arm_window", path->numbers, path->waypoints,
+                             path->columns, &options, &answers, &error));
+    while ((code = taut_next(answers, INFINITY, &answer, &error)) == TAUT_SUCCESS) {
+        EXPECT(TAUT_SUCCESS, taut_answer_info(answer, &info, sizeof info, &error));
+        EXPECT(TAUT_SUCCESS, taut_answer_rows(answer, &rows, sizeof rows, &error));
+        CHECK(info.proved && rows.waypoints == info.waypoints && rows.columns == 7 && rows.stride == 7);
+        CHECK(improvements == 0 || info.length_after <= last.length_after);
+        CHECK(memcmp(rows.first, path->numbers, 7 * sizeof(double)) == 0);
+        if (info.is_final) {
+            copy = (double *)malloc(info.waypoints * 7 * sizeof(double));
+            EXPECT(TAUT_SUCCESS, taut_answer_copy(answer, copy, info.waypoints * 7, &error));
+            CHECK(memcmp(rows.first, copy, info.waypoints * 7 * sizeof(double)) == 0);
+            free(copy);
+        }
+        last = info;
+        ++improvements;
+        taut_answer_free(answer);
+    }
+    EXPECT(TAUT_END, code);
+    EXPECT(TAUT_END, taut_next(answers, 0, &answer, &error));
+    CHECK(answer == NULL && last.is_final && last.length_after < 0.9 * last.length_before);
+    CHECK(last.lower_bound <= last.length_after && last.clearance_m > 0 && last.scene_version == 1);
+    taut_answers_free(answers);
+}
+
+/* Columns by name: backwards, with one left out that is held. */
+static void columns_by_name(const test_path *path) {
+    const char *backwards[] = {"joint7", "joint6", "joint5", "joint4", "joint3", "joint2", "joint1"};
+    double *turned = (double *)malloc(path->waypoints * 7 * sizeof(double));
+    double *found = (double *)malloc(path->waypoints * 7 * sizeof(double));
+    taut_options options;
+    taut_answers *answers;
+    taut_answer *answer;
+    taut_info info;
+    taut_rows rows;
+    size_t row, column;
+    for (row = 0; row < path->waypoints; ++row)
+        for (column = 0; column < 7; ++column)
+            turned[row * 7 + column] = path->numbers[row * 7 + 6 - column];
+    taut_options_default(&options, sizeof options);
+    options.columns = backwards;
+    options.column_count = 7;
+    EXPECT(TAUT_SUCCESS, taut_check(daemon_, "arm_window", "arm_window", turned, path->waypoints, 7, &options, &info,
+                             sizeof info, &error));
+    CHECK(info.proved && info.length_before == info.length_after);
+    options.mode = TAUT_MODE_CHECK;
+    EXPECT(TAUT_SUCCESS, taut_shorten(daemon_, "arm_window", "arm_window", turned, path->waypoints, 7, &options,
+                             &answers, &error));
+    EXPECT(TAUT_SUCCESS, taut_result(answers, 60, &answer, &error));
+    REFUSED(TAUT_INVALID_ROBOT_STATE, "taut_answer_copy", taut_answer_rows(answer, &rows, sizeof rows, &error));
+    EXPECT(TAUT_SUCCESS, taut_answer_copy(answer, found, path->waypoints * 7, &error));
+    CHECK(memcmp(found, turned, path->waypoints * 7 * sizeof(double)) == 0);
+    taut_answer_free(answer);
+    taut_answers_free(answers);
+    free(turned);
+    free(found);
+}
+
+/* A box in the way: bodies and place; moved away, the path is free again. */
+static void scenes_change(const test_path *path) {
+    const char *box = "{\"is_diff\": true, \"objects\": [{\"id\": \"crate\", \"operation\": \"ADD\", \"primitives\": "
+                      "[{\"type\": \"box\", \"dimensions\": [2, 2, 2]}], \"primitive_poses\": [{\"position\": [0.6, 0, "
+                      "0.5], \"orientation\": {\"x\": 0, \"y\": 0, \"z\": 0, \"w\": 1}}]}]}";
+    const taut_pose away = {{5, 5, 5}, {0, 0, 0, 1}};
+    taut_scene_info info;
+    taut_place place;
+    EXPECT(TAUT_SUCCESS, taut_change_scene(daemon_, "arm_window", box, NULL, 1, &info, sizeof info, &error));
+    CHECK(info.version == 2 && info.objects == 6);
+    EXPECT(TAUT_START_STATE_IN_COLLISION, taut_check(daemon_, "arm_window", "arm_window", path->numbers,
+                                              path->waypoints, 7, NULL, NULL, 0, &error));
+    CHECK(taut_error_place(error, &place, sizeof place));
+    CHECK(strcmp(place.bodies[0], "crate") == 0 || strcmp(place.bodies[1], "crate") == 0);
+    CHECK(place.segment == 0 && place.t == 0 && place.depth_m > 0);
+    taut_error_free(error);
+    REFUSED(TAUT_VERSION_CONFLICT, "version",
+        taut_change_scene(daemon_, "arm_window", box, NULL, 1, NULL, 0, &error));
+    EXPECT(TAUT_SUCCESS, taut_move_object(daemon_, "arm_window", "crate", NULL, &away, &info, sizeof info, &error));
+    EXPECT(TAUT_SUCCESS, taut_check(daemon_, "arm_window", "arm_window", path->numbers, path->waypoints, 7, NULL,
+                             NULL, 0, &error));
+    EXPECT(TAUT_SUCCESS,
+        taut_attach_object(daemon_, "arm_window", "crate", "hand", &away, NULL, 0, &info, sizeof info, &error));
+    EXPECT(TAUT_SUCCESS, taut_detach_object(daemon_, "arm_window", "crate", &away, &info, sizeof info, &error));
+    EXPECT(TAUT_SUCCESS, taut_remove_object(daemon_, "arm_window", "crate", &info, sizeof info, &error));
+    CHECK(info.objects == 5);
+}
+
+/* The seed that never ends by itself: asked for its best, and cancelled. */
+static void ends_when_told(const test_path *path) {
+    taut_options options;
+    taut_answers *answers;
+    taut_answer *answer;
+    taut_options_default(&options, sizeof options);
+    options.mode = TAUT_MODE_RANDOM_SHORTCUT;
+    options.seed = 0x4a464a464a464a46;
+    EXPECT(TAUT_SUCCESS, taut_shorten(daemon_, "arm_window", "arm_window", path->numbers, path->waypoints, 7, &options,
+                             &answers, &error));
+    EXPECT(TAUT_PENDING, taut_result(answers, 0.05, &answer, &error));
+    CHECK(answer == NULL);
+    EXPECT(TAUT_SUCCESS, taut_finish_early(answers, &error));
+    EXPECT(TAUT_SUCCESS, taut_result(answers, 60, &answer, &error));
+    taut_answers_free(answers);
+    taut_answer_free(answer); /* it outlived its request */
+    EXPECT(TAUT_SUCCESS, taut_shorten(daemon_, "arm_window", "arm_window", path->numbers, path->waypoints, 7, &options,
+                             &answers, &error));
+    EXPECT(TAUT_SUCCESS, taut_cancel(answers, &error));
+    REFUSED(TAUT_PREEMPTED, "cancelled", taut_next(answers, 60, &answer, &error));
+    taut_answers_free(answers);
+}
+
+int main(int count, char **arguments) {
+    test_path path;
+    taut_robot *robot;
+    taut_variable variable;
+    CHECK(count == 2);
+    path = read_path(arguments[1]);
+    EXPECT(TAUT_SUCCESS, taut_connect(NULL, &daemon_, &error));
+    EXPECT(TAUT_SUCCESS, taut_describe_robot(daemon_, "arm_window", &robot, &error));
+    CHECK(taut_robot_variables(robot) == 7 && taut_robot_variable(robot, 6, &variable));
+    CHECK(strcmp(variable.name, "joint7") == 0 && variable.lower == -2.8973 && !variable.continuous);
+    CHECK(!taut_robot_variable(robot, 7, &variable));
+    taut_robot_free(robot);
+    shortens(&path);
+    columns_by_name(&path);
+    ends_when_told(&path);
+    scenes_change(&path);
+    free(path.numbers);
+    taut_close(daemon_);
+    puts("right use is right");
+    return 0;
+}

@@ -1,0 +1,59 @@
+"""Pulls planners' paths taut, and proves every answer collision-free.
+
+>>> import taut
+>>> with taut.local() as d:                      # or taut.connect(), where a daemon runs
+...     problem = d.load_problem(PROBLEMS + "/rooms.json")
+...     for best in d.shorten(problem.path, problem.robot, problem.scene, budget=2000):
+...         assert best.proved and best.length <= best.length_before
+"""
+
+from ._answers import Answers, Check, Improvement, Result
+from ._errors import (
+    Cancelled,
+    Crash,
+    DaemonLost,
+    Error,
+    InCollision,
+    InvalidInput,
+    NotProvable,
+    Overloaded,
+    ResourceExhausted,
+    TimedOut,
+    UnknownName,
+    UnreadableFile,
+    VersionConflict,
+)
+from ._planner import Planner, Problem, Robot, Variable, Watch, connect, local
+from ._scene import Scene, SceneChange, SceneChanges, SceneVersion, Snapshot
+
+__all__ = [
+    "Answers",
+    "Cancelled",
+    "Check",
+    "Crash",
+    "DaemonLost",
+    "Error",
+    "Improvement",
+    "InCollision",
+    "InvalidInput",
+    "NotProvable",
+    "Overloaded",
+    "Planner",
+    "Problem",
+    "ResourceExhausted",
+    "Result",
+    "Robot",
+    "Scene",
+    "SceneChange",
+    "SceneChanges",
+    "SceneVersion",
+    "Snapshot",
+    "TimedOut",
+    "UnknownName",
+    "UnreadableFile",
+    "Variable",
+    "VersionConflict",
+    "Watch",
+    "connect",
+    "local",
+]

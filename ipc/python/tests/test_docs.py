@@ -1,0 +1,43 @@
+"""The examples of the documentation run."""
+
+import doctest
+import re
+from pathlib import Path
+
+import pytest
+from conftest import CONFIG
+
+import taut
+import taut._answers
+import taut._planner
+import taut._scene
+
+README = Path(__file__).parents[1] / "README.md"
+
+
+@pytest.mark.parametrize("module", [taut, taut._planner, taut._scene, taut._answers])
+def test_docstrings(module):
+    names = {"ROBOTS": str(CONFIG / "robots"), "PROBLEMS": str(CONFIG / "problems")}
+    failed, tried = doctest.testmod(module, extraglobs=names)
+    assert failed == 0 and (tried > 0 or module is taut._answers)
+
+
+def test_every_block_of_the_readme_runs(monkeypatch, tmp_path):
+    monkeypatch.chdir(CONFIG.parent)
+    monkeypatch.setenv("TAUT_INSTANCE", __import__("conftest").INSTANCE)
+    blocks = re.findall(r"```python\n(.*?)```", README.read_text(), re.S)
+    assert blocks
+    names = {"RESULT": str(tmp_path / "result.json")}
+    for block in blocks:
+        block = block.replace('"result.json"', "RESULT")
+        exec(compile(block, str(README), "exec"), names)
+    assert (tmp_path / "result.json").is_file()
+
+
+def test_everything_is_documented():
+    for name in taut.__all__:
+        thing = getattr(taut, name)
+        assert thing.__doc__, name
+        for member, value in vars(thing).items():
+            if not member.startswith("_") and (callable(value) or isinstance(value, property)):
+                assert value.__doc__, f"{name}.{member}"

@@ -1,0 +1,149 @@
+//! Planners that nobody here wrote, as clients of a real daemon: the scripts of examples/planners and the guide's code.
+
+mod common;
+
+use common::*;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+/// What the scripts need of PyPI, beside taut.
+const REQUIREMENTS: [&str; 2] = ["requirements-ompl.txt", "requirements-hpp.txt"];
+
+fn source(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+/// Python with OMPL, HPP, pinocchio, coal and taut; or why there is none.
+fn python() -> Result<&'static Path, String> {
+    static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    PYTHON.get_or_init(install).as_deref().map_err(Clone::clone)
+}
+
+/// Runs a script of examples/planners in an instance; `None` where Python or its packages are out of reach.
+fn script(place: &Place, arguments: &[&str]) -> Option<Run> {
+    let python = match python() {
+        Ok(python) => python,
+        Err(reason) if std::env::var_os("TAUT_REQUIRE_ALL").is_some() => panic!("{reason}"),
+        Err(reason) => {
+            eprintln!("skipped: {reason}");
+            return None;
+        }
+    };
+    let mut command = Command::new(python);
+    command.arg(source("examples/planners").join(arguments[0])).args(&arguments[1..]);
+    command.current_dir(source("")).env("TAUT_INSTANCE", place.name());
+    Some(Run::of(command.output().unwrap()))
+}
+
+fn a_script_shortens_a_shipped_problem(name: &str, problem: &str, says: &str) {
+    let place = Place::new();
+    let _daemon = place.serve("");
+    let Some(run) = script(&place, &[name, &config(&format!("problems/{problem}.json"))]) else { return };
+    assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
+    assert!(run.out.contains(says) && run.out.contains("proved, clearance"), "{}", run.out);
+}
+
+#[test]
+fn ompl_plans_and_taut_shortens() {
+    a_script_shortens_a_shipped_problem("ompl_planner.py", "arm_window", "own simplifyMax");
+}
+
+#[test]
+fn ompl_plans_for_a_base_that_turns() {
+    a_script_shortens_a_shipped_problem("ompl_planner.py", "exchange_arms", "own simplifyMax");
+}
+
+#[test]
+fn hpp_plans_and_taut_shortens() {
+    a_script_shortens_a_shipped_problem("hpp_planner.py", "arm_window", "own RandomShortcut");
+}
+
+#[test]
+fn hpp_plans_for_a_body_that_flies() {
+    a_script_shortens_a_shipped_problem("hpp_planner.py", "ell_window", "own RandomShortcut");
+}
+
+#[test]
+fn moveits_trajectory_comes_back_shorter() {
+    let place = Place::new();
+    let _daemon = place.serve("");
+    let (urdf, srdf) = (config("robots/panda_like.urdf"), config("robots/panda_like.srdf"));
+    let file = source("examples/planners/moveit_request.json");
+    let arguments = ["moveit_adapter.py", file.to_str().unwrap(), "--urdf", &urdf, "--srdf", &srdf];
+    let Some(run) = script(&place, &arguments) else { return };
+    assert_eq!(run.exit, 0, "{}", run.err);
+    let sent: serde_json::Value = serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();
+    let (sent, back) = (&sent["trajectory"]["joint_trajectory"], &run.json()["joint_trajectory"]);
+    let ends = |trajectory: &serde_json::Value| {
+        let points = trajectory["points"].as_array().unwrap();
+        (points[0]["positions"].clone(), points[points.len() - 1]["positions"].clone())
+    };
+    assert_eq!((ends(back), &back["joint_names"]), (ends(sent), &sent["joint_names"]));
+    assert!(run.err.contains("proved") && back["points"][1]["time_from_start"]["sec"] == 0, "{}", run.err);
+}
+
+#[test]
+fn a_table_compares_planners() {
+    let place = Place::new();
+    let _daemon = place.serve("");
+    let table = place.folder.path().join("table.json");
+    let (problem, output) = (config("problems/corner.json"), table.to_str().unwrap().to_owned());
+    let Some(run) = script(&place, &["compare.py", &problem, "--queries", "2", "-o", &output]) else { return };
+    assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
+    let rows: serde_json::Value = serde_json::from_str(&fs::read_to_string(table).unwrap()).unwrap();
+    let rows = rows.as_array().unwrap();
+    assert_eq!(rows.len(), 4, "two queries, two planners: {}", run.out);
+    for row in rows.iter().filter(|row| row["refused"] == "") {
+        assert!(row["proved"] == true && row["taut_hits"] == "", "{row}");
+        assert!(row["taut"].as_f64().unwrap() <= row["before"].as_f64().unwrap(), "{row}");
+    }
+    assert!(rows.iter().any(|row| row["refused"] == ""), "{}", run.out);
+}
+
+/// Code of the guide, by the word behind its language.
+#[test]
+fn the_guides_code_runs() {
+    for name in ["ompl", "hpp", "moveit"] {
+        let place = Place::new();
+        let _daemon = place.serve("");
+        let Some(run) = script(&place, &["guide_check.py", name]) else { return };
+        assert_eq!(run.exit, 0, "{name}: {} {}", run.out, run.err);
+    }
+}
+
+/// VAMP is built from sources of GitHub's, so it is no requirement; where it is installed it has to work.
+#[test]
+fn vamp_plans_and_taut_shortens() {
+    let Some(problem) = std::env::var_os("TAUT_VAMP_PROBLEM") else {
+        eprintln!("skipped: TAUT_VAMP_PROBLEM names no problem of a robot that VAMP knows");
+        return;
+    };
+    let problem = problem.to_str().unwrap().to_owned();
+    for arguments in [["vamp_planner.py", &problem, "--seed", "0"].as_slice(), &["guide_check.py", "vamp", &problem]] {
+        let place = Place::new();
+        let _daemon = place.serve("");
+        let Some(run) = script(&place, arguments) else { return };
+        assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
+    }
+}
+
+fn install() -> Result<PathBuf, String> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("planners-python");
+    let python = folder.join("bin/python");
+    let run = |program: &Path, arguments: &[&str]| -> Result<(), String> {
+        let output = Command::new(program).args(arguments).current_dir(source("")).output();
+        let output = output.map_err(|error| format!("{}: {error}", program.display()))?;
+        let text = String::from_utf8_lossy(&output.stderr).trim().to_owned();
+        if output.status.success() { Ok(()) } else { Err(format!("{} {}: {text}", program.display(), arguments.join(" "))) }
+    };
+    if !python.exists() {
+        run(Path::new("python3"), &["-m", "venv", folder.to_str().unwrap()])?;
+    }
+    for file in REQUIREMENTS {
+        run(&python, &["-m", "pip", "install", "--quiet", "-r", &format!("examples/planners/{file}")])?;
+    }
+    run(&python, &["-m", "pip", "install", "--quiet", "./ipc/python"])?;
+    Ok(python)
+}
