@@ -136,7 +136,11 @@ fn install() -> Result<PathBuf, String> {
         let output = Command::new(program).args(arguments).current_dir(source("")).output();
         let output = output.map_err(|error| format!("{}: {error}", program.display()))?;
         let text = String::from_utf8_lossy(&output.stderr).trim().to_owned();
-        if output.status.success() { Ok(()) } else { Err(format!("{} {}: {text}", program.display(), arguments.join(" "))) }
+        if output.status.success() {
+            Ok(())
+        } else {
+            Err(format!("{} {}: {text}", program.display(), arguments.join(" ")))
+        }
     };
     if !python.exists() {
         run(Path::new("python3"), &["-m", "venv", folder.to_str().unwrap()])?;
