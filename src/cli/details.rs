@@ -19,6 +19,7 @@ pub(super) fn of_shortening(subject: &Subject, timed: &Timed) -> String {
     let mut text = String::new();
     line(&mut text, "bound", &bound(outcome, &subject.metric));
     nearest(&mut text, outcome);
+    corridor(&mut text, outcome);
     if !outcome.pinched.is_empty() {
         let pairs = outcome.pinched.iter().map(|[a, b]| format!("{a} × {b}"));
         line(&mut text, "pinched", &format!("between {}", pairs.collect::<Vec<_>>().join(", ")));
@@ -37,6 +38,7 @@ pub(super) fn of_shortening(subject: &Subject, timed: &Timed) -> String {
 pub(super) fn of_check(timed: &Timed) -> String {
     let mut text = String::new();
     nearest(&mut text, &timed.outcome);
+    corridor(&mut text, &timed.outcome);
     text
 }
 
@@ -62,6 +64,15 @@ fn nearest(text: &mut String, outcome: &Outcome) {
     if contacts.len() > LISTED {
         line(text, "", &format!("and {} more", contacts.len() - LISTED));
     }
+}
+
+fn corridor(text: &mut String, outcome: &Outcome) {
+    let Some(corridor) = &outcome.corridor else { return };
+    let slack = &corridor.slack_m;
+    let Some(narrowest) = (0..slack.len()).min_by(|&i, &j| slack[i].total_cmp(&slack[j])) else { return };
+    let (least, segment, of) = (length(slack[narrowest]), narrowest + 1, slack.len());
+    let floor = length(corridor.floor_m);
+    line(text, "corridor", &format!("slack {least} or more, least on segment {segment} of {of}, keeps {floor}"));
 }
 
 fn place(contact: &PathContact, segments: usize) -> String {

@@ -64,7 +64,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         place.answer(&mut reader, &arguments.file, &arguments.source, &asked, is_kept, &mut watch)?;
     let result = report::result(&subject, arguments.mode, &timed);
     if let Some(file) = &arguments.out {
-        export::write(file, &result)?;
+        match timed.outcome.proved || export::Form::of(file)? == export::Form::Json {
+            true => export::write(file, &result)?,
+            false => eprintln!("taut: {} is not written: only .json says that its path is not proved", file.display()),
+        }
     }
     let mut out = std::io::stdout().lock();
     match arguments.format {

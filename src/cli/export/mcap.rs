@@ -64,7 +64,9 @@ impl Recording {
         self.write(channel, 0, &scene(robot, around))?;
         let Some(path) = Path::from_rows(result.variables.len(), in_order(result, robot)) else { return Ok(()) };
         let channel = self.channel("/transforms", "foxglove.FrameTransforms", &transforms_schema())?;
-        let held: Vec<f64> = robot.held().iter().map(|variable| variable.default).collect();
+        let given = |name: &String| result.subject.held.get(name).copied();
+        let held = robot.held().iter().map(|variable| given(&variable.name).unwrap_or(variable.default));
+        let held: Vec<f64> = held.collect();
         let (mut kinematics, times) = (Kinematics::default(), times(&result.path));
         for frame in 0..=FRAMES {
             let time = (SHOWN_S * 1e9 * f64::from(frame) / f64::from(FRAMES)) as u64;

@@ -136,6 +136,7 @@ fn difference(recorded: &RecordedAnswer, header: ResponseHeader, payload: &[u8])
         ("certificate_head", bytes_of(then.certificate_head), bytes_of(now.certificate_head)),
         ("lowered_pairs", bytemuck::cast_slice(then.lowered_pairs), bytemuck::cast_slice(now.lowered_pairs)),
         ("active_contacts", bytemuck::cast_slice(then.active_contacts), bytemuck::cast_slice(now.active_contacts)),
+        ("reach", bytemuck::cast_slice(then.reach), bytemuck::cast_slice(now.reach)),
         ("stages", bytemuck::cast_slice(then.stages), bytemuck::cast_slice(now.stages)),
         ("pinched_pairs", bytemuck::cast_slice(then.pinched_pairs), bytemuck::cast_slice(now.pinched_pairs)),
         ("refusal", bytes_of(then.refusal), bytes_of(now.refusal)),
