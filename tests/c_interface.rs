@@ -20,7 +20,17 @@ fn library() -> &'static Path {
         // As `cargo test --workspace` builds, so that dependencies have the features that they have there.
         let built = Command::new(env!("CARGO"))
             .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .args(["build", "--workspace", "--lib", "--test", "c_interface", "--locked", "--quiet", "--profile", profile])
+            .args([
+                "build",
+                "--workspace",
+                "--lib",
+                "--test",
+                "c_interface",
+                "--locked",
+                "--quiet",
+                "--profile",
+                profile,
+            ])
             .status()
             .unwrap();
         assert!(built.success(), "libtaut does not build");
@@ -48,7 +58,9 @@ fn compile(place: &Place, file: &str, link: Link, flags: &[&str]) -> PathBuf {
     command.arg("-I").arg(source("ipc/c/include")).arg("-I").arg(source("ipc/c/tests/programs"));
     command.arg(source(file)).arg("-o").arg(&program);
     match link {
-        Link::Shared => command.arg("-L").arg(library()).arg("-ltaut").arg(format!("-Wl,-rpath,{}", library().display())),
+        Link::Shared => {
+            command.arg("-L").arg(library()).arg("-ltaut").arg(format!("-Wl,-rpath,{}", library().display()))
+        }
         Link::Static => command.arg(library().join("libtaut.a")).args(["-lm", "-lpthread", "-ldl"]),
     };
     let run = Run::of(command.output().unwrap());

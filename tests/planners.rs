@@ -12,9 +12,8 @@ use std::sync::OnceLock;
 fn python() -> Option<&'static Path> {
     static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
     let install = || {
-        let lists = ["ompl", "hpp"].map(|name| {
-            fs::read_to_string(source(&format!("examples/planners/requirements-{name}.txt"))).unwrap()
-        });
+        let lists = ["ompl", "hpp"]
+            .map(|name| fs::read_to_string(source(&format!("examples/planners/requirements-{name}.txt"))).unwrap());
         common::python::python(&lists.iter().flat_map(|list| list.lines()).collect::<Vec<_>>())
     };
     PYTHON.get_or_init(install).as_deref()
@@ -36,7 +35,9 @@ fn script(place: &Place, arguments: &[&str]) -> Option<Run> {
 fn a_script_shortens_a_shipped_problem(name: &str, problem: &str, says: &str) {
     let place = Place::new();
     let _daemon = place.serve("");
-    let Some(run) = script(&place, &[name, &config(&format!("problems/{problem}.json")), "--deadline", "60"]) else { return };
+    let Some(run) = script(&place, &[name, &config(&format!("problems/{problem}.json")), "--deadline", "60"]) else {
+        return;
+    };
     assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
     assert!(run.out.contains(says) && run.out.contains("proved, clearance"), "{}", run.out);
 }
@@ -86,7 +87,10 @@ fn a_table_compares_planners() {
     let _daemon = place.serve("");
     let table = place.folder.path().join("table.json");
     let (problem, output) = (config("problems/corner.json"), table.to_str().unwrap().to_owned());
-    let Some(run) = script(&place, &["compare.py", &problem, "--queries", "2", "--deadline", "60", "-o", &output]) else { return };
+    let Some(run) = script(&place, &["compare.py", &problem, "--queries", "2", "--deadline", "60", "-o", &output])
+    else {
+        return;
+    };
     assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
     let rows: serde_json::Value = serde_json::from_str(&fs::read_to_string(table).unwrap()).unwrap();
     let rows = rows.as_array().unwrap();
@@ -117,7 +121,9 @@ fn vamp_plans_and_taut_shortens() {
         return;
     };
     let problem = problem.to_str().unwrap().to_owned();
-    for arguments in [["vamp_planner.py", &problem, "--deadline", "60"].as_slice(), &["guide_check.py", "vamp", &problem]] {
+    for arguments in
+        [["vamp_planner.py", &problem, "--deadline", "60"].as_slice(), &["guide_check.py", "vamp", &problem]]
+    {
         let place = Place::new();
         let _daemon = place.serve("");
         let Some(run) = script(&place, arguments) else { return };

@@ -34,7 +34,15 @@ impl Pending {
         request_id: u64,
         boot_id: u64,
     ) -> Self {
-        Self { stream: Some(stream), listener: Some(listener), link, request_id, boot_id, finished: false, looked: Instant::now() }
+        Self {
+            stream: Some(stream),
+            listener: Some(listener),
+            link,
+            request_id,
+            boot_id,
+            finished: false,
+            looked: Instant::now(),
+        }
     }
 
     /// The id in the request's header.
