@@ -2,6 +2,7 @@
 
 mod cli;
 mod daemon;
+mod view;
 
 use std::process::ExitCode;
 

@@ -22,8 +22,9 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("files", vec!["path", "robot", "scene", "shape", "optimize", "validation"]),
         ("local", [&core[..], &["store", "translate"]].concat()),
         ("translate", [&core[..], &["store", "files"]].concat()),
-        ("daemon", [&core[..], &["store", "files", "translate"]].concat()),
-        ("cli", [&core[..], &["store", "files", "translate", "daemon"]].concat()),
+        ("view", vec!["files", "robot", "scene", "shape"]),
+        ("daemon", [&core[..], &["store", "files", "translate", "view"]].concat()),
+        ("cli", [&core[..], &["store", "files", "translate", "daemon", "view"]].concat()),
         ("main", vec!["cli"]),
         ("lib", [&core[..], &["store", "files", "translate", "local"]].concat()),
     ])

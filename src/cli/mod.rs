@@ -32,6 +32,7 @@ mod svg;
 mod timed;
 mod top;
 mod verify;
+mod view;
 mod watch;
 mod why;
 
@@ -79,6 +80,7 @@ enum Command {
     Describe(models::Describe),
     Stop(models::Stop),
     Top(top::Arguments),
+    View(view::Arguments),
     Why(why::Arguments),
     Record(record::Arguments),
     Replay(replay::Arguments),
@@ -139,6 +141,7 @@ pub fn main() -> ExitCode {
         Command::Describe(arguments) => models::describe(&arguments),
         Command::Stop(arguments) => models::stop(&arguments),
         Command::Top(arguments) => top::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
         Command::Why(arguments) => why::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),

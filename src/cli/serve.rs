@@ -1,6 +1,7 @@
 //! `taut serve`: the daemon.
 
 use std::ffi::OsString;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -10,6 +11,7 @@ use tracing_subscriber::EnvFilter;
 use super::connect::InstanceChoice;
 use super::error::CliError;
 use crate::daemon::config::Config;
+use crate::daemon::live::check_address;
 use crate::daemon::serve;
 use crate::daemon::supervise::{bind_to_supervisor, supervise};
 
@@ -37,6 +39,9 @@ pub(super) struct Arguments {
     /// Keep nothing: begin with the configuration's robots and scenes only
     #[arg(long)]
     no_state: bool,
+    /// Serve a page that shows what runs and the last answers, at this address of this machine
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1:8642")]
+    http: Option<SocketAddr>,
     /// Start the daemon as a child and start it again when it dies or hangs
     #[arg(long)]
     supervise: bool,
@@ -53,6 +58,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         config.state = Some(PathBuf::new());
     } else if let Some(folder) = &arguments.state {
         config.state = Some(folder.clone());
+    }
+    if let Some(address) = arguments.http {
+        check_address("--http", address).map_err(CliError::Usage)?;
+        config.http = Some(address);
     }
     let instance = instance(&arguments.instance, &config)?;
     if arguments.supervise {

@@ -3,7 +3,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use taut::optimize::{self, Improvement, Workspace};
+use taut::optimize::{self, Improvement, Outcome, Workspace};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::Code;
 
@@ -16,6 +16,8 @@ pub(super) struct Computed {
     pub reply: Reply,
     /// When it was told to end before it was done.
     pub stopped: Option<Stopped>,
+    /// What the core made of it, and its code, where it came to that.
+    pub outcome: Option<(Outcome, Code)>,
     /// Whether the core panicked on it.
     pub panicked: bool,
 }
@@ -40,23 +42,25 @@ pub(super) fn compute(
         Ok(Ok(model)) => model,
         Ok(Err(error)) => {
             let reply = translate::refused(translate::model_refusal(error, &job.snapshot.robot));
-            return Computed { reply, stopped: None, panicked: false };
+            return Computed { reply, stopped: None, outcome: None, panicked: false };
         }
-        Err(panic) => return Computed { reply: crash(&*panic), stopped: None, panicked: true },
+        Err(panic) => return Computed { reply: crash(&*panic), stopped: None, outcome: None, panicked: true },
     };
     let run = || optimize::run(model, &job.path, &job.settings, workspace, &mut ask, publish);
     match catch_unwind(AssertUnwindSafe(run)) {
         Ok(Ok(outcome)) => {
-            let reply = translate::answered(&job.snapshot, &outcome, stopped.map(|stopped| stopped.cause));
-            Computed { reply, stopped, panicked: false }
+            let cause = stopped.map(|stopped| stopped.cause);
+            let reply = translate::answered(&job.snapshot, &outcome, cause);
+            let code = translate::code_of(&outcome, cause);
+            Computed { reply, stopped, outcome: Some((outcome, code)), panicked: false }
         }
         Ok(Err(error)) => {
             let reply = translate::refused(translate::request_refusal(&error));
-            Computed { reply, stopped, panicked: false }
+            Computed { reply, stopped, outcome: None, panicked: false }
         }
         Err(panic) => {
             *workspace = Workspace::default();
-            Computed { reply: crash(&*panic), stopped, panicked: true }
+            Computed { reply: crash(&*panic), stopped, outcome: None, panicked: true }
         }
     }
 }

@@ -9,6 +9,8 @@ use taut::files::{FileError, Geometry, RobotFiles};
 use taut::optimize::Settings;
 use taut_ipc::limits::{ACTIVE_REQUESTS_PER_CLIENT, MAX_PAYLOAD};
 
+use super::live::check_address;
+
 /// The configuration; every entry has a default, unknown ones are refused.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -26,6 +28,9 @@ pub struct Config {
     pub quota: Quota,
     /// Where Prometheus reads, such as 127.0.0.1:9464: an address of this machine only. Nowhere if it is missing.
     pub metrics: Option<SocketAddr>,
+    /// Where the page is served that shows what runs and the last answers, such as 127.0.0.1:8642: an address of this
+    /// machine only. Nowhere if it is missing; `--http` goes before it.
+    pub http: Option<SocketAddr>,
     /// Status messages per second, at least 2: the second that follows a client's death ends its connection.
     pub status_rate_hz: f64,
     /// Folder that keeps robots and scenes while no daemon runs; the default one (see [`super::state`]) where it is
@@ -137,6 +142,7 @@ impl Default for Config {
             queue: 256,
             quota: Quota::default(),
             metrics: None,
+            http: None,
             status_rate_hz: 2.0,
             state: None,
             watchdog_s: 10.0,
@@ -198,6 +204,7 @@ impl Config {
         if let Some(address) = self.metrics.filter(|address| !address.ip().is_loopback()) {
             return Err(format!("metrics is {address}; valid: an address of this machine, such as 127.0.0.1:9464"));
         }
+        self.http.map_or(Ok(()), |address| check_address("http", address))?;
         if self.workers > 1024 {
             return Err(format!("workers is {}; valid: 0 (one per core) to 1024", self.workers));
         }
@@ -261,6 +268,7 @@ mod tests {
             ("status_rate_hz = 1", "2 to"),
             ("quota = { in_flight = 0 }", "1 to"),
             ("metrics = '0.0.0.0:1'", "of this machine"),
+            ("http = '0.0.0.0:8642'", "of this machine"),
             ("quota = { cpu_share = 0.0 }", "more than 0"),
         ] {
             let error = toml::from_str::<Config>(text).unwrap().checked().unwrap_err();

@@ -225,7 +225,7 @@ impl EventLoop {
         }
     }
 
-    fn stats(&mut self) -> Stats {
+    pub(super) fn stats(&mut self) -> Stats {
         let mut numbers = metrics::numbers(&self.status());
         numbers.extend(self.metrics.more());
         Stats {

@@ -12,6 +12,7 @@ use taut_ipc::wire::{RobotEntry, SceneEntry, StatusRecord};
 use super::clients::Clients;
 use super::event::{Event, Events};
 use super::keep::Keeping;
+use super::live::Live;
 use super::loader::Loader;
 use super::mailbox::Mailbox;
 use super::metrics::Metrics;
@@ -39,6 +40,8 @@ pub(super) struct EventLoop {
     pub(super) clients: Clients,
     pub(super) stories: Stories,
     pub(super) recorder: Recorder,
+    /// What the page shows, where there is one.
+    pub(super) live: Option<Arc<Live>>,
     pub(super) poison: Poison,
     pub(super) workers: usize,
     pub(super) keeping: Keeping,
@@ -133,6 +136,9 @@ impl EventLoop {
         self.pulse.beat();
         let status = self.status();
         self.server.publish_status(&status)?;
+        if let Some(live) = self.live.clone() {
+            live.counted(self.stats().numbers, self.clients.summaries(monotonic_ns()));
+        }
         let is_slow = self.janitor.busy_for() > JANITOR_PATIENCE;
         if is_slow && !self.janitor_was_slow {
             tracing::error!("cleaning up after dead clients hangs; restart the daemon when convenient");

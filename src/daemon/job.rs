@@ -10,6 +10,8 @@ use taut::path::Path;
 use taut::store::Snapshot;
 pub use taut::translate::StopCause;
 
+use super::live::Asked;
+
 /// Everything that a worker needs; nothing in it is shared memory.
 pub(super) struct Job {
     /// Number of the job in this daemon.
@@ -32,6 +34,8 @@ pub(super) struct Job {
     pub priority: u32,
     /// Where the I/O thread says to stop.
     pub stop: Arc<StopFlag>,
+    /// Who asks and what about, where there is a page to show it.
+    pub asked: Asked,
 }
 
 impl Job {

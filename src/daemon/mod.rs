@@ -15,6 +15,7 @@ mod frames;
 mod job;
 mod journal;
 mod keep;
+pub mod live;
 mod loader;
 mod mailbox;
 mod metrics;

@@ -6,12 +6,13 @@ use taut::store::ModelStore;
 use taut_ipc::control::Refusal;
 use taut_ipc::monotonic_ns;
 use taut_ipc::server::{IncomingRequest, SendError, ServerError};
-use taut_ipc::wire::{Code, ResponseFlags};
+use taut_ipc::wire::{Code, RequestHeader, ResponseFlags};
 
 use super::admission::Doorkeeper;
 use super::event::{Answered, Way};
 use super::event_loop::{EventLoop, ROUND};
 use super::job::{Job, StopCause, StopFlag};
+use super::live::Asked;
 use super::mailbox::Progress;
 use super::recording::{Answer, Question};
 use super::story::{self, story};
@@ -128,9 +129,18 @@ impl EventLoop {
             received_ns,
             priority: header.priority,
             stop: Arc::default(),
+            asked: self.asked(client, header),
         };
         self.poison.check(|| job.content())?;
         Ok(job)
+    }
+
+    fn asked(&self, client: u128, header: &RequestHeader) -> Asked {
+        if self.live.is_none() {
+            return Asked::default();
+        }
+        let label = |id| self.store.label(id).unwrap_or_default().to_owned();
+        Asked { robot: label(header.robot_id), scene: label(header.scene_id), pid: self.clients.pid(client) }
     }
 
     pub(super) fn refuse(&mut self, number: u64, request: IncomingRequest, refusal: &Refusal) {

@@ -19,6 +19,7 @@ use super::event::{Event, EventSender};
 use super::event_loop::EventLoop;
 use super::journal::{self, Journal, JournalError, Kept};
 use super::keep::{Keeping, KeptUpTo};
+use super::live::{Live, Page};
 use super::loader::Loader;
 use super::metrics::Metrics;
 use super::poison::Poison;
@@ -107,6 +108,9 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
     };
     let begun = restore::begin(config, kept, disk.as_ref().map(|disk| &disk.prepared), out)?;
     let (mut event_loop, threads) = assemble(config, instance, begun, disk)?;
+    if let Some(page) = &threads.page {
+        say(out, &format!("page at http://{}/", page.address()));
+    }
     let (name, workers) = (instance.name(), config.worker_count());
     if let Some(scrape) = &threads.scrape {
         say(out, &format!("metrics at http://{}/metrics", scrape.address()));
@@ -129,12 +133,14 @@ struct Threads {
     signals: Handle,
     joined: Vec<JoinHandle<()>>,
     scrape: Option<Scrape>,
+    page: Option<Page>,
 }
 
 impl Threads {
     fn join(self) {
         self.signals.close();
         drop(self.scrape);
+        drop(self.page);
         for thread in self.joined {
             // Workers and loader catch their panics; one that ended all the same has nothing to say here.
             let _ = thread.join();
@@ -177,17 +183,21 @@ fn assemble(
     joined.push(recording);
     let (pulse, pulse_thread) = Pulse::start().map_err(system("thread"))?;
     joined.extend(pulse_thread);
+    let live = config.http.map(|_| Arc::new(Live::new(instance.name())));
     let mut mailboxes = Vec::new();
     for index in 0..schedule::threads(workers) {
         let mailbox = Arc::default();
         mailboxes.push(Arc::clone(&mailbox));
         let (schedule, events) = (schedule.clone(), events.clone());
-        let worker = Worker { index, schedule, mailbox, events, fault_injection: config.fault_injection };
+        let (live, fault_injection) = (live.clone(), config.fault_injection);
+        let worker = Worker { index, schedule, mailbox, events, live, fault_injection };
         joined.push(worker.start().map_err(system("thread"))?);
     }
     let metrics = Metrics::new();
     let scrape = config.metrics.map(|address| Scrape::start(address, metrics.registry())).transpose();
     let scrape = scrape.map_err(system("address for metrics"))?;
+    let page = config.http.zip(live.clone()).map(|(address, live)| Page::start(address, live)).transpose();
+    let page = page.map_err(system("address for the page"))?;
     let event_loop = EventLoop {
         server,
         janitor,
@@ -196,6 +206,7 @@ fn assemble(
         clients: Clients::new(config.quota, workers),
         stories: Stories::default(),
         recorder,
+        live,
         poison: Poison::default(),
         workers,
         store: begun.store,
@@ -217,7 +228,7 @@ fn assemble(
         is_draining: false,
         janitor_was_slow: false,
     };
-    Ok((event_loop, Threads { signals, joined, scrape }))
+    Ok((event_loop, Threads { signals, joined, scrape, page }))
 }
 
 /// The thread ends when the handle is closed.

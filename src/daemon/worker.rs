@@ -11,6 +11,7 @@ use taut_ipc::monotonic_ns;
 use super::computing::{self, Computed};
 use super::event::{Answered, Event, EventSender, Way};
 use super::job::{Job, StopCause};
+use super::live::Live;
 use super::mailbox::Mailbox;
 use super::schedule::{Schedule, Turn};
 use super::translate::{self, Lengths};
@@ -39,6 +40,8 @@ pub(super) struct Worker {
     pub mailbox: Arc<Mailbox>,
     /// Where its answers go.
     pub events: EventSender,
+    /// What the page shows, where there is one.
+    pub live: Option<Arc<Live>>,
     /// Whether requests with [`PANIC_SEED`] panic and those with [`HANG_SEED`] hang.
     pub fault_injection: bool,
 }
@@ -53,7 +56,12 @@ impl Worker {
         let mut workspace = Workspace::default();
         while let Some((job, turn)) = self.schedule.take(self.index) {
             let turn = Cell::new(turn);
+            self.show(|live| live.begin(&job));
             let computed = (!job.is_expired(monotonic_ns())).then(|| self.compute(&job, &turn, &mut workspace));
+            if let Some((outcome, code)) = computed.as_ref().and_then(|computed| computed.outcome.as_ref()) {
+                self.show(|live| live.answered(&job, outcome, *code));
+            }
+            self.show(|live| live.ended(job.id));
             let mut turn = turn.into_inner();
             self.schedule.finish(&mut turn);
             let passed_ns = monotonic_ns().saturating_sub(job.received_ns);
@@ -70,6 +78,12 @@ impl Worker {
             let crashed = panicked.then(|| job.content());
             let answered = Answered { job: job.id, reply, way, pauses: turn.pauses, crashed };
             self.events.send(Event::Answered(Box::new(answered)));
+        }
+    }
+
+    fn show(&self, enter: impl FnOnce(&Live)) {
+        if let Some(live) = &self.live {
+            enter(live);
         }
     }
 
@@ -113,6 +127,7 @@ impl Worker {
         let mut lengths = Lengths::new(&job.snapshot, &job.settings, &job.path);
         let mut publish = |improvement: Improvement| {
             let lengths = lengths.of(improvement.length);
+            self.show(|live| live.improved(job.id, lengths[0], improvement.length));
             let header = translate::progress(&job.snapshot, &improvement, lengths);
             self.mailbox.put(job.id, &header, improvement.path.as_flat());
             told.waits.set(true);

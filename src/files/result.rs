@@ -1,7 +1,7 @@
 //! Result files, `taut-result/1`: an answer with all that is needed to look at it, check it or go on with it.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
@@ -219,7 +219,7 @@ pub struct SceneSource {
     /// Hash of its content, in 16 hexadecimal digits.
     pub hash: String,
     /// The absolute path of its file, where it came from one.
-    pub file: Option<std::path::PathBuf>,
+    pub file: Option<PathBuf>,
     /// What is in it, meshes included: what the answer is about, whatever file and label name by now. `None` where the
     /// daemon could not give it any more.
     pub content: Option<SceneFile>,
@@ -229,7 +229,8 @@ impl ResultFile {
     /// What an outcome says; name, code, times, subject and input are the caller's to add.
     pub fn of(outcome: &Outcome) -> Self {
         let nearest = outcome.nearest.as_ref();
-        let floors = outcome.floors_lowered.iter();
+        let floors =
+            outcome.floors_lowered.iter().map(|floor| ResultFloor { bodies: floor.bodies.clone(), floor_m: floor.floor_m });
         Self {
             format: RESULT_FORMAT.to_owned(),
             proved: outcome.proved,
@@ -239,9 +240,7 @@ impl ResultFile {
             gap: outcome.gap(),
             clearance_m: outcome.clearance_m,
             floor_m: outcome.floor_m,
-            floors_lowered: floors
-                .map(|floor| ResultFloor { bodies: floor.bodies.clone(), floor_m: floor.floor_m })
-                .collect(),
+            floors_lowered: floors.collect(),
             pinched: outcome.pinched.clone(),
             searched_m: nearest.map(|nearest| nearest.searched_m),
             smallest_clearance: nearest.and_then(|nearest| nearest.smallest.as_ref()).map(Into::into),

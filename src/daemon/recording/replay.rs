@@ -90,6 +90,7 @@ impl<'a> Replay<'a> {
             received_ns: question.received_ns,
             priority: question.priority,
             stop: Arc::default(),
+            asked: Default::default(),
         }
     }
 

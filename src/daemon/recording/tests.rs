@@ -39,6 +39,7 @@ fn job(problem: &Problem, scene: Arc<Scene>, number: u64) -> Job {
         received_ns: 0,
         priority: 0,
         stop: Arc::default(),
+        asked: Default::default(),
     }
 }
 

@@ -28,6 +28,7 @@ fn job(id: u64, client: u128, priority: u32, deadline_ns: Option<u64>) -> Job {
         received_ns: 0,
         priority,
         stop: Arc::default(),
+        asked: Default::default(),
     }
 }
 

@@ -19,7 +19,7 @@ pub struct Visual {
     pub color: Option<[f64; 4]>,
 }
 
-/// Reads the visual shapes of a URDF; and what of them cannot be shown, a line each.
+/// Reads the visual shapes of a URDF; and what of them cannot be shown, a line for each link, of which then none is.
 ///
 /// # Errors
 /// A text that is no XML.
@@ -31,16 +31,16 @@ pub fn visuals(text: &str, meshes: &mut MeshSource<'_>) -> Result<(Vec<Visual>, 
     let (mut found, mut missing) = (Vec::new(), Vec::new());
     for link in children(root, "link") {
         let name = link.attribute("name").unwrap_or_default();
-        for visual in children(link, "visual") {
-            match placed(&document, visual, name, meshes) {
-                Ok(shape) => {
-                    let material = children(visual, "material").next();
-                    let known = |node: Node| materials.get(node.attribute("name")?).copied();
-                    let color = material.and_then(|node| color(node).or_else(|| known(node)));
-                    found.push(Visual { link: name.to_owned(), shape, color });
-                }
-                Err(error) => missing.push(format!("visual shape of {error}")),
-            }
+        let read = |visual: Node| {
+            let shape = placed(&document, visual, name, meshes)?;
+            let material = children(visual, "material").next();
+            let known = |node: Node| materials.get(node.attribute("name")?).copied();
+            let color = material.and_then(|node| color(node).or_else(|| known(node)));
+            Ok::<_, RobotError>(Visual { link: name.to_owned(), shape, color })
+        };
+        match children(link, "visual").map(read).collect::<Result<Vec<_>, _>>() {
+            Ok(visuals) => found.extend(visuals),
+            Err(error) => missing.push(format!("visual shape of {error}")),
         }
     }
     Ok((found, missing))
@@ -81,6 +81,9 @@ mod tests {
         let text = r#"<robot name="r"><material name="steel"><color rgba="0.1 0.2 0.3 1"/></material>
             <link name="a">
               <visual><origin xyz="1 0 0"/><geometry><box size="2 2 2"/></geometry><material name="steel"/></visual>
+            </link>
+            <link name="b">
+              <visual><geometry><box size="1 1 1"/></geometry></visual>
               <visual><geometry><mesh filename="gone.dae"/></geometry></visual>
             </link></robot>"#;
         let mut none = |name: &str, _| Err(MeshError::Unreadable { name: name.to_owned(), reason: "not there".into() });

@@ -1,0 +1,267 @@
+//! What the daemon's own page shows: what runs, and the last answers with all that is needed to look at them.
+//!
+//! Workers enter what they compute, the I/O thread its figures with each status message; the page's thread reads and
+//! makes pictures of it. Each holds the lock for a few copies only.
+
+mod http;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use serde::Serialize;
+use taut::files::ResultFile;
+use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
+use taut::optimize::Outcome;
+use taut::path::Path;
+use taut::robot::RobotModel;
+use taut::scene::Scene;
+use taut_ipc::control::ClientSummary;
+use taut_ipc::monotonic_ns;
+use taut_ipc::wire::Code;
+
+use super::job::Job;
+use crate::view::{Picture, Sight};
+
+pub(super) use http::Page;
+pub use http::check_address;
+
+/// Answers that are kept.
+const ANSWERS: usize = 40;
+/// Numbers in the paths of the answers that are kept (8 bytes each): 32 MB.
+const NUMBERS: usize = 4 << 20;
+/// Times and lengths of one answer that are kept; of more every second is left out.
+const LENGTHS: usize = 512;
+
+/// Everything that is shown; any thread may use it.
+pub(super) struct Live {
+    instance: String,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    stats: BTreeMap<String, f64>,
+    clients: Vec<ClientSummary>,
+    running: BTreeMap<u64, Run>,
+    /// The oldest first.
+    answers: VecDeque<Arc<Answer>>,
+}
+
+/// Who asks, and what about, as people call it.
+#[derive(Clone, Default, Serialize)]
+pub(super) struct Asked {
+    /// Label of the robot.
+    pub robot: String,
+    /// Label of the scene.
+    pub scene: String,
+    /// The client's process; 0 = not known.
+    pub pid: u32,
+}
+
+/// A request that is being computed.
+struct Run {
+    asked: Asked,
+    mode: &'static str,
+    received_ns: u64,
+    length_before: f64,
+    lengths: Vec<(f64, f64)>,
+}
+
+/// An answer, as it came from the core.
+struct Answer {
+    number: u64,
+    request_id: u64,
+    asked: Asked,
+    mode: &'static str,
+    code: Code,
+    time_s: f64,
+    lengths: Vec<(f64, f64)>,
+    input: Path,
+    outcome: Outcome,
+    robot: Arc<RobotModel>,
+    scene: Arc<Scene>,
+    scene_version: u64,
+    unwrapped: bool,
+    held: Option<Vec<f64>>,
+}
+
+#[derive(Serialize)]
+struct Shown<'a> {
+    instance: &'a str,
+    stats: &'a BTreeMap<String, f64>,
+    clients: &'a [ClientSummary],
+    running: Vec<ShownRun<'a>>,
+    answers: Vec<ShownAnswer<'a>>,
+}
+
+#[derive(Serialize)]
+struct ShownRun<'a> {
+    #[serde(flatten)]
+    asked: &'a Asked,
+    mode: &'static str,
+    age_s: f64,
+    length_before: f64,
+    length: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct ShownAnswer<'a> {
+    #[serde(flatten)]
+    asked: &'a Asked,
+    number: u64,
+    mode: &'static str,
+    code: &'static str,
+    proved: bool,
+    length_before: f64,
+    length_after: f64,
+    clearance_m: Option<f64>,
+}
+
+impl Live {
+    /// Nothing yet, of the instance of this name.
+    pub(super) fn new(instance: &str) -> Self {
+        Self { instance: instance.to_owned(), state: Mutex::default() }
+    }
+
+    /// The I/O thread's figures.
+    pub(super) fn counted(&self, stats: BTreeMap<String, f64>, clients: Vec<ClientSummary>) {
+        let mut state = self.lock();
+        (state.stats, state.clients) = (stats, clients);
+    }
+
+    /// A worker begins with a job.
+    pub(super) fn begin(&self, job: &Job) {
+        let (asked, mode, received_ns) = (job.asked.clone(), job.settings.mode.name(), job.received_ns);
+        let run = Run { asked, mode, received_ns, length_before: 0.0, lengths: Vec::new() };
+        self.lock().running.insert(job.id, run);
+    }
+
+    /// It found a shorter path.
+    pub(super) fn improved(&self, job: u64, length_before: f64, length: f64) {
+        let now_ns = monotonic_ns();
+        if let Some(run) = self.lock().running.get_mut(&job) {
+            run.length_before = length_before;
+            run.lengths.push((now_ns.saturating_sub(run.received_ns) as f64 * 1e-9, length));
+            if run.lengths.len() > LENGTHS {
+                let mut index = 0;
+                run.lengths.retain(|_| (index % 2 == 0, index += 1).0);
+            }
+        }
+    }
+
+    /// It has an answer.
+    pub(super) fn answered(&self, job: &Job, outcome: &Outcome, code: Code) {
+        let Ok(model) = job.snapshot.model.get() else { return };
+        let lengths = self.lock().running.get_mut(&job.id).map(|run| std::mem::take(&mut run.lengths));
+        let answer = Arc::new(Answer {
+            number: job.id,
+            request_id: job.request_id,
+            asked: job.asked.clone(),
+            mode: job.settings.mode.name(),
+            code,
+            time_s: monotonic_ns().saturating_sub(job.received_ns) as f64 * 1e-9,
+            lengths: lengths.unwrap_or_default(),
+            input: Path::clone(&job.path),
+            outcome: outcome.clone(),
+            robot: job.snapshot.robot.clone(),
+            scene: model.scene().clone(),
+            scene_version: job.snapshot.scene_version,
+            unwrapped: job.settings.unwrapped,
+            held: job.settings.held.clone(),
+        });
+        let mut state = self.lock();
+        state.answers.push_back(answer);
+        while state.answers.len() > ANSWERS || (state.answers.len() > 1 && numbers(&state.answers) > NUMBERS) {
+            state.answers.pop_front();
+        }
+    }
+
+    /// A worker has done with a job, however it ended.
+    pub(super) fn ended(&self, job: u64) {
+        self.lock().running.remove(&job);
+    }
+
+    /// What is shown of everything, as JSON.
+    fn json(&self) -> String {
+        let now_ns = monotonic_ns();
+        let state = self.lock();
+        let run = |run: &'_ Run| -> ShownRun<'_> {
+            let Run { ref asked, mode, received_ns, length_before, ref lengths } = *run;
+            let age_s = now_ns.saturating_sub(received_ns) as f64 * 1e-9;
+            ShownRun { asked, mode, age_s, length_before, length: lengths.last().map(|(_, length)| *length) }
+        };
+        let shown = Shown {
+            instance: &self.instance,
+            stats: &state.stats,
+            clients: &state.clients,
+            running: state.running.values().map(run).collect(),
+            answers: state.answers.iter().rev().map(|answer| answer.shown()).collect(),
+        };
+        serde_json::to_string(&shown).expect("only strings and numbers")
+    }
+
+    /// The picture of an answer, as JSON; `None` where it is not kept any more.
+    fn picture(&self, number: u64) -> Option<String> {
+        let answer = self.lock().answers.iter().find(|answer| answer.number == number)?.clone();
+        Some(serde_json::to_string(&answer.picture()).expect("only strings and numbers"))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn numbers(answers: &VecDeque<Arc<Answer>>) -> usize {
+    answers.iter().map(|answer| answer.input.as_flat().len() + answer.outcome.path.as_flat().len()).sum()
+}
+
+impl Answer {
+    fn shown(&self) -> ShownAnswer<'_> {
+        let outcome = &self.outcome;
+        ShownAnswer {
+            asked: &self.asked,
+            number: self.number,
+            mode: self.mode,
+            code: self.code.name(),
+            proved: outcome.proved,
+            length_before: outcome.length_before,
+            length_after: outcome.length_after,
+            clearance_m: outcome.certificate.as_ref().and_then(|certificate| certificate.clearance_m()),
+        }
+    }
+
+    fn picture(&self) -> Picture {
+        let (robot, scene) = (&*self.robot, &*self.scene);
+        let held = self.held.iter().flatten().zip(robot.held()).map(|(value, of)| (of.name.clone(), *value));
+        let subject = ResultSubject {
+            robot: RobotSource {
+                label: Some(self.asked.robot.clone()),
+                hash: format!("{:016x}", robot.hash()),
+                files: None,
+            },
+            scene: SceneSource {
+                label: Some(self.asked.scene.clone()),
+                version: Some(self.scene_version),
+                hash: format!("{:016x}", scene.hash()),
+                ..SceneSource::default()
+            },
+            unwrapped: self.unwrapped,
+            held: held.collect(),
+        };
+        let result = ResultFile {
+            name: format!("{} in {}", self.asked.robot, self.asked.scene),
+            mode: self.mode.to_owned(),
+            geometry: "loaded".to_owned(),
+            code: self.code.into(),
+            code_name: self.code.name().to_owned(),
+            request_id: Some(format!("{:016x}", self.request_id)),
+            time_s: self.time_s,
+            lengths_over_time: self.lengths.clone(),
+            variables: robot.variables().iter().map(|variable| variable.name.clone()).collect(),
+            path_before: rows(&self.input),
+            subject,
+            ..ResultFile::of(&self.outcome)
+        };
+        Picture::of(Sight { result, robot, scene, visuals: Vec::new(), notes: Vec::new() })
+    }
+}

@@ -1,0 +1,3 @@
+// Stands for the loaders of mesh files, which the page does not have.
+export class STLLoader {}
+export class ColladaLoader {}

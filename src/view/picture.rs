@@ -1,0 +1,132 @@
+//! What a page shows: an answer, and the robot and scene that it is about.
+
+use serde::Serialize;
+use taut::files::ResultFile;
+use taut::robot::urdf::Visual;
+use taut::robot::{Component, Drive, Joint, RobotModel};
+use taut::scene::{Obstacle, Scene};
+
+use super::shapes::{MeshBytes, Meshes, Place, Solid, place};
+use super::urdf_text::{kind_name, urdf_text};
+
+/// The data of a page.
+#[derive(Serialize)]
+pub(crate) struct Picture {
+    result: ResultFile,
+    urdf: String,
+    meshes: Vec<MeshBytes>,
+    /// Joints that are columns of the path.
+    driven: Vec<DrivenJoint>,
+    /// Joints that stand still, and where.
+    held: Vec<HeldJoint>,
+    /// Factors of the configuration space, in column order.
+    factors: Vec<Factor>,
+    objects: Vec<Object>,
+    /// What cannot be shown as it is, a line each.
+    notes: Vec<String>,
+}
+
+/// What a picture is made of.
+pub(crate) struct Sight<'a> {
+    /// The answer.
+    pub result: ResultFile,
+    /// Its robot.
+    pub robot: &'a RobotModel,
+    /// Its scene.
+    pub scene: &'a Scene,
+    /// What the robot looks like; a link without a visual shape shows its collision shapes.
+    pub visuals: Vec<Visual>,
+    /// What cannot be shown as it is, a line each.
+    pub notes: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct DrivenJoint {
+    joint: String,
+    kind: &'static str,
+    /// First column.
+    q: usize,
+}
+
+#[derive(Serialize)]
+struct HeldJoint {
+    joint: String,
+    kind: &'static str,
+    values: Vec<f64>,
+}
+
+#[derive(Serialize)]
+struct Factor {
+    kind: &'static str,
+    /// First column.
+    q: usize,
+    /// First velocity coordinate.
+    v: usize,
+}
+
+#[derive(Serialize)]
+struct Object {
+    name: String,
+    /// The link that carries it.
+    link: Option<String>,
+    pose: Place,
+    solids: Vec<Solid>,
+}
+
+impl Picture {
+    /// Draws.
+    pub(crate) fn of(sight: Sight) -> Self {
+        let Sight { mut result, robot, scene, visuals, notes } = sight;
+        let mut meshes = Meshes::default();
+        let urdf = urdf_text(robot, &visuals, &mut meshes);
+        let standing = scene.obstacles().iter().map(|object| (object, None));
+        let carried = scene.attached().iter().map(|attached| (&attached.object, Some(attached.link_name.clone())));
+        let objects = standing.chain(carried).map(|(object, link)| Object::of(object, link, &mut meshes)).collect();
+        let space = if result.subject.unwrapped { robot.space().unwrapped() } else { robot.space().clone() };
+        // It is drawn already.
+        result.subject.scene.content = None;
+        Self {
+            driven: robot.joints().iter().filter_map(driven).collect(),
+            held: held(robot, &result),
+            factors: space.components().iter().map(factor).collect(),
+            result,
+            urdf,
+            meshes: meshes.into_bytes(),
+            objects,
+            notes,
+        }
+    }
+}
+
+impl Object {
+    fn of(object: &Obstacle, link: Option<String>, meshes: &mut Meshes) -> Self {
+        let solids = object.shapes.iter().map(|shape| Solid::of(shape, meshes)).collect();
+        Self { name: object.id.clone(), link, pose: place(&object.pose), solids }
+    }
+}
+
+fn driven(joint: &Joint) -> Option<DrivenJoint> {
+    let Drive::Variable { q, .. } = joint.drive else { return None };
+    Some(DrivenJoint { joint: joint.name.clone(), kind: kind_name(joint.kind), q })
+}
+
+fn held(robot: &RobotModel, result: &ResultFile) -> Vec<HeldJoint> {
+    let value = |variable: &taut::robot::HeldVariable| {
+        result.subject.held.get(&variable.name).copied().unwrap_or(variable.default)
+    };
+    let values: Vec<f64> = robot.held().iter().map(value).collect();
+    let of = |joint: &Joint| {
+        let Drive::Held { first } = joint.drive else { return None };
+        let values = values[first..first + joint.kind.nq()].to_vec();
+        Some(HeldJoint { joint: joint.name.clone(), kind: kind_name(joint.kind), values })
+    };
+    robot.joints().iter().filter_map(of).collect()
+}
+
+fn factor(component: &Component) -> Factor {
+    match *component {
+        Component::Line { q, v } => Factor { kind: "line", q, v },
+        Component::Circle { q, v } => Factor { kind: "circle", q, v },
+        Component::Rotation { q, v } => Factor { kind: "rotation", q, v },
+    }
+}

@@ -1,0 +1,87 @@
+//! Solids as the page draws them: sizes as numbers, meshes as bytes, each once.
+
+use std::collections::HashMap;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde::Serialize;
+use taut::math::Pose;
+use taut::shape::{Mesh, PlacedShape, Shape};
+
+/// A solid at its place in the frame of its object.
+#[derive(Serialize)]
+pub(super) struct Solid {
+    pose: Place,
+    #[serde(flatten)]
+    form: Form,
+}
+
+/// x y z (m), then the unit quaternion x y z w.
+pub(super) type Place = [f64; 7];
+
+#[derive(Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+enum Form {
+    Box { size: [f64; 3] },
+    Sphere { radius: f64 },
+    Cylinder { radius: f64, length: f64 },
+    Capsule { radius: f64, length: f64 },
+    Mesh { mesh: usize },
+}
+
+/// Meshes by number; equal ones are one.
+#[derive(Default)]
+pub(super) struct Meshes {
+    numbers: HashMap<u64, usize>,
+    meshes: Vec<MeshBytes>,
+}
+
+/// Little-endian numbers in base 64.
+#[derive(Serialize)]
+pub(super) struct MeshBytes {
+    /// Three f32 for each vertex (m).
+    vertices: String,
+    /// Three u32 for each triangle.
+    triangles: String,
+}
+
+impl Meshes {
+    /// The number of a mesh.
+    pub(super) fn number(&mut self, mesh: &Mesh) -> usize {
+        let Self { numbers, meshes } = self;
+        *numbers.entry(mesh.hash()).or_insert_with(|| {
+            let vertices = mesh.vertices().iter().flat_map(|vertex| vertex.to_array());
+            let vertices: Vec<u8> = vertices.flat_map(|number| (number as f32).to_le_bytes()).collect();
+            let corners = mesh.triangles().iter().flatten();
+            let triangles: Vec<u8> = corners.flat_map(|corner| corner.to_le_bytes()).collect();
+            meshes.push(MeshBytes { vertices: STANDARD.encode(vertices), triangles: STANDARD.encode(triangles) });
+            meshes.len() - 1
+        })
+    }
+
+    /// All of them, by number.
+    pub(super) fn into_bytes(self) -> Vec<MeshBytes> {
+        self.meshes
+    }
+}
+
+impl Solid {
+    /// A shape as the page has it.
+    pub(super) fn of(placed: &PlacedShape, meshes: &mut Meshes) -> Self {
+        let form = match &placed.shape {
+            Shape::Box { half_extents } => Form::Box { size: (*half_extents * 2.0).to_array() },
+            Shape::Sphere { radius } => Form::Sphere { radius: *radius },
+            Shape::Cylinder { radius, half_height } => Form::Cylinder { radius: *radius, length: 2.0 * half_height },
+            Shape::Capsule { radius, half_length } => Form::Capsule { radius: *radius, length: 2.0 * half_length },
+            Shape::Mesh(mesh) => Form::Mesh { mesh: meshes.number(mesh) },
+            other => unreachable!("no reader makes a {other:?}"),
+        };
+        Self { pose: place(&placed.pose), form }
+    }
+}
+
+/// A pose as the page has it.
+pub(super) fn place(pose: &Pose) -> Place {
+    let ([x, y, z], [i, j, k, w]) = (pose.translation.to_array(), pose.rotation.to_array());
+    [x, y, z, i, j, k, w]
+}
