@@ -20,3 +20,8 @@ pub(crate) mod testing;
 #[cfg(feature = "wire")]
 pub mod translate;
 pub mod validation;
+
+/// The README's program compiles.
+#[cfg(all(doctest, feature = "daemon"))]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -139,7 +139,7 @@ fn trajectories_are_read_in_every_dress() {
         let file = folder.write(name, &text);
         let run = taut(&["check", &file, "--local", "--robot", &robot, "--format", "json"]);
         assert_eq!(run.exit, 0, "{name}: {}", run.err);
-        assert_eq!(run.json()["path"], json!([[1.0, 0.5], [-2.0, 0.1]]), "{name}");
+        assert_eq!(run.json()["path"], json!([[0.5, 1.0], [0.1, -2.0]]), "{name}");
         let run = taut(&["check", &file, "--timed", "--robot", &robot, "--format", "json"]);
         assert_eq!((run.exit, run.json()["duration_s"].as_f64()), (0, Some(1.5)), "{name}: {}", run.err);
     }

@@ -111,7 +111,7 @@ fn malformed_requests_get_their_code() {
         (RequestHeader { wire_version: 2, ..request() }, Code::MalformedRequest),
         (RequestHeader { header_len: 168, ..request() }, Code::MalformedRequest),
         (RequestHeader { mode: 6, ..request() }, Code::MalformedRequest),
-        (RequestHeader { flags: 16, ..request() }, Code::MalformedRequest),
+        (RequestHeader { flags: 32, ..request() }, Code::MalformedRequest),
         (RequestHeader { clearance_m: f64::NAN, ..request() }, Code::MalformedRequest),
         (RequestHeader { clearance_m: -1.0, ..request() }, Code::MalformedRequest),
         (RequestHeader { waypoints: 0, ..request() }, Code::ResourceExhausted),
@@ -140,6 +140,7 @@ fn a_full_response_reads_back() {
         active_contacts: &[ActiveContact { body_a, body_b, t: 0.5, ..Default::default() }],
         pinched_pairs: &[PinchedPair { body_a, body_b }],
         stages: &[StageRecord { stage: 4, gain: 1.5, ..Default::default() }],
+        reach: &[0.5, 0.25],
         refusal: Some(&refusal),
         certificate_head: Some(&CertificateHead { segments: 1, ..Default::default() }),
         names: &names,
@@ -155,6 +156,7 @@ fn a_full_response_reads_back() {
     assert_eq!(view.path, body.path);
     assert_eq!(view.waypoint(1), Some(&[3.0, 4.0][..]));
     assert_eq!(view.waypoint(2), None);
+    assert_eq!(view.reach, body.reach);
     assert_eq!(view.refusal, Some(&refusal));
     assert_eq!(view.refusal.unwrap().body_b.of(view.names), Ok("Tür"));
     assert_eq!((view.certificate.len(), view.lowered_pairs.len(), view.active_contacts.len()), (1, 1, 1));

@@ -49,10 +49,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let robot = RobotModel::new(reader.robot_of(&files)?)
         .map_err(|source| FileError::Robot { file: files.urdf.clone(), source })?;
     let scene = scene(arguments, &result, &mut reader)?;
-    for (kind, own, wanted) in [
-        ("robot", robot.hash(), &result.subject.robot.hash),
-        ("scene", scene.hash(), &result.subject.scene.hash),
-    ] {
+    for (kind, own, wanted) in
+        [("robot", robot.hash(), &result.subject.robot.hash), ("scene", scene.hash(), &result.subject.scene.hash)]
+    {
         let own = format!("{own:016x}");
         if own != *wanted {
             notes.push(format!("this {kind} has hash {own}, the answer is about {wanted}: it is not the same one"));
@@ -64,8 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let picture = Picture::of(Sight { result, robot: &robot, scene: &scene, visuals, notes });
     let file = arguments.out.clone().unwrap_or_else(|| arguments.file.with_extension("html"));
     let text = page(&picture);
-    std::fs::write(&file, &text)
-        .map_err(|source| CliError::Output { file: file.display().to_string(), source })?;
+    std::fs::write(&file, &text).map_err(|source| CliError::Output { file: file.display().to_string(), source })?;
     let size = text.len() as f64 / 1e6;
     writeln!(std::io::stdout(), "{}   {size:.1} MB   open it in a browser", file.display()).map_err(stdout)?;
     Ok(0)
@@ -92,9 +90,12 @@ fn scene(arguments: &Arguments, result: &ResultFile, reader: &mut Reader) -> Res
     if let Some(file) = &arguments.scene {
         return Ok(reader.scene(file)?);
     }
-    let content = result.subject.scene.content.clone().ok_or_else(|| {
-        CliError::Usage("the answer does not hold its scene; give --scene SCENE.json".to_owned())
-    })?;
+    let content = result
+        .subject
+        .scene
+        .content
+        .clone()
+        .ok_or_else(|| CliError::Usage("the answer does not hold its scene; give --scene SCENE.json".to_owned()))?;
     let mut none = |name: &str, _| {
         let reason = "the answer holds no such mesh; give --scene SCENE.json".to_owned();
         Err(MeshError::Unreadable { name: name.to_owned(), reason })

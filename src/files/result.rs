@@ -229,8 +229,10 @@ impl ResultFile {
     /// What an outcome says; name, code, times, subject and input are the caller's to add.
     pub fn of(outcome: &Outcome) -> Self {
         let nearest = outcome.nearest.as_ref();
-        let floors =
-            outcome.floors_lowered.iter().map(|floor| ResultFloor { bodies: floor.bodies.clone(), floor_m: floor.floor_m });
+        let floors = outcome
+            .floors_lowered
+            .iter()
+            .map(|floor| ResultFloor { bodies: floor.bodies.clone(), floor_m: floor.floor_m });
         Self {
             format: RESULT_FORMAT.to_owned(),
             proved: outcome.proved,

@@ -10,7 +10,7 @@ use mcap::{WriteOptions, Writer};
 use serde_json::{Value, json};
 use taut::files::ResultFile;
 use taut::path::Path;
-use taut::robot::Kinematics;
+use taut::robot::{Kinematics, RobotModel};
 
 use super::picture::{scene, timestamp, transforms};
 use super::{CliError, Surroundings};
@@ -22,8 +22,12 @@ const FRAMES: u32 = 300;
 
 /// Bytes of the file. Without surroundings it has the joints only.
 pub(super) fn bytes(result: &ResultFile, around: Option<&Surroundings>) -> Result<Vec<u8>, CliError> {
+    let picture = around.map(|around| scene(&around.robot, &around.scene)).transpose()?;
     let mut recording = Recording::new().map_err(failed)?;
-    recording.fill(result, around).map_err(failed)?;
+    recording.joints_and_corridor(result).map_err(failed)?;
+    if let (Some(around), Some(picture)) = (around, picture) {
+        recording.moving_robot(result, &around.robot, &picture).map_err(failed)?;
+    }
     recording.finish().map_err(failed)
 }
 
@@ -43,7 +47,7 @@ impl Recording {
         Ok(Self { writer: options.create(Cursor::new(Vec::new()))?, sequence: 0 })
     }
 
-    fn fill(&mut self, result: &ResultFile, around: Option<&Surroundings>) -> mcap::McapResult<()> {
+    fn joints_and_corridor(&mut self, result: &ResultFile) -> mcap::McapResult<()> {
         let after = self.channel("/joints", "taut.JointState", &joint_state_schema())?;
         self.joints(after, result, &result.path)?;
         let before = self.channel("/joints/before", "taut.JointState", &joint_state_schema())?;
@@ -59,9 +63,12 @@ impl Recording {
                 self.write(channel, time, &message)?;
             }
         }
-        let Some(Surroundings { robot, scene: around }) = around else { return Ok(()) };
+        Ok(())
+    }
+
+    fn moving_robot(&mut self, result: &ResultFile, robot: &RobotModel, picture: &Value) -> mcap::McapResult<()> {
         let channel = self.channel("/scene", "foxglove.SceneUpdate", &scene_schema())?;
-        self.write(channel, 0, &scene(robot, around))?;
+        self.write(channel, 0, picture)?;
         let Some(path) = Path::from_rows(result.variables.len(), in_order(result, robot)) else { return Ok(()) };
         let channel = self.channel("/transforms", "foxglove.FrameTransforms", &transforms_schema())?;
         let given = |name: &String| result.subject.held.get(name).copied();
@@ -106,7 +113,7 @@ impl Recording {
 }
 
 /// The path's rows end to end, columns in the robot's order: the robot was made for them.
-fn in_order(result: &ResultFile, robot: &taut::robot::RobotModel) -> Vec<f64> {
+fn in_order(result: &ResultFile, robot: &RobotModel) -> Vec<f64> {
     let column = |variable: &taut::robot::Variable| result.variables.iter().position(|name| *name == variable.name);
     let columns: Vec<usize> = robot.variables().iter().filter_map(column).collect();
     result.path.iter().flat_map(|row| columns.iter().map(|&column| row[column])).collect()

@@ -6,6 +6,8 @@ use taut::robot::{Kinematics, RobotModel};
 use taut::scene::Scene;
 use taut::shape::{PlacedShape, Shape};
 
+use crate::cli::error::CliError;
+
 const OBSTACLE: [f64; 4] = [0.55, 0.55, 0.6, 1.0];
 const LINK: [f64; 4] = [0.25, 0.5, 0.85, 1.0];
 const CARRIED: [f64; 4] = [0.9, 0.6, 0.2, 1.0];
@@ -34,22 +36,25 @@ fn color([r, g, b, a]: [f64; 4]) -> Value {
 }
 
 /// `foxglove.SceneUpdate`: obstacles in the world, links and what they carry in their links' frames.
-pub(super) fn scene(robot: &RobotModel, scene: &Scene) -> Value {
+///
+/// # Errors
+/// A shape of a kind that Foxglove has not.
+pub(super) fn scene(robot: &RobotModel, scene: &Scene) -> Result<Value, CliError> {
     let mut entities = Vec::new();
     for object in scene.obstacles() {
-        entities.push(entity("world", &object.id, &object.pose, &object.shapes, OBSTACLE));
+        entities.push(entity("world", &object.id, &object.pose, &object.shapes, OBSTACLE)?);
     }
     for link in robot.links() {
-        entities.push(entity(&link.name, &link.name, &Pose::identity(), &link.shapes, LINK));
+        entities.push(entity(&link.name, &link.name, &Pose::identity(), &link.shapes, LINK)?);
     }
     for attached in scene.attached() {
         let object = &attached.object;
-        entities.push(entity(&attached.link_name, &object.id, &object.pose, &object.shapes, CARRIED));
+        entities.push(entity(&attached.link_name, &object.id, &object.pose, &object.shapes, CARRIED)?);
     }
-    json!({ "deletions": [], "entities": entities })
+    Ok(json!({ "deletions": [], "entities": entities }))
 }
 
-fn entity(frame: &str, id: &str, own: &Pose, shapes: &[PlacedShape], tint: [f64; 4]) -> Value {
+fn entity(frame: &str, id: &str, own: &Pose, shapes: &[PlacedShape], tint: [f64; 4]) -> Result<Value, CliError> {
     let (mut cubes, mut spheres, mut cylinders, mut triangles) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let tint = color(tint);
     let size = |x: f64, y: f64, z: f64| vector(Vec3::new(x, y, z));
@@ -79,13 +84,14 @@ fn entity(frame: &str, id: &str, own: &Pose, shapes: &[PlacedShape], tint: [f64;
                     "pose": placed(&pose), "points": points, "color": tint, "colors": [], "indices": indices
                 }));
             }
+            other => return Err(CliError::Choice(format!("{id}: a recording cannot show {other:?}"))),
         }
     }
-    json!({
+    Ok(json!({
         "timestamp": timestamp(0), "frame_id": frame, "id": id, "lifetime": timestamp(0), "frame_locked": true,
         "metadata": [], "arrows": [], "cubes": cubes, "spheres": spheres, "cylinders": cylinders, "lines": [],
         "triangles": triangles, "texts": [], "models": [],
-    })
+    }))
 }
 
 /// `foxglove.FrameTransforms`: where each link is in the world.

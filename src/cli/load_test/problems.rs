@@ -34,6 +34,7 @@ impl Problem {
         Source {
             robot: None,
             srdf: None,
+            select: None,
             scene: None,
             problem: None,
             packages: Vec::new(),

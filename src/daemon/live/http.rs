@@ -99,7 +99,8 @@ mod tests {
         for own in ["127.0.0.1:8642", "localhost", "LOCALHOST:1", "[::1]:8642", "[::1]"] {
             assert!(is_own_name(own), "{own}");
         }
-        for foreign in ["evil.example", "evil.example:8642", "127.0.0.1.evil.example", "localhost:1.evil", "", ":8642"] {
+        for foreign in ["evil.example", "evil.example:8642", "127.0.0.1.evil.example", "localhost:1.evil", "", ":8642"]
+        {
             assert!(!is_own_name(foreign), "{foreign}");
         }
     }

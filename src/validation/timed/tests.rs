@@ -107,6 +107,9 @@ fn a_proved_curve_keeps_its_floors_and_a_refused_one_touches_where_it_says() {
                     }
                 }
             }
+            // To the oracle a mesh is its surface: what begins wholly inside of one is apart from it.
+            TimedVerdict::Refused(hit)
+                if hit.time_s == points[0].time_s && hit.contact.point_a == hit.contact.point_b => {}
             TimedVerdict::Refused(hit) if hit.reason == HitReason::Collision => {
                 touched += 1;
                 let since = hit.time_s - points[hit.point].time_s;
