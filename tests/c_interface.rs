@@ -156,6 +156,33 @@ fn a_daemon_that_dies_ends_every_wait() {
     assert!(said.split(' ').all(|code| matches!(code, "DAEMON_LOST" | "END")), "{said}");
 }
 
+/// The guide's simplifier, in a program that calls it with a shipped problem's path.
+#[test]
+fn the_guides_simplifier_shortens() {
+    let guide = std::fs::read_to_string(source("examples/planners/README.md")).unwrap();
+    let code = guide.split("```cpp\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    // A loaded machine may not prove a path in the guide's time.
+    let code = code.replace("deadline(0.05)", "deadline(60)");
+    let main = r#"
+#include "common.h"
+int main(int, char **arguments) {
+    const test_path read = read_path(arguments[1]);
+    std::vector<std::vector<double>> rows;
+    for (std::size_t row = 0; row < read.waypoints; ++row)
+        rows.emplace_back(read.numbers + row * read.columns, read.numbers + (row + 1) * read.columns);
+    const auto shorter = simplify(rows);
+    CHECK(shorter.size() > 1 && shorter.front() == rows.front() && shorter.back() == rows.back() && shorter != rows);
+    puts("shorter");
+}"#;
+    let place = Place::new();
+    let _daemon = place.serve("");
+    let file = place.file("simplify.cpp", &format!("{code}{main}"));
+    let program = compile(&place, &file, Link::Shared, &[]);
+    let mut command = start(&place, &program, &path_file(&place));
+    let run = Run::of(command.current_dir(source("")).output().unwrap());
+    assert_eq!((run.exit, run.out.as_str()), (0, "shorter\n"), "{}", run.err);
+}
+
 #[test]
 fn the_commands_of_the_readme_build_the_examples() {
     let readme = std::fs::read_to_string(source("ipc/c/README.md")).unwrap();

@@ -8,29 +8,24 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// What the scripts need of PyPI, beside taut.
-const REQUIREMENTS: [&str; 2] = ["requirements-ompl.txt", "requirements-hpp.txt"];
+/// Python with OMPL, HPP, pinocchio, coal and taut; `None` where there is none.
+fn python() -> Option<&'static Path> {
+    static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let install = || {
+        let lists = ["ompl", "hpp"]
+            .map(|name| fs::read_to_string(source(&format!("examples/planners/requirements-{name}.txt"))).unwrap());
+        common::python::python(&lists.iter().flat_map(|list| list.lines()).collect::<Vec<_>>())
+    };
+    PYTHON.get_or_init(install).as_deref()
+}
 
 fn source(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
-/// Python with OMPL, HPP, pinocchio, coal and taut; or why there is none.
-fn python() -> Result<&'static Path, String> {
-    static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    PYTHON.get_or_init(install).as_deref().map_err(Clone::clone)
-}
-
 /// Runs a script of examples/planners in an instance; `None` where Python or its packages are out of reach.
 fn script(place: &Place, arguments: &[&str]) -> Option<Run> {
-    let python = match python() {
-        Ok(python) => python,
-        Err(reason) if std::env::var_os("TAUT_REQUIRE_ALL").is_some() => panic!("{reason}"),
-        Err(reason) => {
-            eprintln!("skipped: {reason}");
-            return None;
-        }
-    };
+    let python = python()?;
     let mut command = Command::new(python);
     command.arg(source("examples/planners").join(arguments[0])).args(&arguments[1..]);
     command.current_dir(source("")).env("TAUT_INSTANCE", place.name());
@@ -40,7 +35,9 @@ fn script(place: &Place, arguments: &[&str]) -> Option<Run> {
 fn a_script_shortens_a_shipped_problem(name: &str, problem: &str, says: &str) {
     let place = Place::new();
     let _daemon = place.serve("");
-    let Some(run) = script(&place, &[name, &config(&format!("problems/{problem}.json"))]) else { return };
+    let Some(run) = script(&place, &[name, &config(&format!("problems/{problem}.json")), "--deadline", "60"]) else {
+        return;
+    };
     assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
     assert!(run.out.contains(says) && run.out.contains("proved, clearance"), "{}", run.out);
 }
@@ -90,7 +87,10 @@ fn a_table_compares_planners() {
     let _daemon = place.serve("");
     let table = place.folder.path().join("table.json");
     let (problem, output) = (config("problems/corner.json"), table.to_str().unwrap().to_owned());
-    let Some(run) = script(&place, &["compare.py", &problem, "--queries", "2", "-o", &output]) else { return };
+    let Some(run) = script(&place, &["compare.py", &problem, "--queries", "2", "--deadline", "60", "-o", &output])
+    else {
+        return;
+    };
     assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
     let rows: serde_json::Value = serde_json::from_str(&fs::read_to_string(table).unwrap()).unwrap();
     let rows = rows.as_array().unwrap();
@@ -121,33 +121,12 @@ fn vamp_plans_and_taut_shortens() {
         return;
     };
     let problem = problem.to_str().unwrap().to_owned();
-    for arguments in [["vamp_planner.py", &problem, "--seed", "0"].as_slice(), &["guide_check.py", "vamp", &problem]] {
+    for arguments in
+        [["vamp_planner.py", &problem, "--deadline", "60"].as_slice(), &["guide_check.py", "vamp", &problem]]
+    {
         let place = Place::new();
         let _daemon = place.serve("");
         let Some(run) = script(&place, arguments) else { return };
         assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
     }
-}
-
-fn install() -> Result<PathBuf, String> {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("planners-python");
-    let python = folder.join("bin/python");
-    let run = |program: &Path, arguments: &[&str]| -> Result<(), String> {
-        let output = Command::new(program).args(arguments).current_dir(source("")).output();
-        let output = output.map_err(|error| format!("{}: {error}", program.display()))?;
-        let text = String::from_utf8_lossy(&output.stderr).trim().to_owned();
-        if output.status.success() {
-            Ok(())
-        } else {
-            Err(format!("{} {}: {text}", program.display(), arguments.join(" ")))
-        }
-    };
-    if !python.exists() {
-        run(Path::new("python3"), &["-m", "venv", folder.to_str().unwrap()])?;
-    }
-    for file in REQUIREMENTS {
-        run(&python, &["-m", "pip", "install", "--quiet", "-r", &format!("examples/planners/{file}")])?;
-    }
-    run(&python, &["-m", "pip", "install", "--quiet", "./ipc/python"])?;
-    Ok(python)
 }

@@ -77,7 +77,7 @@ int main(int count, char **arguments) {
 
     /* For each path. */
     taut_options_default(&options, sizeof options);
-    options.deadline_s = 0.05;
+    options.deadline_s = 5;
     options.columns = columns;
     options.column_count = COLUMNS;
     expect(taut_shorten(daemon, "c_arm", "c_window", path[0], WAYPOINTS, COLUMNS, &options, &answers, &error), &error);

@@ -36,7 +36,7 @@ int main(int count, char **arguments) try {
 
     // For each path.
     taut::path kept;
-    for (const taut::answer &best : daemon.shorten("cpp_arm", "cpp_window", planned, taut::options().deadline(0.05))) {
+    for (const taut::answer &best : daemon.shorten("cpp_arm", "cpp_window", planned, taut::options().deadline(5))) {
         std::cout << "length " << best.info().length_before << " -> " << best.length() << ", "
                   << best.path().size() << " waypoints, " << (best.proved() ? "proved" : "not proved")
                   << ", joint1 of the second is " << best.path()[1][0] << '\n'; // in shared memory

@@ -117,6 +117,7 @@ def options(parser):
     parser.add_argument("--seconds", type=float, default=20.0, help="for planning")
     parser.add_argument("--deadline", type=float, default=0.05, help="for taut (s)")
     parser.add_argument("--resolution", type=float, default=0.001, help="of OMPL's motion check, share of the extent")
+    parser.add_argument("--margin", type=float, default=1e-4, help="that HPP keeps from obstacles (m)")
     parser.add_argument("--step", type=float, default=0.001, help="of the judge, radians and metres together")
     parser.add_argument("--simplifier", help="another of the planner's own, by its class")
     parser.add_argument("--local", action="store_true", help="taut in this process, without a daemon")

@@ -16,7 +16,8 @@ def piece(name):
     found = re.search(rf"^```python {name}\n(.*?)^```$", (HERE / "README.md").read_text(), re.M | re.S)
     if not found:
         raise SystemExit(f"README.md has no piece of code named {name!r}")
-    return found[1]
+    # A loaded machine may not prove a path in the guide's time.
+    return re.sub(r"deadline=[0-9.]+", "deadline=60", found[1])
 
 
 def options():

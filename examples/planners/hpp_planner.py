@@ -4,7 +4,9 @@
     python examples/planners/hpp_planner.py config/problems/arm_shelf.json
 
 HPP validates continuously (`Dichotomy`), in C++, on the same URDF and scene. Its distance weighs
-every joint with 1, so that it shortens what is measured here.
+every joint with 1, so that it shortens what is measured here. Its bi-RRT ends edges where bodies
+touch, and a path that touches cannot be proved free: the obstacles' boxes, cylinders and spheres are
+larger by `--margin` for it.
 """
 
 import ctypes
@@ -36,13 +38,13 @@ NAME, SIMPLIFIER, SPHERES = "hpp", "RandomShortcut", False
 NO_SRDF = '<robot name="none"/>'
 
 
-def device(problem):
-    """A problem's robot and scene as HPP has them."""
+def device(problem, margin=0.0):
+    """A problem's robot and scene as HPP has them, the scene larger by a margin (m) on every side."""
     robot = Device(problem.name)
     root = {None: "anchor", "planar": "planar", "floating": "freeflyer"}[problem.base]
     loadModelFromString(robot, 0, "", root, problem.urdf, problem.srdf or NO_SRDF, pin.SE3.Identity())
     if problem.scene["objects"]:
-        scene = scene_urdf(problem)
+        scene = scene_urdf(problem, margin)
         loadModelFromString(robot, 0, "scene", "anchor", scene, NO_SRDF, pin.SE3.Identity())
     if problem.base:
         places, turns = (3, 4) if problem.base == "floating" else (2, 2)
@@ -53,8 +55,8 @@ def device(problem):
     return robot
 
 
-def scene_urdf(problem):
-    """A problem's scene as the URDF of one fixed link."""
+def scene_urdf(problem, margin):
+    """A problem's scene as the URDF of one fixed link, its primitives larger by a margin (m)."""
     robot = xml.Element("robot", name="scene")
     link = xml.SubElement(robot, "link", name="objects")
 
@@ -69,11 +71,11 @@ def scene_urdf(problem):
         for shape, pose in zip(item.get("primitives", []), item.get("primitive_poses", [])):
             size = shape["dimensions"]
             if shape["type"] == "box":
-                add(pose, "box", size=numbers(size))
+                add(pose, "box", size=numbers(side + 2 * margin for side in size))
             elif shape["type"] == "sphere":
-                add(pose, "sphere", radius=numbers(size))
+                add(pose, "sphere", radius=numbers([size[0] + margin]))
             else:
-                add(pose, "cylinder", length=numbers(size[:1]), radius=numbers(size[1:]))
+                add(pose, "cylinder", length=numbers([size[0] + 2 * margin]), radius=numbers([size[1] + margin]))
         for mesh, pose in zip(item.get("meshes", []), item.get("mesh_poses", [])):
             file = str((problem.folder / mesh["file"]).resolve())
             add(pose, "mesh", filename=file, scale=numbers(mesh.get("scale", [1, 1, 1])))
@@ -94,7 +96,7 @@ def rows(problem, path):
 def plan(problem, start, goal, options):
     """A path of bi-RRT from start to goal and what `options.simplifier` makes of it."""
     ctypes.CDLL(None).srand(options.seed + 1)  # HPP draws from C's rand()
-    robot = device(problem)
+    robot = device(problem, options.margin)
     task = hpp.Problem(robot)
     task.clearConfigValidations()
     for validation in ("CollisionValidation", "JointBoundValidation"):

@@ -177,6 +177,29 @@ fn a_waiting_client_notices_the_daemons_death() {
 }
 
 #[test]
+fn a_client_that_waits_in_small_pieces_notices_the_daemons_death() {
+    if let Some((_, instance)) = role() {
+        serve_for_ever(&instance);
+    }
+    let sandbox = Sandbox::new();
+    let test = "a_client_that_waits_in_small_pieces_notices_the_daemons_death";
+    let daemon = Process::start(test, "daemon", &sandbox.instance);
+    wait_for_daemon(&sandbox.instance);
+    let client = Client::connect(&sandbox.instance).unwrap();
+    let mut pending = request(&client, Mode::Hybrid, 4, 0.0).unwrap().send().unwrap();
+    daemon.kill();
+    let killed = Instant::now();
+    let error = loop {
+        match pending.next(Duration::from_millis(5)) {
+            Err(ClientError::Timeout(_)) => assert!(killed.elapsed() < PATIENCE, "it is still waiting"),
+            Err(error) => break error,
+            Ok(_) => (),
+        }
+    };
+    assert!(matches!(error, ClientError::DaemonLost { .. }), "{error}");
+}
+
+#[test]
 fn a_daemon_that_died_alone_leaves_nothing_to_the_next() {
     if let Some((_, instance)) = role() {
         serve_for_ever(&instance);

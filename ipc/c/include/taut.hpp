@@ -325,10 +325,13 @@ struct variable {
 // A connection. One per process is enough.
 class daemon {
 public:
-    // The instance that TAUT_INSTANCE names, or the default one.
-    daemon() : daemon(nullptr) {}
-    // NAME or NAME:ROOT.
-    explicit daemon(const std::string &instance) : daemon(instance.c_str()) {}
+    // NAME or NAME:ROOT of an instance; NULL = the one that TAUT_INSTANCE names, or the default one.
+    explicit daemon(const char *instance = nullptr) {
+        taut_daemon *found = nullptr;
+        detail::outcome outcome;
+        outcome.check(taut_connect(instance, &found, outcome.slot()));
+        handle_.reset(found);
+    }
 
     std::vector<variable> load_robot(const std::string &label, const robot_files &files, bool replace = false) {
         taut_robot_files given{};
@@ -416,12 +419,6 @@ public:
     }
 
 private:
-    explicit daemon(const char *instance) {
-        taut_daemon *found = nullptr;
-        detail::outcome outcome;
-        outcome.check(taut_connect(instance, &found, outcome.slot()));
-        handle_.reset(found);
-    }
     static std::vector<variable> variables_of(taut_robot *robot) {
         const detail::owner<taut_robot, taut_robot_free> owned(robot);
         std::vector<variable> found;

@@ -19,6 +19,10 @@ use taut_ipc::wire::{Code, Mode};
 /// How long a waiting call may not notice that another thread cancels or wants the best so far.
 const NOTICE: Duration = Duration::from_millis(10);
 
+/// Answers of one request that may be unfreed when the next is taken, as the header says.
+const HELD: usize = 2;
+const _: () = assert!(HELD < BORROWED_RESPONSES, "one more is received while they are held");
+
 /// A request in flight: the stream of its answers. Freed, and so cancelled, by `taut_answers_free`.
 pub struct Answers {
     _opaque: [u8; 0],
@@ -221,9 +225,9 @@ unsafe fn receive(
     let flight = Answers::get(answers)?;
     let patience = duration("timeout_s", timeout_s)?;
     let end = Instant::now() + patience;
-    if flight.held.load(Ordering::Acquire) >= BORROWED_RESPONSES {
+    if flight.held.load(Ordering::Acquire) >= HELD {
         let message = format!(
-            "{BORROWED_RESPONSES} answers of this request are not freed; free one (taut_answer_free), or keep a copy (taut_answer_copy)"
+            "{HELD} answers of this request are not freed; free one (taut_answer_free), or keep a copy (taut_answer_copy)"
         );
         return Err(PlannerError::Invalid { code: Code::Quota, message });
     }

@@ -64,10 +64,15 @@ impl Answers {
         best
     }
 
-    /// Waits for a while; `None` where nothing came.
-    fn wait(&self, stream: &mut Option<planner::Answers>) -> Result<Option<Option<Best>>, PlannerError> {
-        let until = Instant::now() + SIGNALS;
-        while Instant::now() < until {
+    /// Waits for a while, until `end` at the latest; `None` where nothing came.
+    fn wait(
+        &self,
+        stream: &mut Option<planner::Answers>,
+        end: Option<Instant>,
+    ) -> Result<Option<Option<Best>>, PlannerError> {
+        let slice = Instant::now() + SIGNALS;
+        let until = end.map_or(slice, |end| end.min(slice));
+        loop {
             if self.cancel.load(Ordering::Relaxed) {
                 *stream = None;
             }
@@ -75,7 +80,8 @@ impl Answers {
             if self.finish.swap(false, Ordering::Relaxed) {
                 answers.finish_early();
             }
-            match answers.next(LOOK) {
+            let left = until.saturating_duration_since(Instant::now());
+            match answers.next(left.min(LOOK)) {
                 Ok(Some(best)) => {
                     if best.is_final() {
                         *stream = None;
@@ -86,6 +92,7 @@ impl Answers {
                     *stream = None;
                     return Ok(Some(None));
                 }
+                Err(PlannerError::Client(ClientError::Timeout(_))) if left.is_zero() => return Ok(None),
                 Err(PlannerError::Client(ClientError::Timeout(_))) => {}
                 Err(error) => {
                     *stream = None;
@@ -93,7 +100,6 @@ impl Answers {
                 }
             }
         }
-        Ok(None)
     }
 }
 
@@ -120,7 +126,7 @@ impl Answers {
         let stream = stream.get_mut()?;
         let was_open = stream.is_some();
         loop {
-            let waited = py.detach(|| self.wait(stream));
+            let waited = py.detach(|| self.wait(stream, end));
             py.check_signals()?;
             match waited.map_err(|error| errors::of(&error))? {
                 Some(Some(best)) => {

@@ -5,7 +5,7 @@ from conftest import PATIENCE
 
 import taut
 
-BOX = {"id": "box", "primitives": [{"type": "box", "dimensions": [0.1, 0.1, 0.1]}]}
+BOX = {"id": "box", "primitives": [{"type": "box", "dimensions": [0.1, 0.1, 0.1]}], "primitive_poses": [{}]}
 
 
 @pytest.fixture
@@ -88,7 +88,8 @@ def test_a_watched_path_becomes_unsafe_and_safe(daemon, problems):
         assert watch.next(PATIENCE)
         x, y = problem.path[5][:2]
         scene.diff({"objects": [{"id": "intruder", "operation": "ADD", "pose": {"position": [x, y, 0]},
-                                 "primitives": [{"type": "sphere", "dimensions": [0.05]}]}]})
+                                 "primitives": [{"type": "sphere", "dimensions": [0.05]}],
+                                 "primitive_poses": [{}]}]})
         verdict = watch.next(PATIENCE)
         assert not verdict and "intruder" in verdict.problem.bodies
         scene.remove("intruder")

@@ -22,6 +22,8 @@ pub struct Pending {
     request_id: u64,
     boot_id: u64,
     finished: bool,
+    /// When the daemon was last known to live; calls with short timeouts have to look in between too.
+    looked: Instant,
 }
 
 impl Pending {
@@ -32,7 +34,15 @@ impl Pending {
         request_id: u64,
         boot_id: u64,
     ) -> Self {
-        Self { stream: Some(stream), listener: Some(listener), link, request_id, boot_id, finished: false }
+        Self {
+            stream: Some(stream),
+            listener: Some(listener),
+            link,
+            request_id,
+            boot_id,
+            finished: false,
+            looked: Instant::now(),
+        }
     }
 
     /// The id in the request's header.
@@ -119,16 +129,15 @@ impl Pending {
         }
     }
 
-    fn sleep(&self, end: Instant, asked: Duration) -> Result<(), ClientError> {
-        let before = Instant::now();
-        if let Some(listener) = &self.listener {
-            wait_until(listener, end, asked)?;
-        }
-        // Woken early means that the daemon lives.
-        if before.elapsed() >= crate::limits::PROBE_INTERVAL {
+    fn sleep(&mut self, end: Instant, asked: Duration) -> Result<(), ClientError> {
+        if self.looked.elapsed() >= crate::limits::PROBE_INTERVAL {
             self.link.check_alive(self.boot_id)?;
+            self.looked = Instant::now();
         }
-        Ok(())
+        match &self.listener {
+            Some(listener) => wait_until(listener, end, asked),
+            None => Ok(()),
+        }
     }
 }
 

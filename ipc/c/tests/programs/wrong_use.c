@@ -124,6 +124,9 @@ static void wrong_paths(const test_path *path) {
 
 /* Nobody frees anything: codes, and the requests that others made go on. */
 static void greed(const test_path *path) {
+    static const char crate[] =
+        "{\"is_diff\": true, \"objects\": [{\"id\": \"crate\", \"operation\": \"ADD\", \"primitives\": [{\"type\": "
+        "\"box\", \"dimensions\": [2, 2, 2]}], \"primitive_poses\": [{\"position\": [0.6, 0, 0.5]}]}]}";
     taut_answers *answers[5];
     taut_answer *answer[3];
     taut_options options;
@@ -142,17 +145,22 @@ static void greed(const test_path *path) {
     error = NULL;
     for (index = 0; index < sent; ++index) taut_answers_free(answers[index]);
 
-    options.seed = 0;
-    options.mode = TAUT_MODE_HYBRID;
+    /* A watched path has an answer for each change that concerns it: safe, unsafe, safe. */
+    taut_options_default(&options, sizeof options);
+    options.mode = TAUT_MODE_CHECK;
+    options.watch = 1;
     EXPECT(TAUT_SUCCESS, taut_shorten(daemon_, "arm_window", "arm_window", path->numbers, path->waypoints, 7, &options,
                              &answers[0], &error));
-    EXPECT(TAUT_SUCCESS, taut_next(answers[0], 60, &answer[0], &error));
-    EXPECT(TAUT_SUCCESS, taut_next(answers[0], 60, &answer[1], &error));
-    REFUSED(TAUT_QUOTA, "taut_answer_free", taut_next(answers[0], 60, &answer[2], &error));
+    EXPECT(TAUT_SUCCESS, taut_next(answers[0], INFINITY, &answer[0], &error));
+    EXPECT(TAUT_SUCCESS, taut_change_scene(daemon_, "arm_window", crate, NULL, 0, NULL, 0, &error));
+    REFUSED(TAUT_MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE, "crate",
+        taut_next(answers[0], INFINITY, &answer[1], &error));
+    EXPECT(TAUT_SUCCESS, taut_remove_object(daemon_, "arm_window", "crate", NULL, 0, &error));
+    EXPECT(TAUT_SUCCESS, taut_next(answers[0], INFINITY, &answer[1], &error));
+    REFUSED(TAUT_QUOTA, "taut_answer_free", taut_next(answers[0], 0, &answer[2], &error));
     taut_answer_free(answer[0]);
-    EXPECT(TAUT_SUCCESS, taut_result(answers[0], 60, &answer[2], &error));
+    EXPECT(TAUT_PENDING, taut_next(answers[0], 0, &answer[2], &error));
     taut_answer_free(answer[1]);
-    taut_answer_free(answer[2]);
     taut_answers_free(answers[0]);
 }
 

@@ -303,6 +303,8 @@ class Planner:
         }
         answers = self._ask(path, robot, scene, options)
         best = answers._answers.next()
+        while best is not None and not best.final:
+            best = answers._answers.next()
         if best is None:
             raise InvalidInput("the daemon ended a check without a verdict; use client and daemon of the same release")
         if best.path.shape[0] == 0:
@@ -441,7 +443,7 @@ def _pairs(values: Optional[Mapping[str, float]]) -> Optional[List[Tuple[str, fl
 def _index(number: int) -> int:
     try:
         index = int(number)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         index = -1
     if index < 0 or index != number:
         raise InvalidInput(f"waypoint {number!r} is to stay; valid: 0, 1, ...")

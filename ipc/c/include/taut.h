@@ -1,0 +1,589 @@
+/*
+ * taut: shortens planners' paths and proves every answer collision-free.
+ *
+ * Every call that can fail gives a code: TAUT_SUCCESS, or what is wrong (TAUT_*, negative), and then, where its
+ * last parameter is not NULL, an error there to be freed by taut_error_free. A null, freed or wrong handle gives
+ * TAUT_MALFORMED_REQUEST; so does what can be seen of other mistakes. Strings are UTF-8 and end with a zero.
+ * Lengths are metres, angles radians, times seconds, unless a name says otherwise.
+ *
+ * Any call may come from any thread, also on the same handle; two threads that wait for the answers of one request
+ * take turns. A handle and what is read through it must not be freed by one thread while another reads through it.
+ * Nothing throws, and a panic inside becomes TAUT_CRASH. After a fork only the parent may go on.
+ *
+ * Made by cbindgen from ipc/c/src; do not edit.
+ */
+
+#ifndef TAUT_H
+#define TAUT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+// `taut_next`: there are no more answers.
+#define TAUT_END 0
+
+// Done, or proved.
+#define TAUT_SUCCESS 1
+
+// `taut_next`: nothing came within the time; the request goes on.
+#define TAUT_PENDING 2
+
+// The path collides between its ends.
+#define TAUT_INVALID_MOTION_PLAN -2
+
+// A watched path that was proved is no longer, after a change of its scene.
+#define TAUT_MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE -3
+
+// The deadline passed before the path was proved.
+#define TAUT_TIMED_OUT -6
+
+// Cancelled.
+#define TAUT_PREEMPTED -7
+
+// The first waypoint collides.
+#define TAUT_START_STATE_IN_COLLISION -10
+
+// The last waypoint collides.
+#define TAUT_GOAL_IN_COLLISION -12
+
+// Unknown group.
+#define TAUT_INVALID_GROUP_NAME -15
+
+// NaN, wrong or missing columns, not a unit quaternion, outside the limits.
+#define TAUT_INVALID_ROBOT_STATE -17
+
+// Unknown link.
+#define TAUT_INVALID_LINK_NAME -18
+
+// Unknown object.
+#define TAUT_INVALID_OBJECT_NAME -19
+
+// Something panicked; the message says what.
+#define TAUT_CRASH -29
+
+// Not provable, and nothing found colliding.
+#define TAUT_UNCERTIFIED -1001
+
+// The daemon has too much to do; `taut_error_retry_after_ms` says when to try again.
+#define TAUT_OVERLOADED -1002
+
+// This client has too many requests in flight.
+#define TAUT_QUOTA -1003
+
+// No robot of that label.
+#define TAUT_UNKNOWN_ROBOT -1004
+
+// No scene of that label.
+#define TAUT_UNKNOWN_SCENE -1005
+
+// The scene has another version.
+#define TAUT_VERSION_CONFLICT -1006
+
+// Too large, or no memory or disk left.
+#define TAUT_RESOURCE_EXHAUSTED -1007
+
+// A call that is wrong in itself: a null or freed handle, a bad option.
+#define TAUT_MALFORMED_REQUEST -1008
+
+// No daemon, or it went away; sending again is safe.
+#define TAUT_DAEMON_LOST -1009
+
+// The robot or scene is still being prepared.
+#define TAUT_LOADING -1010
+
+// The label names other content and replacing was not asked for.
+#define TAUT_LABEL_TAKEN -1011
+
+// A robot or scene file is wrong; the message names file and line.
+#define TAUT_INVALID_MODEL -1012
+
+// A robot or scene file cannot be read.
+#define TAUT_UNREADABLE_FILE -1013
+
+// `taut_options.mode`: only prove the path.
+#define TAUT_MODE_CHECK 0
+
+// `taut_options.mode`: the gradient method.
+#define TAUT_MODE_GRADIENT 1
+
+// `taut_options.mode`: random shortcuts.
+#define TAUT_MODE_RANDOM_SHORTCUT 2
+
+// `taut_options.mode`: random shortcuts, one joint at a time.
+#define TAUT_MODE_PARTIAL_SHORTCUT 3
+
+// `taut_options.mode`: the gradient with contacts as half-spaces.
+#define TAUT_MODE_CONTACT 4
+
+// `taut_options.mode`: shortcuts and contacts in turns; the default.
+#define TAUT_MODE_HYBRID 5
+
+// One answer, in shared memory. Freed by `taut_answer_free`; it outlives its request and its connection.
+typedef struct taut_answer taut_answer;
+
+// A request in flight: the stream of its answers. Freed, and so cancelled, by `taut_answers_free`.
+typedef struct taut_answers taut_answers;
+
+// A connection to a daemon. One per process is enough: every call on it may come from any thread, and
+// four requests can be in flight. It survives a restart of the daemon.
+typedef struct taut_daemon taut_daemon;
+
+// Why a call failed: a code, a line for people, and, where a path is at fault, bodies and place.
+// Made by calls that take a `taut_error **`; freed by `taut_error_free`.
+typedef struct taut_error taut_error;
+
+// A robot's variables, as they were when asked for. Freed by `taut_robot_free`.
+typedef struct taut_robot taut_robot;
+
+// Where a path is not free, or not proved.
+typedef struct {
+    // Names of the two bodies; valid until the error is freed.
+    const char *bodies[2];
+    // Segment of the path, from 0.
+    uint32_t segment;
+    // 0; keeps what follows aligned.
+    uint32_t reserved;
+    // Ratio on the segment, 0 to 1.
+    double t;
+    // Depth in metres; negative is a distance.
+    double depth_m;
+    // A point on each body, world frame, in metres.
+    double points[2][3];
+    // Unit vector from the second body to the first.
+    double normal[3];
+} taut_place;
+
+// Files of a robot. Set `size` to sizeof(taut_robot_files), all that is not needed to 0.
+typedef struct {
+    // sizeof(taut_robot_files).
+    size_t size;
+    // The URDF file.
+    const char *urdf;
+    // The SRDF file; NULL = none. Without it links joined by one joint may touch, nothing else.
+    const char *srdf;
+    // Names of packages that the URDF's meshes name as package://NAME/.
+    const char *const *package_names;
+    // The folder of each.
+    const char *const *package_folders;
+    // How many.
+    size_t package_count;
+} taut_robot_files;
+
+// One variable of a robot.
+typedef struct {
+    // Its name, as columns are named; valid until the robot is freed.
+    const char *name;
+    // Lowest value (rad or m); -infinity = none.
+    double lower;
+    // Highest value; infinity = none.
+    double upper;
+    // Whether it is an angle on the circle.
+    bool continuous;
+} taut_variable;
+
+// A version of a scene.
+typedef struct {
+    // Its number.
+    uint64_t version;
+    // Hash of its content.
+    uint64_t hash;
+    // Objects in it.
+    uint32_t objects;
+    // 0.
+    uint32_t reserved;
+} taut_scene_info;
+
+// Where something stands.
+typedef struct {
+    // x y z, in metres.
+    double position[3];
+    // Unit quaternion x y z w.
+    double orientation[4];
+} taut_pose;
+
+// Options of a request; `taut_options_default` fills them in. Arrays and strings are read during the call that
+// they are given to, and not kept.
+typedef struct {
+    // sizeof(taut_options).
+    size_t size;
+    // Time that the request may take, in seconds from the call; 0 = no limit.
+    double deadline_s;
+    // Distance that every pair of bodies must keep, in metres; 0 = the daemon's default, 1 mm.
+    double clearance_m;
+    // Counted work to spend, the same on every machine; 0 = the default.
+    uint64_t work_budget;
+    // Seed of every random choice.
+    uint64_t seed;
+    // Version of the scene; 0 = the newest.
+    uint64_t scene_version;
+    // One of TAUT_MODE_*.
+    uint32_t mode;
+    // Higher is served first.
+    uint32_t priority;
+    // Refuse a path that keeps less clearance, instead of lowering it for the pairs that come closer: 0 or 1.
+    uint8_t strict;
+    // Columns of continuous joints are real numbers, not angles on the circle: 0 or 1.
+    uint8_t unwrapped;
+    // Only the proof, sooner; do not look for what is nearest along the answer: 0 or 1.
+    uint8_t without_contacts;
+    // TAUT_MODE_CHECK of `taut_shorten` only: tell again when a change of the scene makes the path unsafe or safe: 0 or 1.
+    uint8_t watch;
+    // 0; keeps what follows aligned.
+    uint32_t reserved;
+    // Names of the path's columns, in the path's order; NULL = all of the robot's variables, in its order.
+    const char *const *columns;
+    // How many.
+    size_t column_count;
+    // Names of variables and held joints without a column.
+    const char *const *held_names;
+    // Where each stands (rad or m).
+    const double *held_values;
+    // How many.
+    size_t held_count;
+    // Weights of the metric, one per velocity coordinate of the robot; NULL = metres of reach.
+    const double *weights;
+    // How many.
+    size_t weight_count;
+    // Names of joints that get a weight of their own.
+    const char *const *joint_weight_names;
+    // The weight of each.
+    const double *joint_weights;
+    // How many.
+    size_t joint_weight_count;
+    // Waypoints that stay as they are to the last bit, from 0; the ends always do.
+    const size_t *fixed_waypoints;
+    // How many.
+    size_t fixed_count;
+    // Group of the robot whose joints alone may leave their motion; NULL = all may.
+    const char *group;
+} taut_options;
+
+// Figures of an answer.
+typedef struct {
+    // Length of the path that was sent, in the request's metric.
+    double length_before;
+    // Length of this path.
+    double length_after;
+    // No path between the same ends is shorter.
+    double lower_bound;
+    // The distance that is proved for every pair without a floor of its own, in metres.
+    double clearance_m;
+    // The lowest floor of any pair, in metres.
+    double floor_m;
+    // Version of the scene that it is proved against; 0 where none is kept.
+    uint64_t scene_version;
+    // Hash of that scene's content.
+    uint64_t scene_hash;
+    // Hash of the robot's content.
+    uint64_t robot_hash;
+    // Iterations of the method.
+    uint64_t iterations;
+    // Counted work.
+    uint64_t work;
+    // Time that the request waited, in nanoseconds.
+    uint64_t queue_ns;
+    // Time that it was worked on, in nanoseconds.
+    uint64_t compute_ns;
+    // Waypoints.
+    size_t waypoints;
+    // Columns, as many as the request had.
+    size_t columns;
+    // Counts the answers of a request from 0; a gap means that newer ones took the place of some.
+    uint32_t sequence;
+    // Whether the path is proved.
+    bool proved;
+    // Whether it is the last.
+    bool is_final;
+    // Whether the scene has a newer version by now.
+    bool superseded;
+} taut_info;
+
+// A path in shared memory: number `column` of waypoint `i` is `first[i * stride + column]`.
+typedef struct {
+    // The first number.
+    const double *first;
+    // How many rows.
+    size_t waypoints;
+    // Numbers of a row, in the order of the request's columns.
+    size_t columns;
+    // Numbers from one row to the next.
+    size_t stride;
+} taut_rows;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+// The name of a code, such as "TIMED_OUT"; "UNKNOWN" for a number that is none. Valid for ever.
+const char *taut_code_name(int32_t code);
+
+// The code of an error; TAUT_SUCCESS for NULL, TAUT_MALFORMED_REQUEST for one that is freed.
+int32_t taut_error_code(const taut_error *error);
+
+// What happened, in one line: the bad value, the valid ones and the next step. Valid until the error is freed.
+const char *taut_error_message(const taut_error *error);
+
+// When the same call may succeed, in milliseconds; 0 = never.
+uint32_t taut_error_retry_after_ms(const taut_error *error);
+
+// Where on the path, if that is what is wrong: true and `*place` filled in, or false. `size` is sizeof *place.
+//
+// # Safety
+// `place` points to `size` bytes, or is NULL.
+bool taut_error_place(const taut_error *error,
+                      taut_place *place,
+                      size_t size);
+
+// Frees an error and its texts. NULL and errors that are freed are let be.
+void taut_error_free(taut_error *error);
+
+// Connects to a daemon. `instance` is NAME or NAME:ROOT; NULL = what the variable TAUT_INSTANCE says, or
+// the default. Closed by `taut_close`.
+//
+// Codes: TAUT_DAEMON_LOST if there is none, TAUT_OVERLOADED if it is full.
+//
+// # Safety
+// `instance` is NULL or a string; `daemon` points to a place for the handle, `error` too or is NULL.
+int32_t taut_connect(const char *instance, taut_daemon **daemon, taut_error **error);
+
+// Closes a connection. Requests and answers that were made with it stay until they are freed. NULL and
+// connections that are closed are let be.
+void taut_close(taut_daemon *daemon);
+
+// Loads a robot under a label; with `replace`, even if the label names another one. `robot` may be NULL.
+//
+// Codes: TAUT_INVALID_MODEL, TAUT_UNREADABLE_FILE, TAUT_LABEL_TAKEN.
+//
+// # Safety
+// Strings and arrays are what `taut_robot_files` says; `robot` and `error` are NULL or places for handles.
+int32_t taut_load_robot(const taut_daemon *daemon,
+                        const char *label,
+                        const taut_robot_files *files,
+                        bool replace,
+                        taut_robot **robot,
+                        taut_error **error);
+
+// Variables of a robot that is loaded.
+//
+// Codes: TAUT_UNKNOWN_ROBOT; the message has the labels that are loaded.
+//
+// # Safety
+// `label` is a string; `robot` and `error` are NULL or places for handles.
+int32_t taut_describe_robot(const taut_daemon *daemon,
+                            const char *label,
+                            taut_robot **robot,
+                            taut_error **error);
+
+// How many variables a robot has; 0 for one that is freed.
+size_t taut_robot_variables(const taut_robot *robot);
+
+// One variable, in the robot's order: true and `*variable` filled in, or false for an index beyond the last.
+//
+// # Safety
+// `variable` points to a `taut_variable`, or is NULL.
+bool taut_robot_variable(const taut_robot *robot, size_t index, taut_variable *variable);
+
+// Frees a description; the robot stays loaded. NULL and descriptions that are freed are let be.
+void taut_robot_free(taut_robot *robot);
+
+// Loads a scene (JSON text, as scene files are) under a label; with `replace`, even if the label names
+// another one. Mesh files in it start from `folder`, which may be NULL. `info` may be NULL; `size` is
+// sizeof *info.
+//
+// # Safety
+// Strings are strings; places are NULL or the caller's, `info` of `size` bytes.
+int32_t taut_load_scene(const taut_daemon *daemon,
+                        const char *label,
+                        const char *json,
+                        const char *folder,
+                        bool replace,
+                        taut_scene_info *info,
+                        size_t size,
+                        taut_error **error);
+
+// Makes the changes of a diff (JSON with "is_diff": true), all or none: the scene's next version. The scene has to
+// have the version `base`; 0 = any.
+//
+// Codes: TAUT_VERSION_CONFLICT, TAUT_INVALID_OBJECT_NAME, TAUT_INVALID_LINK_NAME.
+//
+// # Safety
+// As `taut_load_scene`.
+int32_t taut_change_scene(const taut_daemon *daemon,
+                          const char *label,
+                          const char *json,
+                          const char *folder,
+                          uint64_t base,
+                          taut_scene_info *info,
+                          size_t size,
+                          taut_error **error);
+
+// Moves an object of the world, or, with a `link`, one that the link carries, `pose` then being in the link's frame.
+//
+// # Safety
+// As `taut_load_scene`; `link` is NULL or a string, `pose` points to a pose.
+int32_t taut_move_object(const taut_daemon *daemon,
+                         const char *label,
+                         const char *object,
+                         const char *link,
+                         const taut_pose *pose,
+                         taut_scene_info *info,
+                         size_t size,
+                         taut_error **error);
+
+// Lets a link carry an object of the world, its pose in the link's frame. It may touch the link and the
+// `touch_links`.
+//
+// # Safety
+// As `taut_move_object`; `touch_links` are `touch_count` strings.
+int32_t taut_attach_object(const taut_daemon *daemon,
+                           const char *label,
+                           const char *object,
+                           const char *link,
+                           const taut_pose *pose,
+                           const char *const *touch_links,
+                           size_t touch_count,
+                           taut_scene_info *info,
+                           size_t size,
+                           taut_error **error);
+
+// Puts an attached object down, its pose in the world.
+//
+// # Safety
+// As `taut_move_object`.
+int32_t taut_detach_object(const taut_daemon *daemon,
+                           const char *label,
+                           const char *object,
+                           const taut_pose *pose,
+                           taut_scene_info *info,
+                           size_t size,
+                           taut_error **error);
+
+// Takes an object out of the world.
+//
+// # Safety
+// As `taut_load_scene`.
+int32_t taut_remove_object(const taut_daemon *daemon,
+                           const char *label,
+                           const char *object,
+                           taut_scene_info *info,
+                           size_t size,
+                           taut_error **error);
+
+// Fills in options with what a request means that says nothing more. `size` is sizeof *options.
+//
+// # Safety
+// `options` points to `size` bytes, or is NULL.
+void taut_options_default(taut_options *options, size_t size);
+
+// Figures of an answer. `size` is sizeof *info.
+//
+// # Safety
+// `info` points to `size` bytes; `error` is NULL or a place for a handle.
+int32_t taut_answer_info(const taut_answer *answer, taut_info *info, size_t size, taut_error **error);
+
+// Shows an answer's path where it lies, in shared memory: read-only, valid until the answer is freed. `size` is
+// sizeof *rows.
+//
+// TAUT_INVALID_ROBOT_STATE if the request's columns are not a stretch of the robot's variables in its order: then
+// `taut_answer_copy` puts them in the request's order.
+//
+// # Safety
+// `rows` points to `size` bytes; `error` is NULL or a place for a handle.
+int32_t taut_answer_rows(const taut_answer *answer,
+                         taut_rows *rows,
+                         size_t size,
+                         taut_error **error);
+
+// Copies an answer's path, row by row, in the request's columns, into the `capacity` numbers at `numbers`. It has
+// `waypoints` x `columns` of them (`taut_answer_info`).
+//
+// # Safety
+// `numbers` points to `capacity` numbers; `error` is NULL or a place for a handle.
+int32_t taut_answer_copy(const taut_answer *answer,
+                         double *numbers,
+                         size_t capacity,
+                         taut_error **error);
+
+// Frees an answer; its memory goes back. NULL and answers that are freed are let be.
+void taut_answer_free(taut_answer *answer);
+
+// Sends a path to be shortened. `path` is `waypoints` rows of `columns` numbers (rad, m, unit quaternions), which
+// are copied into shared memory once. `scene` may be NULL: nothing around the robot. `options` may be NULL.
+//
+// Codes, before anything is sent: TAUT_UNKNOWN_ROBOT, TAUT_UNKNOWN_SCENE, TAUT_INVALID_ROBOT_STATE for columns,
+// TAUT_INVALID_GROUP_NAME, TAUT_QUOTA, TAUT_RESOURCE_EXHAUSTED, TAUT_DAEMON_LOST.
+//
+// # Safety
+// Strings are strings, `path` has so many numbers, `options` is NULL or filled in; `answers` and `error` are places
+// for handles, `error` may be NULL.
+int32_t taut_shorten(const taut_daemon *daemon,
+                     const char *robot,
+                     const char *scene,
+                     const double *path,
+                     size_t waypoints,
+                     size_t columns,
+                     const taut_options *options,
+                     taut_answers **answers,
+                     taut_error **error);
+
+// Proves a path as it is, and waits for the verdict: TAUT_SUCCESS if it is proved, otherwise the code of what is wrong
+// with it, with bodies and place in the error. The options' mode is not looked at. `info` may be NULL; `size` is
+// sizeof *info.
+//
+// # Safety
+// As `taut_shorten`; `info` is NULL or `size` bytes.
+int32_t taut_check(const taut_daemon *daemon,
+                   const char *robot,
+                   const char *scene,
+                   const double *path,
+                   size_t waypoints,
+                   size_t columns,
+                   const taut_options *options,
+                   taut_info *info,
+                   size_t size,
+                   taut_error **error);
+
+// The next answer: each is shorter than the one before and proved, the last is final. Waits at most `timeout_s`
+// seconds (infinity is allowed).
+//
+// Codes: TAUT_SUCCESS with `*answer`; TAUT_PENDING if nothing came in time (call again); TAUT_END after the final
+// one; what the daemon says against the path, with bodies and place; TAUT_PREEMPTED after `taut_cancel`;
+// TAUT_DAEMON_LOST within 100 ms of the daemon's death; TAUT_QUOTA if two answers of this request are not freed.
+//
+// # Safety
+// `answer` is a place for a handle, `error` too or NULL.
+int32_t taut_next(const taut_answers *answers,
+                  double timeout_s,
+                  taut_answer **answer,
+                  taut_error **error);
+
+// The final answer; those before it are skipped. Codes as `taut_next`, the timeout is for all of it.
+//
+// # Safety
+// As `taut_next`.
+int32_t taut_result(const taut_answers *answers, double timeout_s, taut_answer **answer, taut_error **error);
+
+// Asks for the best so far, now: the final answer comes soon. May come from any thread.
+//
+// # Safety
+// `error` is NULL or a place for a handle.
+int32_t taut_finish_early(const taut_answers *answers, taut_error **error);
+
+// Cancels a request: a thread that waits for it gets TAUT_PREEMPTED within 10 ms. It stays to be freed. May come from
+// any thread.
+//
+// # Safety
+// `error` is NULL or a place for a handle.
+int32_t taut_cancel(const taut_answers *answers,
+                    taut_error **error);
+
+// Frees a request, which cancels it if it runs; a thread that waits for it gets TAUT_PREEMPTED. Answers that it gave
+// stay. NULL and requests that are freed are let be.
+void taut_answers_free(taut_answers *answers);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* TAUT_H */
