@@ -23,7 +23,7 @@ pub struct Answers {
 
 #[derive(Debug)]
 enum Stream {
-    Daemon(Pending),
+    Daemon(Box<Pending>),
     Here(service::Stream),
 }
 
@@ -157,7 +157,7 @@ fn send(
             builder.header = header;
             let mut loan = builder.loan()?;
             columns.write(path, loan.path_mut());
-            Ok(Stream::Daemon(loan.send()?))
+            Ok(Stream::Daemon(Box::new(loan.send()?)))
         }
         Link::Here(service) => {
             let fill = |slots: &mut [f64]| columns.write(path, slots);

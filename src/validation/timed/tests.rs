@@ -224,7 +224,7 @@ fn points_that_make_no_curve_are_named() {
     let model = slider(None);
     let refusal = |points: &[Point]| Curve::new(model.robot(), points).unwrap_err().to_string();
     let [a, b] = [point(0.0, [0.0; 2], [0.0; 2]), point(1.0, [0.5; 2], [0.0; 2])];
-    assert_eq!(refusal(&[a.clone()]), "the trajectory has 1 points; it needs at least 2");
+    assert_eq!(refusal(std::slice::from_ref(&a)), "the trajectory has 1 points; it needs at least 2");
     let back = refusal(&[a.clone(), Point { time_s: 0.0, ..b.clone() }]);
     assert_eq!(back, "point 1: its time is 0 s, that of the point before 0 s; times must grow");
     let short = refusal(&[a.clone(), Point { velocities: vec![1.0], ..b.clone() }]);
