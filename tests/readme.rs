@@ -56,7 +56,7 @@ fn the_commands_run_as_they_stand() {
                 for line in text.lines() {
                     commands += usize::from(line.starts_with("taut "));
                     script += &format!("echo '+ {}' >&2\n{line}\n", line.replace('\'', ""));
-                    if line.contains("taut serve") && line.ends_with('&') {
+                    if line.starts_with("taut serve &") {
                         script += "for _ in $(seq 300); do taut list >/dev/null 2>&1 && break; sleep 0.1; done\n";
                     }
                 }

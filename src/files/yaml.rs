@@ -17,7 +17,8 @@ pub(super) fn is_yaml(file: &std::path::Path) -> bool {
 /// What is wrong, with its line.
 pub(super) fn documents<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, String> {
     let budget = serde_saphyr::budget! { max_nodes: MOST_NODES, max_events: 4 * MOST_NODES };
-    let options = serde_saphyr::options! { budget: budget, with_snippet: false };
+    // As YAML 1.2 has it: `y` is a good name of a column, not a boolean.
+    let options = serde_saphyr::options! { budget: budget, with_snippet: false, strict_booleans: true };
     serde_saphyr::from_multiple_with_options(text, options).map_err(|error| {
         let line = error.location().map_or(String::new(), |location| format!("line {}: ", location.line()));
         let said = error.without_snippet().to_string();
