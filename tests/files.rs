@@ -501,14 +501,8 @@ with open(sys.argv[1], 'rb') as file:
 print(json.dumps(topics, sort_keys=True))
 ",
     );
-    let is_there =
-        Command::new("python3").args(["-c", "import mcap.reader"]).output().is_ok_and(|run| run.status.success());
-    if !is_there {
-        assert!(std::env::var_os("TAUT_REQUIRE_ALL").is_none(), "python3 has no package mcap; install it by pip");
-        println!("skipped: python3 has no package mcap");
-        return;
-    }
-    let run = Run::of(Command::new("python3").arg(script).arg(file).output().unwrap());
+    let Some(python) = common::python::python(&["mcap==1.6.0"]) else { return };
+    let run = Run::of(Command::new(python).arg(script).arg(file).output().unwrap());
     assert_eq!(run.exit, 0, "{}", run.err);
     let topics = run.json();
     assert_eq!(topics["/transforms foxglove.FrameTransforms"], json!(301));
