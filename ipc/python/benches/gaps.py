@@ -2,11 +2,13 @@
 
     python ipc/python/benches/gaps.py INSTANCE PROBLEM.json [--seconds 5] [--rounds 4]
 
-Alternates runs with taut (a long path sent and a short one, in turns) and without (the other thread sleeps), and prints
-for each the gaps above 2 ms between two ticks, of the seconds measured.
+Alternates runs without taut (the other thread sleeps), with the same calls made by another process (what the machine and
+the daemon's own work cost), and with taut (a long path sent and a short one, in turns). Prints for each the gaps above
+2 ms between two ticks, of the seconds measured.
 """
 
 import argparse
+import subprocess
 import sys
 import threading
 import time
@@ -55,6 +57,7 @@ def main():
     parser.add_argument("problem")
     parser.add_argument("--seconds", type=float, default=5.0)
     parser.add_argument("--rounds", type=int, default=4)
+    parser.add_argument("--only-call", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     sys.setswitchinterval(5e-3)
     with taut.connect(arguments.instance) as d:
@@ -70,11 +73,26 @@ def main():
                 except taut.TimedOut:
                     pass
 
+        if arguments.only_call:
+            while True:
+                with_taut()
+
+        def elsewhere():
+            again = [sys.executable, __file__, arguments.instance, arguments.problem, "--only-call"]
+            process = subprocess.Popen(again)
+            time.sleep(1.0)
+            return process
+
         print(f"{len(rows)} and {len(long)} waypoints x {rows.shape[1]}, switch interval {sys.getswitchinterval() * 1e3} ms")
         print(f"{'':>9} {'ticks':>7} {'gaps > 2 ms':>12} {'p99 ms':>8} {'longest ms':>11} {'calls':>7}")
         for _ in range(arguments.rounds):
-            for name, work in (("without", lambda: time.sleep(0.01)), ("with taut", with_taut)):
+            for name in ("without", "elsewhere", "with taut"):
+                process = elsewhere() if name == "elsewhere" else None
+                work = with_taut if name == "with taut" else lambda: time.sleep(0.01)
                 gaps, calls = measure(work, arguments.seconds)
+                if process:
+                    process.terminate()
+                    process.wait()
                 wide = int((gaps > GAP).sum())
                 p99 = np.percentile(gaps, 99) * 1e3
                 print(f"{name:>9} {len(gaps):7} {wide:12} {p99:8.2f} {gaps.max() * 1e3:11.2f} {calls:7}")
