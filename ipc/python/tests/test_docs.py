@@ -12,7 +12,8 @@ import taut._answers
 import taut._planner
 import taut._scene
 
-README = Path(__file__).parents[1] / "README.md"
+HERE = Path(__file__).parents[1] / "README.md"
+PROJECT = Path(__file__).parents[3] / "README.md"
 
 
 @pytest.mark.parametrize("module", [taut, taut._planner, taut._scene, taut._answers])
@@ -22,15 +23,16 @@ def test_docstrings(module):
     assert failed == 0 and (tried > 0 or module is taut._answers)
 
 
-def test_every_block_of_the_readme_runs(monkeypatch, tmp_path):
+@pytest.mark.parametrize("readme", [HERE, PROJECT])
+def test_every_block_of_the_readme_runs(readme, monkeypatch, tmp_path):
     monkeypatch.chdir(CONFIG.parent)
     monkeypatch.setenv("TAUT_INSTANCE", __import__("conftest").INSTANCE)
-    blocks = re.findall(r"```python\n(.*?)```", README.read_text(), re.S)
+    blocks = re.findall(r"```python\n(.*?)```", readme.read_text(), re.S)
     assert blocks
     names = {"RESULT": str(tmp_path / "result.json")}
     for block in blocks:
         block = block.replace('"result.json"', "RESULT")
-        exec(compile(block, str(README), "exec"), names)
+        exec(compile(block, str(readme), "exec"), names)
     assert (tmp_path / "result.json").is_file()
 
 
