@@ -413,7 +413,9 @@ fn watches_end_as_their_client_wants_and_leave_nothing() {
     live.diff("rooms", moved("pillar_a", [9.0, 9.0, 0.0])).unwrap();
     assert_eq!(live.control(&ControlRequest::Shutdown), Ok(ControlReply::Done));
     let ended = next(&mut last);
-    assert!(ended.is_final() && [Code::Preempted, Code::Overloaded].contains(&ended.code()), "{}", ended.code());
+    // Its check of the new version may have come to its end before the daemon's.
+    let ends = [Code::Preempted, Code::Overloaded, Code::Success];
+    assert!(ended.is_final() && ends.contains(&ended.code()), "{}", ended.code());
     assert_eq!(live.daemon.wait(), 0);
 }
 
