@@ -67,12 +67,19 @@ class OwnDaemon:
         self.process.kill()
         self.process.wait()
 
+    def end(self):
+        """In order: one that was killed leaves shared memory, which the next one takes away."""
+        if self.process.poll() is not None:
+            self.start()
+        self.process.terminate()
+        self.process.wait()
+
 
 @pytest.fixture
 def own_daemon():
     made = OwnDaemon()
     yield made
-    made.kill()
+    made.end()
     made.folder.cleanup()
 
 
