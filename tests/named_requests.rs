@@ -74,6 +74,6 @@ fn columns_keep_their_names_when_the_robot_changes_under_its_label() {
     let turned: Vec<String> = columns.iter().rev().cloned().collect();
     load(&Planner::connect(&place.instance).unwrap(), &turned);
     let after = shortened(&planner, &request, &path);
-    assert_eq!((before.to_rows(), after.to_rows()), (path.clone(), path.clone()));
+    assert_eq!((&*before.rows(), &*after.rows()), (&*path, &*path));
     assert_eq!(after.path()[..7], path[..7].iter().rev().copied().collect::<Vec<_>>()[..]);
 }

@@ -34,6 +34,7 @@ pub mod state;
 mod story;
 pub mod supervise;
 mod watch;
+mod web;
 mod worker;
 
 pub use journal::inspect;

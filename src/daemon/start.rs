@@ -19,7 +19,7 @@ use super::event::{Event, EventSender};
 use super::event_loop::EventLoop;
 use super::journal::{self, Journal, JournalError, Kept};
 use super::keep::{Keeping, KeptUpTo};
-use super::live::{Live, Page};
+use super::live::{self, Live};
 use super::loader::Loader;
 use super::metrics::Metrics;
 use super::poison::Poison;
@@ -29,9 +29,10 @@ use super::pulse::Pulse;
 use super::recording::Recorder;
 use super::restore::{self, Beginning, say};
 use super::schedule::{self, Schedule};
-use super::scrape::Scrape;
+use super::scrape;
 use super::state::{self, StateError};
 use super::story::Stories;
+use super::web::Web;
 use super::worker::Worker;
 
 /// Why the daemon cannot start or go on.
@@ -132,8 +133,8 @@ struct Disk {
 struct Threads {
     signals: Handle,
     joined: Vec<JoinHandle<()>>,
-    scrape: Option<Scrape>,
-    page: Option<Page>,
+    scrape: Option<Web>,
+    page: Option<Web>,
 }
 
 impl Threads {
@@ -194,10 +195,16 @@ fn assemble(
         joined.push(worker.start().map_err(system("thread"))?);
     }
     let metrics = Metrics::new();
-    let scrape = config.metrics.map(|address| Scrape::start(address, metrics.registry())).transpose();
-    let scrape = scrape.map_err(system("address for metrics"))?;
-    let page = config.http.zip(live.clone()).map(|(address, live)| Page::start(address, live)).transpose();
-    let page = page.map_err(system("address for the page"))?;
+    let scrape = config.metrics.map(|address| {
+        let registry = metrics.registry();
+        Web::start(address, "taut-metrics", move |request| scrape::answer(request, &registry))
+    });
+    let scrape = scrape.transpose().map_err(system("address for metrics"))?;
+    let page = config
+        .http
+        .zip(live.clone())
+        .map(|(address, live)| Web::start(address, "taut-page", move |request| live::answer(request, &live)));
+    let page = page.transpose().map_err(system("address for the page"))?;
     let event_loop = EventLoop {
         server,
         janitor,

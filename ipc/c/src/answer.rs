@@ -200,7 +200,8 @@ pub unsafe extern "C" fn taut_answer_copy(
     let work = || {
         let held = Answer::get(answer)?;
         let place = needed("numbers", numbers)?;
-        let rows = held.best().to_rows();
+        let best = held.best();
+        let rows = best.rows();
         if capacity < rows.len() {
             return Err(wrong(format!("room for {capacity} numbers; the path has {}", rows.len())));
         }

@@ -10,7 +10,7 @@ use taut_ipc::wire::Code;
 
 use super::best::{About, Improvement, Shared};
 use super::errors;
-use super::guard::Own;
+use super::guard::{self, Own};
 
 /// How often a wait looks at what other threads want of it.
 const LOOK: Duration = Duration::from_millis(10);
@@ -108,14 +108,7 @@ impl Answers {
     /// The next answer, or None after the final one, after `close`, or after `timeout` seconds.
     #[pyo3(signature = (timeout=None))]
     fn next(&self, py: Python<'_>, timeout: Option<f64>) -> PyResult<Option<Improvement>> {
-        let end = match timeout {
-            None => None,
-            Some(seconds) => {
-                let wait = Duration::try_from_secs_f64(seconds);
-                let wait = wait.map_err(|_| errors::invalid(format!("a timeout of {seconds} s; valid: 0 or more")))?;
-                Instant::now().checked_add(wait)
-            }
-        };
+        let end = guard::end_of(timeout)?;
         let mut stream = match self.stream.try_lock() {
             Ok(stream) => stream,
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),

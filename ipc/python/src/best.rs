@@ -67,7 +67,7 @@ impl Improvement {
     pub fn new(best: Shared, about: Arc<About>) -> PyResult<Self> {
         let time_s = about.start.elapsed().as_secs_f64();
         let look = Look::at(&best)?;
-        let permuted = look.columns().stretch().is_none().then(|| look.to_rows());
+        let permuted = look.columns().stretch().is_none().then(|| look.rows().into_owned());
         drop(look);
         Ok(Self { permuted, best, about, time_s })
     }

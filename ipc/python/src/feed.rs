@@ -10,7 +10,7 @@ use taut_ipc::wire::{Code, SceneEvent, SceneEventKind};
 use taut_ipc::{Client, ClientError, DaemonState};
 
 use super::errors;
-use super::guard::Own;
+use super::guard::{self, Own};
 
 /// How often it looks: events do not wake who waits for them.
 const LOOK: Duration = Duration::from_millis(10);
@@ -61,14 +61,7 @@ impl SceneFeed {
     /// The next change, or None after `timeout` seconds.
     #[pyo3(signature = (timeout=None))]
     fn next<'py>(&self, py: Python<'py>, timeout: Option<f64>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let end = match timeout {
-            None => None,
-            Some(seconds) => {
-                let wait = Duration::try_from_secs_f64(seconds);
-                let wait = wait.map_err(|_| errors::invalid(format!("a timeout of {seconds} s; valid: 0 or more")))?;
-                Instant::now().checked_add(wait)
-            }
-        };
+        let end = guard::end_of(timeout)?;
         self.feed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get()?;
         loop {
             let slice = Instant::now() + SIGNALS;

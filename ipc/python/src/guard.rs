@@ -1,7 +1,8 @@
-//! What belongs to one process, and waiting that a signal ends.
+//! What belongs to one process, and waiting: until when, and what signals end.
 
 use pyo3::prelude::*;
 use std::mem;
+use std::time::{Duration, Instant};
 
 use super::errors;
 
@@ -73,4 +74,12 @@ impl Interrupt {
     fn lock(&self) -> std::sync::MutexGuard<'_, Option<PyErr>> {
         self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
+}
+
+/// When a wait of so many seconds from now ends; `None` = never.
+pub fn end_of(timeout: Option<f64>) -> PyResult<Option<Instant>> {
+    let Some(seconds) = timeout else { return Ok(None) };
+    let wait = Duration::try_from_secs_f64(seconds);
+    let wait = wait.map_err(|_| errors::invalid(format!("a timeout of {seconds} s; valid: 0 or more")))?;
+    Ok(Instant::now().checked_add(wait))
 }

@@ -4,6 +4,7 @@ use super::{Columns, PlannerError, Refused};
 use crate::client::Response;
 use crate::wire::body::numbers;
 use crate::wire::{Code, ResponseBody, ResponseHeader, ResponseView, Status, WireError};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// An answer to a request: an improvement, or the final one.
@@ -119,11 +120,14 @@ impl Best {
         &self.columns
     }
 
-    /// The path in the caller's columns, row by row, as a copy.
-    pub fn to_rows(&self) -> Vec<f64> {
+    /// The path in the caller's columns, row by row: where it lies, or a copy if these are not the robot's.
+    pub fn rows(&self) -> Cow<'_, [f64]> {
+        if self.columns.are_the_robots() {
+            return Cow::Borrowed(self.path());
+        }
         let mut rows = vec![0.0; self.waypoints() * self.columns.width()];
         self.columns.read(self.path(), &mut rows);
-        rows
+        Cow::Owned(rows)
     }
 
     /// Itself if it is a success or an improvement.

@@ -1,19 +1,11 @@
-//! The page's own thread: HTTP on this machine's own address, and to this machine's own name only.
+//! The page: on this machine's own address, and to this machine's own name only.
 
 use std::net::SocketAddr;
-use std::sync::Arc;
-use std::thread::JoinHandle;
 
-use tiny_http::{Header, Method, Request, Response, Server};
+use tiny_http::{Header, Method, Request, Response};
 
 use super::Live;
 use crate::view::live_page;
-
-/// Serves the page until it is dropped.
-pub(in crate::daemon) struct Page {
-    server: Arc<Server>,
-    thread: Option<JoinHandle<()>>,
-}
 
 /// Refuses what another machine could reach: whoever sees the page sees every robot, scene and path.
 ///
@@ -26,34 +18,8 @@ pub fn check_address(what: &str, address: SocketAddr) -> Result<(), String> {
     Err(format!("{what} is {address}; valid: an address of this machine only, such as 127.0.0.1:8642"))
 }
 
-impl Page {
-    /// Starts to serve.
-    pub(in crate::daemon) fn start(address: SocketAddr, live: Arc<Live>) -> std::io::Result<Self> {
-        let server = Server::http(address).map_err(|error| std::io::Error::other(error.to_string()))?;
-        let server = Arc::new(server);
-        let serving = Arc::clone(&server);
-        let thread = std::thread::Builder::new().name("taut-page".into()).spawn(move || {
-            serving.incoming_requests().for_each(|request| answer(request, &live));
-        })?;
-        Ok(Self { server, thread: Some(thread) })
-    }
-
-    /// Where it serves: a port of 0 was one of the system's choice.
-    pub(in crate::daemon) fn address(&self) -> String {
-        self.server.server_addr().to_string()
-    }
-}
-
-impl Drop for Page {
-    fn drop(&mut self) {
-        self.server.unblock();
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
-    }
-}
-
-fn answer(request: Request, live: &Live) {
+/// Answers what the page asks for.
+pub(in crate::daemon) fn answer(request: Request, live: &Live) {
     let host = request.headers().iter().find(|header| header.field.equiv("Host"));
     let (status, kind, body) = if !host.is_some_and(|host| is_own_name(host.value.as_str())) {
         // A foreign page whose name was made to lead here sends that name.

@@ -22,7 +22,7 @@ use taut_ipc::wire::Code;
 use super::job::Job;
 use crate::view::{Picture, Sight};
 
-pub(super) use http::Page;
+pub(super) use http::answer;
 pub use http::check_address;
 
 /// Answers that are kept.
