@@ -1,0 +1,156 @@
+//! A case: a robot and a scene as files, what they mean, and paths for them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use fastrand::Rng;
+
+use super::make::mesh::{Form, Format, Mesh};
+use super::make::path::{self, Made};
+use super::make::{one_in, pick, robot, scene};
+use super::read;
+use super::robot::Kind;
+use super::shape::Geometry;
+use super::theme::Theme;
+use super::world::{Body, World};
+use super::write;
+
+/// Where the files of a case are.
+#[derive(Debug)]
+pub struct Files {
+    pub folder: PathBuf,
+    pub urdf: PathBuf,
+    pub srdf: Option<PathBuf>,
+    pub scene: PathBuf,
+    /// A diff that the scene needs, too.
+    pub diff: Option<String>,
+}
+
+pub struct Case {
+    pub theme: Theme,
+    pub scene: scene::Scene,
+    pub world: World,
+    pub files: Files,
+    /// Columns by name.
+    pub names: Vec<String>,
+    /// Formats of the meshes, and their forms.
+    pub meshes: Vec<(Format, Form)>,
+}
+
+impl Case {
+    /// Makes a case and writes its files into a folder.
+    pub fn new(rng: &mut Rng, theme: Theme, folder: &Path) -> Self {
+        let made = robot::robot(rng, theme);
+        let scene = scene::scene(rng, theme, &made);
+        let written = write::robot::robot(&made);
+        let surroundings = write::scene::scene(&made, &scene);
+        let write = |name: String, bytes: &[u8]| {
+            let file = folder.join(name);
+            fs::write(&file, bytes).expect("the scratch folder can be written");
+            file
+        };
+        for (name, bytes) in written.meshes.iter().chain(&surroundings.meshes) {
+            write(name.clone(), bytes);
+        }
+        let meshes: Vec<&Mesh> = geometries(&made, &scene).filter_map(Geometry::mesh).collect();
+        for mesh in meshes.iter().filter(|mesh| mesh.format != Format::Inline) {
+            read::mesh::verify(mesh, &write::mesh::bytes(mesh), rng)
+                .unwrap_or_else(|error| panic!("a written {:?} is not what was meant: {error}", mesh.format));
+        }
+        let files = Files {
+            folder: folder.to_owned(),
+            urdf: write("robot.urdf".into(), written.urdf.as_bytes()),
+            srdf: written.srdf.map(|text| write("robot.srdf".into(), text.as_bytes())),
+            scene: write(format!("scene.{}", surroundings.ending), surroundings.text.as_bytes()),
+            diff: surroundings.diff,
+        };
+        let world = world(rng, theme, &made, &scene);
+        let names = made.robot.columns.iter().map(|column| made.robot.name_of(*column)).collect();
+        let meshes = meshes.iter().map(|mesh| (mesh.format, mesh.column.form)).collect();
+        Self { theme, scene, world, files, names, meshes }
+    }
+
+    /// A path of those that the case is about, or another.
+    pub fn path(&self, rng: &mut Rng) -> Option<Made> {
+        let (world, theme) = (&self.world, self.theme);
+        let is_special = rng.bool();
+        let mut made = if is_special && theme.has(Theme::HalfTurns) {
+            path::half_turn(rng, world)
+        } else if is_special && (theme.has(Theme::Leaders) || theme.has(Theme::LongSteps)) {
+            path::long(rng, world)
+        } else if is_special && theme.has(Theme::Quaternions) {
+            path::half_quaternion(rng, world)
+        } else {
+            match rng.usize(0..8) {
+                0..2 => path::into(rng, world),
+                2 => path::blind(rng, world),
+                _ => {
+                    let waypoints = pick(rng, &[4, 12, 40]);
+                    let winds = theme.has(Theme::Winding) && one_in(rng, 2);
+                    path::walk(rng, world, waypoints, winds)
+                }
+            }
+        }?;
+        let robot = &world.robot;
+        if theme.has(Theme::LongSteps) && one_in(rng, 2) {
+            made.rewind(rng, robot);
+        }
+        if one_in(rng, 4) {
+            made.round(rng, robot);
+        }
+        if theme.has(Theme::Quaternions) {
+            made.flip(rng, robot);
+        }
+        Some(made)
+    }
+
+    /// A path for `shorten`: one that wanders.
+    pub fn long_path(&self, rng: &mut Rng) -> Option<Made> {
+        let winds = self.theme.has(Theme::Winding) || one_in(rng, 4);
+        let waypoints = pick(rng, &[6, 10, 16]);
+        let mut made = path::walk(rng, &self.world, waypoints, winds)?;
+        if self.theme.has(Theme::LongSteps) {
+            made.rewind(rng, &self.world.robot);
+        }
+        Some(made)
+    }
+
+    /// Joint kinds that a segment moves.
+    pub fn kinds_moved(&self, from: &[f64], to: &[f64]) -> impl Iterator<Item = Kind> {
+        let moved = self.world.robot.columns.iter().enumerate().filter(move |(q, _)| from[*q] != to[*q]);
+        moved.map(|(_, column)| self.world.robot.joints[column.joint].kind)
+    }
+}
+
+fn geometries<'a>(made: &'a robot::Made, scene: &'a scene::Scene) -> impl Iterator<Item = &'a Geometry> {
+    let links = made.shapes.iter().flatten().map(|shape| &shape.geometry);
+    let objects = scene.objects.iter().chain(scene.attached.iter().map(|held| &held.object));
+    links.chain(objects.flat_map(|object| object.shapes.iter().map(|(geometry, _)| geometry)))
+}
+
+/// What robot and scene mean.
+fn world(rng: &mut Rng, theme: Theme, made: &robot::Made, scene: &scene::Scene) -> World {
+    let mut bodies = Vec::new();
+    for (link, shapes) in made.shapes.iter().enumerate().filter(|(_, shapes)| !shapes.is_empty()) {
+        let parts = shapes.iter().flat_map(|shape| shape.geometry.parts(&shape.origin.pose())).collect();
+        bodies.push(Body::new(&made.robot.links[link], Some(link), true, parts));
+    }
+    for held in &scene.attached {
+        bodies.push(Body::new(&held.object.id, Some(held.link), false, held.object.parts()));
+    }
+    for object in &scene.objects {
+        bodies.push(Body::new(&object.id, None, false, object.parts()));
+    }
+    if let Some(octomap) = &scene.octomap {
+        bodies.push(Body::new("<octomap>", None, false, vec![octomap.part()]));
+    }
+    let mut touching = scene.allowed.clone();
+    for held in &scene.attached {
+        let names = held.touch_links.iter().map(|link| made.robot.links[*link].clone());
+        touching.extend(names.map(|link| (held.object.id.clone(), link)));
+    }
+    let pairs = World::pair_up(&made.robot, &bodies, &touching);
+    let constraint = (theme == Theme::Constraint && !made.robot.columns.is_empty())
+        .then(|| (rng.usize(0..made.robot.columns.len()), 0.05));
+    World { robot: made.robot.clone(), bodies, pairs, constraint }
+}
