@@ -64,7 +64,7 @@ impl Case {
             scene: write(format!("scene.{}", surroundings.ending), surroundings.text.as_bytes()),
             diff: surroundings.diff,
         };
-        let world = world(rng, theme, &made, &scene);
+        let world = world(&made, &scene);
         let names = made.robot.columns.iter().map(|column| made.robot.name_of(*column)).collect();
         let meshes = meshes.iter().map(|mesh| (mesh.format, mesh.column.form)).collect();
         Self { theme, scene, world, files, names, meshes }
@@ -101,6 +101,9 @@ impl Case {
         if theme.has(Theme::Quaternions) {
             made.flip(rng, robot);
         }
+        if theme == Theme::Constraint {
+            made.constrain(rng);
+        }
         Some(made)
     }
 
@@ -111,6 +114,9 @@ impl Case {
         let mut made = path::walk(rng, &self.world, waypoints, winds)?;
         if self.theme.has(Theme::LongSteps) {
             made.rewind(rng, &self.world.robot);
+        }
+        if self.theme == Theme::Constraint {
+            made.constrain(rng);
         }
         Some(made)
     }
@@ -129,7 +135,7 @@ fn geometries<'a>(made: &'a robot::Made, scene: &'a scene::Scene) -> impl Iterat
 }
 
 /// What robot and scene mean.
-fn world(rng: &mut Rng, theme: Theme, made: &robot::Made, scene: &scene::Scene) -> World {
+fn world(made: &robot::Made, scene: &scene::Scene) -> World {
     let mut bodies = Vec::new();
     for (link, shapes) in made.shapes.iter().enumerate().filter(|(_, shapes)| !shapes.is_empty()) {
         let parts = shapes.iter().flat_map(|shape| shape.geometry.parts(&shape.origin.pose())).collect();
@@ -150,7 +156,5 @@ fn world(rng: &mut Rng, theme: Theme, made: &robot::Made, scene: &scene::Scene) 
         touching.extend(names.map(|link| (held.object.id.clone(), link)));
     }
     let pairs = World::pair_up(&made.robot, &bodies, &touching);
-    let constraint = (theme == Theme::Constraint && !made.robot.columns.is_empty())
-        .then(|| (rng.usize(0..made.robot.columns.len()), 0.05));
-    World { robot: made.robot.clone(), bodies, pairs, constraint }
+    World { robot: made.robot.clone(), bodies, pairs }
 }

@@ -34,7 +34,7 @@ use taut::optimize::{Mode, Settings};
 
 use case::Case;
 use library::Answer;
-use make::{one_in, pick};
+use make::pick;
 use summary::{Asked, Refuted, Summary};
 use theme::Theme;
 
@@ -173,11 +173,9 @@ impl Run<'_> {
     /// Writes a path as one of the forms that users have.
     fn write(&mut self, made: &make::path::Made, index: usize) -> std::path::PathBuf {
         let robot = &self.case.world.robot;
-        let (text, ending) = match self.case.world.constraint {
-            Some((kept, tolerance)) if one_in(&mut self.rng, 2) => {
-                (write::path::request(robot, &made.rows, kept, tolerance), "yaml")
-            }
-            _ => write::path::path(robot, &made.rows, self.rng.usize(..)),
+        let (text, ending) = match made.constraint {
+            Some(constraint) => (write::path::request(robot, &made.rows, constraint), "yaml"),
+            None => write::path::path(robot, &made.rows, self.rng.usize(..)),
         };
         let file = self.case.files.folder.join(format!("path{index}.{ending}"));
         std::fs::write(&file, text).expect("the scratch folder can be written");
@@ -190,7 +188,7 @@ impl Run<'_> {
             Answer::Refused(reason) => return self.summary.refused(reason),
             Answer::Unread(reason) => return self.summary.unread(self.case.theme, &reason),
         };
-        let verdict = verdict::of(self.case, &made.rows, &proved);
+        let verdict = verdict::of(self.case, made, &proved);
         if let Some(what) = verdict.against.clone() {
             self.is_refuted = true;
             self.summary.refuted.push(Refuted {

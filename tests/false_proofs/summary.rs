@@ -13,6 +13,9 @@ use super::robot::Kind;
 use super::theme::Theme;
 use super::verdict::Verdict;
 
+/// Refuted proofs of a theme that are told in full.
+const MOST_TOLD: usize = 3;
+
 /// What was asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Asked {
@@ -173,11 +176,16 @@ impl fmt::Display for Summary {
             writeln!(f, "  {count:>6} {theme:?}: {reason}")?;
         }
         writeln!(f, "refuted  {}", self.refuted.len())?;
-        for found in self.refuted.iter().take(40) {
+        let mut told = BTreeMap::new();
+        for found in &self.refuted {
             let Refuted { case, theme, asked, steps, what, folder, after } = found;
-            writeln!(f, "  case {case} {theme:?} {asked:?} {steps:?} after {after}: {what}\n      {folder}")?;
+            let count: &mut usize = told.entry((theme, asked)).or_default();
+            *count += 1;
+            if *count <= MOST_TOLD {
+                writeln!(f, "  case {case} {theme:?} {asked:?} {steps:?} after {after}: {what}\n      {folder}")?;
+            }
         }
-        Ok(())
+        told.iter().try_for_each(|((theme, asked), count)| writeln!(f, "  {count:>6} {theme:?} {asked:?}"))
     }
 }
 

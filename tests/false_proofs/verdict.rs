@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use super::case::Case;
 use super::execute::{self, Executed, ROUNDING_M};
-use super::make::path::turns;
+use super::make::path::{Constraint, Made, turns};
 use super::pose::quaternion_dot;
 
 /// An answer that says "proved".
@@ -26,7 +26,8 @@ pub struct Verdict {
     pub against: Option<String>,
 }
 
-pub fn of(case: &Case, input: &[Vec<f64>], proved: &Proved) -> Verdict {
+pub fn of(case: &Case, asked: &Made, proved: &Proved) -> Verdict {
+    let input = &asked.rows;
     let floors = case.world.floors(proved.clearance_m, &proved.lowered);
     let executed = execute::path(&case.world, &proved.rows, &floors);
     let hit = executed.refutation.as_ref().map(|found| {
@@ -37,7 +38,7 @@ pub fn of(case: &Case, input: &[Vec<f64>], proved: &Proved) -> Verdict {
         format!("{a} × {b} {what}, {place}: {distance:.4} mm, promised {floor:.4} mm")
     });
     let against = hit.or_else(|| another_path(case, input, proved)).or_else(|| beyond_limits(case, input, proved));
-    let against = against.or_else(|| constraint_left(case, proved));
+    let against = against.or_else(|| constraint_left(case, asked, proved));
     Verdict { executed, against }
 }
 
@@ -85,8 +86,8 @@ fn beyond_limits(case: &Case, input: &[Vec<f64>], proved: &Proved) -> Option<Str
     None
 }
 
-fn constraint_left(case: &Case, proved: &Proved) -> Option<String> {
-    let (q, tolerance) = case.world.constraint?;
+fn constraint_left(case: &Case, asked: &Made, proved: &Proved) -> Option<String> {
+    let Constraint { column: q, tolerance } = asked.constraint?;
     let start = proved.rows[0][q];
     let most = proved.rows.iter().map(|row| (row[q] - start).abs()).fold(0.0, f64::max);
     (most > tolerance + 1e-9).then(|| format!("{} leaves its constraint by {:.4}", case.names[q], most - tolerance))

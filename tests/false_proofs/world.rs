@@ -45,8 +45,6 @@ pub struct World {
     pub robot: Robot,
     pub bodies: Vec<Body>,
     pub pairs: Vec<Pair>,
-    /// Column that a request for a constrained path must keep where it starts, and how nearly.
-    pub constraint: Option<(usize, f64)>,
 }
 
 impl World {

@@ -36,11 +36,19 @@ pub enum Step {
     Signs,
 }
 
-/// A path, and what is odd about it.
+/// A path, and what is odd about it. One with a constraint is the straight line of a request.
 #[derive(Clone, Debug)]
 pub struct Made {
     pub rows: Vec<Vec<f64>>,
     pub steps: BTreeSet<Step>,
+    pub constraint: Option<Constraint>,
+}
+
+/// A column that must stay where it starts.
+#[derive(Clone, Copy, Debug)]
+pub struct Constraint {
+    pub column: usize,
+    pub tolerance: f64,
 }
 
 /// Keeps this far clear (m).
@@ -109,7 +117,7 @@ pub fn walk(rng: &mut Rng, world: &World, waypoints: usize, winds: bool) -> Opti
         }
     }
     let kind = if winds { Step::Winding } else { Step::Walk };
-    (rows.len() > 1).then(|| Made { rows, steps: [kind].into() })
+    (rows.len() > 1).then(|| Made::new(rows, kind))
 }
 
 fn step(rng: &mut Rng, robot: &Robot, from: &[f64], way: Option<f64>) -> Vec<f64> {
@@ -153,14 +161,14 @@ fn turned(rng: &mut Rng, q: Quaternion, by: f64) -> Quaternion {
 pub fn blind(rng: &mut Rng, world: &World) -> Option<Made> {
     let from = free_row(rng, world)?;
     let to = row(rng, &world.robot);
-    Some(Made { rows: vec![from, to], steps: [Step::Blind].into() })
+    Some(Made::new(vec![from, to], Step::Blind))
 }
 
 /// A straight line from where it is free to where something is hit.
 pub fn into(rng: &mut Rng, world: &World) -> Option<Made> {
     let from = free_row(rng, world)?;
     let to = (0..TRIES).map(|_| row(rng, &world.robot)).find(|row| !execute::is_free(world, row, row, 0.0))?;
-    let there = Made { rows: vec![from, to.clone()], steps: [Step::Into].into() };
+    let there = Made::new(vec![from, to.clone()], Step::Into);
     if rng.bool() {
         return Some(there);
     }
@@ -181,7 +189,7 @@ pub fn half_turn(rng: &mut Rng, world: &World) -> Option<Made> {
     from[q] = start;
     let mut to = if rng.bool() { from.clone() } else { step(rng, &world.robot, &from, None) };
     to[q] = end;
-    Some(Made { rows: vec![from, to], steps: [Step::HalfTurn].into() })
+    Some(Made::new(vec![from, to], Step::HalfTurn))
 }
 
 /// A step of an endless column that is longer than half a turn.
@@ -195,7 +203,7 @@ pub fn long(rng: &mut Rng, world: &World) -> Option<Made> {
         _ => uniform(rng, 3.2, 9.0),
     };
     to[q] = from[q] + by * pick(rng, &[1.0, -1.0]);
-    Some(Made { rows: vec![from, to], steps: [Step::Long].into() })
+    Some(Made::new(vec![from, to], Step::Long))
 }
 
 /// Orientations half a turn apart, exactly, nearly or to the last bits.
@@ -209,7 +217,7 @@ pub fn half_quaternion(rng: &mut Rng, world: &World) -> Option<Made> {
     let mut to = from.clone();
     let by = PI + pick(rng, &[0.0, 0.0, 1e-3, -1e-3, 1e-6, -1e-6]);
     to[q..q + 4].copy_from_slice(&turned(rng, old, by));
-    Some(Made { rows: vec![from, to], steps: [Step::HalfQuaternion].into() })
+    Some(Made::new(vec![from, to], Step::HalfQuaternion))
 }
 
 fn some(rng: &mut Rng, of: &[usize]) -> Option<usize> {
@@ -217,6 +225,17 @@ fn some(rng: &mut Rng, of: &[usize]) -> Option<usize> {
 }
 
 impl Made {
+    fn new(rows: Vec<Vec<f64>>, step: Step) -> Self {
+        Self { rows, steps: [step].into(), constraint: None }
+    }
+
+    /// Makes it the line of a request that must not move some column far.
+    pub fn constrain(&mut self, rng: &mut Rng) {
+        let last = self.rows.len() - 1;
+        self.rows = vec![self.rows[0].clone(), self.rows[last].clone()];
+        self.constraint = Some(Constraint { column: rng.usize(0..self.rows[0].len()), tolerance: 0.05 });
+    }
+
     /// Adds whole turns to angles of some waypoints, as planners that wrap do.
     pub fn rewind(&mut self, rng: &mut Rng, robot: &Robot) {
         let columns: Vec<usize> = endless(robot).into_iter().filter(|&q| robot.is_angle(robot.columns[q])).collect();

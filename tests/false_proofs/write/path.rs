@@ -2,6 +2,7 @@
 
 use serde_json::json;
 
+use crate::make::path::Constraint;
 use crate::robot::Robot;
 
 /// A path's text, and the ending of its file's name.
@@ -21,8 +22,8 @@ pub fn path(robot: &Robot, rows: &[Vec<f64>], whim: usize) -> (String, &'static 
     }
 }
 
-/// A motion plan request as YAML: from the first row to the last, column `kept` within `tolerance` of where it starts.
-pub fn request(robot: &Robot, rows: &[Vec<f64>], kept: usize, tolerance: f64) -> String {
+/// A motion plan request as YAML: from the first row to the last, and a column that must stay where it starts.
+pub fn request(robot: &Robot, rows: &[Vec<f64>], kept: Constraint) -> String {
     let names: Vec<String> = robot.columns.iter().map(|column| robot.name_of(*column)).collect();
     let (from, to) = (&rows[0], &rows[rows.len() - 1]);
     let constraint = |q: usize, at: f64, tolerance: f64| json!({ "joint_name": names[q], "position": at, "tolerance_above": tolerance, "tolerance_below": tolerance, "weight": 1.0 });
@@ -30,7 +31,7 @@ pub fn request(robot: &Robot, rows: &[Vec<f64>], kept: usize, tolerance: f64) ->
     json!({
         "start_state": { "joint_state": { "name": names, "position": from } },
         "goal_constraints": [{ "joint_constraints": goal }],
-        "path_constraints": { "name": "kept", "joint_constraints": [constraint(kept, from[kept], tolerance)] },
+        "path_constraints": { "name": "kept", "joint_constraints": [constraint(kept.column, from[kept.column], kept.tolerance)] },
         "group_name": "all",
     })
     .to_string()
