@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 use super::case::Case;
-use super::library::Answer;
+use super::library::{Answer, HALF_A_TURN};
 use super::read::path::{csv, ordered, yaml};
 use super::verdict::Proved;
 
@@ -80,5 +80,6 @@ fn answer(case: &Case, output: &Output, is_shortened: bool) -> Answer {
         clearance_m: value["clearance_m"].as_f64().expect("a clearance"),
         lowered: lowered.collect::<BTreeMap<_, _>>(),
         is_shortened,
+        is_said: list(&value["warnings"]).iter().any(|warning| text(warning).contains(HALF_A_TURN)),
     }))
 }

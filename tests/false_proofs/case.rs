@@ -33,6 +33,8 @@ pub struct Case {
     pub files: Files,
     /// Columns by name.
     pub names: Vec<String>,
+    /// A path that fills the soft limits, where there are some.
+    within_soft_limits: Option<Made>,
     /// Formats of the meshes, and their forms.
     pub meshes: Vec<(Format, Form)>,
 }
@@ -40,8 +42,10 @@ pub struct Case {
 impl Case {
     /// Makes a case and writes its files into a folder.
     pub fn new(rng: &mut Rng, theme: Theme, folder: &Path) -> Self {
-        let made = robot::robot(rng, theme);
+        let mut made = robot::robot(rng, theme);
         let scene = scene::scene(rng, theme, &made);
+        let within_soft_limits =
+            if theme == Theme::SoftLimits { fill_soft_limits(rng, &mut made, &scene) } else { None };
         let written = write::robot::robot(&made);
         let surroundings = write::scene::scene(&made, &scene);
         let write = |name: String, bytes: &[u8]| {
@@ -67,29 +71,24 @@ impl Case {
         let world = world(&made, &scene);
         let names = made.robot.columns.iter().map(|column| made.robot.name_of(*column)).collect();
         let meshes = meshes.iter().map(|mesh| (mesh.format, mesh.column.form)).collect();
-        Self { theme, scene, world, files, names, meshes }
+        Self { theme, scene, world, files, names, within_soft_limits, meshes }
     }
 
     /// A path of those that the case is about, or another.
     pub fn path(&self, rng: &mut Rng) -> Option<Made> {
         let (world, theme) = (&self.world, self.theme);
-        let is_special = rng.bool();
-        let mut made = if is_special && theme.has(Theme::HalfTurns) {
+        let is_special = rng.usize(0..3) < 2;
+        let wants = |rng: &mut Rng, own: Theme| theme == own && is_special || theme == Theme::Mixed && one_in(rng, 8);
+        let mut made = if wants(rng, Theme::HalfTurns) {
             path::half_turn(rng, world)
-        } else if is_special && (theme.has(Theme::Leaders) || theme.has(Theme::LongSteps)) {
-            path::long(rng, world)
-        } else if is_special && theme.has(Theme::Quaternions) {
+        } else if wants(rng, Theme::Leaders) {
+            path::long(rng, world, true)
+        } else if wants(rng, Theme::LongSteps) {
+            path::long(rng, world, false)
+        } else if wants(rng, Theme::Quaternions) {
             path::half_quaternion(rng, world)
         } else {
-            match rng.usize(0..8) {
-                0..2 => path::into(rng, world),
-                2 => path::blind(rng, world),
-                _ => {
-                    let waypoints = pick(rng, &[4, 12, 40]);
-                    let winds = theme.has(Theme::Winding) && one_in(rng, 2);
-                    path::walk(rng, world, waypoints, winds)
-                }
-            }
+            self.any_path(rng)
         }?;
         let robot = &world.robot;
         if theme.has(Theme::LongSteps) && one_in(rng, 2) {
@@ -107,11 +106,27 @@ impl Case {
         Some(made)
     }
 
+    fn any_path(&self, rng: &mut Rng) -> Option<Made> {
+        match rng.usize(0..10) {
+            0..2 => path::into(rng, &self.world),
+            2..4 => path::graze(rng, &self.world),
+            4 => path::blind(rng, &self.world),
+            _ => {
+                let waypoints = pick(rng, &[4, 12, 40]);
+                let winds = self.theme.has(Theme::Winding) && one_in(rng, 2);
+                path::walk(rng, &self.world, waypoints, winds)
+            }
+        }
+    }
+
     /// A path for `shorten`: one that wanders.
     pub fn long_path(&self, rng: &mut Rng) -> Option<Made> {
-        let winds = self.theme.has(Theme::Winding) || one_in(rng, 4);
+        let winds = self.theme.has(Theme::Winding);
         let waypoints = pick(rng, &[6, 10, 16]);
-        let mut made = path::walk(rng, &self.world, waypoints, winds)?;
+        let mut made = match &self.within_soft_limits {
+            Some(made) => made.clone(),
+            None => path::walk(rng, &self.world, waypoints, winds)?,
+        };
         if self.theme.has(Theme::LongSteps) {
             made.rewind(rng, &self.world.robot);
         }
@@ -126,6 +141,20 @@ impl Case {
         let moved = self.world.robot.columns.iter().enumerate().filter(move |(q, _)| from[*q] != to[*q]);
         moved.map(|(_, column)| self.world.robot.joints[column.joint].kind)
     }
+}
+
+/// Makes a path, and the limits that it just keeps the soft ones.
+fn fill_soft_limits(rng: &mut Rng, made: &mut robot::Made, scene: &scene::Scene) -> Option<Made> {
+    let path = path::walk(rng, &world(made, scene), 16, false)?;
+    for (q, column) in made.robot.columns.iter().enumerate() {
+        let joint = &mut made.robot.joints[column.joint];
+        if joint.limits.is_some() {
+            let numbers = path.rows.iter().map(|row| row[q]);
+            let range = numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+            joint.soft_limits = Some(range);
+        }
+    }
+    Some(path)
 }
 
 fn geometries<'a>(made: &'a robot::Made, scene: &'a scene::Scene) -> impl Iterator<Item = &'a Geometry> {

@@ -40,10 +40,11 @@ pub struct Executed {
     pub nearest_m: Vec<f64>,
 }
 
-/// Executes a path; each pair has been promised to keep its floor.
-pub fn path(world: &World, rows: &[Vec<f64>], floors: &[f64]) -> Executed {
+/// Executes a path; each pair has been promised to keep its floor. Where two orientations stand half a turn apart, both
+/// ways must keep it, or one of them where it `is_said` that there are two.
+pub fn path(world: &World, rows: &[Vec<f64>], floors: &[f64], is_said: bool) -> Executed {
     let mut executed = Executed::default();
-    let mut motion = Motion::new(world, floors);
+    let mut motion = Motion { is_said, ..Motion::new(world, floors) };
     let single = [rows[0].clone(), rows[0].clone()];
     let rows = if rows.len() == 1 { &single[..] } else { rows };
     executed.refutation = motion.standing(&rows[0]);
@@ -60,6 +61,14 @@ pub fn is_free(world: &World, from: &[f64], to: &[f64], keeping_m: f64) -> bool 
     let floors: Vec<f64> = world.pairs.iter().map(|pair| if pair.is_moving { keeping_m } else { 0.0 }).collect();
     let mut motion = Motion::new(world, &floors);
     motion.standing(from).is_none() && motion.segment(from, to).1.is_none()
+}
+
+/// Pairs that overlap at a row.
+pub fn overlapping(world: &World, row: &[f64]) -> Vec<Pair> {
+    let mut motion = Motion::new(world, &[]);
+    motion.row = row.to_vec();
+    motion.stand();
+    world.pairs.iter().filter(|pair| motion.overlaps(**pair)).copied().collect()
 }
 
 /// The nearest pair at a place of a segment.
@@ -79,37 +88,44 @@ struct Motion<'a> {
     links: Vec<Pose>,
     poses: Vec<Pose>,
     balls: Vec<[f64; 3]>,
+    is_said: bool,
 }
 
 impl<'a> Motion<'a> {
     fn new(world: &'a World, floors: &'a [f64]) -> Self {
-        Self { world, floors, row: Vec::new(), links: Vec::new(), poses: Vec::new(), balls: Vec::new() }
+        Self { world, floors, row: Vec::new(), links: Vec::new(), poses: Vec::new(), balls: Vec::new(), is_said: false }
     }
 
     /// Samples a segment, closer where it is nearest; how near it comes (m), and what refutes it.
     fn segment(&mut self, from: &[f64], to: &[f64]) -> (f64, Option<Refutation>) {
         let samples = samples(&self.world.robot, from, to);
         let mut nearest = NEAR_M;
-        let mut refutation = None;
-        for is_flipped in ways(&self.world.robot, from, to) {
-            let at = |motion: &mut Self, t: f64| motion.look(from, to, t, is_flipped);
-            let worst = |a: Place, b: Place| if b.spare_m < a.spare_m { b } else { a };
-            let places = (0..=samples).map(|i| at(self, i as f64 / samples as f64));
-            let mut worst_place = places.reduce(worst).expect("there are samples");
-            let mut step = 0.5 / samples as f64;
-            // Only what comes near may come nearer between two samples.
-            while worst_place.distance.at_most < NEAR_M && step > 1e-4 / samples as f64 {
-                for t in [worst_place.t - step, worst_place.t + step] {
-                    worst_place = worst(worst_place, at(self, t.clamp(0.0, 1.0)));
-                }
-                step *= 0.5;
-            }
-            nearest = nearest.min(worst_place.distance.at_most);
-            if worst_place.spare_m < -ROUNDING_M {
-                refutation = refutation.or_else(|| Some(self.refuted(from, to, &worst_place, is_flipped)));
+        let mut refutations = Vec::new();
+        let ways = ways(&self.world.robot, from, to);
+        for &is_flipped in &ways {
+            let place = self.worst(from, to, samples, is_flipped);
+            nearest = nearest.min(place.distance.at_most);
+            if place.spare_m < -ROUNDING_M {
+                refutations.push(self.refuted(from, to, &place, is_flipped));
             }
         }
-        (nearest, refutation)
+        let is_refuted = !self.is_said || refutations.len() == ways.len();
+        (nearest, refutations.into_iter().next().filter(|_| is_refuted))
+    }
+
+    fn worst(&mut self, from: &[f64], to: &[f64], samples: usize, is_flipped: bool) -> Place {
+        let worst = |a: Place, b: Place| if b.spare_m < a.spare_m { b } else { a };
+        let places = (0..=samples).map(|i| self.look(from, to, i as f64 / samples as f64, is_flipped));
+        let mut place = places.reduce(worst).expect("there are samples");
+        let mut step = 0.5 / samples as f64;
+        // Only what comes near may come nearer between two samples.
+        while place.distance.at_most < NEAR_M && step > 1e-4 / samples as f64 {
+            for t in [place.t - step, place.t + step] {
+                place = worst(place, self.look(from, to, t.clamp(0.0, 1.0), is_flipped));
+            }
+            step *= 0.5;
+        }
+        place
     }
 
     fn refuted(&mut self, from: &[f64], to: &[f64], place: &Place, is_flipped: bool) -> Refutation {

@@ -15,6 +15,9 @@ use super::theme::Theme;
 use super::verdict::Proved;
 use super::write;
 
+/// What a warning of orientations half a turn apart says.
+pub const HALF_A_TURN: &str = "half a turn";
+
 /// Robot and scene of a case, as taut reads them.
 pub struct Loaded {
     model: CollisionModel,
@@ -113,6 +116,7 @@ impl Loaded {
             clearance_m: outcome.clearance_m,
             lowered: lowered.collect::<BTreeMap<_, _>>(),
             is_shortened: settings.mode != Mode::Check,
+            is_said: outcome.warnings.iter().any(|warning| warning.contains(HALF_A_TURN)),
         }))
     }
 }

@@ -145,7 +145,7 @@ impl Summary {
         let texts = [Text::Own, Text::Diff, Text::Message, Text::Lines];
         texts.iter().for_each(|text| enough(text, self.by_text.get(text), 100));
         enough(&"attached objects", Some(&self.attached), 300);
-        for step in [Step::Walk, Step::Winding, Step::Blind, Step::Rounded, Step::Rewound, Step::Signs] {
+        for step in [Step::Walk, Step::Winding, Step::Blind, Step::Graze, Step::Rounded, Step::Rewound, Step::Signs] {
             enough(&step, self.by_step.get(&step), 30);
         }
         for step in [Step::HalfTurn, Step::Long] {

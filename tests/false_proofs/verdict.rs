@@ -18,6 +18,8 @@ pub struct Proved {
     pub lowered: BTreeMap<[String; 2], f64>,
     /// Whether it may leave waypoints out.
     pub is_shortened: bool,
+    /// Whether it warns of orientations half a turn apart.
+    pub is_said: bool,
 }
 
 /// What an answer does when it is executed, and the first thing that refutes it.
@@ -29,7 +31,7 @@ pub struct Verdict {
 pub fn of(case: &Case, asked: &Made, proved: &Proved) -> Verdict {
     let input = &asked.rows;
     let floors = case.world.floors(proved.clearance_m, &proved.lowered);
-    let executed = execute::path(&case.world, &proved.rows, &floors);
+    let executed = execute::path(&case.world, &proved.rows, &floors, proved.is_said);
     let hit = executed.refutation.as_ref().map(|found| {
         let [a, b] = &found.bodies;
         let (distance, floor) = (found.distance_m * 1e3, found.floor_m * 1e3);

@@ -22,6 +22,8 @@ pub enum Step {
     Blind,
     /// A straight line to where something is hit.
     Into,
+    /// A place where something is just hit.
+    Graze,
     /// Numbers cut to four digits, or to f32.
     Rounded,
     /// Half a turn, exact or rounded.
@@ -55,6 +57,8 @@ pub struct Constraint {
 const CLEAR_M: f64 = 2e-3;
 /// Tries to find a free row, or one that hits something.
 const TRIES: usize = 40;
+/// Tries to find a step that hits something one way only.
+const TELLING_TRIES: usize = 6;
 
 /// A row within the limits.
 pub fn row(rng: &mut Rng, robot: &Robot) -> Vec<f64> {
@@ -160,50 +164,115 @@ fn turned(rng: &mut Rng, q: Quaternion, by: f64) -> Quaternion {
 /// A straight line to anywhere, from where it is free.
 pub fn blind(rng: &mut Rng, world: &World) -> Option<Made> {
     let from = free_row(rng, world)?;
-    let to = row(rng, &world.robot);
+    let mut to = row(rng, &world.robot);
+    within_half_a_turn(rng, &world.robot, &from, &mut to);
     Some(Made::new(vec![from, to], Step::Blind))
 }
 
-/// A straight line from where it is free to where something is hit.
-pub fn into(rng: &mut Rng, world: &World) -> Option<Made> {
-    let from = free_row(rng, world)?;
-    let to = (0..TRIES).map(|_| row(rng, &world.robot)).find(|row| !execute::is_free(world, row, row, 0.0))?;
-    let there = Made::new(vec![from, to.clone()], Step::Into);
-    if rng.bool() {
-        return Some(there);
+/// Takes the numbers of endless columns to within half a turn.
+fn within_half_a_turn(rng: &mut Rng, robot: &Robot, from: &[f64], to: &mut [f64]) {
+    for q in endless(robot) {
+        to[q] = from[q] + uniform(rng, -3.1, 3.1);
     }
-    Some(Made { rows: vec![to.clone(), to], ..there })
+}
+
+/// A straight line from where it is free to where something is hit, or that place alone.
+pub fn into(rng: &mut Rng, world: &World) -> Option<Made> {
+    let (from, to) = hit(rng, world)?;
+    let rows = if rng.bool() { vec![from, to] } else { vec![to.clone(), to] };
+    Some(Made::new(rows, Step::Into))
+}
+
+/// A free row, and one where a body of those that are not links is hit by one other, if such a row is found.
+fn hit(rng: &mut Rng, world: &World) -> Option<(Vec<f64>, Vec<f64>)> {
+    let from = free_row(rng, world)?;
+    let objects: Vec<usize> = (0..world.bodies.len()).filter(|&body| !world.bodies[body].is_link).collect();
+    let target = some(rng, &objects);
+    let mut any = None;
+    for _ in 0..2 * TRIES {
+        let mut to = row(rng, &world.robot);
+        within_half_a_turn(rng, &world.robot, &from, &mut to);
+        match execute::overlapping(world, &to).as_slice() {
+            [] => {}
+            [pair] if target.is_none_or(|target| pair.a == target || pair.b == target) => return Some((from, to)),
+            _ => any = any.or(Some(to)),
+        }
+    }
+    any.map(|to| (from, to))
+}
+
+/// Where something is hit by hardly more than nothing, or missed by as much.
+pub fn graze(rng: &mut Rng, world: &World) -> Option<Made> {
+    let (from, to) = hit(rng, world)?;
+    let (mut free, mut hit) = (0.0, 1.0);
+    let mut row = Vec::new();
+    for _ in 0..20 {
+        let t = 0.5 * (free + hit);
+        execute::between(&world.robot, &from, &to, t, false, &mut row);
+        if execute::overlapping(world, &row).is_empty() { free = t } else { hit = t }
+    }
+    let by = pick(rng, &[1e-5, 1e-4, 5e-4, 2e-3]) * if one_in(rng, 4) { -1.0 } else { 1.0 };
+    execute::between(&world.robot, &from, &to, (hit + by).clamp(0.0, 1.0), false, &mut row);
+    Some(Made::new(vec![row.clone(), row], Step::Graze))
 }
 
 /// Half a turn of an endless column, as files have it.
 pub fn half_turn(rng: &mut Rng, world: &World) -> Option<Made> {
-    let mut from = free_row(rng, world)?;
-    let q = some(rng, &endless(&world.robot))?;
-    let half = pick(rng, &[PI, 3.1416, 3.14159, f64::from(PI as f32)]) * pick(rng, &[1.0, -1.0]);
-    let quarter = pick(rng, &[FRAC_PI_2, 1.5708, f64::from(FRAC_PI_2 as f32)]) * pick(rng, &[1.0, -1.0]);
-    let (start, end) = match rng.usize(0..3) {
-        0 => (quarter, -quarter),
-        1 => (0.0, half),
-        _ => (from[q], from[q] + half),
-    };
-    from[q] = start;
-    let mut to = if rng.bool() { from.clone() } else { step(rng, &world.robot, &from, None) };
-    to[q] = end;
-    Some(Made::new(vec![from, to], Step::HalfTurn))
+    telling(rng, world, Step::HalfTurn, |rng, from| {
+        let q = some(rng, &endless(&world.robot))?;
+        let half = pick(rng, &[PI, 3.1416, 3.14159, f64::from(PI as f32)]) * pick(rng, &[1.0, -1.0]);
+        let quarter = pick(rng, &[FRAC_PI_2, 1.5708, f64::from(FRAC_PI_2 as f32)]) * pick(rng, &[1.0, -1.0]);
+        let (start, end) = match rng.usize(0..3) {
+            0 => (quarter, -quarter),
+            1 => (0.0, half),
+            _ => (from[q], from[q] + half),
+        };
+        from[q] = start;
+        Some((q, end))
+    })
 }
 
-/// A step of an endless column that is longer than half a turn.
-pub fn long(rng: &mut Rng, world: &World) -> Option<Made> {
-    let from = free_row(rng, world)?;
-    let q = some(rng, &endless(&world.robot))?;
-    let mut to = if rng.bool() { from.clone() } else { step(rng, &world.robot, &from, None) };
-    let by = match rng.usize(0..4) {
-        0 => TAU,
-        1 => uniform(rng, 10.0, 40.0),
-        _ => uniform(rng, 3.2, 9.0),
-    };
-    to[q] = from[q] + by * pick(rng, &[1.0, -1.0]);
-    Some(Made::new(vec![from, to], Step::Long))
+/// A step longer than half a turn of an endless column, or of one of those that are no angles if `is_line`.
+pub fn long(rng: &mut Rng, world: &World, is_line: bool) -> Option<Made> {
+    let robot = &world.robot;
+    let columns = endless(robot).into_iter().filter(|&q| !is_line || !robot.is_angle(robot.columns[q]));
+    let columns: Vec<usize> = columns.collect();
+    telling(rng, world, Step::Long, |rng, from| {
+        let q = some(rng, &columns)?;
+        let by = match rng.usize(0..4) {
+            0 => TAU,
+            1 => uniform(rng, 10.0, 40.0),
+            _ => uniform(rng, 3.2, 9.0),
+        };
+        Some((q, from[q] + by * pick(rng, &[1.0, -1.0])))
+    })
+}
+
+/// A step of one column to a number, which hits something while the same step some whole turns less does not, if one
+/// is found: who goes the other way is then found out.
+fn telling(
+    rng: &mut Rng,
+    world: &World,
+    kind: Step,
+    mut end: impl FnMut(&mut Rng, &mut Vec<f64>) -> Option<(usize, f64)>,
+) -> Option<Made> {
+    let mut any = None;
+    for _ in 0..TELLING_TRIES {
+        let mut from = free_row(rng, world)?;
+        let (q, to_number) = end(rng, &mut from)?;
+        let mut to = if rng.bool() { from.clone() } else { step(rng, &world.robot, &from, None) };
+        to[q] = to_number;
+        let mut other = to.clone();
+        let turns = (to_number - from[q]) / TAU;
+        other[q] -= TAU * if turns.abs() < 0.51 { turns.signum() } else { turns.round() };
+        let is_telling =
+            !execute::is_free(world, &from, &to, CLEAR_M) && execute::is_free(world, &from, &other, CLEAR_M);
+        any = Some(Made::new(vec![from, to], kind));
+        if is_telling {
+            break;
+        }
+    }
+    any
 }
 
 /// Orientations half a turn apart, exactly, nearly or to the last bits.

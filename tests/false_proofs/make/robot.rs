@@ -60,7 +60,7 @@ impl Maker<'_> {
             Kind::Prismatic => Some((-uniform(self.rng, 0.1, 0.5), uniform(self.rng, 0.1, 0.5))),
             Kind::Fixed | Kind::Continuous | Kind::Planar | Kind::Floating => None,
         };
-        let has_soft = self.theme.has(Theme::SoftLimits) && self.rng.bool();
+        let has_soft = self.theme == Theme::Mixed && one_in(self.rng, 4);
         let soft_limits = limits.filter(|_| has_soft).map(|(lower, upper)| (lower * 0.4, upper * 0.4));
         let name = format!("j{index}");
         self.joints.push(Joint { name, kind, parent, origin, axis, limits, soft_limits, mimic: None });

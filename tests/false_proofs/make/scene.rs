@@ -99,6 +99,8 @@ pub struct Scene {
     pub attached: Vec<Attached>,
     pub allowed: Vec<(String, String)>,
     pub octomap: Option<Octomap>,
+    /// Kinds of primitives are numbers, as in messages.
+    pub has_numbers: bool,
     /// Which of its words has a wrong letter: a choice for the writer.
     pub wrong_letter: Option<u64>,
 }
@@ -123,6 +125,7 @@ pub fn scene(rng: &mut Rng, theme: Theme, made: &Made) -> Scene {
         attached: Vec::new(),
         allowed: Vec::new(),
         octomap: None,
+        has_numbers: false,
         wrong_letter: None,
     };
     for index in 0..rng.usize(2..7) {
@@ -143,6 +146,7 @@ pub fn scene(rng: &mut Rng, theme: Theme, made: &Made) -> Scene {
         let wanted = nearby(rng);
         scene.octomap = Some(Octomap::at(rng, wanted));
     }
+    scene.has_numbers = text == Text::Message && theme != Theme::Octomap && one_in(rng, 4);
     scene.wrong_letter = (theme == Theme::Misspelt).then(|| rng.u64(..));
     scene
 }

@@ -18,7 +18,8 @@ pub struct Written {
 }
 
 pub fn scene(made: &Made, scene: &Scene) -> Written {
-    let mut writer = Writer { made, is_message: scene.text == Text::Message, meshes: Vec::new() };
+    let is_message = scene.text == Text::Message;
+    let mut writer = Writer { made, is_message, has_numbers: scene.has_numbers, meshes: Vec::new() };
     let ending = match scene.text {
         Text::Own | Text::Diff => "json",
         Text::Message => "yaml",
@@ -47,6 +48,7 @@ pub fn scene(made: &Made, scene: &Scene) -> Written {
 struct Writer<'a> {
     made: &'a Made,
     is_message: bool,
+    has_numbers: bool,
     meshes: Vec<(String, Vec<u8>)>,
 }
 
@@ -161,8 +163,7 @@ impl Writer<'_> {
             Geometry::Capsule { length, radius } => ("capsule", 0, vec![*length, *radius]),
             Geometry::Mesh(_) => unreachable!("a mesh is no primitive"),
         };
-        // Numbers are what messages have; tools that write scenes by hand have names.
-        let is_number = self.is_message && number == 3;
+        let is_number = self.has_numbers && number != 0;
         json!({ "type": if is_number { json!(number) } else { json!(name) }, "dimensions": dimensions })
     }
 
