@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 use super::case::Case;
-use super::library::{Answer, HALF_A_TURN};
+use super::library::{Answer, HALF_A_TURN, Refused};
 use super::read::path::{csv, ordered, yaml};
 use super::verdict::Proved;
 
@@ -65,7 +65,8 @@ fn answer(case: &Case, output: &Output, is_shortened: bool) -> Answer {
     let is_proved = value["proved"].as_bool().expect("it says whether it is proved");
     assert_eq!(code == 0, is_proved, "the exit code says the same: {said}");
     if !is_proved {
-        return Answer::Refused(value["reason"].as_str().unwrap_or("UNCERTIFIED").to_owned());
+        let reason = value["reason"].as_str().unwrap_or("UNCERTIFIED").to_owned();
+        return Answer::Refused(Refused { reason, collision: None });
     }
     let text = |value: &Value| value.as_str().expect("a name").to_owned();
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();

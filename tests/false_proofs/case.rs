@@ -7,7 +7,7 @@ use fastrand::Rng;
 
 use super::make::mesh::{Form, Format, Mesh};
 use super::make::path::{self, Made};
-use super::make::{one_in, pick, robot, scene};
+use super::make::{one_in, pick, robot, scene, uniform};
 use super::read;
 use super::robot::Kind;
 use super::shape::Geometry;
@@ -143,9 +143,17 @@ impl Case {
     }
 }
 
-/// Makes a path, and the limits that it just keeps the soft ones.
+/// Makes a path that moves some joints hardly at all, and its ranges the soft limits: what pushes a path away from an
+/// obstacle likes to move those that stood still.
 fn fill_soft_limits(rng: &mut Rng, made: &mut robot::Made, scene: &scene::Scene) -> Option<Made> {
-    let path = path::walk(rng, &world(made, scene), 16, false)?;
+    let mut narrow = made.clone();
+    for joint in &mut narrow.robot.joints {
+        if let Some((lower, upper)) = joint.limits.filter(|_| rng.bool()) {
+            let middle = uniform(rng, lower, upper);
+            joint.limits = Some(((middle - 0.01).max(lower), (middle + 0.01).min(upper)));
+        }
+    }
+    let path = path::walk(rng, &world(&narrow, scene), 16, false)?;
     for (q, column) in made.robot.columns.iter().enumerate() {
         let joint = &mut made.robot.joints[column.joint];
         if joint.limits.is_some() {

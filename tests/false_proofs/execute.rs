@@ -71,6 +71,20 @@ pub fn overlapping(world: &World, row: &[f64]) -> Vec<Pair> {
     world.pairs.iter().filter(|pair| motion.overlaps(**pair)).copied().collect()
 }
 
+/// The distance (m) of two bodies at a place of a segment, as far as is looked; `None` where they may touch.
+pub fn distance_at(world: &World, [from, to]: [&Vec<f64>; 2], t: f64, names: &[String; 2]) -> Option<f64> {
+    let name = |body: usize| &world.bodies[body].name;
+    let is_named = |pair: &&Pair| {
+        let found = [name(pair.a), name(pair.b)];
+        found == [&names[0], &names[1]] || found == [&names[1], &names[0]]
+    };
+    let pair = world.pairs.iter().find(is_named)?;
+    let mut motion = Motion::new(world, &[]);
+    between(&world.robot, from, to, t, false, &mut motion.row);
+    motion.stand();
+    Some(motion.nearer(*pair, NEAR_M).map_or(NEAR_M, |distance| distance.at_most))
+}
+
 /// The nearest pair at a place of a segment.
 #[derive(Clone, Copy)]
 struct Place {

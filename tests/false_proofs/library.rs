@@ -9,6 +9,7 @@ use taut::files::{PathTable, Reader, RobotFiles};
 use taut::optimize::{Mode, Settings, Workspace, run};
 use taut::path::Path;
 use taut::robot::RobotModel;
+use taut::validation::HitReason;
 
 use super::case::Case;
 use super::theme::Theme;
@@ -24,11 +25,18 @@ pub struct Loaded {
     workspace: Workspace,
 }
 
+/// A path that is not proved.
+pub struct Refused {
+    /// Why.
+    pub reason: String,
+    /// Segment, ratio on it and bodies, where it is said to collide.
+    pub collision: Option<(usize, f64, [String; 2])>,
+}
+
 /// What taut says to a path.
 pub enum Answer {
     Proved(Box<Proved>),
-    /// Why not.
-    Refused(String),
+    Refused(Refused),
     /// It cannot be read.
     Unread(String),
 }
@@ -105,8 +113,10 @@ impl Loaded {
             Err(error) => return Answer::Unread(error.to_string()),
         };
         if !outcome.proved {
-            let reason = outcome.refusal.map_or("UNCERTIFIED".to_owned(), |refusal| refusal.reason.name().to_owned());
-            return Answer::Refused(reason);
+            let reason = outcome.refusal.as_ref().map_or("UNCERTIFIED", |refusal| refusal.reason.name()).to_owned();
+            let collision = outcome.refusal.filter(|refusal| refusal.reason == HitReason::Collision);
+            let collision = collision.map(|refusal| (refusal.segment, refusal.t, refusal.bodies));
+            return Answer::Refused(Refused { reason, collision });
         }
         let names: Vec<String> = self.model.robot().variables().iter().map(|variable| variable.name.clone()).collect();
         let rows = outcome.path.waypoints().map(<[f64]>::to_vec).collect();

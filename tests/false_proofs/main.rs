@@ -1,5 +1,6 @@
 //! The gate against false proofs: random robots, scenes and paths are written as files, taut says "proved", and what it
-//! hands back is executed number by number, as a controller does, by means that share nothing with taut.
+//! hands back is executed number by number, as a controller does, by means that share nothing with taut. Collisions that
+//! it reports are looked at, too.
 //!
 //! The short form runs with all tests. The long form, a million proved segments:
 //! `TAUT_CASES=20000 TAUT_SEED=$RANDOM cargo test --release --test false_proofs -- --nocapture`.
@@ -98,7 +99,7 @@ fn what_is_proved_is_free_when_its_numbers_are_executed() {
     let summary = all.into_inner().expect("no thread has panicked");
     let Plan { cases, seed, .. } = plan;
     println!("{cases} cases of seed {seed}, {}\n{summary}", summary::minutes(begun.elapsed()));
-    assert!(summary.refuted.is_empty(), "{} proofs are refuted:\n{summary}", summary.refuted.len());
+    assert!(summary.refuted.is_empty(), "{} answers are refuted:\n{summary}", summary.refuted.len());
     if plan.theme.is_none() && cases >= CASES {
         summary.assert_says_something();
     }
@@ -183,24 +184,32 @@ impl Run<'_> {
     }
 
     fn judge(&mut self, asked: Asked, made: &make::path::Made, answer: Answer) {
-        let proved = match answer {
-            Answer::Proved(proved) => proved,
-            Answer::Refused(reason) => return self.summary.refused(reason),
-            Answer::Unread(reason) => return self.summary.unread(self.case.theme, &reason),
-        };
-        let verdict = verdict::of(self.case, made, &proved);
-        if let Some(what) = verdict.against.clone() {
-            self.is_refuted = true;
-            self.summary.refuted.push(Refuted {
-                case: self.number,
-                theme: self.case.theme,
-                asked,
-                steps: made.steps.clone(),
-                what,
-                folder: self.case.files.folder.display().to_string(),
-                after: self.summary.of_theme(self.case.theme),
-            });
+        match answer {
+            Answer::Unread(reason) => self.summary.unread(self.case.theme, &reason),
+            Answer::Refused(refused) => {
+                let against = verdict::false_collision(self.case, made, &refused);
+                self.summary.refused(refused.reason);
+                self.found(asked, made, against);
+            }
+            Answer::Proved(proved) => {
+                let verdict = verdict::of(self.case, made, &proved);
+                self.found(asked, made, verdict.against.clone());
+                self.summary.proved(self.case, asked, &made.steps, &proved.rows, &verdict);
+            }
         }
-        self.summary.proved(self.case, asked, &made.steps, &proved.rows, &verdict);
+    }
+
+    fn found(&mut self, asked: Asked, made: &make::path::Made, against: Option<String>) {
+        let Some(what) = against else { return };
+        self.is_refuted = true;
+        self.summary.refuted.push(Refuted {
+            case: self.number,
+            theme: self.case.theme,
+            asked,
+            steps: made.steps.clone(),
+            what,
+            folder: self.case.files.folder.display().to_string(),
+            after: self.summary.of_theme(self.case.theme),
+        });
     }
 }

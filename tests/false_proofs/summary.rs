@@ -13,7 +13,7 @@ use super::robot::Kind;
 use super::theme::Theme;
 use super::verdict::Verdict;
 
-/// Refuted proofs of a theme that are told in full.
+/// Refuted answers of a theme that are told in full.
 const MOST_TOLD: usize = 3;
 
 /// What was asked.
@@ -29,7 +29,7 @@ pub enum Asked {
     Export,
 }
 
-/// A proof that does not hold.
+/// An answer that does not hold.
 #[derive(Clone, Debug)]
 pub struct Refuted {
     pub case: u64,

@@ -5,8 +5,13 @@ use std::f64::consts::TAU;
 
 use super::case::Case;
 use super::execute::{self, Executed, ROUNDING_M};
-use super::make::path::{Constraint, Made, turns};
+use super::library::Refused;
+use super::make::path::{Constraint, Made, Step, turns};
 use super::pose::quaternion_dot;
+use super::theme::Theme;
+
+/// Bodies that are farther apart than this (m) do not collide, whatever the rounding.
+const FALSE_COLLISION_M: f64 = 1e-5;
 
 /// An answer that says "proved".
 #[derive(Debug)]
@@ -42,6 +47,27 @@ pub fn of(case: &Case, asked: &Made, proved: &Proved) -> Verdict {
     let against = hit.or_else(|| another_path(case, input, proved)).or_else(|| beyond_limits(case, input, proved));
     let against = against.or_else(|| constraint_left(case, asked, proved));
     Verdict { executed, against }
+}
+
+/// Why a collision that taut reports is none: at that very place the bodies are apart, or may touch. Only where the way
+/// of every step is beyond doubt, and all files say what they should.
+pub fn false_collision(case: &Case, asked: &Made, refused: &Refused) -> Option<String> {
+    let odd = [Step::HalfTurn, Step::Long, Step::Rewound, Step::HalfQuaternion];
+    let (segment, t, bodies) = refused.collision.as_ref()?;
+    if matches!(case.theme, Theme::Misspelt | Theme::Octomap) || odd.iter().any(|step| asked.steps.contains(step)) {
+        return None;
+    }
+    let ends = [*segment, segment + 1].map(|index| &asked.rows[index.min(asked.rows.len() - 1)]);
+    let distance = execute::distance_at(&case.world, ends, *t, bodies);
+    let [a, b] = bodies;
+    let place = format!("segment {segment}, t = {t:.4}");
+    match distance {
+        None => Some(format!("{a} × {b} are said to collide, {place}, but may touch")),
+        Some(far) if far > FALSE_COLLISION_M => {
+            Some(format!("{a} × {b} are said to collide, {place}, but are {:.4} mm apart", far * 1e3))
+        }
+        Some(_) => None,
+    }
 }
 
 /// Ends that are not the input's, or waypoints of a path that was only to be checked; whole turns of angles, the norm

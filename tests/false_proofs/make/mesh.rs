@@ -48,12 +48,13 @@ impl Column {
             Form::Star => star(rng, size),
             Form::Comb => comb(rng, size),
         };
-        let half = on_grid(uniform(rng, 0.3, 0.7) * size);
+        let flat = if form == Form::Roof { 0.5 } else { 1.0 };
+        let half = on_grid(flat * uniform(rng, 0.5, 0.7) * size);
         let mut top = vec![half; points.len()];
         let first = rng.usize(0..corners);
         let mut triangles = triangles;
         if form == Form::Roof {
-            top.iter_mut().for_each(|z| *z = on_grid(half + uniform(rng, -0.45, 0.45) * size));
+            top.iter_mut().for_each(|z| *z = on_grid(half + uniform(rng, -0.4, 0.4) * size));
             // A convex polygon is a fan from its first corner.
             triangles = [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|i| (first + i) % 4)).to_vec();
         }

@@ -113,7 +113,7 @@ pub fn walk(rng: &mut Rng, world: &World, waypoints: usize, winds: bool) -> Opti
     for _ in 0..3 * waypoints {
         let last = rows.last().expect("a walk has a start");
         let next = step(rng, &world.robot, last, winds.then_some(way));
-        if execute::is_free(world, last, &next, CLEAR_M) {
+        if next != *last && execute::is_free(world, last, &next, CLEAR_M) {
             rows.push(next);
         }
         if rows.len() == waypoints {

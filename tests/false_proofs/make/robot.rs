@@ -226,9 +226,18 @@ pub fn geometry(rng: &mut Rng, theme: Theme, formats: &[Format], least: f64, mos
         Theme::Mixed => &[Form::Box, Form::Star, Form::Comb, Form::Roof],
         _ => &[Form::Box],
     };
-    let wants_mesh = matches!(theme, Theme::FarMeshes | Theme::Concave | Theme::Warped);
-    if one_in(rng, if wants_mesh { 2 } else { 4 }) {
-        let (form, format) = (pick(rng, forms), pick(rng, formats));
+    let share = match theme {
+        Theme::Concave | Theme::Warped => 3,
+        Theme::FarMeshes => 2,
+        _ => 1,
+    };
+    if rng.usize(0..4) < share {
+        let form = pick(rng, forms);
+        // Only these have polygons.
+        let with_polygons = [Format::Obj, Format::Dae];
+        let has_both = with_polygons.iter().all(|format| formats.contains(format));
+        let formats = if share == 3 && has_both && rng.bool() { &with_polygons } else { formats };
+        let format = pick(rng, formats);
         let mut mesh = Mesh::new(rng, form, format, size);
         if theme.has(Theme::FarMeshes) && !matches!(mesh.format, Format::StlBinary) {
             mesh.put_far(rng);
