@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fastrand::Rng;
 
+use super::execute;
 use super::make::mesh::{Form, Format, Mesh};
 use super::make::path::{self, Made};
 use super::make::{one_in, pick, robot, scene, uniform};
@@ -153,7 +154,11 @@ fn fill_soft_limits(rng: &mut Rng, made: &mut robot::Made, scene: &scene::Scene)
             joint.limits = Some(((middle - 0.01).max(lower), (middle + 0.01).min(upper)));
         }
     }
-    let path = path::walk(rng, &world(&narrow, scene), 16, false)?;
+    let narrow = world(&narrow, scene);
+    // One that something keeps from being straight.
+    let held = |path: &Made| !execute::is_free(&narrow, &path.rows[0], &path.rows[path.rows.len() - 1], 0.0);
+    let walks: Vec<Made> = (0..8).filter_map(|_| path::walk(rng, &narrow, 16, false)).collect();
+    let path = walks.iter().find(|path| held(path)).or(walks.first())?.clone();
     for (q, column) in made.robot.columns.iter().enumerate() {
         let joint = &mut made.robot.joints[column.joint];
         if joint.limits.is_some() {

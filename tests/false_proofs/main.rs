@@ -150,8 +150,11 @@ impl Run<'_> {
         for index in CHECKED..CHECKED + SHORTENED {
             let Some(made) = self.case.long_path(&mut self.rng) else { continue };
             let file = self.write(&made, index);
-            let mode = pick(&mut self.rng, &Mode::ALL[1..]);
-            let work_budget = pick(&mut self.rng, &[200, 2_000, 10_000]);
+            // What pushes is what leaves soft limits.
+            let pushes = self.case.theme == Theme::SoftLimits;
+            let modes = if pushes { &[Mode::Gradient, Mode::Contact, Mode::Hybrid][..] } else { &Mode::ALL[1..] };
+            let mode = pick(&mut self.rng, modes);
+            let work_budget = if pushes { 10_000 } else { pick(&mut self.rng, &[200, 2_000, 10_000]) };
             let settings = Settings { mode, seed: self.rng.u64(..), work_budget, ..checking.clone() };
             let answer = loaded.ask(self.case, &file, &settings);
             self.judge(Asked::Shorten, &made, answer);

@@ -219,6 +219,8 @@ fn near_vertical(rng: &mut Rng) -> Quaternion {
 
 /// A shape of about a size (m), between `least` and `most` from its middle.
 pub fn geometry(rng: &mut Rng, theme: Theme, formats: &[Format], least: f64, most: f64) -> Geometry {
+    // A notch that nothing fits into tells nothing.
+    let most = if theme == Theme::Concave { 1.8 * most } else { most };
     let size = uniform(rng, least, most.max(least * 1.1));
     let forms: &[Form] = match theme {
         Theme::Concave => &[Form::Star, Form::Comb],
