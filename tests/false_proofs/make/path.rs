@@ -275,8 +275,24 @@ fn telling(
     any
 }
 
-/// Orientations half a turn apart, exactly, nearly or to the last bits.
+/// Orientations half a turn apart, exactly, nearly or to the last bits; if one is found, such that something is hit on
+/// one of the two ways only.
 pub fn half_quaternion(rng: &mut Rng, world: &World) -> Option<Made> {
+    let floors = vec![CLEAR_M; world.pairs.len()];
+    let mut any = None;
+    for _ in 0..TELLING_TRIES {
+        let rows = half_quaternion_rows(rng, world)?;
+        let is_refuted = |is_said| execute::path(world, &rows, &floors, is_said).refutation.is_some();
+        let is_telling = is_refuted(false) && !is_refuted(true);
+        any = Some(Made::new(rows, Step::HalfQuaternion));
+        if is_telling {
+            break;
+        }
+    }
+    any
+}
+
+fn half_quaternion_rows(rng: &mut Rng, world: &World) -> Option<Vec<Vec<f64>>> {
     let mut from = free_row(rng, world)?;
     let q = some(rng, &turns(&world.robot))?;
     if rng.bool() {
@@ -286,7 +302,7 @@ pub fn half_quaternion(rng: &mut Rng, world: &World) -> Option<Made> {
     let mut to = from.clone();
     let by = PI + pick(rng, &[0.0, 0.0, 1e-3, -1e-3, 1e-6, -1e-6]);
     to[q..q + 4].copy_from_slice(&turned(rng, old, by));
-    Some(Made::new(vec![from, to], Step::HalfQuaternion))
+    Some(vec![from, to])
 }
 
 fn some(rng: &mut Rng, of: &[usize]) -> Option<usize> {
