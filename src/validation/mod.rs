@@ -5,7 +5,10 @@ pub mod continuous;
 pub mod corridor;
 pub mod discretized;
 mod examine;
+mod first_contact;
 mod floors;
+mod in_order;
+mod input_proof;
 pub mod interval;
 mod ledger;
 pub mod motion;
@@ -20,6 +23,7 @@ pub mod segment_motion;
 pub(crate) mod soundness;
 pub mod timed;
 mod undecided;
+mod waypoints;
 
 pub use certificate::{Certificate, SegmentClaim};
 pub use continuous::{Scratch, Validator};
