@@ -1,0 +1,127 @@
+//! The verdict is the worst thing on the path, wherever it is asked for: a link that slides half a micrometre beside
+//! another, which no proof can tell from touching, hides no collision of other links.
+
+mod common;
+
+use std::process::Command;
+
+use common::{Place, python::python};
+
+/// What must be said of a path of `tests/cases/proved-prefix`: the collision, and how much of the path is proved.
+struct Right {
+    path: &'static str,
+    segment: u64,
+    t: f64,
+    proved_prefix: f64,
+}
+
+/// The carriage touches the wall when `jb` is 0.9; before that `a` stands beside the base, unprovable, in all but one.
+const RIGHT: [Right; 3] = [
+    Right { path: "path.json", segment: 0, t: 0.9, proved_prefix: 0.0 },
+    Right { path: "one_segment.json", segment: 0, t: 0.9, proved_prefix: 0.0 },
+    Right { path: "without_a.json", segment: 0, t: 0.9, proved_prefix: 0.9 },
+];
+
+/// To within which the place of a first contact is known, as a ratio of its segment.
+const PLACE: f64 = 1.0 / 2048.0;
+
+fn case(name: &str) -> String {
+    format!("{}/tests/cases/proved-prefix/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn says_what_is_right(place: &Place, right: &Right, options: &[&str]) {
+    let (path, robot, srdf) = (case(right.path), case("r.urdf"), case("r.srdf"));
+    let asked = ["check", &path, "--robot", &robot, "--srdf", &srdf, "--format", "json"];
+    let run = place.taut(&[&asked[..], options].concat());
+    let answer = run.json();
+    let what = format!("{} {options:?}: {answer}", right.path);
+    assert_eq!(run.exit, 1, "{what}");
+    assert_eq!(answer["refusal"].as_str().or(answer["reason"].as_str()), Some("COLLISION"), "{what}");
+    assert_eq!(answer["segment"].as_u64(), Some(right.segment), "{what}");
+    let number = |field: &str| answer[field].as_f64().unwrap();
+    assert!((number("t") - right.t).abs() <= PLACE, "{what}");
+    assert!(number("depth_m") >= 0.0 && number("depth_m") <= 2e-3, "first contact is shallow: {what}");
+    // What is proved ends where `b` comes closer than its floor, or where `a` cannot be proved.
+    let prefix = number("proved_prefix");
+    let least = if options.contains(&"--strict") { right.proved_prefix - 2e-3 } else { right.proved_prefix - PLACE };
+    assert!(prefix <= right.proved_prefix && prefix >= least - PLACE, "{what}");
+    assert_eq!(answer["bodies"], serde_json::json!(["wall", "b"]), "{what}");
+}
+
+#[test]
+fn a_collision_is_told_before_what_is_too_close_and_the_first_one() {
+    let place = Place::new();
+    let _daemon = place.serve("");
+    for right in &RIGHT {
+        for options in [&["--local"][..], &[], &["--local", "--strict"], &["--strict"]] {
+            says_what_is_right(&place, right, options);
+        }
+    }
+}
+
+#[test]
+fn a_path_of_one_waypoint_has_a_verdict() {
+    let place = Place::new();
+    let path = |name: &str, waypoint: &str| {
+        place.file(name, &format!(r#"{{"variables":["ja","jb"],"path":[{waypoint}]}}"#))
+    };
+    let (robot, srdf) = (case("r.urdf"), case("r.srdf"));
+    // Free; half a micrometre apart; that and a collision of another pair.
+    for (waypoint, exit, code) in [("[0.2, 0]", 0, 1), ("[0, 0]", 2, -31), ("[0, 1]", 1, -10)] {
+        let file = path("one.json", waypoint);
+        let run = place.taut(&["check", &file, "--robot", &robot, "--srdf", &srdf, "--format", "json", "--local"]);
+        let answer = run.json();
+        println!("{waypoint}: {answer}");
+        assert_eq!(run.exit, exit, "{waypoint}: {answer}");
+        if exit == 1 {
+            assert_eq!(answer["code"].as_i64(), Some(code), "{answer}");
+            assert_eq!((answer["segment"].as_u64(), answer["proved_prefix"].as_f64()), (Some(0), Some(0.0)));
+        }
+    }
+}
+
+/// A controller's way through the same points is judged alike.
+#[test]
+fn a_timed_trajectory_has_the_same_verdict() {
+    let place = Place::new();
+    let (robot, srdf) = (case("r.urdf"), case("r.srdf"));
+    let text = "time_from_start,ja,jb\n0,0,0\n1,0.3,1.0\n2,0.3,1.05\n";
+    let file = place.file("timed.csv", text);
+    for strict in [&[][..], &["--strict"]] {
+        let asked = ["check", "--timed", &file, "--robot", &robot, "--srdf", &srdf, "--local"];
+        let run = place.taut(&[&asked[..], strict].concat());
+        assert_eq!(run.exit, 1, "{} {}", run.out, run.err);
+        assert!(run.out.contains("COLLISION") && run.out.contains("wall × b"), "{}", run.out);
+    }
+}
+
+const SCRIPT: &str = r#"
+import os, sys, taut
+folder, instance = sys.argv[1:3]
+made = [taut.local(), taut.connect(instance)]
+for planner in made:
+    with planner:
+        planner.load_robot("prefix", f"{folder}/r.urdf", f"{folder}/r.srdf")
+        for path in ([[0, 0], [0.3, 1.0], [0.3, 1.05]], [[0, 0], [0.3, 1.0]], [[0.2, 0], [0.3, 1.0]]):
+            for strict in (False, True):
+                verdict = planner.check(path, "prefix", strict=strict)
+                problem = verdict.problem
+                assert not verdict and isinstance(problem, taut.InCollision), problem
+                assert problem.segment == 0 and abs(problem.t - 0.9) <= 1 / 2048, problem.t
+                assert set(problem.bodies) == {"wall", "b"}, problem.bodies
+"#;
+
+#[test]
+fn python_is_told_the_same() {
+    let Some(python) = python(&[]) else { return };
+    let place = Place::new();
+    let _daemon = place.serve("");
+    let script = place.file("verdict.py", SCRIPT);
+    let output = Command::new(&python)
+        .args([&script, &case(""), &place.name()])
+        .current_dir(place.folder.path())
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
