@@ -62,9 +62,8 @@ fn a_collision_is_told_before_what_is_too_close_and_the_first_one() {
 #[test]
 fn a_path_of_one_waypoint_has_a_verdict() {
     let place = Place::new();
-    let path = |name: &str, waypoint: &str| {
-        place.file(name, &format!(r#"{{"variables":["ja","jb"],"path":[{waypoint}]}}"#))
-    };
+    let path =
+        |name: &str, waypoint: &str| place.file(name, &format!(r#"{{"variables":["ja","jb"],"path":[{waypoint}]}}"#));
     let (robot, srdf) = (case("r.urdf"), case("r.srdf"));
     // Free; half a micrometre apart; that and a collision of another pair.
     for (waypoint, exit, code) in [("[0.2, 0]", 0, 1), ("[0, 0]", 2, -31), ("[0, 1]", 1, -10)] {
@@ -85,10 +84,13 @@ fn a_path_of_one_waypoint_has_a_verdict() {
 fn a_timed_trajectory_has_the_same_verdict() {
     let place = Place::new();
     let (robot, srdf) = (case("r.urdf"), case("r.srdf"));
-    let text = "time_from_start,ja,jb\n0,0,0\n1,0.3,1.0\n2,0.3,1.05\n";
-    let file = place.file("timed.csv", text);
+    let points = [(0, [0.0, 0.0]), (1, [0.3, 1.0]), (2, [0.3, 1.05])].map(|(sec, positions)| {
+        serde_json::json!({ "positions": positions, "time_from_start": { "sec": sec, "nanosec": 0 } })
+    });
+    let text = serde_json::json!({ "joint_names": ["ja", "jb"], "points": points }).to_string();
+    let file = place.file("timed.json", &text);
     for strict in [&[][..], &["--strict"]] {
-        let asked = ["check", "--timed", &file, "--robot", &robot, "--srdf", &srdf, "--local"];
+        let asked = ["check", "--timed", &file, "--robot", &robot, "--srdf", &srdf];
         let run = place.taut(&[&asked[..], strict].concat());
         assert_eq!(run.exit, 1, "{} {}", run.out, run.err);
         assert!(run.out.contains("COLLISION") && run.out.contains("wall × b"), "{}", run.out);

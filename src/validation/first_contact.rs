@@ -42,11 +42,7 @@ pub(super) enum FirstContact {
 
 impl Validator<'_> {
     /// The first contact on a segment, to within [`FINEST`]. Floors and what is proved stay as they are.
-    pub(super) fn first_contact(
-        &mut self,
-        [from, to]: [&[f64]; 2],
-        stop: &mut dyn FnMut() -> bool,
-    ) -> FirstContact {
+    pub(super) fn first_contact(&mut self, [from, to]: [&[f64]; 2], stop: &mut dyn FnMut() -> bool) -> FirstContact {
         self.seeking_contact(-UNSEEN_DEPTH_M, |validator| validator.earliest_contact(from, to, stop))
     }
 
@@ -81,7 +77,12 @@ impl Validator<'_> {
                 left = &rake[..lane];
                 self.scratch.queue.clear();
                 let half = interval.half / 2.0;
-                let before = Interval { middle: interval.middle - half, half, pairs: examined.undecided[lane].pairs, ..interval };
+                let before = Interval {
+                    middle: interval.middle - half,
+                    half,
+                    pairs: examined.undecided[lane].pairs,
+                    ..interval
+                };
                 self.queue_first([before].into_iter(), earliest, looks);
             }
             for (interval, undecided) in left.iter().zip(&examined.undecided).rev() {
@@ -92,12 +93,7 @@ impl Validator<'_> {
     }
 
     /// Puts intervals that follow each other before all others, but for those that need no look.
-    fn queue_first(
-        &mut self,
-        parts: impl DoubleEndedIterator<Item = Interval>,
-        earliest: Option<Touch>,
-        looks: usize,
-    ) {
+    fn queue_first(&mut self, parts: impl DoubleEndedIterator<Item = Interval>, earliest: Option<Touch>, looks: usize) {
         let narrowest = if looks < MOST_INTERVALS { NARROWEST } else { FINEST / 2.0 };
         let before = earliest.map_or(f64::INFINITY, |touch| touch.t - FINEST);
         let is_wanted = |part: &Interval| part.half >= narrowest && part.middle - part.half < before;

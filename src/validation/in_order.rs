@@ -40,7 +40,7 @@ impl Validator<'_> {
     }
 
     /// Looks at the segments at hand; the first that is refused, if any is. What follows it stays in the queue.
-    fn first_refused(&mut self, stop: &mut dyn FnMut() -> bool) -> Option<Option<usize>> {
+    pub(super) fn first_refused(&mut self, stop: &mut dyn FnMut() -> bool) -> Option<Option<usize>> {
         let mut refused: Option<usize> = None;
         let mut left = Vec::new();
         while !self.scratch.queue.is_empty() {

@@ -18,6 +18,7 @@ mod poses;
 pub mod rake;
 pub mod reach;
 pub mod reference;
+mod runs;
 pub mod segment_motion;
 #[cfg(test)]
 pub(crate) mod soundness;

@@ -1,5 +1,6 @@
-//! A look at all waypoints of a path: the filter first, eight at a time, then exactly what it left undecided, nearest
-//! first. A path that collides is known as such before anything of it is proved.
+//! A look at the waypoints of a path, which says early that the path collides: the filter at all of them, eight at a
+//! time, then the exact bodies of each pair where the filter saw it nearest. What it finds is a collision, if not the
+//! first; what it does not find, the proof does.
 
 use super::continuous::Validator;
 use super::interval::IntervalVerdict;
@@ -7,26 +8,12 @@ use super::undecided::{Interval, List};
 use crate::lanes::LANES;
 use crate::path::Path;
 
-/// Waypoints that are looked at together.
-const BLOCK: usize = 4096;
-
 /// A waypoint, and a pair that touches or overlaps there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Colliding {
     pub(super) waypoint: usize,
     /// Index of the pair in the collision model.
     pub(super) pair: usize,
-}
-
-/// What a look at waypoints found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Waypoints {
-    /// Surfaces meet at none.
-    Free,
-    /// The first at which they do.
-    Colliding(Colliding),
-    /// `stop` said so; with what was found until then, which need not be the first.
-    Stopped(Option<Colliding>),
 }
 
 /// What the filter did not prove to be apart.
@@ -37,68 +24,80 @@ struct Suspect {
 }
 
 impl Validator<'_> {
-    /// The first waypoint at which surfaces meet. `stop` is asked at every eight, and at every exact look.
-    pub(super) fn first_colliding_waypoint(&mut self, path: &Path, stop: &mut dyn FnMut() -> bool) -> Waypoints {
-        self.seeking_contact(0.0, |validator| {
-            for first in (0..path.len()).step_by(BLOCK) {
-                match validator.look_at_waypoints(path, first, stop) {
-                    Waypoints::Free => {}
-                    found => return found,
-                }
-            }
-            Waypoints::Free
-        })
+    /// The first of the collisions that a look at these waypoints finds. `stop` is asked at every eight, and at every
+    /// exact look; `None` where it said so before any was found.
+    pub(super) fn colliding_waypoint(
+        &mut self,
+        path: &Path,
+        waypoints: impl Iterator<Item = usize>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Option<Colliding>> {
+        self.seeking_contact(0.0, |validator| validator.look_at_waypoints(path, waypoints, stop))
     }
 
-    fn look_at_waypoints(&mut self, path: &Path, first: usize, stop: &mut dyn FnMut() -> bool) -> Waypoints {
-        let Some(mut suspects) = self.suspects(path, first, stop) else { return Waypoints::Stopped(None) };
-        suspects.sort_by(|a, b| {
-            a.gap.total_cmp(&b.gap).then(a.at.waypoint.cmp(&b.at.waypoint)).then(a.at.pair.cmp(&b.at.pair))
-        });
-        let mut earliest = None;
+    fn look_at_waypoints(
+        &mut self,
+        path: &Path,
+        waypoints: impl Iterator<Item = usize>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Option<Colliding>> {
+        let mut suspects = self.suspects(path, waypoints, stop)?;
+        suspects.sort_by(|a, b| a.gap.total_cmp(&b.gap).then(a.at.pair.cmp(&b.at.pair)));
+        let mut first: Option<Colliding> = None;
         for Suspect { at, .. } in suspects {
-            let is_before = |known: Colliding| (at.waypoint, at.pair) < (known.waypoint, known.pair);
-            if !earliest.is_none_or(is_before) {
+            if first.is_some_and(|first| first.waypoint <= at.waypoint) {
                 continue;
             }
-            let still = Interval { segment: at.waypoint - first, middle: 0.0, half: 0.0, pairs: List::All };
-            let verdict = if stop() { IntervalVerdict::Stopped } else { self.look_exactly(&still, at.pair, stop) };
-            match verdict {
-                IntervalVerdict::Stopped => return Waypoints::Stopped(earliest),
-                IntervalVerdict::Collision => earliest = Some(at),
+            match if stop() { IntervalVerdict::Stopped } else { self.look_exactly(path, at, stop) } {
+                IntervalVerdict::Stopped => return first.map(Some),
+                IntervalVerdict::Collision => first = Some(at),
                 IntervalVerdict::Proved(_) | IntervalVerdict::TooClose | IntervalVerdict::Split => {}
             }
         }
-        earliest.map_or(Waypoints::Free, Waypoints::Colliding)
+        Some(first)
     }
 
-    fn look_exactly(&mut self, still: &Interval, pair: usize, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
-        self.place(still);
-        self.decide(pair, 0.0, stop)
-    }
-
-    /// What the filter does not prove to be apart, at up to a block of waypoints. `None` where stopped.
-    fn suspects(&mut self, path: &Path, first: usize, stop: &mut dyn FnMut() -> bool) -> Option<Vec<Suspect>> {
+    fn look_exactly(&mut self, path: &Path, at: Colliding, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
+        let waypoint = path.waypoint(at.waypoint);
         self.begin();
-        let count = (path.len() - first).min(BLOCK);
-        for waypoint in path.waypoints().skip(first).take(count) {
-            self.add(waypoint, waypoint);
-        }
-        let mut suspects = Vec::new();
-        while !self.scratch.queue.is_empty() {
+        self.add(waypoint, waypoint);
+        self.place(&Interval { segment: 0, middle: 0.0, half: 0.0, pairs: List::All });
+        self.decide(at.pair, 0.0, stop)
+    }
+
+    /// For each pair that the filter does not prove to be apart everywhere, the waypoint where it sees it nearest.
+    /// `None` where stopped.
+    fn suspects(
+        &mut self,
+        path: &Path,
+        waypoints: impl Iterator<Item = usize>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Vec<Suspect>> {
+        let mut nearest: Vec<Option<Suspect>> = vec![None; self.model.pairs().len()];
+        let mut waypoints = waypoints.peekable();
+        while waypoints.peek().is_some() {
             if stop() {
                 return None;
             }
-            let (mut rake, count) = self.next_rake();
-            rake[..count].iter_mut().for_each(|still| (still.middle, still.half) = (0.0, 0.0));
+            let (mut numbers, mut rake, mut count) = ([0; LANES], [Interval::default(); LANES], 0);
+            self.begin();
+            for number in waypoints.by_ref().take(LANES) {
+                self.add(path.waypoint(number), path.waypoint(number));
+                (numbers[count], rake[count].segment) = (number, count);
+                count += 1;
+            }
             self.filter(&rake[..count]);
             for unproved in &self.scratch.rake.unproved {
+                let known = &mut nearest[unproved.pair as usize];
                 for lane in (0..LANES).filter(|lane| unproved.lanes >> lane & 1 == 1) {
-                    let at = Colliding { waypoint: first + rake[lane].segment, pair: unproved.pair as usize };
-                    suspects.push(Suspect { at, gap: unproved.gap[lane] });
+                    let gap = unproved.gap[lane];
+                    if known.is_none_or(|known| gap < known.gap) {
+                        let at = Colliding { waypoint: numbers[lane], pair: unproved.pair as usize };
+                        *known = Some(Suspect { at, gap });
+                    }
                 }
             }
         }
-        Some(suspects)
+        Some(nearest.into_iter().flatten().collect())
     }
 }

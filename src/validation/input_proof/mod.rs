@@ -1,22 +1,27 @@
 //! Proof of a request's input. Its verdict is the worst thing on the path: a collision anywhere goes before whatever is
 //! too close or not provable anywhere, and of all collisions the first along the path is the one that is told.
 //!
-//! A path that is proved at the floors asked for costs nothing beyond that proof. Of any other, all waypoints are
-//! looked at: what follows the first that collides need not be. Up to there segments are proved in order, with
-//! floors lowered where that is allowed; one that cannot be proved is searched for contact of any pair
-//! ([`first_contact`](super::first_contact)). A stop leaves the collision that is known by then, which need not be the
-//! first, or no verdict.
+//! A path that is proved at the floors asked for costs nothing beyond that proof. Of any other, all
+//! [`waypoints`](super::waypoints) are looked at: nothing that follows one that collides counts. Up to there segments
+//! are proved in order, in [`runs`](super::runs) where a collision is known, and with floors lowered where that is
+//! allowed; one that cannot be proved is searched for contact of any pair ([`first_contact`](super::first_contact)).
+//! A stop leaves the collision that is known by then, which need not be the first, or no verdict.
 
-use super::continuous::Attempt;
+use super::continuous::{Attempt, FINEST};
 use super::first_contact::{FirstContact, Touch};
 use super::path_proof::{PathVerdict, ends, lowered_floor, segments};
-use super::waypoints::{Colliding, Waypoints};
+use super::runs::Runs;
+use super::waypoints::Colliding;
 use super::{Contact, Enclosed, Hit, HitReason, SegmentProof, SegmentVerdict, SegmentsVerdict, Validator};
 use crate::collision::query::TOUCHING_M;
 use crate::path::Path;
 
 /// Segments that are proved together: what is left of them is looked at again after one that needs lower floors.
 const BATCH: usize = 128;
+/// Where a collision is known, what is before it is proved in runs of up to so many segments.
+const LONGEST_RUN: usize = 64;
+/// Of a path of more waypoints, its ends are looked at before anything is proved: that costs next to nothing then.
+const MANY_WAYPOINTS: usize = 128;
 
 /// Proves a request's input. Where `may_lower`, the floor of each pair that comes closer is lowered: to the largest of
 /// δ/4, δ/16, …, and last [`LEAST_FLOOR_M`](super::path_proof::LEAST_FLOOR_M), at which it can be proved. Every later
@@ -64,24 +69,46 @@ struct InputProof<'v, 'm, 'p> {
 impl InputProof<'_, '_, '_> {
     /// `None` where stopped.
     fn search(&mut self, stop: &mut dyn FnMut() -> bool) -> Option<()> {
-        self.all_together(stop)?;
-        if self.proofs.len() == segments(self.path) {
-            return Some(());
+        if self.path.len() > MANY_WAYPOINTS {
+            self.look_at_waypoints([0, self.path.len() - 1].into_iter(), stop)?;
         }
-        self.look_at_waypoints(stop)?;
-        let end = match self.collision {
-            Some(Collision { touch: Touch { t: 0.0, .. }, .. }) => 0,
-            Some(Collision { segment, .. }) => segment + 1,
-            None => segments(self.path),
-        };
-        let mut next = 0;
+        if self.collision.is_none() {
+            self.all_together(stop)?;
+            if self.proofs.len() == segments(self.path) {
+                return Some(());
+            }
+        }
+        self.look_at_waypoints(0..self.path.len(), stop)?;
+        match self.collision {
+            None => self.prove_up_to(segments(self.path), stop),
+            // What stands at the start needs no proof of anything.
+            Some(Collision { touch: Touch { t: 0.0, .. }, .. }) => Some(()),
+            Some(Collision { segment, .. }) => self.prove_up_to(segment + 1, stop),
+        }
+    }
+
+    /// Proves segment after segment up to the first collision.
+    fn prove_up_to(&mut self, end: usize, stop: &mut dyn FnMut() -> bool) -> Option<()> {
+        let runs = self.collision.and_then(|_| Runs::new(self.validator, self.path));
+        let longest = if runs.is_some() { LONGEST_RUN } else { 1 };
+        let (mut next, mut most) = (0, longest);
         while next < end {
-            let batch = next..end.min(next + BATCH);
-            next = self.validator.prove_in_order(self.path, batch.clone(), &mut self.proofs, stop)?;
-            if next < batch.end {
-                if self.is_settled_by(next, stop)? {
-                    return Some(());
+            let (reached, is_refused) = match &runs {
+                Some(runs) => self.validator.prove_runs(runs, next..end, most, &mut self.proofs, stop)?,
+                None => {
+                    let batch = end.min(next + BATCH);
+                    let reached = self.validator.prove_in_order(self.path, next..batch, &mut self.proofs, stop)?;
+                    (reached, reached < batch)
                 }
+            };
+            next = reached;
+            if !is_refused {
+                most = longest.min(2 * most);
+            } else if most > 1 {
+                most /= 4.min(most);
+            } else if self.is_settled_by(next, stop)? {
+                return Some(());
+            } else {
                 next += 1;
             }
         }
@@ -109,18 +136,14 @@ impl InputProof<'_, '_, '_> {
         Some(())
     }
 
-    fn look_at_waypoints(&mut self, stop: &mut dyn FnMut() -> bool) -> Option<()> {
-        let at = |Colliding { waypoint, pair }| {
+    fn look_at_waypoints(
+        &mut self,
+        waypoints: impl Iterator<Item = usize>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<()> {
+        if let Some(Colliding { waypoint, pair }) = self.validator.colliding_waypoint(self.path, waypoints, stop)? {
             let t = if waypoint == 0 { 0.0 } else { 1.0 };
-            Collision { segment: waypoint.saturating_sub(1), touch: Touch { t, pair } }
-        };
-        match self.validator.first_colliding_waypoint(self.path, stop) {
-            Waypoints::Free => {}
-            Waypoints::Colliding(found) => self.collision = Some(at(found)),
-            Waypoints::Stopped(found) => {
-                self.collision = found.map(at);
-                return None;
-            }
+            self.meet(waypoint.saturating_sub(1), Touch { t, pair });
         }
         Some(())
     }
@@ -145,9 +168,12 @@ impl InputProof<'_, '_, '_> {
         Some(self.collision.is_some_and(|collision| collision.segment == segment && collision.touch.t < 1.0))
     }
 
-    /// A contact on a segment that follows none with another, but for a later one of the same segment.
-    fn meet(&mut self, segment: usize, touch: Touch) {
-        let is_later = |known: Collision| known.segment > segment || known.touch.t > touch.t;
+    /// Takes note of a contact, if none before it is known.
+    fn meet(&mut self, segment: usize, mut touch: Touch) {
+        if segment == 0 && touch.t <= FINEST && self.validator.touches(touch.pair, self.path.waypoint(0)) {
+            touch.t = 0.0;
+        }
+        let is_later = |known: Collision| (known.segment, known.touch.t) > (segment, touch.t);
         if self.collision.is_none_or(is_later) {
             self.collision = Some(Collision { segment, touch });
         }

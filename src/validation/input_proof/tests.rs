@@ -14,13 +14,13 @@ const CLEARANCE_M: f64 = 1e-3;
 const ORACLE_M: f64 = 2e-5;
 /// Depth (m) from which a collision must be found: well above what may pass unseen and what the oracle is off by.
 const DEEP_M: f64 = 1e-4;
-const SAMPLES: usize = 64;
 
 fn cases() -> u32 {
     std::env::var("TAUT_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(100)
 }
 
-/// A random model and a random path of one to six waypoints, whatever it meets.
+/// A random model and a random path of one to six waypoints, whatever it meets; every other is resampled, and not quite
+/// straight then.
 fn request(seed: u64) -> (CollisionModel, Path) {
     let mut rng = fastrand::Rng::with_seed(seed);
     let model = testing::model(&mut rng);
@@ -30,8 +30,26 @@ fn request(seed: u64) -> (CollisionModel, Path) {
         let next = testing::neighbour(&mut rng, model.robot(), &rows[i * nq..]);
         rows.extend(next);
     }
+    if rng.bool() && rng.bool() && rows.len() > nq {
+        rows = resampled(&mut rng, &model, &rows);
+    }
     let path = if nq == 0 { Path::from_rows(1, vec![0.0]) } else { Path::from_rows(nq, rows) };
     (model, path.expect("whole rows"))
+}
+
+fn resampled(rng: &mut fastrand::Rng, model: &CollisionModel, rows: &[f64]) -> Vec<f64> {
+    let space = model.robot().space();
+    let (nq, parts, noise) = (space.nq(), rng.usize(2..60), [0.0, 1e-7, 1e-4][rng.usize(0..3)]);
+    let mut fine = rows[..nq].to_vec();
+    for (from, to) in rows.chunks(nq).zip(rows.chunks(nq).skip(1)) {
+        for part in 1..=parts {
+            let shaken: Vec<f64> = (0..space.nv()).map(|_| testing::uniform(rng, -noise, noise)).collect();
+            let mut at = vec![0.0; nq];
+            space.integrate(&space.between(from, to, part as f64 / parts as f64), &shaken, 1.0, &mut at);
+            fine.extend(at);
+        }
+    }
+    fine
 }
 
 struct Run {
@@ -61,12 +79,16 @@ fn whole(model: &CollisionModel, path: &Path, may_lower: bool) -> Run {
 
 /// Where along the path, in segments, and the configuration there.
 fn samples(model: &CollisionModel, path: &Path) -> Vec<(f64, Vec<f64>)> {
+    let each = (256 / segments(path)).clamp(4, 64);
     let at = |i: usize| {
-        let (segment, t) = (i / SAMPLES, (i % SAMPLES) as f64 / SAMPLES as f64);
+        let (segment, t) = (i / each, (i % each) as f64 / each as f64);
         let [from, to] = ends(path, segment);
         (segment as f64 + t, model.robot().space().between(from, to, t))
     };
-    (0..segments(path) * SAMPLES).map(at).chain([(segments(path) as f64, path.waypoint(path.len() - 1).to_vec())]).collect()
+    (0..segments(path) * each)
+        .map(at)
+        .chain([(segments(path) as f64, path.waypoint(path.len() - 1).to_vec())])
+        .collect()
 }
 
 /// Whether a body begins inside of a mesh, which the oracle sees as a surface.
@@ -83,7 +105,10 @@ fn is_free_until(model: &CollisionModel, path: &Path, floors: &[f64], until: f64
     for (place, q) in samples(model, path).iter().filter(|(place, _)| *place < until) {
         for (pair, floor) in floors.iter().enumerate() {
             let distance = oracle.pair_distance(model, pair, q);
-            prop_assert!(distance >= floor - ORACLE_M, "{distance} at {place}, before {until}, where {floor} is proved");
+            prop_assert!(
+                distance >= floor - ORACLE_M,
+                "{distance} at {place}, before {until}, where {floor} is proved"
+            );
             prop_assert!(oracle.pair_depth(model, pair, q) < ORACLE_M || model.pair_names(pair).is_empty());
         }
     }
