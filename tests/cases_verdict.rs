@@ -117,7 +117,8 @@ fn a_long_path_that_ends_inside_of_something_is_refused_cheaply() {
         .collect();
     path.push(rows[rows.len() - 1].clone());
     let check = |path: &[Vec<f64>]| {
-        let file = place.file("long.json", &serde_json::json!({ "path": path }).to_string());
+        let file = place
+            .file("long.json", &serde_json::json!({ "variables": shipped["variables"], "path": path }).to_string());
         place.taut(&["check", &file, "--problem", &problem, "--local", "--no-contacts", "--format", "json"]).json()
     };
     let proof = check(&path);
