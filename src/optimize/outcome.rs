@@ -90,6 +90,15 @@ pub struct LoweredFloor {
     pub floor_m: f64,
 }
 
+/// An angle column whose numbers were written anew, because a step of more than half a turn means the short way round.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ColumnTurns {
+    /// Name of the variable.
+    pub variable: String,
+    /// Whole turns from the given number of the goal to the answer's; 0 where only numbers before it moved.
+    pub turns: i64,
+}
+
 /// Which part of a path is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RefusalPlace {
@@ -158,8 +167,11 @@ pub struct NearestBodies {
 /// The answer to a request. `path` is always safe to take: proved, or the input itself.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// The shortest path found, ends bit-equal to the input's.
+    /// The shortest path found. No step of an angle column is longer than half a turn. Its ends are bit-equal to the
+    /// input's but for the columns that are [`turned`](Self::turned).
     pub path: Path,
+    /// Angle columns whose numbers are not the given ones but whole turns away, in order.
+    pub turned: Vec<ColumnTurns>,
     /// Whether `path` is proved at its floors.
     pub proved: bool,
     /// Where the input is refused, if it is.

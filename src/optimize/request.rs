@@ -1,6 +1,8 @@
 //! One request from end to end: check, prove the input, optimize, prove the answer.
 
-use super::input::{Input, RequestError};
+use std::f64::consts::TAU;
+
+use super::input::{Input, RequestError, lower_bound};
 use super::nearest;
 use super::outcome::{LoweredFloor, Outcome, Refusal, RefusalPlace, Stage, StageShare, Termination};
 use super::progress::Progress;
@@ -11,6 +13,7 @@ use crate::collision::query::TOUCHING_M;
 use crate::collision::{CollisionModel, reach_weights};
 use crate::path::Path;
 use crate::robot::Kinematics;
+use crate::robot::configuration::turns_between;
 use crate::validation::certificate::Terms;
 use crate::validation::path_proof::{self, PathVerdict};
 use crate::validation::{Certificate, Contact, Corridor, Hit, HitReason, Nearest, Scratch, SegmentProof, Validator};
@@ -182,6 +185,7 @@ impl Answer {
             held: &input.held,
             fixed: &input.fixed,
             moving: &input.moving,
+            keep_goal: settings.keep_goal,
             seed: settings.seed,
             work_budget: validator.work().saturating_add(budget),
         };
@@ -210,10 +214,13 @@ impl Answer {
         let length_before = length(&input.path);
         // Without a waypoint on a straight line the sum may be rounded up.
         let length_after = length(&self.path).min(length_before);
-        let ends = [path.waypoint(0), path.waypoint(path.len() - 1)].concat();
-        let lower_bound = input.metric.length(&input.space, &ends, &mut scratch);
+        let lower_bound = lower_bound(&input.space, &input.metric, path, input.keep_goal);
         let is_unchanged = self.path == input.path;
-        let output = if is_unchanged { path.clone() } else { Restorer::new(path, input).restore(&self.path).clone() };
+        let output = if is_unchanged {
+            input.given(path).clone()
+        } else {
+            Restorer::new(path, input).restore(&self.path).clone()
+        };
         let lowered = self.lowered.iter();
         let floors_lowered: Vec<_> =
             lowered.map(|&(pair, floor_m)| LoweredFloor { bodies: model.pair_names(pair), floor_m }).collect();
@@ -236,6 +243,7 @@ impl Answer {
         let asked = certificate.as_ref().filter(|_| settings.corridor);
         let corridor = asked.map(|certificate| Corridor::new(model, &output, certificate));
         Outcome {
+            turned: input.turned(model.robot(), path, &output),
             path: output,
             proved: certificate.is_some(),
             refusal: self.refusal,
@@ -269,11 +277,12 @@ fn spread(proofs: &[SegmentProof], standing_for: &[usize]) -> Vec<SegmentProof> 
     if standing_for.len() < 2 { proofs.to_vec() } else { standing_for.windows(2).map(of_segment).collect() }
 }
 
-/// Gives waypoints that must stay as they were the caller's bits back: the optimizers' form of a row may
-/// differ by whole turns of a circle or the norm of a quaternion.
+/// Gives waypoints that must stay as they were the caller's bits back: the optimizers' form of a row may differ by the
+/// norm of a quaternion. Angles keep the numbers that were proved, which may be whole turns away.
 struct Restorer {
     /// The optimizers' form of each fixed waypoint and the caller's, in order.
     rows: Vec<(Vec<f64>, Vec<f64>)>,
+    circles: Vec<usize>,
     buffer: Path,
 }
 
@@ -282,7 +291,7 @@ impl Restorer {
         let originals = input.origins.iter().map(|&origin| path.waypoint(origin).to_vec());
         let pairs = input.path.waypoints().map(<[f64]>::to_vec).zip(originals).zip(&input.fixed);
         let rows = pairs.filter(|(_, fixed)| **fixed).map(|(pair, _)| pair).collect();
-        Self { rows, buffer: input.path.clone() }
+        Self { rows, circles: input.space.circles().collect(), buffer: input.path.clone() }
     }
 
     fn restore(&mut self, path: &Path) -> &Path {
@@ -292,13 +301,26 @@ impl Restorer {
         for index in 0..path.len() {
             // The last row is the last fixed one even where an earlier row equals it.
             if let Some((row, original)) = next
-                && path.waypoint(index) == row
+                && self.is_same_place(path.waypoint(index), row)
             {
-                self.buffer.waypoint_mut(index).copy_from_slice(original);
+                let restored = self.buffer.waypoint_mut(index);
+                restored.copy_from_slice(original);
+                for &q in &self.circles {
+                    restored[q] = path.waypoint(index)[q];
+                }
                 next = fixed.next();
             }
         }
         &self.buffer
+    }
+
+    /// Whether two rows differ by nothing but whole turns.
+    fn is_same_place(&self, a: &[f64], b: &[f64]) -> bool {
+        let is_same = |q: usize| match self.circles.contains(&q) {
+            true => a[q] == b[q] + turns_between(b[q], a[q]) as f64 * TAU,
+            false => a[q] == b[q],
+        };
+        (0..a.len()).all(is_same)
     }
 
     fn publish(&mut self, improvement: &Improvement, publish: &mut dyn FnMut(Improvement)) {

@@ -85,6 +85,15 @@ wire_type! {
 }
 
 wire_type! {
+    /// An angle column whose numbers were written anew: a step of more than half a turn means the short way round
+    /// (section `turned_columns`).
+    TurnedColumn, size 8 {
+        0 column: u32, "column of the path";
+        4 turns: i32, "whole turns from the goal's given number to this path's; 0 = only numbers before it moved";
+    }
+}
+
+wire_type! {
     /// What one stage of the method did (section `stages`).
     StageRecord, size 32 {
         0 stage: u32, "see stages";
