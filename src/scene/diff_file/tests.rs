@@ -120,7 +120,7 @@ fn what_is_wrong_is_named_in_one_line() {
     let attached = |entry: &str| format!(r#""attached_collision_objects": [{entry}]"#);
     let object = |entry: &str| format!(r#""objects": [{entry}]"#);
     for (fields, parts) in [
-        (r#""objcts": []"#.to_owned(), ["objcts", "expected one of", "line 1"]),
+        (r#""objcts": []"#.to_owned(), ["\"objcts\", did you mean `objects`", "not a diff", "line 1"]),
         (object(r#"{ "id": "cup" }"#), ["\"cup\"", "no operation", "ADD, REMOVE, APPEND, MOVE"]),
         (object(r#"{ "id": "cup", "operation": "PUT" }"#), ["\"PUT\"", "ADD (0)", "column"]),
         (object(r#"{ "id": "cup", "operation": 4 }"#), ["4", "MOVE (3)", "column"]),
