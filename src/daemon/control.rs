@@ -15,7 +15,9 @@ use super::event_loop::{EventLoop, ROUND};
 use super::keep::{Acknowledgement, Changed, reply};
 use super::loader::{Source, Task, Work};
 use super::metrics;
-use super::translate::{describe, frame_refusal, robot_files, robot_summary, scene_state, scene_summary, store_refusal};
+use super::translate::{
+    describe, frame_refusal, robot_files, robot_summary, scene_state, scene_summary, store_refusal,
+};
 
 /// Longest label, in bytes.
 const LABEL_MAX: usize = 256;

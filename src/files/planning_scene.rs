@@ -16,7 +16,9 @@ pub(super) fn json(text: &str) -> Result<String, String> {
         count => {
             let lines: Vec<String> = yaml::document_lines(text).iter().map(usize::to_string).collect();
             let lines = lines.join(", ");
-            Err(format!("it holds {count} YAML documents (from lines {lines}); a scene is one: keep the one that is meant"))
+            Err(format!(
+                "it holds {count} YAML documents (from lines {lines}); a scene is one: keep the one that is meant"
+            ))
         }
     }
 }

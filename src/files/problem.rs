@@ -9,8 +9,8 @@ use super::constraints::check_constraints;
 use super::{FileError, Reader, RobotFiles, RootJoint, folder_of, read_text};
 use crate::path;
 use crate::robot::{JointKind, RobotDescription, RobotModel, VirtualJoint};
-use crate::scene::{Filled, Scene};
 use crate::scene::scene_file::SceneFile;
+use crate::scene::{Filled, Scene};
 
 const FORMAT: &str = "taut-problem/1";
 

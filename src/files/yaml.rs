@@ -22,7 +22,8 @@ pub(super) fn documents<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Strin
     // As YAML 1.2 has it: `y` is a good name of a column, not a boolean.
     let options = serde_saphyr::options! { budget: budget, with_snippet: false, strict_booleans: true };
     serde_saphyr::from_multiple_with_options(text, options).map_err(|error| {
-        let place = |location: serde_saphyr::Location| format!("line {} column {}: ", location.line(), location.column());
+        let place =
+            |location: serde_saphyr::Location| format!("line {} column {}: ", location.line(), location.column());
         let line = error.location().map_or(String::new(), place);
         let said = error.without_snippet().to_string();
         let said: Vec<&str> = said.lines().map(str::trim).filter(|line| !line.is_empty()).collect();

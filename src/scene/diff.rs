@@ -58,13 +58,15 @@ impl SceneDiff {
     /// # Errors
     /// As [`Self::apply`].
     pub fn apply_among(&self, scene: &Scene, worlds: &[String]) -> Result<Scene, SceneError> {
-        let made = self.steps.iter().try_fold(scene.clone(), |scene, step| scene.with(step.changes(&scene, worlds)?))?;
+        let made =
+            self.steps.iter().try_fold(scene.clone(), |scene, step| scene.with(step.changes(&scene, worlds)?))?;
         Ok(made.with_warnings(&self.warnings))
     }
 
     /// Whether there is something to say of it, or may be: it brings shapes.
     pub fn may_be_odd(&self) -> bool {
-        !self.warnings.is_empty() || self.steps.iter().any(|step| matches!(step.change, SceneChange::Add(_) | SceneChange::Append { .. }))
+        !self.warnings.is_empty()
+            || self.steps.iter().any(|step| matches!(step.change, SceneChange::Add(_) | SceneChange::Append { .. }))
     }
 
     /// Links that it attaches objects to.
@@ -106,13 +108,17 @@ impl Step {
                     _ => moved_to(object, object.with_frame_at(pose)),
                 }
             }
-            (SceneChange::Attach { id, touch_links, link_name, pose }, place) => {
-                self.attached(scene, place, AttachedObject { object: Obstacle::new(id, Vec::new()).at(pose), link_name, touch_links })
-            }
+            (SceneChange::Attach { id, touch_links, link_name, pose }, place) => self.attached(
+                scene,
+                place,
+                AttachedObject { object: Obstacle::new(id, Vec::new()).at(pose), link_name, touch_links },
+            ),
             (SceneChange::Detach { id, pose }, _) => {
                 let frame = Frame::of(scene, &self.frame, worlds)?;
                 let pose = frame.place(&pose);
-                let Some(carried) = scene.attached().get(&id) else { return Ok(vec![SceneChange::Detach { id, pose }]) };
+                let Some(carried) = scene.attached().get(&id) else {
+                    return Ok(vec![SceneChange::Detach { id, pose }]);
+                };
                 let placed = carried.object.with_frame_at(pose);
                 let called = frame.called(&id, scene);
                 let put = SceneChange::Detach { id, pose: placed.pose };
@@ -133,7 +139,8 @@ impl Step {
         let gone: Vec<_> = gone.collect();
         let carried = scene.attached().get(&id);
         // The link has it already, with other shapes until now.
-        let is_carried = carried.is_some_and(|held| matches!(&self.place, Place::Link(link) if *link == held.link_name));
+        let is_carried =
+            carried.is_some_and(|held| matches!(&self.place, Place::Link(link) if *link == held.link_name));
         if is_carried {
             return Ok([vec![SceneChange::Replace(object)], gone, self.brought(&id)].concat());
         }

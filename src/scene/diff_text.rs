@@ -1,8 +1,8 @@
 //! Changes as the text of a diff.
 
 use super::diff_file::{DiffFile, SceneFile};
-use super::object_file::{ObjectFile, Operation};
 use super::object::set_identity;
+use super::object_file::{ObjectFile, Operation};
 use super::pose_file::{FrameFile, HeaderFile, PoseFile};
 use super::scene_file::AttachedObjectFile;
 use super::{AttachedObject, Obstacle, Scene, SceneChange, SceneError};
@@ -120,10 +120,7 @@ impl Writer {
     }
 
     fn attached_anew(&mut self, attached: &AttachedObject) {
-        let mut entries = AttachedObjectFile::of(attached, self.with_meshes);
-        let object = &mut entries[0].object;
-        object.say_frames(&self.scene, &attached.object.id);
-        object.header = HeaderFile::default();
+        let entries = AttachedObjectFile::of(&self.scene, attached, self.with_meshes);
         self.part(2).attached_collision_objects.extend(entries);
     }
 
@@ -205,10 +202,9 @@ impl Writer {
 
     fn attached(&mut self, operation: Operation, link_name: String, object: ObjectFile, touch_links: Vec<String>) {
         let object = ObjectFile { operation: Some(operation), ..object };
-        self.part(2).attached_collision_objects.push(AttachedObjectFile {
-            touch_links,
-            ..AttachedObjectFile::new(link_name, object)
-        });
+        self.part(2)
+            .attached_collision_objects
+            .push(AttachedObjectFile { touch_links, ..AttachedObjectFile::new(link_name, object) });
     }
 }
 

@@ -1,5 +1,8 @@
 //! What the name of a frame means, and where the objects of a whole scene stand by it.
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::pose_file::FrameFile;
@@ -56,7 +59,8 @@ pub(super) fn fixed(files: &[FrameFile]) -> Result<BTreeMap<String, Pose>, Scene
 pub(super) fn check_given_in(file: &FrameFile, is_known: impl Fn(&str) -> bool) -> Result<(), SceneError> {
     match file.given_in() {
         Some(world) if !is_world(world) && !is_known(world) => {
-            let text = format!("fixed_frame_transforms: {:?} is given in {world:?}, which is not the world", file.name());
+            let text =
+                format!("fixed_frame_transforms: {:?} is given in {world:?}, which is not the world", file.name());
             let advice = "a header has the frame's name and child_frame_id the world's, as in MoveIt's messages; without \
                           a header child_frame_id has the frame's name";
             Err(SceneError::Syntax(format!("{text}; {advice}")))
@@ -152,7 +156,8 @@ fn parent(
     let is_carried = |reading| matches!(reading, Reading::Whole(id) | Reading::Of(id, _) if attached.contains(id));
     if readings(&one.frame).any(is_carried) {
         let (id, frame) = (&one.object.id, &one.frame);
-        let text = format!("object {id:?} is placed by {frame:?}, which a link carries: where it is, the robot decides");
+        let text =
+            format!("object {id:?} is placed by {frame:?}, which a link carries: where it is, the robot decides");
         return Err(SceneError::Syntax(format!("{text}; attach {id:?} too, or give its pose in the world")));
     }
     Ok(if is_world(&one.frame) { Parent::World } else { Parent::Called(one.frame.clone()) })

@@ -262,8 +262,7 @@ impl Scene {
 
     /// The refusal of a frame that is not there; the world has `worlds` as its names too.
     pub fn unknown_frame(&self, frame: &str, worlds: &[String]) -> SceneError {
-        let subframes: Vec<String> =
-            self.subframes().map(|(object, name, _)| format!("{object}/{name}")).collect();
+        let subframes: Vec<String> = self.subframes().map(|(object, name, _)| format!("{object}/{name}")).collect();
         SceneError::UnknownFrame {
             frame: frame.to_owned(),
             worlds: worlds.iter().map(|world| format!(" or {world:?}")).collect(),

@@ -104,8 +104,7 @@ impl<'de> Deserialize<'de> for Quaternion {
                 Ok(Quaternion { x, y, z, w })
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Quaternion, A::Error> {
-                let QuaternionMessage { x, y, z, w } =
-                    QuaternionMessage::deserialize(MapAccessDeserializer::new(map))?;
+                let QuaternionMessage { x, y, z, w } = QuaternionMessage::deserialize(MapAccessDeserializer::new(map))?;
                 Ok(Quaternion { x: x.0, y: y.0, z: z.0, w: w.0 })
             }
         }

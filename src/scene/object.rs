@@ -86,7 +86,13 @@ impl Obstacle {
     /// The same shapes in a frame whose pose is set, be it the identity.
     pub(super) fn set_at(self, pose: Pose) -> Self {
         let placed = self.at(pose);
-        if placed.is_framed_by_shape() { placed.at(set_identity()) } else { placed }
+        if placed.is_framed_by_shape() { placed.at(set_identity()) } else { placed.told_plainly() }
+    }
+
+    /// The same object with the plain identity as its pose where only one shape would make a difference of that.
+    pub(super) fn told_plainly(self) -> Self {
+        let is_plain = self.shapes.len() == 1 || !is_same(&self.pose, &set_identity());
+        if is_plain { self } else { self.at(Pose::identity()) }
     }
 
     /// The same object with more shapes in its frame. Of several shapes none makes the frame.
@@ -95,9 +101,8 @@ impl Obstacle {
             return self.clone();
         }
         let settled = self.settled();
-        let pose = if is_same(&settled.pose, &set_identity()) { Pose::identity() } else { settled.pose };
-        let shapes = settled.shapes.iter().cloned().chain(shapes).collect();
-        Self { pose, shapes, ..settled }
+        let (pose, shapes) = (settled.pose, settled.shapes.iter().cloned().chain(shapes).collect());
+        Self { shapes, ..settled }.set_at(pose)
     }
 
     pub(super) fn check(&self) -> Result<(), SceneError> {
@@ -138,9 +143,8 @@ impl BadPose {
 
 /// Whether two poses are the same bit by bit.
 pub(super) fn is_same(a: &Pose, b: &Pose) -> bool {
-    let bits = |pose: &Pose| {
-        (pose.translation.to_array().map(f64::to_bits), pose.rotation.to_array().map(f64::to_bits))
-    };
+    let bits =
+        |pose: &Pose| (pose.translation.to_array().map(f64::to_bits), pose.rotation.to_array().map(f64::to_bits));
     bits(a) == bits(b)
 }
 

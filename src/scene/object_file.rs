@@ -7,6 +7,7 @@ use serde::de::{self, IgnoredAny, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::numbers::{Corners, Finite, Point};
+use super::object::set_identity;
 use super::pose_file::{HeaderFile, PoseFile, not_set};
 use super::{Obstacle, Scene, SceneError};
 use crate::math::{Pose, Vec3};
@@ -188,7 +189,9 @@ impl ObjectFile {
     /// `with_meshes`, a mesh has its name and hash only.
     pub(super) fn of(object: &Obstacle, with_meshes: bool) -> Vec<Self> {
         let mut files = Self::appending(&object.id, &object.shapes, with_meshes);
-        let pose = Some(PoseFile::of(&object.pose));
+        // The first of several shapes is not taken for the object's frame.
+        let is_alone = object.shapes.len() > 1 && files[0].shape_count() == 1 && object.pose == Pose::identity();
+        let pose = Some(PoseFile::of(&if is_alone { set_identity() } else { object.pose }));
         files[0] = Self { operation: Some(Operation::Add), pose, ..files[0].clone() };
         files
     }
@@ -229,6 +232,10 @@ impl ObjectFile {
         !(self.primitives.is_empty() && self.meshes.is_empty())
     }
 
+    fn shape_count(&self) -> usize {
+        self.primitives.len() + self.meshes.len()
+    }
+
     /// Whether it gives poses of shapes.
     pub(super) fn has_shape_poses(&self) -> bool {
         !(self.primitive_poses.is_empty() && self.mesh_poses.is_empty())
@@ -251,11 +258,15 @@ impl ObjectFile {
 
     /// Says the sub-frames of an object, and what its text calls the world.
     pub(super) fn say_frames(&mut self, scene: &Scene, id: &str) {
+        self.say_subframes(scene, id);
+        self.header = HeaderFile::of(scene.world_of(id).unwrap_or_default());
+    }
+
+    pub(super) fn say_subframes(&mut self, scene: &Scene, id: &str) {
         for (name, pose) in scene.subframes_of(id) {
             self.subframe_names.push(name.to_owned());
             self.subframe_poses.push(PoseFile::of(pose));
         }
-        self.header = HeaderFile::of(scene.world_of(id).unwrap_or_default());
     }
 
     /// Refuses a pose that APPEND would not follow.
@@ -299,7 +310,7 @@ impl ObjectFile {
     pub(super) fn build(self, meshes: &mut MeshSource<'_>) -> Result<Obstacle, SceneError> {
         let own = self.own_pose()?.unwrap_or_default();
         let shapes = self.shapes(meshes)?;
-        Ok(Obstacle::new(self.id, shapes).at(own))
+        Ok(Obstacle::new(self.id, shapes).at(own).told_plainly())
     }
 
     pub(super) fn shapes(&self, meshes: &mut MeshSource<'_>) -> Result<Vec<PlacedShape>, SceneError> {

@@ -142,7 +142,7 @@ impl SceneFile {
         let pairs = |pairs: &mut dyn Iterator<Item = (&str, &str)>| -> Vec<(String, String)> {
             pairs.map(|(a, b)| (a.to_owned(), b.to_owned())).collect()
         };
-        let attached = scene.attached().iter().flat_map(|attached| AttachedObjectFile::of(attached, with_meshes));
+        let attached = |attached: &AttachedObject| AttachedObjectFile::of(scene, attached, with_meshes);
         let object = |object: &Obstacle| {
             let mut files = ObjectFile::of(object, with_meshes);
             files[0].say_frames(scene, &object.id);
@@ -152,7 +152,7 @@ impl SceneFile {
             name: scene.name().to_owned(),
             fixed_frame_transforms: scene.frames().map(|(name, pose)| FrameFile::of(name, Some(pose))).collect(),
             objects: Some(scene.obstacles().iter().flat_map(object).collect()),
-            attached_collision_objects: attached.collect(),
+            attached_collision_objects: scene.attached().iter().flat_map(attached).collect(),
             allowed_collisions: pairs(&mut scene.allowed()),
             forbidden_collisions: pairs(&mut scene.forbidden()),
             link_padding: Paddings::of(scene.padded()),
@@ -333,13 +333,16 @@ impl AttachedObjectFile {
     }
 
     /// What attaches an object, and what then appends shapes.
-    pub(super) fn of(attached: &AttachedObject, with_meshes: bool) -> Vec<Self> {
+    pub(super) fn of(scene: &Scene, attached: &AttachedObject, with_meshes: bool) -> Vec<Self> {
         let mut touch_links = attached.touch_links.clone();
         let file = |object| Self {
             touch_links: std::mem::take(&mut touch_links),
             ..Self::new(attached.link_name.clone(), object)
         };
-        ObjectFile::of(&attached.object, with_meshes).into_iter().map(file).collect()
+        let mut objects = ObjectFile::of(&attached.object, with_meshes);
+        // Its poses are in the link's frame, whatever it called the world before.
+        objects[0].say_subframes(scene, &attached.object.id);
+        objects.into_iter().map(file).collect()
     }
 
     fn build(

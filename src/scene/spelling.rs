@@ -32,7 +32,8 @@ mod tests {
 
     #[test]
     fn the_nearest_known_field_is_named_and_the_place_stays() {
-        let said = "unknown field `primitves`, expected one of `id`, `primitives`, `primitive_poses` at line 1 column 9";
+        let said =
+            "unknown field `primitves`, expected one of `id`, `primitives`, `primitive_poses` at line 1 column 9";
         let told = "unknown field \"primitves\", did you mean `primitives` at line 1 column 9";
         assert_eq!(with_nearest(said), told);
         let said = "line 3: unknown field `colour`, expected `x` or `y`";
