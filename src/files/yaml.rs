@@ -31,7 +31,10 @@ pub(super) fn documents<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Strin
             true => "; `ros2 topic echo` cut its lists: use --full-length",
             false => "",
         };
-        with_nearest(&format!("{line}{}{hint}", said.join(" ")))
+        let said = said.join(" ");
+        // The place stands before it.
+        let text = said.rsplit_once(" at line ").map_or(said.as_str(), |(text, _)| text);
+        with_nearest(&format!("{line}{text}{hint}"))
     })
 }
 

@@ -5,16 +5,12 @@
 pub(crate) fn with_nearest(said: &str) -> String {
     let Some((before, rest)) = said.split_once("unknown field `") else { return said.to_owned() };
     let Some((field, rest)) = rest.split_once("`, expected ") else { return said.to_owned() };
-    let mut rest = rest.strip_prefix("one of ").unwrap_or(rest);
-    let mut known = Vec::new();
-    while let Some((name, after)) = rest.strip_prefix('`').and_then(|rest| rest.split_once('`')) {
-        known.push(name);
-        let next = [", ", " or "].iter().find_map(|between| after.strip_prefix(between));
-        rest = next.filter(|next| next.starts_with('`')).unwrap_or(after);
-    }
+    let (list, place) = rest.split_at(rest.find(" at line ").unwrap_or(rest.len()));
+    let names = list.strip_prefix("one of ").unwrap_or(list).split(", ").flat_map(|names| names.split(" or "));
+    let known: Vec<&str> = names.map(|name| name.trim_matches('`')).collect();
     match nearest(field, &known) {
-        Some(near) => format!("{before}unknown field {field:?}, did you mean `{near}`{rest}"),
-        None => format!("{before}unknown field {field:?}; known: {}{rest}", known.join(", ")),
+        Some(near) => format!("{before}unknown field {field:?}, did you mean `{near}`{place}"),
+        None => format!("{before}unknown field {field:?}; known: {}{place}", known.join(", ")),
     }
 }
 
