@@ -17,13 +17,14 @@ pub fn check_frames(robot: &RobotModel, scene: &Scene) -> Result<(), CollisionMo
     }
     let worlds = robot.worlds();
     let is_world = |name: &str| worlds.iter().any(|world| world == plain(name));
-    for (object, frame) in scene.worlds().filter(|(_, frame)| !is_world(frame)) {
-        return Err(match robot.link_index(plain(frame)) {
-            Some(_) => CollisionModelError::FrameOfLink { object: object.to_owned(), link: plain(frame).to_owned() },
-            None => CollisionModelError::UnknownFrame {
-                object: object.to_owned(),
-                source: Box::new(scene.unknown_frame(frame, &worlds)),
-            },
+    if let Some((object, frame)) = scene.worlds().find(|(_, frame)| !is_world(frame)) {
+        let (object, link) = (object.to_owned(), plain(frame).to_owned());
+        return Err(match robot.link_index(&link) {
+            Some(_) => CollisionModelError::FrameOfLink { object, link },
+            None => {
+                let source = Box::new(scene.unknown_frame(frame, &worlds));
+                CollisionModelError::UnknownFrame { object, source }
+            }
         });
     }
     for (name, pose) in scene.frames() {

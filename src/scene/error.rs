@@ -35,20 +35,12 @@ pub enum SceneError {
     #[error("{0:?} is the name of a frame and of an object; rename one, poses may be given in either")]
     NameTaken(String),
     /// A pose in a frame that is not there.
-    #[error(
-        "{frame:?} is no frame of the scene; valid: \"\" (the world){worlds}, frames {frames}; objects {objects}; their sub-frames as OBJECT/SUBFRAME: {subframes}"
-    )]
+    #[error("{frame:?} is no frame of the scene; valid: {valid}")]
     UnknownFrame {
         /// Its name.
         frame: String,
-        /// What else the world is called.
-        worlds: String,
-        /// Named frames.
-        frames: String,
-        /// Objects that stand.
-        objects: String,
-        /// Frames on these.
-        subframes: String,
+        /// Names of the world, named frames, objects that stand, and frames on them.
+        valid: String,
     },
     /// Frames that hang on one another.
     #[error("the frames of {0} hang on one another in a circle; give one of their poses in the world")]

@@ -20,6 +20,7 @@ mod pose_file;
 #[cfg(test)]
 mod properties;
 pub mod scene_file;
+mod shape_file;
 mod spelling;
 mod table;
 #[cfg(test)]
@@ -262,14 +263,14 @@ impl Scene {
 
     /// The refusal of a frame that is not there; the world has `worlds` as its names too.
     pub fn unknown_frame(&self, frame: &str, worlds: &[String]) -> SceneError {
-        let subframes: Vec<String> = self.subframes().map(|(object, name, _)| format!("{object}/{name}")).collect();
-        SceneError::UnknownFrame {
-            frame: frame.to_owned(),
-            worlds: worlds.iter().map(|world| format!(" or {world:?}")).collect(),
-            frames: comma_separated(self.frames().map(|(name, _)| name)),
-            objects: comma_separated(self.obstacles.iter().map(|object| object.id.as_str())),
-            subframes: comma_separated(subframes.iter().map(String::as_str)),
-        }
+        let worlds: String = worlds.iter().map(|world| format!(" or {world:?}")).collect();
+        let frames = comma_separated(self.frames().map(|(name, _)| name));
+        let objects = comma_separated(self.obstacles.iter().map(|object| object.id.as_str()));
+        let on_objects: Vec<String> = self.subframes().map(|(object, name, _)| format!("{object}/{name}")).collect();
+        let on_objects = comma_separated(on_objects.iter().map(String::as_str));
+        let known = format!("\"\" (the world){worlds}, frames {frames}; objects {objects}");
+        let valid = format!("{known}; their sub-frames as OBJECT/SUBFRAME: {on_objects}");
+        SceneError::UnknownFrame { frame: frame.to_owned(), valid }
     }
 
     /// Whether nothing but poses and shapes of obstacles tells two scenes apart, as far as memory that they share

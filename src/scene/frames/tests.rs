@@ -80,7 +80,7 @@ fn sub_frames_have_any_names_and_turn_with_their_object() {
         let cup = object("cup", frame, "[0, 0, 0.5]", [0.0; 3]);
         let made = scene(&[cup.clone(), table.clone()]).unwrap();
         assert!((shape_of(&made, "cup") - Vec3::new(1.0, y, 0.5)).length() < 1e-12, "{frame}");
-        let before = scene(&[table.clone()]).unwrap();
+        let before = scene(std::slice::from_ref(&table)).unwrap();
         let after = diff(&cup.replacen('{', r#"{ "operation": "ADD","#, 1)).apply(&before).unwrap();
         assert_eq!(shape_of(&after, "cup"), shape_of(&made, "cup"), "{frame}");
     }
@@ -103,7 +103,7 @@ fn an_object_whose_pose_is_not_set_has_its_frame_at_its_one_shape() {
     let cup = object("cup", "table", "[0, 0, 0.2]", [0.0; 3]);
     let made = scene(&[cup.clone(), table.clone()]).unwrap();
     assert!((shape_of(&made, "cup") - Vec3::new(0.6, 0.5, 0.2)).length() < 1e-12);
-    let before = scene(&[table.clone()]).unwrap();
+    let before = scene(std::slice::from_ref(&table)).unwrap();
     assert_eq!(before.in_world("table", &Pose::identity()).unwrap().translation, Vec3::new(0.6, 0.5, 0.0));
     let moved = diff(r#"{ "id": "table", "operation": "MOVE", "pose": { "position": [0, 0, 3] } }"#).apply(&before);
     assert_eq!(shape_of(&moved.unwrap(), "table"), Vec3::Z * 3.0);
