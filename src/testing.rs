@@ -63,7 +63,8 @@ pub fn robot(rng: &mut Rng) -> RobotModel {
     let mut description = RobotDescription { name: "random".into(), ..RobotDescription::default() };
     let kind = [JointKind::Fixed, JointKind::Planar, JointKind::Floating][rng.usize(0..3)];
     if kind != JointKind::Fixed {
-        description.virtual_joint = Some(VirtualJoint { name: "root".into(), kind, position_bounds: Vec::new() });
+        description.virtual_joint =
+            Some(VirtualJoint { name: "root".into(), kind, position_bounds: Vec::new(), parent_frame: String::new() });
     }
     for i in 0..count {
         let bodies = rng.usize(0..3);

@@ -61,7 +61,12 @@ fn free_body(kind: JointKind, shape: PlacedShape, obstacles: Vec<PlacedShape>) -
     let robot = RobotDescription {
         name: "body".into(),
         links: vec![LinkDescription { name: "body".into(), collision: vec![shape] }],
-        virtual_joint: Some(VirtualJoint { name: "root".into(), kind, position_bounds: Vec::new() }),
+        virtual_joint: Some(VirtualJoint {
+            name: "root".into(),
+            kind,
+            position_bounds: Vec::new(),
+            parent_frame: String::new(),
+        }),
         ..RobotDescription::default()
     };
     model(robot, obstacles)

@@ -3,7 +3,7 @@
 use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 
-use taut::collision::CollisionModel;
+use taut::collision::{CollisionModel, shared_names};
 use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
 use taut::files::{FileError, Geometry, Kind, Packages, PathTable, Peer, Problem, Reader, RobotFiles};
 use taut::path::Path;
@@ -165,7 +165,8 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
         None => (problem.name, problem.path),
         Some((name, table)) => (name, table.into_path(robot.variables())?),
     };
-    let warnings = [robot.warnings(), problem.scene.warnings()].concat();
+    let shared = shared_names(&robot, &problem.scene);
+    let warnings = [robot.warnings(), problem.scene.warnings(), &shared].concat();
     Ok(Loaded {
         robot: Arc::new(robot),
         robot_files: problem.robot_files,
@@ -213,7 +214,7 @@ fn bare(
     let scene =
         scene_file.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.selected_scene(file, selected))?;
     let path = table.into_path(robot.variables())?;
-    let mut warnings = [robot.warnings(), scene.warnings()].concat();
+    let mut warnings = [robot.warnings(), scene.warnings(), &shared_names(&robot, &scene)].concat();
     let at_zero = || robot.held().iter().filter(|variable| held.iter().all(|(name, _)| *name != variable.name));
     if let Some(variable) = at_zero().find(|variable| variable.lower > 0.0 || variable.upper < 0.0) {
         let (missing, lower, upper) = (&variable.name, variable.lower, variable.upper);

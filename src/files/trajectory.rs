@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::constraints::{check_carried, check_constraints, check_goal};
 use super::{FileError, read_text, table, yaml};
 use crate::robot::Variable;
+use crate::scene::Filled;
 
 /// A trajectory as a file has it: columns in the file's order.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +49,12 @@ struct Message {
     start_state: Option<StartState>,
     goal_constraints: Option<Vec<Goal>>,
     world: Option<serde::de::IgnoredAny>,
+    /// Where a displayed trajectory starts.
+    trajectory_start: Option<StartState>,
+    #[serde(default)]
+    path_constraints: Filled,
+    #[serde(default)]
+    trajectory_constraints: Filled,
 }
 
 #[derive(Deserialize)]
@@ -68,6 +76,8 @@ struct MultiDof {
 struct StartState {
     #[serde(default)]
     joint_state: JointState,
+    #[serde(default)]
+    attached_collision_objects: Vec<serde::de::IgnoredAny>,
 }
 
 #[derive(Default, Deserialize)]
@@ -82,6 +92,12 @@ struct JointState {
 struct Goal {
     #[serde(default)]
     joint_constraints: Vec<JointConstraint>,
+    #[serde(default)]
+    position_constraints: Filled,
+    #[serde(default)]
+    orientation_constraints: Filled,
+    #[serde(default)]
+    visibility_constraints: Filled,
 }
 
 #[derive(Deserialize)]
@@ -172,6 +188,15 @@ pub(super) fn parse(text: &str, is_yaml: bool) -> Parsed {
 
 impl Message {
     fn collect(self, found: &mut Vec<(Vec<String>, Vec<TrajectoryPoint>)>) -> Result<(), String> {
+        check_constraints([
+            ("path_constraints", self.path_constraints),
+            ("trajectory_constraints", self.trajectory_constraints),
+        ])?;
+        let carried = [
+            ("start_state", self.start_state.as_ref().map(|state| &state.attached_collision_objects)),
+            ("trajectory_start", self.trajectory_start.as_ref().map(|state| &state.attached_collision_objects)),
+        ];
+        check_carried(carried)?;
         if let Some(MultiDof { joint_names, points }) = self.multi_dof_joint_trajectory
             && !points.is_empty()
         {
@@ -199,6 +224,13 @@ impl Message {
 
 /// From the start to the first goal, in the goal's joints.
 fn straight(start: &JointState, goals: &[Goal]) -> Parsed {
+    goals.first().map_or(Ok(()), |goal| {
+        check_goal([
+            ("position_constraints", goal.position_constraints),
+            ("orientation_constraints", goal.orientation_constraints),
+            ("visibility_constraints", goal.visibility_constraints),
+        ])
+    })?;
     let constraints = goals.first().map(|goal| goal.joint_constraints.as_slice()).unwrap_or_default();
     if constraints.is_empty() {
         let text = "its goal_constraints have no joint_constraints; only goals in joint space are read";

@@ -10,6 +10,7 @@ pub mod lane_kinematics;
 pub mod model;
 pub mod srdf;
 pub mod urdf;
+mod worlds;
 mod xml;
 
 pub use configuration::{Component, ConfigurationSpace};

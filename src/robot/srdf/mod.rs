@@ -84,7 +84,8 @@ fn virtual_joint(
         warnings.push(format!("line {}: {text}", line(node)));
         return Ok(None);
     }
-    Ok(Some(VirtualJoint { name, kind, position_bounds: Vec::new() }))
+    let parent_frame = node.attribute("parent_frame").unwrap_or_default().to_owned();
+    Ok(Some(VirtualJoint { name, kind, position_bounds: Vec::new(), parent_frame }))
 }
 
 fn group_state(node: Node) -> Result<GroupState, RobotError> {
