@@ -1,93 +1,48 @@
-//! Mesh files: bytes of an STL, OBJ or DAE file to a [`Mesh`], exactly as it stands, never made convex.
+//! Mesh files: bytes of an STL, OBJ or DAE file to a [`Mesh`], exactly as it stands, never made convex. Coordinates
+//! are f64 from the text on.
 
 use std::path::Path;
 
-use super::{Mesh, MeshError, collada};
+use super::{Mesh, MeshError, collada, obj, stl};
 use crate::math::Vec3;
-
-/// Bytes of a binary STL before its first triangle, and of each triangle.
-const STL_HEADER: usize = 84;
-const STL_TRIANGLE: usize = 50;
 
 /// Reads a mesh file. `name` is the file as messages call it; its extension says the format.
 ///
 /// `scale` multiplies the coordinates [m per unit of the file]; an odd number of negative factors
 /// mirrors the mesh.
 ///
+/// A polygon of more than three corners is cut into triangles: a convex one from its first corner, any other by ears,
+/// whichever corner comes first.
+///
 /// # Errors
-/// Another format than STL, OBJ or DAE, a file that is cut short or cannot be decoded, one without a
-/// triangle that has an area, a scale that is zero or not finite.
+/// Another format than STL, OBJ or DAE, a file that is cut short or cannot be decoded, one that holds surfaces that are
+/// no polygons, one without a triangle that has an area, a scale that is zero or not finite.
 pub fn read(name: &str, bytes: &[u8], scale: Vec3) -> Result<Mesh, MeshError> {
     let refuse = |reason: String| MeshError::Unreadable { name: name.to_owned(), reason };
     if !scale.is_finite() || scale.to_array().contains(&0.0) {
         return Err(refuse(format!("its scale is {scale}; every factor must be finite and not 0")));
     }
     let extension = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let (mut vertices, mut triangles) = match extension.as_str() {
-        "stl" => stl(bytes).map_err(refuse)?,
-        "obj" => {
-            // Materials say nothing about the shape.
-            let no_material = |_: &Path| -> std::io::Result<&[u8]> { Err(std::io::ErrorKind::NotFound.into()) };
-            let scene = mesh_loader::obj::from_slice(bytes, None, no_material);
-            join(&scene.map_err(|e| refuse(format!("not an OBJ file: {e}")))?.meshes)
-        }
-        "dae" => {
-            let surface = collada::read(bytes).map_err(refuse)?;
-            (surface.vertices, surface.triangles)
-        }
-        other => return Err(refuse(format!("{other:?} is no mesh format; valid formats: stl, obj, dae"))),
+    let surface = match extension.as_str() {
+        "stl" => stl::read(bytes),
+        "obj" => obj::read(bytes),
+        "dae" => collada::read(bytes),
+        other => Err(format!("{other:?} is no mesh format; valid formats: stl, obj, dae")),
     };
-    vertices.iter_mut().for_each(|vertex| *vertex *= scale);
+    let mut surface = surface.map_err(refuse)?;
+    surface.vertices.iter_mut().for_each(|vertex| *vertex *= scale);
     // An odd number of negative factors turns the triangles over.
-    if scale.x * scale.y * scale.z < 0.0 {
-        triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    if scale.to_array().into_iter().filter(|factor| *factor < 0.0).count() % 2 == 1 {
+        surface.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
     }
-    Mesh::new(name, vertices, triangles)
+    let words = surface.words();
+    Ok(Mesh::new(name, surface.vertices, surface.triangles)?.with_warnings(words))
 }
 
-/// Vertices in the file's unit, and triangles of them.
-type Surface = (Vec<Vec3>, Vec<[u32; 3]>);
-
-/// Decodes an STL. The size decides between binary and text: many binary headers start with `solid `.
-fn stl(bytes: &[u8]) -> Result<Surface, String> {
-    let announced = bytes.get(80..STL_HEADER).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
-    let size = announced.map(|count| STL_HEADER + STL_TRIANGLE * count);
-    let is_text = bytes.trim_ascii_start().starts_with(b"solid") && size != Some(bytes.len()) && !bytes.contains(&0);
-    if is_text {
-        let scene = mesh_loader::stl::from_slice(bytes).map_err(|e| format!("not a text STL: {e}"))?;
-        return Ok(join(&scene.meshes));
-    }
-    match (announced, size) {
-        // Up to a triangle's worth of stray bytes (a line end) is harmless; more would be triangles lost.
-        (Some(_), Some(size)) if (size..size + STL_TRIANGLE).contains(&bytes.len()) => {
-            Ok(binary_stl(&bytes[STL_HEADER..size]))
-        }
-        (Some(count), Some(size)) => {
-            let what = if bytes.len() < size { "cut short" } else { "longer than it says" };
-            Err(format!("{what}: {count} triangles need {size} bytes, the file has {}", bytes.len()))
-        }
-        _ => Err(format!("cut short: an STL has at least {STL_HEADER} bytes, the file has {}", bytes.len())),
-    }
-}
-
-/// Triangles of a binary STL: each a normal, which says nothing new, three corners, and two bytes of anything.
-fn binary_stl(triangles: &[u8]) -> Surface {
-    let number = |b: &[u8]| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-    let corner = |b: &[u8]| Vec3::new(number(b), number(&b[4..]), number(&b[8..]));
-    let each = triangles.chunks_exact(STL_TRIANGLE);
-    let faces = (0..each.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    (each.flat_map(|triangle| triangle[12..48].chunks_exact(12)).map(corner).collect(), faces)
-}
-
-/// Joins the parts of a file.
-fn join(parts: &[mesh_loader::Mesh]) -> Surface {
-    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-    for part in parts {
-        let first = vertices.len() as u32;
-        vertices.extend(part.vertices.iter().map(|vertex| Vec3::from_array(vertex.map(f64::from))));
-        triangles.extend(part.faces.iter().map(|face| face.map(|i| first + i)));
-    }
-    (vertices, triangles)
+/// A coordinate of a text file.
+pub(super) fn number(word: &str) -> Result<f64, String> {
+    let advice = if word.contains(',') { "; the decimal sign must be a point" } else { "" };
+    word.parse().map_err(|_| format!("{word:?} is no number{advice}"))
 }
 
 #[cfg(test)]

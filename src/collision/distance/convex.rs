@@ -6,13 +6,52 @@ use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 
 use super::point::closest_on;
-use crate::collision::piece::{Core, Transform};
+use crate::collision::contact::Contact;
+use crate::collision::piece::{Core, Piece, Transform};
 use crate::math::{Pose, Vec3};
 
 impl SupportMap for Core {
     fn local_support_point(&self, direction: Vec3) -> Vec3 {
         self.support(direction)
     }
+}
+
+/// A convex body.
+pub enum Hull {
+    /// A single piece.
+    Piece(Piece),
+    /// The convex hull of points, swept by a ball of this radius (m).
+    Points(Vec<Vec3>, f64),
+}
+
+impl Hull {
+    fn radius(&self) -> f64 {
+        match self {
+            Self::Piece(piece) => piece.radius,
+            Self::Points(_, radius) => *radius,
+        }
+    }
+}
+
+/// Of the core that the ball sweeps.
+impl SupportMap for Hull {
+    fn local_support_point(&self, direction: Vec3) -> Vec3 {
+        match self {
+            Self::Piece(piece) => piece.core.support(direction),
+            Self::Points(points, _) => Cloud { points, at: Transform::IDENTITY }.local_support_point(direction),
+        }
+    }
+}
+
+/// Contact of two convex bodies whose cores overlap, given in one frame: along the direction of least depth, both points
+/// the middle of the overlap. `None` where the cores are apart or no direction was found.
+pub fn deepest_of_hulls(a: &Hull, b: &Hull) -> Option<Contact> {
+    let (on_a, on_b, normal) = deepest(a, b)?;
+    // What a search says of depth is not counted on: the way that parts the bodies along its direction is.
+    let overlap = normal.dot(b.local_support_point(normal) - a.local_support_point(-normal));
+    let middle = (on_a + on_b) / 2.0;
+    let distance = -(overlap + a.radius() + b.radius());
+    (overlap > 0.0).then_some(Contact { point_a: middle, point_b: middle, normal, distance })
 }
 
 /// Points, seen from the frame in which `at` places theirs.
@@ -103,7 +142,7 @@ fn is_inside([a, b, c, d]: [Vec3; 4], point: Vec3) -> bool {
 
 /// Points of two overlapping cores that are deepest in the other, and the unit direction along which A
 /// leaves B soonest; `None` where none was found.
-pub(super) fn deepest(a: &Core, b: &Core) -> Option<(Vec3, Vec3, Vec3)> {
+pub(super) fn deepest<A: SupportMap, B: SupportMap>(a: &A, b: &B) -> Option<(Vec3, Vec3, Vec3)> {
     let mut simplex = VoronoiSimplex::new();
     let here = Pose::identity();
     simplex.reset(CsoPoint::from_shapes(&here, a, b, Vec3::X));

@@ -23,7 +23,7 @@ mod segment;
 mod tests;
 mod triangle;
 
-pub use convex::{direction_between, from_hull};
+pub use convex::{Hull, deepest_of_hulls, direction_between, from_hull};
 pub use point::closest_on;
 
 use super::contact::Contact;
