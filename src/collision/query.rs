@@ -179,8 +179,7 @@ pub fn children(a: &Ball, b: &Ball) -> Split {
 pub fn enclosed(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option<Contact> {
     let inside = |outer: &Body, at_outer: &Transform, inner: &Body, at_inner: &Transform| {
         let anchors = inner.solid.anchors.iter().map(|anchor| at_inner.point(*anchor));
-        let mut hits =
-            anchors.filter(|p| outer.solid.hollow && contains(&outer.solid, at_outer.inverse_point(*p)));
+        let mut hits = anchors.filter(|p| outer.solid.hollow && contains(&outer.solid, at_outer.inverse_point(*p)));
         hits.next()
     };
     let point = inside(b, at_b, a, at_a).or_else(|| inside(a, at_a, b, at_b))?;

@@ -155,4 +155,138 @@ mod tests {
         assert!(warning(&FACES[..3], Vec3::ONE).contains("3 of 6 edges"));
         assert!(warning(&FACES.map(|[a, b, c]| [a, c, b]), Vec3::ONE).contains("faces inwards"));
     }
+
+    fn solid(name: &str, text: &str) -> Mesh {
+        read(name, text.as_bytes(), Vec3::ONE).unwrap_or_else(|error| panic!("{error}: {text}"))
+    }
+
+    #[test]
+    fn every_dialect_of_text_stl_gives_the_same_solid() {
+        let plain = text_stl(&FACES);
+        let wanted = solid("a.stl", &plain).hash();
+        let two = plain.replacen("endfacet\nfacet", "endfacet\nendsolid one\nsolid the second facet\nfacet", 1);
+        for text in [
+            plain.to_uppercase(),
+            plain.replace('\n', "\r\n"),
+            plain.replace('\n', " "),
+            plain.replace('\n', "\n\t  ").trim_end().to_owned(),
+            plain.replace("solid t", "solid"),
+            plain.replace("solid t", "solid made with a facet normal of care").replace("endsolid made", "endsolid"),
+            plain.replace("normal 0 0 0", "normal nan -1.#IND 0"),
+            plain.replace(" normal 0 0 0", ""),
+            plain.replace("endloop\n", "").replace("endfacet\n", ""),
+            plain.replace("vertex 1 0 0", "vertex 1.0e+000 0.000000E+00 +0."),
+            format!("\u{feff}\n{two}"),
+            two,
+        ] {
+            assert_eq!(solid("a.STL", &text).hash(), wanted, "{text}");
+        }
+        let quad = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid";
+        assert_eq!(solid("a.stl", quad).triangles(), [[0, 1, 2], [0, 2, 3]]);
+    }
+
+    #[test]
+    fn text_stl_that_is_odd_is_refused_with_its_line() {
+        let plain = text_stl(&FACES);
+        for (old, new, parts) in [
+            ("vertex 1 0 0", "vertex 1,0 0 0", ["line 6", "\"1,0\"", "must be a point"]),
+            ("vertex 1 0 0", "vertx 1 0 0", ["line 6", "\"vertx\"", "endfacet"]),
+            ("vertex 1 0 0", "vertex 1 0", ["line 7", "\"endloop\"", "no number"]),
+            ("vertex 1 0 0", "vertex 1 0 0 0", ["line 6", "\"0\"", "no word"]),
+            ("vertex 1 0 0\n", "", ["line 6", "facet of 2 corners", "missing"]),
+            ("endsolid t\n", "", ["cut short", "endsolid", "add that line"]),
+        ] {
+            let text = refusal("cup.stl", plain.replacen(old, new, 1).as_bytes());
+            assert!(parts.iter().all(|part| text.contains(part)), "{text:?} lacks one of {parts:?}");
+        }
+        let text = refusal("cup.stl", plain.replacen("vertex 1 0 0", "vertex inf 0 0", 1).as_bytes());
+        assert!(text.contains("not finite"), "{text}");
+        assert!(refusal("cup.stl", b"").contains("the file has 0"));
+        let mut none = written_stl("solid", &FACES);
+        none[80..84].fill(0);
+        assert!(refusal("cup.stl", &none).contains("longer than it says: 0 triangles need 84 bytes, the file has 284"));
+    }
+
+    #[test]
+    fn every_dialect_of_obj_gives_the_same_solid() {
+        let wanted = solid("a.obj", OBJ).hash();
+        for text in [
+            OBJ.replace('\n', "\r\n"),
+            OBJ.replace(' ', "\t "),
+            OBJ.trim_end().to_owned(),
+            OBJ.replace("f 1 ", "f 1 \\\n  "),
+            OBJ.replace("f 1 ", "f 1 \\\r\n  "),
+            OBJ.replace("\ng ", "\n# C:\\models\\\ng "),
+            OBJ.replace("f 1 3 2", "f 1 3 2 # a face"),
+            OBJ.replace("f 1 3 2", "f -4 -2 -3"),
+            OBJ.replace("f 1 3 2", "vt 0 0\nvn 0 0 1\nvp 0 0\nf 1/1 3/1 2/1"),
+            OBJ.replace("f 1 3 2", "vn 0 0 1\nf 1//1 3//1 2//1"),
+            OBJ.replace("f 1 3 2", "vt 0 0\nvn 0 0 1\nf 1/1/1 3/1/1 2/1/1"),
+            OBJ.replace("v 1 0 0", "v 1 0 0 1.0")
+                .replace("v 0 1 0", "v 0 1 0 0.5 0.25 1")
+                .replace("v 0 0 1", "v 0 0 1 1 1 1 1"),
+            format!("mtllib a b.mtl\no thing\ns off\nusemtl red\n{}", OBJ.replace("g b", "usemtl blue\no \u{fffd}")),
+            // Faces before vertices.
+            format!("{}{}", &OBJ[OBJ.find("g a").unwrap()..], &OBJ[..OBJ.find("g a").unwrap()]),
+        ] {
+            let mesh = solid("a.Obj", &text);
+            assert_eq!(mesh.hash(), wanted, "{text}");
+            assert!(mesh.warnings().is_empty(), "{:?}", mesh.warnings());
+        }
+        let mut latin = b"# caf\xe9\ng caf\xe9\n".to_vec();
+        latin.extend(OBJ.as_bytes());
+        assert_eq!(read("a.obj", &latin, Vec3::ONE).unwrap().hash(), wanted);
+    }
+
+    #[test]
+    fn what_an_obj_has_besides_polygons_is_counted_or_refused() {
+        let mesh = solid("cup.obj", &format!("{OBJ}l 1 2\nl 2 3\np 1\nf 1 2\n"));
+        assert_eq!(
+            mesh.warnings(),
+            [
+                "mesh cup.obj has 2 lines, 1 points, 1 polygons of fewer than three corners; they have no surface and are left out"
+            ]
+        );
+        let crossing = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3 4\n";
+        assert!(
+            solid("cup.obj", crossing).warnings().iter().any(|text| text.contains("1 polygons that cross themselves"))
+        );
+        for (line, parts) in [
+            ("surf 0 1 0 1 1 2 3 4", ["line 11", "\"surf\"", "free-form"]),
+            ("curv 0 1 1 2", ["line 11", "\"curv\"", "free-form"]),
+            ("call other.obj", ["line 11", "\"call\"", "in one file"]),
+            ("F 1 2 3", ["line 11", "\"F\"", "v and f"]),
+            ("v 1 2", ["line 11", "2 numbers", "x, y and z"]),
+            ("v 1 2 3 0.5", ["line 11", "weight 0.5", "only weight 1"]),
+            ("v 1,5 2 3", ["line 11", "\"1,5\"", "must be a point"]),
+            ("f 1 2 0", ["line 11", "\"0\"", "1, 2"]),
+            ("f 1 2 -5", ["line 11", "\"-5\"", "\u{2212}4"]),
+            ("f 1 2 x", ["line 11", "\"x\"", "1, 2"]),
+            ("f 1 2 9", ["vertex 9", "there are 4", ""]),
+            ("f 1 2 99999999999", ["line 11", "99999999999", ""]),
+        ] {
+            let text = refusal("cup.obj", format!("{OBJ}{line}\n").as_bytes());
+            assert!(parts.iter().all(|part| text.contains(part)), "{text:?} lacks one of {parts:?}");
+        }
+        assert!(refusal("cup.obj", b"v\x00 0\x00").contains("no text in UTF-8"));
+    }
+
+    /// A cube far from the origin keeps its size in formats of text: f32 has steps of 0.5 there.
+    #[test]
+    fn coordinates_of_text_are_f64() {
+        let at = |[x, y, z]: [f32; 3]| [400321.65 + 0.2 * f64::from(x), 5812345.78 + 0.2 * f64::from(y), f64::from(z)];
+        let line =
+            |word: &str, corner: [f32; 3]| at(corner).iter().fold(word.to_owned(), |line, c| format!("{line} {c}"));
+        let facet = |face: &[[f32; 3]; 3]| {
+            format!("facet normal 0 0 0 outer loop {} endloop endfacet\n", face.map(|c| line("vertex", c)).join(" "))
+        };
+        let stl = format!("solid\n{}endsolid\n", FACES.iter().map(facet).collect::<String>());
+        let corners: String = FACES.iter().flatten().map(|corner| line("v", *corner) + "\n").collect();
+        let obj = corners + "f 1 2 3\nf 4 5 6\nf 7 8 9\nf 10 11 12\n";
+        for (name, text) in [("a.stl", stl), ("a.obj", obj)] {
+            let mesh = solid(name, &text);
+            assert!(mesh.has_inside() && mesh.vertices().len() == 4, "{name}");
+            assert!((mesh.signed_volume() - 0.04 / 6.0).abs() < 1e-10, "{name}: {}", mesh.signed_volume());
+        }
+    }
 }

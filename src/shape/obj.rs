@@ -9,8 +9,28 @@ use crate::math::Vec3;
 
 /// Words that say nothing about the shape: names, groups, materials, normals, how it is shown.
 const PASSED_OVER: [&str; 22] = [
-    "vt", "vn", "vp", "g", "o", "s", "mg", "usemtl", "mtllib", "usemap", "maplib", "bevel", "c_interp", "d_interp",
-    "lod", "shadow_obj", "trace_obj", "cstype", "deg", "bmat", "step", "end",
+    "vt",
+    "vn",
+    "vp",
+    "g",
+    "o",
+    "s",
+    "mg",
+    "usemtl",
+    "mtllib",
+    "usemap",
+    "maplib",
+    "bevel",
+    "c_interp",
+    "d_interp",
+    "lod",
+    "shadow_obj",
+    "trace_obj",
+    "cstype",
+    "deg",
+    "bmat",
+    "step",
+    "end",
 ];
 /// Words of surfaces and curves that are no polygons, and of other files.
 const REFUSED: [&str; 16] = [
@@ -107,7 +127,8 @@ impl Reader {
             Some(index) if index < 0 => Some(so_far as i64 + index).filter(|place| *place >= 0),
             _ => None,
         };
-        let refuse = || format!("a face names vertex {word:?}; valid: 1, 2, … or −1 … −{so_far} from the last one back");
+        let refuse =
+            || format!("a face names vertex {word:?}; valid: 1, 2, … or −1 … −{so_far} from the last one back");
         place.and_then(|place| u32::try_from(place).ok()).filter(|place| *place < u32::MAX).ok_or_else(refuse)
     }
 

@@ -46,7 +46,9 @@ pub(super) fn fill(corners: &[Vec3]) -> Result<Filled, String> {
     }
     if count > MOST_CORNERS {
         let advice = "export the mesh as triangles";
-        return Err(format!("a polygon of {count} corners that is not convex; at most {MOST_CORNERS} are read: {advice}"));
+        return Err(format!(
+            "a polygon of {count} corners that is not convex; at most {MOST_CORNERS} are read: {advice}"
+        ));
     }
     let mut filled = cut_ears(&flat, straight);
     filled.triangles.iter_mut().for_each(|triangle| *triangle = triangle.map(|at| (at + first) % count));
@@ -209,7 +211,8 @@ mod tests {
                 Vec3::new(cosine, sine, 0.0) * (0.05 + rng.f64())
             };
             let outline: Vec<Vec3> = (0..count).map(|i| at(i, &mut rng)).collect();
-            let (rotation, shift) = (quat_exp(crate::testing::vector(&mut rng, 3.0)), crate::testing::vector(&mut rng, 9.0));
+            let (rotation, shift) =
+                (quat_exp(crate::testing::vector(&mut rng, 3.0)), crate::testing::vector(&mut rng, 9.0));
             let area: f64 = (0..count).map(|i| outline[i].cross(outline[(i + 1) % count]).z / 2.0).sum();
             let mut corners: Vec<Vec3> = outline.iter().map(|p| rotation * *p + shift).collect();
             if rng.bool() {
@@ -243,9 +246,9 @@ mod tests {
     fn what_has_no_inside_still_gives_triangles_and_says_so() {
         assert!(filled(&[Vec3::ZERO, Vec3::X]).is_empty());
         assert_eq!(filled(&[Vec3::ZERO, Vec3::X, Vec3::X * 2.0, Vec3::X * 3.0]).len(), 2);
-        let crossing = [[Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::ONE], [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(1.0, 1.0, 0.0)]];
+        let even = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(1.0, 1.0, 0.0)];
         let uneven = [Vec3::ZERO, Vec3::X * 3.0, Vec3::Y, Vec3::new(1.0, 1.0, 0.0)];
-        for corners in crossing.into_iter().chain([uneven]) {
+        for corners in [even, uneven] {
             let filled = fill(&corners).unwrap();
             assert!(filled.triangles.len() == 2 && filled.crosses, "{corners:?}");
         }

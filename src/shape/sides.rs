@@ -75,17 +75,21 @@ fn unordered([a, b, c]: [u32; 3]) -> ([u32; 3], bool) {
     (sorted, [[a, b, c], [b, c, a], [c, a, b]].contains(&sorted))
 }
 
-/// Leaves one of each triangle that comes several times; of those in both orders, both, unless they close a surface.
+/// Leaves one of each triangle that comes several times in one order, if that closes the surface (two solids may share
+/// a face); of those in both orders, both, unless they close a surface.
 fn single_out(triangles: &mut Vec<[u32; 3]>, mended: &mut Mended) {
     let mut seen: HashMap<[u32; 3], [usize; 2]> = HashMap::new();
-    let all = triangles.len();
-    triangles.retain(|&triangle| {
+    let mut once = triangles.clone();
+    once.retain(|&triangle| {
         let (key, is_even) = unordered(triangle);
         let times = &mut seen.entry(key).or_default()[usize::from(is_even)];
         *times += 1;
         *times == 1
     });
-    mended.repeated = all - triangles.len();
+    if once.len() < triangles.len() && Edges::of(&once).open < Edges::of(triangles).open {
+        mended.repeated = triangles.len() - once.len();
+        *triangles = once;
+    }
     let both: Vec<[u32; 3]> = triangles
         .iter()
         .copied()
@@ -225,10 +229,10 @@ impl Patches {
             closed.into_iter().partition(|patch| patch.volume * sign >= 0.0);
         for patch in other {
             let point = vertices[triangles[patch.members[0]][0] as usize];
-            let around = facing.iter().filter(|outer| outer.low.cmple(patch.low).all() && patch.high.cmple(outer.high).all());
+            let around =
+                facing.iter().filter(|outer| outer.low.cmple(patch.low).all() && patch.high.cmple(outer.high).all());
             let around = around.flat_map(|outer| &outer.members).map(|&triangle| triangles[triangle]);
-            let angle: f64 =
-                around.map(|t| solid_angle(t.map(|i| vertices[i as usize] - point))).sum();
+            let angle: f64 = around.map(|t| solid_angle(t.map(|i| vertices[i as usize] - point))).sum();
             if angle.abs() < 2.0 * std::f64::consts::PI {
                 patch.members.iter().for_each(|&triangle| triangles[triangle].swap(1, 2));
             }
@@ -262,4 +266,127 @@ pub fn solid_angle([a, b, c]: [Vec3; 3]) -> f64 {
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
     2.0 * a.dot(b.cross(c)).atan2(denominator)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Mesh;
+    use super::*;
+
+    /// A box with one corner at `low`, facing outwards.
+    fn cuboid(low: Vec3, size: Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let corner = |i: u32| low + Vec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64) * size;
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let faces = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+        ((0..8).map(corner).collect(), faces)
+    }
+
+    fn over(faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
+        faces.iter().map(|&[a, b, c]| [a, c, b]).collect()
+    }
+
+    fn joined(parts: &[(Vec<Vec3>, Vec<[u32; 3]>)]) -> Mesh {
+        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+        for (corners, faces) in parts {
+            let first = vertices.len() as u32;
+            vertices.extend(corners);
+            triangles.extend(faces.iter().map(|face| face.map(|i| first + i)));
+        }
+        Mesh::new("cup", vertices, triangles).unwrap()
+    }
+
+    /// The mesh, made again of what it was made to, is the same: what is sent and kept has the same hash.
+    fn assert_settled(mesh: &Mesh) {
+        let again = Mesh::new("cup", mesh.vertices().to_vec(), mesh.triangles().to_vec()).unwrap();
+        assert_eq!((again.hash(), again.has_inside()), (mesh.hash(), mesh.has_inside()));
+        let kept = Mesh::restore("cup".into(), mesh.vertices().to_vec(), mesh.triangles().to_vec(), Vec::new());
+        assert_eq!(kept.unwrap().has_inside(), mesh.has_inside());
+    }
+
+    #[test]
+    fn triangles_that_face_opposite_ways_are_turned_as_most_do() {
+        let (vertices, faces) = cuboid(Vec3::ZERO, Vec3::ONE);
+        for seed in 0..64_u64 {
+            let mut rng = fastrand::Rng::with_seed(seed);
+            let mixed = faces.iter().map(|&[a, b, c]| if rng.bool() { [a, c, b] } else { [a, b, c] }).collect();
+            let mesh = Mesh::new("cup", vertices.clone(), mixed).unwrap();
+            assert!(mesh.has_inside() && (mesh.signed_volume().abs() - 1.0).abs() < 1e-12, "seed {seed}");
+            assert_settled(&mesh);
+        }
+    }
+
+    #[test]
+    fn a_closed_surface_of_two_sided_triangles_is_a_solid_and_a_sheet_is_not() {
+        let (vertices, faces) = cuboid(Vec3::ZERO, Vec3::ONE);
+        let both = [faces.clone(), over(&faces)].concat();
+        let mesh = Mesh::new("cup", vertices.clone(), both).unwrap();
+        assert!(mesh.has_inside() && mesh.triangles().len() == 12);
+        assert!(mesh.warnings()[0].contains("12 triangles twice") && mesh.warnings()[0].contains("solid"), "{mesh:?}");
+        assert_settled(&mesh);
+        let lid = [faces[..2].to_vec(), over(&faces[..2])].concat();
+        let mesh = Mesh::new("cup", vertices.clone(), lid).unwrap();
+        assert!(!mesh.has_inside() && mesh.triangles().len() == 4);
+        assert!(
+            mesh.warnings()[0].contains("2 triangles twice") && mesh.warnings()[0].contains("no inside"),
+            "{mesh:?}"
+        );
+        assert_settled(&mesh);
+        // A solid in which a two-sided shelf stands stays a solid.
+        let shelf = (vec![Vec3::splat(0.2), Vec3::splat(0.4), Vec3::new(0.2, 0.4, 0.2)], vec![[0, 1, 2], [0, 2, 1]]);
+        let mesh = joined(&[(vertices, faces), shelf]);
+        assert!(mesh.has_inside() && mesh.triangles().len() == 14, "{mesh:?}");
+        assert_settled(&mesh);
+    }
+
+    #[test]
+    fn solids_may_share_a_face_and_a_stray_triangle_goes() {
+        let (vertices, faces) = cuboid(Vec3::ZERO, Vec3::ONE);
+        let beside = cuboid(Vec3::X, Vec3::ONE);
+        let mesh = joined(&[(vertices.clone(), faces.clone()), beside]);
+        assert!(mesh.has_inside() && (mesh.signed_volume() - 2.0).abs() < 1e-12, "{mesh:?}");
+        assert_settled(&mesh);
+        let stray = [faces.clone(), faces[3..4].to_vec()].concat();
+        let mesh = Mesh::new("cup", vertices, stray).unwrap();
+        assert!(mesh.has_inside() && mesh.triangles().len() == 12, "{mesh:?}");
+    }
+
+    #[test]
+    fn a_part_inside_out_is_turned_over_and_a_cavity_is_not() {
+        let outer = cuboid(Vec3::ZERO, Vec3::ONE);
+        let (vertices, faces) = cuboid(Vec3::splat(0.25), Vec3::splat(0.5));
+        let hollow = joined(&[outer.clone(), (vertices, over(&faces))]);
+        assert!(hollow.has_inside() && hollow.warnings().is_empty(), "{:?}", hollow.warnings());
+        assert!((hollow.signed_volume() - 0.875).abs() < 1e-12);
+        let (vertices, faces) = cuboid(Vec3::splat(2.0), Vec3::splat(0.5));
+        let beside = joined(&[outer, (vertices, over(&faces))]);
+        assert!((beside.signed_volume() - 1.125).abs() < 1e-12);
+        assert!(beside.warnings()[0].contains("no cavities, 12 triangles"), "{:?}", beside.warnings());
+        assert_settled(&beside);
+    }
+
+    #[test]
+    fn a_band_with_one_side_and_a_flat_surface_have_no_inside() {
+        let count = 12_u32;
+        let rim = |i: u32, side: f64| {
+            let turn = f64::from(i) / f64::from(count) * std::f64::consts::TAU;
+            let out = Vec3::new(turn.cos(), turn.sin(), 0.0);
+            out + (out * (turn / 2.0).cos() + Vec3::Z * (turn / 2.0).sin()) * (0.3 * side)
+        };
+        let vertices: Vec<Vec3> = (0..count).flat_map(|i| [rim(i, -1.0), rim(i, 1.0)]).collect();
+        let quad = |i: u32| {
+            let [a, b] = [2 * i, 2 * i + 1];
+            // After one turn the band comes back with its sides changed.
+            let [c, d] = if i + 1 < count { [2 * i + 2, 2 * i + 3] } else { [1, 0] };
+            [[a, b, d], [a, d, c]]
+        };
+        let band = Mesh::new("cup", vertices, (0..count).flat_map(quad).collect()).unwrap();
+        assert!(!band.has_inside());
+        assert!(band.warnings().iter().any(|text| text.contains("opposite ways") && text.contains("no turning")));
+        assert_settled(&band);
+        let (vertices, faces) = cuboid(Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0));
+        let mut distinct = vertices;
+        distinct.iter_mut().enumerate().for_each(|(i, v)| *v += Vec3::X * 1e-3 * (i as f64) * v.y);
+        let flat = Mesh::new("cup", distinct, faces).unwrap();
+        assert!(!flat.has_inside() && flat.warnings()[0].contains("encloses no volume"), "{:?}", flat.warnings());
+    }
 }

@@ -56,11 +56,12 @@ impl Surface {
         let mut words = Vec::new();
         if self.crossing > 0 {
             let count = self.crossing;
-            words.push(format!("has {count} polygons that cross themselves; they have no inside, and are filled anyway"));
+            words.push(format!(
+                "has {count} polygons that cross themselves; they have no inside, and are filled anyway"
+            ));
         }
         if !self.without_surface.is_empty() {
-            let counted: Vec<_> =
-                self.without_surface.iter().map(|(what, count)| format!("{count} {what}")).collect();
+            let counted: Vec<_> = self.without_surface.iter().map(|(what, count)| format!("{count} {what}")).collect();
             words.push(format!("has {}; they have no surface and are left out", counted.join(", ")));
         }
         words

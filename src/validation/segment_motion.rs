@@ -3,9 +3,9 @@
 
 use super::interval::PairInterval;
 use super::motion::{MotionBounds, Twist};
+use crate::collision::penetration::penetration;
 use crate::collision::piece::Transform;
 use crate::collision::query;
-use crate::collision::penetration::penetration;
 use crate::collision::{BodyPair, CollisionModel, Contact};
 use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};

@@ -41,7 +41,11 @@ pub(super) fn polygons<'a, 'input>(
             name if LINES.contains(&name) => parts.push(without_surface("elements of lines")),
             name if OTHERS.contains(&name) => {}
             _ => {
-                let text = format!("{} of geometry {id:?} is no part of a <mesh>; valid: {}", tag(element), POLYGONS.join(", "));
+                let text = format!(
+                    "{} of geometry {id:?} is no part of a <mesh>; valid: {}",
+                    tag(element),
+                    POLYGONS.join(", ")
+                );
                 return Err(at(element, text));
             }
         }
@@ -130,7 +134,8 @@ fn positions(source: Source) -> Result<Vec<Vec3>, String> {
         return Err(at(array, format!("positions of {stride} numbers; they must have x, y and z")));
     }
     let [x, y, z] = accessor.map_or([0, 1, 2], axes);
-    let rows = values.get(offset..).unwrap_or_default().chunks(stride).filter(|row| row.len() >= 3.max(1 + x.max(y).max(z)));
+    let rows =
+        values.get(offset..).unwrap_or_default().chunks(stride).filter(|row| row.len() >= 3.max(1 + x.max(y).max(z)));
     let positions: Vec<Vec3> = rows.map(|row| Vec3::new(row[x], row[y], row[z])).collect();
     match field("count")? {
         Some(count) if count > positions.len() => {
