@@ -20,15 +20,29 @@ impl SupportMap for Core {
 pub enum Hull {
     /// A single piece.
     Piece(Piece),
-    /// The convex hull of points, swept by a ball of this radius (m).
-    Points(Vec<Vec3>, f64),
+    /// The convex hull of points, swept by a ball.
+    Points {
+        /// The points.
+        points: Vec<Vec3>,
+        /// Unit normals of its faces, out or in.
+        normals: Vec<Vec3>,
+        /// Radius of the ball (m).
+        radius: f64,
+    },
 }
 
 impl Hull {
     fn radius(&self) -> f64 {
         match self {
             Self::Piece(piece) => piece.radius,
-            Self::Points(_, radius) => *radius,
+            Self::Points { radius, .. } => *radius,
+        }
+    }
+
+    fn normals(&self) -> Vec<Vec3> {
+        match self {
+            Self::Piece(piece) => super::normals(piece).into_iter().flatten().collect(),
+            Self::Points { normals, .. } => normals.clone(),
         }
     }
 }
@@ -38,20 +52,33 @@ impl SupportMap for Hull {
     fn local_support_point(&self, direction: Vec3) -> Vec3 {
         match self {
             Self::Piece(piece) => piece.core.support(direction),
-            Self::Points(points, _) => Cloud { points, at: Transform::IDENTITY }.local_support_point(direction),
+            Self::Points { points, .. } => Cloud { points, at: Transform::IDENTITY }.local_support_point(direction),
         }
     }
 }
 
-/// Contact of two convex bodies whose cores overlap, given in one frame: along the direction of least depth, both points
-/// the middle of the overlap. `None` where the cores are apart or no direction was found.
+/// Contact of two convex bodies that overlap, given in one frame: along the direction of least depth, both points the
+/// middle of the overlap. `None` where their cores are apart.
 pub fn deepest_of_hulls(a: &Hull, b: &Hull) -> Option<Contact> {
-    let (on_a, on_b, normal) = deepest(a, b)?;
-    // What a search says of depth is not counted on: the way that parts the bodies along its direction is.
-    let overlap = normal.dot(b.local_support_point(normal) - a.local_support_point(-normal));
-    let middle = (on_a + on_b) / 2.0;
-    let distance = -(overlap + a.radius() + b.radius());
-    (overlap > 0.0).then_some(Contact { point_a: middle, point_b: middle, normal, distance })
+    let round = a.radius() + b.radius();
+    let along = |normal: Vec3| {
+        let (low, high) = (a.local_support_point(-normal), b.local_support_point(normal));
+        Contact { point_a: low, point_b: high, normal, distance: normal.dot(low - high) - round }
+    };
+    // Where a core is a point, or faces are parallel, the search may end beside the best; a face it does not miss.
+    let faces = a.normals().into_iter().chain(b.normals()).flat_map(|normal| [along(normal), along(-normal)]);
+    let of_faces = faces.max_by(|a, b| a.distance.total_cmp(&b.distance));
+    let of_search = deepest(a, b).map(|(on_a, on_b, normal)| {
+        let middle = (on_a + on_b) / 2.0;
+        // What a search says of depth is not counted on: the way that parts the bodies along its direction is.
+        Contact { point_a: middle, point_b: middle, ..along(normal) }
+    });
+    let best = match (of_search, of_faces) {
+        (Some(search), Some(face)) if face.distance > search.distance + 1e-12 => face,
+        (search, face) => search.or(face)?,
+    };
+    let middle = (best.point_a + best.point_b) / 2.0;
+    (best.distance < -round).then_some(Contact { point_a: middle, point_b: middle, ..best })
 }
 
 /// Points, seen from the frame in which `at` places theirs.
