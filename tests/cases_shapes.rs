@@ -65,8 +65,8 @@ fn assert_proved(answers: [Value; 2], nearest_m: Option<f64>) {
 
 /// Depth of the collision at the ratio where it was seen.
 fn depth(answer: &Value) -> (f64, f64) {
-    assert_eq!(answer["refusal"]["reason"], "COLLISION", "{answer}");
-    (number(answer, "/refusal/depth_m"), number(answer, "/refusal/t"))
+    assert_eq!(answer["reason"], "COLLISION", "{answer}");
+    (number(answer, "/depth_m"), number(answer, "/t"))
 }
 
 #[test]
@@ -97,7 +97,8 @@ fn quads_that_are_bent_are_cut_the_same_way_in_every_format() {
     let answers = Answers::new();
     for robot in ["r_dae.urdf", "r_obj.urdf"] {
         let found = answers.of("dae-quads", "p.csv", robot, &["--clearance", "0.1"]);
-        assert_proved(found, Some(0.044_721_359_549_995_8));
+        // The ball, 0.3 over the middle of a valley along the diagonal from the first corner.
+        assert_proved(found, Some(0.3 / 1.5_f64.sqrt() - 0.05));
     }
 }
 
