@@ -63,8 +63,8 @@ impl Mesh {
         &self.warnings
     }
 
-    /// Whether the surface is closed and its triangles face the same way, so that every place is inside or outside for
-    /// sure.
+    /// Whether the surface is closed, its triangles face the same way and it has a volume, so that every place is inside
+    /// or outside for sure.
     pub fn has_inside(&self) -> bool {
         self.has_inside
     }
@@ -133,8 +133,10 @@ impl Mesh {
         if welded.is_empty() {
             return Err(MeshError::Empty { name, triangles: triangles.len() });
         }
-        let mut mesh = Self::checked(name, vertices, welded, Vec::new());
-        mesh.warnings = oddities::of(&mesh, &Making { edges, dropped: before - mesh.triangles.len(), mended, left });
+        let dropped = before - welded.len();
+        let known = if dropped == 0 { left } else { Edges::of(&welded) };
+        let mut mesh = Self::checked(name, vertices, welded, &known);
+        mesh.warnings = oddities::of(&mesh, &Making { edges, dropped, mended, left });
         Ok(mesh)
     }
 
@@ -156,13 +158,14 @@ impl Mesh {
         if triangles.is_empty() {
             return Err(MeshError::Empty { name, triangles: 0 });
         }
-        Ok(Self::checked(name, vertices, triangles, warnings))
+        let edges = Edges::of(&triangles);
+        Ok(Self { warnings, ..Self::checked(name, vertices, triangles, &edges) })
     }
 
-    fn checked(name: String, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, warnings: Vec<String>) -> Self {
+    fn checked(name: String, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, edges: &Edges) -> Self {
         let hash = hash_of(&vertices, &triangles);
-        let has_inside = sides::has_inside(&vertices, &triangles);
-        Self { name, vertices, triangles, warnings, has_inside, hash }
+        let has_inside = edges.open + edges.turned == 0 && !sides::is_flat(&vertices, &triangles);
+        Self { name, vertices, triangles, warnings: Vec::new(), has_inside, hash }
     }
 }
 

@@ -26,13 +26,6 @@ pub(super) struct Mended {
 /// A surface encloses less than this part of its size cubed: none.
 const NO_VOLUME: f64 = 1e-12;
 
-/// Whether a surface is closed and faces one way, with a volume: only then does every place count as inside or outside
-/// for sure.
-pub(super) fn has_inside(vertices: &[Vec3], triangles: &[[u32; 3]]) -> bool {
-    let edges = Edges::of(triangles);
-    edges.open + edges.turned == 0 && !is_flat(vertices, triangles)
-}
-
 /// Whether triangles enclose no volume.
 pub(super) fn is_flat(vertices: &[Vec3], triangles: &[[u32; 3]]) -> bool {
     let corners = triangles.iter().flatten().map(|&i| vertices[i as usize]);
@@ -114,15 +107,15 @@ fn single_out(triangles: &mut Vec<[u32; 3]>, mended: &mut Mended) {
 fn is_mixed(vertices: &[Vec3], triangles: &[[u32; 3]]) -> bool {
     let mut parent: Vec<usize> = (0..vertices.len()).collect();
     for triangle in triangles {
-        join(&mut parent, &triangle.map(|i| i as usize));
+        join(&mut parent, triangle.iter().map(|&i| i as usize));
     }
-    let mut volumes: HashMap<usize, f64> = HashMap::new();
+    let mut volumes = vec![0.0; vertices.len()];
     for triangle in triangles {
         let part = root(&mut parent, triangle[0] as usize);
         let [a, b, c] = triangle.map(|i| vertices[i as usize] - vertices[part]);
-        *volumes.entry(part).or_default() += a.dot(b.cross(c));
+        volumes[part] += a.dot(b.cross(c));
     }
-    volumes.values().any(|volume| *volume > 0.0) && volumes.values().any(|volume| *volume < 0.0)
+    volumes.iter().any(|volume| *volume > 0.0) && volumes.iter().any(|volume| *volume < 0.0)
 }
 
 fn root(parent: &mut [usize], mut i: usize) -> usize {
@@ -133,10 +126,18 @@ fn root(parent: &mut [usize], mut i: usize) -> usize {
     i
 }
 
-fn join(parent: &mut [usize], members: &[usize]) {
-    let roots: Vec<usize> = members.iter().map(|&i| root(parent, i)).collect();
-    let Some(&least) = roots.iter().min() else { return };
-    roots.into_iter().for_each(|i| parent[i] = least);
+fn join(parent: &mut [usize], members: impl Iterator<Item = usize>) {
+    let mut one = None;
+    for member in members {
+        let root_of_member = root(parent, member);
+        let least = one.map_or(root_of_member, |other: usize| root(parent, other).min(root_of_member));
+        if let Some(other) = one {
+            let other = root(parent, other);
+            parent[other] = least;
+        }
+        parent[root_of_member] = least;
+        one = Some(least);
+    }
 }
 
 /// A side of a triangle.
@@ -172,7 +173,7 @@ impl Patches {
         edges.sort_unstable();
         let mut parent: Vec<usize> = (0..triangles.len()).collect();
         for edge in edges.chunk_by(|a, b| a.edge == b.edge).filter(|edge| joins(edge.len())) {
-            join(&mut parent, &edge.iter().map(|side| side.triangle).collect::<Vec<_>>());
+            join(&mut parent, edge.iter().map(|side| side.triangle));
         }
         let of = (0..triangles.len()).map(|triangle| root(&mut parent, triangle)).collect();
         Self { edges, of }
