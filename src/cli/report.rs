@@ -120,7 +120,7 @@ fn refused(refusal: &Refusal, waypoints: usize) -> String {
     let place = format!("segment {} of {segments}, t = {:.3}", refusal.segment + 1, refusal.t);
     let depth = match refusal.depth_m {
         depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
-        depth if depth > 0.0 => format!("depth {}", length(depth)),
+        depth if depth > 0.0 => format!("depth ≥ {}", length(depth)),
         depth => format!("distance {}", length(-depth)),
     };
     let hint = if refusal.hint.is_empty() { String::new() } else { format!(" ({})", refusal.hint) };

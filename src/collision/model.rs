@@ -6,6 +6,7 @@ use super::body::{Body, BodyKind, Size};
 use super::contact::Contact;
 use super::filter::Filter;
 use super::pairs::{BodyPair, Pairs, Rules};
+use super::penetration;
 use super::piece::Transform;
 use super::query;
 use super::solid::Solid;
@@ -227,7 +228,8 @@ impl CollisionModel {
         self.pairs.close.iter().find_map(|&index| {
             let pair = &self.pairs.standing[index];
             let (a, b) = (&self.bodies[pair.a], &self.bodies[pair.b]);
-            let contact = query::overlap(a, &a.placed(kinematics), b, &b.placed(kinematics))?;
+            query::overlap(a, &a.placed(kinematics), b, &b.placed(kinematics))?;
+            let contact = penetration::penetration(a, &a.placed(kinematics), b, &b.placed(kinematics));
             Some(([a, b].map(|body| body.name.to_string()), contact))
         })
     }

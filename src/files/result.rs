@@ -185,7 +185,7 @@ pub struct ResultRefusal {
     pub points: [[f64; 3]; 2],
     /// Unit vector from the second body towards the first.
     pub normal: [f64; 3],
-    /// Depth (m); negative is a distance.
+    /// Penetration depth (m), from below unless both bodies are convex; negative is a distance.
     pub depth_m: f64,
     /// The part before which everything is proved: segment + ratio.
     pub proved_prefix: f64,

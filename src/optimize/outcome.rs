@@ -127,7 +127,8 @@ pub struct Refusal {
     pub points: [Vec3; 2],
     /// Unit vector from the second body towards the first.
     pub normal: Vec3,
-    /// Depth (m); negative is a distance.
+    /// Penetration depth (m): the least way that parts the bodies is no shorter, and for two convex ones as long;
+    /// negative is a distance.
     pub depth_m: f64,
     /// The part of the path before which everything is proved: segment + ratio.
     pub proved_prefix: f64,

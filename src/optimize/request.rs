@@ -341,15 +341,20 @@ fn refusal(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) ->
     } else {
         RefusalPlace::Between
     };
+    let (from, to) = (path.waypoint(segment), path.waypoint((segment + 1).min(path.len() - 1)));
+    let contact = match hit.reason {
+        HitReason::Collision => validator.penetration(hit.pair, from, to, hit.t),
+        HitReason::TooClose | HitReason::Uncertified => hit.contact,
+    };
     Refusal {
         reason: hit.reason,
         place,
         segment,
         t: hit.t,
         bodies: model.pair_names(hit.pair),
-        points: [hit.contact.point_a, hit.contact.point_b],
-        normal: hit.contact.normal,
-        depth_m: -hit.contact.distance,
+        points: [contact.point_a, contact.point_b],
+        normal: contact.normal,
+        depth_m: -contact.distance,
         proved_prefix: segment as f64 + hit.proved_until,
         hint: String::new(),
     }

@@ -113,7 +113,7 @@ wire_type! {
         20 proved_segments: u32, "segments before it that are proved";
         24 t: f64, "place on the segment, 0 to 1";
         32 proved_t: f64, "the segment after the proved ones is proved up to here";
-        40 depth_m: f64, "penetration depth, in metres; negative = still this far apart";
+        40 depth_m: f64, "penetration depth, in metres, from below unless both bodies are convex; negative = still this far apart";
         48 floor_m: f64, "the floor the pair was last tried at, in metres";
         56 point_a: [f64; 3], "contact point on the first body, world frame, in metres";
         80 point_b: [f64; 3], "contact point on the second body, world frame, in metres";
