@@ -102,15 +102,18 @@ pub struct ColumnTurns {
 /// Which part of a path is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RefusalPlace {
-    /// The first waypoint.
+    /// The bodies that collide first do so at the first waypoint.
     Start,
-    /// The last waypoint.
+    /// They do so at the last waypoint too, wherever on the path they first meet.
     Goal,
-    /// Somewhere between.
+    /// They do so somewhere between, whatever other bodies do at the ends.
     Between,
 }
 
-/// Where and why the input is not proved.
+/// Where and why the input is not proved: the worst thing on it. A collision anywhere goes before what is too close or
+/// not provable anywhere; of all collisions it is the first along the path, to within
+/// [`FINEST`](crate::validation::continuous::FINEST) of its segment. Bodies that get no deeper into each other than
+/// 1 µm may pass as too close. Where the run was stopped, a collision need not be the first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
     /// Why.
@@ -130,7 +133,8 @@ pub struct Refusal {
     /// Penetration depth (m): the least way that parts the bodies is no shorter, and for two convex ones as long;
     /// negative is a distance.
     pub depth_m: f64,
-    /// The part of the path before which everything is proved: segment + ratio.
+    /// Segment + ratio before which everything is proved at the floors of the answer; 0 where nothing is known. It ends
+    /// at the first thing that is not proved, which may be long before a collision.
     pub proved_prefix: f64,
     /// What the person who reads it may do; empty where there is nothing to add.
     pub hint: String,

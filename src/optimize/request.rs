@@ -9,7 +9,6 @@ use super::progress::Progress;
 use super::settings::{Mode, Settings};
 use super::task::{Improvement, Task};
 use super::{contact, gradient, hybrid, shortcut};
-use crate::collision::query::TOUCHING_M;
 use crate::collision::{CollisionModel, reach_weights};
 use crate::path::Path;
 use crate::robot::Kinematics;
@@ -103,7 +102,7 @@ fn answer(
     let mut answer = Answer::unproved(&input.path);
     let mut restored = Restorer::new(path, input);
     let mut publish = |improvement: Improvement| restored.publish(&improvement, publish);
-    match prove_input(validator, &input.path, settings, stop) {
+    match path_proof::prove_input(validator, &input.path, !settings.strict, stop) {
         PathVerdict::Stopped => answer.termination = Termination::Stopped,
         PathVerdict::Proved(proofs) => {
             answer.optimize(validator, settings, input, true, stop, &mut publish);
@@ -112,8 +111,8 @@ fn answer(
             answer.proofs = if answer.path == input.path { Some(proofs) } else { proved(validator, &answer.path) };
             assert!(answer.proofs.is_some(), "an optimizer returned a path that the validator does not prove");
         }
-        PathVerdict::Refused { segment, hit } => {
-            answer.refusal = Some(refusal(validator, &input.path, segment, &hit));
+        PathVerdict::Refused { segment, hit, proved_prefix } => {
+            answer.refusal = Some(refusal(validator, input, segment, &hit, proved_prefix));
             if hit.reason != HitReason::Collision && !settings.strict && settings.mode != Mode::Check {
                 // Not provable, but nowhere found colliding: optimized all the same. The result counts only if all
                 // of it is proved.
@@ -138,26 +137,6 @@ fn answer(
         validator.widen(&answer.path, proofs, stop);
     }
     answer
-}
-
-/// Proves the input, lowering floors unless that is forbidden.
-fn prove_input(
-    validator: &mut Validator,
-    path: &Path,
-    settings: &Settings,
-    stop: &mut dyn FnMut() -> bool,
-) -> PathVerdict {
-    let verdict = path_proof::prove_input(validator, path, stop);
-    let lowered: Vec<usize> = validator.lowered().map(|(pair, _)| pair).collect();
-    match verdict {
-        PathVerdict::Proved(_) if settings.strict && !lowered.is_empty() => {
-            for pair in lowered {
-                validator.set_floor(pair, settings.clearance_m);
-            }
-            path_proof::prove(validator, path, stop)
-        }
-        verdict => verdict,
-    }
 }
 
 fn proved(validator: &mut Validator, path: &Path) -> Option<Vec<SegmentProof>> {
@@ -328,15 +307,13 @@ impl Restorer {
     }
 }
 
-fn refusal(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) -> Refusal {
-    let model = validator.model();
-    let touches = |validator: &mut Validator, waypoint: usize| {
-        hit.reason == HitReason::Collision
-            && validator.contact(hit.pair, path.waypoint(waypoint)).distance <= TOUCHING_M
-    };
-    let place = if touches(validator, 0) {
+fn refusal(validator: &mut Validator, input: &Input, segment: usize, hit: &Hit, proved_prefix: f64) -> Refusal {
+    let (model, path) = (validator.model(), &input.path);
+    let mut touches =
+        |waypoint: usize| hit.reason == HitReason::Collision && validator.touches(hit.pair, path.waypoint(waypoint));
+    let place = if touches(0) {
         RefusalPlace::Start
-    } else if touches(validator, path.len() - 1) {
+    } else if touches(path.len() - 1) {
         RefusalPlace::Goal
     } else {
         RefusalPlace::Between
@@ -346,16 +323,24 @@ fn refusal(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) ->
         HitReason::Collision => validator.penetration(hit.pair, from, to, hit.t),
         HitReason::TooClose | HitReason::Uncertified => hit.contact,
     };
+    let segments = nearest::segments_of(&input.standing_for);
+    let callers = |segment: usize, t: f64| match (segment, t) {
+        // Nothing is proved, not even that the robot may stand where it starts.
+        (0, 0.0) => 0,
+        _ => segments.get(segment).copied().unwrap_or(input.standing_for.len() - 1),
+    };
+    let proved_segments = proved_prefix.floor();
+    let proved_t = proved_prefix - proved_segments;
     Refusal {
         reason: hit.reason,
         place,
-        segment,
+        segment: callers(segment, hit.t),
         t: hit.t,
         bodies: model.pair_names(hit.pair),
         points: [contact.point_a, contact.point_b],
         normal: contact.normal,
         depth_m: -contact.distance,
-        proved_prefix: segment as f64 + hit.proved_until,
+        proved_prefix: callers(proved_segments as usize, proved_t) as f64 + proved_t,
         hint: String::new(),
     }
 }

@@ -88,7 +88,8 @@ pub fn code_of(outcome: &Outcome, cause: Option<StopCause>) -> Code {
             RefusalPlace::Goal => Code::GoalInCollision,
             RefusalPlace::Between => Code::InvalidMotionPlan,
         },
-        None if outcome.termination == Termination::Stopped => match cause {
+        // Nor is it known of an input that is not provable whether the optimizer would have found a path that is.
+        _ if outcome.termination == Termination::Stopped => match cause {
             None | Some(StopCause::Deadline) => Code::TimedOut,
             Some(_) => Code::Preempted,
         },

@@ -2,6 +2,8 @@
 
 use super::Contact;
 use super::Validator;
+use super::continuous::Scratch;
+use super::interval::{IntervalVerdict, Looks};
 use crate::collision::BodyPair;
 use crate::collision::query;
 
@@ -24,6 +26,18 @@ impl Validator<'_> {
         let BodyPair { a, b, .. } = self.model.pairs()[pair];
         let (a, b) = (&self.model.bodies()[a], &self.model.bodies()[b]);
         query::closest(a, &a.placed(&self.scratch.kinematics), b, &b.placed(&self.scratch.kinematics))
+    }
+
+    /// Whether a pair touches or overlaps at one configuration: cheaper than the contact.
+    pub fn touches(&mut self, pair: usize, configuration: &[f64]) -> bool {
+        self.scratch.segments.exact = None;
+        let Scratch { motion, .. } = &mut *self.scratch;
+        motion.begin(self.model, self.space, configuration, configuration, self.held);
+        motion.place(self.model, self.space, configuration, 0.0, self.held);
+        let pair = &self.model.pairs()[pair];
+        let interval = motion.pair_interval(self.model, pair, 0.0, 0.0);
+        let surfaces = interval.touches_in_the_middle(&mut Looks::new(&mut || false));
+        surfaces == IntervalVerdict::Collision || motion.is_enclosed(self.model, pair)
     }
 
     /// The same at a ratio of a segment.

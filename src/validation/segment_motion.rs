@@ -120,6 +120,13 @@ impl SegmentMotion {
         penetration(&bodies[a], self.placed(model, a), &bodies[b], self.placed(model, b))
     }
 
+    /// Whether a body of a pair has a part wholly inside a mesh of the other where the bodies were placed last.
+    pub fn is_enclosed(&self, model: &CollisionModel, pair: &BodyPair) -> bool {
+        let [(body_a, at_a), (body_b, at_b)] =
+            [pair.a, pair.b].map(|body| (&model.bodies()[body], self.placed(model, body)));
+        query::enclosed(body_a, at_a, body_b, at_b).is_some()
+    }
+
     /// Distance of a pair that is apart where the bodies were placed last, at most 1 + [`query::NEARLY`] times the
     /// true one (m).
     pub fn nearly_apart(&self, model: &CollisionModel, pair: &BodyPair) -> f64 {

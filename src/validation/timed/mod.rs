@@ -7,7 +7,8 @@
 //!
 //! Pieces are halved until E is an eighth of the floor that decides; the rest is as in
 //! [`path_proof`](super::path_proof): a pair that comes closer than asked for has its floor lowered, unless that is
-//! forbidden. A collision is one only where the bodies touch on the curve itself.
+//! forbidden. A collision is one only where the bodies touch on the curve itself; one anywhere goes before whatever is
+//! not provable anywhere.
 
 pub mod curve;
 pub mod inside;
@@ -88,6 +89,18 @@ impl Piece {
         let middle = self.from + self.width() / 2.0;
         [Self { from: middle, ..*self }, Self { to: middle, ..*self }]
     }
+}
+
+/// What becomes of a piece that is refused as it stands.
+enum Refused {
+    /// To be looked at, in parts or with a floor lowered; the later first.
+    Again(Vec<Piece>),
+    /// The bodies touch on the curve.
+    Collision(TimedHit),
+    /// They do not, but are closer than can be proved.
+    Unprovable(TimedHit),
+    /// `stop` said so.
+    Stopped,
 }
 
 /// What a proof needs.
@@ -181,7 +194,7 @@ impl Prover<'_, '_, '_> {
 
     /// Piece by piece in the order of time, so that what is refused is refused where it is first.
     fn one_by_one(&mut self, stop: &mut dyn FnMut() -> bool) -> TimedVerdict {
-        let mut open = self.whole();
+        let (mut open, mut unprovable) = (self.whole(), None);
         while let Some(piece) = open.pop() {
             if stop() {
                 return TimedVerdict::Stopped;
@@ -199,22 +212,35 @@ impl Prover<'_, '_, '_> {
                     self.pieces += 1;
                     self.kept = self.kept.min(clearance_m - deviation);
                 }
-                SegmentVerdict::Refused(hit) => {
-                    if let Some(touch) = self.touch(&piece, &hit) {
-                        return TimedVerdict::Refused(touch);
-                    }
-                    let floor = self.floor(hit.pair);
-                    if deviation > DEVIATION * floor && self.can_be_halved(&piece) {
-                        open.extend(piece.halves());
-                    } else if !self.strict && self.lower(&hit, deviation) {
-                        open.push(piece);
-                    } else {
-                        return TimedVerdict::Refused(self.refusal(&piece, &hit));
-                    }
-                }
+                SegmentVerdict::Refused(hit) => match self.refused(&piece, &hit, deviation, stop) {
+                    Refused::Again(pieces) => open.extend(pieces),
+                    Refused::Collision(touch) => return TimedVerdict::Refused(touch),
+                    Refused::Unprovable(seen) => unprovable = unprovable.or(Some(seen)),
+                    Refused::Stopped => return TimedVerdict::Stopped,
+                },
             }
         }
-        self.proved()
+        unprovable.map_or_else(|| self.proved(), TimedVerdict::Refused)
+    }
+
+    /// What becomes of a piece that is refused as it stands.
+    fn refused(&mut self, piece: &Piece, hit: &Hit, deviation: f64, stop: &mut dyn FnMut() -> bool) -> Refused {
+        let touch = self.touch(piece, hit);
+        if touch.is_none() {
+            if deviation > DEVIATION * self.floor(hit.pair) && self.can_be_halved(piece) {
+                return Refused::Again(piece.halves().to_vec());
+            }
+            if !self.strict && self.lower(hit, deviation) {
+                return Refused::Again(vec![*piece]);
+            }
+        }
+        let seen = touch.unwrap_or_else(|| self.refusal(piece, hit));
+        let known = Some(&seen).filter(|seen| seen.reason == HitReason::Collision);
+        match self.first_collision(piece, known, stop) {
+            Some(Some(touch)) => Refused::Collision(touch),
+            Some(None) => Refused::Unprovable(seen),
+            None => Refused::Stopped,
+        }
     }
 
     fn proved(&self) -> TimedVerdict {
