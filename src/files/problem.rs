@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::trajectory::Constraints;
 use super::{FileError, Reader, RobotFiles, RootJoint, folder_of, read_text};
 use crate::path;
 use crate::robot::{JointKind, RobotDescription, RobotModel, VirtualJoint};
@@ -87,6 +88,7 @@ struct ProblemFile {
     best_honest_peer: Option<BestPeer>,
     #[serde(default)]
     mesh_check: serde_json::Value,
+    path_constraints: Option<Constraints>,
 }
 
 #[derive(Deserialize)]
@@ -185,6 +187,9 @@ impl Reader {
             serde_json::from_str(&text).map_err(|error| refuse(format!("not a problem file: {error}")))?;
         if parsed.format != FORMAT {
             return Err(refuse(format!("its format is {:?}; valid: {FORMAT:?}", parsed.format)));
+        }
+        if let Some(constraints) = &parsed.path_constraints {
+            constraints.refuse("path_constraints").map_err(refuse)?;
         }
         let path = rows(&parsed.path, parsed.variables.len()).map_err(refuse)?;
         let folder = folder_of(file);

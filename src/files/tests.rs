@@ -135,7 +135,7 @@ fn a_robot_without_a_problem_takes_the_srdfs_virtual_joint() {
 }
 
 fn variables(names: &[&str]) -> Vec<crate::robot::Variable> {
-    let free = |name: &&str| crate::robot::Variable { name: (*name).to_owned(), lower: -1.0, upper: 1.0 };
+    let free = |name: &&str| crate::robot::Variable::within(name, -1.0, 1.0);
     names.iter().map(free).collect()
 }
 

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::columns::Names;
 use super::{FileError, read_text, table, yaml};
-use crate::robot::Variable;
+use crate::robot::{RobotModel, Variable};
 
 /// A trajectory as a file has it: columns in the file's order.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,8 +46,51 @@ struct Message {
     trajectory: Option<Inner>,
     multi_dof_joint_trajectory: Option<MultiDof>,
     start_state: Option<StartState>,
+    trajectory_start: Option<StartState>,
     goal_constraints: Option<Vec<Goal>>,
+    path_constraints: Option<Constraints>,
+    trajectory_constraints: Option<Trajectories>,
     world: Option<serde::de::IgnoredAny>,
+}
+
+/// Constraints that a path keeps, of any kind.
+#[derive(Default, Deserialize)]
+pub(super) struct Constraints {
+    #[serde(default)]
+    joint_constraints: Vec<serde::de::IgnoredAny>,
+    #[serde(default)]
+    position_constraints: Vec<serde::de::IgnoredAny>,
+    #[serde(default)]
+    orientation_constraints: Vec<serde::de::IgnoredAny>,
+    #[serde(default)]
+    visibility_constraints: Vec<serde::de::IgnoredAny>,
+}
+
+impl Constraints {
+    /// The kinds that there are some of are refused: a path that keeps none of them would be proved all the same.
+    ///
+    /// # Errors
+    /// Their names.
+    pub fn refuse(&self, of: &str) -> Result<(), String> {
+        let kinds = [
+            ("joint_constraints", &self.joint_constraints),
+            ("position_constraints", &self.position_constraints),
+            ("orientation_constraints", &self.orientation_constraints),
+            ("visibility_constraints", &self.visibility_constraints),
+        ];
+        let some: Vec<&str> = kinds.iter().filter(|(_, list)| !list.is_empty()).map(|(name, _)| *name).collect();
+        if some.is_empty() {
+            return Ok(());
+        }
+        let advice = "they are not kept here; take them out if the path may do without";
+        Err(format!("{of} has {}; {advice}", some.join(", ")))
+    }
+}
+
+#[derive(Default, Deserialize)]
+struct Trajectories {
+    #[serde(default)]
+    constraints: Vec<Constraints>,
 }
 
 #[derive(Deserialize)]
@@ -68,6 +112,58 @@ struct MultiDof {
 struct StartState {
     #[serde(default)]
     joint_state: JointState,
+    #[serde(default)]
+    multi_dof_joint_state: MultiDofState,
+    #[serde(default)]
+    attached_collision_objects: Vec<serde_json::Value>,
+}
+
+#[derive(Default, Deserialize)]
+struct MultiDofState {
+    #[serde(default)]
+    joint_names: Vec<String>,
+    #[serde(default)]
+    transforms: Vec<Transform>,
+}
+
+#[derive(Default, Deserialize)]
+struct Transform {
+    #[serde(default)]
+    translation: Parts,
+    #[serde(default)]
+    rotation: Parts,
+}
+
+#[derive(Default, Deserialize)]
+struct Parts {
+    #[serde(default)]
+    x: f64,
+    #[serde(default)]
+    y: f64,
+    #[serde(default)]
+    z: f64,
+}
+
+impl StartState {
+    /// What it says of the robot that a path does not: refused, since nobody would be told that it was left out.
+    fn refuse(&self, of: &str) -> Result<(), String> {
+        if !self.attached_collision_objects.is_empty() {
+            let id = |object: &serde_json::Value| Some(object.get("object")?.get("id")?.as_str()?.to_owned());
+            let ids: Vec<String> = self.attached_collision_objects.iter().filter_map(id).collect();
+            let text = "a path does not bring them: put them into the scene and take them out here";
+            return Err(format!("{of} has attached_collision_objects ({}); {text}", ids.join(", ")));
+        }
+        let MultiDofState { joint_names, transforms } = &self.multi_dof_joint_state;
+        let moves = |parts: &Parts| [parts.x, parts.y, parts.z] != [0.0; 3];
+        let is_moved = |transform: &Transform| moves(&transform.translation) || moves(&transform.rotation);
+        match joint_names.iter().zip(transforms).find(|(_, transform)| is_moved(transform)) {
+            None => Ok(()),
+            Some((name, _)) => {
+                let text = format!("give it to the path as columns, or hold it there: --hold {name}/x=VALUE");
+                Err(format!("{of} moves {name} by its multi_dof_joint_state, which is not read; {text}"))
+            }
+        }
+    }
 }
 
 #[derive(Default, Deserialize)]
@@ -124,20 +220,30 @@ impl Trajectory {
 }
 
 impl Trajectory {
-    /// The same with its columns in the robot's order.
+    /// The same with its columns in the robot's order; columns of fixed joints are left out.
     ///
     /// # Errors
     /// A column that the robot does not have, one that is missing, or one that is there twice.
+    pub fn for_robot(&self, robot: &RobotModel) -> Result<Vec<TrajectoryPoint>, FileError> {
+        self.of_names(&Names::of_model(robot), robot.variables())
+    }
+
+    /// The same for variables of which only the names are known.
+    ///
+    /// # Errors
+    /// As [`Self::for_robot`].
     pub fn ordered(&self, variables: &[Variable]) -> Result<Vec<TrajectoryPoint>, FileError> {
-        let names = &self.joint_names;
+        self.of_names(&Names::of_variables(variables), variables)
+    }
+
+    fn of_names(&self, names: &Names, variables: &[Variable]) -> Result<Vec<TrajectoryPoint>, FileError> {
         let refuse = |text: String| FileError::Content { file: self.file.clone(), text };
-        if let Some(twice) = (1..names.len()).find(|&index| names[..index].contains(&names[index])) {
-            return Err(refuse(format!("joint {:?} is there twice; names must be unique", names[twice])));
-        }
-        let order = table::order(names, variables).map_err(refuse)?;
+        let (found, _) = names.columns(&self.joint_names).map_err(refuse)?;
+        let (places, names): (Vec<usize>, Vec<String>) = found.into_iter().unzip();
+        let order = table::order(&names, variables).map_err(refuse)?;
         let list = |list: &Vec<f64>| match list.is_empty() {
             true => Vec::new(),
-            false => order.iter().map(|&column| list[column]).collect(),
+            false => order.iter().map(|&column| list[places[column]]).collect(),
         };
         let point = |point: &TrajectoryPoint| TrajectoryPoint {
             positions: list(&point.positions),
@@ -178,6 +284,15 @@ impl Message {
             let names = joint_names.join(", ");
             let text = format!("multi_dof_joint_trajectory moves {names}, which is not read here");
             return Err(format!("{text}; give the path as CSV or JSON with columns such as {names}/trans_x"));
+        }
+        if let Some(constraints) = &self.path_constraints {
+            constraints.refuse("path_constraints")?;
+        }
+        for constraints in self.trajectory_constraints.iter().flat_map(|list| &list.constraints) {
+            constraints.refuse("trajectory_constraints")?;
+        }
+        for (state, name) in [(&self.start_state, "start_state"), (&self.trajectory_start, "trajectory_start")] {
+            state.as_ref().map_or(Ok(()), |state| state.refuse(name))?;
         }
         if let (Some(names), Some(points)) = (self.joint_names, self.points) {
             found.push((names, points));

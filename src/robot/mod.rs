@@ -19,3 +19,4 @@ pub use description::{
 pub use joint::{Drive, Joint, JointKind};
 pub use kinematics::Kinematics;
 pub use model::{HeldVariable, Link, RobotError, RobotModel, Variable};
+pub(crate) use xml::name as xml_name;
