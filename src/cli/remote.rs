@@ -102,8 +102,7 @@ fn labelled(client: &Client, file: &FilePath, label: &str, source: &Source) -> R
         }
     };
     let columns = robot.variables.iter();
-    let variables: Vec<Variable> =
-        columns.map(|v| Variable::within(&v.name, v.lower, v.upper)).collect();
+    let variables: Vec<Variable> = columns.map(|v| Variable::within(&v.name, v.lower, v.upper)).collect();
     let subject = Subject {
         name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         geometry: "loaded",

@@ -92,7 +92,9 @@ impl Names {
         }
         let valid = self.movable.join(", ");
         if column.parse::<f64>().is_ok() {
-            return Err(format!("line 1 must name the columns, it has the number {column}; add a header row of: {valid}"));
+            return Err(format!(
+                "line 1 must name the columns, it has the number {column}; add a header row of: {valid}"
+            ));
         }
         Err(format!("column {column:?} is no variable of the robot; valid: {valid}"))
     }
@@ -111,7 +113,8 @@ fn split_unit(column: &str) -> (&str, Option<&str>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         if let Some((name, unit)) = column.strip_suffix(close).and_then(|rest| rest.rsplit_once(open)) {
             let unit = unit.trim();
-            let is_unit = UNITS.iter().chain(&OTHER_UNITS).chain(&["s", "ms", "ns"]).any(|u| unit.eq_ignore_ascii_case(u));
+            let is_unit =
+                UNITS.iter().chain(&OTHER_UNITS).chain(&["s", "ms", "ns"]).any(|u| unit.eq_ignore_ascii_case(u));
             if is_unit && !name.trim().is_empty() {
                 return (name.trim(), Some(unit));
             }
@@ -146,12 +149,9 @@ mod tests {
 
     #[test]
     fn what_no_column_can_be_is_refused_with_the_valid_ones() {
-        for (header, part) in [
-            ("j1,elbow", "\"elbow\""),
-            ("j1 (deg)", "in deg"),
-            ("0.5,8", "the number 0.5"),
-            ("j1,j1 [rad]", "twice"),
-        ] {
+        for (header, part) in
+            [("j1,elbow", "\"elbow\""), ("j1 (deg)", "in deg"), ("0.5,8", "the number 0.5"), ("j1,j1 [rad]", "twice")]
+        {
             let error = columns(header).unwrap_err();
             assert!(error.contains(part), "{error}");
         }

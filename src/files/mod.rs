@@ -256,4 +256,3 @@ fn folder_of(file: &Path) -> &Path {
         _ => Path::new("."),
     }
 }
-

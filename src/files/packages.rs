@@ -56,11 +56,10 @@ impl Packages {
             return if file.is_file() { Ok(file) } else { Err(format!("there is no file {}", file.display())) };
         };
         let (package, rest) = packaged.split_once('/').unwrap_or((packaged, ""));
-        let rest = rest.trim_start_matches('/');
-        if leaves(rest) {
+        let Some(inner) = inside(rest) else {
             return Err(format!("{rest:?} is not in package {package:?}; name the package that it is in"));
-        }
-        let candidates = self.candidates(package, rest, folder);
+        };
+        let candidates = self.candidates(package, &inner, folder);
         candidates.iter().find(|file| file.is_file()).cloned().ok_or_else(|| {
             if let Some(named) = self.named.get(package) {
                 return format!("there is no {rest:?} in package {package:?}, which is {}", named.display());
@@ -73,7 +72,7 @@ impl Packages {
     }
 
     /// Where the file of a package may be, best first. A package that is named is nowhere else.
-    fn candidates(&self, package: &str, rest: &str, folder: &Path) -> Vec<PathBuf> {
+    fn candidates(&self, package: &str, rest: &Path, folder: &Path) -> Vec<PathBuf> {
         if let Some(named) = self.named.get(package) {
             return vec![named.join(rest)];
         }
@@ -99,18 +98,17 @@ fn of_file_address(name: &str) -> &str {
     }
 }
 
-/// Whether a relative path goes out of the folder that it starts in.
-fn leaves(path: &str) -> bool {
-    let mut depth = 0_i32;
-    let step = |part| match part {
-        Component::ParentDir => -1,
-        Component::CurDir | Component::RootDir | Component::Prefix(_) => 0,
-        Component::Normal(_) => 1,
-    };
-    Path::new(path).components().any(|part| {
-        depth += step(part);
-        depth < 0
-    })
+/// A relative path without `.` and `..`; `None` where it goes out of the folder that it starts in.
+fn inside(path: &str) -> Option<PathBuf> {
+    let mut parts = PathBuf::new();
+    for part in Path::new(path).components() {
+        match part {
+            Component::ParentDir => parts.pop().then_some(())?,
+            Component::CurDir | Component::RootDir | Component::Prefix(_) => {}
+            Component::Normal(name) => parts.push(name),
+        }
+    }
+    Some(parts)
 }
 
 /// The name with `%20` and its like read as in an address; `None` where there is none.
@@ -163,7 +161,9 @@ mod tests {
         std::fs::write(folder.path().join("secret.stl"), "").unwrap();
         let packages = Packages::new([("p".to_owned(), folder.path().join("p"))].into());
         let find = |name: &str| packages.resolve(name, folder.path());
-        for name in ["package://p/my meshes/a.STL", "package://p//my%20meshes/a.STL", "package://p/x/../my meshes/./a.STL"] {
+        for name in
+            ["package://p/my meshes/a.STL", "package://p//my%20meshes/a.STL", "package://p/x/../my meshes/./a.STL"]
+        {
             assert!(find(name).is_ok(), "{name}: {:?}", find(name));
         }
         let outside = folder.path().join("secret.stl").display().to_string();

@@ -54,7 +54,11 @@ fn disabled_collisions(
                 let others = robot.links.iter().filter(|other| other.name != link);
                 disabled.extend(others.map(|other| ordered(link, &other.name)));
             }
-            Ok(link) => warnings.push(format!("line {}: {} names link {link:?}, which the robot does not have", line(node), tag(node))),
+            Ok(link) => warnings.push(format!(
+                "line {}: {} names link {link:?}, which the robot does not have",
+                line(node),
+                tag(node)
+            )),
             Err(error) => warnings.push(format!("{error}; it disables nothing")),
         }
     }
@@ -93,8 +97,7 @@ fn virtual_joint(
     let mut found = None;
     for node in children(root, "virtual_joint") {
         let (name, child) = (required(node, "name")?.to_owned(), required(node, "child_link")?);
-        if robot.joints.iter().any(|joint| joint.child == child) || !robot.links.iter().any(|link| link.name == child)
-        {
+        if robot.joints.iter().any(|joint| joint.child == child) || !robot.links.iter().any(|link| link.name == child) {
             let text = format!("carries {child:?}, which is not the robot's root link; it is ignored");
             warnings.push(format!("line {}: virtual joint {name:?} {text}", line(node)));
             continue;

@@ -64,6 +64,8 @@ fn write(node: Node, name: &'static str, out: &mut String) {
 
 fn escaped(value: &str) -> String {
     let references = [('&', "&amp;"), ('<', "&lt;"), ('>', "&gt;"), ('"', "&quot;"), ('\n', "&#10;"), ('\t', "&#9;")];
-    let written = |c: char| references.iter().find(|(plain, _)| *plain == c).map_or(c.to_string(), |(_, text)| (*text).to_owned());
+    let written = |c: char| {
+        references.iter().find(|(plain, _)| *plain == c).map_or(c.to_string(), |(_, text)| (*text).to_owned())
+    };
     value.chars().map(written).collect()
 }

@@ -7,6 +7,8 @@
 
 mod check;
 mod essentials;
+#[cfg(test)]
+mod oddities;
 mod shape;
 #[cfg(test)]
 mod tests;

@@ -13,10 +13,7 @@ const KNOWN: [(&str, &[&str]); 4] = [
     ("robot", &["link", "joint", "material", "transmission", "gazebo", "ros2_control", "sensor"]),
     ("link", &["collision", "visual", "inertial", "sensor", "contact", "self_collision_checking"]),
     ("collision", &["origin", "geometry", "material", "verbose", "name", "contact_coefficients", "surface"]),
-    (
-        "joint",
-        &["origin", "parent", "child", "axis", "limit", "mimic", "safety_controller", "dynamics", "calibration"],
-    ),
+    ("joint", &["origin", "parent", "child", "axis", "limit", "mimic", "safety_controller", "dynamics", "calibration"]),
 ];
 /// Attributes of the elements whose numbers say where things are and how large.
 const ATTRIBUTES: [(&str, &[&str]); 9] = [
@@ -78,8 +75,13 @@ impl Unread {
                 let advice = "take it out of the file if the proof may do without it";
                 return Err(syntax(child, format!("{of}: {} {adds}, and is not read here; {advice}", tag(child))));
             }
-            let effect = if name == "collision_filter_group" { ": the pairs that it switches off are checked" } else { "" };
-            self.warn(child, format!("{} in <{kind}>", tag(child)), format!("{of}: {} is not read{effect}", tag(child)));
+            let effect =
+                if name == "collision_filter_group" { ": the pairs that it switches off are checked" } else { "" };
+            self.warn(
+                child,
+                format!("{} in <{kind}>", tag(child)),
+                format!("{of}: {} is not read{effect}", tag(child)),
+            );
         }
         Ok(())
     }

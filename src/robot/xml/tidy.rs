@@ -77,7 +77,8 @@ impl<'a> Scan<'a> {
     /// A tag up to its `>`, its values escaped and its prefixes noted.
     fn tag(&mut self) {
         let is_root = self.root.is_none() && !self.rest.starts_with("</");
-        let name = self.take(self.rest[1..].find([' ', '\t', '\r', '\n', '/', '>']).map_or(self.rest.len(), |at| at + 1));
+        let name =
+            self.take(self.rest[1..].find([' ', '\t', '\r', '\n', '/', '>']).map_or(self.rest.len(), |at| at + 1));
         self.out.push_str(name);
         if is_root {
             self.root = Some(self.out.len());
@@ -86,7 +87,9 @@ impl<'a> Scan<'a> {
         while !self.rest.is_empty() {
             let outside = self.take(self.rest.find(['"', '\'', '>']).unwrap_or(self.rest.len()));
             self.out.push_str(outside);
-            outside.split(|c: char| c.is_whitespace() || c == '=' || c == '/').for_each(|word| self.note(word, is_root));
+            outside
+                .split(|c: char| c.is_whitespace() || c == '=' || c == '/')
+                .for_each(|word| self.note(word, is_root));
             match self.rest.chars().next() {
                 Some(quote @ ('"' | '\'')) => {
                     let value = self.take(self.rest[1..].find(quote).map_or(self.rest.len(), |at| at + 2));
@@ -170,7 +173,8 @@ mod tests {
         assert!(roxmltree::Document::parse(odd).is_err());
         let document = roxmltree::Document::parse(&text).expect(&text);
         assert_eq!(document.root_element().attribute("name"), Some("a & b"));
-        let element = document.descendants().find(|node| node.tag_name().name() == "e" && node.tag_name().namespace().is_none());
+        let element =
+            document.descendants().find(|node| node.tag_name().name() == "e" && node.tag_name().namespace().is_none());
         let element = element.unwrap();
         assert_eq!(element.attribute(("q", "a")), Some("1 < 2 & A"));
         assert_eq!(document.text_pos_at(element.range().start).row, 7);
