@@ -194,6 +194,8 @@ fn bare(
     table: PathTable,
 ) -> Result<Loaded, CliError> {
     let srdf = source.srdf.clone().or_else(|| files::srdf_of(urdf));
+    let elsewhere = srdf.iter().filter(|file| source.srdf.is_none() && file.parent() != urdf.parent());
+    let elsewhere: Vec<String> = elsewhere.map(|file| format!("the SRDF is {}", file.display())).collect();
     let packages = quantity::packages(&source.packages);
     let mut robot_files = RobotFiles { urdf: urdf.to_owned(), srdf, packages, ..RobotFiles::default() };
     let mut robot = reader.robot_of(&robot_files)?;
@@ -204,7 +206,7 @@ fn bare(
     let selected = source.select.as_deref();
     let scene =
         scene_file.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.selected_scene(file, selected))?;
-    let mut warnings = [table.warnings(), robot.warnings(), scene.warnings()].concat();
+    let mut warnings = [table.warnings(), &elsewhere, robot.warnings(), scene.warnings()].concat();
     let path = table.into_path(robot.variables())?;
     let at_zero = || robot.held().iter().filter(|variable| held.iter().all(|(name, _)| *name != variable.name));
     if let Some(variable) = at_zero().find(|variable| variable.hard_lower > 0.0 || variable.hard_upper < 0.0) {

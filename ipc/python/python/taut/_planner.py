@@ -116,8 +116,8 @@ class Planner:
 
         `packages` says where ``package://NAME/`` is (else ROS_PACKAGE_PATH and AMENT_PREFIX_PATH). `columns` are the
         joints that paths have columns for, all movable ones by default; the others are held. Without `srdf`, one of
-        the URDF's name is looked for beside it, in ``srdf/`` and ``config/`` there and in ``../``; then one for a robot
-        of its name. With `replace`, the label is taken away from other content.
+        the URDF's name beside it is taken, or one of that name or the robot's in ``srdf/`` or ``config/`` there or one
+        folder up. With `replace`, the label is taken away from other content.
 
         >>> import taut
         >>> with taut.local() as d:
