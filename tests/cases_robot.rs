@@ -167,7 +167,11 @@ fn columns_are_what_they_are_called() {
     let load = both.place.taut(&["load-robot", "two_links", "--urdf", &case("recorded-csv/r.urdf")]);
     assert_eq!(load.exit, 0, "{}", load.err);
     let run = both.place.taut(&["check", &recorded, "--robot", "two_links"]);
-    assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
+    assert!(run.exit == 0 && warned(&run, "time"), "{}{}", run.out, run.err);
+    let load = both.place.taut(&["load-robot", "marked", "--urdf", &robot]);
+    assert_eq!(load.exit, 0, "{}", load.err);
+    let run = both.place.taut(&["check", &fixed, "--robot", "marked"]);
+    assert!(run.exit == 0 && warned(&run, "t, jp"), "{}{}", run.out, run.err);
 }
 
 /// Lowest and highest value of each column.

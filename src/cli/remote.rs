@@ -103,17 +103,18 @@ fn labelled(client: &Client, file: &FilePath, label: &str, source: &Source) -> R
     };
     let columns = robot.variables.iter();
     let variables: Vec<Variable> = columns.map(|v| Variable::within(&v.name, v.lower, v.upper)).collect();
+    let table = PathTable::read(file)?.for_variables(&variables, &robot.fixed_joints)?;
     let subject = Subject {
         name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         geometry: "loaded",
-        warnings: robot.warnings.iter().chain(&scene.warnings).cloned().collect(),
+        warnings: table.warnings().iter().chain(&robot.warnings).chain(&scene.warnings).cloned().collect(),
         variables: variables.iter().map(|variable| variable.name.clone()).collect(),
         coordinates: layout::coordinates_of_description(&robot),
         metric: String::new(),
         path_before: Vec::new(),
         source: ResultSubject::default(),
     };
-    let path = PathTable::read(file)?.into_path(&variables)?;
+    let path = table.into_path(&variables)?;
     let subject = Subject { path_before: rows(&path), ..subject };
     Ok(Prepared { subject, robot, scene, loaded: None, path, weights: None })
 }

@@ -44,9 +44,10 @@ impl Names {
         Self::new(robot.variables().iter().map(|variable| variable.name.clone()).collect(), joints)
     }
 
-    /// Only these may, of a robot of which nothing else is known.
-    pub fn of_variables(variables: &[Variable]) -> Self {
-        Self::new(variables.iter().map(|variable| variable.name.clone()).collect(), std::iter::empty())
+    /// Only these may, of a robot that has these joints besides, which never move.
+    pub fn of_variables(variables: &[Variable], fixed: &[String]) -> Self {
+        let fixed = fixed.iter().map(|name| (name.as_str(), JointKind::Fixed));
+        Self::new(variables.iter().map(|variable| variable.name.clone()).collect(), fixed)
     }
 
     fn new<'a>(movable: Vec<String>, joints: impl Iterator<Item = (&'a str, JointKind)>) -> Self {

@@ -92,12 +92,20 @@ impl PathTable {
         Ok(self)
     }
 
+    /// The same for a robot of which these variables and fixed joints are known.
+    ///
+    /// # Errors
+    /// As [`Self::for_robot`].
+    pub fn for_variables(self, variables: &[Variable], fixed: &[String]) -> Result<Self, FileError> {
+        self.of_names(&Names::of_variables(variables, fixed))
+    }
+
     /// The path with its columns in the robot's order.
     ///
     /// # Errors
     /// A column that the robot does not have, or one that is missing, with the names that it has.
     pub fn into_path(self, variables: &[Variable]) -> Result<path::Path, FileError> {
-        let table = self.of_names(&Names::of_variables(variables))?;
+        let table = self.for_variables(variables, &[])?;
         let refuse = |text: String| FileError::Content { file: table.file.clone(), text };
         let order = order(&table.variables, variables).map_err(refuse)?;
         let numbers = table.rows.iter().flat_map(|row| order.iter().map(|&column| row[column])).collect();

@@ -233,7 +233,7 @@ impl Trajectory {
     /// # Errors
     /// As [`Self::for_robot`].
     pub fn ordered(&self, variables: &[Variable]) -> Result<Vec<TrajectoryPoint>, FileError> {
-        self.of_names(&Names::of_variables(variables), variables)
+        self.of_names(&Names::of_variables(variables, &[]), variables)
     }
 
     fn of_names(&self, names: &Names, variables: &[Variable]) -> Result<Vec<TrajectoryPoint>, FileError> {

@@ -22,7 +22,7 @@ use roxmltree::Node;
 pub use visual::{Visual, visuals};
 
 use super::joint::JointKind;
-use super::xml::{self, children, line, required};
+use super::xml::{self, children, line};
 use super::{JointDescription, LinkDescription, Mimic, RobotDescription, RobotError};
 use crate::math::{Pose, Quat, Vec3, quat_from_rpy};
 use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
@@ -167,11 +167,12 @@ impl Reading<'_, '_> {
         let safety = children(joint, "safety_controller").next()?;
         let (lower, upper) = (number(safety, "soft_lower_limit"), number(safety, "soft_upper_limit"));
         let soft = (lower.unwrap_or(0.0), upper.unwrap_or(0.0));
-        let name = format!("line {}: <safety_controller> of joint {:?}", line(safety), required(joint, "name").ok()?);
-        if !(soft.0.max(limits.0) <= soft.1.min(limits.1)) {
-            let ((lower, upper), hard) = (soft, limits);
-            let text = format!("leaves nothing of its limits [{}, {}]; it is ignored", hard.0, hard.1);
-            self.warnings.push(format!("{name} has the soft limits [{lower}, {upper}], which {text}"));
+        let joint = joint.attribute("name").unwrap_or_default();
+        let name = || format!("line {}: <safety_controller> of joint {joint:?}", line(safety));
+        let leaves_some = soft.0.max(limits.0) <= soft.1.min(limits.1);
+        if !leaves_some {
+            let text = format!("leave nothing of its limits [{}, {}]; they are ignored", limits.0, limits.1);
+            self.warnings.push(format!("{} has soft limits [{}, {}] that {text}", name(), soft.0, soft.1));
             return None;
         }
         let missing = match (lower, upper) {
@@ -181,7 +182,7 @@ impl Reading<'_, '_> {
             (Some(_), None) => "no soft_upper_limit",
         };
         let text = "0 by default, as in MoveIt, and bounds the joint";
-        self.warnings.push(format!("{name} gives {missing}, which is {text}"));
+        self.warnings.push(format!("{} gives {missing}, which is {text}", name()));
         Some(soft)
     }
 
@@ -208,17 +209,17 @@ impl Reading<'_, '_> {
 
     /// The rotation of an `<origin>` as its quaternion says; `None` before URDF 1.1, which has none.
     fn quaternion(&mut self, origin: Node, of: &str) -> Result<Option<Quat>, RobotError> {
-        let place = format!("line {}: {of}: quat_xyzw", line(origin));
+        let place = || format!("line {}: {of}: quat_xyzw", line(origin));
         if self.version < QUATERNIONS {
             let (major, minor) = self.version;
             let text = format!("is of URDF 1.1 and this file of {major}.{minor}; it is ignored, as by urdfdom");
-            self.warnings.push(format!("{place} {text}"));
+            self.warnings.push(format!("{} {text}", place()));
             return Ok(None);
         }
         let Some(numbers) = xml::numbers(origin, "quat_xyzw", of)? else { return Ok(None) };
         let &[x, y, z, w] = numbers.as_slice() else { return Ok(None) };
         if [x, y, z, w] == [0.0; 4] {
-            self.warnings.push(format!("{place} is 0 0 0 0, which is no rotation; it is taken for none"));
+            self.warnings.push(format!("{} is 0 0 0 0, which is no rotation; it is taken for none", place()));
             return Ok(Some(Quat::IDENTITY));
         }
         Ok(Some(Quat::from_xyzw(x, y, z, w).normalize()))

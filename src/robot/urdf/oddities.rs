@@ -111,8 +111,8 @@ fn soft_limits_are_read_as_in_moveits_robot_model() {
         (" soft_upper_limit='1'", (0.0, 1.0), Some("no soft_lower_limit")),
         (" soft_lower_limit='-0.5'", (-0.5, 0.0), Some("no soft_upper_limit")),
         ("", (0.0, 0.0), Some("neither soft_lower_limit nor soft_upper_limit")),
-        (" soft_lower_limit='3' soft_upper_limit='4'", (-1.0, 2.0), Some("is ignored")),
-        (" soft_lower_limit='1' soft_upper_limit='-1'", (-1.0, 2.0), Some("is ignored")),
+        (" soft_lower_limit='3' soft_upper_limit='4'", (-1.0, 2.0), Some("are ignored")),
+        (" soft_lower_limit='1' soft_upper_limit='-1'", (-1.0, 2.0), Some("are ignored")),
     ] {
         let robot = soft(attributes).unwrap();
         match warning {

@@ -20,32 +20,26 @@ impl Reading<'_, '_> {
         link: &str,
     ) -> Result<Option<Shape>, RobotError> {
         use urdf_rs::Geometry;
-        let line = children(node, "geometry").next().map_or(0, line);
-        let mut sized = |name: &str, sizes: &[f64]| self.sized(&format!("line {line}: link {link:?}: <{name}>"), sizes);
+        // Lines are counted only for messages: that takes a walk through the file.
+        let at = || children(node, "geometry").next().map_or(0, line);
+        let of = |name: &str| format!("line {}: link {link:?}: <{name}>", at());
         let shape = match geometry {
             Geometry::Box { size } => {
-                let Some(size) = sized("box", &**size) else { return Ok(None) };
+                let Some(size) = self.sized(|| of("box"), &**size) else { return Ok(None) };
                 Shape::cuboid(Vec3::new(size[0], size[1], size[2]))
             }
             Geometry::Cylinder { radius, length } => {
-                let Some(size) = sized("cylinder", &[*radius, *length]) else { return Ok(None) };
+                let Some(size) = self.sized(|| of("cylinder"), &[*radius, *length]) else { return Ok(None) };
                 Shape::cylinder(size[1], size[0])
             }
             // `length` is the straight part, without the round ends.
             Geometry::Capsule { radius, length } => {
-                if self.version < CAPSULES {
-                    let (major, minor) = self.version;
-                    let text = format!("is of URDF 1.2 and this file of {major}.{minor}; it is read all the same");
-                    self.warnings.push(format!("line {line}: link {link:?}: <capsule> {text}"));
-                }
-                match self.sized(&format!("line {line}: link {link:?}: <capsule>"), &[*radius, *length]) {
-                    None => return Ok(None),
-                    Some(_) if *length == 0.0 => Shape::sphere(*radius),
-                    Some(size) => Shape::capsule(size[1], size[0]),
-                }
+                self.old_capsule(|| of("capsule"));
+                let Some(size) = self.sized(|| of("capsule"), &[*radius, *length]) else { return Ok(None) };
+                if *length == 0.0 { Shape::sphere(size[0]) } else { Shape::capsule(size[1], size[0]) }
             }
             Geometry::Sphere { radius } => {
-                let Some(size) = sized("sphere", &[*radius]) else { return Ok(None) };
+                let Some(size) = self.sized(|| of("sphere"), &[*radius]) else { return Ok(None) };
                 Shape::sphere(size[0])
             }
             Geometry::Mesh { filename, scale } => {
@@ -57,19 +51,27 @@ impl Reading<'_, '_> {
                 };
             }
         };
-        shape.map(Some).map_err(|error| bad_size(&error, line, link))
+        shape.map(Some).map_err(|error| bad_size(&error, at(), link))
+    }
+
+    fn old_capsule(&mut self, of: impl Fn() -> String) {
+        let (major, minor) = self.version;
+        if self.version < CAPSULES {
+            let text = format!("is of URDF 1.2 and this file of {major}.{minor}; it is read all the same");
+            self.warnings.push(format!("{} {text}", of()));
+        }
     }
 
     /// The sizes with no 0 among them; `None` where they are all 0.
-    fn sized(&mut self, of: &str, sizes: &[f64]) -> Option<Vec<f64>> {
+    fn sized(&mut self, of: impl Fn() -> String, sizes: &[f64]) -> Option<Vec<f64>> {
         if sizes.iter().all(|size| *size == 0.0) {
-            self.warnings.push(format!("{of} has no size; it is left out"));
+            self.warnings.push(format!("{} has no size; it is left out", of()));
             return None;
         }
         if sizes.contains(&0.0) && sizes.iter().all(|size| *size >= 0.0) {
             let numbers: Vec<String> = sizes.iter().map(f64::to_string).collect();
             let text = format!("fills no space; it is taken to be {THIN} m thick");
-            self.warnings.push(format!("{of} of size {} {text}", numbers.join(" × ")));
+            self.warnings.push(format!("{} of size {} {text}", of(), numbers.join(" × ")));
         }
         Some(sizes.iter().map(|size| if *size == 0.0 { THIN } else { *size }).collect())
     }
