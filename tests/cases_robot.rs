@@ -269,3 +269,18 @@ fn hard_limits_refuse_whatever_soft_ones_are() {
         assert!(run.exit == 0 && warned(run, "joint6 is held at 0, outside its soft limits"), "{said}");
     });
 }
+
+#[test]
+fn a_message_that_has_the_robot_elsewhere_is_not_proved_for_another_one() {
+    let both = Both::new();
+    let robot = case("rest-contacts-advice/r.urdf");
+    let text = "trajectory_start:\n  joint_state:\n    name: [shoulder, elbow, gone]\n    position: [0.3, -0.5, 1]\n\
+        trajectory:\n- joint_trajectory:\n    joint_names: [shoulder]\n    points:\n    - positions: [0.3]\n    - positions: [0.1]\n---\n";
+    let path = both.place.file("path.yaml", text);
+    both.run(&["check", &path, "--robot", &robot], |run, said| {
+        assert!(run.exit == 65 && run.err.contains("path.yaml") && run.err.contains("--hold elbow=-0.5"), "{said}");
+    });
+    both.run(&["check", &path, "--robot", &robot, "--hold", "elbow=-0.5"], |run, said| {
+        assert_eq!(run.exit, 0, "{said}");
+    });
+}

@@ -7,7 +7,7 @@ use taut::collision::CollisionModel;
 use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
 use taut::files::{self, FileError, Geometry, Kind, Packages, PathTable, Peer, Problem, Reader, RobotFiles};
 use taut::path::Path;
-use taut::robot::RobotModel;
+use taut::robot::{HeldVariable, RobotModel};
 use taut::scene::Scene;
 use taut::scene::scene_file::SceneFile;
 use taut::shape::Shape;
@@ -207,7 +207,6 @@ fn bare(
     let scene =
         scene_file.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.selected_scene(file, selected))?;
     let mut warnings = [table.warnings(), &elsewhere, robot.warnings(), scene.warnings()].concat();
-    let path = table.into_path(robot.variables())?;
     let at_zero = || robot.held().iter().filter(|variable| held.iter().all(|(name, _)| *name != variable.name));
     if let Some(variable) = at_zero().find(|variable| variable.hard_lower > 0.0 || variable.hard_upper < 0.0) {
         let (missing, lower, upper) = (&variable.name, variable.hard_lower, variable.hard_upper);
@@ -216,6 +215,10 @@ fn bare(
         );
         return Err(FileError::Content { file: name.into(), text }.into());
     }
+    let given = |name: &str| held.iter().rev().find(|(known, _)| known == name).map(|(_, value)| *value);
+    let where_held = |variable: &HeldVariable| given(&variable.name).unwrap_or(variable.default);
+    table.check_held(robot.held().iter().map(|variable| (variable.name.as_str(), where_held(variable))))?;
+    let path = table.into_path(robot.variables())?;
     if at_zero().next().is_some() {
         let names: Vec<&str> = at_zero().map(|variable| variable.name.as_str()).collect();
         warnings.push(format!("the path has no column for {}: held still at 0", names.join(", ")));

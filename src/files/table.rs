@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::columns::{self, Names};
-use super::trajectory::Constraints;
+use super::trajectory::{Constraints, Start};
 use super::{FileError, read_text, trajectory, vamp, yaml};
 use crate::path;
 use crate::robot::{RobotDescription, Variable};
@@ -17,7 +17,11 @@ pub struct PathTable {
     variables: Vec<String>,
     rows: Vec<Vec<f64>>,
     warnings: Vec<String>,
+    start: Start,
 }
+
+/// How far a held joint may be from where a message has it (m or rad): what printing leaves of a number.
+const HELD_TOLERANCE: f64 = 1e-6;
 
 #[derive(Deserialize)]
 struct JsonTable {
@@ -38,12 +42,20 @@ impl PathTable {
         let parsed = if is_csv(file) {
             parse_csv(&text)
         } else if yaml::is_yaml(file) || is_trajectory(&text) {
-            parse_trajectory(&text, yaml::is_yaml(file))
+            return Self::of_trajectory(file, &text);
         } else {
             parse_json(&text)
         };
         let (variables, rows) = parsed.map_err(|text| FileError::Content { file: file.to_owned(), text })?;
-        Ok(Self { file: file.to_owned(), variables, rows, warnings: Vec::new() })
+        Ok(Self { file: file.to_owned(), variables, rows, warnings: Vec::new(), start: Vec::new() })
+    }
+
+    fn of_trajectory(file: &Path, text: &str) -> Result<Self, FileError> {
+        let refuse = |text: String| FileError::Content { file: file.to_owned(), text };
+        let (variables, points, start) = trajectory::parse(text, yaml::is_yaml(file)).map_err(refuse)?;
+        let rows = points.into_iter().map(|point| point.positions).collect();
+        let (variables, rows) = checked(variables, rows).map_err(refuse)?;
+        Ok(Self { file: file.to_owned(), variables, rows, warnings: Vec::new(), start })
     }
 
     /// The straight line from start to goal of one of VAMP's problems, `selected` as `SET:INDEX`.
@@ -55,12 +67,33 @@ impl PathTable {
         let parsed = vamp::Problem::select(&text, selected).and_then(|problem| problem.path());
         let checked = parsed.and_then(|(variables, rows)| checked(variables, rows));
         let (variables, rows) = checked.map_err(|text| FileError::Content { file: file.to_owned(), text })?;
-        Ok(Self { file: file.to_owned(), variables, rows, warnings: Vec::new() })
+        Ok(Self { file: file.to_owned(), variables, rows, warnings: Vec::new(), start: Vec::new() })
     }
 
     /// Column names in the file's order.
     pub fn variables(&self) -> &[String] {
         &self.variables
+    }
+
+    /// Refuses a path whose own message has joints elsewhere than where they are held: it would be proved for another
+    /// robot.
+    ///
+    /// # Errors
+    /// Those joints, and how to hold them there.
+    pub fn check_held<'a>(&self, held: impl Iterator<Item = (&'a str, f64)>) -> Result<(), FileError> {
+        let differs = |(name, value): (&'a str, f64)| {
+            let (_, start) = self.start.iter().rev().find(|(known, _)| known == name)?;
+            ((start - value).abs() > HELD_TOLERANCE).then(|| format!("{name}={start}"))
+        };
+        let elsewhere: Vec<String> = held.filter_map(differs).collect();
+        if elsewhere.is_empty() {
+            return Ok(());
+        }
+        let text = format!(
+            "its start state has joints that the path does not move elsewhere than where they are held; hold them there: --hold {}",
+            elsewhere.join(" --hold ")
+        );
+        Err(FileError::Content { file: self.file.clone(), text })
     }
 
     /// What of the file is not read, a line each.
@@ -160,11 +193,6 @@ fn parse_json(text: &str) -> Parsed {
         return Err(format!("path row {index} has {} numbers, \"variables\" names {columns} columns", row.len()));
     }
     checked(table.variables, table.path)
-}
-
-fn parse_trajectory(text: &str, is_yaml: bool) -> Parsed {
-    let (variables, points) = trajectory::parse(text, is_yaml)?;
-    checked(variables, points.into_iter().map(|point| point.positions).collect())
 }
 
 /// Columns are parted by commas, or where the header has none by semicolons or tabs; numbers then may have a comma.

@@ -214,7 +214,7 @@ impl Trajectory {
     /// A file that cannot be read, holds no trajectory or several, or has a point of the wrong length.
     pub fn read(file: &Path) -> Result<Self, FileError> {
         let parsed = parse(&read_text(file)?, yaml::is_yaml(file));
-        let (joint_names, points) = parsed.map_err(|text| FileError::Content { file: file.to_owned(), text })?;
+        let (joint_names, points, _) = parsed.map_err(|text| FileError::Content { file: file.to_owned(), text })?;
         Ok(Self { file: file.to_owned(), joint_names, points })
     }
 }
@@ -257,19 +257,23 @@ impl Trajectory {
 
 type Parsed = Result<(Vec<String>, Vec<TrajectoryPoint>), String>;
 
-/// The one trajectory of a text.
-pub(super) fn parse(text: &str, is_yaml: bool) -> Parsed {
+/// Where the joints stand before a path, by name.
+pub(super) type Start = Vec<(String, f64)>;
+
+/// The one trajectory of a text, and where its message says that the robot stands.
+pub(super) fn parse(text: &str, is_yaml: bool) -> Result<(Vec<String>, Vec<TrajectoryPoint>, Start), String> {
     let messages: Vec<Message> = match is_yaml {
         true => yaml::documents(text)?,
         false => vec![serde_json::from_str(text).map_err(|error| format!("not a trajectory: {error}"))?],
     };
     let mut found = Vec::new();
     let is_scene = messages.iter().any(|message| message.world.is_some());
+    let start = messages.iter().flat_map(Message::start).collect();
     for message in messages {
         message.collect(&mut found)?;
     }
     match found.len() {
-        1 => checked(found.swap_remove(0)),
+        1 => checked(found.swap_remove(0)).map(|(names, points)| (names, points, start)),
         0 if is_scene => Err("it is a planning scene, not a path; give it as --scene".to_owned()),
         0 => Err("no trajectory: a trajectory has joint_names and points with positions".to_owned()),
         many => Err(format!("it holds {many} trajectories; keep one of them")),
@@ -277,6 +281,13 @@ pub(super) fn parse(text: &str, is_yaml: bool) -> Parsed {
 }
 
 impl Message {
+    /// Where its joints stand at first.
+    fn start(&self) -> Start {
+        let states = [&self.start_state, &self.trajectory_start].into_iter().flatten();
+        let joints = states.flat_map(|state| state.joint_state.name.iter().zip(&state.joint_state.position));
+        joints.map(|(name, position)| (name.clone(), *position)).collect()
+    }
+
     fn collect(self, found: &mut Vec<(Vec<String>, Vec<TrajectoryPoint>)>) -> Result<(), String> {
         if let Some(MultiDof { joint_names, points }) = self.multi_dof_joint_trajectory
             && !points.is_empty()
