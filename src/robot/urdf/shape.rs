@@ -54,10 +54,11 @@ impl Reading<'_, '_> {
         shape.map(Some).map_err(|error| bad_size(&error, at(), link))
     }
 
+    /// One line for a file: its first capsule, where others would not read any.
     fn old_capsule(&mut self, of: impl Fn() -> String) {
         let (major, minor) = self.version;
-        if self.version < CAPSULES {
-            let text = format!("is of URDF 1.2 and this file of {major}.{minor}; it is read all the same");
+        let text = format!("is of URDF 1.2 and this file of {major}.{minor}; capsules are read all the same");
+        if self.version < CAPSULES && !self.warnings.iter().any(|warning| warning.ends_with(&text)) {
             self.warnings.push(format!("{} {text}", of()));
         }
     }
