@@ -92,6 +92,7 @@ pub fn robot(rng: &mut Rng) -> RobotModel {
             origin: pose(rng, 0.4),
             axis: vector(rng, 1.0) + Vec3::new(0.0, 0.0, 1e-3),
             limits: Some(if kind == JointKind::Prismatic { (-0.4, 0.5) } else { (-3.0, 3.0) }),
+            soft_limits: None,
             mimic: master.map(|joint| Mimic { joint, multiplier: uniform(rng, -2.0, 2.0), offset: 0.1 }),
         });
     }

@@ -41,6 +41,7 @@ fn windmill(obstacles: Vec<PlacedShape>) -> CollisionModel {
         origin: Pose::identity(),
         axis: Vec3::Z,
         limits: Some((-1.0, 1.0)),
+        soft_limits: None,
         mimic: None,
     };
     let link = |name: &str, collision| LinkDescription { name: name.into(), collision };

@@ -46,7 +46,7 @@ struct Finding<'a> {
 pub(super) fn run(file: &Path, answer: &Path, deadline: Option<Duration>, format: Format) -> Result<u8, CliError> {
     let (trajectory, result) = (Trajectory::read(file)?, ResultFile::read(answer)?);
     let (path, corridor) = corridor_of(answer, &result)?;
-    let named = |name: &String| Variable { name: name.clone(), lower: f64::NEG_INFINITY, upper: f64::INFINITY };
+    let named = |name: &String| Variable::within(name, f64::NEG_INFINITY, f64::INFINITY);
     let variables: Vec<Variable> = result.variables.iter().map(named).collect();
     let mut points = timed_points(&trajectory, trajectory.ordered(&variables)?)?;
     shift_whole_turns(&result, &path, &mut points);

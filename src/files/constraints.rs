@@ -1,8 +1,6 @@
 //! What planning requests, trajectories and problems say besides a path: nothing that a path would have to keep to, or
 //! could meet, is left out unseen.
 
-use serde::de::IgnoredAny;
-
 use crate::scene::Filled;
 use crate::scene::scene_file::refuse_constraints;
 
@@ -13,20 +11,6 @@ use crate::scene::scene_file::refuse_constraints;
 pub(super) fn check_constraints<const N: usize>(fields: [(&str, Filled); N]) -> Result<(), String> {
     let check = |(field, constraints)| refuse_constraints(field, constraints).map_err(|error| error.to_string());
     fields.into_iter().try_for_each(check)
-}
-
-/// Refuses objects that the robot carries in one of these states.
-///
-/// # Errors
-/// There are some.
-pub(super) fn check_carried<const N: usize>(states: [(&str, Option<&Vec<IgnoredAny>>); N]) -> Result<(), String> {
-    match states.iter().find(|(_, carried)| carried.is_some_and(|carried| !carried.is_empty())) {
-        None => Ok(()),
-        Some((state, _)) => {
-            let text = format!("its {state} has attached_collision_objects, which are the scene's to say");
-            Err(format!("{text}; give them in the scene (attached_collision_objects), or leave them out"))
-        }
-    }
 }
 
 /// Refuses a goal that says more than where joints are.

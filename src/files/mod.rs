@@ -3,15 +3,18 @@
 //! Everything that cannot be read gives one line: the file, the line where it is known, the value,
 //! the valid values and the next step.
 
+mod columns;
 mod constraints;
 mod packages;
 mod planning_scene;
 mod problem;
 pub mod result;
 mod robot_files;
+mod srdf_of;
 mod table;
 #[cfg(test)]
 mod tests;
+mod text;
 mod trajectory;
 mod vamp;
 mod yaml;
@@ -24,7 +27,9 @@ pub use packages::Packages;
 pub use problem::{Geometry, Kind, Peer, Problem};
 pub use result::ResultFile;
 pub use robot_files::{RobotFiles, RootJoint};
+pub use srdf_of::srdf_of;
 pub use table::PathTable;
+use text::read as read_text;
 pub use trajectory::{Trajectory, TrajectoryPoint};
 
 use crate::math::Vec3;
@@ -100,16 +105,18 @@ impl Reader {
         srdf: Option<&Path>,
         packages: &BTreeMap<String, PathBuf>,
     ) -> Result<RobotDescription, FileError> {
-        let text = read_text(urdf)?;
+        let (text, odd) = text::read_xml(urdf)?;
         let packages = self.packages.with(packages);
         let folder = folder_of(urdf);
         let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder);
         let mut robot =
             urdf::parse(&text, &mut meshes).map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
+        robot.warnings.extend(odd);
         if let Some(srdf) = srdf {
-            let (semantics, warnings) = srdf::parse(&read_text(srdf)?, &robot)
-                .map_err(|source| FileError::Robot { file: srdf.to_owned(), source })?;
-            robot.warnings.extend(warnings);
+            let (text, odd) = text::read_xml(srdf)?;
+            let (semantics, warnings) =
+                srdf::parse(&text, &robot).map_err(|source| FileError::Robot { file: srdf.to_owned(), source })?;
+            robot.warnings.extend(odd.into_iter().chain(warnings).map(|warning| format!("SRDF: {warning}")));
             robot.virtual_joint = semantics.virtual_joint.clone();
             robot.semantics = Some(semantics);
         }
@@ -261,9 +268,4 @@ fn folder_of(file: &Path) -> &Path {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     }
-}
-
-fn read_text(file: &Path) -> Result<String, FileError> {
-    std::fs::read_to_string(file)
-        .map_err(|error| FileError::Unreadable { file: file.to_owned(), reason: error.to_string() })
 }

@@ -4,7 +4,7 @@ use super::outcome::ColumnTurns;
 use super::settings::Settings;
 use crate::path::{Metric, MetricError, Path};
 use crate::robot::configuration::{FARTHEST_ANGLE_RAD, LONGEST_STEP_RAD, turns_between};
-use crate::robot::{Component, ConfigurationSpace, HeldVariable, RobotModel};
+use crate::robot::{Component, ConfigurationSpace, HeldVariable, RobotModel, Variable};
 use crate::validation::path_proof::LEAST_FLOOR_M;
 
 /// How far outside its limits a path may start (m or rad).
@@ -272,18 +272,19 @@ fn check_columns(robot: &RobotModel, path: &Path) -> Result<(), RequestError> {
 
 /// A warning for every held variable that the robot cannot hold where it is.
 fn held_outside_limits(robot: &RobotModel, held: &[f64]) -> Vec<String> {
-    let outside = robot
-        .held()
-        .iter()
-        .zip(held)
-        .filter(|(variable, value)| (variable.lower - **value).max(**value - variable.upper) > LIMIT_TOLERANCE);
     let text = |(variable, value): (&HeldVariable, &f64)| {
-        format!("{} is held at {value}, outside [{}, {}]", variable.name, variable.lower, variable.upper)
+        let HeldVariable { name, lower, upper, hard_lower, hard_upper, .. } = variable;
+        let outside = |lower: f64, upper: f64| (lower - value).max(value - upper) > LIMIT_TOLERANCE;
+        if outside(*hard_lower, *hard_upper) {
+            return Some(format!("{name} is held at {value}, outside [{hard_lower}, {hard_upper}]"));
+        }
+        outside(*lower, *upper)
+            .then(|| format!("{name} is held at {value}, outside its soft limits [{lower}, {upper}]"))
     };
-    outside.map(text).collect()
+    robot.held().iter().zip(held).filter_map(text).collect()
 }
 
-/// Checks every number; returns a warning where limits are exceeded by a little.
+/// Checks every number; returns a warning where limits are exceeded by a little, and one where soft limits are.
 fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<String>, RequestError> {
     let mut worst: Option<(f64, String)> = None;
     for (waypoint, row) in path.waypoints().enumerate() {
@@ -292,9 +293,9 @@ fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<String>, RequestE
             if !value.is_finite() {
                 return Err(RequestError::NotFinite { waypoint, variable: name(), value });
             }
-            let outside = (variable.lower - value).max(value - variable.upper);
+            let (lower, upper) = (variable.hard_lower, variable.hard_upper);
+            let outside = (lower - value).max(value - upper);
             if outside > LIMIT_TOLERANCE {
-                let (lower, upper) = (variable.lower, variable.upper);
                 return Err(RequestError::Limits { waypoint, variable: name(), value, lower, upper });
             }
             if outside > 0.0 && worst.as_ref().is_none_or(|(most, _)| outside > *most) {
@@ -312,7 +313,23 @@ fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<String>, RequestE
             }
         }
     }
-    Ok(worst.into_iter().map(|(_, text)| text).collect())
+    Ok(worst.into_iter().map(|(_, text)| text).chain(outside_soft_limits(robot, path)).collect())
+}
+
+/// One warning that names each variable which is somewhere between its soft limits and its limits, and by how much at
+/// most. No optimizer moves it further out.
+fn outside_soft_limits(robot: &RobotModel, path: &Path) -> Option<String> {
+    let farthest = |(column, variable): (usize, &Variable)| {
+        let by = |row: &[f64]| (variable.lower - row[column]).max(row[column] - variable.upper);
+        let (waypoint, by) = path.waypoints().map(by).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let Variable { name, lower, upper, .. } = variable;
+        let amount = if by < 1e-3 { format!("{by:.1e}") } else { format!("{by:.3}") };
+        (by > 0.0).then(|| format!("{name} by {amount} of [{lower}, {upper}] (waypoint {waypoint})"))
+    };
+    let soft = robot.variables().iter().enumerate().filter(|(_, variable)| variable.has_soft_limits());
+    let named: Vec<String> = soft.filter_map(farthest).collect();
+    let text = "the path leaves soft limits (safety_controller), and is not moved further out";
+    (!named.is_empty()).then(|| format!("{text}: {}", named.join(", ")))
 }
 
 /// The form of a path that optimizers work on.

@@ -53,6 +53,8 @@ pub struct JointDescription {
     pub axis: Vec3,
     /// Lower and upper limit (m or rad); `None` where the file gives none.
     pub limits: Option<(f64, f64)>,
+    /// Limits within those, which the robot's controllers keep (m or rad); `None` where the file gives none.
+    pub soft_limits: Option<(f64, f64)>,
     /// The joint that this one copies.
     pub mimic: Option<Mimic>,
 }

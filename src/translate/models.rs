@@ -92,12 +92,19 @@ pub fn describe(label: &str, entry: &RobotEntry) -> RobotDescription {
         variables: variables(robot),
         held_variables: robot.held().iter().map(|variable| variable.name.clone()).collect(),
         held_values: robot.held().iter().map(|variable| variable.default).collect(),
+        fixed_joints: fixed_joints(robot),
         groups: robot.groups().iter().map(|(name, moving)| group(robot, name, moving)).collect(),
         nq: robot.space().nq() as u32,
         nv: robot.space().nv() as u32,
         weights: entry.weights.to_vec(),
         warnings: robot.warnings().to_vec(),
     }
+}
+
+fn fixed_joints(robot: &RobotModel) -> Vec<String> {
+    // Joint 0 holds the root in the world; it is nobody's but ours.
+    let fixed = robot.joints().iter().skip(1).filter(|joint| joint.kind == JointKind::Fixed);
+    fixed.map(|joint| joint.name.clone()).collect()
 }
 
 fn variables(robot: &RobotModel) -> Vec<VariableDescription> {

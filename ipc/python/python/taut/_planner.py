@@ -116,22 +116,19 @@ class Planner:
 
         `packages` says where ``package://NAME/`` is (else ROS_PACKAGE_PATH and AMENT_PREFIX_PATH). `columns` are the
         joints that paths have columns for, all movable ones by default; the others are held. Without `srdf`, one of
-        the URDF's name beside it is taken. With `replace`, the label is taken away from other content.
+        the URDF's name beside it is taken, or one of that name or the robot's in ``srdf/`` or ``config/`` there or one
+        folder up. With `replace`, the label is taken away from other content.
 
         >>> import taut
         >>> with taut.local() as d:
         ...     d.load_robot("panda", ROBOTS + "/panda_like.urdf").columns[:2]
         ['joint1', 'joint2']
         """
-        urdf_path = FilePath(fspath(urdf))
-        beside = urdf_path.with_suffix(".srdf")
-        if srdf is None and beside.is_file():
-            srdf = beside
         folders: Dict[str, File] = {name: fspath(folder) for name, folder in (packages or {}).items()}
         names = None if columns is None else list(columns)
         pairs = [(a, b) for a, b in allowed_collisions]
         srdf_path = None if srdf is None else fspath(srdf)
-        return _robot(self._connection.load_robot(label, str(urdf_path), srdf_path, folders, names, pairs, replace))
+        return _robot(self._connection.load_robot(label, fspath(urdf), srdf_path, folders, names, pairs, replace))
 
     def unload_robot(self, label: str) -> None:
         """Forgets a robot; running requests keep it."""
