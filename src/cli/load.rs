@@ -11,6 +11,7 @@ use taut::robot::RobotModel;
 use taut::scene::Scene;
 use taut::scene::scene_file::SceneFile;
 use taut::shape::Shape;
+use taut::warning::Warning;
 
 use super::error::CliError;
 use super::layout;
@@ -38,8 +39,8 @@ pub(super) struct Loaded {
     pub path: Path,
     /// The problem's weights.
     pub weights: Option<Vec<f64>>,
-    /// What is odd about robot and scene, a line each.
-    pub warnings: Vec<String>,
+    /// What a person should know of robot and scene.
+    pub warnings: Vec<Warning>,
     /// Recorded answers of others, by name.
     pub peers: std::collections::BTreeMap<String, Peer>,
     /// The best honest one of them.
@@ -224,7 +225,8 @@ fn bare(
     }
     if at_zero().next().is_some() {
         let names: Vec<&str> = at_zero().map(|variable| variable.name.as_str()).collect();
-        warnings.push(format!("the path has no column for {}: held still at 0", names.join(", ")));
+        let text = format!("the path has no column for {}: held still at 0", names.join(", "));
+        warnings.push(Warning::uncovered(text));
     }
     Ok(Loaded {
         robot: Arc::new(robot),

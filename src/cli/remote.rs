@@ -8,6 +8,7 @@ use taut::files::{self, PathTable, Reader, RobotFiles};
 use taut::optimize::{RequestError, Settings};
 use taut::path::Path;
 use taut::robot::Variable;
+use taut::warning::Warning;
 use taut_ipc::client::RequestBuilder;
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, RobotDescription, SceneSummary};
 use taut_ipc::wire::{Code, RequestBody};
@@ -64,8 +65,9 @@ pub(super) fn prepare(
     let scene = loaded_scene(client, &listing, &loaded)?;
     let mut subject = loaded.subject();
     // The daemon may have found more, such as links that collide as the robot stands.
-    let more = robot.warnings.iter().filter(|warning| !loaded.warnings.contains(warning));
-    subject.warnings.extend(more.cloned());
+    let known = taut::files::result::texts(&loaded.warnings, |_| true);
+    let more = robot.warnings.iter().filter(|warning| !known.contains(warning));
+    subject.warnings.extend(more.map(Warning::uncovered));
     let (path, weights) = (loaded.path.clone(), loaded.weights.clone());
     Ok(Prepared { subject, robot, scene, loaded: Some(loaded), path, weights })
 }
@@ -107,7 +109,7 @@ fn labelled(client: &Client, file: &FilePath, label: &str, source: &Source) -> R
     let subject = Subject {
         name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         geometry: "loaded",
-        warnings: robot.warnings.iter().chain(&scene.warnings).cloned().collect(),
+        warnings: robot.warnings.iter().chain(&scene.warnings).map(Warning::uncovered).collect(),
         variables: variables.iter().map(|variable| variable.name.clone()).collect(),
         coordinates: layout::coordinates_of_description(&robot),
         metric: String::new(),

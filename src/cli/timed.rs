@@ -11,6 +11,7 @@ use taut::optimize::LIMIT_TOLERANCE;
 use taut::robot::Kinematics;
 use taut::validation::timed::{self, Curve, Outside, Point, TimedHit, TimedProof, TimedVerdict};
 use taut::validation::{HitReason, Scratch, Validator};
+use taut::warning::{self, Warning};
 
 use super::choices::Choices;
 use super::code::Code;
@@ -94,7 +95,7 @@ pub(super) fn run(
     let time_s = start.elapsed().as_secs_f64();
     let (code, reason) = code(&verdict);
     if format == Format::Table {
-        loaded.warnings.iter().chain(&warnings).for_each(|warning| eprintln!("warning: {warning}"));
+        report::warn(&warning::told(loaded.warnings.iter().chain(&warnings)), "");
     }
     let text = match format {
         Format::Json => {
@@ -123,14 +124,14 @@ fn verdict(
     rules: &Rules,
     choices: &Choices,
     start: Instant,
-) -> Result<(Verdict, Vec<String>), CliError> {
+) -> Result<(Verdict, Vec<Warning>), CliError> {
     let (robot, model) = (&loaded.robot, loaded.model()?);
     let mut warnings = Vec::new();
     if curve.time(0) > 0.0 {
-        warnings.push(format!(
+        warnings.push(Warning::uncovered(format!(
             "the first point is at {} s: how the robot gets there is not part of the trajectory, nor of this proof",
             curve.time(0)
-        ));
+        )));
     }
     if let Some(outside) = curve.outside(robot) {
         let variable = &robot.variables()[outside.column];
@@ -138,7 +139,8 @@ fn verdict(
             let (variable, limits) = (variable.name.clone(), [variable.lower, variable.upper]);
             return Ok((Verdict::Outside { outside, variable, limits }, warnings));
         }
-        warnings.push(format!("{} leaves its limits by {:.1e} at {:.4} s", variable.name, outside.by, outside.time_s));
+        let text = format!("{} leaves its limits by {:.1e} at {:.4} s", variable.name, outside.by, outside.time_s);
+        warnings.push(Warning::uncovered(text));
     }
     let held = held(loaded, choices)?;
     let mut kinematics = Kinematics::default();

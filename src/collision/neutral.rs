@@ -3,6 +3,7 @@
 use super::model::CollisionModel;
 use super::query;
 use crate::robot::{Component, Kinematics, RobotModel};
+use crate::warning::Warning;
 
 /// Checked pairs of links that touch or overlap in the neutral configuration: every variable at 0, or at the limit
 /// that is nearest to it, and turns of floating joints at none.
@@ -21,11 +22,14 @@ pub fn neutral_contacts(model: &CollisionModel) -> Vec<[String; 2]> {
 }
 
 /// A warning for each of [`neutral_contacts`], with the line of an SRDF that would allow it.
-pub fn neutral_warnings(model: &CollisionModel) -> Vec<String> {
+pub fn neutral_warnings(model: &CollisionModel) -> Vec<Warning> {
     let warning = |[a, b]: [String; 2]| {
         let line =
             format!("<disable_collisions link1=\"{}\" link2=\"{}\" reason=\"Default\"/>", escaped(&a), escaped(&b));
-        format!("no SRDF, and {a} × {b} collide with every joint at 0; if they are built so, put in an SRDF: {line}")
+        let text = format!(
+            "no SRDF, and {a} × {b} collide with every joint at 0; if they are built so, put in an SRDF: {line}"
+        );
+        Warning::cosmetic("rest contact", text)
     };
     neutral_contacts(model).into_iter().map(warning).collect()
 }

@@ -10,6 +10,7 @@ use crate::optimize::{Outcome, PathContact, Refusal, StageShare};
 use crate::path;
 use crate::scene::scene_file::SceneFile;
 use crate::validation::Certificate;
+use crate::warning::Warning;
 
 /// What a result file calls itself.
 pub const RESULT_FORMAT: &str = "taut-result/1";
@@ -79,8 +80,10 @@ pub struct ResultFile {
     /// Where the input is refused, if it is.
     #[serde(flatten)]
     pub refusal: Option<ResultRefusal>,
-    /// What is odd about robot, scene and request, a line each.
+    /// What a person should know of robot, scene and request, a line each.
     pub warnings: Vec<String>,
+    /// Those of them that say what the verdict does not cover, or rests on.
+    pub uncovered: Vec<String>,
     /// Columns of both paths, by MoveIt's variable names.
     pub variables: Vec<String>,
     /// Weights of the metric, one per velocity coordinate.
@@ -253,7 +256,8 @@ impl ResultFile {
             stage: outcome.stage.name().to_owned(),
             stages: outcome.stages.iter().map(Into::into).collect(),
             refusal: outcome.refusal.as_ref().map(Into::into),
-            warnings: outcome.warnings.clone(),
+            warnings: texts(&outcome.warnings, |_| true),
+            uncovered: texts(&outcome.warnings, Warning::is_uncovered),
             weights: outcome.weights.clone(),
             path: rows(&outcome.path),
             certificate: outcome.certificate.clone(),
@@ -290,6 +294,11 @@ impl ResultFile {
     pub fn json(&self) -> String {
         serde_json::to_string(self).expect("a result holds only strings, booleans and numbers")
     }
+}
+
+/// The lines of those warnings that are meant.
+pub fn texts(warnings: &[Warning], is_meant: impl Fn(&Warning) -> bool) -> Vec<String> {
+    warnings.iter().filter(|warning| is_meant(warning)).map(Warning::to_string).collect()
 }
 
 /// The waypoints of a path.

@@ -7,6 +7,7 @@ use crate::path::{Metric, MetricError, Path};
 use crate::robot::configuration::shortest_arc;
 use crate::robot::{Component, ConfigurationSpace, HeldVariable, RobotModel};
 use crate::validation::path_proof::LEAST_FLOOR_M;
+use crate::warning::Warning;
 
 /// How far outside its limits a path may start (m or rad).
 pub const LIMIT_TOLERANCE: f64 = 1e-4;
@@ -98,7 +99,7 @@ pub(super) struct Input {
     pub origins: Vec<usize>,
     /// For each of the caller's waypoints, the waypoint of `path` that stands for it.
     pub standing_for: Vec<usize>,
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Input {
@@ -152,20 +153,21 @@ fn check_columns(robot: &RobotModel, path: &Path) -> Result<(), RequestError> {
 }
 
 /// A warning for every held variable that the robot cannot hold where it is.
-fn held_outside_limits(robot: &RobotModel, held: &[f64]) -> Vec<String> {
+fn held_outside_limits(robot: &RobotModel, held: &[f64]) -> Vec<Warning> {
     let outside = robot
         .held()
         .iter()
         .zip(held)
         .filter(|(variable, value)| (variable.lower - **value).max(**value - variable.upper) > LIMIT_TOLERANCE);
     let text = |(variable, value): (&HeldVariable, &f64)| {
-        format!("{} is held at {value}, outside [{}, {}]", variable.name, variable.lower, variable.upper)
+        let (name, lower, upper) = (&variable.name, variable.lower, variable.upper);
+        Warning::uncovered(format!("{name} is held at {value}, outside [{lower}, {upper}]"))
     };
     outside.map(text).collect()
 }
 
 /// Checks every number; returns a warning where limits are exceeded by a little.
-fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<String>, RequestError> {
+fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<Warning>, RequestError> {
     let mut worst: Option<(f64, String)> = None;
     for (waypoint, row) in path.waypoints().enumerate() {
         for (variable, &value) in robot.variables().iter().zip(row) {
@@ -193,7 +195,7 @@ fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<String>, RequestE
             }
         }
     }
-    Ok(worst.into_iter().map(|(_, text)| text).collect())
+    Ok(worst.into_iter().map(|(_, text)| Warning::uncovered(text)).collect())
 }
 
 /// The form of a path that optimizers work on.
@@ -207,7 +209,7 @@ struct Canonical {
 impl Canonical {
     /// Drops neighbours that are equal (unless both are fixed), normalises quaternions, and writes each
     /// circle's values so that they follow each other without a jump.
-    fn new(space: &ConfigurationSpace, path: &Path, fixed: &[bool], warnings: &mut Vec<String>) -> Self {
+    fn new(space: &ConfigurationSpace, path: &Path, fixed: &[bool], warnings: &mut Vec<Warning>) -> Self {
         let nq = space.nq();
         let mut rows: Vec<f64> = Vec::with_capacity(path.as_flat().len());
         let (mut kept, mut origins): (Vec<bool>, Vec<usize>) = (Vec::new(), Vec::new());
@@ -252,15 +254,15 @@ fn canonical_row(space: &ConfigurationSpace, waypoint: &[f64], previous: Option<
 }
 
 /// A warning where the numbers of a continuous joint step by more than half a turn.
-fn long_step(space: &ConfigurationSpace, path: &Path) -> Option<String> {
+fn long_step(space: &ConfigurationSpace, path: &Path) -> Option<Warning> {
     let circles =
         || space.components().iter().filter_map(|c| if let Component::Circle { q, .. } = c { Some(*q) } else { None });
     let long = |k: &usize| circles().any(|q| (path.waypoint(*k)[q] - path.waypoint(k - 1)[q]).abs() > PI);
     (1..path.len()).find(long).map(|k| {
-        format!(
+        Warning::uncovered(format!(
             "waypoint {k}: a continuous joint steps by more than half a turn; the short way round is taken \
              (use unwrapped to take the numbers as they stand)"
-        )
+        ))
     })
 }
 

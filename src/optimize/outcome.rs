@@ -3,6 +3,7 @@
 use crate::math::Vec3;
 use crate::path::Path;
 use crate::validation::HitReason;
+use crate::warning::Warning;
 
 /// How a run ended: data, not an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -195,7 +196,7 @@ pub struct Outcome {
     /// How the run ended.
     pub termination: Termination,
     /// What is odd about the request, a line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
     /// How far what is executed may stray from `path`; `None` where it is not proved or not asked for.
     pub corridor: Option<crate::validation::Corridor>,
     /// The proof in short; `None` where `path` is not proved.

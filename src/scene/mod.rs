@@ -27,6 +27,7 @@ use std::sync::{Arc, OnceLock};
 use crate::hash::ContentHasher;
 use crate::math::Pose;
 use crate::shape::Shape;
+use crate::warning::Warning;
 pub use change::SceneChange;
 pub use error::SceneError;
 pub use object::{AttachedObject, Obstacle};
@@ -44,8 +45,8 @@ pub struct Scene {
     scale: Table<Arc<str>, f64>,
     frames: Table<Arc<str>, Pose>,
     verdicts: Verdicts,
-    of_file: Arc<[String]>,
-    warnings: OnceLock<Vec<String>>,
+    of_file: Arc<[Warning]>,
+    warnings: OnceLock<Vec<Warning>>,
     // Kept: every certificate names it.
     hash: u64,
 }
@@ -72,7 +73,7 @@ pub struct SceneDescription {
     /// Pairs of names that are checked whatever allows them to touch.
     pub forbidden: Vec<(String, String)>,
     /// What is odd about the file that it was read from, a line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Default for Scene {
@@ -91,7 +92,7 @@ impl Scene {
         name: impl Into<String>,
         obstacles: Vec<Obstacle>,
         allowed: Vec<(String, String)>,
-        warnings: Vec<String>,
+        warnings: Vec<Warning>,
     ) -> Result<Self, SceneError> {
         Self::of(SceneDescription { name: name.into(), obstacles, allowed, warnings, ..SceneDescription::default() })
     }
@@ -191,7 +192,7 @@ impl Scene {
     }
 
     /// What is odd about its objects and its file, a line each; found when first asked for.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[Warning] {
         self.warnings.get_or_init(|| [oddities(self.objects()).as_slice(), &*self.of_file].concat())
     }
 
@@ -251,29 +252,30 @@ impl Scene {
 }
 
 /// What is odd about obstacles, a line each; each mesh once, however many objects it is used in.
-fn oddities<'a>(objects: impl Iterator<Item = &'a Obstacle>) -> Vec<String> {
+fn oddities<'a>(objects: impl Iterator<Item = &'a Obstacle>) -> Vec<Warning> {
     let mut found = Vec::new();
     // Users of a warning in the order in which it first came up.
-    let mut of_meshes: Vec<(&str, Vec<&str>)> = Vec::new();
+    let mut of_meshes: Vec<(&Warning, Vec<&str>)> = Vec::new();
     for obstacle in objects {
         if obstacle.shapes.is_empty() {
-            found.push(format!("object {:?} has no shapes; nothing can collide with it", obstacle.id));
+            let text = format!("object {:?} has no shapes; nothing can collide with it", obstacle.id);
+            found.push(Warning::uncovered(text));
         }
         let meshes = obstacle.shapes.iter().filter_map(|placed| match &placed.shape {
             Shape::Mesh(mesh) => Some(mesh),
             _ => None,
         });
         for warning in meshes.flat_map(|mesh| mesh.warnings()) {
-            match of_meshes.iter_mut().find(|(text, _)| text == warning) {
+            match of_meshes.iter_mut().find(|(known, _)| *known == warning) {
                 Some((_, users)) if users.contains(&obstacle.id.as_str()) => {}
                 Some((_, users)) => users.push(&obstacle.id),
                 None => of_meshes.push((warning, vec![&obstacle.id])),
             }
         }
     }
-    found.extend(of_meshes.into_iter().map(|(text, users)| match users.as_slice() {
-        [user] => format!("object {user:?}: {text}"),
-        users => format!("object {:?} and {} more: {text}", users[0], users.len() - 1),
+    found.extend(of_meshes.into_iter().map(|(warning, users)| match users.as_slice() {
+        [user] => warning.reworded(format!("object {user:?}: {warning}")),
+        users => warning.reworded(format!("object {:?} and {} more: {warning}", users[0], users.len() - 1)),
     }));
     found
 }

@@ -25,6 +25,7 @@ use super::pose_file::checked_pose;
 use super::{Obstacle, Scene, SceneError};
 use crate::math::{Pose, Vec3};
 use crate::shape::{Mesh, PlacedShape, Shape};
+use crate::warning::Warning;
 
 const SHAPES: &str = "box, sphere, cylinder, mesh";
 
@@ -62,7 +63,8 @@ pub fn parse(text: &str) -> Result<Scene, SceneError> {
     }
     let mut warnings = Vec::new();
     if !words.rest.trim().is_empty() {
-        warnings.push(format!("what follows the \".\" of line {} is ignored", words.line));
+        let text = format!("what follows the \".\" of line {} is ignored", words.line);
+        warnings.push(Warning::uncovered(text));
     }
     Scene::new(name, obstacles, Vec::new(), warnings)
 }
@@ -207,7 +209,7 @@ mod tests {
     #[test]
     fn the_newer_format_has_poses_of_objects_and_subframes() {
         let scene = parse(NEW).unwrap();
-        assert_eq!((scene.name(), scene.warnings()), ("our kitchen", &[] as &[String]));
+        assert_eq!((scene.name(), scene.warnings()), ("our kitchen", &[] as &[Warning]));
         let objects: Vec<_> = scene.obstacles().iter().collect();
         let [table, tent] = objects[..] else { panic!("two objects") };
         assert_eq!((table.id.as_str(), tent.id.as_str()), ("big table", "tent"));

@@ -6,6 +6,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 use super::oddities;
 use crate::hash::ContentHasher;
 use crate::math::Vec3;
+use crate::warning::Warning;
 
 /// A checked triangle mesh (m), scale already applied.
 ///
@@ -15,7 +16,7 @@ pub struct Mesh {
     name: String,
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     // Kept: a scene that only moves a large mesh need not read all of it again.
     hash: u64,
 }
@@ -57,7 +58,7 @@ impl Mesh {
     }
     /// What is odd about the mesh, a line each with its name and size: it may be in millimetres, its surface is
     /// open or faces inwards or both ways, some of its triangles have no area.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
@@ -128,7 +129,7 @@ impl Mesh {
         name: String,
         vertices: Vec<Vec3>,
         triangles: Vec<[u32; 3]>,
-        warnings: Vec<String>,
+        warnings: Vec<Warning>,
     ) -> Result<Self, MeshError> {
         check(&name, &vertices, &triangles)?;
         if let Some(bad) = triangles.iter().position(|t| !has_area(&vertices, *t)) {

@@ -2,6 +2,7 @@
 
 use super::Mesh;
 use crate::math::Vec3;
+use crate::warning::Warning;
 
 /// A mesh larger than this (m) was probably drawn in millimetres.
 const SUSPICIOUS_SIZE_M: f64 = 10.0;
@@ -39,14 +40,14 @@ impl Edges {
 }
 
 /// A line for each odd thing; `dropped` triangles were left out because they have no area.
-pub(super) fn of(mesh: &Mesh, edges: &Edges, dropped: usize) -> Vec<String> {
+pub(super) fn of(mesh: &Mesh, edges: &Edges, dropped: usize) -> Vec<Warning> {
     let bounds = |(low, high): (Vec3, Vec3), v: &Vec3| (low.min(*v), high.max(*v));
     let (low, high) = mesh.vertices().iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), bounds);
     let size = high - low;
     let (name, largest) = (mesh.name(), size.max_element());
     let size = format!("{} × {} × {} m", length(size.x), length(size.y), length(size.z));
     let mut found = Vec::new();
-    let mut tell = |text: String| found.push(format!("mesh {name} {text}"));
+    let mut tell = |text: String| found.push(Warning::uncovered(format!("mesh {name} {text}")));
     if largest > SUSPICIOUS_SIZE_M {
         let mended = r#"give it scale="0.001 0.001 0.001" (in a scene: "scale": [0.001, 0.001, 0.001])"#;
         tell(format!("is {size} large; if it was drawn in millimetres, {mended}"));
@@ -68,7 +69,9 @@ pub(super) fn of(mesh: &Mesh, edges: &Edges, dropped: usize) -> Vec<String> {
     }
     if dropped > 0 {
         let all = dropped + mesh.triangles().len();
-        tell(format!("has {dropped} triangles without an area among {all}; they are left out (size {size})"));
+        let text =
+            format!("mesh {name} has {dropped} triangles without an area among {all}; they are left out (size {size})");
+        found.push(Warning::cosmetic("flat triangles", text));
     }
     found
 }
@@ -95,11 +98,11 @@ mod tests {
         ((0..8).map(corner).collect(), faces)
     }
 
-    fn warnings(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Vec<String> {
+    fn warnings(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Vec<Warning> {
         Mesh::new("cup.stl", vertices, triangles).unwrap().warnings().to_vec()
     }
 
-    fn assert_only(warnings: &[String], parts: &[&str]) {
+    fn assert_only(warnings: &[Warning], parts: &[&str]) {
         let [only] = warnings else { panic!("one warning, not {warnings:?}") };
         assert!(parts.iter().all(|part| only.contains(part)), "{only:?} lacks one of {parts:?}");
         assert!(!only.contains('\n'), "{only:?}");

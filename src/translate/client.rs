@@ -2,6 +2,7 @@
 
 use crate::optimize::{LoweredFloor, Mode, Outcome, Settings, Termination};
 use crate::path::Path;
+use crate::warning::Warning;
 use taut_ipc::wire::{self, Code, NO_GROUP, RequestFlags, RequestHeader, ResponseView, WireError};
 
 use super::answer::WARNING;
@@ -88,7 +89,7 @@ pub fn outcome(view: &ResponseView, settings: &Settings, weights: &[f64]) -> Res
         stage: sections::stage(view.stage),
         stages: sections::stages(view)?,
         termination: termination(view.termination),
-        warnings: warnings.iter().map(|line| line[WARNING.len()..].to_owned()).collect(),
+        warnings: warnings.iter().map(|line| Warning::uncovered(&line[WARNING.len()..])).collect(),
         corridor,
         certificate,
     };

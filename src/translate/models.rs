@@ -4,11 +4,13 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use crate::collision::CollisionModelError;
+use crate::files::result::texts;
 use crate::files::{FileError, RobotFiles, RootJoint};
 use crate::robot::{Component, JointKind, RobotModel, VirtualJoint};
 use crate::scene::diff_file::SceneDiff;
 use crate::scene::{Scene, SceneError};
 use crate::store::{ModelStore, RobotEntry, SceneEntry, StoreError};
+use crate::warning;
 use taut_ipc::control::{
     self, GroupDescription, Refusal, RobotDescription, RobotSource, RobotSummary, SceneSummary, VariableDescription,
     VirtualJointKind,
@@ -91,7 +93,7 @@ pub fn describe(label: &str, entry: &RobotEntry) -> RobotDescription {
         nq: robot.space().nq() as u32,
         nv: robot.space().nv() as u32,
         weights: entry.weights.to_vec(),
-        warnings: robot.warnings().to_vec(),
+        warnings: texts(&warning::told(robot.warnings()), |_| true),
     }
 }
 
@@ -136,7 +138,8 @@ pub fn robot_summary(label: &str, entry: &RobotEntry) -> RobotSummary {
 
 /// A scene in a listing.
 pub fn scene_summary(label: &str, entry: &SceneEntry) -> SceneSummary {
-    SceneSummary { warnings: entry.scene.warnings().to_vec(), ..scene_state(label, entry) }
+    let warnings = texts(&warning::told(entry.scene.warnings()), |_| true);
+    SceneSummary { warnings, ..scene_state(label, entry) }
 }
 
 /// The same without a look at what is odd about its objects.

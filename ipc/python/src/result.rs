@@ -43,7 +43,7 @@ fn result(about: &About, best: &Best, time_s: f64) -> PyResult<(ResultFile, std:
         request_id: Some(format!("{:016x}", view.header.request_id)),
         cpu_s: view.header.compute_ns as f64 * 1e-9,
         time_s,
-        warnings: robot.warnings.iter().chain(&outcome.warnings).cloned().collect(),
+        warnings: robot.warnings.iter().chain(&of_outcome.warnings).cloned().collect(),
         variables: robot.variables.iter().map(|variable| variable.name.clone()).collect(),
         ..of_outcome
     };

@@ -7,13 +7,14 @@ use roxmltree::Node;
 use super::super::xml::{children, line, required, syntax};
 use super::{RobotDescription, RobotError, VirtualJoint};
 use crate::robot::{Group, JointDescription};
+use crate::warning::Warning;
 
 /// The groups in file order; each joint is listed once, in the order in which it is first named.
 pub(super) fn read(
     root: Node,
     robot: &RobotDescription,
     virtual_joint: Option<&VirtualJoint>,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Vec<Group>, RobotError> {
     let mut nodes = HashMap::new();
     for node in children(root, "group") {
@@ -38,7 +39,7 @@ struct Resolver<'a, 'i> {
     nodes: HashMap<&'a str, Node<'a, 'i>>,
     /// Joint that carries a link, by the link's name.
     carried_by: HashMap<&'a str, &'a JointDescription>,
-    warnings: &'a mut Vec<String>,
+    warnings: &'a mut Vec<Warning>,
 }
 
 impl<'a, 'i> Resolver<'a, 'i> {
@@ -136,7 +137,7 @@ impl<'a, 'i> Resolver<'a, 'i> {
 
     fn unknown(&mut self, member: Node, group: &str, kind: &str, name: &str) {
         let text = format!("group {group:?} names {kind} {name:?}, which the robot does not have; it is ignored");
-        self.warnings.push(format!("line {}: {text}", line(member)));
+        self.warnings.push(Warning::cosmetic("SRDF group", format!("line {}: {text}", line(member))));
     }
 }
 

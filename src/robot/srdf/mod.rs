@@ -11,6 +11,7 @@ use roxmltree::Node;
 use super::joint::JointKind;
 use super::xml::{self, children, line, numbers, required, syntax};
 use super::{GroupState, RobotDescription, RobotError, Semantics, VirtualJoint};
+use crate::warning::Warning;
 
 /// Reads an SRDF that belongs to `robot`, whose tree resolves chains and links to joints.
 ///
@@ -19,7 +20,7 @@ use super::{GroupState, RobotDescription, RobotError, Semantics, VirtualJoint};
 ///
 /// # Errors
 /// A file that is no SRDF, an element without a name it needs, groups that contain themselves.
-pub fn parse(text: &str, robot: &RobotDescription) -> Result<(Semantics, Vec<String>), RobotError> {
+pub fn parse(text: &str, robot: &RobotDescription) -> Result<(Semantics, Vec<Warning>), RobotError> {
     let document = xml::document(text, "SRDF")?;
     let root = document.root_element();
     let mut warnings = Vec::new();
@@ -60,7 +61,7 @@ fn ordered(a: &str, b: &str) -> (String, String) {
 fn virtual_joint(
     root: Node,
     robot: &RobotDescription,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Option<VirtualJoint>, RobotError> {
     let mut nodes = children(root, "virtual_joint");
     let Some(node) = nodes.next() else { return Ok(None) };
@@ -81,7 +82,7 @@ fn virtual_joint(
     if robot.joints.iter().any(|joint| joint.child == child) || !robot.links.iter().any(|link| link.name == child) {
         let text =
             format!("virtual joint {name:?} carries {child:?}, which is not the robot's root link; it is ignored");
-        warnings.push(format!("line {}: {text}", line(node)));
+        warnings.push(Warning::cosmetic("virtual joint", format!("line {}: {text}", line(node))));
         return Ok(None);
     }
     Ok(Some(VirtualJoint { name, kind, position_bounds: Vec::new() }))

@@ -20,6 +20,7 @@ use super::xml::{self, children, line};
 use super::{JointDescription, LinkDescription, Mimic, RobotDescription, RobotError};
 use crate::math::{Pose, Vec3, quat_from_rpy};
 use crate::shape::{Mesh, MeshError, PlacedShape, Shape, ShapeError};
+use crate::warning::Warning;
 
 /// Gives the mesh of a file name (as written in the URDF) at a scale (negative factors mirror).
 pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> + 'a;
@@ -49,7 +50,7 @@ pub fn parse(text: &str, meshes: &mut MeshSource<'_>) -> Result<RobotDescription
 }
 
 /// What is odd about the meshes, each mesh once.
-fn mesh_warnings(links: &[LinkDescription], warnings: &mut Vec<String>) {
+fn mesh_warnings(links: &[LinkDescription], warnings: &mut Vec<Warning>) {
     for shape in links.iter().flat_map(|link| &link.collision) {
         let Shape::Mesh(mesh) = &shape.shape else { continue };
         for warning in mesh.warnings() {
@@ -143,7 +144,7 @@ fn shape(
     .map_err(bad_size)
 }
 
-fn joint(joint: &urdf_rs::Joint, node: Node, version: (u32, u32), warnings: &mut Vec<String>) -> JointDescription {
+fn joint(joint: &urdf_rs::Joint, node: Node, version: (u32, u32), warnings: &mut Vec<Warning>) -> JointDescription {
     let kind = match joint.joint_type {
         urdf_rs::JointType::Revolute => JointKind::Revolute,
         urdf_rs::JointType::Continuous => JointKind::Continuous,
@@ -156,7 +157,8 @@ fn joint(joint: &urdf_rs::Joint, node: Node, version: (u32, u32), warnings: &mut
     let axis = Vec3::from_array(*joint.axis.xyz);
     if kind == JointKind::Planar && children(node, "axis").next().is_some() && axis.cross(Vec3::Z) != Vec3::ZERO {
         let text = "moves in its x-y plane, as in MoveIt; the axis given is ignored";
-        warnings.push(format!("line {}: planar joint {:?} {text}", line(node), joint.name));
+        let text = format!("line {}: planar joint {:?} {text}", line(node), joint.name);
+        warnings.push(Warning::cosmetic("planar axis", text));
     }
     JointDescription {
         name: joint.name.clone(),
@@ -175,7 +177,7 @@ fn joint(joint: &urdf_rs::Joint, node: Node, version: (u32, u32), warnings: &mut
 }
 
 /// Limits of a bounded joint. A missing end is 0 before URDF 1.2, unbounded since; no `<limit>` is no limits.
-fn limits(kind: JointKind, joint: Node, version: (u32, u32), warnings: &mut Vec<String>) -> Option<(f64, f64)> {
+fn limits(kind: JointKind, joint: Node, version: (u32, u32), warnings: &mut Vec<Warning>) -> Option<(f64, f64)> {
     if !matches!(kind, JointKind::Revolute | JointKind::Prismatic) {
         return None;
     }
@@ -192,7 +194,8 @@ fn limits(kind: JointKind, joint: Node, version: (u32, u32), warnings: &mut Vec<
             _ => "no upper, which is",
         };
         let name = joint.attribute("name").unwrap_or_default();
-        warnings.push(format!("line {}: <limit> of joint {name:?} gives {which} 0 by default", line(limit)));
+        let text = format!("line {}: <limit> of joint {name:?} gives {which} 0 by default", line(limit));
+        warnings.push(Warning::cosmetic("default limit", text));
     }
     Some((lower.unwrap_or(0.0), upper.unwrap_or(0.0)))
 }
