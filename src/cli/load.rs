@@ -39,8 +39,8 @@ pub(super) struct Loaded {
     pub path: Path,
     /// The problem's weights.
     pub weights: Option<Vec<f64>>,
-    /// What a person should know of robot and scene.
-    pub warnings: Vec<Warning>,
+    /// What the request leaves to be known, besides what robot and scene tell.
+    pub notes: Vec<Warning>,
     /// Recorded answers of others, by name.
     pub peers: std::collections::BTreeMap<String, Peer>,
     /// The best honest one of them.
@@ -72,11 +72,13 @@ impl Loaded {
         Subject {
             name: self.name.clone(),
             geometry: report::geometry_name(self.geometry),
-            warnings: self.warnings.clone(),
+            warnings: [self.robot.warnings(), self.scene.warnings()].concat(),
+            notes: self.notes.clone(),
             variables: self.robot.variables().iter().map(|variable| variable.name.clone()).collect(),
             coordinates: layout::coordinates_of_model(&self.robot),
             metric: String::new(),
             path_before: rows(&self.path),
+            given: None,
             source: ResultSubject::default(),
         }
     }
@@ -166,7 +168,6 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
         None => (problem.name, problem.path),
         Some((name, table)) => (name, table.into_path(robot.variables())?),
     };
-    let warnings = [robot.warnings(), problem.scene.warnings()].concat();
     Ok(Loaded {
         robot: Arc::new(robot),
         robot_files: problem.robot_files,
@@ -177,7 +178,7 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
         geometry: problem.geometry,
         path,
         weights: problem.weights,
-        warnings,
+        notes: Vec::new(),
         peers: problem.peers,
         best_honest_peer: problem.best_honest_peer,
         mesh_check: problem.mesh_check,
@@ -214,7 +215,6 @@ fn bare(
     let scene =
         scene_file.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.selected_scene(file, selected))?;
     let path = table.into_path(robot.variables())?;
-    let mut warnings = [robot.warnings(), scene.warnings()].concat();
     let at_zero = || robot.held().iter().filter(|variable| held.iter().all(|(name, _)| *name != variable.name));
     if let Some(variable) = at_zero().find(|variable| variable.lower > 0.0 || variable.upper < 0.0) {
         let (missing, lower, upper) = (&variable.name, variable.lower, variable.upper);
@@ -223,11 +223,8 @@ fn bare(
         );
         return Err(FileError::Content { file: name.into(), text }.into());
     }
-    if at_zero().next().is_some() {
-        let names: Vec<&str> = at_zero().map(|variable| variable.name.as_str()).collect();
-        let text = format!("the path has no column for {}: held still at 0", names.join(", "));
-        warnings.push(Warning::uncovered(text));
-    }
+    let names: Vec<&str> = at_zero().map(|variable| variable.name.as_str()).collect();
+    let notes = taut_ipc::planner::held_at_zero(&names).map(Warning::uncovered).into_iter().collect();
     Ok(Loaded {
         robot: Arc::new(robot),
         robot_files,
@@ -238,7 +235,7 @@ fn bare(
         geometry: Geometry::Given,
         path,
         weights: None,
-        warnings,
+        notes,
         peers: std::collections::BTreeMap::new(),
         best_honest_peer: None,
         mesh_check: serde_json::Value::Null,

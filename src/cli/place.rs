@@ -76,7 +76,8 @@ impl Place {
                 let mut subject = loaded.subject();
                 subject.metric = asked.metric(loaded.weights.is_some());
                 if loaded.robot_files.srdf.is_none() {
-                    subject.warnings.extend(neutral_warnings(&model));
+                    let of_robot = loaded.robot.warnings().len();
+                    subject.warnings.splice(of_robot..of_robot, neutral_warnings(&model));
                 }
                 drop(progress);
                 let timed = runner::run(&loaded, &model, &settings, asked.rules.deadline, workspace, watch)?;
@@ -89,12 +90,13 @@ impl Place {
                 let progress = Progress::start(file);
                 let mut prepared = remote::prepare(client, reader, file, source, asked.choices.held())?;
                 drop(progress);
-                let layout = Layout::of_description(&prepared.robot);
+                let layout = prepared.layout();
                 let settings = asked.settings(prepared.weights.as_ref(), &layout, prepared.path.len())?;
                 prepared.subject.metric = asked.metric(prepared.weights.is_some());
                 let timed = remote::run(client, &prepared, &layout, &settings, asked.rules.deadline, watch)?;
                 if is_kept {
                     prepared.subject.source = asked.source(remote::source(client, &prepared, &source.packages));
+                    prepared.subject.source.held.retain(|name, _| !layout.is_absent(name));
                 }
                 Ok((prepared.subject, timed))
             }

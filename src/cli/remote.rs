@@ -4,13 +4,13 @@ use std::path::{Path as FilePath, PathBuf};
 use std::time::{Duration, Instant};
 
 use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
-use taut::files::{self, PathTable, Reader, RobotFiles};
+use taut::files::{self, FileError, PathTable, Reader, RobotFiles};
 use taut::optimize::{RequestError, Settings};
 use taut::path::Path;
-use taut::robot::Variable;
 use taut::warning::Warning;
 use taut_ipc::client::RequestBuilder;
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, RobotDescription, SceneSummary};
+use taut_ipc::planner::Columns;
 use taut_ipc::wire::{Code, RequestBody};
 use taut_ipc::{Client, ClientError, Response, deadline_after};
 
@@ -39,6 +39,29 @@ pub(super) struct Prepared {
     pub weights: Option<Vec<f64>>,
 }
 
+impl Prepared {
+    /// What the names of the request stand for.
+    pub(super) fn layout(&self) -> Layout {
+        let is_given = |column: usize| self.subject.given.as_ref().is_none_or(|given| given.contains(&column));
+        let absent = self.subject.variables.iter().enumerate().filter(|(column, _)| !is_given(*column));
+        let absent = absent.map(|(_, name)| name.clone()).collect();
+        Layout::of_description(&self.robot).without(absent)
+    }
+
+    /// A byte per column, 1 where it may move otherwise than on the path; none where all may.
+    fn moving(&self, layout: &Layout, settings: &Settings) -> Vec<u8> {
+        let moving = settings.moving.as_ref().map(|moving| layout.columns_of(moving));
+        match &self.subject.given {
+            None => moving.unwrap_or_default(),
+            Some(given) => {
+                let of_group = |column: usize| moving.as_ref().map_or(1, |moving| moving[column]);
+                let may = |column: usize| if given.contains(&column) { of_group(column) } else { 0 };
+                (0..self.subject.variables.len()).map(may).collect()
+            }
+        }
+    }
+}
+
 /// Sees to it that the daemon has the robot and the scene that a file is about.
 ///
 /// They are read here too: their hashes say which ones the daemon must have, and the answer is for no others.
@@ -53,7 +76,7 @@ pub(super) fn prepare(
     held: &[(String, f64)],
 ) -> Result<Prepared, CliError> {
     if let Some(label) = source.robot.as_deref().and_then(label) {
-        return labelled(client, file, label, source);
+        return labelled(client, file, label, source, held);
     }
     if let Some(label) = source.scene.as_deref().and_then(label) {
         let text = format!("--scene {label} is a label; name the robot by its label too, or give a scene file");
@@ -63,11 +86,8 @@ pub(super) fn prepare(
     let listing = listing(client)?;
     let robot = loaded_robot(client, &listing, &loaded)?;
     let scene = loaded_scene(client, &listing, &loaded)?;
-    let mut subject = loaded.subject();
-    // The daemon may have found more, such as links that collide as the robot stands.
-    let known = taut::files::result::texts(&loaded.warnings, |_| true);
-    let more = robot.warnings.iter().filter(|warning| !known.contains(warning));
-    subject.warnings.extend(more.map(Warning::uncovered));
+    // The daemon tells with its answer what is to be known of both.
+    let subject = Subject { warnings: Vec::new(), ..loaded.subject() };
     let (path, weights) = (loaded.path.clone(), loaded.weights.clone());
     Ok(Prepared { subject, robot, scene, loaded: Some(loaded), path, weights })
 }
@@ -89,7 +109,13 @@ fn listing(client: &Client) -> Result<Listing, CliError> {
 }
 
 /// A bare path for what is loaded already.
-fn labelled(client: &Client, file: &FilePath, label: &str, source: &Source) -> Result<Prepared, CliError> {
+fn labelled(
+    client: &Client,
+    file: &FilePath,
+    label: &str,
+    source: &Source,
+    held: &[(String, f64)],
+) -> Result<Prepared, CliError> {
     let robot = describe(client, label)?;
     let scene = match &source.scene {
         None => load_scene(client, "empty", 0, r#"{"objects": []}"#.to_owned(), None)?,
@@ -103,21 +129,25 @@ fn labelled(client: &Client, file: &FilePath, label: &str, source: &Source) -> R
             scenes.swap_remove(position.ok_or(unknown)?)
         }
     };
-    let columns = robot.variables.iter();
-    let variables: Vec<Variable> =
-        columns.map(|v| Variable { name: v.name.clone(), lower: v.lower, upper: v.upper }).collect();
+    let table = PathTable::read(file)?;
+    let refuse = |text: String| FileError::Content { file: file.to_owned(), text };
+    let columns = Columns::new(&robot.variables, table.variables(), held).map_err(|error| refuse(error.to_string()))?;
+    let mut numbers = vec![0.0; table.rows().len() * columns.robot_width()];
+    columns.write(&table.rows().concat(), &mut numbers);
+    let path = Path::from_rows(columns.robot_width(), numbers);
+    let path = path.ok_or_else(|| refuse("the robot has no variables".to_owned()))?;
     let subject = Subject {
         name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         geometry: "loaded",
-        warnings: robot.warnings.iter().chain(&scene.warnings).map(Warning::uncovered).collect(),
-        variables: variables.iter().map(|variable| variable.name.clone()).collect(),
+        warnings: Vec::new(),
+        notes: columns.note().map(Warning::uncovered).into_iter().collect(),
+        variables: robot.variables.iter().map(|variable| variable.name.clone()).collect(),
         coordinates: layout::coordinates_of_description(&robot),
         metric: String::new(),
-        path_before: Vec::new(),
+        path_before: rows(&path),
+        given: Some(columns.variables().to_vec()).filter(|given| given.len() < robot.variables.len()),
         source: ResultSubject::default(),
     };
-    let path = PathTable::read(file)?.into_path(&variables)?;
-    let subject = Subject { path_before: rows(&path), ..subject };
     Ok(Prepared { subject, robot, scene, loaded: None, path, weights: None })
 }
 
@@ -245,7 +275,7 @@ pub(super) fn run(
     let weights = settings.weights.as_deref().unwrap_or(&prepared.robot.weights);
     let bytes = |mask: &Vec<bool>| mask.iter().map(|set| u8::from(*set)).collect::<Vec<u8>>();
     let fixed = settings.fixed_waypoints.as_ref().map(bytes).unwrap_or_default();
-    let moving = settings.moving.as_ref().map(|moving| layout.columns_of(moving)).unwrap_or_default();
+    let moving = prepared.moving(layout, settings);
     let body = RequestBody {
         weights: settings.weights.as_deref().unwrap_or_default(),
         fixed_waypoints: &fixed,

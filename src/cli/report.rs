@@ -16,8 +16,10 @@ pub(super) struct Subject {
     pub name: String,
     /// Which of the robot's models was taken.
     pub geometry: &'static str,
-    /// What a person should know of robot and scene.
+    /// What a person should know of robot and scene, where the answer itself does not tell.
     pub warnings: Vec<Warning>,
+    /// What the request leaves to be known.
+    pub notes: Vec<Warning>,
     /// Columns of the path.
     pub variables: Vec<String>,
     /// Velocity coordinates.
@@ -26,6 +28,8 @@ pub(super) struct Subject {
     pub metric: String,
     /// The input's waypoints.
     pub path_before: Vec<Vec<f64>>,
+    /// The file's columns by their numbers among [`Self::variables`], where these are more.
+    pub given: Option<Vec<usize>>,
     /// Where robot and scene come from; empty where no result file is wanted.
     pub source: ResultSubject,
 }
@@ -55,9 +59,20 @@ pub(super) fn result(subject: &Subject, mode: Mode, timed: &Timed) -> ResultFile
     }
 }
 
+/// The answer with the columns of the path that was asked about, for those who execute these.
+pub(super) fn in_given_columns(subject: &Subject, result: &ResultFile) -> ResultFile {
+    let mut result = result.clone();
+    let Some(given) = &subject.given else { return result };
+    result.variables = given.iter().map(|&column| subject.variables[column].clone()).collect();
+    for rows in [&mut result.path, &mut result.path_before] {
+        rows.iter_mut().for_each(|row| *row = given.iter().map(|&column| row[column]).collect());
+    }
+    result
+}
+
 /// What a person should know beside the answer.
 pub(super) fn told(subject: &Subject, timed: &Timed) -> Vec<Warning> {
-    warning::told(subject.warnings.iter().chain(&timed.outcome.warnings))
+    warning::told(subject.warnings.iter().chain(&timed.outcome.warnings).chain(&subject.notes))
 }
 
 /// Prints warnings, each after `before`.
@@ -91,13 +106,20 @@ pub(super) fn geometry_name(geometry: Geometry) -> &'static str {
     }
 }
 
+/// The verdict where the robot has geometry, and no two bodies that may not touch.
+pub(super) const NOTHING_TO_CHECK: &str = "proved, nothing to check: 0 pairs";
+
 /// What was proved or refused, in one line.
 pub(super) fn verdict(timed: &Timed) -> String {
     let outcome = &timed.outcome;
     if let Some(refusal) = &outcome.refusal {
         return refused(refusal, outcome.path.len());
     }
+    if let Some(why) = &outcome.uncheckable {
+        return format!("{}   {why}", timed.code.name());
+    }
     match &outcome.certificate {
+        Some(_) if outcome.pairs == 0 => NOTHING_TO_CHECK.to_owned(),
         Some(certificate) => {
             let clearance = clearance(certificate.clearance_m());
             format!("proved   {clearance}{}", floors(outcome))

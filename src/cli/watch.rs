@@ -10,7 +10,6 @@ use taut_ipc::ClientError;
 use taut_ipc::wire::{RequestBody, RequestFlags};
 
 use super::error::{CliError, stdout};
-use super::layout::Layout;
 use super::place::Place;
 use super::report;
 use super::request::{Asked, Source};
@@ -34,7 +33,7 @@ pub(super) fn run(
         return Err(CliError::Usage("--watch needs a daemon; leave out --local".to_owned()));
     };
     let mut prepared = remote::prepare(client, reader, file, source, asked.choices.held())?;
-    let layout = Layout::of_description(&prepared.robot);
+    let layout = prepared.layout();
     let settings = asked.settings(prepared.weights.as_ref(), &layout, prepared.path.len())?;
     prepared.subject.metric = asked.metric(prepared.weights.is_some());
     let mut request = remote::request(client, &prepared, &settings, None)?;
@@ -71,7 +70,10 @@ fn print(subject: &report::Subject, timed: &Timed, version: u64, format: Format)
             answer["scene_version"] = version.into();
             writeln!(out, "{answer}")?;
         }
-        Format::Table => writeln!(out, "scene v{version}   {}", report::verdict(timed))?,
+        Format::Table => {
+            report::warn(&report::told(subject, timed), "");
+            writeln!(out, "scene v{version}   {}", report::verdict(timed))?;
+        }
     }
     out.flush()
 }

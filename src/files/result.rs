@@ -77,6 +77,11 @@ pub struct ResultFile {
     pub stages: Vec<ResultShare>,
     /// When each proved improvement was seen (s since the start), and its length.
     pub lengths_over_time: Vec<(f64, f64)>,
+    /// Pairs of bodies that were checked.
+    pub pairs: usize,
+    /// Why nothing can be proved of this robot, whatever the path.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uncheckable: Option<String>,
     /// Where the input is refused, if it is.
     #[serde(flatten)]
     pub refusal: Option<ResultRefusal>,
@@ -255,6 +260,8 @@ impl ResultFile {
             termination: outcome.termination.name().to_owned(),
             stage: outcome.stage.name().to_owned(),
             stages: outcome.stages.iter().map(Into::into).collect(),
+            pairs: outcome.pairs,
+            uncheckable: outcome.uncheckable.clone(),
             refusal: outcome.refusal.as_ref().map(Into::into),
             warnings: texts(&outcome.warnings, |_| true),
             uncovered: texts(&outcome.warnings, Warning::is_uncovered),

@@ -165,6 +165,10 @@ pub struct Outcome {
     pub proved: bool,
     /// Where the input is refused, if it is.
     pub refusal: Option<Refusal>,
+    /// Why nothing can be proved of this robot, whatever the path; then `path` is the input.
+    pub uncheckable: Option<String>,
+    /// Pairs of bodies that were checked.
+    pub pairs: usize,
     /// Length of the input in the request's metric.
     pub length_before: f64,
     /// Length of `path`.
@@ -195,7 +199,7 @@ pub struct Outcome {
     pub stages: Vec<StageShare>,
     /// How the run ended.
     pub termination: Termination,
-    /// What is odd about the request, a line each.
+    /// What a person should know of the request; what robot and scene told when they were read is not among it.
     pub warnings: Vec<Warning>,
     /// How far what is executed may stray from `path`; `None` where it is not proved or not asked for.
     pub corridor: Option<crate::validation::Corridor>,

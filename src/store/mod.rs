@@ -67,7 +67,9 @@ pub struct Snapshot {
     pub robot: Arc<RobotModel>,
     /// Its default weights.
     pub weights: Arc<[f64]>,
-    /// Robot and scene together.
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Robot and scene together; made of contents as these, which may have come with other warnings.
     pub model: Arc<PreparedModel>,
     /// Id of the scene's label.
     pub scene_id: u64,
@@ -304,7 +306,8 @@ impl ModelStore {
         let model = self.models.entry(key).or_insert_with(new).clone();
         let scene_hash = key.1;
         let (weights, scene_id) = (robot.weights.clone(), wanted.scene_id);
-        Ok(Snapshot { robot: robot.robot.clone(), weights, model, scene_id, scene_hash, scene_version })
+        let (robot, scene) = (robot.robot.clone(), scene.clone());
+        Ok(Snapshot { robot, weights, scene, model, scene_id, scene_hash, scene_version })
     }
 
     /// Whoever asks for a model of the next version gets it from the one before, where there is one.

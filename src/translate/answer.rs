@@ -6,11 +6,12 @@ use crate::optimize::{Improvement, Outcome, RefusalPlace, Termination};
 use crate::path::Path;
 use crate::store::Snapshot;
 use crate::validation::HitReason;
+use crate::warning::{self, Warning};
 use serde::{Deserialize, Serialize};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{
     self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalReason,
-    RefusalRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status,
+    RefusalRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status, WarningRecord,
 };
 
 use super::records::{self, Names, stage};
@@ -35,6 +36,7 @@ struct Sections {
     reach: Vec<f64>,
     pinched: Vec<PinchedPair>,
     refusal: Option<RefusalRecord>,
+    warnings: Vec<WarningRecord>,
     names: String,
     message: String,
 }
@@ -53,6 +55,7 @@ impl Reply {
             pinched_pairs: &sections.pinched,
             refusal: sections.refusal.as_ref(),
             certificate_head: sections.head.as_ref(),
+            warnings: &sections.warnings,
             names: &sections.names,
             message: &sections.message,
         }
@@ -86,6 +89,7 @@ pub fn code_of(outcome: &Outcome, cause: Option<StopCause>) -> Code {
             RefusalPlace::Goal => Code::GoalInCollision,
             RefusalPlace::Between => Code::InvalidMotionPlan,
         },
+        None if outcome.uncheckable.is_some() => Code::Uncertified,
         None if outcome.termination == Termination::Stopped => match cause {
             None | Some(StopCause::Deadline) => Code::TimedOut,
             Some(_) => Code::Preempted,
@@ -96,7 +100,7 @@ pub fn code_of(outcome: &Outcome, cause: Option<StopCause>) -> Code {
 
 fn termination(outcome: &Outcome, cause: Option<StopCause>) -> wire::Termination {
     match outcome.termination {
-        Termination::Done if outcome.refusal.is_some() => wire::Termination::Refused,
+        Termination::Done if outcome.refusal.is_some() || outcome.uncheckable.is_some() => wire::Termination::Refused,
         Termination::Done => wire::Termination::Checked,
         Termination::Converged => wire::Termination::Converged,
         Termination::IterationLimit => wire::Termination::IterationLimit,
@@ -143,8 +147,14 @@ pub fn progress(snapshot: &Snapshot, improvement: &Improvement, lengths: [f64; 3
 /// The final response of a job that was computed.
 pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>) -> Reply {
     let mut names = Names::default();
+    // First, so that however many pairs are named there is room for them.
+    let warnings = records::warnings(&told(snapshot, outcome), &mut names);
     let refusal = outcome.refusal.as_ref().map(|hit| records::refusal(hit, outcome, &mut names));
-    let reason = outcome.refusal.as_ref().map_or(RefusalReason::None, |hit| records::reason(hit.reason));
+    let reason = match &outcome.refusal {
+        Some(hit) => records::reason(hit.reason),
+        None if outcome.uncheckable.is_some() => RefusalReason::NoGeometry,
+        None => RefusalReason::None,
+    };
     let lowered = records::lowered(outcome, &mut names);
     let certificate = outcome.certificate.as_ref();
     let header = ResponseHeader {
@@ -162,6 +172,7 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
         searched_m: outcome.nearest.as_ref().map_or(0.0, |nearest| nearest.searched_m),
         iterations: outcome.iterations,
         work: outcome.work,
+        pairs: outcome.pairs as u64,
         ..header(snapshot, &outcome.path)
     };
     let sections = Sections {
@@ -174,6 +185,7 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
         reach: outcome.corridor.as_ref().map(|corridor| corridor.reach.clone()).unwrap_or_default(),
         pinched: records::pinched(outcome, &mut names),
         refusal,
+        warnings,
         names: names.text,
         message: message(outcome),
     };
@@ -223,11 +235,14 @@ pub fn refused(refusal: Refusal) -> Reply {
     Reply { header, sections: Arc::new(Sections { message: refusal.message, ..Sections::default() }) }
 }
 
-/// How a warning starts in the message, which otherwise holds the hint of a refusal.
-pub(super) const WARNING: &str = "warning: ";
+/// What a person should know of robot, scene and request.
+fn told(snapshot: &Snapshot, outcome: &Outcome) -> Vec<Warning> {
+    let of_files = snapshot.robot.warnings().iter().chain(snapshot.scene.warnings());
+    warning::told(of_files.chain(&outcome.warnings))
+}
 
+/// The hint of a refusal, or why nothing can be proved.
 fn message(outcome: &Outcome) -> String {
-    let mut lines: Vec<String> = outcome.warnings.iter().map(|warning| format!("{WARNING}{warning}")).collect();
-    lines.extend(outcome.refusal.iter().map(|hit| hit.hint.clone()).filter(|hint| !hint.is_empty()));
-    lines.join("\n")
+    let hint = outcome.refusal.as_ref().map(|hit| hit.hint.clone());
+    hint.or_else(|| outcome.uncheckable.clone()).unwrap_or_default()
 }
