@@ -10,12 +10,13 @@ use taut_ipc::monotonic_ns;
 use taut_ipc::server::{IncomingControl, ServerError};
 use taut_ipc::wire::{Code, SceneEvent, SceneEventKind, label_id};
 
+use super::admission::being_loaded;
 use super::event::{Content, Loaded, Purpose};
 use super::event_loop::{EventLoop, ROUND};
 use super::keep::{Acknowledgement, Changed, reply};
 use super::loader::{Source, Task, Work};
 use super::metrics;
-use super::translate::{describe, robot_files, robot_summary, scene_state, scene_summary, store_refusal};
+use super::translate::{ReadRobot, describe, robot_files, robot_summary, scene_state, scene_summary, store_refusal};
 
 /// Longest label, in bytes.
 const LABEL_MAX: usize = 256;
@@ -56,7 +57,10 @@ impl EventLoop {
     fn control(&mut self, message: ControlRequest) -> Result<ControlReply, Refusal> {
         match message {
             ControlRequest::Describe { label } => {
-                let robot = self.store.robot(&label).map_err(|error| store_refusal(&error));
+                let robot = self.store.robot(&label).map_err(|error| match self.loading.contains(&label_id(&label)) {
+                    true => being_loaded(),
+                    false => store_refusal(&error),
+                });
                 robot.map(|entry| ControlReply::Robot(Box::new(describe(&label, entry))))
             }
             ControlRequest::List => Ok(ControlReply::Listing(self.listing())),
@@ -185,8 +189,9 @@ impl EventLoop {
             Purpose::Change { base_version } => (true, base_version),
         };
         match content {
-            Content::Robot(robot, weights) => {
+            Content::Robot(ReadRobot { robot, weights, alone }) => {
                 self.store.insert_robot(label, robot, weights, replace).map_err(refuse)?;
+                self.store.take_alone(alone, true);
                 let described = describe(label, self.store.robot(label).map_err(refuse)?);
                 Ok((Changed::Robot(label.to_owned()), ControlReply::Robot(Box::new(described)), None))
             }

@@ -105,7 +105,7 @@ fn thread(name: &str, events: EventSender) -> std::io::Result<(Sender<Task>, Joi
 
 fn read(source: &Source) -> Result<Content, Refusal> {
     guarded(|| match source {
-        Source::Robot(files) => robot_of(files).map(|(robot, weights)| Content::Robot(robot, weights)),
+        Source::Robot(files) => robot_of(files).map(Content::Robot),
         Source::Scene(text, file) => scene_of(text, file).map(Content::Scene),
         Source::Diff(text, file) => diff_of(text, file).map(Content::Diff),
     })

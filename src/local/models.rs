@@ -7,16 +7,17 @@ use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, SceneTex
 use taut_ipc::wire::Code;
 
 use super::LocalService;
-use crate::translate::{self, store_refusal};
+use crate::translate::{self, ReadRobot, store_refusal};
 
 impl LocalService {
     pub(super) fn answer_control(&self, message: ControlRequest) -> Result<ControlReply, Refusal> {
         let refuse = |error| store_refusal(&error);
         match message {
             ControlRequest::LoadRobot { label, source, replace } => {
-                let (robot, weights) = translate::robot_of(&translate::robot_files(source))?;
+                let ReadRobot { robot, weights, alone } = translate::robot_of(&translate::robot_files(source))?;
                 let mut store = self.store();
                 store.insert_robot(&label, robot, weights, replace).map_err(refuse)?;
+                store.take_alone(alone, true);
                 let entry = store.robot(&label).map_err(refuse)?;
                 Ok(ControlReply::Robot(Box::new(translate::describe(&label, entry))))
             }

@@ -11,9 +11,10 @@ mod versions;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 pub use error::StoreError;
-pub use prepared::PreparedModel;
+pub use prepared::{Made, PreparedModel};
 use versions::Retired;
 pub use versions::{LAST_VERSIONS, MOST_PINNED, SceneEntry};
 
@@ -30,8 +31,9 @@ pub struct ModelStore {
     retired: Retired,
     labels: HashMap<u64, String>,
     models: HashMap<(u64, u64), Arc<PreparedModel>>,
-    /// Robots with nothing around them, by hash, as far as somebody has made their solids.
-    alone: HashMap<u64, Arc<CollisionModel>>,
+    /// Robots with nothing around them, by hash: their solids are made once.
+    alone: HashMap<u64, Arc<PreparedModel>>,
+    made: Arc<Made>,
 }
 
 /// A loaded robot.
@@ -95,12 +97,26 @@ impl ModelStore {
     pub fn new(id_of: fn(&str) -> u64) -> Self {
         let (robots, scenes) = (BTreeMap::new(), BTreeMap::new());
         let (retired, labels) = (Retired::default(), HashMap::new());
-        Self { id_of, robots, scenes, retired, labels, models: HashMap::new(), alone: HashMap::new() }
+        let (models, alone, made) = (HashMap::new(), HashMap::new(), Arc::default());
+        Self { id_of, robots, scenes, retired, labels, models, alone, made }
     }
 
-    /// Takes the model of a loaded robot with nothing around it; models with scenes then take its solids over.
-    pub fn take_alone(&mut self, model: Arc<CollisionModel>) {
-        self.alone.insert(model.robot().hash(), model);
+    /// Takes the model of a robot with nothing around it; models with scenes then take its solids over. `is_new` if
+    /// its solids were made for this.
+    pub fn take_alone(&mut self, model: Arc<CollisionModel>, is_new: bool) {
+        self.made.robots.fetch_add(u64::from(is_new), Ordering::Relaxed);
+        let hash = model.robot().hash();
+        self.alone.insert(hash, Arc::new(PreparedModel::ready(model, self.made.clone())));
+    }
+
+    /// A loaded robot with nothing around it.
+    pub fn alone(&self, robot: &RobotModel) -> Option<&Arc<PreparedModel>> {
+        self.alone.get(&robot.hash())
+    }
+
+    /// How often models were made.
+    pub fn made(&self) -> &Made {
+        &self.made
     }
 
     /// Takes a robot under a label.
@@ -122,6 +138,8 @@ impl ModelStore {
             Some(_) if replace => Change::Replaced,
             Some(held) => return Err(StoreError::taken("robot", label, held, robot.hash())),
         };
+        let alone = || Arc::new(PreparedModel::alone(robot.clone(), self.made.clone()));
+        self.alone.entry(robot.hash()).or_insert_with(alone);
         self.robots.insert(label.to_owned(), RobotEntry { id, robot, weights });
         self.drop_unused();
         Ok(change)

@@ -17,11 +17,21 @@ fn reader() -> Reader {
     Reader::new(Packages::with_environment(Default::default()))
 }
 
-/// A robot and its default weights.
+/// A robot that was read.
+pub struct ReadRobot {
+    /// The robot.
+    pub robot: Arc<RobotModel>,
+    /// Its default weights.
+    pub weights: Arc<[f64]>,
+    /// Its collision model with nothing around it, which others need not make again.
+    pub alone: Arc<CollisionModel>,
+}
+
+/// A robot, its default weights and its collision model.
 ///
 /// # Errors
 /// A file that cannot be read, or is no robot.
-pub fn robot_of(files: &RobotFiles) -> Result<(Arc<RobotModel>, Arc<[f64]>), Refusal> {
+pub fn robot_of(files: &RobotFiles) -> Result<ReadRobot, Refusal> {
     let description = reader().robot_of(files).map_err(|error| file_refusal(&error))?;
     prepared(description, &files.urdf)
 }
@@ -31,18 +41,18 @@ pub fn robot_of(files: &RobotFiles) -> Result<(Arc<RobotModel>, Arc<[f64]>), Ref
 ///
 /// # Errors
 /// A description that makes no robot.
-pub fn prepared(description: RobotDescription, urdf: &Path) -> Result<(Arc<RobotModel>, Arc<[f64]>), Refusal> {
+pub fn prepared(description: RobotDescription, urdf: &Path) -> Result<ReadRobot, Refusal> {
     let has_srdf = description.semantics.is_some();
     let refuse = |source| file_refusal(&FileError::Robot { file: urdf.to_owned(), source });
     let robot = Arc::new(RobotModel::new(description).map_err(refuse)?);
     let alone = CollisionModel::new(robot.clone(), Arc::new(Scene::default()));
-    let alone = alone.map_err(|error| model_refusal(&error, &robot))?;
+    let alone = Arc::new(alone.map_err(|error| model_refusal(&error, &robot))?);
     let weights = reach_weights(&robot, alone.bodies()).into();
     if has_srdf {
-        return Ok((robot, weights));
+        return Ok(ReadRobot { robot, weights, alone });
     }
     let warned = RobotModel::clone(&robot).with_warnings(neutral_warnings(&alone));
-    Ok((Arc::new(warned), weights))
+    Ok(ReadRobot { robot: Arc::new(warned), weights, alone })
 }
 
 /// A scene of this text. Messages call it `file`, and its meshes are found beside that.
