@@ -93,7 +93,8 @@ fn geometry_and_no_pair_is_proved_and_says_that_nothing_was_checked() {
         let object = fs::read_to_string(case("visual-only/s.json")).unwrap();
         object.replace("[0.5, 0, 0]", &format!("[{x}, 0, 0]"))
     };
-    let allowed = place.file("allowed.json", &crate_at(5.0).replacen('{', r#"{"allowed_collisions": [["tool", "crate"]], "#, 1));
+    let allowed =
+        place.file("allowed.json", &crate_at(5.0).replacen('{', r#"{"allowed_collisions": [["tool", "crate"]], "#, 1));
     let far = place.file("far.json", &crate_at(5.0));
     for local in [&["--local"][..], &[]] {
         for scene in [&[][..], &["--scene", &allowed][..]] {
@@ -128,7 +129,8 @@ fn what_a_robot_without_geometry_carries_may_collide_but_proves_nothing() {
         let text = fs::read_to_string(case("visual-only/s.json")).unwrap().replace("[0.5, 0, 0]", at);
         let scene = place.file("carried.json", &text.replacen('{', &format!("{{{carried}, "), 1));
         for local in [&["--local"][..], &[]] {
-            let (got, answer) = json(&place, &[&["check", &path, "--robot", &robot, "--scene", &scene][..], local].concat());
+            let (got, answer) =
+                json(&place, &[&["check", &path, "--robot", &robot, "--scene", &scene][..], local].concat());
             assert_eq!((got, &answer["code"], &answer["pairs"]), (exit, &code.into(), &1.into()), "{answer}");
             let why = answer["uncheckable"].as_str().unwrap_or_default();
             assert_eq!(why.contains("only what it carries is checked (1 pair)"), code == -1001, "{answer}");
@@ -165,7 +167,10 @@ fn warnings_come_with_every_answer_in_full_or_counted() {
         assert_eq!(texts(&answer, "uncovered"), expected[..2]);
     }
     let (_, answer) = json(&place, &[&files[..], &["--local"]].concat());
-    assert_eq!((texts(&answer, "warnings"), texts(&answer, "uncovered")), (expected.map(str::to_owned).to_vec(), expected[..2].iter().map(|text| (*text).to_owned()).collect()));
+    assert_eq!(
+        (texts(&answer, "warnings"), texts(&answer, "uncovered")),
+        (expected.map(str::to_owned).to_vec(), expected[..2].iter().map(|text| (*text).to_owned()).collect())
+    );
 
     // Without an SRDF the answer says what is left out, by label as by file.
     let bare = ["check", &path, "--robot", &robot];
@@ -199,7 +204,9 @@ fn a_group_s_trajectory_is_taken_by_label_as_by_file() {
     let (robot, srdf) = (file("hand.urdf"), file("hand.srdf"));
     let loaded = place.taut(&["load-robot", "hand", "--urdf", &robot, "--srdf", &srdf]);
     assert_eq!(loaded.exit, 0, "{}", loaded.err);
-    for (path, hold) in [("p.csv", None), ("jt.yaml", None), ("p.csv", Some("f_l=0.03")), ("jt.yaml", Some("caster_yaw=1"))] {
+    for (path, hold) in
+        [("p.csv", None), ("jt.yaml", None), ("p.csv", Some("f_l=0.03")), ("jt.yaml", Some("caster_yaw=1"))]
+    {
         let path = file(path);
         let more: Vec<&str> = hold.iter().flat_map(|hold| ["--hold", hold]).collect();
         let by_file = [&["check", &path, "--robot", &robot, "--srdf", &srdf][..], &more].concat();
@@ -234,7 +241,10 @@ fn columns_that_cannot_be_left_out_are_refused_by_label_as_by_file() {
     let place = Place::new();
     let _daemon = serve(&place);
     let text = fs::read_to_string(case("group-trajectory/hand.urdf")).unwrap();
-    let robot = place.file("open.urdf", &text.replacen(r#"<limit lower="0" upper="0.04"/>"#, r#"<limit lower="0.01" upper="0.04"/>"#, 1));
+    let robot = place.file(
+        "open.urdf",
+        &text.replacen(r#"<limit lower="0" upper="0.04"/>"#, r#"<limit lower="0.01" upper="0.04"/>"#, 1),
+    );
     place.taut(&["load-robot", "open", "--urdf", &robot]);
     let path = case("group-trajectory/p.csv");
     for robot in [&[robot.as_str(), "--local"][..], &["open"]] {
@@ -307,7 +317,9 @@ fn a_robot_s_model_is_made_once_and_a_request_that_comes_too_early_hears_why() {
 
     // An object of as many triangles is put together with the robot when the first request comes.
     let mesh = place.folder.path().join("ball.stl");
-    let object = format!(r#"{{"objects": [{{"id": "ball", "pose": {{"position": [0, 5, 0]}}, "meshes": [{{"file": {mesh:?}}}], "mesh_poses": [{{}}]}}]}}"#);
+    let object = format!(
+        r#"{{"objects": [{{"id": "ball", "pose": {{"position": [0, 5, 0]}}, "meshes": [{{"file": {mesh:?}}}], "mesh_poses": [{{}}]}}]}}"#
+    );
     let scene = place.file("ball.json", &object);
     let loaded = place.taut(&["load-scene", "ball", &scene]);
     assert_eq!(loaded.exit, 0, "{}", loaded.err);
@@ -315,7 +327,11 @@ fn a_robot_s_model_is_made_once_and_a_request_that_comes_too_early_hears_why() {
     let early = place.taut(&[&about[..], &["1ms"]].concat());
     assert_eq!(early.exit, 4, "{} {}", early.out, early.err);
     let why = "robot heavy and scene ball are still put together";
-    assert!(early.err.contains("LOADING") && early.err.contains(why) && early.err.contains("send again in"), "{}", early.err);
+    assert!(
+        early.err.contains("LOADING") && early.err.contains(why) && early.err.contains("send again in"),
+        "{}",
+        early.err
+    );
     let late = place.taut(&[&about[..], &["60s"]].concat());
     assert_eq!(late.exit, 0, "{} {}", late.out, late.err);
     assert_eq!(made(&place), [1.0, 2.0]);

@@ -76,7 +76,7 @@ impl Choices {
         }
         settings.corridor = self.reported.corridor;
         settings.contacts = !self.reported.no_contacts;
-        for (name, value) in self.reported.held.iter().filter(|(name, _)| !layout.is_absent(name)) {
+        for (name, value) in &self.reported.held {
             let index = layout.held_index(name)?;
             settings.held.get_or_insert_with(|| layout.held.iter().map(|(_, value)| *value).collect())[index] = *value;
         }

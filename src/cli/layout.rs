@@ -62,8 +62,6 @@ pub(super) struct Layout {
     groups: Vec<(String, Vec<bool>)>,
     /// Default weights, one per velocity coordinate.
     pub weights: Vec<f64>,
-    /// Columns that the path does not have: they stand still, where the path's own numbers say by now.
-    absent: Vec<String>,
 }
 
 impl Layout {
@@ -78,7 +76,7 @@ impl Layout {
             }
         }
         let held = robot.held().iter().map(|variable| (variable.name.clone(), variable.default)).collect();
-        Self { columns, held, groups: robot.groups().to_vec(), weights, absent: Vec::new() }
+        Self { columns, held, groups: robot.groups().to_vec(), weights }
     }
 
     /// That of a robot as the daemon describes it.
@@ -97,17 +95,7 @@ impl Layout {
         };
         let groups = robot.groups.iter().map(group).collect();
         let held = robot.held_variables.iter().cloned().zip(robot.held_values.iter().copied()).collect();
-        Self { columns, held, groups, weights: robot.weights.clone(), absent: Vec::new() }
-    }
-
-    /// The same for a path without these columns.
-    pub(super) fn without(self, absent: Vec<String>) -> Self {
-        Self { absent, ..self }
-    }
-
-    /// Whether a variable of the robot is no column of the path.
-    pub(super) fn is_absent(&self, name: &str) -> bool {
-        self.absent.iter().any(|absent| absent == name)
+        Self { columns, held, groups, weights: robot.weights.clone() }
     }
 
     /// The velocity coordinates that a group moves.
@@ -145,7 +133,7 @@ impl Layout {
         known().position(|held| held == name).ok_or_else(|| {
             let is_column = self.columns.iter().any(|(column, _)| column == name);
             let kind = if is_column { "held joint (it is a column of the path)" } else { "held joint" };
-            unknown("--hold", kind, name, known().chain(self.absent.iter().map(String::as_str)))
+            unknown("--hold", kind, name, known())
         })
     }
 

@@ -78,7 +78,6 @@ impl Loaded {
             coordinates: layout::coordinates_of_model(&self.robot),
             metric: String::new(),
             path_before: rows(&self.path),
-            given: None,
             source: ResultSubject::default(),
         }
     }

@@ -90,13 +90,12 @@ impl Place {
                 let progress = Progress::start(file);
                 let mut prepared = remote::prepare(client, reader, file, source, asked.choices.held())?;
                 drop(progress);
-                let layout = prepared.layout();
+                let layout = Layout::of_description(&prepared.robot);
                 let settings = asked.settings(prepared.weights.as_ref(), &layout, prepared.path.len())?;
                 prepared.subject.metric = asked.metric(prepared.weights.is_some());
                 let timed = remote::run(client, &prepared, &layout, &settings, asked.rules.deadline, watch)?;
                 if is_kept {
                     prepared.subject.source = asked.source(remote::source(client, &prepared, &source.packages));
-                    prepared.subject.source.held.retain(|name, _| !layout.is_absent(name));
                 }
                 Ok((prepared.subject, timed))
             }

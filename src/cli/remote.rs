@@ -7,10 +7,11 @@ use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
 use taut::files::{self, FileError, PathTable, Reader, RobotFiles};
 use taut::optimize::{RequestError, Settings};
 use taut::path::Path;
+use taut::robot::Variable;
 use taut::warning::Warning;
 use taut_ipc::client::RequestBuilder;
-use taut_ipc::control::{ControlReply, ControlRequest, Listing, RobotDescription, SceneSummary};
-use taut_ipc::planner::Columns;
+use taut_ipc::control::{ControlReply, ControlRequest, Listing, RobotDescription, SceneSummary, VariableDescription};
+use taut_ipc::planner::{Columns, PlannerError};
 use taut_ipc::wire::{Code, RequestBody};
 use taut_ipc::{Client, ClientError, Response, deadline_after};
 
@@ -37,29 +38,6 @@ pub(super) struct Prepared {
     pub path: Path,
     /// The problem's weights.
     pub weights: Option<Vec<f64>>,
-}
-
-impl Prepared {
-    /// What the names of the request stand for.
-    pub(super) fn layout(&self) -> Layout {
-        let is_given = |column: usize| self.subject.given.as_ref().is_none_or(|given| given.contains(&column));
-        let absent = self.subject.variables.iter().enumerate().filter(|(column, _)| !is_given(*column));
-        let absent = absent.map(|(_, name)| name.clone()).collect();
-        Layout::of_description(&self.robot).without(absent)
-    }
-
-    /// A byte per column, 1 where it may move otherwise than on the path; none where all may.
-    fn moving(&self, layout: &Layout, settings: &Settings) -> Vec<u8> {
-        let moving = settings.moving.as_ref().map(|moving| layout.columns_of(moving));
-        match &self.subject.given {
-            None => moving.unwrap_or_default(),
-            Some(given) => {
-                let of_group = |column: usize| moving.as_ref().map_or(1, |moving| moving[column]);
-                let may = |column: usize| if given.contains(&column) { of_group(column) } else { 0 };
-                (0..self.subject.variables.len()).map(may).collect()
-            }
-        }
-    }
 }
 
 /// Sees to it that the daemon has the robot and the scene that a file is about.
@@ -116,7 +94,7 @@ fn labelled(
     source: &Source,
     held: &[(String, f64)],
 ) -> Result<Prepared, CliError> {
-    let robot = describe(client, label)?;
+    let whole = describe(client, label)?;
     let scene = match &source.scene {
         None => load_scene(client, "empty", 0, r#"{"objects": []}"#.to_owned(), None)?,
         Some(name) => {
@@ -130,12 +108,16 @@ fn labelled(
         }
     };
     let table = PathTable::read(file)?;
-    let refuse = |text: String| FileError::Content { file: file.to_owned(), text };
-    let columns = Columns::new(&robot.variables, table.variables(), held).map_err(|error| refuse(error.to_string()))?;
-    let mut numbers = vec![0.0; table.rows().len() * columns.robot_width()];
-    columns.write(&table.rows().concat(), &mut numbers);
-    let path = Path::from_rows(columns.robot_width(), numbers);
-    let path = path.ok_or_else(|| refuse("the robot has no variables".to_owned()))?;
+    let refuse = |error: PlannerError| FileError::Content { file: file.to_owned(), text: error.to_string() };
+    let columns = Columns::new(&whole.variables, table.variables(), held).map_err(refuse)?;
+    // As for a file: joints without a column are held, and what only they move is built so.
+    let robot = match columns.width() < columns.robot_width() {
+        true => select(client, label, table.variables().to_vec())?,
+        false => whole,
+    };
+    let variable = |v: &VariableDescription| Variable { name: v.name.clone(), lower: v.lower, upper: v.upper };
+    let variables: Vec<Variable> = robot.variables.iter().map(variable).collect();
+    let path = table.into_path(&variables)?;
     let subject = Subject {
         name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         geometry: "loaded",
@@ -145,7 +127,6 @@ fn labelled(
         coordinates: layout::coordinates_of_description(&robot),
         metric: String::new(),
         path_before: rows(&path),
-        given: Some(columns.variables().to_vec()).filter(|given| given.len() < robot.variables.len()),
         source: ResultSubject::default(),
     };
     Ok(Prepared { subject, robot, scene, loaded: None, path, weights: None })
@@ -153,6 +134,14 @@ fn labelled(
 
 fn describe(client: &Client, label: &str) -> Result<RobotDescription, CliError> {
     match control(client, &ControlRequest::Describe { label: label.to_owned() })? {
+        ControlReply::Robot(robot) => Ok(*robot),
+        other => Err(unexpected(&other)),
+    }
+}
+
+/// The robot of a label with these columns only.
+fn select(client: &Client, label: &str, variables: Vec<String>) -> Result<RobotDescription, CliError> {
+    match control(client, &ControlRequest::SelectVariables { label: label.to_owned(), variables })? {
         ControlReply::Robot(robot) => Ok(*robot),
         other => Err(unexpected(&other)),
     }
@@ -275,7 +264,7 @@ pub(super) fn run(
     let weights = settings.weights.as_deref().unwrap_or(&prepared.robot.weights);
     let bytes = |mask: &Vec<bool>| mask.iter().map(|set| u8::from(*set)).collect::<Vec<u8>>();
     let fixed = settings.fixed_waypoints.as_ref().map(bytes).unwrap_or_default();
-    let moving = prepared.moving(layout, settings);
+    let moving = settings.moving.as_ref().map(|moving| layout.columns_of(moving)).unwrap_or_default();
     let body = RequestBody {
         weights: settings.weights.as_deref().unwrap_or_default(),
         fixed_waypoints: &fixed,

@@ -28,8 +28,6 @@ pub(super) struct Subject {
     pub metric: String,
     /// The input's waypoints.
     pub path_before: Vec<Vec<f64>>,
-    /// The file's columns by their numbers among [`Self::variables`], where these are more.
-    pub given: Option<Vec<usize>>,
     /// Where robot and scene come from; empty where no result file is wanted.
     pub source: ResultSubject,
 }
@@ -57,17 +55,6 @@ pub(super) fn result(subject: &Subject, mode: Mode, timed: &Timed) -> ResultFile
         corridor: corridor(subject, outcome),
         ..ResultFile::of(outcome)
     }
-}
-
-/// The answer with the columns of the path that was asked about, for those who execute these.
-pub(super) fn in_given_columns(subject: &Subject, result: &ResultFile) -> ResultFile {
-    let mut result = result.clone();
-    let Some(given) = &subject.given else { return result };
-    result.variables = given.iter().map(|&column| subject.variables[column].clone()).collect();
-    for rows in [&mut result.path, &mut result.path_before] {
-        rows.iter_mut().for_each(|row| *row = given.iter().map(|&column| row[column]).collect());
-    }
-    result
 }
 
 /// What a person should know beside the answer.

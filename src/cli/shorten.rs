@@ -65,9 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let result = report::result(&subject, arguments.mode, &timed);
     if let Some(file) = &arguments.out {
         match timed.outcome.proved || export::Form::of(file)? == export::Form::Json {
-            // A file that says what was proved has all columns of the proof.
-            true if export::Form::of(file)? == export::Form::Json => export::write(file, &result)?,
-            true => export::write(file, &report::in_given_columns(&subject, &result))?,
+            true => export::write(file, &result)?,
             false => eprintln!("taut: {} is not written: only .json says that its path is not proved", file.display()),
         }
     }

@@ -10,6 +10,7 @@ use taut_ipc::ClientError;
 use taut_ipc::wire::{RequestBody, RequestFlags};
 
 use super::error::{CliError, stdout};
+use super::layout::Layout;
 use super::place::Place;
 use super::report;
 use super::request::{Asked, Source};
@@ -33,7 +34,7 @@ pub(super) fn run(
         return Err(CliError::Usage("--watch needs a daemon; leave out --local".to_owned()));
     };
     let mut prepared = remote::prepare(client, reader, file, source, asked.choices.held())?;
-    let layout = prepared.layout();
+    let layout = Layout::of_description(&prepared.robot);
     let settings = asked.settings(prepared.weights.as_ref(), &layout, prepared.path.len())?;
     prepared.subject.metric = asked.metric(prepared.weights.is_some());
     let mut request = remote::request(client, &prepared, &settings, None)?;

@@ -16,7 +16,9 @@ use super::event_loop::{EventLoop, ROUND};
 use super::keep::{Acknowledgement, Changed, reply};
 use super::loader::{Source, Task, Work};
 use super::metrics;
-use super::translate::{ReadRobot, describe, robot_files, robot_summary, scene_state, scene_summary, store_refusal};
+use super::translate::{
+    ReadRobot, describe, robot_files, robot_summary, scene_state, scene_summary, selected_label, store_refusal,
+};
 
 /// Longest label, in bytes.
 const LABEL_MAX: usize = 256;
@@ -29,6 +31,9 @@ impl EventLoop {
             match control.message() {
                 Ok(ControlRequest::LoadRobot { label, source, replace }) => {
                     self.load(control, label, Purpose::Load { replace }, Source::Robot(robot_files(source)));
+                }
+                Ok(ControlRequest::SelectVariables { label, variables }) => {
+                    self.select_variables(control, &label, variables);
                 }
                 Ok(ControlRequest::LoadScene { label, json, base_dir, replace }) => {
                     let file = file_of(&label, base_dir);
@@ -121,6 +126,17 @@ impl EventLoop {
         self.hand_over(control, Work::Read { label, purpose, source });
     }
 
+    /// Has a loaded robot made with these variables only.
+    fn select_variables(&mut self, control: IncomingControl, label: &str, variables: Vec<String>) {
+        match self.store.whole(label) {
+            Ok(alone) => {
+                let selected = selected_label(label, &variables);
+                self.load(control, selected, Purpose::Load { replace: true }, Source::Variables(alone, variables));
+            }
+            Err(error) => reply(control, &ControlReply::Refused(store_refusal(&error))),
+        }
+    }
+
     /// A control request that another thread answers, under this token.
     pub(super) fn wait_for_thread(&mut self, control: IncomingControl, token: u64) {
         self.loads.insert(token, control);
@@ -189,9 +205,9 @@ impl EventLoop {
             Purpose::Change { base_version } => (true, base_version),
         };
         match content {
-            Content::Robot(ReadRobot { robot, weights, alone }) => {
+            Content::Robot(ReadRobot { robot, weights, alone, is_new }) => {
                 self.store.insert_robot(label, robot, weights, replace).map_err(refuse)?;
-                self.store.take_alone(alone, true);
+                self.store.take_alone(alone, is_new);
                 let described = describe(label, self.store.robot(label).map_err(refuse)?);
                 Ok((Changed::Robot(label.to_owned()), ControlReply::Robot(Box::new(described)), None))
             }

@@ -177,11 +177,11 @@ impl Start<'_> {
         start: Instant,
     ) -> Result<(), DaemonError> {
         let read = translate::prepared(description, urdf).map_err(|refusal| refused(&refusal))?;
-        let ReadRobot { robot, weights, alone } = read;
+        let ReadRobot { robot, weights, alone, is_new } = read;
         let line = robot_line(label, &robot, start);
         let taken = self.begun.store.insert_robot(label, robot.clone(), weights.clone(), false);
         taken.map_err(|error| stored(&error))?;
-        self.begun.store.take_alone(alone, true);
+        self.begun.store.take_alone(alone, is_new);
         self.remember(Kind::Robot, label, Content::Robot(robot, weights));
         say(self.out, &line);
         Ok(())

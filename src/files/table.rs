@@ -59,11 +59,6 @@ impl PathTable {
         &self.variables
     }
 
-    /// Rows, a number per column.
-    pub fn rows(&self) -> &[Vec<f64>] {
-        &self.rows
-    }
-
     /// The path with its columns in the robot's order.
     ///
     /// # Errors

@@ -114,6 +114,16 @@ impl ModelStore {
         self.alone.get(&robot.hash())
     }
 
+    /// The robot of a label with nothing around it.
+    ///
+    /// # Errors
+    /// [`StoreError::UnknownRobot`].
+    pub fn whole(&self, label: &str) -> Result<Arc<PreparedModel>, StoreError> {
+        let robot = &self.robot(label)?.robot;
+        let made = || Arc::new(PreparedModel::alone(robot.clone(), self.made.clone()));
+        Ok(self.alone(robot).cloned().unwrap_or_else(made))
+    }
+
     /// How often models were made.
     pub fn made(&self) -> &Made {
         &self.made

@@ -76,11 +76,6 @@ impl Columns {
         held_at_zero(&names)
     }
 
-    /// For each column of the caller, the robot's variable.
-    pub fn variables(&self) -> &[usize] {
-        &self.variables
-    }
-
     /// Columns of the caller.
     pub fn width(&self) -> usize {
         self.variables.len()
