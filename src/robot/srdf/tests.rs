@@ -1,5 +1,6 @@
 use super::*;
 use crate::robot::{RobotModel, urdf};
+use crate::warning::Warning;
 
 const ROBOT: &str = "<robot name='r'>
     <link name='base'/><link name='left'/><link name='left_hand'/><link name='right'/><link name='right_hand'/>
@@ -89,7 +90,7 @@ fn what_a_check_does_not_need_is_warned_about_and_never_refuses_a_robot() {
         ("<group name='a'/><group_state name='s' group='a'><joint name='l1'/></group_state>", &["\"s\"", "value"]),
     ] {
         let (semantics, warnings) = read(body).unwrap();
-        let named = |text: &String| parts.iter().all(|part| text.contains(part));
+        let named = |text: &Warning| parts.iter().all(|part| text.contains(part));
         assert!(warnings.iter().any(named), "{warnings:?} has none of {parts:?}");
         assert!(semantics.group_states.is_empty());
         let mut description = robot();
