@@ -144,7 +144,7 @@ fn trajectories_are_read_in_every_dress() {
         assert_eq!((run.exit, run.json()["duration_s"].as_f64()), (0, Some(1.5)), "{name}: {}", run.err);
     }
     for (text, expected) in [
-        ("joint_names: [x, y]\npoints:\n- positions: [1, a]\n", "line 3: "),
+        ("joint_names: [x, y]\npoints:\n- positions: [1, a]\n", "line 3 column 18: "),
         (
             "joint_names: [x, y]\npoints:\n- positions: [1, 2, '...']\n",
             "`ros2 topic echo` cut its lists: use --full-length",

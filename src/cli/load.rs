@@ -3,7 +3,7 @@
 use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 
-use taut::collision::CollisionModel;
+use taut::collision::{CollisionModel, shared_names};
 use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
 use taut::files::{self, FileError, Geometry, Kind, Packages, PathTable, Peer, Problem, Reader, RobotFiles};
 use taut::path::Path;
@@ -165,7 +165,8 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
         None => (problem.name, problem.path),
         Some((name, table)) => (name, table.for_robot(&problem.robot)?.into_path(robot.variables())?),
     };
-    let warnings = [robot.warnings(), problem.scene.warnings()].concat();
+    let shared = shared_names(&robot, &problem.scene);
+    let warnings = [robot.warnings(), problem.scene.warnings(), &shared].concat();
     Ok(Loaded {
         robot: Arc::new(robot),
         robot_files: problem.robot_files,
@@ -206,7 +207,8 @@ fn bare(
     let selected = source.select.as_deref();
     let scene =
         scene_file.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.selected_scene(file, selected))?;
-    let mut warnings = [table.warnings(), &elsewhere, robot.warnings(), scene.warnings()].concat();
+    let shared = shared_names(&robot, &scene);
+    let mut warnings = [table.warnings(), &elsewhere, robot.warnings(), scene.warnings(), &shared].concat();
     let at_zero = || robot.held().iter().filter(|variable| held.iter().all(|(name, _)| *name != variable.name));
     if let Some(variable) = at_zero().find(|variable| variable.hard_lower > 0.0 || variable.hard_upper < 0.0) {
         let (missing, lower, upper) = (&variable.name, variable.hard_lower, variable.hard_upper);

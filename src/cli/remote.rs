@@ -267,7 +267,7 @@ pub(super) fn run(
         watch(time, length);
     };
     let response = request.with_body(body).answer(prepared.path.as_flat(), patience, &mut improved)?;
-    Ok(Timed { lengths_over_time, ..timed(&response, settings, weights, start.elapsed())? })
+    Ok(Timed { lengths_over_time, ..timed(&response, settings, &prepared.robot, weights, start.elapsed())? })
 }
 
 /// A request about what is prepared; nothing is sent yet.
@@ -304,11 +304,12 @@ pub(super) fn request(
 pub(super) fn timed(
     response: &Response,
     settings: &Settings,
+    robot: &RobotDescription,
     weights: &[f64],
     time: Duration,
 ) -> Result<Timed, CliError> {
     let view = response.view().map_err(ClientError::from)?;
-    let (outcome, code) = translate::outcome(&view, settings, weights)?;
+    let (outcome, code) = translate::outcome(&view, settings, robot, weights)?;
     let (cpu_s, time_s) = (view.header.compute_ns as f64 * 1e-9, time.as_secs_f64());
     let request_id = Some(view.header.request_id);
     Ok(Timed { outcome, code, cpu_s, time_s, request_id, lengths_over_time: Vec::new() })

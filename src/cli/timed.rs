@@ -39,6 +39,7 @@ struct Finding<'a> {
     point: Option<usize>,
     at_s: Option<f64>,
     bodies: Option<[String; 2]>,
+    /// No more than the penetration depth; negative is a distance.
     depth_m: Option<f64>,
     seen_s: Option<f64>,
     variable: Option<String>,
@@ -241,7 +242,7 @@ fn table(loaded: &Loaded, curve: &Curve, verdict: &Verdict, time_s: f64) -> Resu
         Verdict::Refused { hit, bodies: [a, b] } => {
             let depth = match -hit.contact.distance {
                 depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
-                depth if depth > 0.0 => format!("depth {} at {:.4} s", length(depth), hit.seen_s),
+                depth if depth > 0.0 => format!("depth ≥ {} at {:.4} s", length(depth), hit.seen_s),
                 depth => format!("distance {}", length(-depth)),
             };
             let reason = code(verdict).1.unwrap_or_default();

@@ -4,6 +4,7 @@
 //! the valid values and the next step.
 
 mod columns;
+mod constraints;
 mod packages;
 mod planning_scene;
 mod problem;
@@ -35,7 +36,7 @@ use crate::math::Vec3;
 use crate::robot::{RobotDescription, RobotError, srdf, urdf};
 use crate::scene::diff_file::{DiffFile, SceneDiff};
 use crate::scene::scene_file::SceneFile;
-use crate::scene::{Scene, SceneError, moveit_scene};
+use crate::scene::{Scene, SceneError, moveit_scene, with_nearest};
 use crate::shape::{Mesh, MeshError, mesh_file};
 
 /// Why a file was refused.
@@ -165,7 +166,7 @@ impl Reader {
         };
         let scene = scene.map_err(|error| FileError::Scene {
             file: file.to_owned(),
-            source: SceneError::Syntax(format!("not a scene: {error}")),
+            source: SceneError::Syntax(with_nearest(&format!("not a scene: {error}"))),
         })?;
         self.build_scene(scene, file, &BTreeMap::new())
     }
@@ -247,6 +248,18 @@ pub fn selected_scene_text(file: &Path, selected: Option<&str>) -> Result<String
     let scene = serde_json::from_str::<serde_json::Value>(&text).ok().and_then(|value| value.get("scene").cloned());
     // Floats keep their bits on the way through a value.
     Ok(scene.map_or(text, |scene| scene.to_string()))
+}
+
+/// The JSON of a diff from the text of a file, which is YAML by its name or its first letter.
+///
+/// # Errors
+/// YAML that is no diff.
+pub fn diff_text(text: String, file: &Path) -> Result<String, FileError> {
+    let is_json = text.trim_start_matches('\u{feff}').trim_start().starts_with(['{', '[']);
+    if !yaml::is_yaml(file) && (is_json || text.trim().is_empty()) {
+        return Ok(text);
+    }
+    planning_scene::diff_json(&text).map_err(|text| FileError::Content { file: file.to_owned(), text })
 }
 
 /// Folder that the relative names in a file start from.

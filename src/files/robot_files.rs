@@ -61,7 +61,14 @@ impl Reader {
     pub fn robot_of(&mut self, files: &RobotFiles) -> Result<RobotDescription, FileError> {
         let mut robot = self.robot_with(&files.urdf, files.srdf.as_deref(), &files.packages)?;
         if let RootJoint::Given(joint) = &files.root {
+            let of_srdf = robot.virtual_joint.take().map(|joint| joint.parent_frame).unwrap_or_default();
             robot.virtual_joint.clone_from(joint);
+            // Who says how the root moves need not repeat what the world is called.
+            if let Some(joint) = &mut robot.virtual_joint
+                && joint.parent_frame.is_empty()
+            {
+                joint.parent_frame = of_srdf;
+            }
         }
         robot.allowed_collisions.clone_from(&files.allowed_collisions);
         robot.variables.clone_from(&files.variables);

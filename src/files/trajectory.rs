@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::columns::Names;
+use super::constraints::{check_constraints, check_goal};
 use super::{FileError, read_text, table, yaml};
 use crate::robot::{RobotModel, Variable};
+use crate::scene::Filled;
 
 /// A trajectory as a file has it: columns in the file's order.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,51 +48,14 @@ struct Message {
     trajectory: Option<Inner>,
     multi_dof_joint_trajectory: Option<MultiDof>,
     start_state: Option<StartState>,
+    /// Where a displayed trajectory starts.
     trajectory_start: Option<StartState>,
     goal_constraints: Option<Vec<Goal>>,
-    path_constraints: Option<Constraints>,
-    trajectory_constraints: Option<Trajectories>,
     world: Option<serde::de::IgnoredAny>,
-}
-
-/// Constraints that a path keeps, of any kind.
-#[derive(Default, Deserialize)]
-pub(super) struct Constraints {
     #[serde(default)]
-    joint_constraints: Vec<serde::de::IgnoredAny>,
+    path_constraints: Filled,
     #[serde(default)]
-    position_constraints: Vec<serde::de::IgnoredAny>,
-    #[serde(default)]
-    orientation_constraints: Vec<serde::de::IgnoredAny>,
-    #[serde(default)]
-    visibility_constraints: Vec<serde::de::IgnoredAny>,
-}
-
-impl Constraints {
-    /// The kinds that there are some of are refused: a path that keeps none of them would be proved all the same.
-    ///
-    /// # Errors
-    /// Their names.
-    pub fn refuse(&self, of: &str) -> Result<(), String> {
-        let kinds = [
-            ("joint_constraints", &self.joint_constraints),
-            ("position_constraints", &self.position_constraints),
-            ("orientation_constraints", &self.orientation_constraints),
-            ("visibility_constraints", &self.visibility_constraints),
-        ];
-        let some: Vec<&str> = kinds.iter().filter(|(_, list)| !list.is_empty()).map(|(name, _)| *name).collect();
-        if some.is_empty() {
-            return Ok(());
-        }
-        let advice = "they are not kept here; take them out if the path may do without";
-        Err(format!("{of} has {}; {advice}", some.join(", ")))
-    }
-}
-
-#[derive(Default, Deserialize)]
-struct Trajectories {
-    #[serde(default)]
-    constraints: Vec<Constraints>,
+    trajectory_constraints: Filled,
 }
 
 #[derive(Deserialize)]
@@ -178,6 +143,12 @@ struct JointState {
 struct Goal {
     #[serde(default)]
     joint_constraints: Vec<JointConstraint>,
+    #[serde(default)]
+    position_constraints: Filled,
+    #[serde(default)]
+    orientation_constraints: Filled,
+    #[serde(default)]
+    visibility_constraints: Filled,
 }
 
 #[derive(Deserialize)]
@@ -289,18 +260,16 @@ impl Message {
     }
 
     fn collect(self, found: &mut Vec<(Vec<String>, Vec<TrajectoryPoint>)>) -> Result<(), String> {
+        check_constraints([
+            ("path_constraints", self.path_constraints),
+            ("trajectory_constraints", self.trajectory_constraints),
+        ])?;
         if let Some(MultiDof { joint_names, points }) = self.multi_dof_joint_trajectory
             && !points.is_empty()
         {
             let names = joint_names.join(", ");
             let text = format!("multi_dof_joint_trajectory moves {names}, which is not read here");
             return Err(format!("{text}; give the path as CSV or JSON with columns such as {names}/trans_x"));
-        }
-        if let Some(constraints) = &self.path_constraints {
-            constraints.refuse("path_constraints")?;
-        }
-        for constraints in self.trajectory_constraints.iter().flat_map(|list| &list.constraints) {
-            constraints.refuse("trajectory_constraints")?;
         }
         for (state, name) in [(&self.start_state, "start_state"), (&self.trajectory_start, "trajectory_start")] {
             state.as_ref().map_or(Ok(()), |state| state.refuse(name))?;
@@ -325,6 +294,13 @@ impl Message {
 
 /// From the start to the first goal, in the goal's joints.
 fn straight(start: &JointState, goals: &[Goal]) -> Parsed {
+    goals.first().map_or(Ok(()), |goal| {
+        check_goal([
+            ("position_constraints", goal.position_constraints),
+            ("orientation_constraints", goal.orientation_constraints),
+            ("visibility_constraints", goal.visibility_constraints),
+        ])
+    })?;
     let constraints = goals.first().map(|goal| goal.joint_constraints.as_slice()).unwrap_or_default();
     if constraints.is_empty() {
         let text = "its goal_constraints have no joint_constraints; only goals in joint space are read";

@@ -79,6 +79,9 @@ pub struct VirtualJoint {
     pub kind: JointKind,
     /// Limits of its translations (m), in order; empty means none.
     pub position_bounds: Vec<(f64, f64)>,
+    /// What the robot's maker calls the world; empty where nobody says.
+    #[serde(default)]
+    pub parent_frame: String,
 }
 
 /// What an SRDF says.

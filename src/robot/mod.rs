@@ -11,6 +11,7 @@ pub mod model;
 pub mod srdf;
 pub mod urdf;
 pub mod variable;
+mod worlds;
 mod xml;
 
 pub use configuration::{Component, ConfigurationSpace};

@@ -425,6 +425,9 @@ impl Columns {
                 resolve_mimic(description, joint_index, position, order, &is_listed)?
             {
                 drives[position] = Drive::Mimic { master, multiplier, offset };
+                if let Some(warning) = as_real_line(&mut components, drives[master], source(master), kind, multiplier) {
+                    warnings.push(format!("{warning}, since {name:?} follows it"));
+                }
                 continue;
             }
             drives[position] = Drive::Held { first: held.len() };
@@ -481,6 +484,29 @@ fn push_components(kind: JointKind, q: usize, v: usize, components: &mut Vec<Com
             components.push(Component::Rotation { q: q + 3, v: v + 3 });
         }
     }
+}
+
+/// Takes a continuous joint's numbers as they stand where a joint that follows it is not the same after a whole turn:
+/// the leader then is no angle on the circle but a real line. Says so once.
+fn as_real_line(
+    components: &mut [Component],
+    leader: Drive,
+    JointSource { name, .. }: JointSource<'_>,
+    follower: JointKind,
+    multiplier: f64,
+) -> Option<String> {
+    let Drive::Variable { q, v } = leader else { return None };
+    let is_periodic = match follower {
+        JointKind::Revolute | JointKind::Continuous => multiplier.fract() == 0.0,
+        JointKind::Prismatic => multiplier == 0.0,
+        JointKind::Fixed | JointKind::Planar | JointKind::Floating => true,
+    };
+    let circle = components.iter_mut().find(|component| **component == Component::Circle { q, v })?;
+    if is_periodic {
+        return None;
+    }
+    *circle = Component::Line { q, v };
+    Some(format!("whole turns of continuous joint {name:?} count"))
 }
 
 /// Follows a mimic to the joint that is a variable or held, composing multipliers and offsets.

@@ -114,7 +114,8 @@ fn virtual_joint(
         if found.is_some() {
             return Err(syntax(node, "a second <virtual_joint> that carries the root link; keep one"));
         }
-        found = Some(VirtualJoint { name, kind, position_bounds: Vec::new() });
+        let parent_frame = node.attribute("parent_frame").unwrap_or_default().to_owned();
+        found = Some(VirtualJoint { name, kind, position_bounds: Vec::new(), parent_frame });
     }
     Ok(found)
 }

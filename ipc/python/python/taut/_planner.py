@@ -203,6 +203,7 @@ class Planner:
         clearance: Optional[float] = None,
         strict: bool = False,
         unwrapped: bool = False,
+        keep_goal: bool = False,
         contacts: bool = True,
         budget: int = 0,
         seed: int = 0,
@@ -223,7 +224,9 @@ class Planner:
         * `weights`: what a joint's motion costs, by joint name; `metric`: all weights, one per velocity coordinate.
         * `clearance`: metres that every pair of bodies must keep (1 mm by default); where the path itself comes closer
           that pair keeps less and the answer says so, unless `strict`.
-        * `unwrapped`: columns of continuous joints are real numbers, not angles on the circle.
+        * A step of an angle column means its numbers up to half a turn, and beyond it the short way round: answers are
+          written that way, and `turned` says which columns end whole turns away. `keep_goal`: they do not, and a path
+          that needs it is refused. `unwrapped`: these columns are real numbers, not angles on the circle.
         * `contacts`: look for what is nearest along the answer. `budget`: counted work, the same on every machine.
         * `seed`, `priority`, `scene_version` (of those that are kept).
 
@@ -250,6 +253,7 @@ class Planner:
             "clearance": clearance,
             "strict": strict,
             "unwrapped": unwrapped,
+            "keep_goal": keep_goal,
             "contacts": contacts,
             "budget": budget,
             "seed": seed,
@@ -270,6 +274,7 @@ class Planner:
         clearance: Optional[float] = None,
         strict: bool = False,
         unwrapped: bool = False,
+        keep_goal: bool = False,
         contacts: bool = True,
         priority: int = 0,
         scene_version: int = 0,
@@ -294,6 +299,7 @@ class Planner:
             "clearance": clearance,
             "strict": strict,
             "unwrapped": unwrapped,
+            "keep_goal": keep_goal,
             "contacts": contacts,
             "priority": priority,
             "scene_version": scene_version,
@@ -320,6 +326,7 @@ class Planner:
         clearance: Optional[float] = None,
         strict: bool = False,
         unwrapped: bool = False,
+        keep_goal: bool = False,
     ) -> Watch:
         """Checks a path, and again whenever a change of its scene makes it unsafe or safe. Of a daemon only."""
         options: Dict[str, Any] = {
@@ -331,6 +338,7 @@ class Planner:
             "clearance": clearance,
             "strict": strict,
             "unwrapped": unwrapped,
+            "keep_goal": keep_goal,
         }
         return Watch(self._ask(path, robot, scene, options))
 
