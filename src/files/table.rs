@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::columns::{self, Names};
-use super::trajectory::{Constraints, Start};
+use super::constraints::check_constraints;
+use super::trajectory::Start;
 use super::{FileError, read_text, trajectory, vamp, yaml};
 use crate::path;
 use crate::robot::{RobotDescription, Variable};
+use crate::scene::Filled;
 
 /// A path as a file has it: columns in the file's order.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,7 +29,8 @@ const HELD_TOLERANCE: f64 = 1e-6;
 struct JsonTable {
     variables: Vec<String>,
     path: Vec<Vec<f64>>,
-    path_constraints: Option<Constraints>,
+    #[serde(default)]
+    path_constraints: Filled,
 }
 
 impl PathTable {
@@ -185,9 +188,7 @@ type Parsed = Result<(Vec<String>, Vec<Vec<f64>>), String>;
 fn parse_json(text: &str) -> Parsed {
     let expected = r#"not a path: a path is {"variables": [names], "path": [[numbers], …]}, or a .csv or .yaml file"#;
     let table: JsonTable = serde_json::from_str(text).map_err(|error| format!("{expected}: {error}"))?;
-    if let Some(constraints) = &table.path_constraints {
-        constraints.refuse("path_constraints")?;
-    }
+    check_constraints([("path_constraints", table.path_constraints)])?;
     let columns = table.variables.len();
     if let Some((index, row)) = table.path.iter().enumerate().find(|(_, row)| row.len() != columns) {
         return Err(format!("path row {index} has {} numbers, \"variables\" names {columns} columns", row.len()));
@@ -242,7 +243,7 @@ fn csv_row(
     has_decimal_commas: bool,
 ) -> Result<Vec<f64>, String> {
     let line = record.position().map_or(0, csv::Position::line);
-    let end = usize::from(has_end && record.len() > variables.len() && record.iter().last() == Some(""));
+    let end = usize::from(has_end && record.len() > variables.len() && record.iter().next_back() == Some(""));
     if record.len() - end != variables.len() {
         return Err(format!("line {line} has {} numbers, the header names {}", record.len() - end, variables.len()));
     }
