@@ -1,6 +1,5 @@
 use super::*;
 use crate::robot::{RobotModel, urdf};
-use crate::warning::Warning;
 
 const ROBOT: &str = "<robot name='r'>
     <link name='base'/><link name='left'/><link name='left_hand'/><link name='right'/><link name='right_hand'/>
