@@ -63,7 +63,8 @@ pub fn robot(rng: &mut Rng) -> RobotModel {
     let mut description = RobotDescription { name: "random".into(), ..RobotDescription::default() };
     let kind = [JointKind::Fixed, JointKind::Planar, JointKind::Floating][rng.usize(0..3)];
     if kind != JointKind::Fixed {
-        description.virtual_joint = Some(VirtualJoint { name: "root".into(), kind, position_bounds: Vec::new() });
+        description.virtual_joint =
+            Some(VirtualJoint { name: "root".into(), kind, position_bounds: Vec::new(), parent_frame: String::new() });
     }
     for i in 0..count {
         let bodies = rng.usize(0..3);
@@ -91,6 +92,7 @@ pub fn robot(rng: &mut Rng) -> RobotModel {
             origin: pose(rng, 0.4),
             axis: vector(rng, 1.0) + Vec3::new(0.0, 0.0, 1e-3),
             limits: Some(if kind == JointKind::Prismatic { (-0.4, 0.5) } else { (-3.0, 3.0) }),
+            soft_limits: None,
             mimic: master.map(|joint| Mimic { joint, multiplier: uniform(rng, -2.0, 2.0), offset: 0.1 }),
         });
     }

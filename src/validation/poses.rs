@@ -54,6 +54,15 @@ impl Validator<'_> {
         (self.scratch.motion.contact(self.model, pair), self.scratch.motion.speed(pair))
     }
 
+    /// Closest points of a pair at a ratio of a segment, with the penetration depth where it touches or overlaps: for
+    /// people, and dearer than [`Self::contact`].
+    pub fn penetration(&mut self, pair: usize, from: &[f64], to: &[f64], t: f64) -> Contact {
+        self.scratch.segments.exact = None;
+        self.scratch.motion.begin(self.model, self.space, from, to, self.held);
+        self.scratch.motion.place(self.model, self.space, from, t, self.held);
+        self.scratch.motion.penetration(self.model, &self.model.pairs()[pair])
+    }
+
     /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces meet there,
     /// and a proof that goes on from such a configuration would be of no worth. Asked once per request, of the
     /// configuration that everything proved is connected to. `stop` is asked at every pair.

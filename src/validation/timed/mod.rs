@@ -132,7 +132,8 @@ pub fn prove(validator: &mut Validator, curve: &Curve, strict: bool, stop: &mut 
         Enclosed::Stopped => return TimedVerdict::Stopped,
         Enclosed::Pair(pair, contact) => {
             let (reason, time_s) = (HitReason::Collision, curve.time(0));
-            return TimedVerdict::Refused(TimedHit { reason, point: 0, time_s, pair, seen_s: time_s, contact });
+            let hit = TimedHit { reason, point: 0, time_s, pair, seen_s: time_s, contact };
+            return with_depth(validator, curve, TimedVerdict::Refused(hit));
         }
     }
     let (reuse, clearance) = (validator.layers.reuse, validator.scratch.floors.common());
@@ -147,7 +148,19 @@ pub fn prove(validator: &mut Validator, curve: &Curve, strict: bool, stop: &mut 
     };
     prover.set_floors(0.0);
     prover.validator.layers.reuse = reuse;
-    verdict
+    with_depth(validator, curve, verdict)
+}
+
+/// A collision with its penetration depth, which the search for it does without.
+fn with_depth(validator: &mut Validator, curve: &Curve, verdict: TimedVerdict) -> TimedVerdict {
+    match verdict {
+        TimedVerdict::Refused(hit) if hit.reason == HitReason::Collision => {
+            let at = curve.at(hit.point, hit.seen_s - curve.time(hit.point));
+            let contact = validator.penetration(hit.pair, &at, &at, 0.0);
+            TimedVerdict::Refused(TimedHit { contact, ..hit })
+        }
+        verdict => verdict,
+    }
 }
 
 impl Prover<'_, '_, '_> {
