@@ -26,7 +26,7 @@ pub use number::{
 };
 pub use record::{
     ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord, StageRecord, TextSpan,
-    WarningRecord,
+    TurnedColumn, WarningRecord,
 };
 pub use request::{ControlHeader, ControlReplyHeader, RequestHeader, RequestView};
 pub use response::{ResponseHeader, ResponseView};

@@ -107,7 +107,9 @@ fn labelled(
             scenes.swap_remove(position.ok_or(unknown)?)
         }
     };
-    let table = PathTable::read(file)?;
+    let variable = |v: &VariableDescription| Variable::within(&v.name, v.lower, v.upper);
+    let whole_variables: Vec<Variable> = whole.variables.iter().map(variable).collect();
+    let table = PathTable::read(file)?.for_variables(&whole_variables, &whole.fixed_joints)?;
     let refuse = |error: PlannerError| FileError::Content { file: file.to_owned(), text: error.to_string() };
     let columns = Columns::new(&whole.variables, table.variables(), held).map_err(refuse)?;
     // As for a file: joints without a column are held, and what only they move is built so.
@@ -115,14 +117,17 @@ fn labelled(
         true => select(client, label, table.variables().to_vec())?,
         false => whole,
     };
-    let variable = |v: &VariableDescription| Variable { name: v.name.clone(), lower: v.lower, upper: v.upper };
+    let defaults = robot.held_variables.iter().map(String::as_str).zip(robot.held_values.iter().copied());
+    let given = |name: &str| held.iter().rev().find(|(known, _)| known == name).map(|(_, value)| *value);
+    table.check_held(defaults.map(|(name, value)| (name, given(name).unwrap_or(value))))?;
     let variables: Vec<Variable> = robot.variables.iter().map(variable).collect();
+    let read = table.warnings().to_vec();
     let path = table.into_path(&variables)?;
     let subject = Subject {
         name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         geometry: "loaded",
         warnings: Vec::new(),
-        notes: columns.note().map(Warning::uncovered).into_iter().collect(),
+        notes: columns.note().map(Warning::uncovered).into_iter().chain(read).collect(),
         variables: robot.variables.iter().map(|variable| variable.name.clone()).collect(),
         coordinates: layout::coordinates_of_description(&robot),
         metric: String::new(),
@@ -279,7 +284,7 @@ pub(super) fn run(
         watch(time, length);
     };
     let response = request.with_body(body).answer(prepared.path.as_flat(), patience, &mut improved)?;
-    Ok(Timed { lengths_over_time, ..timed(&response, settings, weights, start.elapsed())? })
+    Ok(Timed { lengths_over_time, ..timed(&response, settings, &prepared.robot, weights, start.elapsed())? })
 }
 
 /// A request about what is prepared; nothing is sent yet.
@@ -316,11 +321,12 @@ pub(super) fn request(
 pub(super) fn timed(
     response: &Response,
     settings: &Settings,
+    robot: &RobotDescription,
     weights: &[f64],
     time: Duration,
 ) -> Result<Timed, CliError> {
     let view = response.view().map_err(ClientError::from)?;
-    let (outcome, code) = translate::outcome(&view, settings, weights)?;
+    let (outcome, code) = translate::outcome(&view, settings, robot, weights)?;
     let (cpu_s, time_s) = (view.header.compute_ns as f64 * 1e-9, time.as_secs_f64());
     let request_id = Some(view.header.request_id);
     Ok(Timed { outcome, code, cpu_s, time_s, request_id, lengths_over_time: Vec::new() })

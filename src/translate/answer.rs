@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::collision::shared_names;
 use crate::optimize::{Improvement, Outcome, RefusalPlace, Termination};
 use crate::path::Path;
 use crate::store::Snapshot;
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{
     self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalReason,
-    RefusalRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status, WarningRecord,
+    RefusalRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status, TurnedColumn, WarningRecord,
 };
 
 use super::records::{self, Names, stage};
@@ -39,6 +40,7 @@ struct Sections {
     stages: Vec<StageRecord>,
     reach: Vec<f64>,
     pinched: Vec<PinchedPair>,
+    turned: Vec<TurnedColumn>,
     refusal: Option<RefusalRecord>,
     warnings: Vec<WarningRecord>,
     names: String,
@@ -57,6 +59,7 @@ impl Reply {
             stages: &sections.stages,
             reach: &sections.reach,
             pinched_pairs: &sections.pinched,
+            turned_columns: &sections.turned,
             refusal: sections.refusal.as_ref(),
             certificate_head: sections.head.as_ref(),
             warnings: &sections.warnings,
@@ -94,7 +97,8 @@ pub fn code_of(outcome: &Outcome, cause: Option<StopCause>) -> Code {
             RefusalPlace::Between => Code::InvalidMotionPlan,
         },
         None if outcome.uncheckable.is_some() => Code::Uncertified,
-        None if outcome.termination == Termination::Stopped => match cause {
+        // Nor is it known of an input that is not provable whether the optimizer would have found a path that is.
+        _ if outcome.termination == Termination::Stopped => match cause {
             None | Some(StopCause::Deadline) => Code::TimedOut,
             Some(_) => Code::Preempted,
         },
@@ -188,6 +192,7 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
         stages: records::stages(outcome),
         reach: outcome.corridor.as_ref().map(|corridor| corridor.reach.clone()).unwrap_or_default(),
         pinched: records::pinched(outcome, &mut names),
+        turned: records::turned(outcome, &snapshot.robot),
         refusal,
         warnings,
         names: names.text,
@@ -253,7 +258,8 @@ pub fn refused(refusal: Refusal) -> Reply {
 /// What a person should know of robot, scene and request.
 fn told(snapshot: &Snapshot, outcome: &Outcome) -> Vec<Warning> {
     let of_files = snapshot.robot.warnings().iter().chain(snapshot.scene.warnings());
-    warning::told(of_files.chain(&outcome.warnings))
+    let shared = shared_names(&snapshot.robot, &snapshot.scene);
+    warning::told(of_files.chain(&shared).chain(&outcome.warnings))
 }
 
 /// The hint of a refusal, or why nothing can be proved.

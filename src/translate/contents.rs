@@ -40,8 +40,8 @@ pub fn robot_of(files: &RobotFiles) -> Result<ReadRobot, Refusal> {
     prepared(description, &files.urdf)
 }
 
-/// The robot of a description, with a warning for each pair of links that collides as it stands where no SRDF
-/// speaks for it, and its default weights, which depend on its own bodies only.
+/// The robot of a description, with a warning for each pair of links that collides as it stands where its SRDF
+/// disables none, and its default weights, which depend on its own bodies only.
 ///
 /// # Errors
 /// A description that makes no robot.
@@ -73,7 +73,7 @@ pub fn selected_label(label: &str, variables: &[String]) -> String {
 
 fn looked_at(robot: Arc<RobotModel>, alone: CollisionModel) -> ReadRobot {
     let weights = reach_weights(&robot, alone.bodies()).into();
-    let more = if robot.description().semantics.is_some() { Vec::new() } else { neutral_warnings(&alone) };
+    let more = neutral_warnings(&alone);
     let robot = if more.is_empty() { robot } else { Arc::new(RobotModel::clone(&robot).with_warnings(more)) };
     ReadRobot { robot, weights, alone: Arc::new(alone), is_new: false }
 }

@@ -171,6 +171,12 @@ class Result(Improvement):
         return self._best.message
 
     @property
+    def turned(self) -> Dict[str, int]:
+        """Angle columns whose numbers are not those that were sent, since a step of more than half a turn means the
+        short way round: whole turns from the goal that was sent to this one; 0 where only numbers before it moved."""
+        return {column["variable"]: column["turns"] for column in self.details["turned"]}
+
+    @property
     def warnings(self) -> List[str]:
         """What a person should know of robot, scene and request, a line each, first what the verdict does not cover.
         Of trifles that are alike the first is told and the others are counted."""
