@@ -105,6 +105,14 @@ pub enum ControlRequest {
         /// The file; absolute.
         file: PathBuf,
     },
+    /// Load the robot of a label again, with these variables only and under a label of its own, which the reply names;
+    /// its other joints are held.
+    SelectVariables {
+        /// The robot's label.
+        label: String,
+        /// Variables of a configuration, in order.
+        variables: Vec<String>,
+    },
 }
 
 /// The `robot` part of a problem file; paths are absolute.
@@ -228,6 +236,8 @@ pub struct RobotDescription {
     pub held_variables: Vec<String>,
     /// Where they are where a request does not say (m or rad).
     pub held_values: Vec<f64>,
+    /// Joints that never move: files of paths have columns for them.
+    pub fixed_joints: Vec<String>,
     /// Groups, in order; requests carry the index.
     pub groups: Vec<GroupDescription>,
     /// Variables of a configuration.
@@ -245,7 +255,7 @@ pub struct RobotDescription {
 pub struct VariableDescription {
     /// Its name: a joint's, or `joint/x`, `joint/qw`, ... for joints of several variables.
     pub name: String,
-    /// Lowest value, in radians or metres; negative infinity = unbounded.
+    /// Lowest value within limits and soft limits, in radians or metres; negative infinity = unbounded.
     pub lower: f64,
     /// Highest value, in radians or metres; infinity = unbounded.
     pub upper: f64,

@@ -8,6 +8,7 @@ use taut::math::{Pose, Vec3};
 use taut::robot::{JointDescription, LinkDescription, RobotDescription, RobotModel, Semantics, VirtualJoint};
 use taut::scene::{AttachedObject, Obstacle, Scene, SceneDescription};
 use taut::shape::{Mesh, PlacedShape, Shape};
+use taut::warning::Warning;
 
 /// Gives a mesh by its hash.
 pub(super) type FindMesh<'a> = dyn FnMut(u64) -> Result<Arc<Mesh>, String> + 'a;
@@ -71,9 +72,9 @@ pub(super) struct RobotRecord {
     variables: Option<Vec<String>>,
     semantics: Option<Semantics>,
     allowed_collisions: Vec<(String, String)>,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     /// All warnings of the model.
-    found: Vec<String>,
+    found: Vec<Warning>,
 }
 
 impl RobotRecord {
@@ -104,7 +105,7 @@ impl RobotRecord {
             warnings: self.warnings,
         });
         let model = model.map_err(|error| error.to_string())?;
-        let more = self.found.into_iter().filter(|text| !model.warnings().contains(text)).collect();
+        let more = self.found.into_iter().filter(|warning| !model.warnings().contains(warning)).collect();
         Ok(model.with_warnings(more))
     }
 }
@@ -142,10 +143,12 @@ pub(super) struct SceneRecord {
     padding: BTreeMap<String, f64>,
     scale: BTreeMap<String, f64>,
     frames: BTreeMap<String, Pose>,
+    subframes: BTreeMap<(String, String), Pose>,
+    worlds: BTreeMap<String, String>,
     allowed: Vec<(String, String)>,
     forbidden: Vec<(String, String)>,
     /// All warnings of the scene.
-    found: Vec<String>,
+    found: Vec<Warning>,
 }
 
 /// Objects that went elsewhere: their numbers among all objects, those that stand first, and their poses.
@@ -165,6 +168,8 @@ impl SceneRecord {
             padding: scene.padded().map(named).collect(),
             scale: scene.scaled().map(named).collect(),
             frames: scene.frames().map(|(name, pose)| named((name, *pose))).collect(),
+            subframes: scene.subframes().map(|(object, name, pose)| (pair((object, name)), *pose)).collect(),
+            worlds: scene.worlds().map(pair).collect(),
             allowed: scene.allowed().map(pair).collect(),
             forbidden: scene.forbidden().map(pair).collect(),
             found: scene.warnings().to_vec(),
@@ -204,12 +209,14 @@ impl SceneRecord {
             padding: self.padding,
             scale: self.scale,
             frames: self.frames,
+            subframes: self.subframes,
+            worlds: self.worlds,
             allowed: self.allowed,
             forbidden: self.forbidden,
             warnings: Vec::new(),
         };
         let scene = Scene::of(description.clone()).map_err(|error| error.to_string())?;
-        description.warnings = self.found.into_iter().filter(|text| !scene.warnings().contains(text)).collect();
+        description.warnings = self.found.into_iter().filter(|warning| !scene.warnings().contains(warning)).collect();
         match description.warnings.is_empty() {
             true => Ok(scene),
             false => Scene::of(description).map_err(|error| error.to_string()),
@@ -234,7 +241,7 @@ pub(super) fn meshes<'a>(shapes: impl Iterator<Item = &'a PlacedShape>) -> impl 
 }
 
 /// What a mesh is made of: its name, vertices, triangles and warnings.
-pub(super) type MeshParts = (String, Vec<Vec3>, Vec<[u32; 3]>, Vec<String>);
+pub(super) type MeshParts = (String, Vec<Vec3>, Vec<[u32; 3]>, Vec<Warning>);
 
 /// A mesh as plain data.
 pub(super) fn mesh_parts(mesh: &Mesh) -> MeshParts {
@@ -258,6 +265,8 @@ pub(super) fn moves_between(before: &Scene, after: &Scene) -> Option<Moves> {
         && before.padded().eq(after.padded())
         && before.scaled().eq(after.scaled())
         && before.frames().eq(after.frames())
+        && before.subframes().eq(after.subframes())
+        && before.worlds().eq(after.worlds())
         && before.allowed().eq(after.allowed())
         && before.forbidden().eq(after.forbidden())
         && before.warnings() == after.warnings();

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::{FileError, RobotFiles, read_text};
-use crate::optimize::{Outcome, PathContact, Refusal, StageShare};
+use crate::optimize::{ColumnTurns, Outcome, PathContact, Refusal, StageShare};
 use crate::path;
 use crate::scene::scene_file::SceneFile;
 use crate::validation::Certificate;
+use crate::warning::Warning;
 
 /// What a result file calls itself.
 pub const RESULT_FORMAT: &str = "taut-result/1";
@@ -51,6 +52,8 @@ pub struct ResultFile {
     pub floors_lowered: Vec<ResultFloor>,
     /// Pairs between which the path is pinched.
     pub pinched: Vec<[String; 2]>,
+    /// Angle columns whose numbers in `path` are not the given ones but whole turns away.
+    pub turned: Vec<ResultTurns>,
     /// How far was looked for what is nearest (m).
     pub searched_m: Option<f64>,
     /// The smallest clearance and where it is.
@@ -76,11 +79,18 @@ pub struct ResultFile {
     pub stages: Vec<ResultShare>,
     /// When each proved improvement was seen (s since the start), and its length.
     pub lengths_over_time: Vec<(f64, f64)>,
+    /// Pairs of bodies that were checked.
+    pub pairs: usize,
+    /// Why nothing can be proved of this robot, whatever the path.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uncheckable: Option<String>,
     /// Where the input is refused, if it is.
     #[serde(flatten)]
     pub refusal: Option<ResultRefusal>,
-    /// What is odd about robot, scene and request, a line each.
+    /// What a person should know of robot, scene and request, a line each.
     pub warnings: Vec<String>,
+    /// Those of them that say what the verdict does not cover, or rests on.
+    pub uncovered: Vec<String>,
     /// Columns of both paths, by MoveIt's variable names.
     pub variables: Vec<String>,
     /// Weights of the metric, one per velocity coordinate.
@@ -129,6 +139,15 @@ pub struct ResultFloor {
     pub floor_m: f64,
 }
 
+/// An angle column whose numbers were written anew, because a step of more than half a turn means the short way round.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ResultTurns {
+    /// Name of the column.
+    pub variable: String,
+    /// Whole turns from the goal in `path_before` to the one in `path`; 0 where only numbers before it moved.
+    pub turns: i64,
+}
+
 /// Two bodies that are closest at a place of `path`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ResultContact {
@@ -174,7 +193,7 @@ pub struct ResultRefusal {
     pub points: [[f64; 3]; 2],
     /// Unit vector from the second body towards the first.
     pub normal: [f64; 3],
-    /// Depth (m); negative is a distance.
+    /// Penetration depth (m), from below unless both bodies are convex; negative is a distance.
     pub depth_m: f64,
     /// The part before which everything is proved: segment + ratio.
     pub proved_prefix: f64,
@@ -244,6 +263,7 @@ impl ResultFile {
             floor_m: outcome.floor_m,
             floors_lowered: floors.collect(),
             pinched: outcome.pinched.clone(),
+            turned: outcome.turned.iter().map(Into::into).collect(),
             searched_m: nearest.map(|nearest| nearest.searched_m),
             smallest_clearance: nearest.and_then(|nearest| nearest.smallest.as_ref()).map(Into::into),
             contacts: nearest.map(|nearest| nearest.contacts.iter().map(Into::into).collect()),
@@ -252,8 +272,11 @@ impl ResultFile {
             termination: outcome.termination.name().to_owned(),
             stage: outcome.stage.name().to_owned(),
             stages: outcome.stages.iter().map(Into::into).collect(),
+            pairs: outcome.pairs,
+            uncheckable: outcome.uncheckable.clone(),
             refusal: outcome.refusal.as_ref().map(Into::into),
-            warnings: outcome.warnings.clone(),
+            warnings: texts(&outcome.warnings, |_| true),
+            uncovered: texts(&outcome.warnings, Warning::is_uncovered),
             weights: outcome.weights.clone(),
             path: rows(&outcome.path),
             certificate: outcome.certificate.clone(),
@@ -292,6 +315,11 @@ impl ResultFile {
     }
 }
 
+/// The lines of those warnings that are meant.
+pub fn texts(warnings: &[Warning], is_meant: impl Fn(&Warning) -> bool) -> Vec<String> {
+    warnings.iter().filter(|warning| is_meant(warning)).map(Warning::to_string).collect()
+}
+
 /// The waypoints of a path.
 pub fn rows(path: &path::Path) -> Vec<Vec<f64>> {
     path.waypoints().map(<[f64]>::to_vec).collect()
@@ -307,6 +335,12 @@ impl From<&PathContact> for ResultContact {
             points: contact.points.map(|point| point.to_array()),
             normal: contact.normal.to_array(),
         }
+    }
+}
+
+impl From<&ColumnTurns> for ResultTurns {
+    fn from(turned: &ColumnTurns) -> Self {
+        Self { variable: turned.variable.clone(), turns: turned.turns }
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::math::Vec3;
 use crate::path::Path;
 use crate::validation::HitReason;
+use crate::warning::Warning;
 
 /// How a run ended: data, not an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,18 +91,31 @@ pub struct LoweredFloor {
     pub floor_m: f64,
 }
 
+/// An angle column whose numbers were written anew, because a step of more than half a turn means the short way round.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ColumnTurns {
+    /// Name of the variable.
+    pub variable: String,
+    /// Whole turns from the given number of the goal to the answer's; 0 where only numbers before it moved.
+    pub turns: i64,
+}
+
 /// Which part of a path is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RefusalPlace {
-    /// The first waypoint.
+    /// The bodies that collide first do so at the first waypoint.
     Start,
-    /// The last waypoint.
+    /// They do so at the last waypoint too, wherever on the path they first meet; or they first meet on the last
+    /// segment, and any bodies collide at its end.
     Goal,
-    /// Somewhere between.
+    /// They do so somewhere between, whatever other bodies do at the end.
     Between,
 }
 
-/// Where and why the input is not proved.
+/// Where and why the input is not proved: the worst thing on it. A collision anywhere goes before what is too close or
+/// not provable anywhere; of all collisions it is the first along the path, to within
+/// [`FINEST`](crate::validation::continuous::FINEST) of its segment. Bodies that get no deeper into each other than
+/// 1 µm may pass as too close. Where the run was stopped, a collision need not be the first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
     /// Why.
@@ -118,9 +132,11 @@ pub struct Refusal {
     pub points: [Vec3; 2],
     /// Unit vector from the second body towards the first.
     pub normal: Vec3,
-    /// Depth (m); negative is a distance.
+    /// Penetration depth (m): the least way that parts the bodies is no shorter, and for two convex ones as long;
+    /// negative is a distance.
     pub depth_m: f64,
-    /// The part of the path before which everything is proved: segment + ratio.
+    /// Segment + ratio before which everything is proved at the floors of the answer; 0 where nothing is known. It ends
+    /// at the first thing that is not proved, which may be long before a collision.
     pub proved_prefix: f64,
     /// What the person who reads it may do; empty where there is nothing to add.
     pub hint: String,
@@ -158,12 +174,19 @@ pub struct NearestBodies {
 /// The answer to a request. `path` is always safe to take: proved, or the input itself.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// The shortest path found, ends bit-equal to the input's.
+    /// The shortest path found. No step of an angle column is longer than half a turn. Its ends are bit-equal to the
+    /// input's but for the columns that are [`turned`](Self::turned).
     pub path: Path,
+    /// Angle columns whose numbers are not the given ones but whole turns away, in order.
+    pub turned: Vec<ColumnTurns>,
     /// Whether `path` is proved at its floors.
     pub proved: bool,
     /// Where the input is refused, if it is.
     pub refusal: Option<Refusal>,
+    /// Why nothing can be proved of this robot, whatever the path; then `path` is the input.
+    pub uncheckable: Option<String>,
+    /// Pairs of bodies that were checked.
+    pub pairs: usize,
     /// Length of the input in the request's metric.
     pub length_before: f64,
     /// Length of `path`.
@@ -194,8 +217,8 @@ pub struct Outcome {
     pub stages: Vec<StageShare>,
     /// How the run ended.
     pub termination: Termination,
-    /// What is odd about the request, a line each.
-    pub warnings: Vec<String>,
+    /// What a person should know of the request; what robot and scene told when they were read is not among it.
+    pub warnings: Vec<Warning>,
     /// How far what is executed may stray from `path`; `None` where it is not proved or not asked for.
     pub corridor: Option<crate::validation::Corridor>,
     /// The proof in short; `None` where `path` is not proved.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::joint::JointKind;
 use crate::math::{Pose, Vec3};
 use crate::shape::PlacedShape;
+use crate::warning::Warning;
 
 /// A robot as its files describe it.
 #[derive(Clone, Debug, Default)]
@@ -24,7 +25,7 @@ pub struct RobotDescription {
     /// Link pairs to leave out besides the SRDF's.
     pub allowed_collisions: Vec<(String, String)>,
     /// What the readers already found odd, a line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// A link and its collision shapes, in the link's frame.
@@ -53,6 +54,8 @@ pub struct JointDescription {
     pub axis: Vec3,
     /// Lower and upper limit (m or rad); `None` where the file gives none.
     pub limits: Option<(f64, f64)>,
+    /// Limits within those, which the robot's controllers keep (m or rad); `None` where the file gives none.
+    pub soft_limits: Option<(f64, f64)>,
     /// The joint that this one copies.
     pub mimic: Option<Mimic>,
 }
@@ -77,6 +80,9 @@ pub struct VirtualJoint {
     pub kind: JointKind,
     /// Limits of its translations (m), in order; empty means none.
     pub position_bounds: Vec<(f64, f64)>,
+    /// What the robot's maker calls the world; empty where nobody says.
+    #[serde(default)]
+    pub parent_frame: String,
 }
 
 /// What an SRDF says.

@@ -5,9 +5,11 @@ use std::collections::{BTreeSet, HashMap};
 use super::configuration::{Component, ConfigurationSpace};
 use super::description::{GroupState, JointDescription, RobotDescription};
 use super::joint::{Drive, Joint, JointKind};
+use super::variable::{Bounds, HeldVariable, Variable};
 use crate::hash::ContentHasher;
 use crate::math::{Pose, Vec3};
 use crate::shape::PlacedShape;
+use crate::warning::Warning;
 
 /// A robot. Joint `i` carries link `i`; a joint's parent link comes before it.
 #[derive(Clone, Debug)]
@@ -23,7 +25,7 @@ pub struct RobotModel {
     groups: Vec<(String, Vec<bool>)>,
     group_states: Vec<GroupState>,
     allowed: BTreeSet<(usize, usize)>,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     hash: u64,
     layout_hash: u64,
 }
@@ -35,30 +37,6 @@ pub struct Link {
     pub name: String,
     /// Collision shapes; often none.
     pub shapes: Vec<PlacedShape>,
-}
-
-/// A column of a path.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Variable {
-    /// MoveIt's variable name.
-    pub name: String,
-    /// Lowest value (m or rad), −∞ where there is none.
-    pub lower: f64,
-    /// Highest value (m or rad), ∞ where there is none.
-    pub upper: f64,
-}
-
-/// A variable of a movable joint that is no column of the path.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HeldVariable {
-    /// MoveIt's variable name.
-    pub name: String,
-    /// Value where a request gives none.
-    pub default: f64,
-    /// Lowest value (m or rad), −∞ where there is none.
-    pub lower: f64,
-    /// Highest value (m or rad), ∞ where there is none.
-    pub upper: f64,
 }
 
 /// Why a robot was refused.
@@ -117,9 +95,10 @@ impl RobotModel {
     /// # Errors
     /// A duplicate or unknown name, joints that form no tree, a number that is not finite or out of
     /// its range: the message names the place, the value and the valid ones.
-    pub fn new(description: RobotDescription) -> Result<Self, RobotError> {
+    pub fn new(mut description: RobotDescription) -> Result<Self, RobotError> {
         let kept = description.clone();
         let mut warnings = description.warnings.clone();
+        warnings.extend(free_of_fixed_leaders(&mut description));
         let order = topological_order(&description)?;
         let joint_index = order.joint_index(&description);
         let columns = Columns::assign(&description, &order, &joint_index, &mut warnings)?;
@@ -203,11 +182,11 @@ impl RobotModel {
         self.allowed.contains(&(a.min(b), a.max(b)))
     }
     /// What is odd about the files, a line each.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
     /// The same robot with more that is odd about it, found where it was put to use.
-    pub fn with_warnings(mut self, more: Vec<String>) -> Self {
+    pub fn with_warnings(mut self, more: Vec<Warning>) -> Self {
         self.warnings.extend(more);
         self
     }
@@ -245,6 +224,9 @@ impl RobotModel {
         }
         for variable in &self.variables {
             hasher.text(&variable.name).floats(&[variable.lower, variable.upper]);
+            if variable.has_soft_limits() {
+                hasher.floats(&[variable.hard_lower, variable.hard_upper]);
+            }
         }
         hasher.text(&format!("{:?}{:?}{:?}", self.allowed, self.groups, self.group_states));
         hasher.finish()
@@ -269,6 +251,20 @@ impl Order {
         };
         self.0.iter().enumerate().filter_map(named).collect()
     }
+}
+
+/// Drops the mimics of fixed joints, which have no value to follow: MoveIt takes such joints for independent.
+fn free_of_fixed_leaders(description: &mut RobotDescription) -> Vec<Warning> {
+    let fixed = |joint: &&JointDescription| joint.kind == JointKind::Fixed;
+    let fixed: BTreeSet<String> = description.joints.iter().filter(fixed).map(|joint| joint.name.clone()).collect();
+    let mut warnings = Vec::new();
+    for joint in description.joints.iter_mut().filter(|joint| joint.kind != JointKind::Fixed) {
+        if let Some(mimic) = joint.mimic.take_if(|mimic| fixed.contains(&mimic.joint)) {
+            let text = format!("mimics {:?}, which is fixed; it moves independently", mimic.joint);
+            warnings.push(Warning::uncovered(format!("joint {:?} {text}", joint.name)));
+        }
+    }
+    warnings
 }
 
 fn unique<'a>(kind: &'static str, names: impl Iterator<Item = &'a str>) -> Result<(), RobotError> {
@@ -362,7 +358,7 @@ impl Columns {
         description: &RobotDescription,
         order: &Order,
         joint_index: &HashMap<String, usize>,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Warning>,
     ) -> Result<Self, RobotError> {
         let source = |position: usize| -> JointSource<'_> {
             match order.0[position].1 {
@@ -398,12 +394,13 @@ impl Columns {
                 });
             }
             if mimic.is_some() {
-                warnings.push(format!("mimic joint {name:?} is listed as a variable and moves independently"));
+                let text = format!("mimic joint {name:?} is listed as a variable and moves independently");
+                warnings.push(Warning::uncovered(text));
             }
             drives[position] = Drive::Variable { q, v };
             push_components(kind, q, v, &mut components);
             for (i, name) in own.iter().enumerate() {
-                let (lower, upper) = limits.get(i).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+                let Bounds { lower, upper, hard_lower, hard_upper } = limits.get(i).copied().unwrap_or(Bounds::NONE);
                 if lower.is_nan() || upper.is_nan() || lower > upper {
                     return Err(RobotError::BadValue {
                         what: format!("the limits of {name:?}"),
@@ -411,7 +408,7 @@ impl Columns {
                         rule: "they must be numbers, lower ≤ upper",
                     });
                 }
-                variables.push(Variable { name: name.clone(), lower, upper });
+                variables.push(Variable { name: name.clone(), lower, upper, hard_lower, hard_upper });
             }
             q += kind.nq();
             v += kind.nv();
@@ -422,7 +419,8 @@ impl Columns {
             let JointSource { name, kind, mimic, limits } = source(position);
             if is_listed[position] || kind == JointKind::Fixed {
                 if kind == JointKind::Fixed && mimic.is_some() {
-                    warnings.push(format!("mimic on fixed joint {name:?} is ignored"));
+                    warnings
+                        .push(Warning::cosmetic("fixed mimic", format!("mimic on fixed joint {name:?} is ignored")));
                 }
                 continue;
             }
@@ -430,14 +428,18 @@ impl Columns {
                 resolve_mimic(description, joint_index, position, order, &is_listed)?
             {
                 drives[position] = Drive::Mimic { master, multiplier, offset };
+                if let Some(warning) = as_real_line(&mut components, drives[master], source(master), kind, multiplier) {
+                    let text = format!("{warning}, since {name:?} follows it");
+                    warnings.push(Warning::cosmetic("whole turns", text));
+                }
                 continue;
             }
             drives[position] = Drive::Held { first: held.len() };
             for (i, variable) in names[position].iter().enumerate() {
                 // A floating joint at rest is the unit quaternion: its last number is 1.
                 let default = if kind == JointKind::Floating && i == 6 { 1.0 } else { 0.0 };
-                let (lower, upper) = limits.get(i).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-                held.push(HeldVariable { name: variable.clone(), default, lower, upper });
+                let Bounds { lower, upper, hard_lower, hard_upper } = limits.get(i).copied().unwrap_or(Bounds::NONE);
+                held.push(HeldVariable { name: variable.clone(), default, lower, upper, hard_lower, hard_upper });
             }
         }
         Ok(Self { drives, space: ConfigurationSpace::new(components), variables, held })
@@ -448,14 +450,14 @@ impl Columns {
 struct JointSource<'a> {
     name: &'a str,
     kind: JointKind,
-    limits: Vec<(f64, f64)>,
+    limits: Vec<Bounds>,
     mimic: Option<&'a super::description::Mimic>,
 }
 
 impl<'a> JointSource<'a> {
     fn of(joint: &'a JointDescription) -> Self {
         let limits = match joint.kind {
-            JointKind::Revolute | JointKind::Prismatic => joint.limits.into_iter().collect(),
+            JointKind::Revolute | JointKind::Prismatic => Bounds::of(joint).into_iter().collect(),
             _ => Vec::new(),
         };
         Self { name: &joint.name, kind: joint.kind, limits, mimic: joint.mimic.as_ref() }
@@ -463,7 +465,10 @@ impl<'a> JointSource<'a> {
 
     fn root(description: &'a RobotDescription) -> Self {
         match &description.virtual_joint {
-            Some(v) => Self { name: &v.name, kind: v.kind, limits: v.position_bounds.clone(), mimic: None },
+            Some(v) => {
+                let limits = v.position_bounds.iter().copied().map(Bounds::hard).collect();
+                Self { name: &v.name, kind: v.kind, limits, mimic: None }
+            }
             None => Self { name: "world", kind: JointKind::Fixed, limits: Vec::new(), mimic: None },
         }
     }
@@ -483,6 +488,29 @@ fn push_components(kind: JointKind, q: usize, v: usize, components: &mut Vec<Com
             components.push(Component::Rotation { q: q + 3, v: v + 3 });
         }
     }
+}
+
+/// Takes a continuous joint's numbers as they stand where a joint that follows it is not the same after a whole turn:
+/// the leader then is no angle on the circle but a real line. Says so once.
+fn as_real_line(
+    components: &mut [Component],
+    leader: Drive,
+    JointSource { name, .. }: JointSource<'_>,
+    follower: JointKind,
+    multiplier: f64,
+) -> Option<String> {
+    let Drive::Variable { q, v } = leader else { return None };
+    let is_periodic = match follower {
+        JointKind::Revolute | JointKind::Continuous => multiplier.fract() == 0.0,
+        JointKind::Prismatic => multiplier == 0.0,
+        JointKind::Fixed | JointKind::Planar | JointKind::Floating => true,
+    };
+    let circle = components.iter_mut().find(|component| **component == Component::Circle { q, v })?;
+    if is_periodic {
+        return None;
+    }
+    *circle = Component::Line { q, v };
+    Some(format!("whole turns of continuous joint {name:?} count"))
 }
 
 /// Follows a mimic to the joint that is a variable or held, composing multipliers and offsets.
@@ -574,7 +602,7 @@ fn allowed_pairs(
     description: &RobotDescription,
     joints: &[Joint],
     link_index: &HashMap<&str, usize>,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<BTreeSet<(usize, usize)>, RobotError> {
     let mut allowed = BTreeSet::new();
     let mut insert = |a: usize, b: usize| allowed.insert((a.min(b), a.max(b)));
@@ -586,7 +614,10 @@ fn allowed_pairs(
                     (Some(&a), Some(&b)) => {
                         insert(a, b);
                     }
-                    _ => warnings.push(format!("the SRDF disables {a} × {b}, not both links of this robot")),
+                    _ => {
+                        let text = format!("the SRDF disables {a} × {b}, not both links of this robot");
+                        warnings.push(Warning::cosmetic("SRDF pair", text));
+                    }
                 }
             }
         }
@@ -597,7 +628,8 @@ fn allowed_pairs(
                 }
             }
             if joints.len() > 1 {
-                warnings.push("no SRDF: links joined by one joint are not checked against each other".to_owned());
+                let text = "no SRDF: links joined by one joint are not checked against each other";
+                warnings.push(Warning::uncovered(text));
             }
         }
     }

@@ -1,11 +1,18 @@
 //! From the records of a response's sections back to an outcome.
 
 use crate::math::Vec3;
-use crate::optimize::{self, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, Settings, StageShare};
+use crate::optimize::{
+    self, ColumnTurns, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, Settings, StageShare,
+};
 use crate::path::Path;
 use crate::validation::corridor;
 use crate::validation::{Certificate, Corridor, HitReason, SegmentClaim};
-use taut_ipc::wire::{self, ActiveContact, Code, RefusalReason, ResponseView, Stage, StageRecord, TextSpan, WireError};
+use crate::warning::Warning;
+use taut_ipc::control::RobotDescription;
+use taut_ipc::wire::{
+    self, ActiveContact, Code, RefusalReason, ResponseView, Stage, StageRecord, TextSpan, TurnedColumn, WarningKind,
+    WarningRecord, WireError,
+};
 
 use super::client::AnswerError;
 use super::records::path_hash;
@@ -28,7 +35,7 @@ pub(super) fn lowered(pair: &wire::LoweredPair, view: &ResponseView) -> Result<L
 pub(super) fn refusal(view: &ResponseView, hint: String) -> Result<Option<Refusal>, WireError> {
     let Some(record) = view.refusal else { return Ok(None) };
     let reason = match RefusalReason::try_from(view.header.refusal_reason)? {
-        RefusalReason::None => return Ok(None),
+        RefusalReason::None | RefusalReason::NoGeometry => return Ok(None),
         RefusalReason::Collision => HitReason::Collision,
         RefusalReason::TooClose => HitReason::TooClose,
         RefusalReason::Uncertified => HitReason::Uncertified,
@@ -111,9 +118,36 @@ pub(super) fn nearest(view: &ResponseView) -> Result<Option<NearestBodies>, Wire
     Ok(Some(NearestBodies { searched_m, smallest, contacts }))
 }
 
+/// What a person should know beside the verdict. Each stands for itself: who sent it has counted the others like it.
+pub(super) fn warnings(view: &ResponseView) -> Result<Vec<Warning>, WireError> {
+    let warning = |record: &WarningRecord| -> Result<Warning, WireError> {
+        let text = record.text.of(view.names)?;
+        Ok(match WarningKind::try_from(record.kind)? {
+            WarningKind::Uncovered => Warning::uncovered(text),
+            WarningKind::Cosmetic => Warning::cosmetic(text, text),
+        })
+    };
+    view.warnings.iter().map(warning).collect()
+}
+
+/// Why nothing can be proved of the robot.
+pub(super) fn uncheckable(view: &ResponseView) -> Result<Option<String>, WireError> {
+    let is_without = RefusalReason::try_from(view.header.refusal_reason)? == RefusalReason::NoGeometry;
+    Ok(is_without.then(|| view.message.to_owned()))
+}
+
 /// Pairs between which the path is pinched.
 pub(super) fn pinched(view: &ResponseView) -> Result<Vec<[String; 2]>, WireError> {
     view.pinched_pairs.iter().map(|pair| names(view, [pair.body_a, pair.body_b])).collect()
+}
+
+/// Angle columns whose numbers are not the given ones.
+pub(super) fn turned(view: &ResponseView, robot: &RobotDescription) -> Result<Vec<ColumnTurns>, WireError> {
+    let column = |record: &TurnedColumn| match robot.variables.get(record.column as usize) {
+        Some(variable) => Ok(ColumnTurns { variable: variable.name.clone(), turns: record.turns.into() }),
+        None => Err(WireError::UnknownValue { field: "column", value: record.column.into() }),
+    };
+    view.turned_columns.iter().map(column).collect()
 }
 
 /// What each stage did.

@@ -146,6 +146,7 @@ public:
     options &seed(std::uint64_t seed) { return plain.seed = seed, *this; }
     options &strict(bool strict) { return plain.strict = strict, *this; }
     options &unwrapped(bool unwrapped) { return plain.unwrapped = unwrapped, *this; }
+    options &keep_goal(bool keep) { return plain.keep_goal = keep, *this; }
     options &contacts(bool wanted) { return plain.without_contacts = !wanted, *this; }
     options &columns(std::vector<std::string> names) { return columns_ = std::move(names), *this; }
     options &group(std::string name) { return group_ = std::move(name), *this; }
@@ -228,6 +229,18 @@ public:
         detail::outcome outcome;
         outcome.check(taut_answer_rows(handle_.get(), &rows, sizeof rows, outcome.slot()));
         return path_view(rows);
+    }
+    // What a person should know, first what the verdict does not cover (`uncovered`).
+    struct warning {
+        std::string text;
+        bool uncovered;
+    };
+    std::vector<warning> warnings() const {
+        std::vector<warning> found;
+        taut_warning one;
+        for (std::size_t index = 0; taut_answer_warning(handle_.get(), index, &one); ++index)
+            found.push_back({one.text, one.uncovered});
+        return found;
     }
     // To keep, in the request's columns.
     taut::path copy() const {

@@ -16,7 +16,8 @@ pub struct Request {
     pub scene: Option<String>,
     /// Version of the scene; 0 = the newest.
     pub scene_version: u64,
-    /// Names of the path's columns; empty = all of the robot's, in its order.
+    /// Names of the path's columns; empty = all of the robot's, in its order. Joints without one stand still, at 0 where
+    /// [`Self::held`] does not say.
     pub columns: Vec<String>,
     /// Where joints stand that are no columns, by variable name (rad or m).
     pub held: Vec<(String, f64)>,
@@ -34,6 +35,8 @@ pub struct Request {
     pub strict: bool,
     /// Columns of continuous joints are real numbers, not angles on the circle.
     pub unwrapped: bool,
+    /// The goal's numbers stay to the last bit; a path whose angles do not lead there by their numbers is refused.
+    pub keep_goal: bool,
     /// Look for what is nearest along the answer.
     pub contacts: bool,
     /// Mode check only: tell again when a change of the scene makes the path unsafe or safe, until it is dropped.
@@ -66,6 +69,7 @@ impl Request {
             clearance_m: None,
             strict: false,
             unwrapped: false,
+            keep_goal: false,
             contacts: true,
             watch: false,
             metric: Vec::new(),
@@ -81,8 +85,7 @@ impl Request {
     /// # Errors
     /// A name that is none.
     pub fn columns_of(&self, robot: &RobotDescription) -> Result<Columns, PlannerError> {
-        let names: Vec<&str> = robot.variables.iter().map(|variable| variable.name.as_str()).collect();
-        Columns::new(&names, &self.columns, &self.held)
+        Columns::new(&robot.variables, &self.columns, &self.held)
     }
 
     /// Waypoints of a path of so many numbers.
@@ -124,6 +127,7 @@ impl Request {
             mode: self.mode.into(),
             flags: flag(self.strict, RequestFlags::STRICT)
                 | flag(self.unwrapped, RequestFlags::UNWRAPPED)
+                | flag(self.keep_goal, RequestFlags::KEEP_GOAL)
                 | flag(!self.contacts, RequestFlags::WITHOUT_CONTACTS)
                 | flag(self.watch, RequestFlags::WATCH),
             priority: self.priority,

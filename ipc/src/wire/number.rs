@@ -77,6 +77,7 @@ number! {
         Collision = 1, "bodies touch or overlap";
         TooClose = 2, "bodies come closer than 1.5 times their floor";
         Uncertified = 3, "the proof reached its limit";
+        NoGeometry = 4, "no link of the robot has collision geometry";
     }
 }
 
@@ -88,6 +89,14 @@ number! {
         PartialShortcut = 2, "single-joint shortcuts";
         Gradient = 3, "the gradient loop";
         Contact = 4, "the gradient loop with contact half-spaces";
+    }
+}
+
+number! {
+    /// What a warning means for the verdict.
+    WarningKind, "kind" {
+        Uncovered = 0, "what the verdict does not cover, or rests on";
+        Cosmetic = 1, "takes nothing from the verdict; stands for all that are like it";
     }
 }
 
@@ -117,8 +126,11 @@ impl RequestFlags {
     /// Prove each segment of the answer at the largest clearance that it keeps, up to 10 cm, and tell the reach of
     /// each coordinate: the corridor in which what is executed stays free.
     pub const CORRIDOR: u32 = 1 << 4;
+    /// The goal's numbers stay to the last bit; a path whose angles do not lead there by their numbers is refused.
+    pub const KEEP_GOAL: u32 = 1 << 5;
     /// All flags that exist.
-    pub const ALL: u32 = Self::STRICT | Self::UNWRAPPED | Self::WITHOUT_CONTACTS | Self::WATCH | Self::CORRIDOR;
+    pub const ALL: u32 =
+        Self::STRICT | Self::UNWRAPPED | Self::WITHOUT_CONTACTS | Self::WATCH | Self::CORRIDOR | Self::KEEP_GOAL;
 
     /// Checks that only known flags are set.
     ///

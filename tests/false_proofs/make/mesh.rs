@@ -152,7 +152,7 @@ fn star(rng: &mut Rng, size: f64) -> Outline {
     let corners = rng.usize(4..10);
     let corner = |i: usize| {
         let angle = TAU * (i as f64 + uniform(rng, -0.2, 0.2)) / corners as f64;
-        let radius = size * if i % 2 == 0 { uniform(rng, 0.9, 1.4) } else { uniform(rng, 0.15, 0.7) };
+        let radius = size * if i.is_multiple_of(2) { uniform(rng, 0.9, 1.4) } else { uniform(rng, 0.15, 0.7) };
         [on_grid(radius * angle.cos()), on_grid(radius * angle.sin())]
     };
     let mut points: Vec<_> = (0..corners).map(corner).collect();

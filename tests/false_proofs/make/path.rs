@@ -220,8 +220,8 @@ pub fn graze(rng: &mut Rng, world: &World) -> Option<Made> {
 pub fn half_turn(rng: &mut Rng, world: &World) -> Option<Made> {
     telling(rng, world, Step::HalfTurn, |rng, from| {
         let q = some(rng, &endless(&world.robot))?;
-        let half = pick(rng, &[PI, 3.1416, 3.14159, f64::from(PI as f32)]) * pick(rng, &[1.0, -1.0]);
-        let quarter = pick(rng, &[FRAC_PI_2, 1.5708, f64::from(FRAC_PI_2 as f32)]) * pick(rng, &[1.0, -1.0]);
+        let half = pick(rng, &[PI, cut(PI, 4), cut(PI, 5), f64::from(PI as f32)]) * pick(rng, &[1.0, -1.0]);
+        let quarter = pick(rng, &[FRAC_PI_2, cut(FRAC_PI_2, 4), f64::from(FRAC_PI_2 as f32)]) * pick(rng, &[1.0, -1.0]);
         let (start, end) = match rng.usize(0..3) {
             0 => (quarter, -quarter),
             1 => (0.0, half),
@@ -305,6 +305,12 @@ fn half_quaternion_rows(rng: &mut Rng, world: &World) -> Option<Vec<Vec<f64>>> {
     Some(vec![from, to])
 }
 
+/// A number as files have it, with so many digits after the point.
+fn cut(number: f64, digits: i32) -> f64 {
+    let unit = 10_f64.powi(digits);
+    (number * unit).round() / unit
+}
+
 fn some(rng: &mut Rng, of: &[usize]) -> Option<usize> {
     (!of.is_empty()).then(|| pick(rng, of))
 }
@@ -342,8 +348,8 @@ impl Made {
             for (q, number) in row.iter_mut().enumerate() {
                 let (lower, upper) = robot.joints[robot.columns[q].joint].bounds();
                 let is_exact = to_four && !quaternions.contains(&q);
-                let cut = if is_exact { (*number * 1e4).round() / 1e4 } else { f64::from(*number as f32) };
-                *number = if quaternions.contains(&q) { cut } else { cut.clamp(lower, upper) };
+                let kept = if is_exact { cut(*number, 4) } else { f64::from(*number as f32) };
+                *number = if quaternions.contains(&q) { kept } else { kept.clamp(lower, upper) };
             }
         }
         self.steps.insert(Step::Rounded);
