@@ -5,7 +5,7 @@
     python3 -m venv /tmp/readers && /tmp/readers/bin/pip install -r tests/odd_files/requirements.txt
     /tmp/readers/bin/python tests/odd_files/expect.py /tmp/odd tests/odd_files/expected.json [KIND ...]
 
-Each file is given to each reader in a process of its own. `ours` stands for values that are written down here by the
+Each reader has a process of its own. `ours` stands for values that are written down here by the
 format's own words, where no reader on PyPI has them: MoveIt is not on PyPI, so its messages are read here by two
 evaluators, one over PyYAML with rotation matrices, one over ruamel.yaml with SciPy's rotations.
 """
@@ -41,7 +41,7 @@ LIBRARIES = [
 ]
 # Package that a reader is, the library beneath it, and the family whose code it shares.
 PACKAGES = {
-    "assimp": (["coal", "cmeel-assimp"], "assimp"),
+    "coal": (["coal", "cmeel-assimp"], "assimp"),
     "trimesh": (["trimesh"], "trimesh"),
     "numpy-stl": (["numpy-stl"], "numpy-stl"),
     "meshio": (["meshio"], "meshio"),
@@ -69,35 +69,42 @@ def load_libraries():
         importlib.import_module(name)
 
 
-def of_one(reader, file, pipe):
-    """In the child: what a reader makes of a file."""
+def of_all(reader, files, pipe):
+    """In the child: what a reader makes of each file."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-    try:
-        pipe.send(("read", reader(file)))
-    except BaseException as error:  # what a reader raises is its answer
-        text = str(error).strip() or type(error).__name__
-        pipe.send(("refused", f"{type(error).__name__}: {text}"))
+    for file in files:
+        try:
+            pipe.send(("read", rounded(reader(file))))
+        except BaseException as error:  # what a reader raises is its answer
+            text = str(error).strip() or type(error).__name__
+            pipe.send(("refused", f"{type(error).__name__}: {text}"))
     pipe.close()
     os._exit(0)
 
 
-def ask(reader, file):
+def ask(reader, files):
+    """The answers of a reader; when its process ends or hangs, another one goes on with the next file."""
     context = multiprocessing.get_context("fork")
-    ours, theirs = context.Pipe(duplex=False)
-    child = context.Process(target=of_one, args=(reader, file, theirs))
-    child.start()
-    theirs.close()
-    answer = ("died", "hangs")
-    if ours.poll(SECONDS):
-        try:
-            answer = ours.recv()
-        except EOFError:
-            answer = ("died", "ends its process")
-    if child.is_alive() and answer[0] == "died":
-        child.kill()
-    child.join()
-    return answer
+    answers = []
+    while len(answers) < len(files):
+        ours, theirs = context.Pipe(duplex=False)
+        child = context.Process(target=of_all, args=(reader, files[len(answers):], theirs))
+        child.start()
+        theirs.close()
+        answer = None
+        while len(answers) < len(files) and (answer is None or answer[0] != "died"):
+            answer = ("died", "hangs")
+            if ours.poll(SECONDS):
+                try:
+                    answer = ours.recv()
+                except EOFError:
+                    answer = ("died", "ends its process")
+            answers.append(answer)
+        if child.is_alive() and answer[0] == "died":
+            child.kill()
+        child.join()
+    return answers
 
 
 def rounded(value):
@@ -125,34 +132,36 @@ def same(a, b, size=1.0):
     return a == b
 
 
+def add(meanings, reader, answer):
+    for aspect, value in answer.items():
+        groups = meanings.setdefault(aspect, [])
+        group = next((g for g in groups if same(value, g["value"])), None)
+        if group is None:
+            groups.append({"readers": [reader], "value": value})
+        else:
+            group["readers"].append(reader)
+
+
 def main(folder, out, kinds):
     files = json.loads((folder / "list.json").read_text())
     former = json.loads(out.read_text())["files"] if kinds else {}
     load_libraries()
-    table, died = {}, []
-    for name, digest in files:
-        kind = name.split("/")[0]
-        if kinds and kind not in kinds:
-            if name in former:
-                table[name] = former[name]
-            continue
-        meanings, refused = {}, {}
+    table = {name: former[name] for name, _ in files if name in former}
+    died = []
+    for kind in kinds or KINDS:
+        of_kind = [(name, digest) for name, digest in files if name.startswith(f"{kind}/")]
+        table.update({name: {"digest": digest, "meanings": {}, "refused": {}} for name, digest in of_kind})
         for reader, read in KINDS[kind].items():
-            how, answer = ask(read, folder / name)
-            if how == "died":
-                died.append(f"{name}: {reader} {answer}")
-            elif how == "refused":
-                line = re.sub(r"\s+", " ", answer.replace(str(folder), "")).strip()
-                refused[reader] = line[:160]
-            else:
-                for aspect, value in rounded(answer).items():
-                    groups = meanings.setdefault(aspect, [])
-                    group = next((g for g in groups if same(value, g["value"])), None)
-                    if group is None:
-                        groups.append({"readers": [reader], "value": value})
-                    else:
-                        group["readers"].append(reader)
-        table[name] = {"digest": digest, "meanings": meanings, "refused": refused}
+            answers = ask(read, [folder / name for name, _ in of_kind])
+            for (name, _), (how, answer) in zip(of_kind, answers):
+                if how == "died":
+                    died.append(f"{name}: {reader} {answer}")
+                elif how == "refused":
+                    line = re.sub(r"\s+", " ", answer.replace(str(folder), "")).strip()
+                    table[name]["refused"][reader] = line[:160]
+                else:
+                    add(table[name]["meanings"], reader, answer)
+            print(kind, reader, flush=True)
     versions = lambda packages: ", ".join(f"{p} {importlib.metadata.version(p)}" for p in packages)
     readers = {r: {"family": PACKAGES[r][1], "version": versions(PACKAGES[r][0])} for r in sorted(PACKAGES)}
     lines = [f' "{name}": {json.dumps(table[name], ensure_ascii=False)}' for name in sorted(table)]

@@ -111,8 +111,9 @@ class Sampled:
         # A pair that nearly always touches does so by design.
         touching = {pair for pair, count in times.items() if count > 0.6 * LOOKS}
         touching |= {tuple(sorted(pair)) for pair in self.links if pair[0] == pair[1]} | self.joined()
-        for pair, names in list(zip(list(self.geometry.collisionPairs), self.links)):
-            if tuple(sorted(names)) in touching:
+        pairs = [(pin.CollisionPair(p.first, p.second), tuple(sorted(names))) for p, names in zip(self.geometry.collisionPairs, self.links)]
+        for pair, names in pairs:
+            if names in touching:
                 self.geometry.removeCollisionPair(pair)
         self.touching = {pair for pair in touching if pair[0] != pair[1]}
         self.scene = pin.GeometryData(self.geometry)
@@ -211,7 +212,7 @@ def inside(folder, arguments):
         try:
             theirs = readers.posed_by_pinocchio(file)[1]
             different = differing(read, theirs)
-            robot = Sampled(file, roots + [str(site)], rng)
+            robot = Sampled(file, [str(file.parent), *roots, str(site)], rng)
             made, proved, refuted = paths(taut, file, robot, list(read["limits"]), folder, arguments.paths, rng, environment)
         except Exception as error:
             line = str(error).replace("\n", " ")

@@ -80,7 +80,7 @@ fn dialects() -> Vec<Case> {
         case("wide_blanks", text.replace("vertex ", "vertex    ")),
         case("no_last_newline", text.trim_end().to_owned()),
         case("bom", format!("\u{feff}{text}")),
-        case("nul_at_end", format!("{text}\0\0")).read_as("assimp", "what follows `endsolid` says nothing"),
+        case("nul_at_end", format!("{text}\0\0")).read_as("coal", "what follows `endsolid` says nothing"),
         case("comma_free_exponents", text.replace("1.125", "+1.125E+00").replace("0.25", "2.5e-1")),
         case("bare_points", text.replace("0.125", ".125").replace("0.5", "5.e-1")),
         case("many_digits", text.replace("1.125", "1.12500000000000000000000000")),

@@ -144,7 +144,7 @@ fn joints() -> Vec<Case> {
         kind("continuous_with_limits", "continuous"),
         moves_freely("continuous", "continuous", AXIS),
         moves_freely("continuous_without_axis", "continuous", ""),
-        moves_freely("planar", "planar", AXIS),
+        moves_freely("planar", "planar", AXIS).read_as("pinocchio", "its three numbers have no limits of one joint"),
         moves_freely("planar_without_axis", "planar", "")
             .read_as("pinocchio", "x and y are the joint's own, as MoveIt moves it"),
         moves_freely("planar_axis_x", "planar", "<axis xyz=\"1 0 0\"/>")

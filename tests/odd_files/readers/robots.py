@@ -111,7 +111,7 @@ def pinocchio(file):
     import pinocchio as pin
 
     model, posed = posed_by_pinocchio(file)
-    packages = [str(file.parent.parent)]
+    packages = [str(file.parent.parent), str(file.parent)]
     geometry = pin.buildGeomFromUrdf(model, str(file), pin.GeometryType.COLLISION, package_dirs=packages)
     shapes = {}
     for shape in geometry.geometryObjects:
@@ -251,7 +251,7 @@ def urchin(file):
 def pybullet(file):
     import pybullet as p
 
-    p.connect(p.DIRECT)
+    p.resetSimulation(physicsClientId=p.connect(p.DIRECT)) if not p.isConnected() else p.resetSimulation()
     p.setAdditionalSearchPath(str(file.parent.parent))
     robot = p.loadURDF(str(file), useFixedBase=True, flags=p.URDF_MAINTAIN_LINK_ORDER | p.URDF_USE_IMPLICIT_CYLINDER)
     followers = mimics(file)

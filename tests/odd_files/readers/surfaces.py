@@ -26,7 +26,7 @@ def fan(polygon):
     return [[polygon[0], polygon[i], polygon[i + 1]] for i in range(1, len(polygon) - 1)]
 
 
-def assimp(file):
+def coal_(file):
     import coal
 
     mesh = coal.MeshLoader().load(str(file), np.ones(3))
@@ -135,12 +135,12 @@ def pycollada(file):
 
 
 STL = {
-    "assimp": assimp,
+    "coal": coal_,
     "trimesh": trimesh_,
     "numpy-stl": numpy_stl,
     "meshio": meshio_,
     "vtk": vtk_stl,
     "pymeshlab": pymeshlab_,
 }
-OBJ = {"assimp": assimp, "trimesh": trimesh_, "meshio": meshio_, "vtk": vtk_obj, "tinyobj": tinyobj, "pymeshlab": pymeshlab_}
-DAE = {"assimp": assimp, "pycollada": pycollada, "pymeshlab": pymeshlab_}
+OBJ = {"coal": coal_, "trimesh": trimesh_, "meshio": meshio_, "vtk": vtk_obj, "tinyobj": tinyobj, "pymeshlab": pymeshlab_}
+DAE = {"coal": coal_, "pycollada": pycollada, "pymeshlab": pymeshlab_}
