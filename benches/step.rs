@@ -56,6 +56,7 @@ fn lines(joints: usize) -> ConfigurationSpace {
         origin: Pose::identity(),
         axis: Vec3::X,
         limits: Some((-1.0, 1.0)),
+        soft_limits: None,
         mimic: None,
     };
     let (links, joints) = ((0..=joints).map(link).collect(), (0..joints).map(joint).collect());

@@ -63,7 +63,8 @@ pub fn robot(rng: &mut Rng) -> RobotModel {
     let mut description = RobotDescription { name: "random".into(), ..RobotDescription::default() };
     let kind = [JointKind::Fixed, JointKind::Planar, JointKind::Floating][rng.usize(0..3)];
     if kind != JointKind::Fixed {
-        description.virtual_joint = Some(VirtualJoint { name: "root".into(), kind, position_bounds: Vec::new() });
+        description.virtual_joint =
+            Some(VirtualJoint { name: "root".into(), kind, position_bounds: Vec::new(), parent_frame: String::new() });
     }
     for i in 0..count {
         let bodies = rng.usize(0..3);
@@ -91,6 +92,7 @@ pub fn robot(rng: &mut Rng) -> RobotModel {
             origin: pose(rng, 0.4),
             axis: vector(rng, 1.0) + Vec3::new(0.0, 0.0, 1e-3),
             limits: Some(if kind == JointKind::Prismatic { (-0.4, 0.5) } else { (-3.0, 3.0) }),
+            soft_limits: None,
             mimic: master.map(|joint| Mimic { joint, multiplier: uniform(rng, -2.0, 2.0), offset: 0.1 }),
         });
     }
@@ -283,22 +285,38 @@ impl Oracle {
         self.distance(model, &a, &b, q)
     }
 
+    /// How deep the two bodies of a pair are in each other by parry, less what padding adds; 0 where they are apart.
+    pub fn pair_depth(&self, model: &CollisionModel, pair: usize, q: &[f64]) -> f64 {
+        let [a, b] = model.pair_names(pair);
+        let depth = |at_a: &Pose, a: &SharedShape, at_b: &Pose, b: &SharedShape| {
+            query::contact(at_a, &**a, at_b, &**b, 0.0).unwrap().map_or(0.0, |contact| -contact.dist)
+        };
+        self.parts(model, [&a, &b], q, depth).fold(0.0, f64::max)
+    }
+
     /// The same of any two links or objects.
     pub fn distance(&self, model: &CollisionModel, a: &str, b: &str, q: &[f64]) -> f64 {
-        let poses = link_poses(model.robot(), q);
-        let [solid_a, solid_b] = [a, b].map(|name| &self.solids[name]);
-        let [at_a, at_b] =
-            [solid_a, solid_b].map(|solid| solid.link.map_or(Pose::identity(), |link| parry_pose(&poses[link])));
-        let faces_obstacle = solid_a.link.is_none() || solid_b.link.is_none();
-        let [shapes_a, shapes_b] =
-            [solid_a, solid_b].map(|solid| if faces_obstacle { &solid.scaled } else { &solid.shapes });
-        let mut least = f64::INFINITY;
-        for (pose_a, a) in shapes_a {
-            for (pose_b, b) in shapes_b {
-                let distance = query::distance(&(at_a * *pose_a), &**a, &(at_b * *pose_b), &**b).unwrap();
-                least = least.min(distance.distance);
-            }
-        }
+        let distance = |at_a: &Pose, a: &SharedShape, at_b: &Pose, b: &SharedShape| {
+            query::distance(at_a, &**a, at_b, &**b).unwrap().distance
+        };
+        let least = self.parts(model, [a, b], q, distance).fold(f64::INFINITY, f64::min);
+        let faces_obstacle = [a, b].iter().any(|name| self.solids[*name].link.is_none());
         if faces_obstacle { least - model.scene().padding(a) - model.scene().padding(b) } else { least }
+    }
+    /// A measure of each two shapes of two bodies.
+    fn parts<'a>(
+        &'a self,
+        model: &CollisionModel,
+        names: [&str; 2],
+        q: &[f64],
+        measure: impl Fn(&Pose, &SharedShape, &Pose, &SharedShape) -> f64 + 'a,
+    ) -> impl Iterator<Item = f64> + 'a {
+        let poses = link_poses(model.robot(), q);
+        let [a, b] = names.map(|name| &self.solids[name]);
+        let [at_a, at_b] = [a, b].map(|solid| solid.link.map_or(Pose::identity(), |link| parry_pose(&poses[link])));
+        let faces_obstacle = a.link.is_none() || b.link.is_none();
+        let [shapes_a, shapes_b] = [a, b].map(|solid| if faces_obstacle { &solid.scaled } else { &solid.shapes });
+        let both = shapes_a.iter().flat_map(move |a| shapes_b.iter().map(move |b| (a, b)));
+        both.map(move |((pose_a, a), (pose_b, b))| measure(&(at_a * *pose_a), a, &(at_b * *pose_b), b))
     }
 }

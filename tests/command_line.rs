@@ -149,7 +149,7 @@ fn errors_are_one_line_with_their_own_exit_codes() {
         (vec!["check", broken.to_str().unwrap()], 65, ["broken.json", "line 2"]),
         (vec!["check", &line], 64, ["bare path", "--robot"]),
         (vec!["check", &line, "--robot", no_robot.to_str().unwrap()], 66, ["none.urdf", "No such file"]),
-        (vec!["check", &line, "--robot", &config("robots/disc.urdf")], 65, ["disc.urdf", "joint1"]),
+        (vec!["check", &line, "--robot", &config("robots/disc.urdf")], 65, ["line.json", "joint1"]),
         (vec!["check", &line, "--problem", &config("problems/rooms.json")], 65, ["line.json", "valid: x, y"]),
     ] {
         let run = taut(&[&arguments[..], &["--local"]].concat());

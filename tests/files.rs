@@ -79,7 +79,7 @@ fn numbers_of_any_size_keep_their_bits() {
     (result["path"], result["path_before"]) = (json!(rows), json!(rows));
     result.as_object_mut().unwrap().remove("corridor");
     let result = folder.write("result.json", &result.to_string());
-    let unbounded = |name: &str| taut::robot::Variable { name: name.into(), lower: f64::MIN, upper: f64::MAX };
+    let unbounded = |name: &str| taut::robot::Variable::within(name, f64::MIN, f64::MAX);
     for name in ["n.csv", "n.yaml", "n.json"] {
         let out = folder.at(name);
         assert_eq!(taut(&["export", &result, "-o", &out]).exit, 0);
@@ -144,7 +144,7 @@ fn trajectories_are_read_in_every_dress() {
         assert_eq!((run.exit, run.json()["duration_s"].as_f64()), (0, Some(1.5)), "{name}: {}", run.err);
     }
     for (text, expected) in [
-        ("joint_names: [x, y]\npoints:\n- positions: [1, a]\n", "line 3: "),
+        ("joint_names: [x, y]\npoints:\n- positions: [1, a]\n", "line 3 column 18: "),
         (
             "joint_names: [x, y]\npoints:\n- positions: [1, 2, '...']\n",
             "`ros2 topic echo` cut its lists: use --full-length",

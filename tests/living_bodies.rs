@@ -48,6 +48,7 @@ fn robot() -> Arc<RobotModel> {
         origin: at(x, 0.0, 0.0),
         axis,
         limits: Some(limits),
+        soft_limits: None,
         mimic: None,
     };
     let (turn, slide) = (JointKind::Revolute, JointKind::Prismatic);

@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use taut::collision::CollisionModel;
 use taut::math::{Pose, Quat, Vec3};
-use taut::optimize::{Mode, Outcome, Settings, Workspace, run};
+use taut::optimize::{Improvement, Mode, Outcome, Settings, Workspace, run};
 use taut::path::Path;
+use taut::robot::configuration::LONGEST_STEP_RAD;
 use taut::robot::{JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel, VirtualJoint};
 use taut::scene::{Obstacle, Scene};
 use taut::shape::{PlacedShape, Shape};
@@ -40,6 +41,7 @@ fn windmill(obstacles: Vec<PlacedShape>) -> CollisionModel {
         origin: Pose::identity(),
         axis: Vec3::Z,
         limits: Some((-1.0, 1.0)),
+        soft_limits: None,
         mimic: None,
     };
     let link = |name: &str, collision| LinkDescription { name: name.into(), collision };
@@ -60,7 +62,12 @@ fn free_body(kind: JointKind, shape: PlacedShape, obstacles: Vec<PlacedShape>) -
     let robot = RobotDescription {
         name: "body".into(),
         links: vec![LinkDescription { name: "body".into(), collision: vec![shape] }],
-        virtual_joint: Some(VirtualJoint { name: "root".into(), kind, position_bounds: Vec::new() }),
+        virtual_joint: Some(VirtualJoint {
+            name: "root".into(),
+            kind,
+            position_bounds: Vec::new(),
+            parent_frame: String::new(),
+        }),
         ..RobotDescription::default()
     };
     model(robot, obstacles)
@@ -137,6 +144,57 @@ fn three_turns_given_unwrapped_stay_three_turns() {
     // On the circle the same ends are one place; a pull alone does not unwind it, a shortcut does.
     let wrapped = shorten(&model, &given, &ones(&model, Mode::Hybrid));
     assert!(wrapped.length_after < 1e-6, "{}", wrapped.length_after);
+}
+
+/// What winds is unwound, and the goal's number with it; `keep_goal` keeps both, with no step that could mean another way.
+#[test]
+fn a_path_that_winds_ends_turns_away_unless_the_goal_keeps_its_numbers() {
+    let model = windmill(Vec::new());
+    let rows: Vec<[f64; 2]> = (0..=6).map(|i| [0.1 * f64::from(i % 2), f64::from(i)]).collect();
+    let rows: Vec<&[f64]> = rows.iter().map(|row| row.as_slice()).collect();
+    let given = path(2, &rows);
+    for mode in MODES {
+        let mut fixed = vec![false; 7];
+        fixed[5] = true;
+        for settings in [
+            ones(&model, mode),
+            Settings { fixed_waypoints: Some(fixed), ..ones(&model, mode) },
+            Settings { keep_goal: true, ..ones(&model, mode) },
+        ] {
+            let mut told = Vec::new();
+            let mut publish = |improvement: Improvement| told.push(improvement.path.clone());
+            let workspace = &mut Workspace::default();
+            let outcome = run(&model, &given, &settings, workspace, &mut || false, &mut publish).unwrap();
+            let goal = outcome.path.waypoint(outcome.path.len() - 1);
+            let turns = ((goal[1] - 6.0) / TAU).round();
+            assert_eq!(goal, [0.0, 6.0 + turns * TAU], "{mode:?}");
+            assert_eq!(outcome.turned.iter().map(|column| column.turns as f64).sum::<f64>(), turns, "{mode:?}");
+            assert!(!settings.keep_goal || turns == 0.0, "{mode:?}");
+            assert!(mode != Mode::Hybrid || settings.keep_goal || turns == -1.0, "a shortcut unwinds it");
+            if settings.fixed_waypoints.is_some() {
+                let kept =
+                    outcome.path.waypoints().filter(|row| ((row[1] - 5.0) / TAU).fract() == 0.0 && row[0] == 0.1);
+                assert_eq!(kept.count(), 1, "{mode:?}: {:?}", outcome.path);
+            }
+            for path in told.iter().chain([&outcome.path]) {
+                assert!(path.segments().all(|[from, to]| (to[1] - from[1]).abs() <= LONGEST_STEP_RAD), "{mode:?}");
+            }
+        }
+    }
+}
+
+/// A rotation by half a turn names no way.
+#[test]
+fn half_a_turn_of_a_quaternion_is_refused_with_its_place() {
+    let model = free_body(JointKind::Floating, cuboid(Vec3::new(0.8, 0.05, 0.05), Vec3::ZERO), Vec::new());
+    let row = |q: [f64; 4]| [&[0.0, 0.0, 0.0][..], &q].concat();
+    let sixty = [0.0, 0.0, 0.5, 0.75_f64.sqrt()];
+    let on = [0.0, 0.0, 0.75_f64.sqrt(), -0.5];
+    let turned = path(7, &[&row([0.0, 0.0, 0.0, 1.0]), &row(sixty), &row(on)]);
+    let error =
+        run(&model, &turned, &ones(&model, Mode::Hybrid), &mut Workspace::default(), &mut || false, &mut |_| {});
+    let text = error.expect_err("half a turn").to_string();
+    assert!(text.contains("waypoint 2") && text.contains("half a turn"), "{text}");
 }
 
 /// A bar that has to turn on end to pass below a beam, and comes back level.

@@ -25,6 +25,7 @@ fn joint(index: usize, kind: JointKind, axis: Vec3, limits: (f64, f64)) -> Joint
         origin: Pose::identity(),
         axis,
         limits: Some(limits),
+        soft_limits: None,
         mimic: None,
     }
 }

@@ -228,6 +228,8 @@ pub struct RobotDescription {
     pub held_variables: Vec<String>,
     /// Where they are where a request does not say (m or rad).
     pub held_values: Vec<f64>,
+    /// Joints that never move: files of paths have columns for them.
+    pub fixed_joints: Vec<String>,
     /// Groups, in order; requests carry the index.
     pub groups: Vec<GroupDescription>,
     /// Variables of a configuration.

@@ -24,6 +24,7 @@ pub use layout::{Field, Section};
 pub use number::{Mode, RefusalReason, RequestFlags, ResponseFlags, SceneEventKind, Stage, Status, Termination};
 pub use record::{
     ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord, StageRecord, TextSpan,
+    TurnedColumn,
 };
 pub use request::{ControlHeader, ControlReplyHeader, RequestHeader, RequestView};
 pub use response::{ResponseHeader, ResponseView};

@@ -75,7 +75,8 @@ fn golden_response_header() {
     assert_eq!(h.certificate_head, Section { offset: 58, count: 59 });
     assert_eq!(h.names, Section { offset: 60, count: 61 });
     assert_eq!(h.message, Section { offset: 62, count: 63 });
-    assert_eq!(size_of::<ResponseHeader>(), 264);
+    assert_eq!(h.turned_columns, Section { offset: 66, count: 67 });
+    assert_eq!(size_of::<ResponseHeader>(), 272);
 }
 
 #[test]
@@ -141,13 +142,14 @@ fn a_full_response_reads_back() {
         pinched_pairs: &[PinchedPair { body_a, body_b }],
         stages: &[StageRecord { stage: 4, gain: 1.5, ..Default::default() }],
         reach: &[0.5, 0.25],
+        turned_columns: &[TurnedColumn { column: 1, turns: -1 }],
         refusal: Some(&refusal),
         certificate_head: Some(&CertificateHead { segments: 1, ..Default::default() }),
         names: &names,
         message: "one line",
     };
     let mut header =
-        ResponseHeader { wire_version: 1, header_len: 264, code: 1, waypoints: 2, variables: 2, ..Default::default() };
+        ResponseHeader { wire_version: 1, header_len: 272, code: 1, waypoints: 2, variables: 2, ..Default::default() };
     let bytes = body.lay_out(&mut header).unwrap();
     let mut payload = vec![0u64; bytes.div_ceil(8)];
     let payload: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut payload)[..bytes];
@@ -156,7 +158,7 @@ fn a_full_response_reads_back() {
     assert_eq!(view.path, body.path);
     assert_eq!(view.waypoint(1), Some(&[3.0, 4.0][..]));
     assert_eq!(view.waypoint(2), None);
-    assert_eq!(view.reach, body.reach);
+    assert_eq!((view.reach, view.turned_columns), (body.reach, body.turned_columns));
     assert_eq!(view.refusal, Some(&refusal));
     assert_eq!(view.refusal.unwrap().body_b.of(view.names), Ok("Tür"));
     assert_eq!((view.certificate.len(), view.lowered_pairs.len(), view.active_contacts.len()), (1, 1, 1));
@@ -234,7 +236,7 @@ proptest! {
             prop_assert_eq!(view.path.len() as u32, size.0 * size.1);
         }
         let response = ResponseHeader {
-            wire_version: 1, header_len: 264, code: 1, waypoints: size.0, variables: size.1,
+            wire_version: 1, header_len: 272, code: 1, waypoints: size.0, variables: size.1,
             path: s(0), certificate: s(1), lowered_pairs: s(2), active_contacts: s(3),
             stages: s(8), pinched_pairs: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), ..Default::default()
         };

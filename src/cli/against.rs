@@ -10,7 +10,7 @@ use taut::files::result::ResultCorridor;
 use taut::files::{FileError, ResultFile, Trajectory};
 use taut::path;
 use taut::robot::Variable;
-use taut::robot::configuration::shortest_arc;
+use taut::validation::certificate::FIRST_BY_NUMBERS;
 use taut::validation::timed::inside::{Inside, stays_inside};
 use taut::validation::timed::{Curve, Point};
 use taut::validation::{Corridor, corridor};
@@ -46,7 +46,7 @@ struct Finding<'a> {
 pub(super) fn run(file: &Path, answer: &Path, deadline: Option<Duration>, format: Format) -> Result<u8, CliError> {
     let (trajectory, result) = (Trajectory::read(file)?, ResultFile::read(answer)?);
     let (path, corridor) = corridor_of(answer, &result)?;
-    let named = |name: &String| Variable { name: name.clone(), lower: f64::NEG_INFINITY, upper: f64::INFINITY };
+    let named = |name: &String| Variable::within(name, f64::NEG_INFINITY, f64::INFINITY);
     let variables: Vec<Variable> = result.variables.iter().map(named).collect();
     let mut points = timed_points(&trajectory, trajectory.ordered(&variables)?)?;
     shift_whole_turns(&result, &path, &mut points);
@@ -61,7 +61,7 @@ pub(super) fn run(file: &Path, answer: &Path, deadline: Option<Duration>, format
     tell(file, &corridor, points.len(), inside, start.elapsed(), format)
 }
 
-/// The path of an answer, circles without jumps, and its corridor, which the certificate must bear out.
+/// The path of an answer, whose numbers say how it moves, and its corridor, which the certificate must bear out.
 fn corridor_of(answer: &Path, result: &ResultFile) -> Result<(path::Path, Corridor), FileError> {
     let refuse = |text: String| FileError::Content { file: answer.to_owned(), text };
     let none = "the answer has no corridor; ask for it: taut shorten … --corridor -o RESULT.json";
@@ -79,30 +79,24 @@ fn corridor_of(answer: &Path, result: &ResultFile) -> Result<(path::Path, Corrid
     check_certificate(result, file, &path).map_err(refuse)?;
     let reach = file.coordinates.iter().map(|coordinate| coordinate.reach_m).collect();
     let corridor = Corridor { floor_m: file.floor_m, reach, slack_m: file.slack_m.clone() };
-    Ok((unwound(file, path), corridor))
+    Ok((path, corridor))
 }
 
 /// A corridor is as good as the certificate that it was made of.
 fn check_certificate(result: &ResultFile, file: &ResultCorridor, path: &path::Path) -> Result<(), String> {
     let certificate = result.certificate.as_ref().ok_or("it has a corridor, but no certificate")?;
+    if certificate.checker_version < FIRST_BY_NUMBERS {
+        let version = certificate.checker_version;
+        return Err(format!(
+            "its certificate is of checker version {version}, whose steps may mean other numbers; ask again"
+        ));
+    }
     let is_whole = certificate.digest == Some(certificate.content()) && certificate.path_hash == path.hash();
     let is_same = file.floor_m == certificate.floor_m() && file.slack_m == corridor::slack_m(certificate);
     match is_whole && is_same {
         true => Ok(()),
         false => Err("its certificate does not bear out its corridor: one of the two was changed".to_owned()),
     }
-}
-
-/// The path with the numbers of each circle following each other without a jump.
-fn unwound(file: &ResultCorridor, mut path: path::Path) -> path::Path {
-    for (column, _) in file.coordinates.iter().enumerate().filter(|(_, coordinate)| coordinate.kind == "circle") {
-        for waypoint in 1..path.len() {
-            let before = path.waypoint(waypoint - 1)[column];
-            let value = &mut path.waypoint_mut(waypoint)[column];
-            *value = before + shortest_arc(before, *value);
-        }
-    }
-    path
 }
 
 /// Takes whole turns from the columns of circles, so that the trajectory starts where the path does.

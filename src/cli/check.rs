@@ -58,15 +58,26 @@ pub(super) struct Arguments {
 }
 
 /// Options that a certificate has the say about, or that make a new one.
-const FIXED_BY_A_PROOF: [&str; 9] =
-    ["clearance", "strict", "unwrapped", "weights", "seed", "held", "no_contacts", "instance", "write_certificate"];
+const FIXED_BY_A_PROOF: [&str; 10] = [
+    "clearance",
+    "strict",
+    "unwrapped",
+    "keep_goal",
+    "weights",
+    "seed",
+    "held",
+    "no_contacts",
+    "instance",
+    "write_certificate",
+];
 
 /// What a watch has no use for.
 const NOT_WATCHED: [&str; 4] = ["local", "deadline", "certificate", "write_certificate"];
 
 /// What a trajectory is not asked: its columns count as they stand, and nothing of it goes to a daemon.
-const NOT_TIMED: [&str; 10] = [
+const NOT_TIMED: [&str; 11] = [
     "unwrapped",
+    "keep_goal",
     "weights",
     "seed",
     "no_contacts",

@@ -3,11 +3,11 @@
 use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 
-use taut::collision::CollisionModel;
+use taut::collision::{CollisionModel, shared_names};
 use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
-use taut::files::{FileError, Geometry, Kind, Packages, PathTable, Peer, Problem, Reader, RobotFiles};
+use taut::files::{self, FileError, Geometry, Kind, Packages, PathTable, Peer, Problem, Reader, RobotFiles};
 use taut::path::Path;
-use taut::robot::RobotModel;
+use taut::robot::{HeldVariable, RobotModel};
 use taut::scene::Scene;
 use taut::scene::scene_file::SceneFile;
 use taut::shape::Shape;
@@ -163,9 +163,10 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
     let robot = problem.model()?;
     let (name, path) = match other {
         None => (problem.name, problem.path),
-        Some((name, table)) => (name, table.into_path(robot.variables())?),
+        Some((name, table)) => (name, table.for_robot(&problem.robot)?.into_path(robot.variables())?),
     };
-    let warnings = [robot.warnings(), problem.scene.warnings()].concat();
+    let shared = shared_names(&robot, &problem.scene);
+    let warnings = [robot.warnings(), problem.scene.warnings(), &shared].concat();
     Ok(Loaded {
         robot: Arc::new(robot),
         robot_files: problem.robot_files,
@@ -183,12 +184,6 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
     })
 }
 
-/// The SRDF of the same name beside a URDF, where there is one.
-pub(super) fn srdf_beside(urdf: &FilePath) -> Option<PathBuf> {
-    let beside = urdf.with_extension("srdf");
-    beside.is_file().then_some(beside)
-}
-
 /// A bare path: its columns are the robot's variables, every other joint is held at 0 unless `held` says where.
 fn bare(
     reader: &mut Reader,
@@ -199,29 +194,33 @@ fn bare(
     name: String,
     table: PathTable,
 ) -> Result<Loaded, CliError> {
-    let srdf = source.srdf.clone().or_else(|| srdf_beside(urdf));
-    let robot_files = RobotFiles {
-        urdf: urdf.to_owned(),
-        srdf,
-        packages: quantity::packages(&source.packages),
-        variables: Some(table.variables().to_vec()),
-        ..RobotFiles::default()
-    };
-    let robot = RobotModel::new(reader.robot_of(&robot_files)?)
-        .map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
+    let srdf = source.srdf.clone().or_else(|| files::srdf_of(urdf));
+    let elsewhere = srdf.iter().filter(|file| source.srdf.is_none() && file.parent() != urdf.parent());
+    let elsewhere: Vec<String> = elsewhere.map(|file| format!("the SRDF is {}", file.display())).collect();
+    let packages = quantity::packages(&source.packages);
+    let mut robot_files = RobotFiles { urdf: urdf.to_owned(), srdf, packages, ..RobotFiles::default() };
+    let mut robot = reader.robot_of(&robot_files)?;
+    let table = table.for_robot(&robot)?;
+    robot_files.variables = Some(table.variables().to_vec());
+    robot.variables.clone_from(&robot_files.variables);
+    let robot = RobotModel::new(robot).map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
     let selected = source.select.as_deref();
     let scene =
         scene_file.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.selected_scene(file, selected))?;
-    let path = table.into_path(robot.variables())?;
-    let mut warnings = [robot.warnings(), scene.warnings()].concat();
+    let shared = shared_names(&robot, &scene);
+    let mut warnings = [table.warnings(), &elsewhere, robot.warnings(), scene.warnings(), &shared].concat();
     let at_zero = || robot.held().iter().filter(|variable| held.iter().all(|(name, _)| *name != variable.name));
-    if let Some(variable) = at_zero().find(|variable| variable.lower > 0.0 || variable.upper < 0.0) {
-        let (missing, lower, upper) = (&variable.name, variable.lower, variable.upper);
+    if let Some(variable) = at_zero().find(|variable| variable.hard_lower > 0.0 || variable.hard_upper < 0.0) {
+        let (missing, lower, upper) = (&variable.name, variable.hard_lower, variable.hard_upper);
         let text = format!(
             "column {missing:?} is missing, and the joint cannot be held at 0, outside [{lower}, {upper}]; add it, or give --hold {missing}=VALUE"
         );
         return Err(FileError::Content { file: name.into(), text }.into());
     }
+    let given = |name: &str| held.iter().rev().find(|(known, _)| known == name).map(|(_, value)| *value);
+    let where_held = |variable: &HeldVariable| given(&variable.name).unwrap_or(variable.default);
+    table.check_held(robot.held().iter().map(|variable| (variable.name.as_str(), where_held(variable))))?;
+    let path = table.into_path(robot.variables())?;
     if at_zero().next().is_some() {
         let names: Vec<&str> = at_zero().map(|variable| variable.name.as_str()).collect();
         warnings.push(format!("the path has no column for {}: held still at 0", names.join(", ")));

@@ -12,7 +12,6 @@ use taut_ipc::{DaemonState, daemon_state};
 use super::Format;
 use super::connect::{InstanceChoice, control, control_once, is_lost, unexpected};
 use super::error::{CliError, stdout};
-use super::load::srdf_beside;
 use super::progress::Progress;
 use super::quantity;
 use super::remote::{self, folder_of};
@@ -119,7 +118,7 @@ pub(super) fn load_robot(arguments: &LoadRobot) -> Result<u8, CliError> {
     let packages = quantity::packages(&arguments.packages);
     let files = match (&arguments.urdf, &arguments.problem) {
         (Some(urdf), _) => {
-            let srdf = arguments.srdf.clone().or_else(|| srdf_beside(urdf));
+            let srdf = arguments.srdf.clone().or_else(|| files::srdf_of(urdf));
             RobotFiles { urdf: urdf.clone(), srdf, packages, ..RobotFiles::default() }
         }
         (None, Some(problem)) => {

@@ -75,9 +75,7 @@ impl Place {
                 let settings = asked.settings(loaded.weights.as_ref(), &layout, loaded.path.len())?;
                 let mut subject = loaded.subject();
                 subject.metric = asked.metric(loaded.weights.is_some());
-                if loaded.robot_files.srdf.is_none() {
-                    subject.warnings.extend(neutral_warnings(&model));
-                }
+                subject.warnings.extend(neutral_warnings(&model));
                 drop(progress);
                 let timed = runner::run(&loaded, &model, &settings, asked.rules.deadline, workspace, watch)?;
                 if is_kept {

@@ -52,7 +52,7 @@ pub(super) fn prepare(
     held: &[(String, f64)],
 ) -> Result<Prepared, CliError> {
     if let Some(label) = source.robot.as_deref().and_then(label) {
-        return labelled(client, file, label, source);
+        return labelled(client, file, label, source, held);
     }
     if let Some(label) = source.scene.as_deref().and_then(label) {
         let text = format!("--scene {label} is a label; name the robot by its label too, or give a scene file");
@@ -87,7 +87,13 @@ fn listing(client: &Client) -> Result<Listing, CliError> {
 }
 
 /// A bare path for what is loaded already.
-fn labelled(client: &Client, file: &FilePath, label: &str, source: &Source) -> Result<Prepared, CliError> {
+fn labelled(
+    client: &Client,
+    file: &FilePath,
+    label: &str,
+    source: &Source,
+    held: &[(String, f64)],
+) -> Result<Prepared, CliError> {
     let robot = describe(client, label)?;
     let scene = match &source.scene {
         None => load_scene(client, "empty", 0, r#"{"objects": []}"#.to_owned(), None)?,
@@ -102,19 +108,22 @@ fn labelled(client: &Client, file: &FilePath, label: &str, source: &Source) -> R
         }
     };
     let columns = robot.variables.iter();
-    let variables: Vec<Variable> =
-        columns.map(|v| Variable { name: v.name.clone(), lower: v.lower, upper: v.upper }).collect();
+    let variables: Vec<Variable> = columns.map(|v| Variable::within(&v.name, v.lower, v.upper)).collect();
+    let table = PathTable::read(file)?.for_variables(&variables, &robot.fixed_joints)?;
+    let defaults = robot.held_variables.iter().map(String::as_str).zip(robot.held_values.iter().copied());
+    let given = |name: &str| held.iter().rev().find(|(known, _)| known == name).map(|(_, value)| *value);
+    table.check_held(defaults.map(|(name, value)| (name, given(name).unwrap_or(value))))?;
     let subject = Subject {
         name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         geometry: "loaded",
-        warnings: robot.warnings.iter().chain(&scene.warnings).cloned().collect(),
+        warnings: table.warnings().iter().chain(&robot.warnings).chain(&scene.warnings).cloned().collect(),
         variables: variables.iter().map(|variable| variable.name.clone()).collect(),
         coordinates: layout::coordinates_of_description(&robot),
         metric: String::new(),
         path_before: Vec::new(),
         source: ResultSubject::default(),
     };
-    let path = PathTable::read(file)?.into_path(&variables)?;
+    let path = table.into_path(&variables)?;
     let subject = Subject { path_before: rows(&path), ..subject };
     Ok(Prepared { subject, robot, scene, loaded: None, path, weights: None })
 }
@@ -258,7 +267,7 @@ pub(super) fn run(
         watch(time, length);
     };
     let response = request.with_body(body).answer(prepared.path.as_flat(), patience, &mut improved)?;
-    Ok(Timed { lengths_over_time, ..timed(&response, settings, weights, start.elapsed())? })
+    Ok(Timed { lengths_over_time, ..timed(&response, settings, &prepared.robot, weights, start.elapsed())? })
 }
 
 /// A request about what is prepared; nothing is sent yet.
@@ -295,11 +304,12 @@ pub(super) fn request(
 pub(super) fn timed(
     response: &Response,
     settings: &Settings,
+    robot: &RobotDescription,
     weights: &[f64],
     time: Duration,
 ) -> Result<Timed, CliError> {
     let view = response.view().map_err(ClientError::from)?;
-    let (outcome, code) = translate::outcome(&view, settings, weights)?;
+    let (outcome, code) = translate::outcome(&view, settings, robot, weights)?;
     let (cpu_s, time_s) = (view.header.compute_ns as f64 * 1e-9, time.as_secs_f64());
     let request_id = Some(view.header.request_id);
     Ok(Timed { outcome, code, cpu_s, time_s, request_id, lengths_over_time: Vec::new() })

@@ -3,7 +3,7 @@
 use taut::collision::query::TOUCHING_M;
 use taut::files::result::{ResultCoordinate, ResultCorridor, ResultSubject};
 use taut::files::{Geometry, ResultFile};
-use taut::optimize::{Mode, Outcome, Refusal};
+use taut::optimize::{ColumnTurns, Mode, Outcome, Refusal};
 
 use super::code::Code;
 use super::layout::Coordinate;
@@ -85,11 +85,27 @@ pub(super) fn verdict(timed: &Timed) -> String {
     match &outcome.certificate {
         Some(certificate) => {
             let clearance = clearance(certificate.clearance_m());
-            format!("proved   {clearance}{}", floors(outcome))
+            format!("proved{}   {clearance}{}", turned(outcome), floors(outcome))
         }
         None if timed.code == Code::Preempted => format!("{}   ended before the path was proved", timed.code.name()),
         None => format!("{}   the deadline passed before the path was proved", timed.code.name()),
     }
+}
+
+/// Which columns the numbers that were proved are whole turns away in.
+fn turned(outcome: &Outcome) -> String {
+    let column = |turned: &ColumnTurns| match turned.turns {
+        0 => format!(", column {} between its ends", turned.variable),
+        turns @ (1 | -1) => format!(", column {} {} turn", turned.variable, signed(turns)),
+        turns => format!(", column {} {} turns", turned.variable, signed(turns)),
+    };
+    let columns: String = outcome.turned.iter().map(column).collect();
+    if columns.is_empty() { columns } else { format!(" as unrolled{columns}") }
+}
+
+/// A whole number with its sign, the minus as wide as the plus.
+fn signed(number: i64) -> String {
+    if number < 0 { format!("−{}", number.unsigned_abs()) } else { format!("+{number}") }
 }
 
 /// What a certificate claims that a path keeps.
@@ -104,7 +120,7 @@ fn refused(refusal: &Refusal, waypoints: usize) -> String {
     let place = format!("segment {} of {segments}, t = {:.3}", refusal.segment + 1, refusal.t);
     let depth = match refusal.depth_m {
         depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
-        depth if depth > 0.0 => format!("depth {}", length(depth)),
+        depth if depth > 0.0 => format!("depth ≥ {}", length(depth)),
         depth => format!("distance {}", length(-depth)),
     };
     let hint = if refusal.hint.is_empty() { String::new() } else { format!(" ({})", refusal.hint) };

@@ -65,6 +65,10 @@ pub(super) struct Rules {
     /// Take the columns of continuous joints as they stand, not as angles on the circle
     #[arg(long)]
     pub unwrapped: bool,
+    /// Keep the goal's numbers: refuse a path whose angles lead there only by a step of more than half a turn, and take
+    /// no path that ends whole turns away
+    #[arg(long, conflicts_with = "unwrapped")]
+    pub keep_goal: bool,
     /// Weights of the metric; the default is the problem's own, or reach where it has none
     #[arg(long, value_enum)]
     pub weights: Option<Weights>,
@@ -107,6 +111,7 @@ impl Rules {
             clearance_m: self.clearance,
             strict: self.strict,
             unwrapped: self.unwrapped,
+            keep_goal: self.keep_goal,
             weights,
             ..Settings::default()
         })

@@ -39,6 +39,7 @@ struct Finding<'a> {
     point: Option<usize>,
     at_s: Option<f64>,
     bodies: Option<[String; 2]>,
+    /// No more than the penetration depth; negative is a distance.
     depth_m: Option<f64>,
     seen_s: Option<f64>,
     variable: Option<String>,
@@ -86,7 +87,7 @@ pub(super) fn run(
 ) -> Result<u8, CliError> {
     let trajectory = Trajectory::read(file)?;
     let loaded = load::load_holding(reader, file, source, false, choices.held())?;
-    let points = timed_points(&trajectory, trajectory.ordered(loaded.robot.variables())?)?;
+    let points = timed_points(&trajectory, trajectory.for_robot(&loaded.robot)?)?;
     let refuse = |error: timed::CurveError| FileError::Content { file: file.to_owned(), text: error.to_string() };
     let curve = Curve::new(&loaded.robot, &points).map_err(refuse)?;
     let start = Instant::now();
@@ -135,10 +136,13 @@ fn verdict(
     if let Some(outside) = curve.outside(robot) {
         let variable = &robot.variables()[outside.column];
         if outside.by > LIMIT_TOLERANCE {
-            let (variable, limits) = (variable.name.clone(), [variable.lower, variable.upper]);
+            let (variable, limits) = (variable.name.clone(), [variable.hard_lower, variable.hard_upper]);
             return Ok((Verdict::Outside { outside, variable, limits }, warnings));
         }
         warnings.push(format!("{} leaves its limits by {:.1e} at {:.4} s", variable.name, outside.by, outside.time_s));
+    } else if let Some(outside) = curve.outside_soft(robot) {
+        let name = &robot.variables()[outside.column].name;
+        warnings.push(format!("{name} leaves its soft limits by {:.2e} at {:.4} s", outside.by, outside.time_s));
     }
     let held = held(loaded, choices)?;
     let mut kinematics = Kinematics::default();
@@ -238,7 +242,7 @@ fn table(loaded: &Loaded, curve: &Curve, verdict: &Verdict, time_s: f64) -> Resu
         Verdict::Refused { hit, bodies: [a, b] } => {
             let depth = match -hit.contact.distance {
                 depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
-                depth if depth > 0.0 => format!("depth {} at {:.4} s", length(depth), hit.seen_s),
+                depth if depth > 0.0 => format!("depth ≥ {} at {:.4} s", length(depth), hit.seen_s),
                 depth => format!("distance {}", length(-depth)),
             };
             let reason = code(verdict).1.unwrap_or_default();

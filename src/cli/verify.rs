@@ -1,5 +1,6 @@
 //! `taut check --certificate`: verify a proof by the reference checker, in this process.
 
+use std::f64::consts::TAU;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -8,8 +9,9 @@ use serde::{Deserialize, Serialize};
 use taut::files::{FileError, Kind, PathTable};
 use taut::optimize::Mode;
 use taut::path;
+use taut::robot::configuration::turns_between;
 use taut::validation::Certificate;
-use taut::validation::certificate::CHECKER_VERSION;
+use taut::validation::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS};
 use taut::validation::reference::{self, Effort, Objection};
 
 use super::code::Code;
@@ -102,14 +104,35 @@ impl Proof {
     /// its own. The inner error is a refusal.
     fn path(&self, file: &Path, loaded: &Loaded) -> Result<Result<path::Path, String>, CliError> {
         if !self.has_path || Kind::of(file)? == Kind::BarePath {
-            return Ok(Ok(loaded.path.clone()));
+            return Ok(Ok(self.as_proved(loaded)));
         }
         let answer = PathTable::read(&self.file)?.into_path(loaded.robot.variables())?;
-        let ends = |path: &path::Path| [0, path.len() - 1].map(|end| path.waypoint(end).to_vec());
-        if ends(&answer) != ends(&loaded.path) {
+        if !self.has_the_ends(&answer, loaded) {
             return Ok(Err("the answer's path has other ends than the problem's; give the problem it answers".into()));
         }
         Ok(Ok(answer))
+    }
+
+    /// The given path as its certificate means it: angles that step by more than half a turn are written anew.
+    fn as_proved(&self, loaded: &Loaded) -> path::Path {
+        let mut path = loaded.path.clone();
+        if self.certificate.checker_version >= FIRST_BY_NUMBERS && !self.certificate.unwrapped {
+            loaded.robot.space().unroll(path.as_flat_mut());
+        }
+        path
+    }
+
+    /// Whether an answer starts and ends where the given path does: an angle may end whole turns away.
+    fn has_the_ends(&self, answer: &path::Path, loaded: &Loaded) -> bool {
+        let is_angle =
+            |q: usize| !self.certificate.unwrapped && loaded.robot.space().circles().any(|circle| circle == q);
+        let is_same = |(q, (a, b)): (usize, (&f64, &f64))| match is_angle(q) {
+            true => *a == b + turns_between(*b, *a) as f64 * TAU,
+            false => a == b,
+        };
+        [(0, 0), (answer.len() - 1, loaded.path.len() - 1)]
+            .into_iter()
+            .all(|(end, given)| answer.waypoint(end).iter().zip(loaded.path.waypoint(given)).enumerate().all(is_same))
     }
 }
 

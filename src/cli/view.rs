@@ -3,13 +3,13 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use taut::files::{FileError, Packages, Reader, ResultFile, RobotFiles};
+use taut::files::{self, FileError, Packages, Reader, ResultFile, RobotFiles};
 use taut::robot::RobotModel;
 use taut::scene::Scene;
 use taut::shape::MeshError;
 
 use super::error::{CliError, stdout};
-use super::{load, quantity};
+use super::quantity;
 use crate::view::{Picture, Sight, page};
 
 /// Write a page that shows an answer: robot, scene, the path before and after, contacts, and how it came about
@@ -73,7 +73,7 @@ fn robot_files(arguments: &Arguments, result: &ResultFile) -> Result<RobotFiles,
     if let Some(urdf) = &arguments.robot {
         return Ok(RobotFiles {
             urdf: urdf.clone(),
-            srdf: arguments.srdf.clone().or_else(|| load::srdf_beside(urdf)),
+            srdf: arguments.srdf.clone().or_else(|| files::srdf_of(urdf)),
             variables: Some(result.variables.clone()),
             ..RobotFiles::default()
         });

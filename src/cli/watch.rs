@@ -51,7 +51,7 @@ pub(super) fn run(
             Err(ClientError::Timeout(_)) => continue,
             response => response?.ok_or(ClientError::NoAnswer)?,
         };
-        let timed = remote::timed(&response, &settings, weights, Duration::ZERO)?;
+        let timed = remote::timed(&response, &settings, &prepared.robot, weights, Duration::ZERO)?;
         exit = timed.code.exit_code();
         print(&prepared.subject, &timed, response.header().scene_version, format).map_err(stdout)?;
         told += 1;

@@ -229,7 +229,7 @@ impl Swept {
 pub(super) fn rest_value(robot: &RobotModel, joint: usize) -> f64 {
     let middle = |drive: Drive| match drive {
         Drive::Variable { q, .. } => {
-            let middle = (robot.variables()[q].lower + robot.variables()[q].upper) / 2.0;
+            let middle = (robot.variables()[q].hard_lower + robot.variables()[q].hard_upper) / 2.0;
             if middle.is_finite() { middle } else { 0.0 }
         }
         _ => 0.0,
@@ -275,6 +275,7 @@ pub fn reach_weights(robot: &RobotModel, bodies: &[Body]) -> Vec<f64> {
 
 fn half_range(robot: &RobotModel, motion: &ChainMotion) -> f64 {
     let Source::Column(q) = motion.source else { return 0.0 };
-    let half = (robot.variables()[q].upper - robot.variables()[q].lower) / 2.0 * motion.factor.abs();
+    // Soft limits are not walls: paths between them and the limits are checked too.
+    let half = (robot.variables()[q].hard_upper - robot.variables()[q].hard_lower) / 2.0 * motion.factor.abs();
     if half.is_finite() { half } else { 0.0 }
 }

@@ -6,6 +6,7 @@ use super::body::{Body, BodyKind, Size};
 use super::contact::Contact;
 use super::filter::Filter;
 use super::pairs::{BodyPair, Pairs, Rules};
+use super::penetration;
 use super::piece::Transform;
 use super::query;
 use super::solid::Solid;
@@ -52,6 +53,30 @@ pub enum CollisionModelError {
         link: String,
         /// Valid links.
         links: String,
+    },
+    /// An object is placed by what moves.
+    #[error(
+        "object {object:?} is placed in the frame of the link {link:?}, which is not the world; attach it to {link:?} (attached_collision_objects), or give its pose in the world"
+    )]
+    FrameOfLink {
+        /// Object.
+        object: String,
+        /// The link.
+        link: String,
+    },
+    /// An object is placed by what is not there.
+    #[error("object {object:?}: {source}")]
+    UnknownFrame {
+        /// Object.
+        object: String,
+        /// The frame, and the valid ones.
+        source: Box<crate::scene::SceneError>,
+    },
+    /// A frame of the scene has the name of one that the robot has elsewhere.
+    #[error("the scene's frame {name:?} has the name of a link or of the robot's world, which is elsewhere; rename it")]
+    FrameTaken {
+        /// Its name.
+        name: String,
     },
     /// A scale that leaves nothing of a mesh.
     #[error("the scene scales {name:?} by {scale}, which leaves no solid: {source}; take a scale nearer to 1")]
@@ -203,7 +228,8 @@ impl CollisionModel {
         self.pairs.close.iter().find_map(|&index| {
             let pair = &self.pairs.standing[index];
             let (a, b) = (&self.bodies[pair.a], &self.bodies[pair.b]);
-            let contact = query::overlap(a, &a.placed(kinematics), b, &b.placed(kinematics))?;
+            query::overlap(a, &a.placed(kinematics), b, &b.placed(kinematics))?;
+            let contact = penetration::penetration(a, &a.placed(kinematics), b, &b.placed(kinematics));
             Some(([a, b].map(|body| body.name.to_string()), contact))
         })
     }

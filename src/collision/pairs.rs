@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::body::{Body, BodyKind};
 use super::filter::cover::Ball;
+use super::frames::check_frames;
 use super::model::CollisionModelError;
 use super::query::TOUCHING_M;
 use crate::robot::{JointKind, RobotModel, kinematics};
@@ -86,6 +87,7 @@ impl<'a> Rules<'a> {
     /// # Errors
     /// A pair, padding, touch link or attachment that names neither a link nor an object.
     pub fn new(robot: &'a RobotModel, scene: &'a Scene) -> Result<Self, CollisionModelError> {
+        check_frames(robot, scene)?;
         let (allowed, forbidden) = (HashSet::new(), HashSet::new());
         let mut rules = Self { robot, scene, numbers: HashMap::new(), allowed, forbidden };
         for (a, b) in scene.allowed() {

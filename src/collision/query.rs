@@ -1,11 +1,10 @@
 //! Closest points of two bodies at one configuration: exact, for messages, rows and oracles.
 
-use std::f64::consts::PI;
-
 use super::body::Body;
 use super::contact::Contact;
 use super::distance;
-use super::piece::{Core, Piece, Transform};
+use super::inside::contains;
+use super::piece::{Piece, Transform};
 use super::tree::{Ball, BallTree, Content};
 use crate::math::Vec3;
 
@@ -180,37 +179,13 @@ pub fn children(a: &Ball, b: &Ball) -> Split {
 pub fn enclosed(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option<Contact> {
     let inside = |outer: &Body, at_outer: &Transform, inner: &Body, at_inner: &Transform| {
         let anchors = inner.solid.anchors.iter().map(|anchor| at_inner.point(*anchor));
-        let mut hits =
-            anchors.filter(|p| outer.solid.hollow && contains(&outer.solid.tree, at_outer.inverse_point(*p)));
+        let mut hits = anchors.filter(|p| outer.solid.hollow && contains(&outer.solid, at_outer.inverse_point(*p)));
         hits.next()
     };
     let point = inside(b, at_b, a, at_a).or_else(|| inside(a, at_a, b, at_b))?;
     let surface = surface_contact(a, at_a, b, at_b, f64::INFINITY);
     let depth = surface.distance.abs().max(TOUCHING_M);
     Some(Contact { point_a: point, point_b: point, normal: surface.normal, distance: -depth })
-}
-
-/// Whether a point is inside the meshes of a body, by their winding number: right for closed meshes,
-/// and the best guess there is for open ones (Jacobson, Kavan and Sorkine-Hornung, 2013).
-fn contains(tree: &BallTree, point: Vec3) -> bool {
-    let root = tree.balls()[0];
-    if point.distance(root.center) > root.radius {
-        return false;
-    }
-    let mut angle = 0.0;
-    for piece in tree.pieces() {
-        if let Core::Triangle(a, b, c) = piece.core {
-            angle += solid_angle(a - point, b - point, c - point);
-        }
-    }
-    angle > 2.0 * PI
-}
-
-/// Signed solid angle of a triangle seen from the origin (van Oosterom and Strackee, 1983).
-fn solid_angle(a: Vec3, b: Vec3, c: Vec3) -> f64 {
-    let (la, lb, lc) = (a.length(), b.length(), c.length());
-    let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    2.0 * a.dot(b.cross(c)).atan2(denominator)
 }
 
 #[cfg(test)]

@@ -32,7 +32,7 @@ impl Shell {
         if tree.pieces().len() > MOST_PIECES {
             return None;
         }
-        let mut corners: Vec<_> = (0..CORNERS).map(|index| tree.farthest_along(direction(index))).collect();
+        let mut corners: Vec<_> = (0..CORNERS).map(|index| tree.farthest_along(direction(index, CORNERS))).collect();
         sort_out(&mut corners);
         let (mut points, mut round) = (Vec::new(), 0.0_f64);
         for piece in tree.pieces() {
@@ -69,7 +69,7 @@ impl Shell {
 }
 
 /// Adds points of which the core is the convex hull, but for the slack that it returns (m).
-fn outline(core: &Core, points: &mut Vec<Vec3>) -> f64 {
+pub(super) fn outline(core: &Core, points: &mut Vec<Vec3>) -> f64 {
     match *core {
         Core::Point(a) => points.push(a),
         Core::Segment(a, b) => points.extend([a, b]),
@@ -90,10 +90,10 @@ fn outline(core: &Core, points: &mut Vec<Vec3>) -> f64 {
     0.0
 }
 
-/// Directions that are spread evenly, on a spiral by the golden angle.
-fn direction(index: usize) -> Vec3 {
+/// One of so many directions that are spread evenly, on a spiral by the golden angle.
+pub(super) fn direction(index: usize, count: usize) -> Vec3 {
     const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
-    let height = 1.0 - (2 * index + 1) as f64 / CORNERS as f64;
+    let height = 1.0 - (2 * index + 1) as f64 / count as f64;
     let (sine, cosine) = (GOLDEN_ANGLE * index as f64).sin_cos();
     let across = (1.0 - height * height).sqrt();
     Vec3::new(across * cosine, across * sine, height)

@@ -20,6 +20,8 @@ pub struct Solid {
     pub anchors: Vec<Vec3>,
     /// Pieces that belong to closed surfaces (mesh triangles): only these can hide something inside.
     pub hollow: bool,
+    /// Some of these surfaces are not closed or do not face one way: what is inside of them is a guess.
+    pub is_open: bool,
     /// Balls that enclose it together: what the filter sees of it where it moves.
     pub cover: Vec<Ball>,
     /// Boxes and cylinders that enclose it: what the filter sees of it where it stands.
@@ -31,13 +33,14 @@ pub struct Solid {
 impl Solid {
     /// The solid of at least one shape.
     pub fn new(shapes: &[PlacedShape]) -> Self {
-        let (mut pieces, mut anchors, mut hollow) = (Vec::new(), Vec::new(), false);
+        let (mut pieces, mut anchors, mut hollow, mut is_open) = (Vec::new(), Vec::new(), false, false);
         for placed in shapes {
             let first = pieces.len();
             Piece::append_of(placed, &mut pieces);
             match &placed.shape {
                 Shape::Mesh(mesh) => {
                     hollow = true;
+                    is_open |= !mesh.has_inside();
                     anchors.extend(mesh.parts().into_iter().map(|vertex| placed.pose.transform_point(vertex)));
                 }
                 _ => anchors.extend(pieces[first..].iter().map(Piece::center)),
@@ -45,7 +48,7 @@ impl Solid {
         }
         let tree = BallTree::new(pieces);
         let (cover, hulls, shell) = (cover::balls(&tree), SolidHulls::new(tree.pieces()), Shell::new(&tree));
-        Self { tree, anchors, hollow, cover, hulls, shell }
+        Self { tree, anchors, hollow, is_open, cover, hulls, shell }
     }
 
     /// All points within `padding` (m) of the solid. Pieces are cores swept by a ball, and so they stay: the
@@ -56,6 +59,7 @@ impl Solid {
             tree: self.tree.padded(padding),
             anchors: self.anchors.clone(),
             hollow: self.hollow,
+            is_open: self.is_open,
             cover: self.cover.iter().map(|ball| ball.padded(padding)).collect(),
             hulls: self.hulls.padded(padding),
             shell: self.shell.as_ref().map(|shell| shell.padded(padding)),

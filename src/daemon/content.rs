@@ -142,6 +142,8 @@ pub(super) struct SceneRecord {
     padding: BTreeMap<String, f64>,
     scale: BTreeMap<String, f64>,
     frames: BTreeMap<String, Pose>,
+    subframes: BTreeMap<(String, String), Pose>,
+    worlds: BTreeMap<String, String>,
     allowed: Vec<(String, String)>,
     forbidden: Vec<(String, String)>,
     /// All warnings of the scene.
@@ -165,6 +167,8 @@ impl SceneRecord {
             padding: scene.padded().map(named).collect(),
             scale: scene.scaled().map(named).collect(),
             frames: scene.frames().map(|(name, pose)| named((name, *pose))).collect(),
+            subframes: scene.subframes().map(|(object, name, pose)| (pair((object, name)), *pose)).collect(),
+            worlds: scene.worlds().map(pair).collect(),
             allowed: scene.allowed().map(pair).collect(),
             forbidden: scene.forbidden().map(pair).collect(),
             found: scene.warnings().to_vec(),
@@ -204,6 +208,8 @@ impl SceneRecord {
             padding: self.padding,
             scale: self.scale,
             frames: self.frames,
+            subframes: self.subframes,
+            worlds: self.worlds,
             allowed: self.allowed,
             forbidden: self.forbidden,
             warnings: Vec::new(),
@@ -258,6 +264,8 @@ pub(super) fn moves_between(before: &Scene, after: &Scene) -> Option<Moves> {
         && before.padded().eq(after.padded())
         && before.scaled().eq(after.scaled())
         && before.frames().eq(after.frames())
+        && before.subframes().eq(after.subframes())
+        && before.worlds().eq(after.worlds())
         && before.allowed().eq(after.allowed())
         && before.forbidden().eq(after.forbidden())
         && before.warnings() == after.warnings();

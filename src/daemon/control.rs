@@ -15,7 +15,9 @@ use super::event_loop::{EventLoop, ROUND};
 use super::keep::{Acknowledgement, Changed, reply};
 use super::loader::{Source, Task, Work};
 use super::metrics;
-use super::translate::{describe, robot_files, robot_summary, scene_state, scene_summary, store_refusal};
+use super::translate::{
+    describe, frame_refusal, robot_files, robot_summary, scene_state, scene_summary, store_refusal,
+};
 
 /// Longest label, in bytes.
 const LABEL_MAX: usize = 256;
@@ -193,10 +195,13 @@ impl EventLoop {
             Content::Diff(diff) => {
                 let scene = self.changed_scene(label, base_version, &diff)?;
                 // What is odd about shapes is known where they came, and looking at all of them takes its time.
-                let summary = if diff.brings_shapes() { scene_summary } else { scene_state };
+                let summary = if diff.may_be_odd() { scene_summary } else { scene_state };
                 self.insert_scene(label, scene, replace, summary)
             }
-            Content::Scene(scene) => self.insert_scene(label, scene, replace, scene_summary),
+            Content::Scene(scene) => {
+                frame_refusal(&scene, &self.store)?;
+                self.insert_scene(label, scene, replace, scene_summary)
+            }
         }
     }
 

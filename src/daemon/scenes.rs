@@ -13,7 +13,7 @@ use super::event::{Content, Purpose};
 use super::event_loop::EventLoop;
 use super::keep::reply;
 use super::loader::{Source, Work};
-use super::translate::{name_refusal, scene_refusal, scene_summary, store_refusal};
+use super::translate::{name_refusal, scene_refusal, scene_summary, store_refusal, worlds};
 
 /// Longest diff (bytes) that the I/O thread reads by itself. That takes it less than a hop to another thread and back
 /// takes on a busy machine, and a MOVE, of which there may be hundreds a second, never waits behind a diff that
@@ -55,7 +55,7 @@ impl EventLoop {
         diff: &SceneDiff,
     ) -> Result<Arc<Scene>, Refusal> {
         let base = self.store.base_scene(label, base_version).map_err(|error| store_refusal(&error))?;
-        let scene = diff.apply(base).map_err(|error| scene_refusal(&error))?;
+        let scene = diff.apply_among(base, &worlds(&self.store)).map_err(|error| scene_refusal(&error))?;
         name_refusal(diff, &scene, &self.store)?;
         Ok(Arc::new(scene))
     }

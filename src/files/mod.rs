@@ -3,14 +3,18 @@
 //! Everything that cannot be read gives one line: the file, the line where it is known, the value,
 //! the valid values and the next step.
 
+mod columns;
+mod constraints;
 mod packages;
 mod planning_scene;
 mod problem;
 pub mod result;
 mod robot_files;
+mod srdf_of;
 mod table;
 #[cfg(test)]
 mod tests;
+mod text;
 mod trajectory;
 mod vamp;
 mod yaml;
@@ -23,14 +27,16 @@ pub use packages::Packages;
 pub use problem::{Geometry, Kind, Peer, Problem};
 pub use result::ResultFile;
 pub use robot_files::{RobotFiles, RootJoint};
+pub use srdf_of::srdf_of;
 pub use table::PathTable;
+use text::read as read_text;
 pub use trajectory::{Trajectory, TrajectoryPoint};
 
 use crate::math::Vec3;
 use crate::robot::{RobotDescription, RobotError, srdf, urdf};
 use crate::scene::diff_file::{DiffFile, SceneDiff};
 use crate::scene::scene_file::SceneFile;
-use crate::scene::{Scene, SceneError, moveit_scene};
+use crate::scene::{Scene, SceneError, moveit_scene, with_nearest};
 use crate::shape::{Mesh, MeshError, mesh_file};
 
 /// Why a file was refused.
@@ -99,16 +105,18 @@ impl Reader {
         srdf: Option<&Path>,
         packages: &BTreeMap<String, PathBuf>,
     ) -> Result<RobotDescription, FileError> {
-        let text = read_text(urdf)?;
+        let (text, odd) = text::read_xml(urdf)?;
         let packages = self.packages.with(packages);
         let folder = folder_of(urdf);
         let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder);
         let mut robot =
             urdf::parse(&text, &mut meshes).map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
+        robot.warnings.extend(odd);
         if let Some(srdf) = srdf {
-            let (semantics, warnings) = srdf::parse(&read_text(srdf)?, &robot)
-                .map_err(|source| FileError::Robot { file: srdf.to_owned(), source })?;
-            robot.warnings.extend(warnings);
+            let (text, odd) = text::read_xml(srdf)?;
+            let (semantics, warnings) =
+                srdf::parse(&text, &robot).map_err(|source| FileError::Robot { file: srdf.to_owned(), source })?;
+            robot.warnings.extend(odd.into_iter().chain(warnings).map(|warning| format!("SRDF: {warning}")));
             robot.virtual_joint = semantics.virtual_joint.clone();
             robot.semantics = Some(semantics);
         }
@@ -158,7 +166,7 @@ impl Reader {
         };
         let scene = scene.map_err(|error| FileError::Scene {
             file: file.to_owned(),
-            source: SceneError::Syntax(format!("not a scene: {error}")),
+            source: SceneError::Syntax(with_nearest(&format!("not a scene: {error}"))),
         })?;
         self.build_scene(scene, file, &BTreeMap::new())
     }
@@ -242,15 +250,22 @@ pub fn selected_scene_text(file: &Path, selected: Option<&str>) -> Result<String
     Ok(scene.map_or(text, |scene| scene.to_string()))
 }
 
+/// The JSON of a diff from the text of a file, which is YAML by its name or its first letter.
+///
+/// # Errors
+/// YAML that is no diff.
+pub fn diff_text(text: String, file: &Path) -> Result<String, FileError> {
+    let is_json = text.trim_start_matches('\u{feff}').trim_start().starts_with(['{', '[']);
+    if !yaml::is_yaml(file) && (is_json || text.trim().is_empty()) {
+        return Ok(text);
+    }
+    planning_scene::diff_json(&text).map_err(|text| FileError::Content { file: file.to_owned(), text })
+}
+
 /// Folder that the relative names in a file start from.
 fn folder_of(file: &Path) -> &Path {
     match file.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     }
-}
-
-fn read_text(file: &Path) -> Result<String, FileError> {
-    std::fs::read_to_string(file)
-        .map_err(|error| FileError::Unreadable { file: file.to_owned(), reason: error.to_string() })
 }

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::constraints::check_constraints;
 use super::{FileError, Reader, RobotFiles, RootJoint, folder_of, read_text};
 use crate::path;
 use crate::robot::{JointKind, RobotDescription, RobotModel, VirtualJoint};
-use crate::scene::Scene;
 use crate::scene::scene_file::SceneFile;
+use crate::scene::{Filled, Scene};
 
 const FORMAT: &str = "taut-problem/1";
 
@@ -74,6 +75,12 @@ pub struct Peer {
 #[derive(Deserialize)]
 struct ProblemFile {
     format: String,
+    #[serde(default)]
+    path_constraints: Filled,
+    #[serde(default)]
+    trajectory_constraints: Filled,
+    #[serde(default)]
+    goal_constraints: Filled,
     name: String,
     robot: RobotPart,
     variables: Vec<String>,
@@ -111,6 +118,8 @@ struct VirtualJointPart {
     kind: String,
     #[serde(default)]
     position_bounds: Vec<(f64, f64)>,
+    #[serde(default)]
+    parent_frame: String,
 }
 
 #[derive(Deserialize)]
@@ -186,6 +195,12 @@ impl Reader {
         if parsed.format != FORMAT {
             return Err(refuse(format!("its format is {:?}; valid: {FORMAT:?}", parsed.format)));
         }
+        check_constraints([
+            ("path_constraints", parsed.path_constraints),
+            ("trajectory_constraints", parsed.trajectory_constraints),
+            ("goal_constraints", parsed.goal_constraints),
+        ])
+        .map_err(refuse)?;
         let path = rows(&parsed.path, parsed.variables.len()).map_err(refuse)?;
         let folder = folder_of(file);
         let packages = parsed.robot.packages.iter().map(|(name, dir)| (name.clone(), folder.join(dir))).collect();
@@ -270,7 +285,8 @@ fn virtual_joint(part: &VirtualJointPart) -> Result<VirtualJoint, String> {
         let text = format!("virtual joint {name:?} has {bounds} position_bounds");
         return Err(format!("{text}; a {} joint has {translations} translations", part.kind));
     }
-    Ok(VirtualJoint { name: name.clone(), kind, position_bounds: part.position_bounds.clone() })
+    let parent_frame = part.parent_frame.clone();
+    Ok(VirtualJoint { name: name.clone(), kind, position_bounds: part.position_bounds.clone(), parent_frame })
 }
 
 /// Rows of `columns` finite numbers as a path.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::{FileError, RobotFiles, read_text};
-use crate::optimize::{Outcome, PathContact, Refusal, StageShare};
+use crate::optimize::{ColumnTurns, Outcome, PathContact, Refusal, StageShare};
 use crate::path;
 use crate::scene::scene_file::SceneFile;
 use crate::validation::Certificate;
@@ -51,6 +51,8 @@ pub struct ResultFile {
     pub floors_lowered: Vec<ResultFloor>,
     /// Pairs between which the path is pinched.
     pub pinched: Vec<[String; 2]>,
+    /// Angle columns whose numbers in `path` are not the given ones but whole turns away.
+    pub turned: Vec<ResultTurns>,
     /// How far was looked for what is nearest (m).
     pub searched_m: Option<f64>,
     /// The smallest clearance and where it is.
@@ -129,6 +131,15 @@ pub struct ResultFloor {
     pub floor_m: f64,
 }
 
+/// An angle column whose numbers were written anew, because a step of more than half a turn means the short way round.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ResultTurns {
+    /// Name of the column.
+    pub variable: String,
+    /// Whole turns from the goal in `path_before` to the one in `path`; 0 where only numbers before it moved.
+    pub turns: i64,
+}
+
 /// Two bodies that are closest at a place of `path`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ResultContact {
@@ -174,7 +185,7 @@ pub struct ResultRefusal {
     pub points: [[f64; 3]; 2],
     /// Unit vector from the second body towards the first.
     pub normal: [f64; 3],
-    /// Depth (m); negative is a distance.
+    /// Penetration depth (m), from below unless both bodies are convex; negative is a distance.
     pub depth_m: f64,
     /// The part before which everything is proved: segment + ratio.
     pub proved_prefix: f64,
@@ -244,6 +255,7 @@ impl ResultFile {
             floor_m: outcome.floor_m,
             floors_lowered: floors.collect(),
             pinched: outcome.pinched.clone(),
+            turned: outcome.turned.iter().map(Into::into).collect(),
             searched_m: nearest.map(|nearest| nearest.searched_m),
             smallest_clearance: nearest.and_then(|nearest| nearest.smallest.as_ref()).map(Into::into),
             contacts: nearest.map(|nearest| nearest.contacts.iter().map(Into::into).collect()),
@@ -307,6 +319,12 @@ impl From<&PathContact> for ResultContact {
             points: contact.points.map(|point| point.to_array()),
             normal: contact.normal.to_array(),
         }
+    }
+}
+
+impl From<&ColumnTurns> for ResultTurns {
+    fn from(turned: &ColumnTurns) -> Self {
+        Self { variable: turned.variable.clone(), turns: turned.turns }
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::{FileError, Reader, folder_of, read_text};
+use super::{FileError, Reader, folder_of, text};
 use crate::robot::urdf::{self, Visual};
 use crate::robot::{RobotDescription, VirtualJoint};
 
@@ -61,7 +61,14 @@ impl Reader {
     pub fn robot_of(&mut self, files: &RobotFiles) -> Result<RobotDescription, FileError> {
         let mut robot = self.robot_with(&files.urdf, files.srdf.as_deref(), &files.packages)?;
         if let RootJoint::Given(joint) = &files.root {
+            let of_srdf = robot.virtual_joint.take().map(|joint| joint.parent_frame).unwrap_or_default();
             robot.virtual_joint.clone_from(joint);
+            // Who says how the root moves need not repeat what the world is called.
+            if let Some(joint) = &mut robot.virtual_joint
+                && joint.parent_frame.is_empty()
+            {
+                joint.parent_frame = of_srdf;
+            }
         }
         robot.allowed_collisions.clone_from(&files.allowed_collisions);
         robot.variables.clone_from(&files.variables);
@@ -73,7 +80,7 @@ impl Reader {
     /// # Errors
     /// A URDF that cannot be read.
     pub fn visuals(&mut self, files: &RobotFiles) -> Result<(Vec<Visual>, Vec<String>), FileError> {
-        let text = read_text(&files.urdf)?;
+        let (text, _) = text::read_xml(&files.urdf)?;
         let packages = self.packages.with(&files.packages);
         let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder_of(&files.urdf));
         urdf::visuals(&text, &mut meshes).map_err(|source| FileError::Robot { file: files.urdf.clone(), source })

@@ -135,7 +135,7 @@ fn a_robot_without_a_problem_takes_the_srdfs_virtual_joint() {
 }
 
 fn variables(names: &[&str]) -> Vec<crate::robot::Variable> {
-    let free = |name: &&str| crate::robot::Variable { name: (*name).to_owned(), lower: -1.0, upper: 1.0 };
+    let free = |name: &&str| crate::robot::Variable::within(name, -1.0, 1.0);
     names.iter().map(free).collect()
 }
 
@@ -162,7 +162,6 @@ fn a_bad_path_says_what_and_where() {
         ("p.csv", "a,b\n1,2\n3,x\n", ["p.csv", "line 3", "\"b\"", "\"x\""]),
         ("p.csv", "a,b\n1,NaN\n", ["p.csv", "line 2", "\"b\"", "NaN"]),
         ("p.csv", "a,b\n1,2\n3\n", ["p.csv", "line 3", "1 numbers", "2"]),
-        ("p.csv", "1,2\n3,4\n", ["p.csv", "line 1", "header", ""]),
         ("p.csv", "a,b\n", ["p.csv", "empty", "", ""]),
         ("p.csv", "a,a\n1,2\n", ["p.csv", "\"a\"", "twice", ""]),
         ("p.json", "{ \"path\": [[1]] }", ["p.json", "variables", "line 1", ".csv"]),
@@ -171,11 +170,78 @@ fn a_bad_path_says_what_and_where() {
         let text = table(name, text).expect_err("must be refused").to_string();
         assert!(parts.iter().all(|part| text.contains(part)), "{text:?} lacks one of {parts:?}");
     }
+    // Joints may have such names, so the robot decides.
+    let numbers = || table("p.csv", "1,2\n3,4\n").unwrap();
+    let text = numbers().into_path(&variables(&["a", "b"])).unwrap_err().to_string();
+    assert!(["p.csv", "line 1", "header", "a, b"].iter().all(|part| text.contains(part)), "{text}");
+    assert_eq!(numbers().into_path(&variables(&["2", "1"])).unwrap().as_flat(), [4.0, 3.0]);
     let read = || table("p.csv", "a,b\n1,2\n").unwrap();
     let text = read().into_path(&variables(&["a"])).unwrap_err().to_string();
     assert!(text.contains("\"b\" is no variable") && text.contains("valid: a"), "{text}");
     let text = read().into_path(&variables(&["a", "b", "c"])).unwrap_err().to_string();
     assert!(text.contains("\"c\" is missing") && text.contains("a, b, c"), "{text}");
+}
+
+#[test]
+fn csv_is_read_as_programs_write_it() {
+    for text in [
+        "a,b\n1,2.5\n",
+        "\u{feff}\"a\",'b'\n1,2.5\n",
+        "time,a [rad],b (m)\n0.0,1,2.5\n",
+        "stamp;b;a\n12:00;2,5;1\n",
+        "a\tb\n1\t2,5\n",
+        "a,b,\n1,2.5,\n",
+        "# a,b\n1,2.5\n",
+        "# recorded today, by hand\n# a, b\n1,2.5\n",
+        "a,b\r\n1,2.5\r\n\r\n",
+    ] {
+        let path = table("p.csv", text).and_then(|table| table.into_path(&variables(&["a", "b"])));
+        assert_eq!(path.unwrap_or_else(|error| panic!("{text:?}: {error}")).as_flat(), [1.0, 2.5], "{text:?}");
+    }
+    let error = table("p.csv", "t,a\nnow,1\n").unwrap().into_path(&variables(&["a", "t"])).unwrap_err().to_string();
+    assert!(error.contains("p.csv") && error.contains("\"t\"") && error.contains("finite"), "{error}");
+    let error = table("p.csv", "a [deg]\n90\n").unwrap().into_path(&variables(&["a"])).unwrap_err().to_string();
+    assert!(error.contains("p.csv") && error.contains("in deg"), "{error}");
+}
+
+#[test]
+fn what_a_message_says_beside_its_path_is_not_left_out_in_silence() {
+    let points = r#""trajectory": { "joint_trajectory": { "joint_names": ["a"], "points": [{ "positions": [1] }] } }"#;
+    let read = |more: &str| table("p.json", &format!("{{ {points}{more} }}")).map_err(|error| error.to_string());
+    for fine in [
+        "",
+        r#", "trajectory_start": { "joint_state": { "name": ["b"], "position": [1] }, "attached_collision_objects": [] }"#,
+        r#", "path_constraints": { "name": "", "joint_constraints": [], "orientation_constraints": [] }"#,
+        r#", "trajectory_start": { "multi_dof_joint_state": { "joint_names": ["v"], "transforms": [{ "rotation": { "w": 1 } }] } }"#,
+    ] {
+        assert!(read(fine).is_ok(), "{fine}: {:?}", read(fine));
+    }
+    for (bad, parts) in [
+        (
+            r#", "path_constraints": { "orientation_constraints": [{}] }"#,
+            ["path_constraints", "orientation_constraints"],
+        ),
+        (
+            r#", "trajectory_constraints": { "constraints": [{ "joint_constraints": [{}] }] }"#,
+            ["trajectory_constraints", "joint"],
+        ),
+        (
+            r#", "trajectory_start": { "attached_collision_objects": [{ "object": { "id": "cup" } }] }"#,
+            ["attached_collision_objects", "cup"],
+        ),
+        (
+            r#", "trajectory_start": { "multi_dof_joint_state": { "joint_names": ["v"], "transforms": [{ "translation": { "x": 1 } }] } }"#,
+            ["multi_dof_joint_state", "--hold v/x"],
+        ),
+    ] {
+        let error = read(bad).unwrap_err();
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+    }
+    let table = table(
+        "p.json",
+        r#"{ "variables": ["a"], "path": [[1]], "path_constraints": { "position_constraints": [1] } }"#,
+    );
+    assert!(table.unwrap_err().to_string().contains("position_constraints"));
 }
 
 #[test]

@@ -5,8 +5,11 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::columns::Names;
+use super::constraints::{check_constraints, check_goal};
 use super::{FileError, read_text, table, yaml};
-use crate::robot::Variable;
+use crate::robot::{RobotModel, Variable};
+use crate::scene::Filled;
 
 /// A trajectory as a file has it: columns in the file's order.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,8 +48,14 @@ struct Message {
     trajectory: Option<Inner>,
     multi_dof_joint_trajectory: Option<MultiDof>,
     start_state: Option<StartState>,
+    /// Where a displayed trajectory starts.
+    trajectory_start: Option<StartState>,
     goal_constraints: Option<Vec<Goal>>,
     world: Option<serde::de::IgnoredAny>,
+    #[serde(default)]
+    path_constraints: Filled,
+    #[serde(default)]
+    trajectory_constraints: Filled,
 }
 
 #[derive(Deserialize)]
@@ -68,6 +77,58 @@ struct MultiDof {
 struct StartState {
     #[serde(default)]
     joint_state: JointState,
+    #[serde(default)]
+    multi_dof_joint_state: MultiDofState,
+    #[serde(default)]
+    attached_collision_objects: Vec<serde_json::Value>,
+}
+
+#[derive(Default, Deserialize)]
+struct MultiDofState {
+    #[serde(default)]
+    joint_names: Vec<String>,
+    #[serde(default)]
+    transforms: Vec<Transform>,
+}
+
+#[derive(Default, Deserialize)]
+struct Transform {
+    #[serde(default)]
+    translation: Parts,
+    #[serde(default)]
+    rotation: Parts,
+}
+
+#[derive(Default, Deserialize)]
+struct Parts {
+    #[serde(default)]
+    x: f64,
+    #[serde(default)]
+    y: f64,
+    #[serde(default)]
+    z: f64,
+}
+
+impl StartState {
+    /// What it says of the robot that a path does not: refused, since nobody would be told that it was left out.
+    fn refuse(&self, of: &str) -> Result<(), String> {
+        if !self.attached_collision_objects.is_empty() {
+            let id = |object: &serde_json::Value| Some(object.get("object")?.get("id")?.as_str()?.to_owned());
+            let ids: Vec<String> = self.attached_collision_objects.iter().filter_map(id).collect();
+            let text = "a path does not bring them: put them into the scene and take them out here";
+            return Err(format!("{of} has attached_collision_objects ({}); {text}", ids.join(", ")));
+        }
+        let MultiDofState { joint_names, transforms } = &self.multi_dof_joint_state;
+        let moves = |parts: &Parts| [parts.x, parts.y, parts.z] != [0.0; 3];
+        let is_moved = |transform: &Transform| moves(&transform.translation) || moves(&transform.rotation);
+        match joint_names.iter().zip(transforms).find(|(_, transform)| is_moved(transform)) {
+            None => Ok(()),
+            Some((name, _)) => {
+                let text = format!("give it to the path as columns, or hold it there: --hold {name}/x=VALUE");
+                Err(format!("{of} moves {name} by its multi_dof_joint_state, which is not read; {text}"))
+            }
+        }
+    }
 }
 
 #[derive(Default, Deserialize)]
@@ -82,6 +143,12 @@ struct JointState {
 struct Goal {
     #[serde(default)]
     joint_constraints: Vec<JointConstraint>,
+    #[serde(default)]
+    position_constraints: Filled,
+    #[serde(default)]
+    orientation_constraints: Filled,
+    #[serde(default)]
+    visibility_constraints: Filled,
 }
 
 #[derive(Deserialize)]
@@ -118,26 +185,36 @@ impl Trajectory {
     /// A file that cannot be read, holds no trajectory or several, or has a point of the wrong length.
     pub fn read(file: &Path) -> Result<Self, FileError> {
         let parsed = parse(&read_text(file)?, yaml::is_yaml(file));
-        let (joint_names, points) = parsed.map_err(|text| FileError::Content { file: file.to_owned(), text })?;
+        let (joint_names, points, _) = parsed.map_err(|text| FileError::Content { file: file.to_owned(), text })?;
         Ok(Self { file: file.to_owned(), joint_names, points })
     }
 }
 
 impl Trajectory {
-    /// The same with its columns in the robot's order.
+    /// The same with its columns in the robot's order; columns of fixed joints are left out.
     ///
     /// # Errors
     /// A column that the robot does not have, one that is missing, or one that is there twice.
+    pub fn for_robot(&self, robot: &RobotModel) -> Result<Vec<TrajectoryPoint>, FileError> {
+        self.of_names(&Names::of_model(robot), robot.variables())
+    }
+
+    /// The same for variables of which only the names are known.
+    ///
+    /// # Errors
+    /// As [`Self::for_robot`].
     pub fn ordered(&self, variables: &[Variable]) -> Result<Vec<TrajectoryPoint>, FileError> {
-        let names = &self.joint_names;
+        self.of_names(&Names::of_variables(variables, &[]), variables)
+    }
+
+    fn of_names(&self, names: &Names, variables: &[Variable]) -> Result<Vec<TrajectoryPoint>, FileError> {
         let refuse = |text: String| FileError::Content { file: self.file.clone(), text };
-        if let Some(twice) = (1..names.len()).find(|&index| names[..index].contains(&names[index])) {
-            return Err(refuse(format!("joint {:?} is there twice; names must be unique", names[twice])));
-        }
-        let order = table::order(names, variables).map_err(refuse)?;
+        let (found, _) = names.columns(&self.joint_names).map_err(refuse)?;
+        let (places, names): (Vec<usize>, Vec<String>) = found.into_iter().unzip();
+        let order = table::order(&names, variables).map_err(refuse)?;
         let list = |list: &Vec<f64>| match list.is_empty() {
             true => Vec::new(),
-            false => order.iter().map(|&column| list[column]).collect(),
+            false => order.iter().map(|&column| list[places[column]]).collect(),
         };
         let point = |point: &TrajectoryPoint| TrajectoryPoint {
             positions: list(&point.positions),
@@ -151,19 +228,23 @@ impl Trajectory {
 
 type Parsed = Result<(Vec<String>, Vec<TrajectoryPoint>), String>;
 
-/// The one trajectory of a text.
-pub(super) fn parse(text: &str, is_yaml: bool) -> Parsed {
+/// Where the joints stand before a path, by name.
+pub(super) type Start = Vec<(String, f64)>;
+
+/// The one trajectory of a text, and where its message says that the robot stands.
+pub(super) fn parse(text: &str, is_yaml: bool) -> Result<(Vec<String>, Vec<TrajectoryPoint>, Start), String> {
     let messages: Vec<Message> = match is_yaml {
         true => yaml::documents(text)?,
         false => vec![serde_json::from_str(text).map_err(|error| format!("not a trajectory: {error}"))?],
     };
     let mut found = Vec::new();
     let is_scene = messages.iter().any(|message| message.world.is_some());
+    let start = messages.iter().flat_map(Message::start).collect();
     for message in messages {
         message.collect(&mut found)?;
     }
     match found.len() {
-        1 => checked(found.swap_remove(0)),
+        1 => checked(found.swap_remove(0)).map(|(names, points)| (names, points, start)),
         0 if is_scene => Err("it is a planning scene, not a path; give it as --scene".to_owned()),
         0 => Err("no trajectory: a trajectory has joint_names and points with positions".to_owned()),
         many => Err(format!("it holds {many} trajectories; keep one of them")),
@@ -171,13 +252,27 @@ pub(super) fn parse(text: &str, is_yaml: bool) -> Parsed {
 }
 
 impl Message {
+    /// Where its joints stand at first.
+    fn start(&self) -> Start {
+        let states = [&self.start_state, &self.trajectory_start].into_iter().flatten();
+        let joints = states.flat_map(|state| state.joint_state.name.iter().zip(&state.joint_state.position));
+        joints.map(|(name, position)| (name.clone(), *position)).collect()
+    }
+
     fn collect(self, found: &mut Vec<(Vec<String>, Vec<TrajectoryPoint>)>) -> Result<(), String> {
+        check_constraints([
+            ("path_constraints", self.path_constraints),
+            ("trajectory_constraints", self.trajectory_constraints),
+        ])?;
         if let Some(MultiDof { joint_names, points }) = self.multi_dof_joint_trajectory
             && !points.is_empty()
         {
             let names = joint_names.join(", ");
             let text = format!("multi_dof_joint_trajectory moves {names}, which is not read here");
             return Err(format!("{text}; give the path as CSV or JSON with columns such as {names}/trans_x"));
+        }
+        for (state, name) in [(&self.start_state, "start_state"), (&self.trajectory_start, "trajectory_start")] {
+            state.as_ref().map_or(Ok(()), |state| state.refuse(name))?;
         }
         if let (Some(names), Some(points)) = (self.joint_names, self.points) {
             found.push((names, points));
@@ -199,6 +294,13 @@ impl Message {
 
 /// From the start to the first goal, in the goal's joints.
 fn straight(start: &JointState, goals: &[Goal]) -> Parsed {
+    goals.first().map_or(Ok(()), |goal| {
+        check_goal([
+            ("position_constraints", goal.position_constraints),
+            ("orientation_constraints", goal.orientation_constraints),
+            ("visibility_constraints", goal.visibility_constraints),
+        ])
+    })?;
     let constraints = goals.first().map(|goal| goal.joint_constraints.as_slice()).unwrap_or_default();
     if constraints.is_empty() {
         let text = "its goal_constraints have no joint_constraints; only goals in joint space are read";

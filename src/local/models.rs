@@ -22,6 +22,7 @@ impl LocalService {
             }
             ControlRequest::LoadScene { label, json, base_dir, replace } => {
                 let scene = translate::scene_of(&json, &file_of(&label, base_dir))?;
+                translate::frame_refusal(&scene, &self.store())?;
                 self.store().insert_scene(&label, scene, replace).map_err(refuse)?;
                 self.summary(&label)
             }
@@ -29,7 +30,8 @@ impl LocalService {
                 let diff = translate::diff_of(&json, &file_of(&label, base_dir))?;
                 let _one_at_a_time = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
                 let base = self.store().base_scene(&label, base_version).map_err(refuse)?.clone();
-                let scene = diff.apply(&base).map_err(|error| translate::scene_refusal(&error))?;
+                let worlds = translate::worlds(&self.store());
+                let scene = diff.apply_among(&base, &worlds).map_err(|error| translate::scene_refusal(&error))?;
                 translate::name_refusal(&diff, &scene, &self.store())?;
                 self.store().insert_scene(&label, scene.into(), true).map_err(refuse)?;
                 self.summary(&label)

@@ -28,6 +28,8 @@ pub struct Search<'s, 'r, 'm> {
     /// Flat rows that would replace waypoints `replaced`, the two ends of which they repeat.
     candidate: Vec<f64>,
     replaced: Range<usize>,
+    /// What would replace the waypoints from the last of those on, where the candidate ends whole turns away; else empty.
+    tail: Vec<f64>,
     velocity: Vec<f64>,
     ends: [Vec<f64>; 2],
     row: Vec<f64>,
@@ -44,6 +46,7 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
             moving: components.filter(|component| task.may_move(component)).map(columns).collect(),
             candidate: Vec::new(),
             replaced: 0..0,
+            tail: Vec::new(),
             velocity: vec![0.0; task.space.nv()],
             ends: [row.clone(), row.clone()],
             straight: row.clone(),
@@ -158,8 +161,12 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         push_different(&mut self.candidate, &self.row);
     }
 
-    /// How much shorter the candidate is; `None` where that is not worth it.
+    /// Writes the candidate so that its numbers say how it moves, and says how much shorter it is; `None` where it cannot
+    /// be taken or is not worth it.
     pub fn gain(&mut self) -> Option<f64> {
+        if !self.unroll() {
+            return None;
+        }
         let before = self.arcs[self.replaced.end - 1] - self.arcs[self.replaced.start];
         let gain = before - self.progress.task.length(&self.candidate, &mut self.velocity);
         let added = (self.candidate.len() / self.progress.path.nq()).saturating_sub(self.replaced.len());
@@ -167,14 +174,22 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         (gain > least * self.length()).then_some(gain)
     }
 
-    /// Proves the candidate's segments.
+    /// [`Progress::unroll_part`] of the candidate.
+    fn unroll(&mut self) -> bool {
+        self.progress.unroll_part(&self.replaced, &mut self.candidate, &mut self.tail)
+    }
+
+    /// Proves the candidate's segments, and those that follow where they move by whole turns.
     pub fn proves(&mut self) -> SegmentsVerdict {
-        self.progress.prove(&self.candidate)
+        match self.progress.prove(&self.candidate) {
+            SegmentsVerdict::Proved if !self.tail.is_empty() => self.progress.prove(&self.tail),
+            verdict => verdict,
+        }
     }
 
     /// Puts the candidate in its place; `replaced` is then where it lies.
     pub fn accept(&mut self) {
-        self.progress.replace(self.replaced.clone(), &self.candidate);
+        self.progress.replace(self.replaced.clone(), &self.candidate, &self.tail);
         self.replaced.end = self.replaced.start + self.candidate.len() / self.progress.path.nq();
         self.measure();
     }
@@ -224,13 +239,14 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
             self.candidate.extend_from_slice(self.progress.path.waypoint(waypoint - 1));
             self.candidate.extend_from_slice(self.progress.path.waypoint(waypoint + 1));
             // What lies on the straight line between its neighbours is dropped too: not longer is enough.
-            match self.proves() {
-                SegmentsVerdict::Proved => {
+            let verdict = if self.unroll() { Some(self.proves()) } else { None };
+            match verdict {
+                Some(SegmentsVerdict::Proved) => {
                     self.accept();
                     end -= 1;
                 }
-                SegmentsVerdict::Refused(_) => waypoint += 1,
-                SegmentsVerdict::Stopped => return,
+                Some(SegmentsVerdict::Refused(_)) | None => waypoint += 1,
+                Some(SegmentsVerdict::Stopped) => return,
             }
         }
     }

@@ -139,14 +139,14 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
                 return Pulled::Ended(termination);
             }
             self.progress.iterations += 1;
-            let length = self.move_trial(part);
-            if !self.progress.is_shorter(length) {
+            let length = self.move_trial(part).filter(|length| self.progress.is_shorter(*length));
+            let Some(length) = length else {
                 if part < SMALLEST_PART {
                     break;
                 }
                 part *= 0.5;
                 continue;
-            }
+            };
             match self.progress.prove(self.trial.as_flat()) {
                 SegmentsVerdict::Stopped => return Pulled::Ended(Termination::Stopped),
                 SegmentsVerdict::Proved => {
@@ -192,13 +192,14 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         }
     }
 
-    /// x₁ ← x₀ ⊕ αp; returns its length.
-    fn move_trial(&mut self, part: f64) -> f64 {
+    /// x₁ ← x₀ ⊕ αp; returns its length, `None` where it cannot be taken.
+    fn move_trial(&mut self, part: f64) -> Option<f64> {
         let task = self.progress.task;
         let part = part.min(self.limits.largest_part(self.path.as_flat(), &self.step));
         task.displace(&self.path, &self.fixed, &self.step, part, &mut self.trial);
         self.limits.settle(&self.path, &mut self.trial);
-        task.length(self.trial.as_flat(), &mut self.velocity)
+        let counts = self.progress.unroll(&mut self.trial, &self.fixed);
+        counts.then(|| task.length(self.trial.as_flat(), &mut self.velocity))
     }
 
     /// Adds a half-space for what was refused of the trial; returns the part of p at which that pair was seen apart.

@@ -127,6 +127,8 @@ struct Descent<'s, 'r, 'm> {
     /// x₁.
     trial: Path,
     trial_length: f64,
+    /// Whether x₁ can be taken as it is written.
+    trial_counts: bool,
     gradient: Vec<f64>,
     /// p: one row of nv numbers for each waypoint.
     step: Vec<f64>,
@@ -152,6 +154,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             collision_row: CollisionRow::new(task.model, task.space, task.held),
             trial: path.clone(),
             trial_length: f64::INFINITY,
+            trial_counts: true,
             gradient: vec![0.0; size],
             step: vec![0.0; size],
             step_norm: 0.0,
@@ -187,11 +190,15 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         let Progress { task, path, fixed, .. } = &*self.progress;
         task.displace(path, fixed, &self.step, part.min(self.largest_part), &mut self.trial);
         self.limits.settle(path, &mut self.trial);
+        self.trial_counts = self.progress.unroll(&mut self.trial, &self.progress.fixed);
         self.trial_length = task.length(self.trial.as_flat(), &mut self.velocity);
     }
 
     /// Proves the trial, unless one of its segments is refused; what did not move is known.
     fn validate_trial(&mut self) -> Trial {
+        if !self.trial_counts {
+            return Trial::NotShorter;
+        }
         match self.progress.prove(self.trial.as_flat()) {
             SegmentsVerdict::Proved if self.progress.is_shorter(self.trial_length) => Trial::Shorter,
             SegmentsVerdict::Proved => Trial::NotShorter,

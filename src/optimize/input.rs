@@ -1,11 +1,10 @@
 //! What is checked of a request before anything is computed, and the form that optimizers work on.
 
-use std::f64::consts::PI;
-
+use super::outcome::ColumnTurns;
 use super::settings::Settings;
 use crate::path::{Metric, MetricError, Path};
-use crate::robot::configuration::shortest_arc;
-use crate::robot::{Component, ConfigurationSpace, HeldVariable, RobotModel};
+use crate::robot::configuration::{FARTHEST_ANGLE_RAD, LONGEST_STEP_RAD, turns_between};
+use crate::robot::{Component, ConfigurationSpace, HeldVariable, RobotModel, Variable};
 use crate::validation::path_proof::LEAST_FLOOR_M;
 
 /// How far outside its limits a path may start (m or rad).
@@ -65,6 +64,48 @@ pub enum RequestError {
         /// Upper limit.
         upper: f64,
     },
+    /// An angle with too few digits.
+    #[error(
+        "waypoint {waypoint}: angle {variable} is {value} rad; beyond {FARTHEST_ANGLE_RAD:e} rad whole turns are lost in \
+         rounding, write it within a few turns"
+    )]
+    FarAngle {
+        /// Waypoint, from 0.
+        waypoint: usize,
+        /// Variable.
+        variable: String,
+        /// Value.
+        value: f64,
+    },
+    /// A rotation that names no way.
+    #[error(
+        "waypoint {waypoint}: the quaternion that starts at {variable} is half a turn from the one before, and two ways \
+         lead there; put a waypoint between that says which"
+    )]
+    HalfTurn {
+        /// Waypoint, from 0.
+        waypoint: usize,
+        /// First variable of the quaternion.
+        variable: String,
+    },
+    /// The goal's numbers would have to change.
+    #[error(
+        "waypoint {waypoint}: {variable} steps from {before} to {value}, more than half a turn, which means the short way \
+         round; the goal's number would move by {turns:+} turns and keep_goal forbids it: write the goal that many turns \
+         on, put waypoints between, or take the numbers as they stand (unwrapped)"
+    )]
+    KeepGoal {
+        /// Waypoint after the first such step, from 0.
+        waypoint: usize,
+        /// Variable.
+        variable: String,
+        /// Value at the waypoint before.
+        before: f64,
+        /// Value.
+        value: f64,
+        /// Whole turns by which the goal's number would move.
+        turns: i64,
+    },
     /// Weights.
     #[error(transparent)]
     Metric(#[from] MetricError),
@@ -88,9 +129,12 @@ pub enum RequestError {
 pub(super) struct Input {
     pub space: ConfigurationSpace,
     pub metric: Metric,
+    pub keep_goal: bool,
     pub held: Vec<f64>,
     pub moving: Vec<bool>,
-    /// The path as optimizers take it: no equal neighbours, unit quaternions, circles without jumps.
+    /// The caller's path with each angle's numbers saying how it moves; `None` where they do as they stand.
+    pub unrolled: Option<Path>,
+    /// The path as optimizers take it: unrolled, no equal neighbours, unit quaternions.
     pub path: Path,
     /// One entry per waypoint of `path`.
     pub fixed: Vec<bool>,
@@ -129,9 +173,84 @@ impl Input {
         fixed[path.len() - 1] = true;
         let mut warnings = check_values(robot, path)?;
         warnings.extend(held_outside_limits(robot, &held));
-        let Canonical { path, fixed, origins, standing_for } = Canonical::new(&space, path, &fixed, &mut warnings);
-        Ok(Self { space, metric, held, moving, path, fixed, origins, standing_for, warnings })
+        check_turns(robot, &space, path)?;
+        let mut rows = path.as_flat().to_vec();
+        let unrolled = space.unroll(&mut rows).then(|| Path::from_rows(path.nq(), rows)).flatten();
+        if let Some(unrolled) = unrolled.as_ref().filter(|_| settings.keep_goal) {
+            keeps_goal(robot, &space, path, unrolled)?;
+        }
+        let Canonical { path, fixed, origins, standing_for } =
+            Canonical::new(&space, unrolled.as_ref().unwrap_or(path), &fixed);
+        let keep_goal = settings.keep_goal;
+        Ok(Self { space, metric, keep_goal, held, moving, unrolled, path, fixed, origins, standing_for, warnings })
     }
+}
+
+impl Input {
+    /// The caller's waypoints with numbers that say how they are moved between.
+    pub fn given<'a>(&'a self, path: &'a Path) -> &'a Path {
+        self.unrolled.as_ref().unwrap_or(path)
+    }
+
+    /// Columns of which the answer says other numbers than the caller, and how many whole turns the goal's is on; 0 where
+    /// it is the same and only numbers before it moved.
+    pub fn turned(&self, robot: &RobotModel, path: &Path, answer: &Path) -> Vec<ColumnTurns> {
+        let (goal, end) = (path.waypoint(path.len() - 1), answer.waypoint(answer.len() - 1));
+        let column = |q: usize| {
+            let turns = turns_between(goal[q], end[q]);
+            let has_moved = turns != 0 || self.given(path).waypoints().zip(path.waypoints()).any(|(a, b)| a[q] != b[q]);
+            has_moved.then(|| ColumnTurns { variable: robot.variables()[q].name.clone(), turns })
+        };
+        self.space.circles().filter_map(column).collect()
+    }
+}
+
+/// Distance of the ends of a path: none between them is shorter. Unless the goal's numbers are to stay, a path may end
+/// whole turns away.
+pub fn lower_bound(space: &ConfigurationSpace, metric: &Metric, path: &Path, keep_goal: bool) -> f64 {
+    let (start, goal) = (path.waypoint(0), path.waypoint(path.len() - 1));
+    let mut velocity = vec![0.0; space.nv()];
+    if keep_goal {
+        space.unwrapped().difference(goal, start, &mut velocity);
+    } else {
+        space.shortest_difference(goal, start, &mut velocity);
+    }
+    metric.norm(&velocity)
+}
+
+/// Checks that every angle and every rotation says how it moves.
+fn check_turns(robot: &RobotModel, space: &ConfigurationSpace, path: &Path) -> Result<(), RequestError> {
+    let name = |column: usize| robot.variables()[column].name.clone();
+    for (waypoint, row) in path.waypoints().enumerate() {
+        if let Some(q) = space.circles().find(|&q| row[q].abs() > FARTHEST_ANGLE_RAD) {
+            return Err(RequestError::FarAngle { waypoint, variable: name(q), value: row[q] });
+        }
+    }
+    match path.segments().enumerate().find_map(|(segment, [from, to])| Some((segment, space.half_turn(from, to)?))) {
+        Some((segment, q)) => Err(RequestError::HalfTurn { waypoint: segment + 1, variable: name(q) }),
+        None => Ok(()),
+    }
+}
+
+/// Checks that unrolling left the goal's numbers as they are.
+fn keeps_goal(
+    robot: &RobotModel,
+    space: &ConfigurationSpace,
+    path: &Path,
+    unrolled: &Path,
+) -> Result<(), RequestError> {
+    let goal = path.len() - 1;
+    let moved = |q: &usize| turns_between(path.waypoint(goal)[*q], unrolled.waypoint(goal)[*q]) != 0;
+    let Some(q) = space.circles().find(moved) else { return Ok(()) };
+    let is_long = |[from, to]: [&[f64]; 2]| (to[q] - from[q]).abs() > LONGEST_STEP_RAD;
+    let segment = path.segments().position(is_long).expect("a number moves only after a long step");
+    Err(RequestError::KeepGoal {
+        waypoint: segment + 1,
+        variable: robot.variables()[q].name.clone(),
+        before: path.waypoint(segment)[q],
+        value: path.waypoint(segment + 1)[q],
+        turns: turns_between(path.waypoint(goal)[q], unrolled.waypoint(goal)[q]),
+    })
 }
 
 fn sized<T: Clone>(what: &'static str, list: &Option<Vec<T>>, expected: usize) -> Result<Option<Vec<T>>, RequestError> {
@@ -153,18 +272,19 @@ fn check_columns(robot: &RobotModel, path: &Path) -> Result<(), RequestError> {
 
 /// A warning for every held variable that the robot cannot hold where it is.
 fn held_outside_limits(robot: &RobotModel, held: &[f64]) -> Vec<String> {
-    let outside = robot
-        .held()
-        .iter()
-        .zip(held)
-        .filter(|(variable, value)| (variable.lower - **value).max(**value - variable.upper) > LIMIT_TOLERANCE);
     let text = |(variable, value): (&HeldVariable, &f64)| {
-        format!("{} is held at {value}, outside [{}, {}]", variable.name, variable.lower, variable.upper)
+        let HeldVariable { name, lower, upper, hard_lower, hard_upper, .. } = variable;
+        let outside = |lower: f64, upper: f64| (lower - value).max(value - upper) > LIMIT_TOLERANCE;
+        if outside(*hard_lower, *hard_upper) {
+            return Some(format!("{name} is held at {value}, outside [{hard_lower}, {hard_upper}]"));
+        }
+        outside(*lower, *upper)
+            .then(|| format!("{name} is held at {value}, outside its soft limits [{lower}, {upper}]"))
     };
-    outside.map(text).collect()
+    robot.held().iter().zip(held).filter_map(text).collect()
 }
 
-/// Checks every number; returns a warning where limits are exceeded by a little.
+/// Checks every number; returns a warning where limits are exceeded by a little, and one where soft limits are.
 fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<String>, RequestError> {
     let mut worst: Option<(f64, String)> = None;
     for (waypoint, row) in path.waypoints().enumerate() {
@@ -173,9 +293,9 @@ fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<String>, RequestE
             if !value.is_finite() {
                 return Err(RequestError::NotFinite { waypoint, variable: name(), value });
             }
-            let outside = (variable.lower - value).max(value - variable.upper);
+            let (lower, upper) = (variable.hard_lower, variable.hard_upper);
+            let outside = (lower - value).max(value - upper);
             if outside > LIMIT_TOLERANCE {
-                let (lower, upper) = (variable.lower, variable.upper);
                 return Err(RequestError::Limits { waypoint, variable: name(), value, lower, upper });
             }
             if outside > 0.0 && worst.as_ref().is_none_or(|(most, _)| outside > *most) {
@@ -193,7 +313,23 @@ fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<String>, RequestE
             }
         }
     }
-    Ok(worst.into_iter().map(|(_, text)| text).collect())
+    Ok(worst.into_iter().map(|(_, text)| text).chain(outside_soft_limits(robot, path)).collect())
+}
+
+/// One warning that names each variable which is somewhere between its soft limits and its limits, and by how much at
+/// most. No optimizer moves it further out.
+fn outside_soft_limits(robot: &RobotModel, path: &Path) -> Option<String> {
+    let farthest = |(column, variable): (usize, &Variable)| {
+        let by = |row: &[f64]| (variable.lower - row[column]).max(row[column] - variable.upper);
+        let (waypoint, by) = path.waypoints().map(by).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let Variable { name, lower, upper, .. } = variable;
+        let amount = if by < 1e-3 { format!("{by:.1e}") } else { format!("{by:.3}") };
+        (by > 0.0).then(|| format!("{name} by {amount} of [{lower}, {upper}] (waypoint {waypoint})"))
+    };
+    let soft = robot.variables().iter().enumerate().filter(|(_, variable)| variable.has_soft_limits());
+    let named: Vec<String> = soft.filter_map(farthest).collect();
+    let text = "the path leaves soft limits (safety_controller), and is not moved further out";
+    (!named.is_empty()).then(|| format!("{text}: {}", named.join(", ")))
 }
 
 /// The form of a path that optimizers work on.
@@ -205,9 +341,8 @@ struct Canonical {
 }
 
 impl Canonical {
-    /// Drops neighbours that are equal (unless both are fixed), normalises quaternions, and writes each
-    /// circle's values so that they follow each other without a jump.
-    fn new(space: &ConfigurationSpace, path: &Path, fixed: &[bool], warnings: &mut Vec<String>) -> Self {
+    /// Drops neighbours that are equal (unless both are fixed) and normalises quaternions.
+    fn new(space: &ConfigurationSpace, path: &Path, fixed: &[bool]) -> Self {
         let nq = space.nq();
         let mut rows: Vec<f64> = Vec::with_capacity(path.as_flat().len());
         let (mut kept, mut origins): (Vec<bool>, Vec<usize>) = (Vec::new(), Vec::new());
@@ -215,7 +350,7 @@ impl Canonical {
         let mut velocity = vec![0.0; space.nv()];
         for (index, waypoint) in path.waypoints().enumerate() {
             let previous = rows.len().checked_sub(nq).map(|start| &rows[start..]);
-            let row = canonical_row(space, waypoint, previous);
+            let row = canonical_row(space, waypoint);
             if let (Some(previous), Some(last)) = (previous, kept.last_mut()) {
                 space.difference(&row, previous, &mut velocity);
                 if velocity.iter().all(|v| *v == 0.0) && !(*last && fixed[index]) {
@@ -231,37 +366,19 @@ impl Canonical {
             kept.push(fixed[index]);
             origins.push(index);
         }
-        warnings.extend(long_step(space, path));
         let path = Path::from_rows(nq, rows).expect("a path has at least one whole row");
         Self { path, fixed: kept, origins, standing_for }
     }
 }
 
-fn canonical_row(space: &ConfigurationSpace, waypoint: &[f64], previous: Option<&[f64]>) -> Vec<f64> {
+fn canonical_row(space: &ConfigurationSpace, waypoint: &[f64]) -> Vec<f64> {
     let mut row = waypoint.to_vec();
     for component in space.components() {
-        match (*component, previous) {
-            (Component::Rotation { q, .. }, _) => normalise(&mut row[q..q + 4]),
-            (Component::Circle { q, .. }, Some(previous)) => {
-                row[q] = previous[q] + shortest_arc(previous[q], waypoint[q]);
-            }
-            _ => {}
+        if let Component::Rotation { q, .. } = *component {
+            normalise(&mut row[q..q + 4]);
         }
     }
     row
-}
-
-/// A warning where the numbers of a continuous joint step by more than half a turn.
-fn long_step(space: &ConfigurationSpace, path: &Path) -> Option<String> {
-    let circles =
-        || space.components().iter().filter_map(|c| if let Component::Circle { q, .. } = c { Some(*q) } else { None });
-    let long = |k: &usize| circles().any(|q| (path.waypoint(*k)[q] - path.waypoint(k - 1)[q]).abs() > PI);
-    (1..path.len()).find(long).map(|k| {
-        format!(
-            "waypoint {k}: a continuous joint steps by more than half a turn; the short way round is taken \
-             (use unwrapped to take the numbers as they stand)"
-        )
-    })
 }
 
 fn normalise(quaternion: &mut [f64]) {

@@ -90,18 +90,30 @@ pub struct LoweredFloor {
     pub floor_m: f64,
 }
 
+/// An angle column whose numbers were written anew, because a step of more than half a turn means the short way round.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ColumnTurns {
+    /// Name of the variable.
+    pub variable: String,
+    /// Whole turns from the given number of the goal to the answer's; 0 where only numbers before it moved.
+    pub turns: i64,
+}
+
 /// Which part of a path is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RefusalPlace {
-    /// The first waypoint.
+    /// The bodies that collide first do so at the first waypoint.
     Start,
-    /// The last waypoint.
+    /// They do so at the last waypoint too, wherever on the path they first meet.
     Goal,
-    /// Somewhere between.
+    /// They do so somewhere between, whatever other bodies do at the ends.
     Between,
 }
 
-/// Where and why the input is not proved.
+/// Where and why the input is not proved: the worst thing on it. A collision anywhere goes before what is too close or
+/// not provable anywhere; of all collisions it is the first along the path, to within
+/// [`FINEST`](crate::validation::continuous::FINEST) of its segment. Bodies that get no deeper into each other than
+/// 1 µm may pass as too close. Where the run was stopped, a collision need not be the first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
     /// Why.
@@ -118,9 +130,11 @@ pub struct Refusal {
     pub points: [Vec3; 2],
     /// Unit vector from the second body towards the first.
     pub normal: Vec3,
-    /// Depth (m); negative is a distance.
+    /// Penetration depth (m): the least way that parts the bodies is no shorter, and for two convex ones as long;
+    /// negative is a distance.
     pub depth_m: f64,
-    /// The part of the path before which everything is proved: segment + ratio.
+    /// Segment + ratio before which everything is proved at the floors of the answer; 0 where nothing is known. It ends
+    /// at the first thing that is not proved, which may be long before a collision.
     pub proved_prefix: f64,
     /// What the person who reads it may do; empty where there is nothing to add.
     pub hint: String,
@@ -158,8 +172,11 @@ pub struct NearestBodies {
 /// The answer to a request. `path` is always safe to take: proved, or the input itself.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// The shortest path found, ends bit-equal to the input's.
+    /// The shortest path found. No step of an angle column is longer than half a turn. Its ends are bit-equal to the
+    /// input's but for the columns that are [`turned`](Self::turned).
     pub path: Path,
+    /// Angle columns whose numbers are not the given ones but whole turns away, in order.
+    pub turned: Vec<ColumnTurns>,
     /// Whether `path` is proved at its floors.
     pub proved: bool,
     /// Where the input is refused, if it is.

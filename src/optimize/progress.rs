@@ -1,8 +1,15 @@
 //! The best path so far, and what every optimizer needs to better it.
+//!
+//! A step means its numbers ([`configuration`](crate::robot::configuration)): a trial that steps by more than half a
+//! turn means the short way round, and is written as such, with all that follows whole turns on, before it is proved.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
 
 use super::outcome::{Stage, StageShare, Termination};
 use super::task::{Improvement, SHORTER, Task};
 use crate::path::Path;
+use crate::robot::configuration::turns_between;
 use crate::validation::{SegmentsVerdict, Validator};
 
 /// One run on one task: optimizers change `path` only to paths that are proved and strictly shorter, or to the same
@@ -16,6 +23,8 @@ pub struct Progress<'r, 'm> {
     pub path: Path,
     /// Its waypoints that must stay as they are, the first and the last among them.
     pub fixed: Vec<bool>,
+    /// The numbers of those waypoints in the input.
+    fixed_rows: Vec<f64>,
     /// Its length.
     pub length: f64,
     /// Pairs whose half-spaces no step satisfied all at the present path.
@@ -51,6 +60,13 @@ impl<'r, 'm> Progress<'r, 'm> {
         Self {
             task,
             fixed: task.fixed.to_vec(),
+            fixed_rows: path
+                .waypoints()
+                .zip(task.fixed)
+                .filter(|(_, fixed)| **fixed)
+                .flat_map(|(row, _)| row)
+                .copied()
+                .collect(),
             length,
             pinched: Vec::new(),
             random: fastrand::Rng::with_seed(task.seed),
@@ -109,6 +125,64 @@ impl<'r, 'm> Progress<'r, 'm> {
         self.length < length * (1.0 - SHORTER)
     }
 
+    /// Writes all of a trial so that its numbers say how it moves; false where it cannot be taken: a rotation of it names
+    /// no way, or the goal must keep its numbers and would not.
+    pub fn unroll(&self, trial: &mut Path, fixed: &[bool]) -> bool {
+        let has_turned = self.task.space.unroll(trial.as_flat_mut());
+        if has_turned {
+            self.keep_fixed(trial.as_flat_mut(), fixed, 0);
+        }
+        !(has_turned && self.task.keep_goal) && self.names_its_way(trial.as_flat())
+    }
+
+    /// The same for `rows` in the place of the waypoints `range`; where what follows moves by whole turns, `tail` gets
+    /// it, from the last of them on, else nothing.
+    pub fn unroll_part(&self, range: &Range<usize>, rows: &mut [f64], tail: &mut Vec<f64>) -> bool {
+        tail.clear();
+        if self.task.space.unroll(rows) {
+            self.turn_tail(range.end - 1, rows, tail);
+        }
+        !(self.task.keep_goal && !tail.is_empty()) && self.names_its_way(rows)
+    }
+
+    /// `tail` ← the waypoints from `first` on, as many whole turns on as the last of `rows` is from the first of them.
+    fn turn_tail(&self, first: usize, rows: &mut [f64], tail: &mut Vec<f64>) {
+        let (nq, at) = (self.path.nq(), self.path.waypoint(first));
+        let last = rows.len() - nq;
+        for q in self.task.space.circles() {
+            let turns = turns_between(at[q], rows[last + q]);
+            if turns == 0 {
+                continue;
+            }
+            if tail.is_empty() {
+                tail.extend_from_slice(&self.path.as_flat()[first * nq..]);
+            }
+            tail.iter_mut().skip(q).step_by(nq).for_each(|number| *number += turns as f64 * TAU);
+        }
+        if !tail.is_empty() {
+            let known = self.fixed[..first].iter().filter(|fixed| **fixed).count();
+            self.keep_fixed(tail, &self.fixed[first..], known);
+            rows[last..].copy_from_slice(&tail[..nq]);
+        }
+    }
+
+    /// Gives the angles of fixed waypoints the input's numbers and whole turns, exactly; `first` fixed ones come before.
+    fn keep_fixed(&self, rows: &mut [f64], fixed: &[bool], first: usize) {
+        let nq = self.path.nq();
+        let fixed_rows = rows.chunks_exact_mut(nq).zip(fixed).filter(|(_, fixed)| **fixed).map(|(row, _)| row);
+        for (row, given) in fixed_rows.zip(self.fixed_rows.chunks_exact(nq).skip(first)) {
+            for q in self.task.space.circles() {
+                row[q] = given[q] + turns_between(given[q], row[q]) as f64 * TAU;
+            }
+        }
+    }
+
+    fn names_its_way(&self, rows: &[f64]) -> bool {
+        let nq = self.path.nq();
+        let mut segments = rows.chunks_exact(nq).zip(rows.chunks_exact(nq).skip(1));
+        segments.all(|(from, to)| self.task.space.half_turn(from, to).is_none())
+    }
+
     /// Proves consecutive segments of rows laid end to end.
     pub fn prove(&mut self, rows: &[f64]) -> SegmentsVerdict {
         let nq = self.path.nq();
@@ -116,9 +190,13 @@ impl<'r, 'm> Progress<'r, 'm> {
         self.validator.segments(pairs.map(|(from, to)| [from, to]), self.stop)
     }
 
-    /// Puts `rows`, which are proved, in the place of the waypoints `range`, whose ends they repeat.
-    pub fn replace(&mut self, range: std::ops::Range<usize>, rows: &[f64]) {
+    /// Puts `rows`, which are proved, in the place of the waypoints `range`, whose ends they repeat; and `tail`, from the
+    /// last of them on, in the place of what follows, unless it is empty.
+    pub fn replace(&mut self, range: Range<usize>, rows: &[f64], tail: &[f64]) {
         let count = rows.len() / self.path.nq();
+        if !tail.is_empty() {
+            self.path.splice(range.end - 1..self.path.len(), tail);
+        }
         self.fixed.splice(range.start + 1..range.end - 1, std::iter::repeat_n(false, count - 2));
         self.path.splice(range, rows);
     }

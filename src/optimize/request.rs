@@ -1,16 +1,18 @@
 //! One request from end to end: check, prove the input, optimize, prove the answer.
 
-use super::input::{Input, RequestError};
+use std::f64::consts::TAU;
+
+use super::input::{Input, RequestError, lower_bound};
 use super::nearest;
 use super::outcome::{LoweredFloor, Outcome, Refusal, RefusalPlace, Stage, StageShare, Termination};
 use super::progress::Progress;
 use super::settings::{Mode, Settings};
 use super::task::{Improvement, Task};
 use super::{contact, gradient, hybrid, shortcut};
-use crate::collision::query::TOUCHING_M;
 use crate::collision::{CollisionModel, reach_weights};
 use crate::path::Path;
 use crate::robot::Kinematics;
+use crate::robot::configuration::turns_between;
 use crate::validation::certificate::Terms;
 use crate::validation::path_proof::{self, PathVerdict};
 use crate::validation::{Certificate, Contact, Corridor, Hit, HitReason, Nearest, Scratch, SegmentProof, Validator};
@@ -100,7 +102,7 @@ fn answer(
     let mut answer = Answer::unproved(&input.path);
     let mut restored = Restorer::new(path, input);
     let mut publish = |improvement: Improvement| restored.publish(&improvement, publish);
-    match prove_input(validator, &input.path, settings, stop) {
+    match path_proof::prove_input(validator, &input.path, !settings.strict, stop) {
         PathVerdict::Stopped => answer.termination = Termination::Stopped,
         PathVerdict::Proved(proofs) => {
             answer.optimize(validator, settings, input, true, stop, &mut publish);
@@ -109,8 +111,8 @@ fn answer(
             answer.proofs = if answer.path == input.path { Some(proofs) } else { proved(validator, &answer.path) };
             assert!(answer.proofs.is_some(), "an optimizer returned a path that the validator does not prove");
         }
-        PathVerdict::Refused { segment, hit } => {
-            answer.refusal = Some(refusal(validator, &input.path, segment, &hit));
+        PathVerdict::Refused { segment, hit, proved_prefix } => {
+            answer.refusal = Some(refusal(validator, input, segment, &hit, proved_prefix));
             if hit.reason != HitReason::Collision && !settings.strict && settings.mode != Mode::Check {
                 // Not provable, but nowhere found colliding: optimized all the same. The result counts only if all
                 // of it is proved.
@@ -135,26 +137,6 @@ fn answer(
         validator.widen(&answer.path, proofs, stop);
     }
     answer
-}
-
-/// Proves the input, lowering floors unless that is forbidden.
-fn prove_input(
-    validator: &mut Validator,
-    path: &Path,
-    settings: &Settings,
-    stop: &mut dyn FnMut() -> bool,
-) -> PathVerdict {
-    let verdict = path_proof::prove_input(validator, path, stop);
-    let lowered: Vec<usize> = validator.lowered().map(|(pair, _)| pair).collect();
-    match verdict {
-        PathVerdict::Proved(_) if settings.strict && !lowered.is_empty() => {
-            for pair in lowered {
-                validator.set_floor(pair, settings.clearance_m);
-            }
-            path_proof::prove(validator, path, stop)
-        }
-        verdict => verdict,
-    }
 }
 
 fn proved(validator: &mut Validator, path: &Path) -> Option<Vec<SegmentProof>> {
@@ -182,6 +164,7 @@ impl Answer {
             held: &input.held,
             fixed: &input.fixed,
             moving: &input.moving,
+            keep_goal: settings.keep_goal,
             seed: settings.seed,
             work_budget: validator.work().saturating_add(budget),
         };
@@ -210,10 +193,13 @@ impl Answer {
         let length_before = length(&input.path);
         // Without a waypoint on a straight line the sum may be rounded up.
         let length_after = length(&self.path).min(length_before);
-        let ends = [path.waypoint(0), path.waypoint(path.len() - 1)].concat();
-        let lower_bound = input.metric.length(&input.space, &ends, &mut scratch);
+        let lower_bound = lower_bound(&input.space, &input.metric, path, input.keep_goal);
         let is_unchanged = self.path == input.path;
-        let output = if is_unchanged { path.clone() } else { Restorer::new(path, input).restore(&self.path).clone() };
+        let output = if is_unchanged {
+            input.given(path).clone()
+        } else {
+            Restorer::new(path, input).restore(&self.path).clone()
+        };
         let lowered = self.lowered.iter();
         let floors_lowered: Vec<_> =
             lowered.map(|&(pair, floor_m)| LoweredFloor { bodies: model.pair_names(pair), floor_m }).collect();
@@ -236,6 +222,7 @@ impl Answer {
         let asked = certificate.as_ref().filter(|_| settings.corridor);
         let corridor = asked.map(|certificate| Corridor::new(model, &output, certificate));
         Outcome {
+            turned: input.turned(model.robot(), path, &output),
             path: output,
             proved: certificate.is_some(),
             refusal: self.refusal,
@@ -269,11 +256,12 @@ fn spread(proofs: &[SegmentProof], standing_for: &[usize]) -> Vec<SegmentProof> 
     if standing_for.len() < 2 { proofs.to_vec() } else { standing_for.windows(2).map(of_segment).collect() }
 }
 
-/// Gives waypoints that must stay as they were the caller's bits back: the optimizers' form of a row may
-/// differ by whole turns of a circle or the norm of a quaternion.
+/// Gives waypoints that must stay as they were the caller's bits back: the optimizers' form of a row may differ by the
+/// norm of a quaternion. Angles keep the numbers that were proved, which may be whole turns away.
 struct Restorer {
     /// The optimizers' form of each fixed waypoint and the caller's, in order.
     rows: Vec<(Vec<f64>, Vec<f64>)>,
+    circles: Vec<usize>,
     buffer: Path,
 }
 
@@ -282,7 +270,7 @@ impl Restorer {
         let originals = input.origins.iter().map(|&origin| path.waypoint(origin).to_vec());
         let pairs = input.path.waypoints().map(<[f64]>::to_vec).zip(originals).zip(&input.fixed);
         let rows = pairs.filter(|(_, fixed)| **fixed).map(|(pair, _)| pair).collect();
-        Self { rows, buffer: input.path.clone() }
+        Self { rows, circles: input.space.circles().collect(), buffer: input.path.clone() }
     }
 
     fn restore(&mut self, path: &Path) -> &Path {
@@ -292,13 +280,26 @@ impl Restorer {
         for index in 0..path.len() {
             // The last row is the last fixed one even where an earlier row equals it.
             if let Some((row, original)) = next
-                && path.waypoint(index) == row
+                && self.is_same_place(path.waypoint(index), row)
             {
-                self.buffer.waypoint_mut(index).copy_from_slice(original);
+                let restored = self.buffer.waypoint_mut(index);
+                restored.copy_from_slice(original);
+                for &q in &self.circles {
+                    restored[q] = path.waypoint(index)[q];
+                }
                 next = fixed.next();
             }
         }
         &self.buffer
+    }
+
+    /// Whether two rows differ by nothing but whole turns.
+    fn is_same_place(&self, a: &[f64], b: &[f64]) -> bool {
+        let is_same = |q: usize| match self.circles.contains(&q) {
+            true => a[q] == b[q] + turns_between(b[q], a[q]) as f64 * TAU,
+            false => a[q] == b[q],
+        };
+        (0..a.len()).all(is_same)
     }
 
     fn publish(&mut self, improvement: &Improvement, publish: &mut dyn FnMut(Improvement)) {
@@ -306,29 +307,40 @@ impl Restorer {
     }
 }
 
-fn refusal(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) -> Refusal {
-    let model = validator.model();
-    let touches = |validator: &mut Validator, waypoint: usize| {
-        hit.reason == HitReason::Collision
-            && validator.contact(hit.pair, path.waypoint(waypoint)).distance <= TOUCHING_M
-    };
-    let place = if touches(validator, 0) {
+fn refusal(validator: &mut Validator, input: &Input, segment: usize, hit: &Hit, proved_prefix: f64) -> Refusal {
+    let (model, path) = (validator.model(), &input.path);
+    let mut touches =
+        |waypoint: usize| hit.reason == HitReason::Collision && validator.touches(hit.pair, path.waypoint(waypoint));
+    let place = if touches(0) {
         RefusalPlace::Start
-    } else if touches(validator, path.len() - 1) {
+    } else if touches(path.len() - 1) {
         RefusalPlace::Goal
     } else {
         RefusalPlace::Between
     };
+    let (from, to) = (path.waypoint(segment), path.waypoint((segment + 1).min(path.len() - 1)));
+    let contact = match hit.reason {
+        HitReason::Collision => validator.penetration(hit.pair, from, to, hit.t),
+        HitReason::TooClose | HitReason::Uncertified => hit.contact,
+    };
+    let segments = nearest::segments_of(&input.standing_for);
+    let callers = |segment: usize, t: f64| match (segment, t) {
+        // Nothing is proved, not even that the robot may stand where it starts.
+        (0, 0.0) => 0,
+        _ => segments.get(segment).copied().unwrap_or(input.standing_for.len() - 1),
+    };
+    let proved_segments = proved_prefix.floor();
+    let proved_t = proved_prefix - proved_segments;
     Refusal {
         reason: hit.reason,
         place,
-        segment,
+        segment: callers(segment, hit.t),
         t: hit.t,
         bodies: model.pair_names(hit.pair),
-        points: [hit.contact.point_a, hit.contact.point_b],
-        normal: hit.contact.normal,
-        depth_m: -hit.contact.distance,
-        proved_prefix: segment as f64 + hit.proved_until,
+        points: [contact.point_a, contact.point_b],
+        normal: contact.normal,
+        depth_m: -contact.distance,
+        proved_prefix: callers(proved_segments as usize, proved_t) as f64 + proved_t,
         hint: String::new(),
     }
 }

@@ -101,6 +101,7 @@ fn a_split_puts_contacts_where_they_are() {
         held: &held,
         fixed: &fixed,
         moving: &moving,
+        keep_goal: false,
         seed: 0,
         work_budget: u64::MAX,
     };

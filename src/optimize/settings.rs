@@ -53,6 +53,9 @@ pub struct Settings {
     pub strict: bool,
     /// Take the columns of continuous joints as they stand instead of as angles on the circle.
     pub unwrapped: bool,
+    /// Keep the goal's numbers to the last bit, also where a path that ends whole turns away is shorter; an input whose
+    /// numbers do not lead there is refused.
+    pub keep_goal: bool,
     /// Weights of the metric, one per velocity coordinate; `None` = reach weights.
     pub weights: Option<Vec<f64>>,
     /// Most work (pairs examined at nodes) to spend after the input is proved; 0 = the default.
@@ -85,6 +88,7 @@ impl Default for Settings {
             clearance_m: Self::DEFAULT_CLEARANCE_M,
             strict: false,
             unwrapped: false,
+            keep_goal: false,
             weights: None,
             work_budget: 0,
             fixed_waypoints: None,

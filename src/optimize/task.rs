@@ -25,6 +25,8 @@ pub struct Task<'a> {
     pub fixed: &'a [bool],
     /// Velocity coordinates that may move.
     pub moving: &'a [bool],
+    /// The goal's numbers stay: a path that ends whole turns away is none.
+    pub keep_goal: bool,
     /// Seed of every random choice.
     pub seed: u64,
     /// The validator's count of work at which to end.
@@ -40,8 +42,13 @@ impl Task<'_> {
     /// `to` ← `from ⊕ part · step`; fixed waypoints and components that may not move keep their bits.
     pub fn displace(&self, from: &Path, fixed: &[bool], step: &[f64], part: f64, to: &mut Path) {
         let nv = self.space.nv();
-        for i in (0..from.len()).filter(|&i| !fixed[i]) {
+        for (i, is_fixed) in fixed.iter().enumerate() {
             let (before, after) = (from.waypoint(i), to.waypoint_mut(i));
+            if *is_fixed {
+                // A trial before may have moved it by whole turns.
+                after.copy_from_slice(before);
+                continue;
+            }
             self.space.integrate(before, &step[i * nv..(i + 1) * nv], part, after);
             for still in self.space.components().iter().filter(|component| !self.may_move(component)) {
                 let columns = columns(still);

@@ -183,6 +183,7 @@ pub fn sliders(count: usize, limits: (f64, f64)) -> CollisionModel {
         origin: Pose::identity(),
         axis: Vec3::X,
         limits: Some(limits),
+        soft_limits: None,
         mimic: None,
     };
     let robot = RobotModel::new(RobotDescription {
@@ -206,6 +207,7 @@ pub fn disc(radius: f64) -> RobotModel {
         origin: Pose::identity(),
         axis,
         limits: Some((-5.0, 5.0)),
+        soft_limits: None,
         mimic: None,
     };
     let description = RobotDescription {

@@ -32,6 +32,10 @@ impl Path {
     pub fn as_flat(&self) -> &[f64] {
         &self.rows
     }
+    /// All rows end to end, to write.
+    pub fn as_flat_mut(&mut self) -> &mut [f64] {
+        &mut self.rows
+    }
     /// One waypoint.
     pub fn waypoint(&self, index: usize) -> &[f64] {
         &self.rows[index * self.nq..(index + 1) * self.nq]

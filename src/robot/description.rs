@@ -53,6 +53,8 @@ pub struct JointDescription {
     pub axis: Vec3,
     /// Lower and upper limit (m or rad); `None` where the file gives none.
     pub limits: Option<(f64, f64)>,
+    /// Limits within those, which the robot's controllers keep (m or rad); `None` where the file gives none.
+    pub soft_limits: Option<(f64, f64)>,
     /// The joint that this one copies.
     pub mimic: Option<Mimic>,
 }
@@ -77,6 +79,9 @@ pub struct VirtualJoint {
     pub kind: JointKind,
     /// Limits of its translations (m), in order; empty means none.
     pub position_bounds: Vec<(f64, f64)>,
+    /// What the robot's maker calls the world; empty where nobody says.
+    #[serde(default)]
+    pub parent_frame: String,
 }
 
 /// What an SRDF says.

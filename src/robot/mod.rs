@@ -10,6 +10,8 @@ pub mod lane_kinematics;
 pub mod model;
 pub mod srdf;
 pub mod urdf;
+pub mod variable;
+mod worlds;
 mod xml;
 
 pub use configuration::{Component, ConfigurationSpace};
@@ -18,4 +20,6 @@ pub use description::{
 };
 pub use joint::{Drive, Joint, JointKind};
 pub use kinematics::Kinematics;
-pub use model::{HeldVariable, Link, RobotError, RobotModel, Variable};
+pub use model::{Link, RobotError, RobotModel};
+pub use variable::{HeldVariable, Variable};
+pub(crate) use xml::name as xml_name;

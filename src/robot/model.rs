@@ -5,6 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use super::configuration::{Component, ConfigurationSpace};
 use super::description::{GroupState, JointDescription, RobotDescription};
 use super::joint::{Drive, Joint, JointKind};
+use super::variable::{Bounds, HeldVariable, Variable};
 use crate::hash::ContentHasher;
 use crate::math::{Pose, Vec3};
 use crate::shape::PlacedShape;
@@ -35,30 +36,6 @@ pub struct Link {
     pub name: String,
     /// Collision shapes; often none.
     pub shapes: Vec<PlacedShape>,
-}
-
-/// A column of a path.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Variable {
-    /// MoveIt's variable name.
-    pub name: String,
-    /// Lowest value (m or rad), −∞ where there is none.
-    pub lower: f64,
-    /// Highest value (m or rad), ∞ where there is none.
-    pub upper: f64,
-}
-
-/// A variable of a movable joint that is no column of the path.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HeldVariable {
-    /// MoveIt's variable name.
-    pub name: String,
-    /// Value where a request gives none.
-    pub default: f64,
-    /// Lowest value (m or rad), −∞ where there is none.
-    pub lower: f64,
-    /// Highest value (m or rad), ∞ where there is none.
-    pub upper: f64,
 }
 
 /// Why a robot was refused.
@@ -117,9 +94,10 @@ impl RobotModel {
     /// # Errors
     /// A duplicate or unknown name, joints that form no tree, a number that is not finite or out of
     /// its range: the message names the place, the value and the valid ones.
-    pub fn new(description: RobotDescription) -> Result<Self, RobotError> {
+    pub fn new(mut description: RobotDescription) -> Result<Self, RobotError> {
         let kept = description.clone();
         let mut warnings = description.warnings.clone();
+        warnings.extend(free_of_fixed_leaders(&mut description));
         let order = topological_order(&description)?;
         let joint_index = order.joint_index(&description);
         let columns = Columns::assign(&description, &order, &joint_index, &mut warnings)?;
@@ -245,6 +223,9 @@ impl RobotModel {
         }
         for variable in &self.variables {
             hasher.text(&variable.name).floats(&[variable.lower, variable.upper]);
+            if variable.has_soft_limits() {
+                hasher.floats(&[variable.hard_lower, variable.hard_upper]);
+            }
         }
         hasher.text(&format!("{:?}{:?}{:?}", self.allowed, self.groups, self.group_states));
         hasher.finish()
@@ -269,6 +250,20 @@ impl Order {
         };
         self.0.iter().enumerate().filter_map(named).collect()
     }
+}
+
+/// Drops the mimics of fixed joints, which have no value to follow: MoveIt takes such joints for independent.
+fn free_of_fixed_leaders(description: &mut RobotDescription) -> Vec<String> {
+    let fixed = |joint: &&JointDescription| joint.kind == JointKind::Fixed;
+    let fixed: BTreeSet<String> = description.joints.iter().filter(fixed).map(|joint| joint.name.clone()).collect();
+    let mut warnings = Vec::new();
+    for joint in description.joints.iter_mut().filter(|joint| joint.kind != JointKind::Fixed) {
+        if let Some(mimic) = joint.mimic.take_if(|mimic| fixed.contains(&mimic.joint)) {
+            let text = format!("mimics {:?}, which is fixed; it moves independently", mimic.joint);
+            warnings.push(format!("joint {:?} {text}", joint.name));
+        }
+    }
+    warnings
 }
 
 fn unique<'a>(kind: &'static str, names: impl Iterator<Item = &'a str>) -> Result<(), RobotError> {
@@ -403,7 +398,7 @@ impl Columns {
             drives[position] = Drive::Variable { q, v };
             push_components(kind, q, v, &mut components);
             for (i, name) in own.iter().enumerate() {
-                let (lower, upper) = limits.get(i).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+                let Bounds { lower, upper, hard_lower, hard_upper } = limits.get(i).copied().unwrap_or(Bounds::NONE);
                 if lower.is_nan() || upper.is_nan() || lower > upper {
                     return Err(RobotError::BadValue {
                         what: format!("the limits of {name:?}"),
@@ -411,7 +406,7 @@ impl Columns {
                         rule: "they must be numbers, lower ≤ upper",
                     });
                 }
-                variables.push(Variable { name: name.clone(), lower, upper });
+                variables.push(Variable { name: name.clone(), lower, upper, hard_lower, hard_upper });
             }
             q += kind.nq();
             v += kind.nv();
@@ -430,14 +425,17 @@ impl Columns {
                 resolve_mimic(description, joint_index, position, order, &is_listed)?
             {
                 drives[position] = Drive::Mimic { master, multiplier, offset };
+                if let Some(warning) = as_real_line(&mut components, drives[master], source(master), kind, multiplier) {
+                    warnings.push(format!("{warning}, since {name:?} follows it"));
+                }
                 continue;
             }
             drives[position] = Drive::Held { first: held.len() };
             for (i, variable) in names[position].iter().enumerate() {
                 // A floating joint at rest is the unit quaternion: its last number is 1.
                 let default = if kind == JointKind::Floating && i == 6 { 1.0 } else { 0.0 };
-                let (lower, upper) = limits.get(i).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-                held.push(HeldVariable { name: variable.clone(), default, lower, upper });
+                let Bounds { lower, upper, hard_lower, hard_upper } = limits.get(i).copied().unwrap_or(Bounds::NONE);
+                held.push(HeldVariable { name: variable.clone(), default, lower, upper, hard_lower, hard_upper });
             }
         }
         Ok(Self { drives, space: ConfigurationSpace::new(components), variables, held })
@@ -448,14 +446,14 @@ impl Columns {
 struct JointSource<'a> {
     name: &'a str,
     kind: JointKind,
-    limits: Vec<(f64, f64)>,
+    limits: Vec<Bounds>,
     mimic: Option<&'a super::description::Mimic>,
 }
 
 impl<'a> JointSource<'a> {
     fn of(joint: &'a JointDescription) -> Self {
         let limits = match joint.kind {
-            JointKind::Revolute | JointKind::Prismatic => joint.limits.into_iter().collect(),
+            JointKind::Revolute | JointKind::Prismatic => Bounds::of(joint).into_iter().collect(),
             _ => Vec::new(),
         };
         Self { name: &joint.name, kind: joint.kind, limits, mimic: joint.mimic.as_ref() }
@@ -463,7 +461,10 @@ impl<'a> JointSource<'a> {
 
     fn root(description: &'a RobotDescription) -> Self {
         match &description.virtual_joint {
-            Some(v) => Self { name: &v.name, kind: v.kind, limits: v.position_bounds.clone(), mimic: None },
+            Some(v) => {
+                let limits = v.position_bounds.iter().copied().map(Bounds::hard).collect();
+                Self { name: &v.name, kind: v.kind, limits, mimic: None }
+            }
             None => Self { name: "world", kind: JointKind::Fixed, limits: Vec::new(), mimic: None },
         }
     }
@@ -483,6 +484,29 @@ fn push_components(kind: JointKind, q: usize, v: usize, components: &mut Vec<Com
             components.push(Component::Rotation { q: q + 3, v: v + 3 });
         }
     }
+}
+
+/// Takes a continuous joint's numbers as they stand where a joint that follows it is not the same after a whole turn:
+/// the leader then is no angle on the circle but a real line. Says so once.
+fn as_real_line(
+    components: &mut [Component],
+    leader: Drive,
+    JointSource { name, .. }: JointSource<'_>,
+    follower: JointKind,
+    multiplier: f64,
+) -> Option<String> {
+    let Drive::Variable { q, v } = leader else { return None };
+    let is_periodic = match follower {
+        JointKind::Revolute | JointKind::Continuous => multiplier.fract() == 0.0,
+        JointKind::Prismatic => multiplier == 0.0,
+        JointKind::Fixed | JointKind::Planar | JointKind::Floating => true,
+    };
+    let circle = components.iter_mut().find(|component| **component == Component::Circle { q, v })?;
+    if is_periodic {
+        return None;
+    }
+    *circle = Component::Line { q, v };
+    Some(format!("whole turns of continuous joint {name:?} count"))
 }
 
 /// Follows a mimic to the joint that is a variable or held, composing multipliers and offsets.

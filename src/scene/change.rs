@@ -1,6 +1,6 @@
 //! Changes to a scene: a new scene beside the old one, which shares every shape that stays.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use super::object::{check_pose, check_shapes};
 use super::{AttachedObject, Obstacle, Scene, SceneError, Verdict, comma_separated};
@@ -79,6 +79,23 @@ pub enum SceneChange {
         /// Its pose in the world; `None` takes the frame away.
         pose: Option<Pose>,
     },
+    /// A frame on an object, in which poses may be given as `OBJECT/NAME`.
+    Subframe {
+        /// Object.
+        object: String,
+        /// The frame's own name.
+        name: String,
+        /// Its pose in the object's frame; `None` takes it away.
+        pose: Option<Pose>,
+    },
+    /// The pose of an object of the world is given in a frame that the scene does not know: a robot that is checked in
+    /// the scene has to call the world so.
+    World {
+        /// Object.
+        id: String,
+        /// The frame; `None` where the scene knows where the object is.
+        frame: Option<String>,
+    },
     /// Two links or objects may touch, and are not checked against each other.
     Allow(String, String),
     /// Two links or objects are checked against each other, whatever allows them to touch.
@@ -127,6 +144,7 @@ impl Scene {
             }
             SceneChange::Attach { id, link_name, touch_links, pose } => {
                 let object = self.take_standing(&id)?.at(pose);
+                self.worlds.set(id.as_str().into(), None);
                 self.add_attached(AttachedObject { link_name, object, touch_links })
             }
             SceneChange::Detach { id, pose } => {
@@ -136,6 +154,8 @@ impl Scene {
             SceneChange::Pad { name, padding } => self.pad(&name, padding),
             SceneChange::Scale { name, scale } => self.rescale(&name, scale),
             SceneChange::Frame { name, pose } => self.place_frame(&name, pose),
+            SceneChange::Subframe { object, name, pose } => self.place_subframe(&object, &name, pose),
+            SceneChange::World { id, frame } => self.call_world(&id, frame.as_deref()),
             SceneChange::Allow(a, b) => {
                 self.verdicts.set(&a, &b, Some(Verdict::Allowed));
                 Ok(())
@@ -197,10 +217,29 @@ impl Scene {
         match &pose {
             Some(_) if self.has(name) => return Err(SceneError::NameTaken(name.to_owned())),
             Some(pose) => check_pose(pose).map_err(|error| error.of_frame(name))?,
-            None if self.frames.get(name).is_none() => return Err(self.unknown_frame(name)),
+            None if self.frames.get(name).is_none() => return Err(self.unknown_frame(name, &[])),
             None => {}
         }
         self.frames.set(name.into(), pose);
+        Ok(())
+    }
+
+    pub(super) fn place_subframe(&mut self, object: &str, name: &str, pose: Option<Pose>) -> Result<(), SceneError> {
+        if !self.has(object) {
+            return Err(self.unknown("place a frame on", object));
+        }
+        if let Some(pose) = &pose {
+            check_pose(pose).map_err(|error| error.of_frame(&format!("{object}/{name}")))?;
+        }
+        self.subframes.set((object.into(), name.into()), pose);
+        Ok(())
+    }
+
+    pub(super) fn call_world(&mut self, id: &str, frame: Option<&str>) -> Result<(), SceneError> {
+        if self.obstacles.get(id).is_none() {
+            return Err(self.unknown("place", id));
+        }
+        self.worlds.set(id.into(), frame.map(Into::into));
         Ok(())
     }
 
@@ -218,6 +257,9 @@ impl Scene {
                 attached
             });
         }
+        let frames: Vec<Arc<str>> = self.subframes_of(id).map(|(name, _)| name.into()).collect();
+        frames.into_iter().for_each(|name| self.subframes.set((id.into(), name), None));
+        self.worlds.set(id.into(), None);
         self.padding.set(id.into(), None);
         self.scale.set(id.into(), None);
         Ok(())

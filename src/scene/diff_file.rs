@@ -28,43 +28,20 @@
 #[cfg(test)]
 mod tests;
 
-use serde::{Deserialize, Serialize};
-
 pub use super::diff::SceneDiff;
 use super::diff::{Place, Step};
 pub use super::diff_text::text;
-use super::numbers_file::{Paddings, Scales};
+use super::frames::check_given_in;
 use super::object_file::{MeshSource, ObjectFile, Operation};
-use super::pose_file::FrameFile;
 use super::scene_file::AttachedObjectFile;
+pub use super::scene_file::SceneFile;
+use super::spelling::with_nearest;
 use super::{SceneChange, SceneError};
 use crate::math::Pose;
 
 /// A diff as its text says it, unchecked.
 #[derive(Clone, Debug, Default)]
-pub struct DiffFile(pub(super) Vec<DiffPart>);
-
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct DiffPart {
-    pub(super) is_diff: bool,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) fixed_frame_transforms: Vec<FrameFile>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) objects: Vec<ObjectFile>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) attached_collision_objects: Vec<AttachedObjectFile>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) default_collisions: Vec<(String, String)>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) allowed_collisions: Vec<(String, String)>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) forbidden_collisions: Vec<(String, String)>,
-    #[serde(default, skip_serializing_if = "Paddings::is_empty")]
-    pub(super) link_padding: Paddings,
-    #[serde(default, skip_serializing_if = "Scales::is_empty")]
-    pub(super) link_scale: Scales,
-}
+pub struct DiffFile(pub(super) Vec<SceneFile>);
 
 impl DiffFile {
     /// Reads a diff's JSON text.
@@ -76,46 +53,77 @@ impl DiffFile {
             true => serde_json::from_str(text),
             false => serde_json::from_str(text).map(|part| vec![part]),
         };
-        let parts: Vec<DiffPart> = parsed.map_err(|error| SceneError::Syntax(format!("not a diff: {error}")))?;
-        if parts.iter().any(|part| !part.is_diff) {
-            let text = "is_diff is false; set it to true, or load the text as a whole scene";
-            return Err(SceneError::Syntax(text.to_owned()));
-        }
-        Ok(Self(parts))
+        let refuse = |error: serde_json::Error| with_nearest(&format!("not a diff: {error}"));
+        Self::of(parsed.map_err(|error| SceneError::Syntax(refuse(error)))?)
+    }
+
+    /// The diff of these parts, made one after the other.
+    ///
+    /// # Errors
+    /// One of them is a whole scene.
+    pub fn of(parts: Vec<SceneFile>) -> Result<Self, SceneError> {
+        let text = match parts.iter().find(|part| !part.is_diff()).map(|part| part.is_diff) {
+            None => return Ok(Self(parts)),
+            Some(None) => "not a diff: missing field `is_diff`; set it to true, or load the text as a whole scene",
+            Some(_) => "is_diff is false; set it to true, or load the text as a whole scene",
+        };
+        Err(SceneError::Syntax(text.to_owned()))
+    }
+
+    /// Its text as JSON.
+    pub fn text(&self) -> String {
+        let text = match self.0.as_slice() {
+            [part] => serde_json::to_string(part),
+            parts => serde_json::to_string(parts),
+        };
+        text.expect("a diff holds only names and finite numbers")
     }
 
     /// Whether mesh files have to be read for it.
     pub fn names_mesh_files(&self) -> bool {
-        let attached = |part: &DiffPart| part.attached_collision_objects.iter().any(|a| a.object.names_mesh_files());
-        self.0.iter().any(|part| part.objects.iter().any(ObjectFile::names_mesh_files) || attached(part))
+        self.0.iter().any(SceneFile::names_mesh_files)
     }
 
     /// Checks poses and shapes and reads meshes.
     ///
     /// # Errors
-    /// An object whose sizes, poses or meshes are none, or that lacks what its operation needs.
+    /// An object whose sizes, poses or meshes are none, or that lacks what its operation needs; what would be left
+    /// out.
     pub fn build(self, meshes: &mut MeshSource<'_>) -> Result<SceneDiff, SceneError> {
-        let mut steps = Vec::new();
-        for part in self.0 {
-            let mut plain = |change| steps.push(Step { change, place: Place::Anywhere, frame: String::new() });
-            for frame in part.fixed_frame_transforms {
-                plain(SceneChange::Frame { pose: frame.pose()?, name: frame.child_frame_id });
-            }
-            for object in part.objects {
-                steps.push(of_world(object, meshes)?);
-            }
-            for attached in part.attached_collision_objects {
-                steps.extend(of_link(attached, meshes)?);
-            }
-            let mut plain = |change| steps.push(Step { change, place: Place::Anywhere, frame: String::new() });
-            part.default_collisions.into_iter().for_each(|(a, b)| plain(SceneChange::ClearPair(a, b)));
-            part.allowed_collisions.into_iter().for_each(|(a, b)| plain(SceneChange::Allow(a, b)));
-            part.forbidden_collisions.into_iter().for_each(|(a, b)| plain(SceneChange::Forbid(a, b)));
-            part.link_padding.0.into_iter().for_each(|(name, padding)| plain(SceneChange::Pad { name, padding }));
-            part.link_scale.0.into_iter().for_each(|(name, scale)| plain(SceneChange::Scale { name, scale }));
+        let (mut steps, mut warnings) = (Vec::new(), Vec::new());
+        for mut part in self.0 {
+            warnings.extend(part.take_message()?);
+            steps.extend(steps_of(part, meshes)?);
         }
-        Ok(SceneDiff(steps))
+        Ok(SceneDiff { steps, warnings })
     }
+}
+
+fn steps_of(part: SceneFile, meshes: &mut MeshSource<'_>) -> Result<Vec<Step>, SceneError> {
+    let mut steps = Vec::new();
+    let worlds: Vec<String> = part.fixed_frame_transforms.iter().map(|frame| frame.name().to_owned()).collect();
+    for frame in part.fixed_frame_transforms {
+        check_given_in(&frame, |name| worlds.iter().any(|world| world == name))?;
+        let (name, pose) = (frame.name().to_owned(), frame.pose()?);
+        // The world's own entry, which every message of MoveIt has.
+        if super::is_world(&name) && pose == Some(Pose::identity()) {
+            continue;
+        }
+        steps.push(Step::plain(SceneChange::Frame { name, pose }, Place::Anywhere));
+    }
+    for object in part.objects.into_iter().flatten() {
+        steps.push(of_world(object, meshes)?);
+    }
+    for attached in part.attached_collision_objects {
+        steps.extend(of_link(attached, meshes)?);
+    }
+    let mut plain = |change| steps.push(Step::plain(change, Place::Anywhere));
+    part.default_collisions.into_iter().for_each(|(a, b)| plain(SceneChange::ClearPair(a, b)));
+    part.allowed_collisions.into_iter().for_each(|(a, b)| plain(SceneChange::Allow(a, b)));
+    part.forbidden_collisions.into_iter().for_each(|(a, b)| plain(SceneChange::Forbid(a, b)));
+    part.link_padding.0.into_iter().for_each(|(name, padding)| plain(SceneChange::Pad { name, padding }));
+    part.link_scale.0.into_iter().for_each(|(name, scale)| plain(SceneChange::Scale { name, scale }));
+    Ok(steps)
 }
 
 /// Read without mesh files.
@@ -138,7 +146,7 @@ fn operation(object: &ObjectFile) -> Result<Operation, SceneError> {
 }
 
 fn of_world(object: ObjectFile, meshes: &mut MeshSource<'_>) -> Result<Step, SceneError> {
-    let frame = object.header.frame_id.clone();
+    let (frame, subframes) = (object.header.frame_id.clone(), object.subframes()?);
     let (change, place) = match operation(&object)? {
         Operation::Add => (SceneChange::Add(object.build(meshes)?), Place::World),
         Operation::Remove if object.id.is_empty() => (SceneChange::RemoveAll, Place::Anywhere),
@@ -146,7 +154,7 @@ fn of_world(object: ObjectFile, meshes: &mut MeshSource<'_>) -> Result<Step, Sce
         Operation::Append => (append(object, meshes)?, Place::World),
         Operation::Move => (moved(object, "the world")?, Place::World),
     };
-    Ok(Step { change, place, frame })
+    Ok(Step { change, place, frame, subframes })
 }
 
 fn of_link(attached: AttachedObjectFile, meshes: &mut MeshSource<'_>) -> Result<Vec<Step>, SceneError> {
@@ -154,49 +162,55 @@ fn of_link(attached: AttachedObjectFile, meshes: &mut MeshSource<'_>) -> Result<
     if operation == Operation::Add {
         return taken(attached, meshes);
     }
-    let AttachedObjectFile { link_name, object, touch_links } = attached;
+    let AttachedObjectFile { link_name, object, touch_links, .. } = attached;
     if !touch_links.is_empty() {
         let (id, name) = (&object.id, operation.name());
         return Err(SceneError::Syntax(format!(
             "object {id:?} has touch_links, which {name} does not change; ADD does"
         )));
     }
-    let frame = object.header.frame_id.clone();
+    let (mut frame, subframes) = (object.header.frame_id.clone(), object.subframes()?);
     let change = match operation {
         Operation::Remove => SceneChange::Detach { pose: needed_pose(&object, "the world")?, id: object.id },
-        Operation::Append => append(object, meshes)?,
-        _ => moved(object, "its link's frame")?,
+        Operation::Append | Operation::Move | Operation::Add => {
+            let of_link = AttachedObjectFile::new(link_name.clone(), object);
+            if !frame.is_empty() {
+                of_link.check_frame()?;
+                frame = String::new();
+            }
+            match operation {
+                Operation::Append => append(of_link.object, meshes)?,
+                _ => moved(of_link.object, "its link's frame")?,
+            }
+        }
     };
-    Ok(vec![Step { change, place: Place::Link(link_name), frame }])
+    Ok(vec![Step { change, place: Place::Link(link_name), frame, subframes }])
 }
 
 /// What a link takes: an object of the world, or one that the diff brings.
 fn taken(attached: AttachedObjectFile, meshes: &mut MeshSource<'_>) -> Result<Vec<Step>, SceneError> {
     attached.check_frame()?;
-    let AttachedObjectFile { link_name, object, touch_links } = attached;
+    let AttachedObjectFile { link_name, object, touch_links, .. } = attached;
     let brings_shapes = object.has_shapes();
     let place = if brings_shapes { Place::Link(link_name.clone()) } else { Place::Anywhere };
-    let step = |change| Step { change, place: place.clone(), frame: String::new() };
     let mut steps = Vec::new();
     let id = object.id.clone();
     let pose = if brings_shapes {
         // It stands in the world for a moment, which nobody sees, unless the link carries it already.
+        let subframes = object.subframes()?;
         let built = object.build(meshes)?;
         let pose = built.pose;
-        steps.push(step(SceneChange::Add(built)));
+        steps.push(Step { subframes, ..Step::plain(SceneChange::Add(built), place.clone()) });
         pose
     } else {
         needed_pose(&object, "its link's frame")?
     };
-    steps.push(step(SceneChange::Attach { id, link_name, touch_links, pose }));
+    steps.push(Step::plain(SceneChange::Attach { id, link_name, touch_links, pose }, place));
     Ok(steps)
 }
 
 fn append(object: ObjectFile, meshes: &mut MeshSource<'_>) -> Result<SceneChange, SceneError> {
-    if object.pose.is_some() {
-        let text = format!("object {:?} has a pose, which APPEND does not change; MOVE does", object.id);
-        return Err(SceneError::Syntax(text));
-    }
+    object.check_appends()?;
     let shapes = object.shapes(meshes)?;
     Ok(SceneChange::Append { id: object.id, shapes })
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use super::object::is_same;
 use super::objects::digest_of_shapes;
 use super::{AttachedObject, Obstacle, Scene, SceneChange, Verdict};
 use crate::math::Pose;
@@ -17,6 +18,7 @@ impl Scene {
         way.set_frames();
         way.stand(kept.len());
         way.attach();
+        way.set_frames_of_objects();
         way.set_sizes();
         way.set_verdicts();
         way.changes
@@ -63,10 +65,28 @@ impl<'a> Way<'a> {
             self.go(SceneChange::Frame { name: name.to_owned(), pose: None });
         }
         // By bits, as hashes do: zeros of either sign compare equal.
-        let bits =
-            |pose: &Pose| (pose.translation.to_array().map(f64::to_bits), pose.rotation.to_array().map(f64::to_bits));
-        for (name, pose) in other.frames().filter(|(name, pose)| at.frames.get(*name).map(bits) != Some(bits(pose))) {
+        let has = |name: &str, pose: &Pose| at.frames.get(name).is_some_and(|held| is_same(held, pose));
+        for (name, pose) in other.frames().filter(|(name, pose)| !has(name, pose)) {
             self.go(SceneChange::Frame { name: name.to_owned(), pose: Some(*pose) });
+        }
+    }
+
+    /// Frames on objects, and what these call the world.
+    fn set_frames_of_objects(&mut self) {
+        let (at, other) = (self.at.clone(), self.other);
+        let key = |object: &str, name: &str| (Arc::<str>::from(object), Arc::<str>::from(name));
+        for (object, name, _) in at.subframes().filter(|(o, n, _)| other.subframes.get(&key(o, n)).is_none()) {
+            self.go(SceneChange::Subframe { object: object.to_owned(), name: name.to_owned(), pose: None });
+        }
+        let has = |o: &str, n: &str, pose: &Pose| at.subframes.get(&key(o, n)).is_some_and(|held| is_same(held, pose));
+        for (object, name, pose) in other.subframes().filter(|(o, n, pose)| !has(o, n, pose)) {
+            self.go(SceneChange::Subframe { object: object.to_owned(), name: name.to_owned(), pose: Some(*pose) });
+        }
+        for (id, _) in at.worlds().filter(|(id, _)| other.world_of(id).is_none()) {
+            self.go(SceneChange::World { id: id.to_owned(), frame: None });
+        }
+        for (id, frame) in other.worlds().filter(|(id, frame)| at.world_of(id) != Some(frame)) {
+            self.go(SceneChange::World { id: id.to_owned(), frame: Some(frame.to_owned()) });
         }
     }
 

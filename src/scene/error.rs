@@ -13,7 +13,7 @@ pub enum SceneError {
         /// Object.
         id: String,
         /// Position or orientation.
-        what: &'static str,
+        what: String,
         /// Its value.
         value: String,
         /// What it must be.
@@ -25,7 +25,7 @@ pub enum SceneError {
         /// Frame.
         name: String,
         /// Position or orientation.
-        what: &'static str,
+        what: String,
         /// Its value.
         value: String,
         /// What it must be.
@@ -35,14 +35,23 @@ pub enum SceneError {
     #[error("{0:?} is the name of a frame and of an object; rename one, poses may be given in either")]
     NameTaken(String),
     /// A pose in a frame that is not there.
-    #[error("{frame:?} is no frame of the scene; valid: \"\" (the world), frames {frames}; objects {objects}")]
+    #[error("{frame:?} is no frame of the scene; valid: {valid}")]
     UnknownFrame {
         /// Its name.
         frame: String,
-        /// Named frames.
-        frames: String,
-        /// Objects that stand.
-        objects: String,
+        /// Names of the world, named frames, objects that stand, and frames on them.
+        valid: String,
+    },
+    /// Frames that hang on one another.
+    #[error("the frames of {0} hang on one another in a circle; give one of their poses in the world")]
+    FrameCircle(String),
+    /// Something that would be left out, were the rest read.
+    #[error("{what}: {advice}")]
+    Unsupported {
+        /// What it is, and where it stands.
+        what: String,
+        /// Why it is refused, and what to do.
+        advice: &'static str,
     },
     /// A size that no solid has.
     #[error("object {id:?}: {source}")]

@@ -5,10 +5,12 @@ use crate::hash::ContentHasher;
 use crate::math::Pose;
 
 impl Scene {
-    /// Content hash that earlier builds gave the scene; `None` where it has what they did not know (a scale, a frame).
+    /// Content hash that earlier builds gave the scene; `None` where it has what they did not know (a scale, frames).
     /// It reads all of the scene.
     pub fn former_hash(&self) -> Option<u64> {
-        if self.scaled().next().is_some() || self.frames().next().is_some() {
+        let is_newer =
+            [self.frames().next().is_some(), self.subframes().next().is_some(), self.worlds().next().is_some()];
+        if self.scaled().next().is_some() || is_newer.contains(&true) {
             return None;
         }
         let mut hasher = ContentHasher::default();

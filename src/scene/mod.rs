@@ -8,7 +8,10 @@ mod diff_text;
 mod difference;
 mod error;
 mod former_hash;
+mod frames;
+mod message_file;
 pub mod moveit_scene;
+mod numbers;
 mod numbers_file;
 mod object;
 mod object_file;
@@ -17,6 +20,8 @@ mod pose_file;
 #[cfg(test)]
 mod properties;
 pub mod scene_file;
+mod shape_file;
+mod spelling;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -29,8 +34,11 @@ use crate::math::Pose;
 use crate::shape::Shape;
 pub use change::SceneChange;
 pub use error::SceneError;
+pub use frames::is_world;
+pub use message_file::Filled;
 pub use object::{AttachedObject, Obstacle};
 pub use objects::{Iter, Objects};
+pub(crate) use spelling::with_nearest;
 use table::{Table, Verdict, Verdicts};
 
 /// A scene, checked once when built and never changed: [`Scene::with`] makes another one, which shares with this
@@ -43,6 +51,8 @@ pub struct Scene {
     padding: Table<Arc<str>, f64>,
     scale: Table<Arc<str>, f64>,
     frames: Table<Arc<str>, Pose>,
+    subframes: Table<(Arc<str>, Arc<str>), Pose>,
+    worlds: Table<Arc<str>, Arc<str>>,
     verdicts: Verdicts,
     of_file: Arc<[String]>,
     warnings: OnceLock<Vec<String>>,
@@ -67,6 +77,11 @@ pub struct SceneDescription {
     pub scale: BTreeMap<String, f64>,
     /// Poses in the world of named frames, in which poses may be given.
     pub frames: BTreeMap<String, Pose>,
+    /// Frames on objects, by the object and their own name, with their poses in the object's frame.
+    pub subframes: BTreeMap<(String, String), Pose>,
+    /// What the world is called by objects whose poses are given in a frame that the scene does not know: whatever
+    /// robot is checked in it has to call the world so.
+    pub worlds: BTreeMap<String, String>,
     /// Pairs of names (links or objects) that may touch.
     pub allowed: Vec<(String, String)>,
     /// Pairs of names that are checked whatever allows them to touch.
@@ -109,6 +124,8 @@ impl Scene {
             padding: Table::default(),
             scale: Table::default(),
             frames: Table::default(),
+            subframes: Table::default(),
+            worlds: Table::default(),
             verdicts: Verdicts::default(),
             of_file: description.warnings.into(),
             warnings: OnceLock::new(),
@@ -128,6 +145,12 @@ impl Scene {
         }
         for (name, pose) in &description.frames {
             scene.place_frame(name, Some(*pose))?;
+        }
+        for ((object, name), pose) in &description.subframes {
+            scene.place_subframe(object, name, Some(*pose))?;
+        }
+        for (id, world) in &description.worlds {
+            scene.call_world(id, Some(world))?;
         }
         for (pairs, verdict) in [(description.allowed, Verdict::Allowed), (description.forbidden, Verdict::Forbidden)] {
             for (a, b) in pairs {
@@ -177,6 +200,25 @@ impl Scene {
     pub fn frames(&self) -> impl Iterator<Item = (&str, &Pose)> {
         self.frames.iter().map(|(name, pose)| (&**name, pose))
     }
+    /// Frames on objects: the object, their name, and their pose in the object's frame.
+    pub fn subframes(&self) -> impl Iterator<Item = (&str, &str, &Pose)> {
+        self.subframes.iter().map(|((object, name), pose)| (&**object, &**name, pose))
+    }
+    /// Frames on an object by name, with their poses in its frame.
+    pub fn subframes_of(&self, id: &str) -> impl Iterator<Item = (&str, &Pose)> {
+        let object = Arc::<str>::from(id);
+        let all = self.subframes.from((object.clone(), "".into())).take_while(move |((held, _), _)| *held == object);
+        all.map(|((_, name), pose)| (&**name, pose))
+    }
+    /// Objects whose poses are given in a frame that the scene does not know, and what that is called: the robot has
+    /// to call the world so.
+    pub fn worlds(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.worlds.iter().map(|(id, world)| (&**id, &**world))
+    }
+    /// What an object's text calls the world, if the scene does not know that name.
+    pub fn world_of(&self, id: &str) -> Option<&str> {
+        self.worlds.get(id).map(|world| &**world)
+    }
     /// Pairs of names (links or objects) that may touch, by name.
     pub fn allowed(&self) -> impl Iterator<Item = (&str, &str)> {
         self.pairs(Verdict::Allowed)
@@ -190,35 +232,45 @@ impl Scene {
         self.verdicts.iter().filter(move |(_, _, verdict)| *verdict == wanted).map(|(a, b, _)| (a, b))
     }
 
+    /// The same with more that is odd about the texts that it was made of.
+    pub(crate) fn with_warnings(mut self, more: &[String]) -> Self {
+        let new: Vec<String> = more.iter().filter(|text| !self.of_file.contains(text)).cloned().collect();
+        if !new.is_empty() {
+            self.of_file = self.of_file.iter().cloned().chain(new).collect();
+            self.warnings = OnceLock::new();
+        }
+        self
+    }
+
     /// What is odd about its objects and its file, a line each; found when first asked for.
     pub fn warnings(&self) -> &[String] {
         self.warnings.get_or_init(|| [oddities(self.objects()).as_slice(), &*self.of_file].concat())
     }
 
-    /// The pose in the world of what is given in a frame: the world's (`""`), a named one, or that of an object which
-    /// stands. Objects that are placed by it do not follow when the frame moves later, as in MoveIt.
+    /// The pose in the world of what is given in a frame: the world's (`""` or `world`), a named one, that of an object
+    /// which stands, or one on it as `OBJECT/SUBFRAME`. Objects that are placed by it do not follow when the frame
+    /// moves later, as in MoveIt.
     ///
     /// # Errors
     /// A frame that is not there; where an attached object is depends on the robot, so it is none.
     pub fn in_world(&self, frame: &str, pose: &Pose) -> Result<Pose, SceneError> {
-        let known = self.frames.get(frame).or_else(|| self.obstacles.get(frame).map(|object| &object.pose));
-        match known {
-            Some(known) => {
-                let placed = *known * *pose;
-                // Products of many rotations would in time leave unit length.
-                Ok(Pose::from_parts(placed.translation, placed.rotation.normalize()))
-            }
-            None if frame.is_empty() => Ok(*pose),
-            None => Err(self.unknown_frame(frame)),
+        match self.known_frame(frame) {
+            Some(known) => Ok(frames::product(&known, pose)),
+            None if is_world(frame) => Ok(*pose),
+            None => Err(self.unknown_frame(frame, &[])),
         }
     }
 
-    fn unknown_frame(&self, frame: &str) -> SceneError {
-        SceneError::UnknownFrame {
-            frame: frame.to_owned(),
-            frames: comma_separated(self.frames().map(|(name, _)| name)),
-            objects: comma_separated(self.obstacles.iter().map(|object| object.id.as_str())),
-        }
+    /// The refusal of a frame that is not there; the world has `worlds` as its names too.
+    pub fn unknown_frame(&self, frame: &str, worlds: &[String]) -> SceneError {
+        let worlds: String = worlds.iter().map(|world| format!(" or {world:?}")).collect();
+        let frames = comma_separated(self.frames().map(|(name, _)| name));
+        let objects = comma_separated(self.obstacles.iter().map(|object| object.id.as_str()));
+        let on_objects: Vec<String> = self.subframes().map(|(object, name, _)| format!("{object}/{name}")).collect();
+        let on_objects = comma_separated(on_objects.iter().map(String::as_str));
+        let known = format!("\"\" (the world){worlds}, frames {frames}; objects {objects}");
+        let valid = format!("{known}; their sub-frames as OBJECT/SUBFRAME: {on_objects}");
+        SceneError::UnknownFrame { frame: frame.to_owned(), valid }
     }
 
     /// Whether nothing but poses and shapes of obstacles tells two scenes apart, as far as memory that they share
@@ -228,6 +280,8 @@ impl Scene {
             && self.attached.is(&other.attached)
             && self.padding.is(&other.padding)
             && self.scale.is(&other.scale)
+            && self.frames.is(&other.frames)
+            && self.worlds.is(&other.worlds)
             && self.verdicts.is(&other.verdicts)
     }
 
@@ -244,6 +298,15 @@ impl Scene {
         let tables = [self.padding.facts(), self.scale.facts(), self.frames.facts(), self.verdicts.facts()];
         for facts in [self.obstacles.facts(), self.attached.facts()].into_iter().chain(tables) {
             hasher.digest(facts.digest());
+        }
+        // Scenes without them keep the hash that they had before there were any.
+        for (name, facts, is_there) in [
+            ("subframes", self.subframes.facts(), self.subframes.iter().next().is_some()),
+            ("worlds", self.worlds.facts(), self.worlds.iter().next().is_some()),
+        ] {
+            if is_there {
+                hasher.name(name).digest(facts.digest());
+            }
         }
         self.hash = hasher.finish();
         self

@@ -19,12 +19,16 @@
 //! broken into lines anywhere, but the name of a scene or an object has the rest of its line. As in MoveIt, a
 //! file is a newer one if the line after the first object's name holds more than a number.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::pose_file::checked_pose;
-use super::{Obstacle, Scene, SceneError};
+use super::pose_file::{checked_pose, is_unturned, not_set};
+use super::{Obstacle, Scene, SceneDescription, SceneError};
 use crate::math::{Pose, Vec3};
 use crate::shape::{Mesh, PlacedShape, Shape};
+
+/// A frame on an object: whose it is, its name and its pose.
+type Subframe = ((String, String), Pose);
 
 const SHAPES: &str = "box, sphere, cylinder, mesh";
 
@@ -35,24 +39,26 @@ const SHAPES: &str = "box, sphere, cylinder, mesh";
 /// one name; each with its line.
 pub fn parse(text: &str) -> Result<Scene, SceneError> {
     let text = text.trim_start_matches('\u{feff}');
-    let mut words = Words { rest: text, line: 1 };
+    let mut words = Words { rest: text, line: 1, warnings: Vec::new() };
     let name = words.rest_of_line();
     if name.starts_with('*') {
         return Err(words.refuse(1, format!("the name of the scene must stand here, before {name:?}")));
     }
     let is_new = is_new_format(text);
     let mut obstacles: Vec<Obstacle> = Vec::new();
+    let mut subframes = BTreeMap::new();
     loop {
         let (marker, line) = words.next("\"*\" and an object, or \".\" at the end")?;
         match marker {
             "." => break,
             "*" => {
-                let obstacle = object(&mut words, is_new)?;
+                let (obstacle, on_it) = object(&mut words, is_new)?;
                 if obstacles.iter().any(|other| other.id == obstacle.id) {
                     let text = format!("object {:?} is defined twice; object ids must be unique", obstacle.id);
                     return Err(words.refuse(line, text));
                 }
                 obstacles.push(obstacle);
+                subframes.extend(on_it);
             }
             other => {
                 let text = format!("{other:?} is neither \"*\", before an object, nor \".\", at the end");
@@ -60,11 +66,11 @@ pub fn parse(text: &str) -> Result<Scene, SceneError> {
             }
         }
     }
-    let mut warnings = Vec::new();
+    let mut warnings = words.warnings;
     if !words.rest.trim().is_empty() {
         warnings.push(format!("what follows the \".\" of line {} is ignored", words.line));
     }
-    Scene::new(name, obstacles, Vec::new(), warnings)
+    Scene::of(SceneDescription { name: name.to_owned(), obstacles, subframes, warnings, ..Default::default() })
 }
 
 /// Whether objects have poses of their own, and subframes: newer files.
@@ -73,7 +79,8 @@ fn is_new_format(text: &str) -> bool {
     lines.next().is_some_and(|line| line.split_whitespace().count() > 1)
 }
 
-fn object(words: &mut Words, is_new: bool) -> Result<Obstacle, SceneError> {
+/// An object, and the frames on it.
+fn object(words: &mut Words, is_new: bool) -> Result<(Obstacle, Vec<Subframe>), SceneError> {
     let line = words.line;
     let id = words.rest_of_line().to_owned();
     if id.is_empty() {
@@ -88,13 +95,15 @@ fn object(words: &mut Words, is_new: bool) -> Result<Obstacle, SceneError> {
         let _colour: [f64; 4] = words.numbers(&format!("the colour of a shape of object {id:?}"))?;
         shapes.push(PlacedShape { pose: placed, shape });
     }
+    let mut subframes = Vec::new();
     if is_new {
         for _ in 0..words.whole(&format!("the number of subframes of object {id:?}"))? {
-            words.next(&format!("the name of a subframe of object {id:?}"))?;
-            words.pose(&id)?;
+            let (name, _) = words.next(&format!("the name of a subframe of object {id:?}"))?;
+            subframes.push(((id.clone(), name.to_owned()), words.pose(&id)?));
         }
     }
-    Ok(Obstacle::new(id, shapes).at(pose))
+    // The text says each pose, that of the object too.
+    Ok((Obstacle::new(id, shapes).set_at(pose), subframes))
 }
 
 fn shape(words: &mut Words, id: &str) -> Result<Shape, SceneError> {
@@ -137,6 +146,8 @@ struct Words<'a> {
     rest: &'a str,
     /// Line where `rest` begins, from 1.
     line: usize,
+    /// What is odd about the text so far.
+    warnings: Vec<String>,
 }
 
 impl<'a> Words<'a> {
@@ -180,7 +191,10 @@ impl<'a> Words<'a> {
     fn pose(&mut self, id: &str) -> Result<Pose, SceneError> {
         let position = self.numbers(&format!("a position of object {id:?}"))?;
         let orientation = self.numbers(&format!("an orientation (x y z w) of object {id:?}"))?;
-        checked_pose(id, position, orientation).map_err(|error| self.refuse(self.line, error.to_string()))
+        if is_unturned(orientation) {
+            self.warnings.push(format!("line {}: object {id:?}: {}", self.line, not_set("pose")));
+        }
+        checked_pose(id, "pose", position, orientation).map_err(|error| self.refuse(self.line, error.to_string()))
     }
 
     fn refuse(&self, line: usize, text: String) -> SceneError {

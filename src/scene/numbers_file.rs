@@ -6,6 +6,8 @@ use std::fmt;
 use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
+use super::numbers::Finite;
+
 /// Paddings (m) by name.
 pub type Paddings = Numbers<false>;
 /// Scales by name.
@@ -48,10 +50,11 @@ struct NumbersVisitor<const SCALES: bool>;
 
 /// Only one of the two is there; which one, the list says.
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Entry {
     link_name: String,
-    padding: Option<f64>,
-    scale: Option<f64>,
+    padding: Option<Finite>,
+    scale: Option<Finite>,
 }
 
 impl<'de, const SCALES: bool> Visitor<'de> for NumbersVisitor<SCALES> {
@@ -67,14 +70,14 @@ impl<'de, const SCALES: bool> Visitor<'de> for NumbersVisitor<SCALES> {
         while let Some(Entry { link_name, padding, scale }) = list.next_element()? {
             let number = if SCALES { scale } else { padding };
             let number = number.ok_or_else(|| A::Error::missing_field(Numbers::<SCALES>::FIELD))?;
-            numbers.add(link_name, number)?;
+            numbers.add(link_name, number.0)?;
         }
         Ok(numbers)
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
         let mut numbers = Numbers::default();
-        while let Some((name, number)) = map.next_entry()? {
+        while let Some((name, Finite(number))) = map.next_entry()? {
             numbers.add(name, number)?;
         }
         Ok(numbers)

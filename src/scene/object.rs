@@ -3,11 +3,16 @@
 use std::sync::Arc;
 
 use super::SceneError;
-use crate::math::Pose;
+use crate::math::{Pose, Quat, Vec3};
 use crate::shape::PlacedShape;
 
 /// Quaternions may differ from unit length by this much: a pose that stretches what it places proves nothing.
 const NORM_TOLERANCE: f64 = 1e-9;
+
+/// The identity as a pose that is set, by its other quaternion: MoveIt takes 0 0 0 1 for one that nobody has set.
+pub(super) fn set_identity() -> Pose {
+    Pose::from_parts(Vec3::ZERO, Quat::from_xyzw(0.0, 0.0, 0.0, -1.0))
+}
 
 /// A solid object of the scene, made of one shape or several (MoveIt's collision object).
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +53,58 @@ impl Obstacle {
         self.shapes.iter().map(|placed| PlacedShape { pose: self.pose * placed.pose, shape: placed.shape.clone() })
     }
 
+    /// The pose of the object's frame, by which others are placed and which MOVE places. It is `pose`, but where that
+    /// is not set (the identity) and the object has one shape, that shape's, as MoveIt has it.
+    pub fn frame(&self) -> Pose {
+        match &*self.shapes {
+            [only] if self.pose == Pose::identity() => only.pose,
+            _ => self.pose,
+        }
+    }
+
+    /// Whether its frame is not where `pose` is.
+    pub(super) fn is_framed_by_shape(&self) -> bool {
+        self.frame() != self.pose
+    }
+
+    /// The same object with `pose` as its frame.
+    pub(super) fn settled(&self) -> Self {
+        match &*self.shapes {
+            [only] if self.is_framed_by_shape() => {
+                let shapes = [PlacedShape { pose: Pose::identity(), shape: only.shape.clone() }];
+                Self { pose: only.pose, shapes: shapes.into(), ..self.clone() }
+            }
+            _ => self.clone(),
+        }
+    }
+
+    /// The same object with its frame elsewhere.
+    pub(super) fn with_frame_at(&self, pose: Pose) -> Self {
+        self.settled().set_at(pose)
+    }
+
+    /// The same shapes in a frame whose pose is set, be it the identity.
+    pub(super) fn set_at(self, pose: Pose) -> Self {
+        let placed = self.at(pose);
+        if placed.is_framed_by_shape() { placed.at(set_identity()) } else { placed.told_plainly() }
+    }
+
+    /// The same object with the plain identity as its pose where only one shape would make a difference of that.
+    pub(super) fn told_plainly(self) -> Self {
+        let is_plain = self.shapes.len() == 1 || !is_same(&self.pose, &set_identity());
+        if is_plain { self } else { self.at(Pose::identity()) }
+    }
+
+    /// The same object with more shapes in its frame. Of several shapes none makes the frame.
+    pub(super) fn with_more(&self, shapes: Vec<PlacedShape>) -> Self {
+        if shapes.is_empty() {
+            return self.clone();
+        }
+        let settled = self.settled();
+        let (pose, shapes) = (settled.pose, settled.shapes.iter().cloned().chain(shapes).collect());
+        Self { shapes, ..settled }.set_at(pose)
+    }
+
     pub(super) fn check(&self) -> Result<(), SceneError> {
         check_pose(&self.pose).and_then(|()| check_shapes(&self.shapes)).map_err(|error| error.of_object(&self.id))
     }
@@ -67,7 +124,7 @@ impl AsRef<Obstacle> for AttachedObject {
 
 /// Why a pose is none.
 pub(super) struct BadPose {
-    what: &'static str,
+    what: String,
     value: String,
     rule: &'static str,
 }
@@ -84,16 +141,23 @@ impl BadPose {
     }
 }
 
+/// Whether two poses are the same bit by bit.
+pub(super) fn is_same(a: &Pose, b: &Pose) -> bool {
+    let bits =
+        |pose: &Pose| (pose.translation.to_array().map(f64::to_bits), pose.rotation.to_array().map(f64::to_bits));
+    bits(a) == bits(b)
+}
+
 pub(super) fn check_shapes(shapes: &[PlacedShape]) -> Result<(), BadPose> {
     shapes.iter().try_for_each(|placed| check_pose(&placed.pose))
 }
 
 pub(super) fn check_pose(pose: &Pose) -> Result<(), BadPose> {
     if !pose.is_finite() {
-        return Err(BadPose { what: "pose", value: format!("{pose:?}"), rule: "it must be finite" });
+        return Err(BadPose { what: "pose".to_owned(), value: format!("{pose:?}"), rule: "it must be finite" });
     }
     if (pose.rotation.length() - 1.0).abs() > NORM_TOLERANCE {
-        let (what, value) = ("orientation", pose.rotation.to_string());
+        let (what, value) = ("orientation".to_owned(), pose.rotation.to_string());
         return Err(BadPose { what, value, rule: "it must be a unit quaternion" });
     }
     Ok(())

@@ -3,11 +3,13 @@
 use std::fmt;
 use std::sync::Arc;
 
-use serde::de::{self, Visitor};
+use serde::de::{self, IgnoredAny, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::pose_file::PoseFile;
-use super::{Obstacle, SceneError};
+use super::object::set_identity;
+use super::pose_file::{HeaderFile, PoseFile, not_set};
+use super::shape_file::{MeshFile, PrimitiveFile};
+use super::{Obstacle, Scene, SceneError};
 use crate::math::{Pose, Vec3};
 use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
 
@@ -47,9 +49,23 @@ impl<'de> Deserialize<'de> for Operation {
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("ADD (0), REMOVE (1), APPEND (2) or MOVE (3)")
             }
+            /// By its name, or as ROS prints a byte: the character of that code.
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Operation, E> {
+                if let &[byte @ 0..=3] = text.as_bytes() {
+                    return self.visit_u64(byte.into());
+                }
                 let known = Operation::ALL.iter().find(|(_, name)| name.eq_ignore_ascii_case(text));
                 known.map(|known| known.0).ok_or_else(|| E::invalid_value(de::Unexpected::Str(text), &self))
+            }
+            fn visit_bytes<E: de::Error>(self, bytes: &[u8]) -> Result<Operation, E> {
+                match bytes {
+                    &[byte] => self.visit_u64(byte.into()),
+                    _ => Err(E::invalid_value(de::Unexpected::Bytes(bytes), &self)),
+                }
+            }
+            fn visit_i64<E: de::Error>(self, number: i64) -> Result<Operation, E> {
+                let refuse = |_| E::invalid_value(de::Unexpected::Signed(number), &self);
+                u64::try_from(number).map_err(refuse).and_then(|number| self.visit_u64(number))
             }
             fn visit_u64<E: de::Error>(self, number: u64) -> Result<Operation, E> {
                 let known = usize::try_from(number).ok().and_then(|number| Operation::ALL.get(number));
@@ -60,15 +76,16 @@ impl<'de> Deserialize<'de> for Operation {
     }
 }
 
-/// MoveIt's collision object.
+/// MoveIt's collision object. What is ignored by name adds nothing that could be met.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ObjectFile {
     pub(super) id: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) operation: Option<Operation>,
     #[serde(default, skip_serializing_if = "HeaderFile::is_empty")]
     pub(super) header: HeaderFile,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) pose: Option<PoseFile>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) primitives: Vec<PrimitiveFile>,
@@ -78,47 +95,21 @@ pub struct ObjectFile {
     pub(super) meshes: Vec<MeshFile>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) mesh_poses: Vec<PoseFile>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) subframe_names: Vec<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) subframe_poses: Vec<PoseFile>,
     /// Read only to be refused: an infinite plane is no solid here.
     #[serde(default, skip_serializing)]
-    pub(super) planes: Vec<de::IgnoredAny>,
-}
-
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct HeaderFile {
-    #[serde(default)]
-    pub(super) frame_id: String,
-}
-
-impl HeaderFile {
-    fn is_empty(&self) -> bool {
-        self.frame_id.is_empty()
-    }
-}
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct PrimitiveFile {
-    #[serde(rename = "type")]
-    kind: String,
-    dimensions: Vec<f64>,
-}
-
-/// A mesh: a file, or vertices and triangles, of which the file is then only the name.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct MeshFile {
-    file: String,
-    #[serde(default = "no_scale", skip_serializing)]
-    scale: [f64; 3],
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    vertices: Vec<[f64; 3]>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    triangles: Vec<[u32; 3]>,
-    /// Hash of its content in hexadecimal digits; a mesh of another content is refused.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    hash: Option<String>,
-}
-
-fn no_scale() -> [f64; 3] {
-    [1.0; 3]
+    pub(super) planes: Vec<IgnoredAny>,
+    #[serde(default, rename = "plane_poses", skip_serializing)]
+    pub(super) _plane_poses: IgnoredAny,
+    /// What kind of thing it is, for databases.
+    #[serde(default, rename = "type", skip_serializing)]
+    pub(super) _type: IgnoredAny,
+    /// A note of problem files on what other optimizers make of it.
+    #[serde(default, rename = "peers_treat_it_as", skip_serializing)]
+    pub(super) _peers_treat_it_as: IgnoredAny,
 }
 
 impl ObjectFile {
@@ -126,7 +117,9 @@ impl ObjectFile {
     /// `with_meshes`, a mesh has its name and hash only.
     pub(super) fn of(object: &Obstacle, with_meshes: bool) -> Vec<Self> {
         let mut files = Self::appending(&object.id, &object.shapes, with_meshes);
-        let pose = Some(PoseFile::of(&object.pose));
+        // The first of several shapes is not taken for the object's frame.
+        let is_alone = object.shapes.len() > 1 && files[0].shape_count() == 1 && object.pose == Pose::identity();
+        let pose = Some(PoseFile::of(&if is_alone { set_identity() } else { object.pose }));
         files[0] = Self { operation: Some(Operation::Add), pose, ..files[0].clone() };
         files
     }
@@ -167,6 +160,10 @@ impl ObjectFile {
         !(self.primitives.is_empty() && self.meshes.is_empty())
     }
 
+    fn shape_count(&self) -> usize {
+        self.primitives.len() + self.meshes.len()
+    }
+
     /// Whether it gives poses of shapes.
     pub(super) fn has_shape_poses(&self) -> bool {
         !(self.primitive_poses.is_empty() && self.mesh_poses.is_empty())
@@ -179,13 +176,69 @@ impl ObjectFile {
 
     /// Its own pose, if it has one.
     pub(super) fn own_pose(&self) -> Result<Option<Pose>, SceneError> {
-        self.pose.map(|pose| pose.build(&self.id)).transpose()
+        self.pose.map(|pose| pose.build_own(&self.id)).transpose()
+    }
+
+    /// Whether it says nothing of where it is, as MoveIt takes it.
+    pub(super) fn is_unplaced(&self) -> bool {
+        self.pose.is_none_or(|pose| pose.is_identity())
+    }
+
+    /// Says the sub-frames of an object, and what its text calls the world.
+    pub(super) fn say_frames(&mut self, scene: &Scene, id: &str) {
+        self.say_subframes(scene, id);
+        self.header = HeaderFile::of(scene.world_of(id).unwrap_or_default());
+    }
+
+    pub(super) fn say_subframes(&mut self, scene: &Scene, id: &str) {
+        for (name, pose) in scene.subframes_of(id) {
+            self.subframe_names.push(name.to_owned());
+            self.subframe_poses.push(PoseFile::of(pose));
+        }
+    }
+
+    /// Refuses a pose that APPEND would not follow.
+    pub(super) fn check_appends(&self) -> Result<(), SceneError> {
+        match self.is_unplaced() {
+            true => Ok(()),
+            false => {
+                let text = format!("object {:?} has a pose, which APPEND does not change; MOVE does", self.id);
+                Err(SceneError::Syntax(text))
+            }
+        }
+    }
+
+    /// Frames on it by name, in its own.
+    pub(super) fn subframes(&self) -> Result<Vec<(String, Pose)>, SceneError> {
+        let (id, names, poses) = (&self.id, &self.subframe_names, &self.subframe_poses);
+        if names.len() != poses.len() {
+            let (names, poses) = (names.len(), poses.len());
+            let text = format!("object {id:?} has {names} subframe_names and {poses} subframe_poses; each needs one");
+            return Err(SceneError::Syntax(text));
+        }
+        let built = poses.iter().enumerate().map(|(index, pose)| pose.build(id, &format!("subframe_poses[{index}]")));
+        names.iter().zip(built).map(|(name, pose)| Ok((name.clone(), pose?))).collect()
+    }
+
+    /// What is odd about its poses, a line each.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let lists = [
+            ("primitive_poses", &self.primitive_poses),
+            ("mesh_poses", &self.mesh_poses),
+            ("subframe_poses", &self.subframe_poses),
+        ];
+        let listed = lists.iter().flat_map(|(name, list)| {
+            list.iter().enumerate().map(move |(index, pose)| (format!("{name}[{index}]"), *pose))
+        });
+        let own = self.pose.map(|pose| ("pose".to_owned(), pose));
+        let unset = own.into_iter().chain(listed).filter(|(_, pose)| pose.is_unturned());
+        unset.map(|(what, _)| format!("object {:?}: {}", self.id, not_set(&what))).collect()
     }
 
     pub(super) fn build(self, meshes: &mut MeshSource<'_>) -> Result<Obstacle, SceneError> {
         let own = self.own_pose()?.unwrap_or_default();
         let shapes = self.shapes(meshes)?;
-        Ok(Obstacle::new(self.id, shapes).at(own))
+        Ok(Obstacle::new(self.id, shapes).at(own).told_plainly())
     }
 
     pub(super) fn shapes(&self, meshes: &mut MeshSource<'_>) -> Result<Vec<PlacedShape>, SceneError> {
@@ -203,72 +256,14 @@ impl ObjectFile {
             }
         }
         let mut shapes = Vec::new();
-        for (primitive, pose) in self.primitives.iter().zip(&self.primitive_poses) {
-            shapes.push(PlacedShape { pose: pose.build(id)?, shape: primitive.build(id)? });
+        for (index, (primitive, pose)) in self.primitives.iter().zip(&self.primitive_poses).enumerate() {
+            let pose = pose.build(id, &format!("primitive_poses[{index}]"))?;
+            shapes.push(PlacedShape { pose, shape: primitive.build(id)? });
         }
-        for (mesh, pose) in self.meshes.iter().zip(&self.mesh_poses) {
-            shapes.push(PlacedShape { pose: pose.build(id)?, shape: mesh.build(id, meshes)? });
+        for (index, (mesh, pose)) in self.meshes.iter().zip(&self.mesh_poses).enumerate() {
+            let pose = pose.build(id, &format!("mesh_poses[{index}]"))?;
+            shapes.push(PlacedShape { pose, shape: mesh.build(id, meshes)? });
         }
         Ok(shapes)
-    }
-}
-
-impl PrimitiveFile {
-    fn of(shape: &Shape) -> Self {
-        let (kind, dimensions) = match shape {
-            Shape::Box { half_extents } => ("box", (*half_extents * 2.0).to_array().to_vec()),
-            Shape::Sphere { radius } => ("sphere", vec![*radius]),
-            Shape::Cylinder { radius, half_height } => ("cylinder", vec![half_height * 2.0, *radius]),
-            Shape::Capsule { radius, half_length } => ("capsule", vec![half_length * 2.0, *radius]),
-            Shape::Mesh(_) => unreachable!("a mesh is no primitive"),
-        };
-        Self { kind: kind.to_owned(), dimensions }
-    }
-
-    fn build(&self, id: &str) -> Result<Shape, SceneError> {
-        let shape = match (self.kind.to_ascii_lowercase().as_str(), self.dimensions.as_slice()) {
-            ("box", &[x, y, z]) => Shape::cuboid(Vec3::new(x, y, z)),
-            ("sphere", &[radius]) => Shape::sphere(radius),
-            ("cylinder", &[height, radius]) => Shape::cylinder(height, radius),
-            ("capsule", &[length, radius]) => Shape::capsule(length, radius),
-            (kind, dimensions) => {
-                let known = "box [x, y, z], sphere [radius], cylinder [height, radius], capsule [length, radius]";
-                let text = format!("object {id:?} has a {kind:?} of {} dimensions; valid: {known}", dimensions.len());
-                return Err(SceneError::Syntax(text));
-            }
-        };
-        shape.map_err(|source| SceneError::Shape { id: id.to_owned(), source })
-    }
-}
-
-impl MeshFile {
-    fn of(mesh: &Mesh, with_content: bool) -> Self {
-        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-        if with_content {
-            vertices = mesh.vertices().iter().map(|vertex| vertex.to_array()).collect();
-            triangles = mesh.triangles().to_vec();
-        }
-        let hash = Some(format!("{:016x}", mesh.hash()));
-        Self { file: mesh.name().to_owned(), scale: no_scale(), vertices, triangles, hash }
-    }
-
-    fn build(&self, id: &str, meshes: &mut MeshSource<'_>) -> Result<Shape, SceneError> {
-        let refuse = |source| SceneError::Mesh { id: id.to_owned(), source };
-        let scale = Vec3::from_array(self.scale);
-        let mesh = if self.vertices.is_empty() {
-            meshes(&self.file, scale)
-        } else {
-            let vertices = self.vertices.iter().map(|vertex| Vec3::from_array(*vertex) * scale).collect();
-            Mesh::new(self.file.clone(), vertices, self.triangles.clone()).map(Arc::new)
-        };
-        let mesh = mesh.map_err(refuse)?;
-        let found = format!("{:016x}", mesh.hash());
-        match &self.hash {
-            Some(wanted) if *wanted != found => {
-                let reason = format!("its content has hash {found}, not {wanted}; give the mesh that is meant");
-                Err(refuse(MeshError::Unreadable { name: self.file.clone(), reason }))
-            }
-            _ => Ok(Shape::Mesh(mesh)),
-        }
     }
 }

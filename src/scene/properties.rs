@@ -23,7 +23,11 @@ fn change(rng: &mut Rng, known: &[PlacedShape]) -> SceneChange {
     let place = |rng: &mut Rng| if rng.bool() { pose(rng, 1.0) } else { known[rng.usize(0..known.len())].pose };
     let shapes = |rng: &mut Rng| (0..rng.usize(0..3)).map(|_| known[rng.usize(0..known.len())].clone()).collect();
     let id = name(rng);
-    match rng.u8(0..20) {
+    match rng.u8(0..23) {
+        20 => SceneChange::Subframe { object: id, name: name(rng), pose: rng.bool().then(|| place(rng)) },
+        21 => SceneChange::World { id, frame: rng.bool().then(|| LINKS[rng.usize(0..3)].to_owned()) },
+        // A pose that is not set.
+        22 => SceneChange::Add(Obstacle::new(id, vec![known[rng.usize(0..known.len())].clone()])),
         0..4 => SceneChange::Add(Obstacle::new(id, shapes(rng)).at(place(rng))),
         4 => SceneChange::Append { id, shapes: shapes(rng) },
         5 | 6 => SceneChange::Remove { id },
@@ -66,6 +70,8 @@ fn apply(plain: &mut SceneDescription, change: SceneChange) {
             plain.forbidden.retain(|(a, b)| *a != id && *b != id);
             plain.padding.remove(&id);
             plain.scale.remove(&id);
+            plain.subframes.retain(|(object, _), _| *object != id);
+            plain.worlds.remove(&id);
         }
         SceneChange::RemoveAll => {
             let ids: Vec<_> = plain.obstacles.iter().map(|object| object.id.clone()).collect();
@@ -75,6 +81,7 @@ fn apply(plain: &mut SceneDescription, change: SceneChange) {
         SceneChange::Attach { id, link_name, touch_links, pose } => {
             let index = plain.obstacles.iter().position(|object| object.id == id).unwrap();
             let object = plain.obstacles.remove(index).at(pose);
+            plain.worlds.remove(&id);
             plain.attached.push(AttachedObject { link_name, object, touch_links });
         }
         SceneChange::Detach { id, pose } => {
@@ -90,6 +97,15 @@ fn apply(plain: &mut SceneDescription, change: SceneChange) {
         SceneChange::Frame { name, pose } => {
             plain.frames.remove(&name);
             plain.frames.extend(pose.map(|pose| (name, pose)));
+        }
+        SceneChange::Subframe { object, name, pose } => {
+            let key = (object, name);
+            plain.subframes.remove(&key);
+            plain.subframes.extend(pose.map(|pose| (key, pose)));
+        }
+        SceneChange::World { id, frame } => {
+            plain.worlds.remove(&id);
+            plain.worlds.extend(frame.map(|frame| (id, frame)));
         }
         SceneChange::Allow(a, b) => {
             if !plain.allowed.iter().any(|pair| same(pair, &a, &b)) {
@@ -118,8 +134,9 @@ fn said(scene: &Scene) -> String {
     let sizes = (scene.padded().collect::<Vec<_>>(), scene.scaled().collect::<Vec<_>>());
     let sorted = |(a, b): (&str, &str)| [a.min(b).to_owned(), a.max(b).to_owned()];
     let pairs = (scene.allowed().map(sorted).collect::<Vec<_>>(), scene.forbidden().map(sorted).collect::<Vec<_>>());
-    let frames: Vec<_> = scene.frames().collect();
-    format!("{objects:?} {sizes:?} {pairs:?} {frames:?} {:?}", scene.warnings())
+    let frames = (scene.frames().collect::<Vec<_>>(), scene.subframes().collect::<Vec<_>>());
+    let worlds: Vec<_> = scene.worlds().collect();
+    format!("{objects:?} {sizes:?} {pairs:?} {frames:?} {worlds:?} {:?}", scene.warnings())
 }
 
 /// However a scene was made, it is the one that its lists make; one that cannot be changed stays as it is, and so

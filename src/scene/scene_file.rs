@@ -27,55 +27,99 @@
 //! Lengths in metres. `dimensions` are MoveIt's: box x y z; sphere radius; cylinder height, radius;
 //! ours: capsule length of its straight part, radius. `meshes` give `file` and `scale`, with
 //! `mesh_poses`; one with `vertices` and `triangles` is not read from its file. An object's own `pose`, where there is
-//! one, carries all its shapes. `link_padding` and `link_scale` may also be maps from names to numbers, and name
-//! objects. A `frame_id` that is no frame of the file is taken for the world's.
+//! one, carries all its shapes; where it is not set and there is one shape, that shape's pose is the object's, as in
+//! MoveIt. `link_padding` and `link_scale` may also be maps from names to numbers, and name objects.
+//!
+//! A `frame_id` is a name of the world (none, or `world`), a frame of the file, one of its objects, or a sub-frame as
+//! `OBJECT/SUBFRAME` (`subframe_names`, `subframe_poses`), wherever it stands in the file. Any other has to be what
+//! the robot that is checked calls the world: its virtual joint's parent frame, or its root link where that is fixed.
+//!
+//! Whole `moveit_msgs/PlanningScene` messages are read too (`world`, `robot_state`, `allowed_collision_matrix`; in
+//! `fixed_frame_transforms` with a header, that has the frame's name and `child_frame_id` the world's). An unknown
+//! field is refused, and so is what would be left out: octomaps, planes, cones, constraints.
 
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
+use super::frames::{Given, place};
+use super::message_file::{Filled, MatrixFile, OctomapFile, RobotStateFile, WorldFile};
 use super::numbers_file::{Paddings, Scales};
 use super::object_file::Operation;
 pub use super::object_file::{MeshSource, ObjectFile};
 use super::pose_file::FrameFile;
+use super::spelling::with_nearest;
 use super::{AttachedObject, Obstacle, Scene, SceneDescription, SceneError};
 
-/// A scene as its file says it, unchecked. Unknown fields are ignored.
+/// A scene, or a part of a diff, as its text says it, unchecked.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SceneFile {
     /// Label.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,
-    /// Read only to be refused: a diff is no scene.
-    #[serde(default, skip_serializing)]
-    is_diff: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) is_diff: Option<bool>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    fixed_frame_transforms: Vec<FrameFile>,
-    /// Objects in file order.
-    pub objects: Vec<ObjectFile>,
+    pub(super) fixed_frame_transforms: Vec<FrameFile>,
+    /// Objects in the text's order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) objects: Option<Vec<ObjectFile>>,
     /// What links carry.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub attached_collision_objects: Vec<AttachedObjectFile>,
+    pub(super) attached_collision_objects: Vec<AttachedObjectFile>,
+    /// Pairs of which nothing is said any more; of diffs only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) default_collisions: Vec<(String, String)>,
     /// Pairs of links or objects that may touch.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub allowed_collisions: Vec<(String, String)>,
+    pub(super) allowed_collisions: Vec<(String, String)>,
     /// Pairs of links or objects that are checked whatever allows them to touch.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub forbidden_collisions: Vec<(String, String)>,
+    pub(super) forbidden_collisions: Vec<(String, String)>,
     /// Links and objects that count as thicker.
     #[serde(default, skip_serializing_if = "Paddings::is_empty")]
-    pub link_padding: Paddings,
+    pub(super) link_padding: Paddings,
     /// Links and objects that count as larger.
     #[serde(default, skip_serializing_if = "Scales::is_empty")]
-    pub link_scale: Scales,
+    pub(super) link_scale: Scales,
+    /// MoveIt's words for the objects, what links carry and the pairs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) world: Option<WorldFile>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) robot_state: Option<RobotStateFile>,
+    #[serde(default, skip_serializing_if = "MatrixFile::is_empty")]
+    pub(super) allowed_collision_matrix: MatrixFile,
+    /// Read only to be refused where there is something in them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) octomap: Option<OctomapFile>,
+    #[serde(default, skip_serializing_if = "Filled::is_empty")]
+    pub(super) path_constraints: Filled,
+    #[serde(default, skip_serializing_if = "Filled::is_empty")]
+    pub(super) goal_constraints: Filled,
+    #[serde(default, skip_serializing_if = "Filled::is_empty")]
+    pub(super) trajectory_constraints: Filled,
+    #[serde(default, rename = "robot_model_name", skip_serializing)]
+    pub(super) _robot_model_name: IgnoredAny,
+    #[serde(default, rename = "robot_model_root", skip_serializing)]
+    pub(super) _robot_model_root: IgnoredAny,
+    #[serde(default, rename = "object_colors", skip_serializing)]
+    pub(super) _object_colors: IgnoredAny,
 }
 
 /// MoveIt's attached collision object.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct AttachedObjectFile {
     #[serde(default)]
     pub(super) link_name: String,
     pub(super) object: ObjectFile,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) touch_links: Vec<String>,
+    /// How a gripper opens to let go, and how heavy it is.
+    #[serde(default, rename = "detach_posture", skip_serializing)]
+    pub(super) _detach_posture: IgnoredAny,
+    #[serde(default, rename = "weight", skip_serializing)]
+    pub(super) _weight: IgnoredAny,
 }
 
 /// Reads a scene's JSON text.
@@ -83,8 +127,7 @@ pub struct AttachedObjectFile {
 /// # Errors
 /// No JSON of this form (with line and column), an object whose sizes, poses or meshes are none.
 pub fn parse(text: &str, meshes: &mut MeshSource<'_>) -> Result<Scene, SceneError> {
-    let file: SceneFile = serde_json::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
-    file.build(meshes)
+    SceneFile::read(text)?.build(meshes)
 }
 
 /// The text of a scene; [`parse`] makes a scene of the same hash of it. Without `with_meshes`, a mesh has its name and
@@ -99,74 +142,167 @@ impl SceneFile {
         let pairs = |pairs: &mut dyn Iterator<Item = (&str, &str)>| -> Vec<(String, String)> {
             pairs.map(|(a, b)| (a.to_owned(), b.to_owned())).collect()
         };
-        let attached = scene.attached().iter().flat_map(|attached| AttachedObjectFile::of(attached, with_meshes));
+        let attached = |attached: &AttachedObject| AttachedObjectFile::of(scene, attached, with_meshes);
+        let object = |object: &Obstacle| {
+            let mut files = ObjectFile::of(object, with_meshes);
+            files[0].say_frames(scene, &object.id);
+            files
+        };
         Self {
             name: scene.name().to_owned(),
-            is_diff: false,
             fixed_frame_transforms: scene.frames().map(|(name, pose)| FrameFile::of(name, Some(pose))).collect(),
-            objects: scene.obstacles().iter().flat_map(|object| ObjectFile::of(object, with_meshes)).collect(),
-            attached_collision_objects: attached.collect(),
+            objects: Some(scene.obstacles().iter().flat_map(object).collect()),
+            attached_collision_objects: scene.attached().iter().flat_map(attached).collect(),
             allowed_collisions: pairs(&mut scene.allowed()),
             forbidden_collisions: pairs(&mut scene.forbidden()),
             link_padding: Paddings::of(scene.padded()),
             link_scale: Scales::of(scene.scaled()),
+            ..Self::default()
         }
+    }
+
+    /// Reads a text as JSON.
+    ///
+    /// # Errors
+    /// No JSON of this form, with line and column, and for an unknown field the nearest known one.
+    pub fn read(text: &str) -> Result<Self, SceneError> {
+        serde_json::from_str(text).map_err(|error| SceneError::Syntax(with_nearest(&error.to_string())))
+    }
+
+    /// Whether it changes a scene instead of being one.
+    pub fn is_diff(&self) -> bool {
+        self.is_diff == Some(true)
+    }
+
+    /// Whether mesh files have to be read for it.
+    pub fn names_mesh_files(&self) -> bool {
+        let (world, state) = (self.world.iter(), self.robot_state.iter());
+        let attached = state.flat_map(|state| &state.attached_collision_objects);
+        let attached = attached.chain(&self.attached_collision_objects).map(|attached| &attached.object);
+        let objects = world.flat_map(|world| &world.collision_objects).chain(self.objects.iter().flatten());
+        objects.chain(attached).any(ObjectFile::names_mesh_files)
+    }
+
+    /// Puts what MoveIt's message says into the lists of ours, and gives what is odd about it, a line each.
+    pub(super) fn take_message(&mut self) -> Result<Vec<String>, SceneError> {
+        for (field, constraints) in [
+            ("path_constraints", self.path_constraints),
+            ("goal_constraints", self.goal_constraints),
+            ("trajectory_constraints", self.trajectory_constraints),
+        ] {
+            refuse_constraints(field, constraints)?;
+        }
+        if let Some(octomap) = self.octomap.take() {
+            octomap.check("octomap")?;
+        }
+        if let Some(world) = self.world.take() {
+            world.octomap.check("world.octomap")?;
+            self.objects.get_or_insert_default().extend(world.collision_objects);
+        }
+        if let Some(state) = self.robot_state.take() {
+            if self.is_diff() {
+                state.attached_collision_objects.iter().try_for_each(AttachedObjectFile::check_placed)?;
+            }
+            self.attached_collision_objects.extend(state.attached_collision_objects);
+        }
+        let matrix = std::mem::take(&mut self.allowed_collision_matrix);
+        let pairs = matrix.pairs()?;
+        self.allowed_collisions.extend(pairs.allowed);
+        self.forbidden_collisions.extend(pairs.forbidden);
+        let attached = self.attached_collision_objects.iter().map(|attached| &attached.object);
+        let objects = self.objects.iter().flatten().chain(attached).flat_map(ObjectFile::warnings);
+        let frames = self.fixed_frame_transforms.iter().filter_map(FrameFile::warning);
+        Ok(frames.chain(objects).chain(matrix.warning()).collect())
     }
 
     /// Checks every object and builds the scene.
     ///
     /// # Errors
-    /// An object whose sizes, poses or meshes are none; a diff.
-    pub fn build(self, meshes: &mut MeshSource<'_>) -> Result<Scene, SceneError> {
-        if self.is_diff {
-            let text = "it is a diff (is_diff is set), not a whole scene; apply it to the scene that it changes";
+    /// An object whose sizes, poses or meshes are none; frames that hang on one another; a diff; what would be left
+    /// out.
+    pub fn build(mut self, meshes: &mut MeshSource<'_>) -> Result<Scene, SceneError> {
+        if self.is_diff() {
+            let text = "it is a diff (is_diff is true), not a whole scene; apply it to the scene that it changes";
+            return Err(SceneError::Syntax(format!("{text}: taut scene apply SCENE FILE")));
+        }
+        let warnings = self.take_message()?;
+        let Some(objects) = self.objects else {
+            let text = "missing field `objects` (in MoveIt's messages `world`); an empty list where there are none";
+            return Err(SceneError::Syntax(text.to_owned()));
+        };
+        if !self.default_collisions.is_empty() {
+            let text = "default_collisions take back what a scene says; a whole scene says nothing yet, leave them out";
             return Err(SceneError::Syntax(text.to_owned()));
         }
-        let frames = self.fixed_frame_transforms.iter().filter_map(|frame| {
-            let pose = frame.pose().transpose()?;
-            Some(pose.map(|pose| (frame.child_frame_id.clone(), pose)))
-        });
-        // Poses in them are resolved by a scene that has nothing else.
-        let frames: SceneDescription =
-            SceneDescription { frames: frames.collect::<Result<_, _>>()?, ..Default::default() };
-        let placed = Scene::of(frames.clone())?;
-        let mut obstacles: Vec<Obstacle> = Vec::new();
-        for object in self.objects {
-            let frame = object.header.frame_id.clone();
-            if let Some(mut built) = object.added(meshes, obstacles.last_mut())? {
-                if frames.frames.contains_key(&frame) {
-                    built.pose = placed.in_world(&frame, &built.pose)?;
-                }
-                obstacles.push(built);
-            }
+        let frames = super::frames::fixed(&self.fixed_frame_transforms)?;
+        let mut given: Vec<Given> = Vec::new();
+        for object in objects {
+            object.add_to(&mut given, meshes)?;
         }
         let mut attached: Vec<AttachedObject> = Vec::new();
+        let mut subframes: Vec<((String, String), crate::math::Pose)> = Vec::new();
         for entry in self.attached_collision_objects {
+            let names = entry.object.subframes()?;
+            let id = entry.object.id.clone();
+            subframes.extend(names.into_iter().map(|(name, pose)| ((id.clone(), name), pose)));
             let last = attached.last_mut().map(|attached| &mut attached.object);
             let built = entry.build(meshes, last)?;
             attached.extend(built);
         }
-        let description = SceneDescription {
+        for object in &given {
+            let id = &object.object.id;
+            subframes.extend(object.subframes.iter().map(|(name, pose)| ((id.clone(), name.clone()), *pose)));
+        }
+        let placed = place(&frames, given, attached.iter().map(|attached| attached.object.id.as_str()))?;
+        Scene::of(SceneDescription {
             name: self.name,
-            obstacles,
+            obstacles: placed.obstacles,
             attached,
             padding: self.link_padding.0,
             scale: self.link_scale.0,
+            frames,
+            subframes: subframes.into_iter().collect(),
+            worlds: placed.worlds,
             allowed: self.allowed_collisions,
             forbidden: self.forbidden_collisions,
-            ..frames
-        };
-        Scene::of(description)
+            warnings,
+        })
+    }
+}
+
+/// Refuses constraints that a path would have to keep to.
+///
+/// # Errors
+/// There are some.
+pub fn refuse_constraints(field: &str, constraints: Filled) -> Result<(), SceneError> {
+    match constraints.is_empty() {
+        true => Ok(()),
+        false => Err(SceneError::Unsupported {
+            what: format!("it has {field}"),
+            advice: "constraints on the path are not supported, and what is proved would not keep to them; leave them \
+                     out where the path need not",
+        }),
     }
 }
 
 impl ObjectFile {
+    /// Adds an object of a whole scene to those before it, or appends shapes to the last one.
+    fn add_to(self, given: &mut Vec<Given>, meshes: &mut MeshSource<'_>) -> Result<(), SceneError> {
+        let (frame, subframes) = (self.header.frame_id.clone(), self.subframes()?);
+        match self.added(meshes, given.last_mut().map(|given| &mut given.object))? {
+            Some(object) => given.push(Given { object, frame, subframes }),
+            None => given.last_mut().into_iter().for_each(|last| last.subframes.extend(subframes.clone())),
+        }
+        Ok(())
+    }
+
     /// An object of a whole scene, which is only added to; `None` where it appends shapes to the last one.
     fn added(self, meshes: &mut MeshSource<'_>, last: Option<&mut Obstacle>) -> Result<Option<Obstacle>, SceneError> {
         match (self.operation, last) {
             (None | Some(Operation::Add), _) => self.build(meshes).map(Some),
             (Some(Operation::Append), Some(last)) if last.id == self.id => {
-                last.shapes = last.shapes.iter().cloned().chain(self.shapes(meshes)?).collect();
+                self.check_appends()?;
+                *last = last.with_more(self.shapes(meshes)?);
                 Ok(None)
             }
             (Some(other), _) => {
@@ -179,15 +315,34 @@ impl ObjectFile {
 }
 
 impl AttachedObjectFile {
+    pub(super) fn new(link_name: String, object: ObjectFile) -> Self {
+        Self { link_name, object, touch_links: Vec::new(), _detach_posture: IgnoredAny, _weight: IgnoredAny }
+    }
+
+    /// Refuses a message by which MoveIt takes an object up, or puts it down, where the robot then is: its pose says
+    /// nothing.
+    fn check_placed(&self) -> Result<(), SceneError> {
+        let (id, what) = match self.object.operation {
+            Some(Operation::Add) if !self.object.has_shapes() => (&self.object.id, "taken up"),
+            Some(Operation::Remove) => (&self.object.id, "put down"),
+            _ => return Ok(()),
+        };
+        let text = format!("robot_state: object {id:?} is {what} where the robot then stands, which no scene knows");
+        let advice = "give it in attached_collision_objects with its pose in the link's frame, or in the world";
+        Err(SceneError::Syntax(format!("{text}; {advice}")))
+    }
+
     /// What attaches an object, and what then appends shapes.
-    pub(super) fn of(attached: &AttachedObject, with_meshes: bool) -> Vec<Self> {
+    pub(super) fn of(scene: &Scene, attached: &AttachedObject, with_meshes: bool) -> Vec<Self> {
         let mut touch_links = attached.touch_links.clone();
         let file = |object| Self {
-            link_name: attached.link_name.clone(),
-            object,
             touch_links: std::mem::take(&mut touch_links),
+            ..Self::new(attached.link_name.clone(), object)
         };
-        ObjectFile::of(&attached.object, with_meshes).into_iter().map(file).collect()
+        let mut objects = ObjectFile::of(&attached.object, with_meshes);
+        // Its poses are in the link's frame, whatever it called the world before.
+        objects[0].say_subframes(scene, &attached.object.id);
+        objects.into_iter().map(file).collect()
     }
 
     fn build(
@@ -196,7 +351,7 @@ impl AttachedObjectFile {
         last: Option<&mut Obstacle>,
     ) -> Result<Option<AttachedObject>, SceneError> {
         self.check_frame()?;
-        let Self { link_name, object, touch_links } = self;
+        let Self { link_name, object, touch_links, .. } = self;
         Ok(object.added(meshes, last)?.map(|object| AttachedObject { link_name, object, touch_links }))
     }
 

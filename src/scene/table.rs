@@ -56,6 +56,11 @@ impl<K: Ord + Content, V: Content> Table<K, V> {
         self.values.iter()
     }
 
+    /// Those from a key on, in order.
+    pub fn from(&self, key: K) -> impl Iterator<Item = (&K, &V)> {
+        self.values.range(key..)
+    }
+
     /// Gives a key another value, or none.
     pub fn set(&mut self, key: K, value: Option<V>) {
         if let Some(old) = self.values.get(&key) {

@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
-use super::oddities;
+use super::oddities::{self, Edges, Making};
+use super::sides::{self, Mended};
 use crate::hash::ContentHasher;
 use crate::math::Vec3;
 
@@ -16,6 +17,7 @@ pub struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     warnings: Vec<String>,
+    has_inside: bool,
     // Kept: a scene that only moves a large mesh need not read all of it again.
     hash: u64,
 }
@@ -61,6 +63,25 @@ impl Mesh {
         &self.warnings
     }
 
+    /// Whether the surface is closed, its triangles face the same way and it has a volume, so that every place is inside
+    /// or outside for sure.
+    pub fn has_inside(&self) -> bool {
+        self.has_inside
+    }
+
+    /// Whether its surface, closed or not, has no volume on any side.
+    pub(super) fn encloses_nothing(&self) -> bool {
+        sides::is_flat(&self.vertices, &self.triangles)
+    }
+
+    /// The same mesh with more to say about the file that it was read from.
+    #[must_use]
+    pub(super) fn with_warnings(mut self, words: Vec<String>) -> Self {
+        let name = &self.name;
+        self.warnings.extend(words.into_iter().map(|text| format!("mesh {name} {text}")));
+        self
+    }
+
     /// Hash of vertices and triangles, whatever the file is called.
     pub fn hash(&self) -> u64 {
         self.hash
@@ -89,17 +110,13 @@ impl Mesh {
 
     /// Volume that the surface encloses (m³); negative where its triangles face inwards.
     pub fn signed_volume(&self) -> f64 {
-        let origin = self.vertices[self.triangles[0][0] as usize];
-        let six_fold = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|i| self.vertices[i as usize] - origin);
-            a.dot(b.cross(c))
-        };
-        self.triangles.iter().map(six_fold).sum::<f64>() / 6.0
+        sides::volume(&self.vertices, self.triangles.iter())
     }
 
     /// Checks and takes vertices and triangles.
     ///
-    /// Vertices that are exactly equal are merged (STL repeats them) and degenerate triangles dropped.
+    /// Vertices that are exactly equal are merged (STL repeats them) and degenerate triangles dropped. Triangles that
+    /// come twice are kept once, and those that face another way than the surface around them are turned over.
     ///
     /// # Errors
     /// A vertex that is not finite, an index out of range, no triangle with an area.
@@ -108,14 +125,18 @@ impl Mesh {
         check(&name, &vertices, &triangles)?;
         let (vertices, mut welded) = weld(&vertices, &triangles);
         // Before slivers are dropped: they have no area, but they do close the surface.
-        let edges = oddities::Edges::of(&welded);
+        let edges = Edges::of(&welded);
+        let mended = sides::mend(&vertices, &mut welded, &edges);
+        let left = if mended == Mended::default() { edges } else { Edges::of(&welded) };
+        let before = triangles.len() - mended.repeated - mended.doubled;
         welded.retain(|t| has_area(&vertices, *t));
         if welded.is_empty() {
             return Err(MeshError::Empty { name, triangles: triangles.len() });
         }
-        let hash = hash_of(&vertices, &welded);
-        let mut mesh = Self { name, vertices, triangles: welded, warnings: Vec::new(), hash };
-        mesh.warnings = oddities::of(&mesh, &edges, triangles.len() - mesh.triangles.len());
+        let dropped = before - welded.len();
+        let known = if dropped == 0 { left } else { Edges::of(&welded) };
+        let mut mesh = Self::checked(name, vertices, welded, &known);
+        mesh.warnings = oddities::of(&mesh, &Making { edges, dropped, mended, left });
         Ok(mesh)
     }
 
@@ -137,8 +158,14 @@ impl Mesh {
         if triangles.is_empty() {
             return Err(MeshError::Empty { name, triangles: 0 });
         }
+        let edges = Edges::of(&triangles);
+        Ok(Self { warnings, ..Self::checked(name, vertices, triangles, &edges) })
+    }
+
+    fn checked(name: String, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, edges: &Edges) -> Self {
         let hash = hash_of(&vertices, &triangles);
-        Ok(Self { name, vertices, triangles, warnings, hash })
+        let has_inside = edges.open + edges.turned == 0 && !sides::is_flat(&vertices, &triangles);
+        Self { name, vertices, triangles, warnings: Vec::new(), has_inside, hash }
     }
 }
 

@@ -1,93 +1,48 @@
-//! Mesh files: bytes of an STL, OBJ or DAE file to a [`Mesh`], exactly as it stands, never made convex.
+//! Mesh files: bytes of an STL, OBJ or DAE file to a [`Mesh`], exactly as it stands, never made convex. Coordinates
+//! are f64 from the text on.
 
 use std::path::Path;
 
-use super::{Mesh, MeshError, collada};
+use super::{Mesh, MeshError, collada, obj, stl};
 use crate::math::Vec3;
-
-/// Bytes of a binary STL before its first triangle, and of each triangle.
-const STL_HEADER: usize = 84;
-const STL_TRIANGLE: usize = 50;
 
 /// Reads a mesh file. `name` is the file as messages call it; its extension says the format.
 ///
 /// `scale` multiplies the coordinates [m per unit of the file]; an odd number of negative factors
 /// mirrors the mesh.
 ///
+/// A polygon of more than three corners is cut into triangles: a convex one from its first corner, any other by ears,
+/// whichever corner comes first.
+///
 /// # Errors
-/// Another format than STL, OBJ or DAE, a file that is cut short or cannot be decoded, one without a
-/// triangle that has an area, a scale that is zero or not finite.
+/// Another format than STL, OBJ or DAE, a file that is cut short or cannot be decoded, one that holds surfaces that are
+/// no polygons, one without a triangle that has an area, a scale that is zero or not finite.
 pub fn read(name: &str, bytes: &[u8], scale: Vec3) -> Result<Mesh, MeshError> {
     let refuse = |reason: String| MeshError::Unreadable { name: name.to_owned(), reason };
     if !scale.is_finite() || scale.to_array().contains(&0.0) {
         return Err(refuse(format!("its scale is {scale}; every factor must be finite and not 0")));
     }
     let extension = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let (mut vertices, mut triangles) = match extension.as_str() {
-        "stl" => stl(bytes).map_err(refuse)?,
-        "obj" => {
-            // Materials say nothing about the shape.
-            let no_material = |_: &Path| -> std::io::Result<&[u8]> { Err(std::io::ErrorKind::NotFound.into()) };
-            let scene = mesh_loader::obj::from_slice(bytes, None, no_material);
-            join(&scene.map_err(|e| refuse(format!("not an OBJ file: {e}")))?.meshes)
-        }
-        "dae" => {
-            let surface = collada::read(bytes).map_err(refuse)?;
-            (surface.vertices, surface.triangles)
-        }
-        other => return Err(refuse(format!("{other:?} is no mesh format; valid formats: stl, obj, dae"))),
+    let surface = match extension.as_str() {
+        "stl" => stl::read(bytes),
+        "obj" => obj::read(bytes),
+        "dae" => collada::read(bytes),
+        other => Err(format!("{other:?} is no mesh format; valid formats: stl, obj, dae")),
     };
-    vertices.iter_mut().for_each(|vertex| *vertex *= scale);
+    let mut surface = surface.map_err(refuse)?;
+    surface.vertices.iter_mut().for_each(|vertex| *vertex *= scale);
     // An odd number of negative factors turns the triangles over.
-    if scale.x * scale.y * scale.z < 0.0 {
-        triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    if scale.to_array().into_iter().filter(|factor| *factor < 0.0).count() % 2 == 1 {
+        surface.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
     }
-    Mesh::new(name, vertices, triangles)
+    let words = surface.words();
+    Ok(Mesh::new(name, surface.vertices, surface.triangles)?.with_warnings(words))
 }
 
-/// Vertices in the file's unit, and triangles of them.
-type Surface = (Vec<Vec3>, Vec<[u32; 3]>);
-
-/// Decodes an STL. The size decides between binary and text: many binary headers start with `solid `.
-fn stl(bytes: &[u8]) -> Result<Surface, String> {
-    let announced = bytes.get(80..STL_HEADER).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
-    let size = announced.map(|count| STL_HEADER + STL_TRIANGLE * count);
-    let is_text = bytes.trim_ascii_start().starts_with(b"solid") && size != Some(bytes.len()) && !bytes.contains(&0);
-    if is_text {
-        let scene = mesh_loader::stl::from_slice(bytes).map_err(|e| format!("not a text STL: {e}"))?;
-        return Ok(join(&scene.meshes));
-    }
-    match (announced, size) {
-        // Up to a triangle's worth of stray bytes (a line end) is harmless; more would be triangles lost.
-        (Some(_), Some(size)) if (size..size + STL_TRIANGLE).contains(&bytes.len()) => {
-            Ok(binary_stl(&bytes[STL_HEADER..size]))
-        }
-        (Some(count), Some(size)) => {
-            let what = if bytes.len() < size { "cut short" } else { "longer than it says" };
-            Err(format!("{what}: {count} triangles need {size} bytes, the file has {}", bytes.len()))
-        }
-        _ => Err(format!("cut short: an STL has at least {STL_HEADER} bytes, the file has {}", bytes.len())),
-    }
-}
-
-/// Triangles of a binary STL: each a normal, which says nothing new, three corners, and two bytes of anything.
-fn binary_stl(triangles: &[u8]) -> Surface {
-    let number = |b: &[u8]| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-    let corner = |b: &[u8]| Vec3::new(number(b), number(&b[4..]), number(&b[8..]));
-    let each = triangles.chunks_exact(STL_TRIANGLE);
-    let faces = (0..each.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    (each.flat_map(|triangle| triangle[12..48].chunks_exact(12)).map(corner).collect(), faces)
-}
-
-/// Joins the parts of a file.
-fn join(parts: &[mesh_loader::Mesh]) -> Surface {
-    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-    for part in parts {
-        let first = vertices.len() as u32;
-        vertices.extend(part.vertices.iter().map(|vertex| Vec3::from_array(vertex.map(f64::from))));
-        triangles.extend(part.faces.iter().map(|face| face.map(|i| first + i)));
-    }
-    (vertices, triangles)
+/// A coordinate of a text file.
+pub(super) fn number(word: &str) -> Result<f64, String> {
+    let advice = if word.contains(',') { "; the decimal sign must be a point" } else { "" };
+    word.parse().map_err(|_| format!("{word:?} is no number{advice}"))
 }
 
 #[cfg(test)]
@@ -199,5 +154,139 @@ mod tests {
         assert!(warning(&FACES, Vec3::splat(100.0)).contains("100.0 × 100.0 × 100.0 m"));
         assert!(warning(&FACES[..3], Vec3::ONE).contains("3 of 6 edges"));
         assert!(warning(&FACES.map(|[a, b, c]| [a, c, b]), Vec3::ONE).contains("faces inwards"));
+    }
+
+    fn solid(name: &str, text: &str) -> Mesh {
+        read(name, text.as_bytes(), Vec3::ONE).unwrap_or_else(|error| panic!("{error}: {text}"))
+    }
+
+    #[test]
+    fn every_dialect_of_text_stl_gives_the_same_solid() {
+        let plain = text_stl(&FACES);
+        let wanted = solid("a.stl", &plain).hash();
+        let two = plain.replacen("endfacet\nfacet", "endfacet\nendsolid one\nsolid the second facet\nfacet", 1);
+        for text in [
+            plain.to_uppercase(),
+            plain.replace('\n', "\r\n"),
+            plain.replace('\n', " "),
+            plain.replace('\n', "\n\t  ").trim_end().to_owned(),
+            plain.replace("solid t", "solid"),
+            plain.replace("solid t", "solid made with a facet normal of care").replace("endsolid made", "endsolid"),
+            plain.replace("normal 0 0 0", "normal nan -1.#IND 0"),
+            plain.replace(" normal 0 0 0", ""),
+            plain.replace("endloop\n", "").replace("endfacet\n", ""),
+            plain.replace("vertex 1 0 0", "vertex 1.0e+000 0.000000E+00 +0."),
+            format!("\u{feff}\n{two}"),
+            two,
+        ] {
+            assert_eq!(solid("a.STL", &text).hash(), wanted, "{text}");
+        }
+        let quad = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid";
+        assert_eq!(solid("a.stl", quad).triangles(), [[0, 1, 2], [0, 2, 3]]);
+    }
+
+    #[test]
+    fn text_stl_that_is_odd_is_refused_with_its_line() {
+        let plain = text_stl(&FACES);
+        for (old, new, parts) in [
+            ("vertex 1 0 0", "vertex 1,0 0 0", ["line 6", "\"1,0\"", "must be a point"]),
+            ("vertex 1 0 0", "vertx 1 0 0", ["line 6", "\"vertx\"", "endfacet"]),
+            ("vertex 1 0 0", "vertex 1 0", ["line 7", "\"endloop\"", "no number"]),
+            ("vertex 1 0 0", "vertex 1 0 0 0", ["line 6", "\"0\"", "no word"]),
+            ("vertex 1 0 0\n", "", ["line 6", "facet of 2 corners", "missing"]),
+            ("endsolid t\n", "", ["cut short", "endsolid", "add that line"]),
+        ] {
+            let text = refusal("cup.stl", plain.replacen(old, new, 1).as_bytes());
+            assert!(parts.iter().all(|part| text.contains(part)), "{text:?} lacks one of {parts:?}");
+        }
+        let text = refusal("cup.stl", plain.replacen("vertex 1 0 0", "vertex inf 0 0", 1).as_bytes());
+        assert!(text.contains("not finite"), "{text}");
+        assert!(refusal("cup.stl", b"").contains("the file has 0"));
+        let mut none = written_stl("solid", &FACES);
+        none[80..84].fill(0);
+        assert!(refusal("cup.stl", &none).contains("longer than it says: 0 triangles need 84 bytes, the file has 284"));
+    }
+
+    #[test]
+    fn every_dialect_of_obj_gives_the_same_solid() {
+        let wanted = solid("a.obj", OBJ).hash();
+        for text in [
+            OBJ.replace('\n', "\r\n"),
+            OBJ.replace(' ', "\t "),
+            OBJ.trim_end().to_owned(),
+            OBJ.replace("f 1 ", "f 1 \\\n  "),
+            OBJ.replace("f 1 ", "f 1 \\\r\n  "),
+            OBJ.replace("\ng ", "\n# C:\\models\\\ng "),
+            OBJ.replace("f 1 3 2", "f 1 3 2 # a face"),
+            OBJ.replace("f 1 3 2", "f -4 -2 -3"),
+            OBJ.replace("f 1 3 2", "vt 0 0\nvn 0 0 1\nvp 0 0\nf 1/1 3/1 2/1"),
+            OBJ.replace("f 1 3 2", "vn 0 0 1\nf 1//1 3//1 2//1"),
+            OBJ.replace("f 1 3 2", "vt 0 0\nvn 0 0 1\nf 1/1/1 3/1/1 2/1/1"),
+            OBJ.replace("v 1 0 0", "v 1 0 0 1.0")
+                .replace("v 0 1 0", "v 0 1 0 0.5 0.25 1")
+                .replace("v 0 0 1", "v 0 0 1 1 1 1 1"),
+            format!("mtllib a b.mtl\no thing\ns off\nusemtl red\n{}", OBJ.replace("g b", "usemtl blue\no \u{fffd}")),
+            // Faces before vertices.
+            format!("{}{}", &OBJ[OBJ.find("g a").unwrap()..], &OBJ[..OBJ.find("g a").unwrap()]),
+        ] {
+            let mesh = solid("a.Obj", &text);
+            assert_eq!(mesh.hash(), wanted, "{text}");
+            assert!(mesh.warnings().is_empty(), "{:?}", mesh.warnings());
+        }
+        let mut latin = b"# caf\xe9\ng caf\xe9\n".to_vec();
+        latin.extend(OBJ.as_bytes());
+        assert_eq!(read("a.obj", &latin, Vec3::ONE).unwrap().hash(), wanted);
+    }
+
+    #[test]
+    fn what_an_obj_has_besides_polygons_is_counted_or_refused() {
+        let mesh = solid("cup.obj", &format!("{OBJ}l 1 2\nl 2 3\np 1\nf 1 2\n"));
+        assert_eq!(
+            mesh.warnings(),
+            [
+                "mesh cup.obj has 2 lines, 1 points, 1 polygons of fewer than three corners; they have no surface and are left out"
+            ]
+        );
+        let crossing = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3 4\n";
+        assert!(
+            solid("cup.obj", crossing).warnings().iter().any(|text| text.contains("1 polygons that cross themselves"))
+        );
+        for (line, parts) in [
+            ("surf 0 1 0 1 1 2 3 4", ["line 11", "\"surf\"", "free-form"]),
+            ("curv 0 1 1 2", ["line 11", "\"curv\"", "free-form"]),
+            ("call other.obj", ["line 11", "\"call\"", "in one file"]),
+            ("F 1 2 3", ["line 11", "\"F\"", "v and f"]),
+            ("v 1 2", ["line 11", "2 numbers", "x, y and z"]),
+            ("v 1 2 3 0.5", ["line 11", "weight 0.5", "only weight 1"]),
+            ("v 1,5 2 3", ["line 11", "\"1,5\"", "must be a point"]),
+            ("f 1 2 0", ["line 11", "\"0\"", "1, 2"]),
+            ("f 1 2 -5", ["line 11", "\"-5\"", "\u{2212}4"]),
+            ("f 1 2 x", ["line 11", "\"x\"", "1, 2"]),
+            ("f 1 2 9", ["vertex 9", "there are 4", ""]),
+            ("f 1 2 99999999999", ["line 11", "99999999999", ""]),
+        ] {
+            let text = refusal("cup.obj", format!("{OBJ}{line}\n").as_bytes());
+            assert!(parts.iter().all(|part| text.contains(part)), "{text:?} lacks one of {parts:?}");
+        }
+        assert!(refusal("cup.obj", b"v\x00 0\x00").contains("no text in UTF-8"));
+    }
+
+    /// A cube far from the origin keeps its size in formats of text: f32 has steps of 0.5 there.
+    #[test]
+    fn coordinates_of_text_are_f64() {
+        let at = |[x, y, z]: [f32; 3]| [400321.65 + 0.2 * f64::from(x), 5812345.78 + 0.2 * f64::from(y), f64::from(z)];
+        let line =
+            |word: &str, corner: [f32; 3]| at(corner).iter().fold(word.to_owned(), |line, c| format!("{line} {c}"));
+        let facet = |face: &[[f32; 3]; 3]| {
+            format!("facet normal 0 0 0 outer loop {} endloop endfacet\n", face.map(|c| line("vertex", c)).join(" "))
+        };
+        let stl = format!("solid\n{}endsolid\n", FACES.iter().map(facet).collect::<String>());
+        let corners: String = FACES.iter().flatten().map(|corner| line("v", *corner) + "\n").collect();
+        let obj = corners + "f 1 2 3\nf 4 5 6\nf 7 8 9\nf 10 11 12\n";
+        for (name, text) in [("a.stl", stl), ("a.obj", obj)] {
+            let mesh = solid(name, &text);
+            assert!(mesh.has_inside() && mesh.vertices().len() == 4, "{name}");
+            assert!((mesh.signed_volume() - 0.04 / 6.0).abs() < 1e-10, "{name}: {}", mesh.signed_volume());
+        }
     }
 }

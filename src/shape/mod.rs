@@ -3,13 +3,18 @@
 mod collada;
 pub mod mesh;
 pub mod mesh_file;
+mod obj;
 mod oddities;
 mod polygon;
+mod sides;
+mod stl;
+mod surface;
 
 use std::sync::Arc;
 
 use crate::math::{Pose, Vec3};
 pub use mesh::{Mesh, MeshError};
+pub use sides::solid_angle;
 
 /// A solid in its own frame (m). Symmetric shapes are centred at the origin, axis along z.
 ///

@@ -1,6 +1,7 @@
 //! What is odd about a mesh: it is used as it stands, but a person should look at it.
 
 use super::Mesh;
+use super::sides::Mended;
 use crate::math::Vec3;
 
 /// A mesh larger than this (m) was probably drawn in millimetres.
@@ -18,6 +19,8 @@ pub(super) struct Edges {
     pub open: usize,
     /// Edges of an even number of triangles that do not face the same way.
     pub turned: usize,
+    /// Edges of more than two triangles.
+    pub crowded: usize,
 }
 
 impl Edges {
@@ -33,42 +36,80 @@ impl Edges {
             edges.all += 1;
             edges.open += edge.len() % 2;
             edges.turned += usize::from(edge.len() % 2 == 0 && 2 * forward != edge.len());
+            edges.crowded += usize::from(edge.len() > 2);
         }
         edges
     }
 }
 
-/// A line for each odd thing; `dropped` triangles were left out because they have no area.
-pub(super) fn of(mesh: &Mesh, edges: &Edges, dropped: usize) -> Vec<String> {
+/// What became of a mesh's triangles.
+#[derive(Debug)]
+pub(super) struct Making {
+    /// Edges as the triangles came.
+    pub edges: Edges,
+    /// What was mended.
+    pub mended: Mended,
+    /// Edges then.
+    pub left: Edges,
+    /// Triangles that were left out because they have no area.
+    pub dropped: usize,
+}
+
+/// A line for each odd thing.
+pub(super) fn of(mesh: &Mesh, making: &Making) -> Vec<String> {
     let bounds = |(low, high): (Vec3, Vec3), v: &Vec3| (low.min(*v), high.max(*v));
     let (low, high) = mesh.vertices().iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), bounds);
     let size = high - low;
-    let (name, largest) = (mesh.name(), size.max_element());
+    let largest = size.max_element();
     let size = format!("{} × {} × {} m", length(size.x), length(size.y), length(size.z));
     let mut found = Vec::new();
-    let mut tell = |text: String| found.push(format!("mesh {name} {text}"));
     if largest > SUSPICIOUS_SIZE_M {
         let mended = r#"give it scale="0.001 0.001 0.001" (in a scene: "scale": [0.001, 0.001, 0.001])"#;
-        tell(format!("is {size} large; if it was drawn in millimetres, {mended}"));
+        found.push(format!("is {size} large; if it was drawn in millimetres, {mended}"));
     } else if largest < SUSPICIOUS_SMALLNESS_M {
-        tell(format!("is {size} small; was a scale of 0.001 applied twice?"));
+        found.push(format!("is {size} small; was a scale of 0.001 applied twice?"));
     }
-    let Edges { all, open, turned } = edges;
-    let may = "a point inside it may count as outside";
+    found.extend(sides(mesh, making).into_iter().map(|(what, then)| format!("{what}; {then} (size {size})")));
+    if making.dropped > 0 {
+        let (dropped, all) = (making.dropped, making.dropped + mesh.triangles().len());
+        found.push(format!("has {dropped} triangles without an area among {all}; they are left out (size {size})"));
+    }
+    found.into_iter().map(|text| format!("mesh {} {text}", mesh.name())).collect()
+}
+
+/// What is odd about the sides of a surface, and what it means for what is inside.
+fn sides(mesh: &Mesh, making: &Making) -> Vec<(String, String)> {
+    let Making { edges: Edges { all, open, turned, .. }, mended, left, .. } = making;
+    let mut found = Vec::new();
+    let mut tell = |what: String, then: &str| found.push((what, then.to_owned()));
+    let guess = "a point inside it may count as outside; what it encloses nearly all round counts as inside";
     if *open > 0 {
-        tell(format!("is not closed: {open} of {all} edges are open; {may} (size {size})"));
+        tell(format!("is not closed: {open} of {all} edges are open"), guess);
+    }
+    if mended.doubled > 0 {
+        let what = format!("has {} triangles twice, facing both ways, that close a surface", mended.doubled);
+        tell(what, "it is taken as the solid inside");
+    }
+    if mended.sheets > 0 {
+        let what = format!("has {} triangles twice, facing both ways: two-sided sheets", mended.sheets);
+        tell(what, "sheets have no inside, only their surface counts");
     }
     if *turned > 0 {
-        tell(format!("has triangles that face opposite ways, at {turned} of {all} edges; {may} (size {size})"));
+        let what = format!("has triangles that face opposite ways, at {turned} of {all} edges");
+        match left.turned {
+            0 => tell(format!("{what}; {} are turned over", mended.turned), "they face as their neighbours do"),
+            left => tell(format!("{what}; no turning mends {left} of them"), guess),
+        }
     }
     let volume = mesh.signed_volume();
-    if open + turned == 0 && volume < 0.0 {
-        let text = "faces inwards: its normals are inverted; it is turned over and taken as the solid inside";
-        tell(format!("{text} (size {size}, signed volume {volume:.3e} m³)"));
-    }
-    if dropped > 0 {
-        let all = dropped + mesh.triangles().len();
-        tell(format!("has {dropped} triangles without an area among {all}; they are left out (size {size})"));
+    if left.open + left.turned == 0 && mesh.encloses_nothing() && mended.sheets == 0 {
+        tell(format!("encloses no volume ({volume:.1e} m³)"), "it is a sheet, only its surface counts");
+    } else if open + turned == 0 && volume < 0.0 {
+        let what = format!("faces inwards: its normals are inverted, signed volume {volume:.3e} m³");
+        tell(what, "it is turned over and taken as the solid inside");
+    } else if open + turned + mended.doubled == 0 && mended.turned > 0 {
+        let what = format!("has parts that face inwards and are no cavities, {} triangles", mended.turned);
+        tell(what, "they are turned over and taken as solid inside");
     }
     found
 }

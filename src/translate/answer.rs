@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{
     self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalReason,
-    RefusalRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status,
+    RefusalRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status, TurnedColumn,
 };
 
 use super::records::{self, Names, stage};
@@ -34,6 +34,7 @@ struct Sections {
     stages: Vec<StageRecord>,
     reach: Vec<f64>,
     pinched: Vec<PinchedPair>,
+    turned: Vec<TurnedColumn>,
     refusal: Option<RefusalRecord>,
     names: String,
     message: String,
@@ -51,6 +52,7 @@ impl Reply {
             stages: &sections.stages,
             reach: &sections.reach,
             pinched_pairs: &sections.pinched,
+            turned_columns: &sections.turned,
             refusal: sections.refusal.as_ref(),
             certificate_head: sections.head.as_ref(),
             names: &sections.names,
@@ -86,7 +88,8 @@ pub fn code_of(outcome: &Outcome, cause: Option<StopCause>) -> Code {
             RefusalPlace::Goal => Code::GoalInCollision,
             RefusalPlace::Between => Code::InvalidMotionPlan,
         },
-        None if outcome.termination == Termination::Stopped => match cause {
+        // Nor is it known of an input that is not provable whether the optimizer would have found a path that is.
+        _ if outcome.termination == Termination::Stopped => match cause {
             None | Some(StopCause::Deadline) => Code::TimedOut,
             Some(_) => Code::Preempted,
         },
@@ -173,6 +176,7 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
         stages: records::stages(outcome),
         reach: outcome.corridor.as_ref().map(|corridor| corridor.reach.clone()).unwrap_or_default(),
         pinched: records::pinched(outcome, &mut names),
+        turned: records::turned(outcome, &snapshot.robot),
         refusal,
         names: names.text,
         message: message(outcome),

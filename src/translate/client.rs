@@ -2,6 +2,7 @@
 
 use crate::optimize::{LoweredFloor, Mode, Outcome, Settings, Termination};
 use crate::path::Path;
+use taut_ipc::control::RobotDescription;
 use taut_ipc::wire::{self, Code, NO_GROUP, RequestFlags, RequestHeader, ResponseView, WireError};
 
 use super::answer::WARNING;
@@ -40,11 +41,12 @@ pub fn request_header(settings: &Settings) -> RequestHeader {
     };
     let strict = if settings.strict { RequestFlags::STRICT } else { 0 };
     let unwrapped = if settings.unwrapped { RequestFlags::UNWRAPPED } else { 0 };
+    let keep_goal = if settings.keep_goal { RequestFlags::KEEP_GOAL } else { 0 };
     let without_contacts = if settings.contacts { 0 } else { RequestFlags::WITHOUT_CONTACTS };
     let corridor = if settings.corridor { RequestFlags::CORRIDOR } else { 0 };
     RequestHeader {
         mode: mode.into(),
-        flags: strict | unwrapped | without_contacts | corridor,
+        flags: strict | unwrapped | keep_goal | without_contacts | corridor,
         group: NO_GROUP,
         seed: settings.seed,
         work_budget: settings.work_budget,
@@ -53,11 +55,16 @@ pub fn request_header(settings: &Settings) -> RequestHeader {
     }
 }
 
-/// The outcome that a final response tells of. `weights` are those of the request's metric.
+/// The outcome that a final response about a path of `robot` tells of. `weights` are those of the request's metric.
 ///
 /// # Errors
 /// A refusal, or a response that contradicts itself.
-pub fn outcome(view: &ResponseView, settings: &Settings, weights: &[f64]) -> Result<(Outcome, Code), AnswerError> {
+pub fn outcome(
+    view: &ResponseView,
+    settings: &Settings,
+    robot: &RobotDescription,
+    weights: &[f64],
+) -> Result<(Outcome, Code), AnswerError> {
     let header = &view.header;
     let Some(path) = Path::from_rows((header.variables as usize).max(1), view.path.to_vec()) else {
         let (message, retry_after_ms) = (view.message.to_owned(), header.retry_after_ms);
@@ -67,6 +74,7 @@ pub fn outcome(view: &ResponseView, settings: &Settings, weights: &[f64]) -> Res
     let hint: Vec<String> = warnings.extract_if(.., |line| !line.starts_with(WARNING)).collect();
     let lowered: Vec<LoweredFloor> =
         view.lowered_pairs.iter().map(|pair| sections::lowered(pair, view)).collect::<Result<_, _>>()?;
+    let turned = sections::turned(view, robot)?;
     let certificate = sections::certificate(view, settings, &path, &lowered)?;
     let corridor = certificate.as_ref().and_then(|certificate| sections::corridor(view, certificate));
     let outcome = Outcome {
@@ -80,7 +88,7 @@ pub fn outcome(view: &ResponseView, settings: &Settings, weights: &[f64]) -> Res
         clearance_m: settings.clearance_m,
         floor_m: header.floor_m,
         floors_lowered: lowered,
-        // The wire does not carry them.
+        turned,
         pinched: sections::pinched(view)?,
         nearest: sections::nearest(view)?,
         iterations: header.iterations,

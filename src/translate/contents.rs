@@ -26,23 +26,22 @@ pub fn robot_of(files: &RobotFiles) -> Result<(Arc<RobotModel>, Arc<[f64]>), Ref
     prepared(description, &files.urdf)
 }
 
-/// The robot of a description, with a warning for each pair of links that collides as it stands where no SRDF
-/// speaks for it, and its default weights, which depend on its own bodies only.
+/// The robot of a description, with a warning for each pair of links that collides as it stands where its SRDF
+/// disables none, and its default weights, which depend on its own bodies only.
 ///
 /// # Errors
 /// A description that makes no robot.
 pub fn prepared(description: RobotDescription, urdf: &Path) -> Result<(Arc<RobotModel>, Arc<[f64]>), Refusal> {
-    let has_srdf = description.semantics.is_some();
     let refuse = |source| file_refusal(&FileError::Robot { file: urdf.to_owned(), source });
     let robot = Arc::new(RobotModel::new(description).map_err(refuse)?);
     let alone = CollisionModel::new(robot.clone(), Arc::new(Scene::default()));
     let alone = alone.map_err(|error| model_refusal(&error, &robot))?;
     let weights = reach_weights(&robot, alone.bodies()).into();
-    if has_srdf {
+    let warnings = neutral_warnings(&alone);
+    if warnings.is_empty() {
         return Ok((robot, weights));
     }
-    let warned = RobotModel::clone(&robot).with_warnings(neutral_warnings(&alone));
-    Ok((Arc::new(warned), weights))
+    Ok((Arc::new(RobotModel::clone(&robot).with_warnings(warnings)), weights))
 }
 
 /// A scene of this text. Messages call it `file`, and its meshes are found beside that.

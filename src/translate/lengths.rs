@@ -1,6 +1,6 @@
 //! Lengths that go with improvements.
 
-use crate::optimize::Settings;
+use crate::optimize::{Settings, lower_bound};
 use crate::path::{Metric, Path};
 use crate::store::Snapshot;
 
@@ -32,7 +32,6 @@ fn input_lengths(snapshot: &Snapshot, settings: &Settings, path: &Path) -> Optio
     let space = if settings.unwrapped { space.unwrapped() } else { space.clone() };
     let metric = Metric::new(&space, settings.weights.clone()?).ok()?;
     let mut scratch = vec![0.0; space.nv()];
-    let ends = [path.waypoint(0), path.waypoint(path.len() - 1)].concat();
-    let mut length = |rows: &[f64]| metric.length(&space, rows, &mut scratch);
-    Some([length(path.as_flat()), length(&ends)])
+    let bound = lower_bound(&space, &metric, path, settings.keep_goal);
+    Some([metric.length(&space, path.as_flat(), &mut scratch), bound])
 }

@@ -15,7 +15,7 @@ pub use client::{AnswerError, outcome, request_header};
 pub use contents::{diff_of, prepared, robot_of, scene_of, scene_text};
 pub use lengths::Lengths;
 pub use models::{
-    describe, file_refusal, model_refusal, name_refusal, robot_files, robot_source, robot_summary, scene_refusal,
-    scene_state, scene_summary, store_refusal,
+    describe, file_refusal, frame_refusal, model_refusal, name_refusal, robot_files, robot_source, robot_summary,
+    scene_refusal, scene_state, scene_summary, store_refusal, worlds,
 };
 pub use request::{check_layout, request_refusal, settings_and_path, wanted};

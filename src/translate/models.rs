@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use crate::collision::CollisionModelError;
+use crate::collision::{CollisionModelError, check_frames};
 use crate::files::{FileError, RobotFiles, RootJoint};
 use crate::robot::{Component, JointKind, RobotModel, VirtualJoint};
 use crate::scene::diff_file::SceneDiff;
@@ -42,7 +42,12 @@ fn root_joint(joint: control::VirtualJoint) -> RootJoint {
         VirtualJointKind::Planar => JointKind::Planar,
         VirtualJointKind::Floating => JointKind::Floating,
     };
-    RootJoint::Given(Some(VirtualJoint { name: joint.name, kind, position_bounds: joint.position_bounds }))
+    RootJoint::Given(Some(VirtualJoint {
+        name: joint.name,
+        kind,
+        position_bounds: joint.position_bounds,
+        parent_frame: joint.parent_frame,
+    }))
 }
 
 /// The control message's part that names these files; relative names are made absolute.
@@ -71,7 +76,7 @@ fn virtual_joint(joint: Option<&VirtualJoint>) -> control::VirtualJoint {
     control::VirtualJoint {
         name: joint.map(|joint| joint.name.clone()).unwrap_or_default(),
         kind,
-        parent_frame: String::new(),
+        parent_frame: joint.map(|joint| joint.parent_frame.clone()).unwrap_or_default(),
         position_bounds: joint.map(|joint| joint.position_bounds.clone()).unwrap_or_default(),
     }
 }
@@ -87,12 +92,19 @@ pub fn describe(label: &str, entry: &RobotEntry) -> RobotDescription {
         variables: variables(robot),
         held_variables: robot.held().iter().map(|variable| variable.name.clone()).collect(),
         held_values: robot.held().iter().map(|variable| variable.default).collect(),
+        fixed_joints: fixed_joints(robot),
         groups: robot.groups().iter().map(|(name, moving)| group(robot, name, moving)).collect(),
         nq: robot.space().nq() as u32,
         nv: robot.space().nv() as u32,
         weights: entry.weights.to_vec(),
         warnings: robot.warnings().to_vec(),
     }
+}
+
+fn fixed_joints(robot: &RobotModel) -> Vec<String> {
+    // Joint 0 holds the root in the world; it is nobody's but ours.
+    let fixed = robot.joints().iter().skip(1).filter(|joint| joint.kind == JointKind::Fixed);
+    fixed.map(|joint| joint.name.clone()).collect()
 }
 
 fn variables(robot: &RobotModel) -> Vec<VariableDescription> {
@@ -136,7 +148,11 @@ pub fn robot_summary(label: &str, entry: &RobotEntry) -> RobotSummary {
 
 /// A scene in a listing.
 pub fn scene_summary(label: &str, entry: &SceneEntry) -> SceneSummary {
-    SceneSummary { warnings: entry.scene.warnings().to_vec(), ..scene_state(label, entry) }
+    let worlds = entry.scene.worlds().map(|(id, frame)| {
+        format!("object {id:?}: its frame {frame:?} is none of the scene's; robots in it have to call the world so")
+    });
+    let warnings = entry.scene.warnings().iter().cloned().chain(worlds).collect();
+    SceneSummary { warnings, ..scene_state(label, entry) }
 }
 
 /// The same without a look at what is odd about its objects.
@@ -191,6 +207,27 @@ pub fn name_refusal(diff: &SceneDiff, scene: &Scene, store: &ModelStore) -> Resu
         return Err(Refusal::new(Code::InvalidObjectName, format!("{text}; objects: {objects}; links: {}", links())));
     }
     Ok(())
+}
+
+/// What robots call the world.
+pub fn worlds(store: &ModelStore) -> Vec<String> {
+    let names: BTreeSet<String> = store.robots().values().flat_map(|entry| entry.robot.worlds()).collect();
+    names.into_iter().collect()
+}
+
+/// The refusal of a scene whose frames are those of no loaded robot. Where none is loaded, nothing is known of that.
+///
+/// # Errors
+/// The refusal.
+pub fn frame_refusal(scene: &Scene, store: &ModelStore) -> Result<(), Refusal> {
+    let mut refused = None;
+    for entry in store.robots().values() {
+        match check_frames(&entry.robot, scene) {
+            Ok(()) => return Ok(()),
+            Err(error) => refused = refused.or(Some(model_refusal(&error, &entry.robot))),
+        }
+    }
+    refused.map_or(Ok(()), Err)
 }
 
 /// Names for a message, cut where there are many.

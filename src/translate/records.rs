@@ -2,14 +2,15 @@
 
 use std::collections::HashMap;
 
-use crate::optimize::{self, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal as Hit};
+use crate::optimize::{self, ColumnTurns, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal as Hit};
 use crate::path::Path;
+use crate::robot::RobotModel;
 use crate::validation::{Certificate, HitReason, SegmentClaim};
 use sha2::{Digest, Sha256};
 use taut_ipc::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT};
 use taut_ipc::wire::{
     ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalReason, RefusalRecord, Stage,
-    StageRecord, TextSpan,
+    StageRecord, TextSpan, TurnedColumn,
 };
 
 /// Collects names of bodies, each once, as far as the section holds them.
@@ -131,6 +132,15 @@ pub(super) fn contacts(nearest: &NearestBodies, names: &mut Names) -> Vec<Active
 pub(super) fn pinched(outcome: &Outcome, names: &mut Names) -> Vec<PinchedPair> {
     let record = |[a, b]: &[String; 2]| Some(PinchedPair { body_a: names.span(a)?, body_b: names.span(b)? });
     outcome.pinched.iter().map_while(record).take(MAX_RECORDS).collect()
+}
+
+/// Angle columns whose numbers are not the given ones.
+pub(super) fn turned(outcome: &Outcome, robot: &RobotModel) -> Vec<TurnedColumn> {
+    let column = |name: &str| robot.variables().iter().position(|variable| variable.name == name);
+    let record = |turned: &ColumnTurns| {
+        Some(TurnedColumn { column: column(&turned.variable)? as u32, turns: turned.turns as i32 })
+    };
+    outcome.turned.iter().filter_map(record).collect()
 }
 
 /// What each stage did.

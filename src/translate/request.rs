@@ -76,6 +76,7 @@ pub fn settings_and_path(
         clearance_m: if header.clearance_m == 0.0 { default_clearance_m } else { header.clearance_m },
         strict: header.flags & RequestFlags::STRICT != 0,
         unwrapped: header.flags & RequestFlags::UNWRAPPED != 0,
+        keep_goal: header.flags & RequestFlags::KEEP_GOAL != 0,
         // Given here so that the core need not work them out for each request.
         weights: listed(view.weights).or_else(|| Some(snapshot.weights.to_vec())),
         work_budget: header.work_budget,

@@ -1,11 +1,16 @@
 //! From the records of a response's sections back to an outcome.
 
 use crate::math::Vec3;
-use crate::optimize::{self, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, Settings, StageShare};
+use crate::optimize::{
+    self, ColumnTurns, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, Settings, StageShare,
+};
 use crate::path::Path;
 use crate::validation::corridor;
 use crate::validation::{Certificate, Corridor, HitReason, SegmentClaim};
-use taut_ipc::wire::{self, ActiveContact, Code, RefusalReason, ResponseView, Stage, StageRecord, TextSpan, WireError};
+use taut_ipc::control::RobotDescription;
+use taut_ipc::wire::{
+    self, ActiveContact, Code, RefusalReason, ResponseView, Stage, StageRecord, TextSpan, TurnedColumn, WireError,
+};
 
 use super::client::AnswerError;
 use super::records::path_hash;
@@ -114,6 +119,15 @@ pub(super) fn nearest(view: &ResponseView) -> Result<Option<NearestBodies>, Wire
 /// Pairs between which the path is pinched.
 pub(super) fn pinched(view: &ResponseView) -> Result<Vec<[String; 2]>, WireError> {
     view.pinched_pairs.iter().map(|pair| names(view, [pair.body_a, pair.body_b])).collect()
+}
+
+/// Angle columns whose numbers are not the given ones.
+pub(super) fn turned(view: &ResponseView, robot: &RobotDescription) -> Result<Vec<ColumnTurns>, WireError> {
+    let column = |record: &TurnedColumn| match robot.variables.get(record.column as usize) {
+        Some(variable) => Ok(ColumnTurns { variable: variable.name.clone(), turns: record.turns.into() }),
+        None => Err(WireError::UnknownValue { field: "column", value: record.column.into() }),
+    };
+    view.turned_columns.iter().map(column).collect()
 }
 
 /// What each stage did.

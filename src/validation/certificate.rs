@@ -12,7 +12,10 @@ use crate::hash::ContentHasher;
 use crate::path::Path;
 
 /// Raised whenever the checker proves or refuses anything differently.
-pub const CHECKER_VERSION: u32 = 2;
+pub const CHECKER_VERSION: u32 = 3;
+/// From this checker version on a step of an angle column means its numbers, and no proved path has one of more than
+/// half a turn; before, every step meant the shortest arc.
+pub const FIRST_BY_NUMBERS: u32 = 3;
 /// Certificates of this checker version and later carry a digest.
 pub const FIRST_WITH_DIGEST: u32 = 2;
 

@@ -70,6 +70,13 @@ enum Found {
     Stopped,
 }
 
+/// What came of one segment.
+pub(super) enum Attempt {
+    Proved(SegmentProof),
+    Refused { t: f64, pair: usize, reason: HitReason },
+    Stopped,
+}
+
 /// Proves segments for one request: one robot and scene, one set of floors.
 pub struct Validator<'a> {
     pub(super) model: &'a CollisionModel,
@@ -80,6 +87,8 @@ pub struct Validator<'a> {
     pub(super) instructions: InstructionSet,
     /// Bodies closer than this many of their floors are too close to be proved.
     pub(super) margin: f64,
+    /// Only contact refuses, however close bodies are; see [`first_contact`](super::first_contact).
+    pub(super) seeks_contact: bool,
     pub(super) exact: u64,
 }
 
@@ -107,6 +116,7 @@ impl<'a> Validator<'a> {
             layers: Layers::default(),
             instructions: InstructionSet::default(),
             margin: MARGIN,
+            seeks_contact: false,
             exact: 0,
         }
     }
@@ -168,8 +178,24 @@ impl<'a> Validator<'a> {
         self.add(from, to);
         match self.search(stop) {
             Found::Nothing => SegmentVerdict::Proved(self.scratch.segments.proofs[0]),
-            Found::Refusal(interval, pair, reason) => SegmentVerdict::Refused(self.hit(&interval, pair, reason)),
+            Found::Refusal(interval, pair, reason) => {
+                SegmentVerdict::Refused(Hit { proved_until: 0.0, ..self.hit(&interval, pair, reason) })
+            }
             Found::Stopped => SegmentVerdict::Stopped,
+        }
+    }
+
+    /// The same without the contact of a refusal, which may cost more than finding the place.
+    pub(super) fn attempt(&mut self, [from, to]: [&[f64]; 2], stop: &mut dyn FnMut() -> bool) -> Attempt {
+        if let Some(proof) = self.known(from, to) {
+            return Attempt::Proved(proof);
+        }
+        self.begin();
+        self.add(from, to);
+        match self.search(stop) {
+            Found::Nothing => Attempt::Proved(self.scratch.segments.proofs[0]),
+            Found::Refusal(interval, pair, reason) => Attempt::Refused { t: interval.middle, pair, reason },
+            Found::Stopped => Attempt::Stopped,
         }
     }
 
@@ -214,7 +240,7 @@ impl<'a> Validator<'a> {
         }
     }
 
-    fn known(&self, from: &[f64], to: &[f64]) -> Option<SegmentProof> {
+    pub(super) fn known(&self, from: &[f64], to: &[f64]) -> Option<SegmentProof> {
         self.layers.reuse.then(|| self.scratch.ledger.get(from, to)).flatten()
     }
 
@@ -226,20 +252,32 @@ impl<'a> Validator<'a> {
                 return Found::Stopped;
             };
             if let Some((lane, pair, reason)) = examined.refused {
+                // They are not proved: see `remember_proved`.
+                rake[..count].iter().rev().for_each(|interval| self.scratch.queue.push_front(*interval));
                 return Found::Refusal(rake[lane], pair, reason);
             }
             for (interval, undecided) in rake.iter().zip(&examined.undecided) {
                 self.scratch.queue.extend(interval.split(undecided));
             }
         }
+        self.remember_proved();
+        Found::Nothing
+    }
+
+    /// Remembers the segments at hand of which nothing is left in the queue.
+    pub(super) fn remember_proved(&mut self) {
+        if !self.layers.reuse {
+            return;
+        }
         let nq = self.space.nq();
-        let segments = &self.scratch.segments;
-        if self.layers.reuse {
-            for (ends, proof) in segments.ends.chunks((2 * nq).max(1)).zip(&segments.proofs) {
-                self.scratch.ledger.insert(&ends[..nq], &ends[nq..], *proof);
+        let Scratch { segments, queue, ledger, .. } = &mut *self.scratch;
+        let mut open = vec![false; if queue.is_empty() { 0 } else { segments.proofs.len() }];
+        queue.iter().for_each(|interval| open[interval.segment] = true);
+        for (number, (ends, proof)) in segments.ends.chunks((2 * nq).max(1)).zip(&segments.proofs).enumerate() {
+            if !open.get(number).is_some_and(|is_open| *is_open) {
+                ledger.insert(&ends[..nq], &ends[nq..], *proof);
             }
         }
-        Found::Nothing
     }
 
     /// Up to eight intervals from the queue, either all new or all parts of others.

@@ -202,16 +202,20 @@ impl Validator<'_> {
         self.scratch.floors.spend(pair) > LOWERED_FLOOR_INTERVALS
     }
 
-    fn decide(&mut self, pair: usize, half: f64, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
+    pub(super) fn decide(&mut self, pair: usize, half: f64, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
         let (model, motion, floor) = (self.model, &self.scratch.motion, self.floors()[pair]);
         let mut interval = motion.pair_interval(model, &model.pairs()[pair], half, floor);
-        interval.too_close = self.margin * floor;
+        interval.too_close = if self.seeks_contact { f64::NEG_INFINITY } else { self.margin * floor };
         if !self.layers.along_normal {
             interval.bend = f64::INFINITY;
         }
         let mut looks = Looks::new(stop);
         let mut direction = self.scratch.directions.get(&pair).copied();
-        let verdict = interval.decide(&mut direction, &mut looks);
+        let mut verdict = interval.decide(&mut direction, &mut looks);
+        if self.seeks_contact && verdict == IntervalVerdict::Split {
+            // What made it too wide is one part of the bodies; others may touch in the middle.
+            verdict = interval.touches_in_the_middle(&mut looks);
+        }
         self.exact += looks.count;
         if let Some(direction) = direction {
             self.scratch.directions.insert(pair, direction);

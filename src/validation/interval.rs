@@ -101,6 +101,17 @@ impl PairInterval<'_> {
         self.descend(0, 0, looks)
     }
 
+    /// Whether surfaces touch or overlap in the middle; [`IntervalVerdict::Split`] where they do not.
+    pub fn touches_in_the_middle(&self, looks: &mut Looks) -> IntervalVerdict {
+        let still = Twist::default();
+        let (bend, travel, floor, too_close) = (0.0, 0.0, 0.0, f64::NEG_INFINITY);
+        let middle = PairInterval { twist_a: still, twist_b: still, bend, travel, floor, too_close, ..*self };
+        match middle.descend(0, 0, looks) {
+            verdict @ (IntervalVerdict::Collision | IntervalVerdict::Stopped) => verdict,
+            IntervalVerdict::Proved(_) | IntervalVerdict::TooClose | IntervalVerdict::Split => IntervalVerdict::Split,
+        }
+    }
+
     /// Unit vector from B's convex hull towards A's in the middle, in B's frame; `None` where they overlap.
     pub fn direction_of_wholes(&self) -> Option<Vec3> {
         Shell::direction(self.a.solid.shell.as_ref()?, &self.relative, self.b.solid.shell.as_ref()?)

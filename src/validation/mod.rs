@@ -5,7 +5,10 @@ pub mod continuous;
 pub mod corridor;
 pub mod discretized;
 mod examine;
+mod first_contact;
 mod floors;
+mod in_order;
+mod input_proof;
 pub mod interval;
 mod ledger;
 pub mod motion;
@@ -15,11 +18,13 @@ mod poses;
 pub mod rake;
 pub mod reach;
 pub mod reference;
+mod runs;
 pub mod segment_motion;
 #[cfg(test)]
 pub(crate) mod soundness;
 pub mod timed;
 mod undecided;
+mod waypoints;
 
 pub use certificate::{Certificate, SegmentClaim};
 pub use continuous::{Scratch, Validator};

@@ -2,6 +2,8 @@
 
 use super::Contact;
 use super::Validator;
+use super::continuous::Scratch;
+use super::interval::{IntervalVerdict, Looks};
 use crate::collision::BodyPair;
 use crate::collision::query;
 
@@ -26,6 +28,18 @@ impl Validator<'_> {
         query::closest(a, &a.placed(&self.scratch.kinematics), b, &b.placed(&self.scratch.kinematics))
     }
 
+    /// Whether a pair touches or overlaps at one configuration: cheaper than the contact.
+    pub fn touches(&mut self, pair: usize, configuration: &[f64]) -> bool {
+        self.scratch.segments.exact = None;
+        let Scratch { motion, .. } = &mut *self.scratch;
+        motion.begin(self.model, self.space, configuration, configuration, self.held);
+        motion.place(self.model, self.space, configuration, 0.0, self.held);
+        let pair = &self.model.pairs()[pair];
+        let interval = motion.pair_interval(self.model, pair, 0.0, 0.0);
+        let surfaces = interval.touches_in_the_middle(&mut Looks::new(&mut || false));
+        surfaces == IntervalVerdict::Collision || motion.is_enclosed(self.model, pair)
+    }
+
     /// The same at a ratio of a segment.
     pub fn contact_between(&mut self, pair: usize, from: &[f64], to: &[f64], t: f64) -> Contact {
         self.contact_and_speed(pair, from, to, t).0
@@ -38,6 +52,15 @@ impl Validator<'_> {
         self.scratch.motion.place(self.model, self.space, from, t, self.held);
         let pair = &self.model.pairs()[pair];
         (self.scratch.motion.contact(self.model, pair), self.scratch.motion.speed(pair))
+    }
+
+    /// Closest points of a pair at a ratio of a segment, with the penetration depth where it touches or overlaps: for
+    /// people, and dearer than [`Self::contact`].
+    pub fn penetration(&mut self, pair: usize, from: &[f64], to: &[f64], t: f64) -> Contact {
+        self.scratch.segments.exact = None;
+        self.scratch.motion.begin(self.model, self.space, from, to, self.held);
+        self.scratch.motion.place(self.model, self.space, from, t, self.held);
+        self.scratch.motion.penetration(self.model, &self.model.pairs()[pair])
     }
 
     /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces meet there,

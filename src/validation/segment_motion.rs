@@ -3,6 +3,7 @@
 
 use super::interval::PairInterval;
 use super::motion::{MotionBounds, Twist};
+use crate::collision::penetration::penetration;
 use crate::collision::piece::Transform;
 use crate::collision::query;
 use crate::collision::{BodyPair, CollisionModel, Contact};
@@ -110,6 +111,20 @@ impl SegmentMotion {
         let [a, b] = [pair.a, pair.b];
         let bodies = model.bodies();
         query::closest(&bodies[a], self.placed(model, a), &bodies[b], self.placed(model, b))
+    }
+
+    /// The same, with the penetration depth of a pair that touches or overlaps.
+    pub fn penetration(&self, model: &CollisionModel, pair: &BodyPair) -> Contact {
+        let [a, b] = [pair.a, pair.b];
+        let bodies = model.bodies();
+        penetration(&bodies[a], self.placed(model, a), &bodies[b], self.placed(model, b))
+    }
+
+    /// Whether a body of a pair has a part wholly inside a mesh of the other where the bodies were placed last.
+    pub fn is_enclosed(&self, model: &CollisionModel, pair: &BodyPair) -> bool {
+        let [(body_a, at_a), (body_b, at_b)] =
+            [pair.a, pair.b].map(|body| (&model.bodies()[body], self.placed(model, body)));
+        query::enclosed(body_a, at_a, body_b, at_b).is_some()
     }
 
     /// Distance of a pair that is apart where the bodies were placed last, at most 1 + [`query::NEARLY`] times the

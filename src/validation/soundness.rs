@@ -269,6 +269,7 @@ fn long_thin_triangles_are_met_as_triangles_and_not_as_their_balls() {
             origin: Pose::from_parts(Vec3::new(0.13, 0.0, 0.0), crate::math::Quat::IDENTITY),
             axis: Vec3::Z,
             limits: None,
+            soft_limits: None,
             mimic: None,
         }],
         // With semantics, links joined by one joint are checked.
@@ -331,6 +332,7 @@ fn a_pair_that_rounding_hides_from_the_filter_is_decided_exactly() {
             origin: Pose::identity(),
             axis: Vec3::X,
             limits: Some((-2.0 * FAR, 2.0 * FAR)),
+            soft_limits: None,
             mimic: None,
         }],
         ..RobotDescription::default()

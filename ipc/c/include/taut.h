@@ -146,7 +146,7 @@ typedef struct {
     uint32_t reserved;
     // Ratio on the segment, 0 to 1.
     double t;
-    // Depth in metres; negative is a distance.
+    // Penetration depth in metres, from below unless both bodies are convex; negative is a distance.
     double depth_m;
     // A point on each body, world frame, in metres.
     double points[2][3];
@@ -229,8 +229,10 @@ typedef struct {
     uint8_t without_contacts;
     // TAUT_MODE_CHECK of `taut_shorten` only: tell again when a change of the scene makes the path unsafe or safe: 0 or 1.
     uint8_t watch;
+    // Keep the goal's numbers: a path whose angles lead there only by a step of more than half a turn is refused: 0 or 1.
+    uint8_t keep_goal;
     // 0; keeps what follows aligned.
-    uint32_t reserved;
+    uint8_t reserved[3];
     // Names of the path's columns, in the path's order; NULL = all of the robot's variables, in its order.
     const char *const *columns;
     // How many.

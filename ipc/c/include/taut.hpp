@@ -146,6 +146,7 @@ public:
     options &seed(std::uint64_t seed) { return plain.seed = seed, *this; }
     options &strict(bool strict) { return plain.strict = strict, *this; }
     options &unwrapped(bool unwrapped) { return plain.unwrapped = unwrapped, *this; }
+    options &keep_goal(bool keep) { return plain.keep_goal = keep, *this; }
     options &contacts(bool wanted) { return plain.without_contacts = !wanted, *this; }
     options &columns(std::vector<std::string> names) { return columns_ = std::move(names), *this; }
     options &group(std::string name) { return group_ = std::move(name), *this; }

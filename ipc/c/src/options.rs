@@ -38,8 +38,10 @@ pub struct Options {
     pub without_contacts: u8,
     /// TAUT_MODE_CHECK of `taut_shorten` only: tell again when a change of the scene makes the path unsafe or safe: 0 or 1.
     pub watch: u8,
+    /// Keep the goal's numbers: a path whose angles lead there only by a step of more than half a turn is refused: 0 or 1.
+    pub keep_goal: u8,
     /// 0; keeps what follows aligned.
-    pub reserved: u32,
+    pub reserved: [u8; 3],
     /// Names of the path's columns, in the path's order; NULL = all of the robot's variables, in its order.
     pub columns: *const *const c_char,
     /// How many.
@@ -81,7 +83,8 @@ const DEFAULT: Options = Options {
     unwrapped: 0,
     without_contacts: 0,
     watch: 0,
-    reserved: 0,
+    keep_goal: 0,
+    reserved: [0; 3],
     columns: null(),
     column_count: 0,
     held_names: null(),
@@ -121,6 +124,7 @@ pub(crate) unsafe fn request(
     for (name, flag) in [
         ("strict", options.strict),
         ("unwrapped", options.unwrapped),
+        ("keep_goal", options.keep_goal),
         ("without_contacts", options.without_contacts),
         ("watch", options.watch),
     ] {
@@ -159,6 +163,7 @@ pub(crate) unsafe fn request(
         clearance_m: if options.clearance_m == 0.0 { None } else { Some(options.clearance_m) },
         strict: options.strict == 1,
         unwrapped: options.unwrapped == 1,
+        keep_goal: options.keep_goal == 1,
         contacts: options.without_contacts == 0,
         watch: options.watch == 1,
         metric: weights.to_vec(),

@@ -144,6 +144,7 @@ impl Connection {
         allowed_collisions: Vec<(String, String)>,
         replace: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
+        let srdf = srdf.or_else(|| taut::files::srdf_of(&urdf));
         let files = RobotFiles { urdf, srdf, packages, variables, allowed_collisions, ..RobotFiles::default() };
         let source = taut::translate::robot_source(&files);
         let files = taut::translate::robot_files(source.clone());

@@ -55,6 +55,7 @@ pub fn request(robot: &str, scene: Option<&str>, options: &Bound<'_, PyDict>) ->
         "clearance" => clearance_m,
         "strict" => strict,
         "unwrapped" => unwrapped,
+        "keep_goal" => keep_goal,
         "contacts" => contacts,
         "watch" => watch,
         "metric" => metric,

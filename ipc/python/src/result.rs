@@ -25,11 +25,12 @@ fn result(about: &About, best: &Best, time_s: f64) -> PyResult<(ResultFile, std:
         clearance_m: request.clearance_m.unwrap_or(Settings::DEFAULT_CLEARANCE_M),
         strict: request.strict,
         unwrapped: request.unwrapped,
+        keep_goal: request.keep_goal,
         weights: Some(weights.clone()),
         ..Settings::default()
     };
     let view = best.view().map_err(|error| errors::of(&PlannerError::from(error)))?;
-    let (outcome, code) = translate::outcome(&view, &settings, &weights)
+    let (outcome, code) = translate::outcome(&view, &settings, &robot, &weights)
         .map_err(|error| errors::raise(Code::MalformedRequest, &error.to_string()))?;
     let mode = options::MODES.iter().find(|(_, mode)| *mode == request.mode);
     let of_outcome = ResultFile::of(&outcome);

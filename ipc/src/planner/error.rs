@@ -48,7 +48,7 @@ pub struct Place {
     pub segment: u32,
     /// Ratio on the segment, 0 to 1.
     pub t: f64,
-    /// Depth in metres; negative is a distance.
+    /// Penetration depth in metres, from below unless both bodies are convex; negative is a distance.
     pub depth_m: f64,
     /// Contact or closest points on the bodies, world frame, in metres.
     pub points: [[f64; 3]; 2],
@@ -65,7 +65,7 @@ impl std::fmt::Display for Refused {
         let ([a, b], Place { segment, t, depth_m, .. }) = (&place.bodies, place);
         write!(f, "{}: {a} × {b} at segment {segment} (from 0), t = {t:.3}, ", self.code.name())?;
         match *depth_m {
-            depth if depth > 0.0 => write!(f, "depth {depth:.3e} m")?,
+            depth if depth > 0.0 => write!(f, "depth ≥ {depth:.3e} m")?,
             depth => write!(f, "distance {:.3e} m", -depth)?,
         }
         if self.message.is_empty() { Ok(()) } else { write!(f, "; {}", self.message.replace('\n', "; ")) }

@@ -34,6 +34,8 @@ pub struct Request {
     pub strict: bool,
     /// Columns of continuous joints are real numbers, not angles on the circle.
     pub unwrapped: bool,
+    /// The goal's numbers stay to the last bit; a path whose angles do not lead there by their numbers is refused.
+    pub keep_goal: bool,
     /// Look for what is nearest along the answer.
     pub contacts: bool,
     /// Mode check only: tell again when a change of the scene makes the path unsafe or safe, until it is dropped.
@@ -66,6 +68,7 @@ impl Request {
             clearance_m: None,
             strict: false,
             unwrapped: false,
+            keep_goal: false,
             contacts: true,
             watch: false,
             metric: Vec::new(),
@@ -124,6 +127,7 @@ impl Request {
             mode: self.mode.into(),
             flags: flag(self.strict, RequestFlags::STRICT)
                 | flag(self.unwrapped, RequestFlags::UNWRAPPED)
+                | flag(self.keep_goal, RequestFlags::KEEP_GOAL)
                 | flag(!self.contacts, RequestFlags::WITHOUT_CONTACTS)
                 | flag(self.watch, RequestFlags::WATCH),
             priority: self.priority,

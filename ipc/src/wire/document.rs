@@ -3,7 +3,7 @@
 use super::{
     ActiveContact, CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader, Field, LoweredPair,
     Mode, PinchedPair, RefusalReason, RefusalRecord, RequestHeader, ResponseHeader, SceneEvent, SceneEventKind, Stage,
-    StageRecord, Status, StatusRecord, Termination,
+    StageRecord, Status, StatusRecord, Termination, TurnedColumn,
 };
 use crate::services;
 use std::fmt::Write;
@@ -33,7 +33,7 @@ Lengths of paths are in the request's metric (by default metres moved per unit o
 
 type Described = (&'static str, usize, &'static [Field]);
 
-fn types() -> [Described; 14] {
+fn types() -> [Described; 15] {
     macro_rules! described {
         ($($title:literal $name:ident),*) => {
             [$( ($title, size_of::<$name>(), $name::FIELDS), )*]
@@ -47,6 +47,7 @@ fn types() -> [Described; 14] {
         "Lowered pair" LoweredPair,
         "Active contact" ActiveContact,
         "Pinched pair" PinchedPair,
+        "Turned column" TurnedColumn,
         "Stage" StageRecord,
         "Refusal" RefusalRecord,
         "Control request header" ControlHeader,
@@ -106,7 +107,8 @@ fn number_tables(text: &mut String) {
         "\n## Request flags\n\nbit 0 strict (never lower a floor), bit 1 unwrapped (continuous columns are real numbers), \
          bit 2 without contacts (active contacts are not looked for), bit 3 watch (mode check without a deadline only: the \
          verdict comes with status progress, and again whenever a change of the scene turns it; the scene's end is final), \
-         bit 4 corridor (each segment's clearance is the largest that could be proved, up to 10 cm, and `reach` comes too).\n\
+         bit 4 corridor (each segment's clearance is the largest that could be proved, up to 10 cm, and `reach` comes too), bit 5 \
+         keep goal (the goal's numbers stay; a path whose angles do not lead there by their numbers is refused).\n\
          \n## Response flags\n\nbit 0 proved, bit 1 superseded (the scene has a newer version).\n",
     );
 }

@@ -117,8 +117,11 @@ impl RequestFlags {
     /// Prove each segment of the answer at the largest clearance that it keeps, up to 10 cm, and tell the reach of
     /// each coordinate: the corridor in which what is executed stays free.
     pub const CORRIDOR: u32 = 1 << 4;
+    /// The goal's numbers stay to the last bit; a path whose angles do not lead there by their numbers is refused.
+    pub const KEEP_GOAL: u32 = 1 << 5;
     /// All flags that exist.
-    pub const ALL: u32 = Self::STRICT | Self::UNWRAPPED | Self::WITHOUT_CONTACTS | Self::WATCH | Self::CORRIDOR;
+    pub const ALL: u32 =
+        Self::STRICT | Self::UNWRAPPED | Self::WITHOUT_CONTACTS | Self::WATCH | Self::CORRIDOR | Self::KEEP_GOAL;
 
     /// Checks that only known flags are set.
     ///

@@ -85,6 +85,15 @@ wire_type! {
 }
 
 wire_type! {
+    /// An angle column whose numbers were written anew: a step of more than half a turn means the short way round
+    /// (section `turned_columns`).
+    TurnedColumn, size 8 {
+        0 column: u32, "column of the path";
+        4 turns: i32, "whole turns from the goal's given number to this path's; 0 = only numbers before it moved";
+    }
+}
+
+wire_type! {
     /// What one stage of the method did (section `stages`).
     StageRecord, size 32 {
         0 stage: u32, "see stages";
@@ -104,7 +113,7 @@ wire_type! {
         20 proved_segments: u32, "segments before it that are proved";
         24 t: f64, "place on the segment, 0 to 1";
         32 proved_t: f64, "the segment after the proved ones is proved up to here";
-        40 depth_m: f64, "penetration depth, in metres; negative = still this far apart";
+        40 depth_m: f64, "penetration depth, in metres, from below unless both bodies are convex; negative = still this far apart";
         48 floor_m: f64, "the floor the pair was last tried at, in metres";
         56 point_a: [f64; 3], "contact point on the first body, world frame, in metres";
         80 point_b: [f64; 3], "contact point on the second body, world frame, in metres";

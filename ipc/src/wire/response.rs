@@ -4,7 +4,7 @@ use super::layout::Section;
 use super::request::{check_version, path_numbers};
 use super::{
     ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalRecord, ResponseFlags,
-    Stage, StageRecord, Status, Termination, WireError,
+    Stage, StageRecord, Status, Termination, TurnedColumn, WireError,
 };
 use crate::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_VARIABLES, MAX_WAYPOINTS};
 use crate::wire::body::{numbers, records, section_bytes};
@@ -12,9 +12,9 @@ use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
     /// Header of a response on `taut/v1/optimize`.
-    ResponseHeader, size 264 {
+    ResponseHeader, size 272 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 264";
+        4 header_len: u32, "size of this header, 272";
         8 request_id: u64, "of the request answered";
         16 seq: u32, "counts the responses of this request from 0; a gap means dropped ones";
         20 status: u32, "see statuses";
@@ -52,6 +52,7 @@ wire_type! {
         240 names: Section, "UTF-8 bytes that text spans point into";
         248 message: Section, "UTF-8 bytes, one line for people";
         256 reach: Section, "f64, metres that bodies move at most per unit of each velocity coordinate; with the flag corridor";
+        264 turned_columns: Section, "records, of the final response";
     }
 }
 
@@ -88,6 +89,8 @@ pub struct ResponseView<'a> {
     /// Metres that bodies move at most against each other, per unit of each velocity coordinate; empty unless the
     /// request asked for the corridor.
     pub reach: &'a [f64],
+    /// Angle columns whose numbers are not the given ones but whole turns away.
+    pub turned_columns: &'a [TurnedColumn],
     /// The text that spans point into.
     pub names: &'a str,
     /// One line for people.
@@ -117,6 +120,7 @@ impl<'a> ResponseView<'a> {
             refusal: records(payload, "refusal", header.refusal, 1)?.first(),
             certificate_head: records(payload, "certificate_head", header.certificate_head, 1)?.first(),
             reach: numbers(payload, "reach", header.reach, 2 * MAX_VARIABLES)?,
+            turned_columns: records(payload, "turned_columns", header.turned_columns, MAX_VARIABLES)?,
             names: text(payload, "names", header.names)?,
             message: text(payload, "message", header.message)?,
         })

@@ -92,7 +92,7 @@ pub(super) fn measure(loaded: &Loaded, clearance: f64, scratch: &mut Scratch) ->
     let (path, held) = (&loaded.path, vec![0.0; model.robot().held().len()]);
     let floors = {
         let mut validator = Validator::new(&model, model.robot().space(), &held, clearance, scratch);
-        let _ = path_proof::prove_input(&mut validator, path, &mut || false);
+        let _ = path_proof::prove_input(&mut validator, path, true, &mut || false);
         validator.floors().to_vec()
     };
     let mut check = Check { model: &model, held: &held, clearance, floors: &floors, scratch };

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::json;
 use taut::files::ResultFile;
-use taut::files::result::ResultCorridor;
+use taut::files::result::{ResultCorridor, ResultTurns};
 
 /// A number as every reader takes it for one that may have a fraction: never with an exponent, always with a point.
 fn number(value: f64) -> String {
@@ -31,14 +31,31 @@ pub(super) fn csv(result: &ResultFile) -> String {
     for row in &result.path {
         let _ = writeln!(text, "{}", row.iter().map(|value| number(*value)).collect::<Vec<_>>().join(","));
     }
+    let _ = writeln!(text, "# {}", proved(result));
     text + &comments(result)
+}
+
+/// What was proved of the numbers of the path.
+fn proved(result: &ResultFile) -> String {
+    let mut text = match result.subject.unwrapped {
+        true => "proved free on the straight lines between its points, every column a real number".to_owned(),
+        false => "proved free where every column moves from number to number as they stand".to_owned(),
+    };
+    for ResultTurns { variable, turns } in &result.turned {
+        let _ = match turns {
+            0 => write!(text, "; {variable} was written anew between its ends"),
+            turns => write!(text, "; {variable} ends {turns:+} turns from the goal that was given"),
+        };
+    }
+    text
 }
 
 /// ROS's JointTrajectory: positions only.
 pub(super) fn yaml(result: &ResultFile) -> String {
-    let mut text = String::from(
-        "# A path, proved free on the straight lines between its points. It has no times: every time_from_start is 0.\n\
+    let mut text = format!(
+        "# A path, {}. It has no times: every time_from_start is 0.\n\
          # Time it, then prove what a controller makes of it: taut check --timed\n",
+        proved(result)
     );
     text += &comments(result);
     let names = result.variables.iter().map(|name| json!(name).to_string());

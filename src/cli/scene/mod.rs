@@ -7,7 +7,7 @@ mod values;
 use std::io::{Read, Write};
 use std::path::PathBuf;
 
-use taut::files::FileError;
+use taut::files::{FileError, diff_text};
 use taut_ipc::Client;
 use taut_ipc::control::{ControlReply, ControlRequest, SceneSummary, SceneText};
 use taut_ipc::planner::words;
@@ -73,7 +73,7 @@ enum Command {
     Apply {
         /// Its label
         label: String,
-        /// The diff (JSON, `is_diff` set); - reads standard input
+        /// The diff (JSON or YAML, `is_diff` set); - reads standard input
         file: PathBuf,
         /// Version that the scene has to have
         #[arg(long, value_name = "VERSION", value_parser = version)]
@@ -230,9 +230,10 @@ fn read(file: &std::path::Path) -> Result<(String, Option<PathBuf>), CliError> {
     if file.as_os_str() == "-" {
         let mut text = String::new();
         std::io::stdin().read_to_string(&mut text).map_err(refuse)?;
-        return Ok((text, std::env::current_dir().ok()));
+        return Ok((diff_text(text, file)?, std::env::current_dir().ok()));
     }
-    Ok((std::fs::read_to_string(file).map_err(refuse)?, folder_of(file)))
+    let text = std::fs::read_to_string(file).map_err(refuse)?;
+    Ok((diff_text(text, file)?, folder_of(file)))
 }
 
 fn change(

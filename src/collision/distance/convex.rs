@@ -6,13 +6,79 @@ use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 
 use super::point::closest_on;
-use crate::collision::piece::{Core, Transform};
+use crate::collision::contact::Contact;
+use crate::collision::piece::{Core, Piece, Transform};
 use crate::math::{Pose, Vec3};
 
 impl SupportMap for Core {
     fn local_support_point(&self, direction: Vec3) -> Vec3 {
         self.support(direction)
     }
+}
+
+/// A convex body.
+pub enum Hull {
+    /// A single piece.
+    Piece(Piece),
+    /// The convex hull of points, swept by a ball.
+    Points {
+        /// The points.
+        points: Vec<Vec3>,
+        /// Unit normals of its faces, out or in.
+        normals: Vec<Vec3>,
+        /// Radius of the ball (m).
+        radius: f64,
+    },
+}
+
+impl Hull {
+    fn radius(&self) -> f64 {
+        match self {
+            Self::Piece(piece) => piece.radius,
+            Self::Points { radius, .. } => *radius,
+        }
+    }
+
+    fn normals(&self) -> Vec<Vec3> {
+        match self {
+            Self::Piece(piece) => super::normals(piece).into_iter().flatten().collect(),
+            Self::Points { normals, .. } => normals.clone(),
+        }
+    }
+}
+
+/// Of the core that the ball sweeps.
+impl SupportMap for Hull {
+    fn local_support_point(&self, direction: Vec3) -> Vec3 {
+        match self {
+            Self::Piece(piece) => piece.core.support(direction),
+            Self::Points { points, .. } => Cloud { points, at: Transform::IDENTITY }.local_support_point(direction),
+        }
+    }
+}
+
+/// Contact of two convex bodies that overlap, given in one frame: along the direction of least depth, both points the
+/// middle of the overlap. `None` where their cores are apart.
+pub fn deepest_of_hulls(a: &Hull, b: &Hull) -> Option<Contact> {
+    let round = a.radius() + b.radius();
+    let along = |normal: Vec3| {
+        let (low, high) = (a.local_support_point(-normal), b.local_support_point(normal));
+        Contact { point_a: low, point_b: high, normal, distance: normal.dot(low - high) - round }
+    };
+    // Where a core is a point, or faces are parallel, the search may end beside the best; a face it does not miss.
+    let faces = a.normals().into_iter().chain(b.normals()).flat_map(|normal| [along(normal), along(-normal)]);
+    let of_faces = faces.max_by(|a, b| a.distance.total_cmp(&b.distance));
+    let of_search = deepest(a, b).map(|(on_a, on_b, normal)| {
+        let middle = (on_a + on_b) / 2.0;
+        // What a search says of depth is not counted on: the way that parts the bodies along its direction is.
+        Contact { point_a: middle, point_b: middle, ..along(normal) }
+    });
+    let best = match (of_search, of_faces) {
+        (Some(search), Some(face)) if face.distance > search.distance + 1e-12 => face,
+        (search, face) => search.or(face)?,
+    };
+    let middle = (best.point_a + best.point_b) / 2.0;
+    (best.distance < -round).then_some(Contact { point_a: middle, point_b: middle, ..best })
 }
 
 /// Points, seen from the frame in which `at` places theirs.
@@ -103,7 +169,7 @@ fn is_inside([a, b, c, d]: [Vec3; 4], point: Vec3) -> bool {
 
 /// Points of two overlapping cores that are deepest in the other, and the unit direction along which A
 /// leaves B soonest; `None` where none was found.
-pub(super) fn deepest(a: &Core, b: &Core) -> Option<(Vec3, Vec3, Vec3)> {
+pub(super) fn deepest<A: SupportMap, B: SupportMap>(a: &A, b: &B) -> Option<(Vec3, Vec3, Vec3)> {
     let mut simplex = VoronoiSimplex::new();
     let here = Pose::identity();
     simplex.reset(CsoPoint::from_shapes(&here, a, b, Vec3::X));

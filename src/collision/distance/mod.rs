@@ -23,7 +23,7 @@ mod segment;
 mod tests;
 mod triangle;
 
-pub use convex::{direction_between, from_hull};
+pub use convex::{Hull, deepest_of_hulls, direction_between, from_hull};
 pub use point::closest_on;
 
 use super::contact::Contact;
@@ -71,19 +71,21 @@ fn cheap_gap(a: &Piece, b: &Piece) -> (Vec3, f64) {
         }
     };
     (a.center() - b.center()).try_normalize().into_iter().for_each(&mut offer);
-    for piece in [a, b] {
-        let across = match piece.core {
-            Core::Triangle(p, q, r) => [(q - p).cross(r - p).try_normalize(), None, None],
-            Core::Box { axes, .. } => [Some(axes.x_axis), Some(axes.y_axis), Some(axes.z_axis)],
-            Core::Cylinder { axes, .. } => [Some(axes.z_axis), None, None],
-            Core::Point(_) | Core::Segment(..) => [None; 3],
-        };
-        for normal in across.into_iter().flatten() {
-            offer(normal);
-            offer(-normal);
-        }
+    for normal in [a, b].into_iter().flat_map(normals).flatten() {
+        offer(normal);
+        offer(-normal);
     }
     best
+}
+
+/// Unit normals of a piece's faces and lids.
+fn normals(piece: &Piece) -> [Option<Vec3>; 3] {
+    match piece.core {
+        Core::Triangle(p, q, r) => [(q - p).cross(r - p).try_normalize(), None, None],
+        Core::Box { axes, .. } => [Some(axes.x_axis), Some(axes.y_axis), Some(axes.z_axis)],
+        Core::Cylinder { axes, .. } => [Some(axes.z_axis), None, None],
+        Core::Point(_) | Core::Segment(..) => [None; 3],
+    }
 }
 
 /// [`contact`] of two pieces that are closer than `within` (m); negative for "overlap deeper than that".

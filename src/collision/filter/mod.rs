@@ -117,7 +117,7 @@ impl Filter {
         let is_own = |&index: &u32| pairs[index as usize].b < robot_bodies;
         let confines = robot.joints().iter().filter_map(|joint| match (joint.kind, joint.drive) {
             (JointKind::Prismatic, Drive::Variable { q, .. }) => {
-                Some((q, robot.variables()[q].lower..=robot.variables()[q].upper))
+                Some((q, robot.variables()[q].hard_lower..=robot.variables()[q].hard_upper))
             }
             _ => None,
         });
@@ -256,8 +256,8 @@ fn confinement(robot: &RobotModel, body: &Body) -> Option<Ball> {
             }
             JointKind::Prismatic => {
                 let Drive::Variable { q, .. } = joint.drive else { return None };
-                let variable = &robot.variables()[q];
-                let (middle, half) = ((variable.lower + variable.upper) / 2.0, (variable.upper - variable.lower) / 2.0);
+                let (lower, upper) = (robot.variables()[q].hard_lower, robot.variables()[q].hard_upper);
+                let (middle, half) = ((lower + upper) / 2.0, (upper - lower) / 2.0);
                 if !half.is_finite() {
                     return None;
                 }

@@ -9,7 +9,7 @@ use super::record::Record;
 use crate::daemon::frames;
 
 /// How the file starts; the number counts changes of its format.
-const START: &[u8] = b"taut journal 1\n";
+const START: &[u8] = b"taut journal 2\n";
 /// A file of this many bytes is never written anew only to be smaller.
 const SMALL: u64 = 1024 * 1024;
 /// A file this many times as large as when it was written anew is written anew.

@@ -10,7 +10,7 @@ use crate::daemon::content::{MeshParts, RobotRecord, SceneRecord};
 use crate::daemon::event::Way;
 
 /// How the file starts; the number counts changes of its format.
-pub(super) const START: &[u8] = b"taut run 1\n";
+pub(super) const START: &[u8] = b"taut run 2\n";
 
 /// One record of a run, in the order in which things happened. What a record names stands before it.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -139,6 +139,7 @@ fn difference(recorded: &RecordedAnswer, header: ResponseHeader, payload: &[u8])
         ("active_contacts", bytemuck::cast_slice(then.active_contacts), bytemuck::cast_slice(now.active_contacts)),
         ("reach", bytemuck::cast_slice(then.reach), bytemuck::cast_slice(now.reach)),
         ("stages", bytemuck::cast_slice(then.stages), bytemuck::cast_slice(now.stages)),
+        ("turned_columns", bytemuck::cast_slice(then.turned_columns), bytemuck::cast_slice(now.turned_columns)),
         ("pinched_pairs", bytemuck::cast_slice(then.pinched_pairs), bytemuck::cast_slice(now.pinched_pairs)),
         ("refusal", bytes_of(then.refusal), bytes_of(now.refusal)),
         ("names", then.names.as_bytes(), now.names.as_bytes()),

@@ -32,7 +32,17 @@ impl Case {
 
     fn task(&self) -> Task<'_> {
         let Instance { space, metric, fixed, moving, .. } = &self.instance;
-        Task { model: &self.model, space, metric, held: &[], fixed, moving, seed: 0, work_budget: u64::MAX }
+        Task {
+            model: &self.model,
+            space,
+            metric,
+            held: &[],
+            fixed,
+            moving,
+            keep_goal: false,
+            seed: 0,
+            work_budget: u64::MAX,
+        }
     }
 
     /// Step, part and the collision rows that were taken.
@@ -154,7 +164,17 @@ fn where_more_limits_are_left_than_rows_are_worth_the_step_is_cut() {
     let instance = testing::lines(7, 4 * MOST_HELD, JOINTS);
     let model = testing::sliders(JOINTS, (-0.1, 1.05));
     let Instance { space, metric, rows: path, fixed, moving } = &instance;
-    let task = Task { model: &model, space, metric, held: &[], fixed, moving, seed: 0, work_budget: u64::MAX };
+    let task = Task {
+        model: &model,
+        space,
+        metric,
+        held: &[],
+        fixed,
+        moving,
+        keep_goal: false,
+        seed: 0,
+        work_budget: u64::MAX,
+    };
     let cost = Cost::new(space, metric, path, fixed, moving);
     let (mut quadratic, mut step) = (QuadraticStep::new(&cost), vec![0.0; path.len()]);
     let mut limits = Limits::new(&task, fixed);

@@ -8,28 +8,37 @@ use super::super::xml::{children, line, required, syntax};
 use super::{RobotDescription, RobotError, VirtualJoint};
 use crate::robot::{Group, JointDescription};
 
-/// The groups in file order; each joint is listed once, in the order in which it is first named.
+/// The groups in file order; each joint is listed once, in the order in which it is first named. What is wrong with a
+/// group is left out of it, and said.
 pub(super) fn read(
     root: Node,
     robot: &RobotDescription,
     virtual_joint: Option<&VirtualJoint>,
     warnings: &mut Vec<String>,
-) -> Result<Vec<Group>, RobotError> {
+) -> Vec<Group> {
     let mut nodes = HashMap::new();
+    let mut order = Vec::new();
     for node in children(root, "group") {
-        if nodes.insert(required(node, "name")?, node).is_some() {
-            return Err(RobotError::Duplicate { kind: "group", name: required(node, "name")?.to_owned() });
+        match required(node, "name") {
+            Ok(name) if nodes.contains_key(name) => {
+                warnings.push(format!("line {}: a second group {name:?}; the first counts", line(node)));
+            }
+            Ok(name) => {
+                nodes.insert(name, node);
+                order.push(name);
+            }
+            Err(error) => warnings.push(format!("{error}; the group is ignored")),
         }
     }
     let carried_by = robot.joints.iter().map(|joint| (joint.child.as_str(), joint)).collect();
-    let mut resolver = Resolver { robot, virtual_joint, nodes, carried_by, warnings };
+    let mut resolver = Resolver { robot, virtual_joint, nodes, carried_by, warnings, open: Vec::new() };
     let mut groups = Vec::new();
-    for node in children(root, "group") {
+    for name in order {
         let mut joints = Vec::new();
-        resolver.collect(node, &mut Vec::new(), &mut joints)?;
-        groups.push(Group { name: required(node, "name")?.to_owned(), joints });
+        resolver.collect(name, &mut joints);
+        groups.push(Group { name: name.to_owned(), joints });
     }
-    Ok(groups)
+    groups
 }
 
 struct Resolver<'a, 'i> {
@@ -39,51 +48,54 @@ struct Resolver<'a, 'i> {
     /// Joint that carries a link, by the link's name.
     carried_by: HashMap<&'a str, &'a JointDescription>,
     warnings: &'a mut Vec<String>,
+    /// The groups that are being resolved.
+    open: Vec<&'a str>,
 }
 
 impl<'a, 'i> Resolver<'a, 'i> {
-    /// Adds the joints of a group; `open` are the groups that are being resolved.
-    fn collect(
-        &mut self,
-        group: Node<'a, 'i>,
-        open: &mut Vec<&'a str>,
-        joints: &mut Vec<String>,
-    ) -> Result<(), RobotError> {
-        let name = required(group, "name")?;
-        if open.contains(&name) {
-            return Err(syntax(group, format!("group {name:?} contains itself: {} → {name}", open.join(" → "))));
-        }
-        open.push(name);
+    /// Adds the joints of a group.
+    fn collect(&mut self, name: &'a str, joints: &mut Vec<String>) {
+        let Some(&group) = self.nodes.get(name) else { return };
+        self.open.push(name);
         for member in group.children().filter(Node::is_element) {
-            match member.tag_name().name() {
-                "joint" => self.joint(member, name, joints)?,
-                "link" => self.link(member, name, joints)?,
-                "chain" => self.chain(member, name, joints)?,
-                "group" => {
-                    let inner = required(member, "name")?;
-                    let Some(&node) = self.nodes.get(inner) else {
-                        let mut known: Vec<&str> = self.nodes.keys().copied().collect();
-                        known.sort_unstable();
-                        let text = format!("group {name:?} contains group {inner:?}, which does not exist");
-                        return Err(syntax(member, format!("{text}; known: {}", known.join(", "))));
-                    };
-                    self.collect(node, open, joints)?;
-                }
-                _ => {}
+            if let Err(error) = self.member(member, name, joints) {
+                self.warn(format!("{error}; it is ignored"));
             }
         }
-        open.pop();
-        Ok(())
+        self.open.pop();
+    }
+
+    fn member(&mut self, member: Node<'a, 'i>, group: &str, joints: &mut Vec<String>) -> Result<(), RobotError> {
+        match member.tag_name().name() {
+            "joint" => self.joint(member, group, joints),
+            "link" => self.link(member, group, joints),
+            "chain" => self.chain(member, group, joints),
+            "group" => {
+                let inner = required(member, "name")?;
+                if self.open.contains(&inner) {
+                    let open = self.open.join(" → ");
+                    return Err(syntax(member, format!("group {inner:?} contains itself: {open} → {inner}")));
+                }
+                if !self.nodes.contains_key(inner) {
+                    let mut known: Vec<&str> = self.nodes.keys().copied().collect();
+                    known.sort_unstable();
+                    let text = format!("group {group:?} contains group {inner:?}, which does not exist");
+                    return Err(syntax(member, format!("{text}; known: {}", known.join(", "))));
+                }
+                self.collect(inner, joints);
+                Ok(())
+            }
+            _ => Ok(()),
+        }
     }
 
     fn joint(&mut self, member: Node, group: &str, joints: &mut Vec<String>) -> Result<(), RobotError> {
         let name = required(member, "name")?;
         let is_virtual = self.virtual_joint.is_some_and(|joint| joint.name == name);
-        if is_virtual || self.robot.joints.iter().any(|joint| joint.name == name) {
-            add(joints, name);
-        } else {
-            self.unknown(member, group, "joint", name);
+        if !is_virtual && !self.robot.joints.iter().any(|joint| joint.name == name) {
+            return Err(unknown(member, group, "joint", name));
         }
+        add(joints, name);
         Ok(())
     }
 
@@ -91,8 +103,9 @@ impl<'a, 'i> Resolver<'a, 'i> {
     fn link(&mut self, member: Node, group: &str, joints: &mut Vec<String>) -> Result<(), RobotError> {
         let name = required(member, "name")?;
         if !self.robot.links.iter().any(|link| link.name == name) {
-            self.unknown(member, group, "link", name);
-        } else if let Some(joint) = self.carried_by.get(name) {
+            return Err(unknown(member, group, "link", name));
+        }
+        if let Some(joint) = self.carried_by.get(name) {
             add(joints, &joint.name);
         } else if let Some(joint) = self.virtual_joint {
             add(joints, &joint.name);
@@ -105,8 +118,7 @@ impl<'a, 'i> Resolver<'a, 'i> {
         let (base, tip) = (required(member, "base_link")?, required(member, "tip_link")?);
         for name in [base, tip] {
             if !self.robot.links.iter().any(|link| link.name == name) {
-                self.unknown(member, group, "link", name);
-                return Ok(());
+                return Err(unknown(member, group, "link", name));
             }
         }
         let (mut up, mut down) = (self.to_root(base), self.to_root(tip));
@@ -134,10 +146,16 @@ impl<'a, 'i> Resolver<'a, 'i> {
         found
     }
 
-    fn unknown(&mut self, member: Node, group: &str, kind: &str, name: &str) {
-        let text = format!("group {group:?} names {kind} {name:?}, which the robot does not have; it is ignored");
-        self.warnings.push(format!("line {}: {text}", line(member)));
+    /// A group that others contain is resolved for each of them: what is wrong with it is said once.
+    fn warn(&mut self, text: String) {
+        if !self.warnings.contains(&text) {
+            self.warnings.push(text);
+        }
     }
+}
+
+fn unknown(member: Node, group: &str, kind: &str, name: &str) -> RobotError {
+    syntax(member, format!("group {group:?} names {kind} {name:?}, which the robot does not have"))
 }
 
 fn add(joints: &mut Vec<String>, name: &str) {

@@ -1,4 +1,7 @@
 //! SRDF: which pairs never need a check, groups, named configurations, and the virtual joint.
+//!
+//! What a check does not need never refuses a robot: what is wrong with a group, a state or a pair that would be left
+//! out is a warning. What would add a pair or columns is refused.
 
 mod groups;
 #[cfg(test)]
@@ -9,8 +12,8 @@ use std::collections::BTreeSet;
 use roxmltree::Node;
 
 use super::joint::JointKind;
-use super::xml::{self, children, line, numbers, required, syntax};
-use super::{GroupState, RobotDescription, RobotError, Semantics, VirtualJoint};
+use super::xml::{self, children, line, numbers, required, syntax, tag};
+use super::{Group, GroupState, RobotDescription, RobotError, Semantics, VirtualJoint};
 
 /// Reads an SRDF that belongs to `robot`, whose tree resolves chains and links to joints.
 ///
@@ -18,33 +21,61 @@ use super::{GroupState, RobotDescription, RobotError, Semantics, VirtualJoint};
 /// odd, not wrong: SRDFs are shared between variants of a robot.
 ///
 /// # Errors
-/// A file that is no SRDF, an element without a name it needs, groups that contain themselves.
+/// A file that is no SRDF, a virtual joint or a pair to be checked that cannot be read.
 pub fn parse(text: &str, robot: &RobotDescription) -> Result<(Semantics, Vec<String>), RobotError> {
-    let document = xml::document(text, "SRDF")?;
+    let (text, mut warnings) = xml::tidy(text);
+    let document = xml::document(&text, "SRDF")?;
     let root = document.root_element();
-    let mut warnings = Vec::new();
-    let disabled_collisions = disabled_collisions(root, robot)?;
+    let disabled_collisions = disabled_collisions(root, robot, &mut warnings)?;
     let virtual_joint = virtual_joint(root, robot, &mut warnings)?;
-    let groups = groups::read(root, robot, virtual_joint.as_ref(), &mut warnings)?;
-    let group_states = children(root, "group_state").map(group_state).collect::<Result<_, _>>()?;
+    let groups = groups::read(root, robot, virtual_joint.as_ref(), &mut warnings);
+    let mut group_states = Vec::new();
+    for node in children(root, "group_state") {
+        match group_state(node, &groups) {
+            Ok(state) => group_states.push(state),
+            Err(error) => warnings.push(format!("{error}; the state is ignored")),
+        }
+    }
     Ok((Semantics { disabled_collisions, groups, group_states, virtual_joint }, warnings))
 }
 
 /// Pairs of links that are never checked: `disable_default_collisions` (a link against every other link
 /// of the robot; obstacles stay checked), less `enable_collisions`, plus `disable_collisions`.
-fn disabled_collisions(root: Node, robot: &RobotDescription) -> Result<Vec<(String, String)>, RobotError> {
+fn disabled_collisions(
+    root: Node,
+    robot: &RobotDescription,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<(String, String)>, RobotError> {
     let mut disabled = BTreeSet::new();
+    let has = |name: &str| robot.links.iter().any(|link| link.name == name);
     for node in children(root, "disable_default_collisions") {
-        let link = required(node, "link")?;
-        for other in robot.links.iter().filter(|other| other.name != link) {
-            disabled.insert(ordered(link, &other.name));
+        match required(node, "link") {
+            Ok(link) if has(link) => {
+                let others = robot.links.iter().filter(|other| other.name != link);
+                disabled.extend(others.map(|other| ordered(link, &other.name)));
+            }
+            Ok(link) => warnings.push(format!(
+                "line {}: {} names link {link:?}, which the robot does not have",
+                line(node),
+                tag(node)
+            )),
+            Err(error) => warnings.push(format!("{error}; it disables nothing")),
         }
     }
     for node in children(root, "enable_collisions") {
-        disabled.remove(&pair(node)?);
+        // A pair that is to be checked must not be lost.
+        let pair = pair(node)?;
+        if let Some(unknown) = [&pair.0, &pair.1].into_iter().find(|name| !has(name)) {
+            let text = format!("<enable_collisions> names link {unknown:?}, which the robot does not have");
+            warnings.push(format!("line {}: {text}", line(node)));
+        }
+        disabled.remove(&pair);
     }
     for node in children(root, "disable_collisions") {
-        disabled.insert(pair(node)?);
+        match pair(node) {
+            Ok(pair) => drop(disabled.insert(pair)),
+            Err(error) => warnings.push(format!("{error}; it disables nothing")),
+        }
     }
     Ok(disabled.into_iter().collect())
 }
@@ -57,39 +88,45 @@ fn ordered(a: &str, b: &str) -> (String, String) {
     if a <= b { (a.to_owned(), b.to_owned()) } else { (b.to_owned(), a.to_owned()) }
 }
 
+/// The joint between the world and the root link. An SRDF may have others, for other variants of the robot.
 fn virtual_joint(
     root: Node,
     robot: &RobotDescription,
     warnings: &mut Vec<String>,
 ) -> Result<Option<VirtualJoint>, RobotError> {
-    let mut nodes = children(root, "virtual_joint");
-    let Some(node) = nodes.next() else { return Ok(None) };
-    if let Some(second) = nodes.next() {
-        return Err(syntax(second, "a second <virtual_joint>; a robot has one root"));
-    }
-    let name = required(node, "name")?.to_owned();
-    let kind = match required(node, "type")? {
-        "fixed" => JointKind::Fixed,
-        "planar" => JointKind::Planar,
-        "floating" => JointKind::Floating,
-        other => {
-            let text = format!("virtual joint {name:?} has the type {other:?}; valid types: fixed, planar, floating");
-            return Err(syntax(node, text));
+    let mut found = None;
+    for node in children(root, "virtual_joint") {
+        let (name, child) = (required(node, "name")?.to_owned(), required(node, "child_link")?);
+        if robot.joints.iter().any(|joint| joint.child == child) || !robot.links.iter().any(|link| link.name == child) {
+            let text = format!("carries {child:?}, which is not the robot's root link; it is ignored");
+            warnings.push(format!("line {}: virtual joint {name:?} {text}", line(node)));
+            continue;
         }
-    };
-    let child = required(node, "child_link")?;
-    if robot.joints.iter().any(|joint| joint.child == child) || !robot.links.iter().any(|link| link.name == child) {
-        let text =
-            format!("virtual joint {name:?} carries {child:?}, which is not the robot's root link; it is ignored");
-        warnings.push(format!("line {}: {text}", line(node)));
-        return Ok(None);
+        let kind = match required(node, "type")? {
+            "fixed" => JointKind::Fixed,
+            "planar" => JointKind::Planar,
+            "floating" => JointKind::Floating,
+            other => {
+                let valid = "valid types: fixed, planar, floating";
+                return Err(syntax(node, format!("virtual joint {name:?} has the type {other:?}; {valid}")));
+            }
+        };
+        if found.is_some() {
+            return Err(syntax(node, "a second <virtual_joint> that carries the root link; keep one"));
+        }
+        let parent_frame = node.attribute("parent_frame").unwrap_or_default().to_owned();
+        found = Some(VirtualJoint { name, kind, position_bounds: Vec::new(), parent_frame });
     }
-    Ok(Some(VirtualJoint { name, kind, position_bounds: Vec::new() }))
+    Ok(found)
 }
 
-fn group_state(node: Node) -> Result<GroupState, RobotError> {
+fn group_state(node: Node, groups: &[Group]) -> Result<GroupState, RobotError> {
     let (name, group) = (required(node, "name")?.to_owned(), required(node, "group")?.to_owned());
     let of = format!("group state {name:?}");
+    if !groups.iter().any(|known| known.name == group) {
+        let known: Vec<&str> = groups.iter().map(|group| group.name.as_str()).collect();
+        return Err(syntax(node, format!("{of} is of group {group:?}; known: {}", known.join(", "))));
+    }
     let value = |joint: Node| {
         let values = numbers(joint, "value", &of)?.filter(|values| !values.is_empty());
         let values = values.ok_or_else(|| syntax(joint, format!("{of}: <joint> has no \"value\"")))?;

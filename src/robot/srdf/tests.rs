@@ -67,17 +67,56 @@ fn a_virtual_joint_must_carry_the_root() {
 }
 
 #[test]
-fn what_cannot_be_read_is_refused_with_its_line() {
-    assert_refused(
-        "<group name='a'><group name='b'/></group>\n<group name='b'><group name='a'/></group>",
-        &["itself", "a → b → a"],
-    );
-    assert_refused("<group name='a'>\n<group name='b'/></group>", &["line 3", "\"b\"", "known: a"]);
-    assert_refused("<group name='a'/><group name='a'/>", &["group", "twice"]);
-    assert_refused("<disable_collisions link1='left'/>", &["line 2", "link2"]);
-    assert_refused(
-        "<group_state name='s' group='a'><joint name='l1' value='x'/></group_state>",
-        &["line 2", "\"s\"", "x"],
-    );
-    assert_refused("<group_state name='s' group='a'><joint name='l1'/></group_state>", &["line 2", "\"s\"", "value"]);
+fn what_a_check_does_not_need_is_warned_about_and_never_refuses_a_robot() {
+    for (body, parts) in [
+        (
+            "<group name='a'><group name='b'/></group>\n<group name='b'><group name='a'/></group>",
+            &["itself", "a → b → a"][..],
+        ),
+        ("<group name='a'>\n<group name='b'/></group>", &["line 3", "\"b\"", "known: a"]),
+        ("<group name='a'/><group name='a'/>", &["line 2", "second group", "\"a\""]),
+        ("<group/>", &["line 2", "<group>", "name"]),
+        ("<group name='a'><chain base_link='base'/></group>", &["line 2", "tip_link"]),
+        ("<disable_collisions link1='left'/>", &["line 2", "link2", "disables nothing"]),
+        ("<disable_default_collisions link='gone'/>", &["line 2", "gone"]),
+        ("<enable_collisions link1='left' link2='gone'/>", &["line 2", "gone"]),
+        ("<group name='a'/><group_state name='s'/>", &["line 2", "group"]),
+        ("<group_state name='s' group='b'/>", &["line 2", "\"s\"", "\"b\""]),
+        (
+            "<group name='a'/><group_state name='s' group='a'><joint name='l1' value='x'/></group_state>",
+            &["\"s\"", "x"],
+        ),
+        ("<group name='a'/><group_state name='s' group='a'><joint name='l1'/></group_state>", &["\"s\"", "value"]),
+    ] {
+        let (semantics, warnings) = read(body).unwrap();
+        let named = |text: &String| parts.iter().all(|part| text.contains(part));
+        assert!(warnings.iter().any(named), "{warnings:?} has none of {parts:?}");
+        assert!(semantics.group_states.is_empty());
+        let mut description = robot();
+        description.semantics = Some(semantics);
+        RobotModel::new(description).unwrap();
+    }
+}
+
+#[test]
+fn what_is_right_in_a_group_with_errors_stays() {
+    let body = "<group name='a'><joint name='l1'/></group>
+        <group name='both'><group name='a'/><group name='missing'/><link name='gone'/><joint name='r1'/></group>
+        <group_state name='bad'><joint name='l1' value='0'/></group_state>
+        <group_state name='home' group='a'><joint name='l1' value='0'/></group_state>";
+    let (semantics, warnings) = read(body).unwrap();
+    assert_eq!(semantics.groups[1].joints, ["l1", "r1"]);
+    assert_eq!(semantics.group_states.iter().map(|state| state.name.as_str()).collect::<Vec<_>>(), ["home"]);
+    assert_eq!(warnings.len(), 3, "{warnings:?}");
+}
+
+#[test]
+fn what_would_add_columns_or_a_pair_is_refused_with_its_line() {
+    let two = "<virtual_joint name='v' type='planar' child_link='base'/>\n";
+    assert_refused(&two.replace("name='v' ", ""), &["line 2", "<virtual_joint>", "name"]);
+    assert_refused(&(two.to_owned() + two), &["line 3", "second"]);
+    assert_refused("<enable_collisions link1='left'/>", &["line 2", "link2"]);
+    // One for another variant of the robot is none.
+    let (semantics, _) = read(&(two.to_owned() + &two.replace("base", "stand"))).unwrap();
+    assert_eq!(semantics.virtual_joint.unwrap().name, "v");
 }

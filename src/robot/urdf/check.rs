@@ -2,7 +2,7 @@
 
 use roxmltree::Node;
 
-use super::super::xml::{children, numbers, required, syntax, tag};
+use super::super::xml::{children, is_plain, numbers, required, syntax, tag};
 use super::RobotError;
 
 /// Joint types of URDF that a robot here can have.
@@ -10,12 +10,15 @@ const JOINT_TYPES: &str = "fixed, revolute, continuous, prismatic, planar, float
 /// Shapes of a collision geometry.
 const SHAPES: [&str; 5] = ["box", "cylinder", "capsule", "sphere", "mesh"];
 /// Numbers by element and attribute: how many, and whether they must be there.
-const NUMBERS: [(&str, &str, usize, bool); 13] = [
+const NUMBERS: [(&str, &str, usize, bool); 16] = [
     ("origin", "xyz", 3, false),
     ("origin", "rpy", 3, false),
+    ("origin", "quat_xyzw", 4, false),
     ("axis", "xyz", 3, true),
     ("limit", "lower", 1, false),
     ("limit", "upper", 1, false),
+    ("safety_controller", "soft_lower_limit", 1, false),
+    ("safety_controller", "soft_upper_limit", 1, false),
     ("mimic", "multiplier", 1, false),
     ("mimic", "offset", 1, false),
     ("box", "size", 3, true),
@@ -27,21 +30,23 @@ const NUMBERS: [(&str, &str, usize, bool); 13] = [
 ];
 
 /// Refuses a link whose name or collision geometry cannot be read.
-pub(super) fn link(node: Node) -> Result<(), RobotError> {
+pub(super) fn link(node: Node, version: (u32, u32)) -> Result<(), RobotError> {
     let name = format!("link {:?}", required(node, "name")?);
-    for collision in children(node, "collision") {
-        single(collision, "origin", &name, false)?;
-        single(collision, "geometry", &name, true)?;
-        for child in collision.children().filter(Node::is_element) {
-            all_numbers(child, &name)?;
-        }
-        geometry(children(collision, "geometry").next().unwrap_or(collision), &name)?;
-    }
-    Ok(())
+    children(node, "collision").try_for_each(|collision| placed(collision, &name, version))
 }
 
-/// Refuses a joint whose name, type, ends or numbers cannot be read.
-pub(super) fn joint(node: Node) -> Result<(), RobotError> {
+/// Refuses a collision or visual shape whose place or geometry cannot be read.
+pub(super) fn placed(node: Node, of: &str, version: (u32, u32)) -> Result<(), RobotError> {
+    single(node, "geometry", of, true)?;
+    if let Some(origin) = children(node, "origin").next() {
+        all_numbers(origin, of)?;
+        one_rotation(origin, of, version)?;
+    }
+    geometry(children(node, "geometry").next().unwrap_or(node), of)
+}
+
+/// Refuses a joint whose name, type, ends or numbers cannot be read. Of parts that stand there twice the first counts.
+pub(super) fn joint(node: Node, version: (u32, u32)) -> Result<(), RobotError> {
     let name = format!("joint {:?}", required(node, "name")?);
     let kind = required(node, "type")?;
     if kind == "spherical" {
@@ -51,30 +56,43 @@ pub(super) fn joint(node: Node) -> Result<(), RobotError> {
     if !JOINT_TYPES.split(", ").any(|known| known == kind) {
         return Err(syntax(node, format!("{name} has the type {kind:?}; valid types: {JOINT_TYPES}")));
     }
-    for (element, needed) in
-        [("parent", true), ("child", true), ("origin", false), ("axis", false), ("limit", false), ("mimic", false)]
-    {
-        single(node, element, &name, needed)?;
+    for element in ["parent", "child"] {
+        single(node, element, &name, true)?;
+        children(node, element).try_for_each(|end| required(end, "link").map(drop))?;
     }
-    for child in node.children().filter(Node::is_element) {
-        match child.tag_name().name() {
-            "parent" | "child" => drop(required(child, "link")?),
-            "mimic" => drop(required(child, "joint")?),
+    for element in ["origin", "axis", "limit", "mimic", "safety_controller"] {
+        let Some(part) = children(node, element).next() else { continue };
+        match element {
+            // A joint that has no axis may have any element of that name.
+            "axis" if matches!(kind, "fixed" | "floating" | "planar") => continue,
+            "mimic" => drop(required(part, "joint")?),
+            "origin" => one_rotation(part, &name, version)?,
             _ => {}
         }
-        all_numbers(child, &name)?;
+        all_numbers(part, &name)?;
+    }
+    Ok(())
+}
+
+/// Since URDF 1.1 a rotation is a quaternion or angles, not both.
+fn one_rotation(origin: Node, of: &str, version: (u32, u32)) -> Result<(), RobotError> {
+    let has = |name: &str| origin.attribute(name).is_some();
+    if version >= super::QUATERNIONS && has("rpy") && has("quat_xyzw") {
+        let text = format!("{of}: <origin> has both \"rpy\" and \"quat_xyzw\"; give one of them");
+        return Err(syntax(origin, text));
     }
     Ok(())
 }
 
 fn geometry(node: Node, of: &str) -> Result<(), RobotError> {
+    // Elements with a prefix count: other programs' shapes are shapes.
     let shapes: Vec<Node> = node.children().filter(Node::is_element).collect();
     let &[shape] = shapes.as_slice() else {
         let text = format!("{of}: {} holds {} shapes, it must hold one", tag(node), shapes.len());
         return Err(syntax(node, format!("{text}; valid shapes: {}", SHAPES.join(", "))));
     };
     let kind = shape.tag_name().name();
-    if !SHAPES.contains(&kind) {
+    if !is_plain(shape) || !SHAPES.contains(&kind) {
         return Err(syntax(shape, format!("{of}: {} is no shape; valid shapes: {}", tag(shape), SHAPES.join(", "))));
     }
     if kind == "mesh" {

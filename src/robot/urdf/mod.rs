@@ -1,25 +1,35 @@
 //! URDF: the tree of links and joints, their limits and collision shapes.
 //!
-//! urdf-rs reads the elements. It hides or lets through much that a proof must know (a missing
-//! limit is [0, 0], a broken number is dropped, a texture without a file fails the whole robot), so
-//! `check` looks at the XML first and only what is used is handed on.
+//! urdf-rs reads the elements. It hides or lets through much that a proof must know (a missing limit is [0, 0], a
+//! broken number is dropped, a texture without a file fails the whole robot, a quaternion near the vertical is turned
+//! by milliradians), so `check` looks at the XML first, limits and quaternions are read from the XML, urdf-rs gets
+//! only what is used (`essentials`), and what is not used is named (`unread`).
 
 mod check;
+mod essentials;
+#[cfg(test)]
+mod oddities;
+mod shape;
 #[cfg(test)]
 mod tests;
+mod unread;
 mod visual;
 
 use std::sync::Arc;
 
-use roxmltree::{Document, Node};
+use roxmltree::Node;
 
 pub use visual::{Visual, visuals};
 
 use super::joint::JointKind;
 use super::xml::{self, children, line};
 use super::{JointDescription, LinkDescription, Mimic, RobotDescription, RobotError};
-use crate::math::{Pose, Vec3, quat_from_rpy};
-use crate::shape::{Mesh, MeshError, PlacedShape, Shape, ShapeError};
+use crate::math::{Pose, Quat, Vec3, quat_from_rpy};
+use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
+
+/// The version of URDF that brought `quat_xyzw`, and the one that brought `<capsule>` and limits without ends.
+const QUATERNIONS: (u32, u32) = (1, 1);
+const CAPSULES: (u32, u32) = (1, 2);
 
 /// Gives the mesh of a file name (as written in the URDF) at a scale (negative factors mirror).
 pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> + 'a;
@@ -32,19 +42,23 @@ pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> 
 /// A file that is no URDF, an element that cannot be read (with its line), a shape or mesh that is
 /// none (with its link).
 pub fn parse(text: &str, meshes: &mut MeshSource<'_>) -> Result<RobotDescription, RobotError> {
-    let document = xml::document(text, "URDF")?;
+    let (text, warnings) = xml::tidy(text);
+    let document = xml::document(&text, "URDF")?;
     let root = document.root_element();
-    let joint_nodes: Vec<Node> = children(root, "joint").collect();
-    children(root, "link").try_for_each(check::link)?;
-    joint_nodes.iter().copied().try_for_each(check::joint)?;
-    let robot = urdf_rs::read_from_string(&essentials(&document))
+    let version = version(root);
+    children(root, "link").try_for_each(|node| check::link(node, version))?;
+    children(root, "joint").try_for_each(|node| check::joint(node, version))?;
+    let mut reading = Reading { meshes, version, warnings };
+    reading.warnings.extend(unread::warnings(root)?);
+    let robot = urdf_rs::read_from_string(&essentials::of_robot(root))
         .map_err(|error| RobotError::Syntax(format!("not a URDF: {error}")))?;
 
-    let mut warnings = Vec::new();
-    let links: Vec<LinkDescription> = robot.links.iter().map(|l| link(l, meshes)).collect::<Result<_, _>>()?;
+    let links = robot.links.iter().zip(children(root, "link"));
+    let links: Vec<LinkDescription> = links.map(|(link, node)| reading.link(link, node)).collect::<Result<_, _>>()?;
+    let joints = robot.joints.iter().zip(children(root, "joint"));
+    let joints = joints.map(|(joint, node)| reading.joint(joint, node)).collect::<Result<_, _>>()?;
+    let mut warnings = reading.warnings;
     mesh_warnings(&links, &mut warnings);
-    let version = version(root);
-    let joints = robot.joints.iter().zip(joint_nodes).map(|(j, node)| joint(j, node, version, &mut warnings)).collect();
     Ok(RobotDescription { name: robot.name, links, joints, warnings, ..RobotDescription::default() })
 }
 
@@ -60,36 +74,6 @@ fn mesh_warnings(links: &[LinkDescription], warnings: &mut Vec<String>) {
     }
 }
 
-/// The document without what is not used, so that nothing in it can fail the robot.
-fn essentials(document: &Document) -> String {
-    let text = document.input_text();
-    let (mut kept, mut from) = (String::with_capacity(text.len()), 0);
-    for cut in unused(document.root_element()) {
-        kept.push_str(&text[from..cut.start]);
-        from = cut.end;
-    }
-    kept.push_str(&text[from..]);
-    kept
-}
-
-/// Byte ranges of the elements that are not read, in order.
-fn unused(node: Node) -> Vec<std::ops::Range<usize>> {
-    let used: &[&str] = match node.tag_name().name() {
-        "robot" => &["link", "joint"],
-        "link" => &["collision"],
-        "collision" => &["origin", "geometry"],
-        // Limits are read from the document itself: urdf-rs hides which are missing.
-        "joint" => &["origin", "parent", "child", "axis", "mimic"],
-        _ => return Vec::new(),
-    };
-    let elements = node.children().filter(Node::is_element);
-    let cuts = |child: Node| match used.contains(&child.tag_name().name()) {
-        true => unused(child),
-        false => vec![child.range()],
-    };
-    elements.flat_map(cuts).collect()
-}
-
 /// `version` of `<robot>`; 1.0 where there is none or it cannot be read, as urdfdom does.
 fn version(root: Node) -> (u32, u32) {
     let parsed = || {
@@ -99,105 +83,150 @@ fn version(root: Node) -> (u32, u32) {
     parsed().unwrap_or((1, 0))
 }
 
-fn link(link: &urdf_rs::Link, meshes: &mut MeshSource<'_>) -> Result<LinkDescription, RobotError> {
-    let place = |(index, collision): (usize, &urdf_rs::Collision)| {
-        let shape = shape(&collision.geometry, &link.name, index, meshes)?;
-        let pose = pose(&collision.origin);
-        if !pose.is_finite() {
-            return Err(RobotError::BadValue {
-                what: format!("link {:?}: the origin of collision {}", link.name, index + 1),
-                value: format!("xyz {:?}, rpy {:?}", *collision.origin.xyz, *collision.origin.rpy),
-                rule: "it must be finite",
-            });
+/// A file that is being read, and what was found odd so far.
+struct Reading<'a, 'm> {
+    meshes: &'a mut MeshSource<'m>,
+    version: (u32, u32),
+    warnings: Vec<String>,
+}
+
+impl Reading<'_, '_> {
+    fn link(&mut self, link: &urdf_rs::Link, node: Node) -> Result<LinkDescription, RobotError> {
+        let mut collision = Vec::new();
+        for (shape, node) in link.collision.iter().zip(children(node, "collision")) {
+            let of = format!("link {:?}", link.name);
+            let pose = self.pose(&shape.origin, node, &of)?;
+            let placed = self.shape(&shape.geometry, node, &link.name)?;
+            collision.extend(placed.map(|shape| PlacedShape { pose, shape }));
         }
-        Ok(PlacedShape { pose, shape })
-    };
-    let collision = link.collision.iter().enumerate().map(place).collect::<Result<_, _>>()?;
-    Ok(LinkDescription { name: link.name.clone(), collision })
-}
+        Ok(LinkDescription { name: link.name.clone(), collision })
+    }
 
-fn shape(
-    geometry: &urdf_rs::Geometry,
-    link: &str,
-    index: usize,
-    meshes: &mut MeshSource<'_>,
-) -> Result<Shape, RobotError> {
-    use urdf_rs::Geometry;
-    let bad_size = |error: ShapeError| RobotError::BadValue {
-        what: format!("link {link:?}: the {} of {} (collision {})", error.size, error.shape, index + 1),
-        value: error.value.to_string(),
-        rule: "it must be finite and greater than 0",
-    };
-    match geometry {
-        Geometry::Box { size } => Shape::cuboid(Vec3::from_array(**size)),
-        Geometry::Cylinder { radius, length } => Shape::cylinder(*length, *radius),
-        // `length` is the straight part, without the round ends.
-        Geometry::Capsule { radius, length } => Shape::capsule(*length, *radius),
-        Geometry::Sphere { radius } => Shape::sphere(*radius),
-        Geometry::Mesh { filename, scale } => {
-            let scale = scale.map_or(Vec3::ONE, |scale| Vec3::from_array(*scale));
-            let mesh = meshes(filename, scale).map_err(|source| RobotError::Mesh { link: link.to_owned(), source })?;
-            Ok(Shape::Mesh(mesh))
-        }
-    }
-    .map_err(bad_size)
-}
-
-fn joint(joint: &urdf_rs::Joint, node: Node, version: (u32, u32), warnings: &mut Vec<String>) -> JointDescription {
-    let kind = match joint.joint_type {
-        urdf_rs::JointType::Revolute => JointKind::Revolute,
-        urdf_rs::JointType::Continuous => JointKind::Continuous,
-        urdf_rs::JointType::Prismatic => JointKind::Prismatic,
-        urdf_rs::JointType::Planar => JointKind::Planar,
-        urdf_rs::JointType::Floating => JointKind::Floating,
-        // `check` has refused spherical joints.
-        urdf_rs::JointType::Fixed | urdf_rs::JointType::Spherical => JointKind::Fixed,
-    };
-    let axis = Vec3::from_array(*joint.axis.xyz);
-    if kind == JointKind::Planar && children(node, "axis").next().is_some() && axis.cross(Vec3::Z) != Vec3::ZERO {
-        let text = "moves in its x-y plane, as in MoveIt; the axis given is ignored";
-        warnings.push(format!("line {}: planar joint {:?} {text}", line(node), joint.name));
-    }
-    JointDescription {
-        name: joint.name.clone(),
-        kind,
-        parent: joint.parent.link.clone(),
-        child: joint.child.link.clone(),
-        origin: pose(&joint.origin),
-        axis,
-        limits: limits(kind, node, version, warnings),
-        mimic: joint.mimic.as_ref().map(|mimic| Mimic {
-            joint: mimic.joint.clone(),
-            multiplier: mimic.multiplier.unwrap_or(1.0),
-            offset: mimic.offset.unwrap_or(0.0),
-        }),
-    }
-}
-
-/// Limits of a bounded joint. A missing end is 0 before URDF 1.2, unbounded since; no `<limit>` is no limits.
-fn limits(kind: JointKind, joint: Node, version: (u32, u32), warnings: &mut Vec<String>) -> Option<(f64, f64)> {
-    if !matches!(kind, JointKind::Revolute | JointKind::Prismatic) {
-        return None;
-    }
-    let limit = children(joint, "limit").next()?;
-    let value = |name: &str| limit.attribute(name).and_then(|text| text.trim().parse::<f64>().ok());
-    let (lower, upper) = (value("lower"), value("upper"));
-    if version >= (1, 2) {
-        return Some((lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY)));
-    }
-    if lower.is_none() || upper.is_none() {
-        let which = match (lower, upper) {
-            (None, None) => "neither lower nor upper, so it cannot move: both are",
-            (None, _) => "no lower, which is",
-            _ => "no upper, which is",
+    fn joint(&mut self, joint: &urdf_rs::Joint, node: Node) -> Result<JointDescription, RobotError> {
+        let kind = match joint.joint_type {
+            urdf_rs::JointType::Revolute => JointKind::Revolute,
+            urdf_rs::JointType::Continuous => JointKind::Continuous,
+            urdf_rs::JointType::Prismatic => JointKind::Prismatic,
+            urdf_rs::JointType::Planar => JointKind::Planar,
+            urdf_rs::JointType::Floating => JointKind::Floating,
+            // `check` has refused spherical joints.
+            urdf_rs::JointType::Fixed | urdf_rs::JointType::Spherical => JointKind::Fixed,
         };
-        let name = joint.attribute("name").unwrap_or_default();
-        warnings.push(format!("line {}: <limit> of joint {name:?} gives {which} 0 by default", line(limit)));
+        let axis = Vec3::from_array(*joint.axis.xyz);
+        if kind == JointKind::Planar && axis.cross(Vec3::Z) != Vec3::ZERO {
+            let given = match children(node, "axis").next() {
+                Some(_) => "the axis given is ignored",
+                None => "it gives no axis, which URDF takes for x",
+            };
+            let text = format!("moves in its x-y plane, as in MoveIt; {given}");
+            self.warnings.push(format!("line {}: planar joint {:?} {text}", line(node), joint.name));
+        }
+        let limits = self.limits(kind, node);
+        Ok(JointDescription {
+            name: joint.name.clone(),
+            kind,
+            parent: joint.parent.link.clone(),
+            child: joint.child.link.clone(),
+            origin: self.pose(&joint.origin, node, &format!("joint {:?}", joint.name))?,
+            axis,
+            limits,
+            soft_limits: limits.and_then(|limits| self.soft_limits(limits, node)),
+            mimic: joint.mimic.as_ref().map(|mimic| Mimic {
+                joint: mimic.joint.clone(),
+                multiplier: mimic.multiplier.unwrap_or(1.0),
+                offset: mimic.offset.unwrap_or(0.0),
+            }),
+        })
     }
-    Some((lower.unwrap_or(0.0), upper.unwrap_or(0.0)))
+
+    /// Limits of a bounded joint. A missing end is 0 before URDF 1.2, unbounded since; no `<limit>` is no limits.
+    fn limits(&mut self, kind: JointKind, joint: Node) -> Option<(f64, f64)> {
+        if !matches!(kind, JointKind::Revolute | JointKind::Prismatic) {
+            return None;
+        }
+        let limit = children(joint, "limit").next()?;
+        let (lower, upper) = (number(limit, "lower"), number(limit, "upper"));
+        if self.version >= (1, 2) {
+            return Some((lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY)));
+        }
+        if lower.is_none() || upper.is_none() {
+            let which = match (lower, upper) {
+                (None, None) => "neither lower nor upper, so it cannot move: both are",
+                (None, _) => "no lower, which is",
+                _ => "no upper, which is",
+            };
+            let name = joint.attribute("name").unwrap_or_default();
+            self.warnings.push(format!("line {}: <limit> of joint {name:?} gives {which} 0 by default", line(limit)));
+        }
+        Some((lower.unwrap_or(0.0), upper.unwrap_or(0.0)))
+    }
+
+    /// The soft limits of a bounded joint, whatever its gains are, and 0 where one is missing: as MoveIt's robot model
+    /// has them.
+    fn soft_limits(&mut self, limits: (f64, f64), joint: Node) -> Option<(f64, f64)> {
+        let safety = children(joint, "safety_controller").next()?;
+        let (lower, upper) = (number(safety, "soft_lower_limit"), number(safety, "soft_upper_limit"));
+        let soft = (lower.unwrap_or(0.0), upper.unwrap_or(0.0));
+        let joint = joint.attribute("name").unwrap_or_default();
+        let name = || format!("line {}: <safety_controller> of joint {joint:?}", line(safety));
+        let leaves_some = soft.0.max(limits.0) <= soft.1.min(limits.1);
+        if !leaves_some {
+            let text = format!("leave nothing of its limits [{}, {}]; they are ignored", limits.0, limits.1);
+            self.warnings.push(format!("{} has soft limits [{}, {}] that {text}", name(), soft.0, soft.1));
+            return None;
+        }
+        let missing = match (lower, upper) {
+            (Some(_), Some(_)) => return Some(soft),
+            (None, None) => "neither soft_lower_limit nor soft_upper_limit",
+            (None, Some(_)) => "no soft_lower_limit",
+            (Some(_), None) => "no soft_upper_limit",
+        };
+        let text = "0 by default, as in MoveIt, and bounds the joint";
+        self.warnings.push(format!("{} gives {missing}, which is {text}", name()));
+        Some(soft)
+    }
+
+    /// The pose that the `<origin>` in `node` gives.
+    fn pose(&mut self, origin: &urdf_rs::Pose, node: Node, of: &str) -> Result<Pose, RobotError> {
+        let [roll, pitch, yaw] = *origin.rpy;
+        let node = children(node, "origin").next();
+        let turn = match node.filter(|node| node.has_attribute("quat_xyzw")) {
+            Some(node) => self.quaternion(node, of)?,
+            None => None,
+        };
+        let turn = turn.unwrap_or_else(|| quat_from_rpy(roll, pitch, yaw));
+        let pose = Pose::from_parts(Vec3::from_array(*origin.xyz), turn);
+        if pose.is_finite() {
+            return Ok(pose);
+        }
+        let attribute = |name: &str| node.and_then(|node| Some(format!("{name} {:?}", node.attribute(name)?)));
+        Err(RobotError::BadValue {
+            what: format!("{of}: the <origin> in line {}", node.map_or(0, line)),
+            value: ["xyz", "rpy", "quat_xyzw"].into_iter().filter_map(attribute).collect::<Vec<_>>().join(", "),
+            rule: "it must be finite",
+        })
+    }
+
+    /// The rotation of an `<origin>` as its quaternion says; `None` before URDF 1.1, which has none.
+    fn quaternion(&mut self, origin: Node, of: &str) -> Result<Option<Quat>, RobotError> {
+        let place = || format!("line {}: {of}: quat_xyzw", line(origin));
+        if self.version < QUATERNIONS {
+            let (major, minor) = self.version;
+            let text = format!("is of URDF 1.1 and this file of {major}.{minor}; it is ignored, as by urdfdom");
+            self.warnings.push(format!("{} {text}", place()));
+            return Ok(None);
+        }
+        let Some(numbers) = xml::numbers(origin, "quat_xyzw", of)? else { return Ok(None) };
+        let &[x, y, z, w] = numbers.as_slice() else { return Ok(None) };
+        if [x, y, z, w] == [0.0; 4] {
+            self.warnings.push(format!("{} is 0 0 0 0, which is no rotation; it is taken for none", place()));
+            return Ok(Some(Quat::IDENTITY));
+        }
+        Ok(Some(Quat::from_xyzw(x, y, z, w).normalize()))
+    }
 }
 
-fn pose(origin: &urdf_rs::Pose) -> Pose {
-    let [roll, pitch, yaw] = *origin.rpy;
-    Pose::from_parts(Vec3::from_array(*origin.xyz), quat_from_rpy(roll, pitch, yaw))
+/// A number that `check` has looked at.
+fn number(node: Node, name: &str) -> Option<f64> {
+    node.attribute(name).and_then(|text| text.trim().parse().ok())
 }

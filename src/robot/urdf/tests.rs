@@ -87,7 +87,7 @@ fn every_shape_is_read_with_its_pose() {
     assert_eq!(capsule.shape, Shape::Capsule { radius: 1.0, half_length: 2.0 });
     assert!(matches!(meshed.shape, Shape::Mesh(_)));
     assert_eq!(asked, [("m.stl".to_owned(), Vec3::new(1.0, -2.0, 1.0))]);
-    assert!(robot.warnings[0].contains("m.stl is not closed: 3 of 3 edges"), "{:?}", robot.warnings);
+    assert!(robot.warnings[1].contains("m.stl is not closed: 3 of 3 edges"), "{:?}", robot.warnings);
 }
 
 #[test]

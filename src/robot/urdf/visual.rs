@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use roxmltree::{Document, Node};
+use roxmltree::Node;
 
-use super::{MeshSource, children, pose, shape, xml};
+use super::{MeshSource, Reading, check, children, essentials, version, xml};
 use crate::robot::RobotError;
 use crate::shape::PlacedShape;
 
@@ -24,21 +24,24 @@ pub struct Visual {
 /// # Errors
 /// A text that is no XML.
 pub fn visuals(text: &str, meshes: &mut MeshSource<'_>) -> Result<(Vec<Visual>, Vec<String>), RobotError> {
-    let document = xml::document(text, "URDF")?;
+    let (text, _) = xml::tidy(text);
+    let document = xml::document(&text, "URDF")?;
     let root = document.root_element();
+    // What is odd about a picture is said of shapes that are not shown.
+    let mut reading = Reading { meshes, version: version(root), warnings: Vec::new() };
     let named = |node: Node| Some((node.attribute("name")?.to_owned(), color(node)?));
     let materials: HashMap<String, [f64; 4]> = children(root, "material").filter_map(named).collect();
     let (mut found, mut missing) = (Vec::new(), Vec::new());
     for link in children(root, "link") {
         let name = link.attribute("name").unwrap_or_default();
-        let read = |visual: Node| {
-            let shape = placed(&document, visual, name, meshes)?;
+        let mut read = |visual: Node| {
+            let Some(shape) = reading.visual(visual, name)? else { return Ok(None) };
             let material = children(visual, "material").next();
             let known = |node: Node| materials.get(node.attribute("name")?).copied();
             let color = material.and_then(|node| color(node).or_else(|| known(node)));
-            Ok::<_, RobotError>(Visual { link: name.to_owned(), shape, color })
+            Ok::<_, RobotError>(Some(Visual { link: name.to_owned(), shape, color }))
         };
-        match children(link, "visual").map(read).collect::<Result<Vec<_>, _>>() {
+        match children(link, "visual").filter_map(|visual| read(visual).transpose()).collect::<Result<Vec<_>, _>>() {
             Ok(visuals) => found.extend(visuals),
             Err(error) => missing.push(format!("visual shape of {error}")),
         }
@@ -46,22 +49,17 @@ pub fn visuals(text: &str, meshes: &mut MeshSource<'_>) -> Result<(Vec<Visual>, 
     Ok((found, missing))
 }
 
-/// A visual's shape is written as a collision's is, and read by the same reader.
-fn placed(
-    document: &Document,
-    visual: Node,
-    link: &str,
-    meshes: &mut MeshSource<'_>,
-) -> Result<PlacedShape, RobotError> {
-    let parts = ["origin", "geometry"].into_iter().flat_map(|name| children(visual, name));
-    let parts: String = parts.map(|node| &document.input_text()[node.range()]).collect();
-    let text = format!("<robot name=\"r\"><link name=\"l\"><collision>{parts}</collision></link></robot>");
-    let bad = |error: &dyn std::fmt::Display| RobotError::Syntax(format!("link {link:?}: {error}"));
-    let robot = urdf_rs::read_from_string(&text).map_err(|error| bad(&error))?;
-    let collision = robot.links.first().and_then(|link| link.collision.first());
-    let collision = collision.ok_or_else(|| bad(&"it has no geometry"))?;
-    let (pose, shape) = (pose(&collision.origin), shape(&collision.geometry, link, 0, meshes)?);
-    if pose.is_finite() { Ok(PlacedShape { pose, shape }) } else { Err(bad(&"its origin is not finite")) }
+impl Reading<'_, '_> {
+    /// A visual's shape is written as a collision's is, and read by the same reader; a point is none.
+    fn visual(&mut self, visual: Node, link: &str) -> Result<Option<PlacedShape>, RobotError> {
+        let of = format!("link {link:?}");
+        check::placed(visual, &of, self.version)?;
+        let robot = urdf_rs::read_from_string(&essentials::of_visual(visual))
+            .map_err(|error| RobotError::Syntax(format!("{of}: {error}")))?;
+        let Some(found) = robot.links.first().and_then(|link| link.collision.first()) else { return Ok(None) };
+        let pose = self.pose(&found.origin, visual, &of)?;
+        Ok(self.shape(&found.geometry, visual, link)?.map(|shape| PlacedShape { pose, shape }))
+    }
 }
 
 fn color(material: Node) -> Option<[f64; 4]> {

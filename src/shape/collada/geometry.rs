@@ -2,17 +2,9 @@
 
 use roxmltree::Node;
 
-use super::super::polygon;
+use super::super::surface::Surface;
 use super::{at, children, numbers, tag, words};
 use crate::math::Vec3;
-
-/// Triangles over one list of positions, in the geometry's own frame and unit.
-pub(super) struct Polygons {
-    /// Positions.
-    pub positions: Vec<Vec3>,
-    /// Indices of each triangle.
-    pub triangles: Vec<[u32; 3]>,
-}
 
 /// Finds the element of a kind that an attribute of a node names.
 pub(super) type Target<'f, 'a, 'input> = dyn Fn(Node<'a, 'input>, &str, &str) -> Result<Node<'a, 'input>, String> + 'f;
@@ -20,36 +12,72 @@ pub(super) type Target<'f, 'a, 'input> = dyn Fn(Node<'a, 'input>, &str, &str) ->
 /// Elements that hold polygons.
 const POLYGONS: [&str; 5] = ["triangles", "polylist", "polygons", "tristrips", "trifans"];
 
-/// The polygons of a geometry, one entry for each element that holds some.
+/// Elements of a mesh that show lines.
+const LINES: [&str; 2] = ["lines", "linestrips"];
+/// Elements of a mesh that show nothing.
+const OTHERS: [&str; 3] = ["source", "vertices", "extra"];
+
+/// The polygons of a geometry, in its own frame and unit: one entry for each element that holds some.
 pub(super) fn polygons<'a, 'input>(
     geometry: Node<'a, 'input>,
     target: &Target<'_, 'a, 'input>,
-) -> Result<Vec<Polygons>, String> {
+) -> Result<Vec<Surface>, String> {
+    let id = geometry.attribute("id").unwrap_or_default();
     let Some(mesh) = children(geometry, "mesh").next() else {
-        let id = geometry.attribute("id").unwrap_or_default();
-        return Err(at(geometry, format!("geometry {id:?} has no <mesh>; other shapes are not read")));
+        let shape = geometry.children().find(|node| node.is_element() && node.tag_name().name() != "asset");
+        return match shape {
+            Some(shape) if shape.tag_name().name() == "spline" => Ok(vec![without_surface("splines")]),
+            Some(shape) => {
+                let text = format!("geometry {id:?} is a {}, which is not read; export it as triangles", tag(shape));
+                Err(at(shape, text))
+            }
+            None => Err(at(geometry, format!("geometry {id:?} is empty; it must have a <mesh>"))),
+        };
     };
-    let elements = mesh.children().filter(|node| POLYGONS.contains(&node.tag_name().name()));
-    elements.map(|element| polygons_of(element, target)).collect()
+    let mut parts = Vec::new();
+    for element in mesh.children().filter(Node::is_element) {
+        match element.tag_name().name() {
+            name if POLYGONS.contains(&name) => parts.push(polygons_of(element, target)?),
+            name if LINES.contains(&name) => parts.push(without_surface("elements of lines")),
+            name if OTHERS.contains(&name) => {}
+            _ => {
+                let text = format!(
+                    "{} of geometry {id:?} is no part of a <mesh>; valid: {}",
+                    tag(element),
+                    POLYGONS.join(", ")
+                );
+                return Err(at(element, text));
+            }
+        }
+    }
+    Ok(parts)
 }
 
-fn polygons_of<'a, 'input>(element: Node<'a, 'input>, target: &Target<'_, 'a, 'input>) -> Result<Polygons, String> {
+fn without_surface(what: &'static str) -> Surface {
+    let mut surface = Surface::default();
+    surface.leave_out(what);
+    surface
+}
+
+fn polygons_of<'a, 'input>(element: Node<'a, 'input>, target: &Target<'_, 'a, 'input>) -> Result<Surface, String> {
     let (source, offset, stride) = corners(element, target)?;
-    let positions = positions(source)?;
+    let mut surface = Surface { vertices: positions(source)?, ..Surface::default() };
+    let count = surface.vertices.len();
     let lists: Vec<Vec<u32>> =
-        children(element, "p").map(|p| indices(p, offset, stride, positions.len())).collect::<Result<_, _>>()?;
+        children(element, "p").map(|p| indices(p, offset, stride, count)).collect::<Result<_, _>>()?;
     if let Some(holed) = children(element, "ph").next() {
         return Err(at(holed, "polygons with holes (<ph>) are not read; export the mesh as triangles"));
     }
-    let triangles = match element.tag_name().name() {
-        "triangles" => of_triangles(&lists),
-        "polylist" => of_polylist(element, &lists, &positions)?,
-        "polygons" => lists.iter().flat_map(|list| of_polygon(list, &positions)).collect(),
-        "tristrips" => lists.iter().flat_map(|list| of_strip(list)).collect(),
-        _ => lists.iter().flat_map(|list| of_fan(list)).collect(),
-    };
-    check_count(element, &lists, triangles.len())?;
-    Ok(Polygons { positions, triangles })
+    let polygon = |surface: &mut Surface, list: &[u32]| surface.add_polygon(list).map_err(|text| at(element, text));
+    match element.tag_name().name() {
+        "triangles" => surface.triangles = of_triangles(&lists),
+        "polylist" => of_polylist(element, &lists, |list| polygon(&mut surface, list))?,
+        "polygons" => lists.iter().try_for_each(|list| polygon(&mut surface, list))?,
+        "tristrips" => surface.triangles = lists.iter().flat_map(|list| of_strip(list)).collect(),
+        _ => surface.triangles = lists.iter().flat_map(|list| of_fan(list)).collect(),
+    }
+    check_count(element, &lists, surface.triangles.len())?;
+    Ok(surface)
 }
 
 /// Where the positions are, at which place of a corner's indices theirs stands, and how many indices a corner has.
@@ -105,14 +133,26 @@ fn positions(source: Source) -> Result<Vec<Vec3>, String> {
     if stride < 3 {
         return Err(at(array, format!("positions of {stride} numbers; they must have x, y and z")));
     }
-    let rows = values.get(offset..).unwrap_or_default().chunks(stride).filter(|row| row.len() >= 3);
-    let positions: Vec<Vec3> = rows.map(|row| Vec3::new(row[0], row[1], row[2])).collect();
+    let [x, y, z] = accessor.map_or([0, 1, 2], axes);
+    let rows =
+        values.get(offset..).unwrap_or_default().chunks(stride).filter(|row| row.len() >= 3.max(1 + x.max(y).max(z)));
+    let positions: Vec<Vec3> = rows.map(|row| Vec3::new(row[x], row[y], row[z])).collect();
     match field("count")? {
         Some(count) if count > positions.len() => {
             Err(at(array, format!("<float_array> holds {} positions, its accessor says {count}", positions.len())))
         }
         Some(count) => Ok(positions[..count].to_vec()),
         None => Ok(positions),
+    }
+}
+
+/// Where x, y and z stand among the numbers of a position: where their names do, if all three are there.
+fn axes(accessor: Node) -> [usize; 3] {
+    let names: Vec<_> = children(accessor, "param").map(|param| param.attribute("name")).collect();
+    let place = |axis: &str| names.iter().position(|name| *name == Some(axis));
+    match ["X", "Y", "Z"].map(place) {
+        [Some(x), Some(y), Some(z)] => [x, y, z],
+        _ => [0, 1, 2],
     }
 }
 
@@ -162,10 +202,14 @@ fn of_triangles(lists: &[Vec<u32>]) -> Vec<[u32; 3]> {
     lists.iter().flat_map(|list| list.chunks_exact(3)).map(|c| [c[0], c[1], c[2]]).collect()
 }
 
-fn of_polylist(element: Node, lists: &[Vec<u32>], positions: &[Vec3]) -> Result<Vec<[u32; 3]>, String> {
+fn of_polylist(
+    element: Node,
+    lists: &[Vec<u32>],
+    mut polygon: impl FnMut(&[u32]) -> Result<(), String>,
+) -> Result<(), String> {
     let counts = children(element, "vcount").next();
     let mut corners = lists.iter().flatten().copied();
-    let (mut triangles, mut polygons, mut list) = (Vec::new(), 0, Vec::new());
+    let (mut polygons, mut list) = (0, Vec::new());
     for word in counts.into_iter().flat_map(words) {
         let short = |text: String| at(element, format!("<polylist> {text}; is it cut short?"));
         let count: usize = word.parse().map_err(|_| short(format!("has a polygon of {word:?} corners")))?;
@@ -174,7 +218,7 @@ fn of_polylist(element: Node, lists: &[Vec<u32>], positions: &[Vec3]) -> Result<
         if list.len() != count {
             return Err(short(format!("has too few corners for its <vcount>, from polygon {polygons} on")));
         }
-        triangles.extend(of_polygon(&list, positions));
+        polygon(&list)?;
         polygons += 1;
     }
     let (left, says) = (corners.count(), whole(element, "count")?.unwrap_or(polygons));
@@ -182,15 +226,7 @@ fn of_polylist(element: Node, lists: &[Vec<u32>], positions: &[Vec3]) -> Result<
         let text = format!("<polylist> has {polygons} polygons in <vcount> and {left} more corners, it says {says}");
         return Err(at(element, format!("{text}; is it cut short?")));
     }
-    Ok(triangles)
-}
-
-fn of_polygon(list: &[u32], positions: &[Vec3]) -> Vec<[u32; 3]> {
-    if let &[a, b, c] = list {
-        return vec![[a, b, c]];
-    }
-    let corners: Vec<Vec3> = list.iter().map(|&i| positions[i as usize]).collect();
-    polygon::triangulate(&corners).into_iter().map(|t| t.map(|i| list[i])).collect()
+    Ok(())
 }
 
 /// A strip: each corner makes a triangle with the two before it, every second one turned over.

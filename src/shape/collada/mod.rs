@@ -3,21 +3,22 @@
 //! `<unit meter>` and the transforms of the nodes are applied. `<up_axis>` is not, as in RViz and MoveIt: a link
 //! or an object means the mesh's own x, y and z. A file without a visual scene shows all its geometries.
 //!
-//! mesh-loader reads Collada too, but it shows each geometry once however often it is placed, takes shifts
-//! below a centimetre for none, and panics on indices out of range: a proof cannot stand on that.
+//! Our own reader: the crates for it read f32, and show each geometry once however often it is placed. What shows no
+//! surface (cameras, lights, curves) is passed over, curves with a word; what shows another than polygons is refused.
 
 mod geometry;
 #[cfg(test)]
 mod tests;
 mod transform;
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use roxmltree::{Document, Node, NodeId};
+use roxmltree::{Document, Node, NodeId, ParsingOptions};
 
+use super::surface::Surface;
 use crate::math::Vec3;
-use geometry::Polygons;
 use transform::Affine;
 
 /// Nodes within nodes; deeper is a node that shows itself.
@@ -25,23 +26,16 @@ const DEEPEST: usize = 64;
 /// Triangles of one file; more come from nodes that multiply each other.
 const MOST_TRIANGLES: usize = 4_000_000;
 
-/// What a file shows (m).
-#[derive(Debug, Default)]
-pub(super) struct Surface {
-    /// Vertices.
-    pub vertices: Vec<Vec3>,
-    /// Vertex indices of each triangle.
-    pub triangles: Vec<[u32; 3]>,
-}
-
-/// Reads a Collada file.
+/// Reads a Collada file; its surface is in metres.
 ///
 /// # Errors
 /// No Collada, a reference to nothing, numbers that are missing or none, a shape that is no polygon mesh; with
 /// the line where it is known.
 pub(super) fn read(bytes: &[u8]) -> Result<Surface, String> {
-    let text = std::str::from_utf8(bytes).map_err(|error| format!("not a DAE file in UTF-8: {error}"))?;
-    let document = Document::parse(text.trim_start_matches('\u{feff}')).map_err(|e| format!("not a DAE file: {e}"))?;
+    let text = decoded(bytes)?;
+    let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    let document = Document::parse_with_options(text, options).map_err(|e| format!("not a DAE file: {e}"))?;
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
         return Err(format!("not a DAE file: its root is <{}>, it must be <COLLADA>", root.tag_name().name()));
@@ -61,11 +55,32 @@ pub(super) fn read(bytes: &[u8]) -> Result<Surface, String> {
     Ok(file.surface)
 }
 
+/// The text of an XML file: UTF-8, UTF-16 with its mark, or what its first line says, of which Latin-1 is known.
+fn decoded(bytes: &[u8]) -> Result<Cow<'_, str>, String> {
+    let wide = |of_pair: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| of_pair([pair[0], pair[1]])).collect();
+        String::from_utf16(&units).map(Cow::Owned).map_err(|error| format!("not a DAE file in UTF-16: {error}"))
+    };
+    match bytes {
+        [0xff, 0xfe, ..] | [b'<', 0, ..] => return wide(u16::from_le_bytes),
+        [0xfe, 0xff, ..] | [0, b'<', ..] => return wide(u16::from_be_bytes),
+        _ => {}
+    }
+    std::str::from_utf8(bytes).map(Cow::Borrowed).or_else(|error| {
+        let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]).to_ascii_lowercase();
+        match ["iso-8859-1", "latin1", "windows-1252", "us-ascii"].iter().any(|name| head.contains(name)) {
+            // Coordinates are ASCII; only names have other letters.
+            true => Ok(Cow::Owned(bytes.iter().map(|byte| char::from(*byte)).collect())),
+            false => Err(format!("not a DAE file in UTF-8, UTF-16 or ISO-8859-1: {error}")),
+        }
+    })
+}
+
 /// A file being read.
 struct File<'a, 'input> {
     ids: HashMap<&'a str, Node<'a, 'input>>,
     /// Geometries that were read; some are shown many times.
-    known: HashMap<NodeId, Rc<[Polygons]>>,
+    known: HashMap<NodeId, Rc<[Surface]>>,
     surface: Surface,
 }
 
@@ -86,6 +101,9 @@ impl<'a, 'input> File<'a, 'input> {
     fn node(&mut self, node: Node<'a, 'input>, parent: &Affine, depth: usize) -> Result<(), String> {
         if depth > DEEPEST {
             return Err(at(node, format!("nodes are nested more than {DEEPEST} deep; does a node show itself?")));
+        }
+        if !shows_something(node) {
+            return Ok(());
         }
         let here = parent.then(&transform::of_node(node)?);
         for child in node.children().filter(Node::is_element) {
@@ -108,7 +126,7 @@ impl<'a, 'input> File<'a, 'input> {
             Some(polygons) => polygons.clone(),
             None => {
                 let target = |node, attribute: &str, kind: &str| self.target(node, attribute, kind);
-                let polygons: Rc<[Polygons]> = geometry::polygons(geometry, &target)?.into();
+                let polygons: Rc<[Surface]> = geometry::polygons(geometry, &target)?.into();
                 self.known.insert(geometry.id(), polygons.clone());
                 polygons
             }
@@ -116,14 +134,18 @@ impl<'a, 'input> File<'a, 'input> {
         let surface = &mut self.surface;
         for part in &*polygons {
             let first = surface.vertices.len();
-            if first + part.positions.len() > u32::MAX as usize
+            if first + part.vertices.len() > u32::MAX as usize
                 || surface.triangles.len() + part.triangles.len() > MOST_TRIANGLES
             {
                 return Err(format!(
                     "it shows more than {MOST_TRIANGLES} triangles; do its nodes multiply each other?"
                 ));
             }
-            surface.vertices.extend(part.positions.iter().map(|position| here.point(*position)));
+            surface.crossing += part.crossing;
+            for (what, count) in &part.without_surface {
+                *surface.without_surface.entry(what).or_default() += count;
+            }
+            surface.vertices.extend(part.vertices.iter().map(|position| here.point(*position)));
             surface.triangles.extend(part.triangles.iter().map(|triangle| {
                 let [a, b, c] = triangle.map(|i| first as u32 + i);
                 // A mirror turns triangles over; outside stays outside.
@@ -143,6 +165,12 @@ impl<'a, 'input> File<'a, 'input> {
         let found = self.ids.get(id).filter(|target| target.tag_name().name() == kind);
         found.copied().ok_or_else(|| at(node, format!("{name} names {value:?}, but there is no <{kind}> of this id")))
     }
+}
+
+/// Whether anything below a node may have a surface; a camera's place is nobody's concern.
+fn shows_something(node: Node) -> bool {
+    let instances = ["instance_geometry", "instance_node", "instance_controller"];
+    node.descendants().any(|child| instances.contains(&child.tag_name().name()))
 }
 
 /// Metres per unit of the file; 1 where it says nothing.

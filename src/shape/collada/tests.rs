@@ -153,10 +153,68 @@ fn what_cannot_be_read_is_refused_with_its_line() {
         assert!(parts.iter().all(|part| text.contains(part)), "{text:?} lacks one of {parts:?}");
         assert!(!text.contains('\n'), "one line: {text:?}");
     }
-    let spline = good.replace("<mesh>", "<spline>").replace("</mesh>", "</spline>");
-    let text = read(spline.as_bytes()).unwrap_err();
-    assert!(text.contains("line 5") && text.contains("\"cube\" has no <mesh>"), "{text}");
-    assert!(read(&[0xff, 0xfe, 0x3c, 0x00]).unwrap_err().contains("UTF-8"));
+    for kind in ["convex_mesh", "brep"] {
+        let other = good.replace("<mesh>", &format!("<{kind}>")).replace("</mesh>", &format!("</{kind}>"));
+        let text = read(other.as_bytes()).unwrap_err();
+        assert!(text.contains("line 5") && text.contains(&format!("\"cube\" is a <{kind}>")), "{text}");
+    }
+    let misspelt = good.replace("polylist", "polylists");
+    let text = read(misspelt.as_bytes()).unwrap_err();
+    assert!(text.contains("line 10") && text.contains("<polylists>") && text.contains("polylist, polygons"), "{text}");
+    assert!(read(&[0xff, 0xfe, 0x3c, 0x00]).unwrap_err().contains("not a DAE file"));
+    assert!(read(&[b'<', 0xe9, b'>']).unwrap_err().contains("UTF-8, UTF-16 or ISO-8859-1"));
+}
+
+#[test]
+fn what_shows_no_surface_is_passed_over_and_curves_are_counted() {
+    let camera = "<node><lookat>1 2 3 0 0 0 0 0 1</lookat><instance_camera url='#c'/><instance_light url='#l'/></node>";
+    let text = file("", &format!("{camera}<node>{CUBE}<instance_geometry url='#curve'/></node>"));
+    let curve = "<geometry id='curve'><spline closed='1'/></geometry></library_geometries>";
+    let text = text.replace("</library_geometries>", curve);
+    let text = text.replace("</polylist></mesh>", "</polylist><lines count='0'/><extra/></mesh>");
+    let mesh = mesh(&text);
+    assert_eq!(mesh.triangles().len(), 12);
+    let [only] = mesh.warnings() else { panic!("{:?}", mesh.warnings()) };
+    assert!(only.contains("cup.dae has 1 elements of lines, 1 splines; they have no surface"), "{only}");
+}
+
+#[test]
+fn other_encodings_prefixes_and_orders_of_axes_are_read() {
+    let text = file("", &format!("<node>{CUBE}</node>"));
+    let cube = |bytes: &[u8]| mesh_file::read("cup.DAE", bytes, Vec3::ONE).unwrap_or_else(|error| panic!("{error}"));
+    let wanted = mesh(&text).hash();
+    let declared = text.replace("utf-8", "utf-16");
+    let little: Vec<u8> = "\u{feff}".encode_utf16().chain(declared.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    let big: Vec<u8> = "\u{feff}".encode_utf16().chain(declared.encode_utf16()).flat_map(u16::to_be_bytes).collect();
+    let named =
+        text.replace("utf-8", "ISO-8859-1").replace("<visual_scene id=\"other\">", "<visual_scene id=\"\u{e9}\">");
+    let latin: Vec<u8> = named.chars().map(|letter| letter as u32 as u8).collect();
+    let prefixed =
+        text.replace("xmlns=", "xmlns:c=").replace("</", "\u{0}").replace("<!--", "\u{1}").replace("<?", "\u{2}");
+    let prefixed =
+        prefixed.replace('<', "<c:").replace("\u{0}", "</c:").replace("\u{1}", "<!--").replace("\u{2}", "<?");
+    let with_type = text.replace("?>", "?>\n<!DOCTYPE COLLADA [<!ENTITY one \"1\">]>");
+    let blank = format!("\n \u{feff}{}", text.replace('\n', "\r\n")).replace("\n \u{feff}", "\n ");
+    for bytes in [&little, &big, &latin, prefixed.as_bytes(), with_type.as_bytes(), blank.as_bytes()] {
+        assert_eq!(cube(bytes).hash(), wanted);
+    }
+    let accessor = "<accessor source=\"#numbers\" count=\"8\" stride=\"3\"/>";
+    assert!(text.contains(accessor));
+    let turned = ["Z", "X", "Y"].map(|axis| format!("<param name='{axis}' type='float'/>")).concat();
+    let text = text.replace(accessor, &format!("{}{turned}</accessor>", accessor.replace("/>", ">")));
+    let text = text
+        .replace("0 0 0 1 0 0 1 1 0 0 1 0", "7 0 0 7 1 0 7 1 1 7 0 1")
+        .replace("0 0 1 <!-- the lid --> 1 0 1 1 1 1 0 1 1", "8 0 0 8 1 0 8 1 1 8 0 1");
+    assert_near(solid(&text), [0.0, 0.0, 7.0], [1.0, 1.0, 8.0], 1.0);
+}
+
+/// `0.1 + 1e-12` is another number than `0.1`, through the unit and the nodes.
+#[test]
+fn coordinates_are_f64_through_units_and_nodes() {
+    let nodes = format!("<node><translate>400321.25 0 0</translate><scale>1e-9 1 1</scale>{CUBE}</node>");
+    let mesh = mesh(&file("<unit meter='0.01'/>", &nodes));
+    let most = mesh.vertices().iter().map(|vertex| vertex.x).fold(f64::NEG_INFINITY, f64::max);
+    assert!((most - 4003.2125 - 1e-11).abs() < 2e-12, "{most:.15}");
 }
 
 /// Ten nodes that each show the next one ten times would be 10¹⁰ cubes.

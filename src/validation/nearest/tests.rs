@@ -128,6 +128,7 @@ fn a_body_that_is_passed_twice_holds_the_path_twice() {
         origin: Pose::identity(),
         axis: Vec3::X,
         limits: Some((-5.0, 5.0)),
+        soft_limits: None,
         mimic: None,
     };
     let links = vec![link("rail", vec![]), link("ball", vec![ball(Vec3::ZERO)])];

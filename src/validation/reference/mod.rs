@@ -14,6 +14,8 @@
 //! slack. A claim that is too high by more than the slack is always refused, one that is too high by less if
 //! a place is met where the pair is closer.
 
+use std::f64::consts::PI;
+
 mod cover;
 mod objection;
 mod segment;
@@ -24,12 +26,13 @@ mod travel;
 pub use objection::{Closeness, Objection};
 
 use super::Certificate;
-use super::certificate::{CHECKER_VERSION, FIRST_WITH_DIGEST};
+use super::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS, FIRST_WITH_DIGEST};
 use super::interval::ROUNDING_M;
 use super::path_proof::LEAST_FLOOR_M;
 use crate::collision::{CollisionModel, query};
 use crate::path::Path;
-use crate::robot::{Component, Kinematics};
+use crate::robot::configuration::{LONGEST_STEP_RAD, ROUNDED_RAD};
+use crate::robot::{Component, ConfigurationSpace, Kinematics};
 use cover::Cover;
 use segment::Segment;
 
@@ -71,6 +74,7 @@ pub fn verify(
 
     let space = model.robot().space();
     let space = if certificate.unwrapped { space.unwrapped() } else { space.clone() };
+    check_steps(model, &path, &space, certificate.checker_version)?;
     let covers: Vec<Cover> =
         model.bodies().iter().map(|body| Cover::new(body.solid.tree.pieces(), &body.place)).collect();
     let mut effort = Effort::default();
@@ -114,6 +118,22 @@ fn check_origin(model: &CollisionModel, path: &Path, certificate: &Certificate) 
     for (what, got, expected) in [columns, claims] {
         if got != expected {
             return Err(Objection::Count { what, got, expected });
+        }
+    }
+    Ok(())
+}
+
+/// Every step says by its numbers how it moves.
+fn check_steps(model: &CollisionModel, path: &Path, space: &ConfigurationSpace, version: u32) -> Result<(), Objection> {
+    let name = |column: usize| model.robot().variables()[column].name.clone();
+    // Before, half a turn could be meant the other way.
+    let longest = if version < FIRST_BY_NUMBERS { PI - ROUNDED_RAD } else { LONGEST_STEP_RAD };
+    for (segment, [from, to]) in path.segments().enumerate() {
+        if let Some(q) = space.circles().find(|&q| (to[q] - from[q]).abs() > longest) {
+            return Err(Objection::LongStep { segment, variable: name(q), from: from[q], to: to[q], version });
+        }
+        if let Some(q) = space.half_turn(from, to) {
+            return Err(Objection::HalfTurn { segment, variable: name(q) });
         }
     }
     Ok(())

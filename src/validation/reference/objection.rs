@@ -1,6 +1,6 @@
 //! What the reference checker may have against a certificate.
 
-use crate::validation::certificate::CHECKER_VERSION;
+use crate::validation::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS};
 
 /// Why a certificate is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -33,6 +33,35 @@ pub enum Objection {
         claimed: u64,
         /// Hash of what was given.
         given: u64,
+    },
+    /// A step that does not say how it moves.
+    #[error(
+        "segment {}: {variable} steps from {from} to {to}, more than half a turn; {}", segment + 1,
+        if *version < FIRST_BY_NUMBERS {
+            "checker version 2 and before took the short way round, whatever a controller does: prove the path again"
+        } else {
+            "what is proved is written without such steps, so this is another path"
+        }
+    )]
+    LongStep {
+        /// Segment, from 0.
+        segment: usize,
+        /// Column.
+        variable: String,
+        /// Its number before.
+        from: f64,
+        /// Its number after.
+        to: f64,
+        /// Checker version of the certificate.
+        version: u32,
+    },
+    /// A rotation that does not say how it moves.
+    #[error("segment {}: the quaternion that starts at {variable} turns by half a turn, and two ways lead there", segment + 1)]
+    HalfTurn {
+        /// Segment, from 0.
+        segment: usize,
+        /// First column of the quaternion.
+        variable: String,
     },
     /// A list of the wrong length.
     #[error("it has {got} {what}, {expected} are needed")]

@@ -5,7 +5,7 @@
 //! controller does not know which joints turn all the way round.
 
 use super::polynomial::{Knot, Polynomial};
-use crate::robot::{Component, RobotModel};
+use crate::robot::{Component, RobotModel, Variable};
 
 /// How far the norm of a quaternion may be from 1.
 const NORM_TOLERANCE: f64 = 1e-3;
@@ -214,11 +214,21 @@ impl Curve {
 
     /// Where it is farthest outside the limits, if it is anywhere.
     pub fn outside(&self, robot: &RobotModel) -> Option<Outside> {
+        self.farthest(robot, |variable| (variable.hard_lower, variable.hard_upper))
+    }
+
+    /// Where it is farthest outside the soft limits, if it is anywhere.
+    pub fn outside_soft(&self, robot: &RobotModel) -> Option<Outside> {
+        self.farthest(robot, |variable| (variable.lower, variable.upper))
+    }
+
+    fn farthest(&self, robot: &RobotModel, limits: impl Fn(&Variable) -> (f64, f64)) -> Option<Outside> {
         let mut worst: Option<Outside> = None;
         for (point, polynomials) in self.polynomials.iter().enumerate() {
             for (column, (polynomial, variable)) in polynomials.iter().zip(robot.variables()).enumerate() {
+                let (lower, upper) = limits(variable);
                 for (value, t) in polynomial.extremes(0.0, self.duration(point)) {
-                    let by = (variable.lower - value).max(value - variable.upper);
+                    let by = (lower - value).max(value - upper);
                     if by > worst.as_ref().map_or(0.0, |worst| worst.by) {
                         worst = Some(Outside { point, time_s: self.times[point] + t, column, value, by });
                     }

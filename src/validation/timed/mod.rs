@@ -7,7 +7,8 @@
 //!
 //! Pieces are halved until E is an eighth of the floor that decides; the rest is as in
 //! [`path_proof`](super::path_proof): a pair that comes closer than asked for has its floor lowered, unless that is
-//! forbidden. A collision is one only where the bodies touch on the curve itself.
+//! forbidden. A collision is one only where the bodies touch on the curve itself; one anywhere goes before whatever is
+//! not provable anywhere.
 
 pub mod curve;
 pub mod inside;
@@ -90,6 +91,18 @@ impl Piece {
     }
 }
 
+/// What becomes of a piece that is refused as it stands.
+enum Refused {
+    /// To be looked at, in parts or with a floor lowered; the later first.
+    Again(Vec<Piece>),
+    /// The bodies touch on the curve.
+    Collision(TimedHit),
+    /// They do not, but are closer than can be proved.
+    Unprovable(TimedHit),
+    /// `stop` said so.
+    Stopped,
+}
+
 /// What a proof needs.
 struct Prover<'c, 'v, 'm> {
     curve: &'c Curve,
@@ -119,7 +132,8 @@ pub fn prove(validator: &mut Validator, curve: &Curve, strict: bool, stop: &mut 
         Enclosed::Stopped => return TimedVerdict::Stopped,
         Enclosed::Pair(pair, contact) => {
             let (reason, time_s) = (HitReason::Collision, curve.time(0));
-            return TimedVerdict::Refused(TimedHit { reason, point: 0, time_s, pair, seen_s: time_s, contact });
+            let hit = TimedHit { reason, point: 0, time_s, pair, seen_s: time_s, contact };
+            return with_depth(validator, curve, TimedVerdict::Refused(hit));
         }
     }
     let (reuse, clearance) = (validator.layers.reuse, validator.scratch.floors.common());
@@ -134,7 +148,19 @@ pub fn prove(validator: &mut Validator, curve: &Curve, strict: bool, stop: &mut 
     };
     prover.set_floors(0.0);
     prover.validator.layers.reuse = reuse;
-    verdict
+    with_depth(validator, curve, verdict)
+}
+
+/// A collision with its penetration depth, which the search for it does without.
+fn with_depth(validator: &mut Validator, curve: &Curve, verdict: TimedVerdict) -> TimedVerdict {
+    match verdict {
+        TimedVerdict::Refused(hit) if hit.reason == HitReason::Collision => {
+            let at = curve.at(hit.point, hit.seen_s - curve.time(hit.point));
+            let contact = validator.penetration(hit.pair, &at, &at, 0.0);
+            TimedVerdict::Refused(TimedHit { contact, ..hit })
+        }
+        verdict => verdict,
+    }
 }
 
 impl Prover<'_, '_, '_> {
@@ -168,7 +194,7 @@ impl Prover<'_, '_, '_> {
 
     /// Piece by piece in the order of time, so that what is refused is refused where it is first.
     fn one_by_one(&mut self, stop: &mut dyn FnMut() -> bool) -> TimedVerdict {
-        let mut open = self.whole();
+        let (mut open, mut unprovable) = (self.whole(), None);
         while let Some(piece) = open.pop() {
             if stop() {
                 return TimedVerdict::Stopped;
@@ -186,22 +212,35 @@ impl Prover<'_, '_, '_> {
                     self.pieces += 1;
                     self.kept = self.kept.min(clearance_m - deviation);
                 }
-                SegmentVerdict::Refused(hit) => {
-                    if let Some(touch) = self.touch(&piece, &hit) {
-                        return TimedVerdict::Refused(touch);
-                    }
-                    let floor = self.floor(hit.pair);
-                    if deviation > DEVIATION * floor && self.can_be_halved(&piece) {
-                        open.extend(piece.halves());
-                    } else if !self.strict && self.lower(&hit, deviation) {
-                        open.push(piece);
-                    } else {
-                        return TimedVerdict::Refused(self.refusal(&piece, &hit));
-                    }
-                }
+                SegmentVerdict::Refused(hit) => match self.refused(&piece, &hit, deviation, stop) {
+                    Refused::Again(pieces) => open.extend(pieces),
+                    Refused::Collision(touch) => return TimedVerdict::Refused(touch),
+                    Refused::Unprovable(seen) => unprovable = unprovable.or(Some(seen)),
+                    Refused::Stopped => return TimedVerdict::Stopped,
+                },
             }
         }
-        self.proved()
+        unprovable.map_or_else(|| self.proved(), TimedVerdict::Refused)
+    }
+
+    /// What becomes of a piece that is refused as it stands.
+    fn refused(&mut self, piece: &Piece, hit: &Hit, deviation: f64, stop: &mut dyn FnMut() -> bool) -> Refused {
+        let touch = self.touch(piece, hit);
+        if touch.is_none() {
+            if deviation > DEVIATION * self.floor(hit.pair) && self.can_be_halved(piece) {
+                return Refused::Again(piece.halves().to_vec());
+            }
+            if !self.strict && self.lower(hit, deviation) {
+                return Refused::Again(vec![*piece]);
+            }
+        }
+        let seen = touch.unwrap_or_else(|| self.refusal(piece, hit));
+        let known = Some(&seen).filter(|seen| seen.reason == HitReason::Collision);
+        match self.first_collision(piece, known, stop) {
+            Some(Some(touch)) => Refused::Collision(touch),
+            Some(None) => Refused::Unprovable(seen),
+            None => Refused::Stopped,
+        }
     }
 
     fn proved(&self) -> TimedVerdict {

@@ -134,6 +134,7 @@ fn slider(obstacle: Option<(Pose, Vec3)>) -> CollisionModel {
         origin: Pose::identity(),
         axis,
         limits: Some((-2.0, 2.0)),
+        soft_limits: None,
         mimic: None,
     };
     let ball = PlacedShape { pose: Pose::identity(), shape: Shape::Sphere { radius: 0.05 } };

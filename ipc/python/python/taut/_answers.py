@@ -171,6 +171,12 @@ class Result(Improvement):
         return self._best.message
 
     @property
+    def turned(self) -> Dict[str, int]:
+        """Angle columns whose numbers are not those that were sent, since a step of more than half a turn means the
+        short way round: whole turns from the goal that was sent to this one; 0 where only numbers before it moved."""
+        return {column["variable"]: column["turns"] for column in self.details["turned"]}
+
+    @property
     def details(self) -> Dict[str, Any]:
         """All of it but the paths and the proof, with the names of result files (`contacts`, `smallest_clearance`,
         `floors_lowered`, `pinched`, `stages`, ...)."""

@@ -46,7 +46,7 @@ class _OnPath(Error):
     segment: Optional[int] = None
     #: Ratio on the segment, 0 to 1.
     t: Optional[float] = None
-    #: Penetration depth in metres; negative is a distance.
+    #: Penetration depth in metres, from below unless both bodies are convex; negative is a distance.
     depth: Optional[float] = None
     #: Contact or closest points on the bodies, world frame, in metres.
     points: Tuple[Tuple[float, float, float], ...] = ()

@@ -116,22 +116,19 @@ class Planner:
 
         `packages` says where ``package://NAME/`` is (else ROS_PACKAGE_PATH and AMENT_PREFIX_PATH). `columns` are the
         joints that paths have columns for, all movable ones by default; the others are held. Without `srdf`, one of
-        the URDF's name beside it is taken. With `replace`, the label is taken away from other content.
+        the URDF's name beside it is taken, or one of that name or the robot's in ``srdf/`` or ``config/`` there or one
+        folder up. With `replace`, the label is taken away from other content.
 
         >>> import taut
         >>> with taut.local() as d:
         ...     d.load_robot("panda", ROBOTS + "/panda_like.urdf").columns[:2]
         ['joint1', 'joint2']
         """
-        urdf_path = FilePath(fspath(urdf))
-        beside = urdf_path.with_suffix(".srdf")
-        if srdf is None and beside.is_file():
-            srdf = beside
         folders: Dict[str, File] = {name: fspath(folder) for name, folder in (packages or {}).items()}
         names = None if columns is None else list(columns)
         pairs = [(a, b) for a, b in allowed_collisions]
         srdf_path = None if srdf is None else fspath(srdf)
-        return _robot(self._connection.load_robot(label, str(urdf_path), srdf_path, folders, names, pairs, replace))
+        return _robot(self._connection.load_robot(label, fspath(urdf), srdf_path, folders, names, pairs, replace))
 
     def unload_robot(self, label: str) -> None:
         """Forgets a robot; running requests keep it."""
@@ -206,6 +203,7 @@ class Planner:
         clearance: Optional[float] = None,
         strict: bool = False,
         unwrapped: bool = False,
+        keep_goal: bool = False,
         contacts: bool = True,
         budget: int = 0,
         seed: int = 0,
@@ -226,7 +224,9 @@ class Planner:
         * `weights`: what a joint's motion costs, by joint name; `metric`: all weights, one per velocity coordinate.
         * `clearance`: metres that every pair of bodies must keep (1 mm by default); where the path itself comes closer
           that pair keeps less and the answer says so, unless `strict`.
-        * `unwrapped`: columns of continuous joints are real numbers, not angles on the circle.
+        * A step of an angle column means its numbers up to half a turn, and beyond it the short way round: answers are
+          written that way, and `turned` says which columns end whole turns away. `keep_goal`: they do not, and a path
+          that needs it is refused. `unwrapped`: these columns are real numbers, not angles on the circle.
         * `contacts`: look for what is nearest along the answer. `budget`: counted work, the same on every machine.
         * `seed`, `priority`, `scene_version` (of those that are kept).
 
@@ -253,6 +253,7 @@ class Planner:
             "clearance": clearance,
             "strict": strict,
             "unwrapped": unwrapped,
+            "keep_goal": keep_goal,
             "contacts": contacts,
             "budget": budget,
             "seed": seed,
@@ -273,6 +274,7 @@ class Planner:
         clearance: Optional[float] = None,
         strict: bool = False,
         unwrapped: bool = False,
+        keep_goal: bool = False,
         contacts: bool = True,
         priority: int = 0,
         scene_version: int = 0,
@@ -297,6 +299,7 @@ class Planner:
             "clearance": clearance,
             "strict": strict,
             "unwrapped": unwrapped,
+            "keep_goal": keep_goal,
             "contacts": contacts,
             "priority": priority,
             "scene_version": scene_version,
@@ -323,6 +326,7 @@ class Planner:
         clearance: Optional[float] = None,
         strict: bool = False,
         unwrapped: bool = False,
+        keep_goal: bool = False,
     ) -> Watch:
         """Checks a path, and again whenever a change of its scene makes it unsafe or safe. Of a daemon only."""
         options: Dict[str, Any] = {
@@ -334,6 +338,7 @@ class Planner:
             "clearance": clearance,
             "strict": strict,
             "unwrapped": unwrapped,
+            "keep_goal": keep_goal,
         }
         return Watch(self._ask(path, robot, scene, options))
 

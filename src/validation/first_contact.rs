@@ -1,0 +1,102 @@
+//! Where a segment first collides, whatever is merely too close on it: a collision anywhere is worse than anything
+//! that cannot be proved.
+//!
+//! The search is the proof of [`continuous`](super::continuous) with another question: not whether every pair keeps
+//! its floor, but whether any gets deeper into each other than [`UNSEEN_DEPTH_M`]. Only contact in the middle of an
+//! interval refuses, and an interval that no pair gets as deep on is done. What lies to the left of a contact is
+//! looked at first, so that the earliest is found without a look at what follows it.
+
+use super::continuous::{FINEST, Validator};
+use super::examine::Until;
+use super::floors::Floors;
+use super::path_proof::LEAST_FLOOR_M;
+use super::undecided::Interval;
+
+/// Bodies that get no deeper into each other than this (m) may pass as too close.
+pub const UNSEEN_DEPTH_M: f64 = LEAST_FLOOR_M;
+
+/// Intervals after which none narrower than [`FINEST`] is looked at on this segment.
+const MOST_INTERVALS: usize = 100_000;
+/// No interval is narrower: the values of a configuration have few more digits.
+const NARROWEST: f64 = 1.0 / (1_u64 << 44) as f64;
+
+/// Bodies that touch or overlap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Touch {
+    /// Ratio on the segment, in [0, 1].
+    pub(super) t: f64,
+    /// Index of the pair in the collision model.
+    pub(super) pair: usize,
+}
+
+/// What a search for contact found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum FirstContact {
+    /// No pair gets deeper into each other than [`UNSEEN_DEPTH_M`].
+    Nothing,
+    /// This is so before `t` less [`FINEST`].
+    At(Touch),
+    /// `stop` said so; with what was found until then, which need not be the first.
+    Stopped(Option<Touch>),
+}
+
+impl Validator<'_> {
+    /// The first contact on a segment, to within [`FINEST`]. Floors and what is proved stay as they are.
+    pub(super) fn first_contact(&mut self, [from, to]: [&[f64]; 2], stop: &mut dyn FnMut() -> bool) -> FirstContact {
+        self.seeking_contact(-UNSEEN_DEPTH_M, |validator| validator.earliest_contact(from, to, stop))
+    }
+
+    /// With this in the place of every floor (m), and nothing refused but contact.
+    pub(super) fn seeking_contact<T>(&mut self, floor: f64, seek: impl FnOnce(&mut Self) -> T) -> T {
+        let mut wide = std::mem::take(&mut self.scratch.wide);
+        wide.reset(self.model.pairs().len(), floor);
+        let floors: Floors = std::mem::replace(&mut self.scratch.floors, wide);
+        self.seeks_contact = true;
+        let found = seek(self);
+        self.seeks_contact = false;
+        self.begin();
+        self.scratch.wide = std::mem::replace(&mut self.scratch.floors, floors);
+        found
+    }
+
+    fn earliest_contact(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> FirstContact {
+        self.begin();
+        self.add(from, to);
+        let (mut earliest, mut looks) = (None, 0);
+        // The queue is in order along the segment, and so are the lanes.
+        while !self.scratch.queue.is_empty() {
+            let (rake, count) = self.next_rake();
+            let Some(examined) = self.examine(&rake[..count], Until::EveryPair, stop) else {
+                return FirstContact::Stopped(earliest);
+            };
+            looks += count;
+            let mut left = &rake[..count];
+            if let Some((lane, pair, _)) = examined.refused {
+                let interval = rake[lane];
+                earliest = Some(Touch { t: interval.middle, pair });
+                left = &rake[..lane];
+                self.scratch.queue.clear();
+                let half = interval.half / 2.0;
+                let before = Interval {
+                    middle: interval.middle - half,
+                    half,
+                    pairs: examined.undecided[lane].pairs,
+                    ..interval
+                };
+                self.queue_first([before].into_iter(), earliest, looks);
+            }
+            for (interval, undecided) in left.iter().zip(&examined.undecided).rev() {
+                self.queue_first(interval.split(undecided), earliest, looks);
+            }
+        }
+        earliest.map_or(FirstContact::Nothing, FirstContact::At)
+    }
+
+    /// Puts intervals that follow each other before all others, but for those that need no look.
+    fn queue_first(&mut self, parts: impl DoubleEndedIterator<Item = Interval>, earliest: Option<Touch>, looks: usize) {
+        let narrowest = if looks < MOST_INTERVALS { NARROWEST } else { FINEST / 2.0 };
+        let before = earliest.map_or(f64::INFINITY, |touch| touch.t - FINEST);
+        let is_wanted = |part: &Interval| part.half >= narrowest && part.middle - part.half < before;
+        parts.rev().filter(is_wanted).for_each(|part| self.scratch.queue.push_front(part));
+    }
+}

@@ -1,0 +1,151 @@
+//! What a step of an angle column means, on small inputs that once gave proofs of another motion than the one that a
+//! controller makes of the numbers.
+#![cfg(feature = "daemon")]
+
+mod common;
+
+use common::{Place, Run};
+use serde_json::Value;
+
+/// Half a turn, and what files round it by.
+const LONGEST_STEP: f64 = std::f64::consts::PI + 1e-3;
+
+fn case(file: &str) -> String {
+    format!("{}/tests/cases/{file}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A verb on a path of a case's folder, in this process or by a daemon.
+fn ask(place: &Place, verb: &str, folder: &str, [robot, path, scene]: [&str; 3], options: &[&str]) -> Run {
+    let [robot, path, scene] = [robot, path, scene].map(|file| case(&format!("{folder}/{file}")));
+    place.taut(&[&[verb, path.as_str(), "--robot", robot.as_str(), "--scene", scene.as_str()], options].concat())
+}
+
+fn answer(run: &Run) -> Value {
+    serde_json::from_str(&run.out).unwrap_or_else(|error| panic!("{error}: {} {}", run.out, run.err))
+}
+
+fn column(answer: &Value, column: usize) -> Vec<f64> {
+    answer["path"].as_array().unwrap().iter().map(|row| row[column].as_f64().unwrap()).collect()
+}
+
+#[test]
+fn half_a_turn_goes_the_way_of_its_numbers() {
+    let place = Place::new();
+    let daemon = place.serve("");
+    for path in ["p.csv", "rounded.csv"] {
+        for options in [&["--local", "--format", "json"][..], &["--format", "json"]] {
+            let run = ask(&place, "check", "half-turn", ["turn.urdf", path, "front.json"], options);
+            let answer = answer(&run);
+            assert_eq!((run.exit, answer["reason"].as_str()), (1, Some("COLLISION")), "{path}: {answer}");
+            // The arm, 0.03 m to either side of its axis, meets the pole's edge at 0.38, 0.02.
+            let t = 0.5 - 0.13 / std::f64::consts::PI;
+            assert!((answer["t"].as_f64().unwrap() - t).abs() < 0.02, "{path}: {answer}");
+        }
+    }
+    drop(daemon);
+}
+
+#[test]
+fn an_answer_winds_as_its_numbers_say() {
+    let place = Place::new();
+    let daemon = place.serve("");
+    let files = ["turn.urdf", "p.csv", "pole.json"];
+    for local in [&["--local"][..], &[]] {
+        let table = ask(&place, "shorten", "winding-of-answer", files, local);
+        assert!(table.out.contains("proved as unrolled, column j −1 turn   "), "{}", table.out);
+        let out = place.folder.path().join("result.json");
+        let json = ["--format", "json", "-o", out.to_str().unwrap()];
+        let run = ask(&place, "shorten", "winding-of-answer", files, &[local, &json[..]].concat());
+        let short = answer(&run);
+        let turns = column(&short, 0);
+        assert_eq!((run.exit, short["proved"].as_bool()), (0, Some(true)), "{short}");
+        assert_eq!(turns.last(), Some(&(6.0 - std::f64::consts::TAU)), "{turns:?}");
+        assert_eq!(short["turned"], serde_json::json!([{ "variable": "j", "turns": -1 }]));
+        assert!(short["certificate"]["segments"].as_array().is_some_and(|claims| claims.len() == turns.len() - 1));
+
+        let csv = place.folder.path().join("path.csv");
+        let export = place.taut(&["export", out.to_str().unwrap(), "-o", csv.to_str().unwrap()]);
+        let text = std::fs::read_to_string(&csv).unwrap();
+        assert_eq!(export.exit, 0, "{}", export.err);
+        assert!(text.contains("; j ends -1 turns from the goal that was given"), "{text}");
+        // What is written means itself, to whoever reads it as angles or as numbers.
+        for meaning in [&["--local"][..], &["--local", "--unwrapped"]] {
+            let robot = case("winding-of-answer/turn.urdf");
+            let scene = case("winding-of-answer/pole.json");
+            let again = ["check", csv.to_str().unwrap(), "--robot", &robot, "--scene", &scene];
+            let again = place.taut(&[&again[..], meaning].concat());
+            assert!(again.exit == 0 && !again.out.contains("unrolled"), "{}", again.out);
+        }
+
+        let keep = ["--format", "json", "--keep-goal"];
+        let kept = answer(&ask(&place, "shorten", "winding-of-answer", files, &[local, &keep[..]].concat()));
+        let turns = column(&kept, 0);
+        assert_eq!(kept["proved"].as_bool(), Some(true), "{kept}");
+        assert_eq!((turns.first(), turns.last()), (Some(&0.0), Some(&6.0)));
+        assert!(turns.windows(2).all(|step| (step[1] - step[0]).abs() <= LONGEST_STEP), "{turns:?}");
+        assert!(kept["turned"].as_array().unwrap().is_empty());
+    }
+    drop(daemon);
+}
+
+#[test]
+fn a_long_step_of_an_input_is_unrolled_and_said_and_keep_goal_refuses_it() {
+    let place = Place::new();
+    let daemon = place.serve("");
+    let (robot, scene) = (case("half-turn/turn.urdf"), case("half-turn/front.json"));
+    // By the short way, over the back: +2 to +4.28; the numbers go over the pole.
+    let path = place.file("long.csv", "j\n2\n-2\n");
+    for local in [&["--local"][..], &[]] {
+        let ask = |options: &[&str]| {
+            let words = ["check", &path, "--robot", &robot, "--scene", &scene];
+            place.taut(&[&words[..], local, options].concat())
+        };
+        let table = ask(&[]);
+        assert!(table.exit == 0 && table.out.starts_with("proved as unrolled, column j +1 turn   "), "{}", table.out);
+        let turns = column(&answer(&ask(&["--format", "json"])), 0);
+        assert_eq!(turns, [2.0, -2.0 + std::f64::consts::TAU]);
+        let kept = ask(&["--keep-goal"]);
+        assert_eq!(kept.exit, 65, "{} {}", kept.out, kept.err);
+        for part in ["waypoint 1: j steps from 2 to -2", "+1 turns", "unwrapped"] {
+            assert!(kept.err.contains(part), "{part}: {}", kept.err);
+        }
+        assert_eq!(ask(&["--unwrapped"]).exit, 1);
+    }
+    // The certificate is about the numbers that were proved, and says so of the file's.
+    let proof = place.folder.path().join("proof.json");
+    let words = ["check", &path, "--robot", &robot, "--scene", &scene];
+    let made = place.taut(&[&words[..], &["--local", "--write-certificate", proof.to_str().unwrap()]].concat());
+    assert_eq!(made.exit, 0, "{}", made.err);
+    let verified = place.taut(&[&words[..], &["--certificate", proof.to_str().unwrap()]].concat());
+    assert_eq!(verified.exit, 0, "{} {}", verified.out, verified.err);
+    drop(daemon);
+}
+
+#[test]
+fn a_joint_that_a_screw_follows_is_no_angle() {
+    let place = Place::new();
+    let daemon = place.serve("");
+    for local in [&["--local"][..], &[]] {
+        for files in [
+            ["rack.urdf", "rack_path.csv", "post.json"],
+            ["rack.urdf", "at_end.csv", "post.json"],
+            ["rack.urdf", "reverse.csv", "post.json"],
+            ["half.urdf", "reverse.csv", "post.json"],
+            ["gear.urdf", "p.csv", "front.json"],
+        ] {
+            let run = ask(&place, "check", "mimic-of-continuous", files, local);
+            assert!(run.exit == 1 && run.out.starts_with("COLLISION"), "{files:?}: {} {}", run.out, run.err);
+        }
+        let over = ["gantry.urdf", "over.csv", "wall.json"];
+        let options = [local, &["--format", "json"][..]].concat();
+        let lifted = answer(&ask(&place, "shorten", "mimic-of-continuous", over, &options));
+        let unwrapped = [&options[..], &["--unwrapped"]].concat();
+        let unwrapped = answer(&ask(&place, "shorten", "mimic-of-continuous", over, &unwrapped));
+        assert_eq!(lifted["path"], unwrapped["path"]);
+        assert_eq!((lifted["proved"].as_bool(), column(&lifted, 0).last()), (Some(true), Some(&40.0)), "{lifted}");
+        let length = lifted["length_after"].as_f64().unwrap();
+        assert!((length - 0.5353).abs() < 2e-3, "{length}");
+        assert!(lifted["smallest_clearance"]["distance_m"].as_f64().unwrap() > 1e-3, "{lifted}");
+    }
+    drop(daemon);
+}
