@@ -61,10 +61,10 @@ fn documents() -> Vec<Case> {
     let latin = latin.chars().map(|c| c as u8).collect::<Vec<u8>>();
     vec![
         case("plain", SRDF),
-        case("latin1", latin),
+        case("latin1", latin).read_as("tesseract", "the encoding is said"),
         case("bom", format!("\u{feff}{SRDF}")),
         case("crlf", SRDF.replace('\n', "\r\n")),
-        case("blank_line_first", format!("\n{SRDF}")),
+        case("blank_line_first", format!("\n{SRDF}")).read_as("tesseract", "the blank line says nothing"),
         case("no_declaration", SRDF.lines().skip(1).collect::<Vec<_>>().join("\n")),
         case("comments", SRDF.replace("><", "><!-- - --><")),
         case("doctype", SRDF.replace("<robot", "<!DOCTYPE robot>\n<robot")),
@@ -122,7 +122,7 @@ fn states() -> Vec<Case> {
         state("state_numbers", "<group_state name=\"odd\" group=\"arm\"><joint name=\"j1\" value=\"+5.0e-1\"/><joint name=\"j2\" value=\".25\"/><joint name=\"j3\" value=\" 1. \"/></group_state>"),
         state("state_beyond_limits", "<group_state name=\"far\" group=\"arm\"><joint name=\"j1\" value=\"3\"/><joint name=\"j2\" value=\"0\"/><joint name=\"j3\" value=\"0\"/></group_state>"),
         state("state_unknown_joint", "<group_state name=\"lost\" group=\"arm\"><joint name=\"j1\" value=\"0.1\"/><joint name=\"gone\" value=\"1\"/></group_state>").read_as("compas", ALONE),
-        state("state_unknown_group", "<group_state name=\"lost\" group=\"gone\"><joint name=\"j1\" value=\"0.1\"/></group_state>").read_as("compas", ALONE),
+        state("state_unknown_group", "<group_state name=\"lost\" group=\"gone\"><joint name=\"j1\" value=\"0.1\"/></group_state>").read_as("ours", "as MoveIt: a state of no group is left out"),
         state("state_without_group", "<group_state name=\"lost\"><joint name=\"j1\" value=\"0.1\"/></group_state>").read_as("pinocchio-srdf", "what a check does not need refuses no robot"),
         state("state_empty", "<group_state name=\"nothing\" group=\"arm\"/>").read_as("compas", ALONE),
     ]
@@ -131,7 +131,8 @@ fn states() -> Vec<Case> {
 fn refused() -> Vec<Case> {
     let broken = "the file is broken, whoever reads it";
     vec![
-        other("pair_without_link2", PAIR, "<disable_collisions link1=\"f1\" reason=\"Never\"/>").refused(&["line 8", "link2"], broken),
+        other("pair_without_link2", PAIR, "<disable_collisions link1=\"f1\" reason=\"Never\"/>")
+            .read_as("ours", "as MoveIt: such a pair is left out"),
         other("cut_short", "</robot>\n", "").refused(&["not an XML file"], broken),
         other("no_robot", "robot", "model").refused(&["<model>", "<robot>"], broken),
     ]

@@ -6,6 +6,10 @@ import numpy as np
 def measured(corners):
     """Of triangles, an n × 3 × 3 array: box, area, signed volume, and the area's centre."""
     corners = np.asarray(corners, float).reshape(-1, 3, 3)
+    # A triangle that comes twice in the same order is there once.
+    first = np.array([min(range(3), key=lambda i: tuple(t[i])) for t in corners], int)
+    corners = np.stack([np.roll(t, -i, axis=0) for t, i in zip(corners, first)]) if len(corners) else corners
+    corners = np.unique(corners.reshape(-1, 9), axis=0).reshape(-1, 3, 3)
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     corners, areas = corners[areas > 0], areas[areas > 0]
