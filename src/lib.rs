@@ -20,6 +20,7 @@ pub(crate) mod testing;
 #[cfg(feature = "wire")]
 pub mod translate;
 pub mod validation;
+pub mod warning;
 
 /// The README's program compiles.
 #[cfg(all(doctest, feature = "daemon"))]

@@ -105,6 +105,14 @@ pub enum ControlRequest {
         /// The file; absolute.
         file: PathBuf,
     },
+    /// Load the robot of a label again, with these variables only and under a label of its own, which the reply names;
+    /// its other joints are held.
+    SelectVariables {
+        /// The robot's label.
+        label: String,
+        /// Variables of a configuration, in order.
+        variables: Vec<String>,
+    },
 }
 
 /// The `robot` part of a problem file; paths are absolute.

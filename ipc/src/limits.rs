@@ -41,8 +41,12 @@ pub const MAX_PATH_NUMBERS: usize = 1 << 20;
 pub const MAX_RECORDS: usize = 4096;
 /// Most stages that a response lists.
 pub const MAX_STAGES: usize = 16;
+/// Most warnings that a response lists.
+pub const MAX_WARNINGS: usize = 256;
 /// Most bytes of one text section.
 pub const MAX_TEXT: usize = 64 * 1024;
+/// Most bytes that warnings have of the section `names`.
+pub const MAX_WARNINGS_TEXT: usize = MAX_TEXT / 2;
 
 /// Robots that one status message lists.
 pub const STATUS_ROBOTS: usize = 16;
@@ -72,7 +76,8 @@ pub const UNFINISHED_FILE_AGE: Duration = Duration::from_secs(2);
 pub const LOCK_PATIENCE: Duration = Duration::from_millis(100);
 
 /// Bytes of every response section besides the path, at its limit.
-const RESPONSE_EXTRAS: usize = MAX_WAYPOINTS * 16 + MAX_RECORDS * 152 + MAX_STAGES * 32 + 2 * MAX_TEXT + 1024;
+const RESPONSE_EXTRAS: usize =
+    MAX_WAYPOINTS * 16 + MAX_RECORDS * 152 + MAX_STAGES * 32 + MAX_WARNINGS * 16 + 2 * MAX_TEXT + 1024;
 
 const _: () = assert!(MAX_PATH_NUMBERS * 8 < MAX_PAYLOAD, "a full path fits a payload");
 const _: () = assert!(

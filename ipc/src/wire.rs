@@ -21,10 +21,12 @@ pub use body::{RequestBody, ResponseBody};
 pub use code::Code;
 pub use error::WireError;
 pub use layout::{Field, Section};
-pub use number::{Mode, RefusalReason, RequestFlags, ResponseFlags, SceneEventKind, Stage, Status, Termination};
+pub use number::{
+    Mode, RefusalReason, RequestFlags, ResponseFlags, SceneEventKind, Stage, Status, Termination, WarningKind,
+};
 pub use record::{
     ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord, StageRecord, TextSpan,
-    TurnedColumn,
+    TurnedColumn, WarningRecord,
 };
 pub use request::{ControlHeader, ControlReplyHeader, RequestHeader, RequestView};
 pub use response::{ResponseHeader, ResponseView};

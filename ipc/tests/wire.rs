@@ -75,8 +75,10 @@ fn golden_response_header() {
     assert_eq!(h.certificate_head, Section { offset: 58, count: 59 });
     assert_eq!(h.names, Section { offset: 60, count: 61 });
     assert_eq!(h.message, Section { offset: 62, count: 63 });
-    assert_eq!(h.turned_columns, Section { offset: 66, count: 67 });
-    assert_eq!(size_of::<ResponseHeader>(), 272);
+    assert_eq!(h.reach, Section { offset: 64, count: 65 });
+    assert_eq!((h.pairs, h.warnings), (two(66), Section { offset: 68, count: 69 }));
+    assert_eq!(h.turned_columns, Section { offset: 70, count: 71 });
+    assert_eq!(size_of::<ResponseHeader>(), 288);
 }
 
 #[test]
@@ -143,13 +145,14 @@ fn a_full_response_reads_back() {
         stages: &[StageRecord { stage: 4, gain: 1.5, ..Default::default() }],
         reach: &[0.5, 0.25],
         turned_columns: &[TurnedColumn { column: 1, turns: -1 }],
+        warnings: &[WarningRecord { kind: WarningKind::Cosmetic.into(), text: body_b, reserved: 0 }],
         refusal: Some(&refusal),
         certificate_head: Some(&CertificateHead { segments: 1, ..Default::default() }),
         names: &names,
         message: "one line",
     };
     let mut header =
-        ResponseHeader { wire_version: 1, header_len: 272, code: 1, waypoints: 2, variables: 2, ..Default::default() };
+        ResponseHeader { wire_version: 1, header_len: 288, code: 1, waypoints: 2, variables: 2, ..Default::default() };
     let bytes = body.lay_out(&mut header).unwrap();
     let mut payload = vec![0u64; bytes.div_ceil(8)];
     let payload: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut payload)[..bytes];
@@ -163,6 +166,8 @@ fn a_full_response_reads_back() {
     assert_eq!(view.refusal.unwrap().body_b.of(view.names), Ok("Tür"));
     assert_eq!((view.certificate.len(), view.lowered_pairs.len(), view.active_contacts.len()), (1, 1, 1));
     assert_eq!((view.stages, view.pinched_pairs), (body.stages, body.pinched_pairs));
+    assert_eq!(view.warnings, body.warnings);
+    assert_eq!(view.warnings[0].text.of(view.names), Ok("Tür"));
     assert_eq!(view.message, "one line");
     assert!(TextSpan { offset: 6, len: 1 }.of(view.names).is_err(), "cuts a character");
 }
@@ -202,7 +207,7 @@ proptest! {
 
     #[test]
     fn random_bytes_never_panic(
-        header in prop::collection::vec(any::<u8>(), 264),
+        header in prop::collection::vec(any::<u8>(), 280),
         payload in prop::collection::vec(any::<u8>(), 0..300),
         shift in 0usize..8,
     ) {
@@ -218,7 +223,7 @@ proptest! {
     /// Headers that pass the first checks reach the sections.
     #[test]
     fn random_sections_never_panic(
-        sections in prop::collection::vec((0u32..20, 0u32..4), 10),
+        sections in prop::collection::vec((0u32..20, 0u32..4), 11),
         wild in prop::collection::vec(any::<u32>(), 4),
         use_wild in any::<bool>(),
         payload in prop::collection::vec(any::<u8>(), 0..300),
@@ -236,9 +241,9 @@ proptest! {
             prop_assert_eq!(view.path.len() as u32, size.0 * size.1);
         }
         let response = ResponseHeader {
-            wire_version: 1, header_len: 272, code: 1, waypoints: size.0, variables: size.1,
+            wire_version: 1, header_len: 288, code: 1, waypoints: size.0, variables: size.1,
             path: s(0), certificate: s(1), lowered_pairs: s(2), active_contacts: s(3),
-            stages: s(8), pinched_pairs: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), ..Default::default()
+            stages: s(8), pinched_pairs: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), warnings: s(10), ..Default::default()
         };
         if let Ok(view) = ResponseView::parse(response, bytes) {
             let _ = TextSpan { offset: wild[2], len: wild[3] }.of(view.names);

@@ -152,9 +152,7 @@ fn check(arguments: &Arguments, file: &Path, reader: &mut Reader, place: &mut Pl
             let several = if is_one { String::new() } else { format!("{}: ", subject.name) };
             // A list of many files stays a line each.
             let details = if is_one { details::of_check(&timed) } else { String::new() };
-            for warning in subject.warnings.iter().chain(&timed.outcome.warnings) {
-                eprintln!("warning: {several}{warning}");
-            }
+            report::warn(&report::told(&subject, &timed), &several);
             writeln!(out, "{several}{}   {}{details}", report::verdict(&timed), report::time(timed.time_s))
         }
     }

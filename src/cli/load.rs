@@ -11,6 +11,7 @@ use taut::robot::{HeldVariable, RobotModel};
 use taut::scene::Scene;
 use taut::scene::scene_file::SceneFile;
 use taut::shape::Shape;
+use taut::warning::Warning;
 
 use super::error::CliError;
 use super::layout;
@@ -38,8 +39,8 @@ pub(super) struct Loaded {
     pub path: Path,
     /// The problem's weights.
     pub weights: Option<Vec<f64>>,
-    /// What is odd about robot and scene, a line each.
-    pub warnings: Vec<String>,
+    /// What the request leaves to be known, besides what robot and scene tell.
+    pub notes: Vec<Warning>,
     /// Recorded answers of others, by name.
     pub peers: std::collections::BTreeMap<String, Peer>,
     /// The best honest one of them.
@@ -71,7 +72,8 @@ impl Loaded {
         Subject {
             name: self.name.clone(),
             geometry: report::geometry_name(self.geometry),
-            warnings: self.warnings.clone(),
+            warnings: [self.robot.warnings(), self.scene.warnings(), &shared_names(&self.robot, &self.scene)].concat(),
+            notes: self.notes.clone(),
             variables: self.robot.variables().iter().map(|variable| variable.name.clone()).collect(),
             coordinates: layout::coordinates_of_model(&self.robot),
             metric: String::new(),
@@ -165,8 +167,6 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
         None => (problem.name, problem.path),
         Some((name, table)) => (name, table.for_robot(&problem.robot)?.into_path(robot.variables())?),
     };
-    let shared = shared_names(&robot, &problem.scene);
-    let warnings = [robot.warnings(), problem.scene.warnings(), &shared].concat();
     Ok(Loaded {
         robot: Arc::new(robot),
         robot_files: problem.robot_files,
@@ -177,7 +177,7 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
         geometry: problem.geometry,
         path,
         weights: problem.weights,
-        warnings,
+        notes: Vec::new(),
         peers: problem.peers,
         best_honest_peer: problem.best_honest_peer,
         mesh_check: problem.mesh_check,
@@ -196,7 +196,8 @@ fn bare(
 ) -> Result<Loaded, CliError> {
     let srdf = source.srdf.clone().or_else(|| files::srdf_of(urdf));
     let elsewhere = srdf.iter().filter(|file| source.srdf.is_none() && file.parent() != urdf.parent());
-    let elsewhere: Vec<String> = elsewhere.map(|file| format!("the SRDF is {}", file.display())).collect();
+    let elsewhere: Vec<Warning> =
+        elsewhere.map(|file| Warning::cosmetic("SRDF", format!("the SRDF is {}", file.display()))).collect();
     let packages = quantity::packages(&source.packages);
     let mut robot_files = RobotFiles { urdf: urdf.to_owned(), srdf, packages, ..RobotFiles::default() };
     let mut robot = reader.robot_of(&robot_files)?;
@@ -207,8 +208,7 @@ fn bare(
     let selected = source.select.as_deref();
     let scene =
         scene_file.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.selected_scene(file, selected))?;
-    let shared = shared_names(&robot, &scene);
-    let mut warnings = [table.warnings(), &elsewhere, robot.warnings(), scene.warnings(), &shared].concat();
+    let mut notes: Vec<Warning> = table.warnings().iter().cloned().chain(elsewhere).collect();
     let at_zero = || robot.held().iter().filter(|variable| held.iter().all(|(name, _)| *name != variable.name));
     if let Some(variable) = at_zero().find(|variable| variable.hard_lower > 0.0 || variable.hard_upper < 0.0) {
         let (missing, lower, upper) = (&variable.name, variable.hard_lower, variable.hard_upper);
@@ -221,10 +221,8 @@ fn bare(
     let where_held = |variable: &HeldVariable| given(&variable.name).unwrap_or(variable.default);
     table.check_held(robot.held().iter().map(|variable| (variable.name.as_str(), where_held(variable))))?;
     let path = table.into_path(robot.variables())?;
-    if at_zero().next().is_some() {
-        let names: Vec<&str> = at_zero().map(|variable| variable.name.as_str()).collect();
-        warnings.push(format!("the path has no column for {}: held still at 0", names.join(", ")));
-    }
+    let names: Vec<&str> = at_zero().map(|variable| variable.name.as_str()).collect();
+    notes.extend(taut_ipc::planner::held_at_zero(&names).map(Warning::uncovered));
     Ok(Loaded {
         robot: Arc::new(robot),
         robot_files,
@@ -235,7 +233,7 @@ fn bare(
         geometry: Geometry::Given,
         path,
         weights: None,
-        warnings,
+        notes,
         peers: std::collections::BTreeMap::new(),
         best_honest_peer: None,
         mesh_check: serde_json::Value::Null,

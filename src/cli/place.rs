@@ -75,7 +75,8 @@ impl Place {
                 let settings = asked.settings(loaded.weights.as_ref(), &layout, loaded.path.len())?;
                 let mut subject = loaded.subject();
                 subject.metric = asked.metric(loaded.weights.is_some());
-                subject.warnings.extend(neutral_warnings(&model));
+                let of_robot = loaded.robot.warnings().len();
+                subject.warnings.splice(of_robot..of_robot, neutral_warnings(&model));
                 drop(progress);
                 let timed = runner::run(&loaded, &model, &settings, asked.rules.deadline, workspace, watch)?;
                 if is_kept {

@@ -4,12 +4,14 @@ use std::path::{Path as FilePath, PathBuf};
 use std::time::{Duration, Instant};
 
 use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
-use taut::files::{self, PathTable, Reader, RobotFiles};
+use taut::files::{self, FileError, PathTable, Reader, RobotFiles};
 use taut::optimize::{RequestError, Settings};
 use taut::path::Path;
 use taut::robot::Variable;
+use taut::warning::Warning;
 use taut_ipc::client::RequestBuilder;
-use taut_ipc::control::{ControlReply, ControlRequest, Listing, RobotDescription, SceneSummary};
+use taut_ipc::control::{ControlReply, ControlRequest, Listing, RobotDescription, SceneSummary, VariableDescription};
+use taut_ipc::planner::{Columns, PlannerError};
 use taut_ipc::wire::{Code, RequestBody};
 use taut_ipc::{Client, ClientError, Response, deadline_after};
 
@@ -62,10 +64,8 @@ pub(super) fn prepare(
     let listing = listing(client)?;
     let robot = loaded_robot(client, &listing, &loaded)?;
     let scene = loaded_scene(client, &listing, &loaded)?;
-    let mut subject = loaded.subject();
-    // The daemon may have found more, such as links that collide as the robot stands.
-    let more = robot.warnings.iter().filter(|warning| !loaded.warnings.contains(warning));
-    subject.warnings.extend(more.cloned());
+    // The daemon tells with its answer what is to be known of both.
+    let subject = Subject { warnings: Vec::new(), ..loaded.subject() };
     let (path, weights) = (loaded.path.clone(), loaded.weights.clone());
     Ok(Prepared { subject, robot, scene, loaded: Some(loaded), path, weights })
 }
@@ -94,7 +94,7 @@ fn labelled(
     source: &Source,
     held: &[(String, f64)],
 ) -> Result<Prepared, CliError> {
-    let robot = describe(client, label)?;
+    let whole = describe(client, label)?;
     let scene = match &source.scene {
         None => load_scene(client, "empty", 0, r#"{"objects": []}"#.to_owned(), None)?,
         Some(name) => {
@@ -107,29 +107,46 @@ fn labelled(
             scenes.swap_remove(position.ok_or(unknown)?)
         }
     };
-    let columns = robot.variables.iter();
-    let variables: Vec<Variable> = columns.map(|v| Variable::within(&v.name, v.lower, v.upper)).collect();
-    let table = PathTable::read(file)?.for_variables(&variables, &robot.fixed_joints)?;
+    let variable = |v: &VariableDescription| Variable::within(&v.name, v.lower, v.upper);
+    let whole_variables: Vec<Variable> = whole.variables.iter().map(variable).collect();
+    let table = PathTable::read(file)?.for_variables(&whole_variables, &whole.fixed_joints)?;
+    let refuse = |error: PlannerError| FileError::Content { file: file.to_owned(), text: error.to_string() };
+    let columns = Columns::new(&whole.variables, table.variables(), held).map_err(refuse)?;
+    // As for a file: joints without a column are held, and what only they move is built so.
+    let robot = match columns.width() < columns.robot_width() {
+        true => select(client, label, table.variables().to_vec())?,
+        false => whole,
+    };
     let defaults = robot.held_variables.iter().map(String::as_str).zip(robot.held_values.iter().copied());
     let given = |name: &str| held.iter().rev().find(|(known, _)| known == name).map(|(_, value)| *value);
     table.check_held(defaults.map(|(name, value)| (name, given(name).unwrap_or(value))))?;
+    let variables: Vec<Variable> = robot.variables.iter().map(variable).collect();
+    let read = table.warnings().to_vec();
+    let path = table.into_path(&variables)?;
     let subject = Subject {
         name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         geometry: "loaded",
-        warnings: table.warnings().iter().chain(&robot.warnings).chain(&scene.warnings).cloned().collect(),
-        variables: variables.iter().map(|variable| variable.name.clone()).collect(),
+        warnings: Vec::new(),
+        notes: columns.note().map(Warning::uncovered).into_iter().chain(read).collect(),
+        variables: robot.variables.iter().map(|variable| variable.name.clone()).collect(),
         coordinates: layout::coordinates_of_description(&robot),
         metric: String::new(),
-        path_before: Vec::new(),
+        path_before: rows(&path),
         source: ResultSubject::default(),
     };
-    let path = table.into_path(&variables)?;
-    let subject = Subject { path_before: rows(&path), ..subject };
     Ok(Prepared { subject, robot, scene, loaded: None, path, weights: None })
 }
 
 fn describe(client: &Client, label: &str) -> Result<RobotDescription, CliError> {
     match control(client, &ControlRequest::Describe { label: label.to_owned() })? {
+        ControlReply::Robot(robot) => Ok(*robot),
+        other => Err(unexpected(&other)),
+    }
+}
+
+/// The robot of a label with these columns only.
+fn select(client: &Client, label: &str, variables: Vec<String>) -> Result<RobotDescription, CliError> {
+    match control(client, &ControlRequest::SelectVariables { label: label.to_owned(), variables })? {
         ControlReply::Robot(robot) => Ok(*robot),
         other => Err(unexpected(&other)),
     }

@@ -1,9 +1,10 @@
 //! How an answer is shown: as a result file's one JSON object, or in lines for people.
 
 use taut::collision::query::TOUCHING_M;
-use taut::files::result::{ResultCoordinate, ResultCorridor, ResultSubject};
+use taut::files::result::{ResultCoordinate, ResultCorridor, ResultSubject, texts};
 use taut::files::{Geometry, ResultFile};
 use taut::optimize::{ColumnTurns, Mode, Outcome, Refusal};
+use taut::warning::{self, Warning};
 
 use super::code::Code;
 use super::layout::Coordinate;
@@ -15,8 +16,10 @@ pub(super) struct Subject {
     pub name: String,
     /// Which of the robot's models was taken.
     pub geometry: &'static str,
-    /// What is odd about robot and scene, a line each.
-    pub warnings: Vec<String>,
+    /// What a person should know of robot and scene, where the answer itself does not tell.
+    pub warnings: Vec<Warning>,
+    /// What the request leaves to be known.
+    pub notes: Vec<Warning>,
     /// Columns of the path.
     pub variables: Vec<String>,
     /// Velocity coordinates.
@@ -32,6 +35,7 @@ pub(super) struct Subject {
 /// The answer to a request in `mode` as a file has it.
 pub(super) fn result(subject: &Subject, mode: Mode, timed: &Timed) -> ResultFile {
     let outcome = &timed.outcome;
+    let told = told(subject, timed);
     ResultFile {
         name: subject.name.clone(),
         mode: mode.name().to_owned(),
@@ -43,12 +47,25 @@ pub(super) fn result(subject: &Subject, mode: Mode, timed: &Timed) -> ResultFile
         cpu_s: timed.cpu_s,
         time_s: timed.time_s,
         lengths_over_time: timed.lengths_over_time.clone(),
-        warnings: subject.warnings.iter().chain(&outcome.warnings).cloned().collect(),
+        warnings: texts(&told, |_| true),
+        uncovered: texts(&told, Warning::is_uncovered),
         variables: subject.variables.clone(),
         path_before: subject.path_before.clone(),
         subject: subject.source.clone(),
         corridor: corridor(subject, outcome),
         ..ResultFile::of(outcome)
+    }
+}
+
+/// What a person should know beside the answer.
+pub(super) fn told(subject: &Subject, timed: &Timed) -> Vec<Warning> {
+    warning::told(subject.warnings.iter().chain(&timed.outcome.warnings).chain(&subject.notes))
+}
+
+/// Prints warnings, each after `before`.
+pub(super) fn warn(warnings: &[Warning], before: &str) {
+    for warning in warnings {
+        eprintln!("warning: {before}{warning}");
     }
 }
 
@@ -76,13 +93,20 @@ pub(super) fn geometry_name(geometry: Geometry) -> &'static str {
     }
 }
 
+/// What a verdict says beside "proved" where the robot has geometry, and no two bodies that may not touch.
+pub(super) const NOTHING_TO_CHECK: &str = ", nothing to check: 0 pairs";
+
 /// What was proved or refused, in one line.
 pub(super) fn verdict(timed: &Timed) -> String {
     let outcome = &timed.outcome;
     if let Some(refusal) = &outcome.refusal {
         return refused(refusal, outcome.path.len());
     }
+    if let Some(why) = &outcome.uncheckable {
+        return format!("{}   {why}", timed.code.name());
+    }
     match &outcome.certificate {
+        Some(_) if outcome.pairs == 0 => format!("proved{}{NOTHING_TO_CHECK}", turned(outcome)),
         Some(certificate) => {
             let clearance = clearance(certificate.clearance_m());
             format!("proved{}   {clearance}{}", turned(outcome), floors(outcome))

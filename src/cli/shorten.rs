@@ -73,9 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     match arguments.format {
         Format::Json => writeln!(out, "{}", result.json()),
         Format::Table => {
-            for warning in subject.warnings.iter().chain(&timed.outcome.warnings) {
-                eprintln!("warning: {warning}");
-            }
+            report::warn(&report::told(&subject, &timed), "");
             let (outcome, time) = (&timed.outcome, report::time(timed.time_s));
             let details = details::of_shortening(&subject, &timed);
             writeln!(out, "{}   {}   {time}{details}", report::lengths(outcome), report::verdict(&timed))

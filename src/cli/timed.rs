@@ -6,17 +6,19 @@ use std::time::Instant;
 
 use serde::Serialize;
 use taut::collision::query::TOUCHING_M;
+use taut::files::result::texts;
 use taut::files::{FileError, Reader, Trajectory, TrajectoryPoint};
 use taut::optimize::LIMIT_TOLERANCE;
 use taut::robot::Kinematics;
 use taut::validation::timed::{self, Curve, Outside, Point, TimedHit, TimedProof, TimedVerdict};
 use taut::validation::{HitReason, Scratch, Validator};
+use taut::warning::{self, Warning};
 
 use super::choices::Choices;
 use super::code::Code;
 use super::error::{CliError, stdout};
 use super::load::{self, Loaded};
-use super::report::{self, length};
+use super::report::{self, Subject, length};
 use super::request::{Rules, Source};
 use super::{Format, layout};
 
@@ -42,6 +44,12 @@ struct Finding<'a> {
     /// No more than the penetration depth; negative is a distance.
     depth_m: Option<f64>,
     seen_s: Option<f64>,
+    /// Why nothing can be proved of this robot.
+    uncheckable: Option<String>,
+    /// Pairs of bodies that were checked.
+    pairs: usize,
+    warnings: Vec<String>,
+    uncovered: Vec<String>,
     variable: Option<String>,
     value: Option<f64>,
     time_s: f64,
@@ -53,6 +61,14 @@ enum Verdict {
     Refused { hit: TimedHit, bodies: [String; 2] },
     Outside { outside: Outside, variable: String, limits: [f64; 2] },
     TimedOut,
+    NoGeometry(String),
+}
+
+/// A verdict and what it rests on.
+struct Judged {
+    verdict: Verdict,
+    pairs: usize,
+    warnings: Vec<Warning>,
 }
 
 /// The point as the core takes it; `None` where it has no time.
@@ -91,11 +107,13 @@ pub(super) fn run(
     let refuse = |error: timed::CurveError| FileError::Content { file: file.to_owned(), text: error.to_string() };
     let curve = Curve::new(&loaded.robot, &points).map_err(refuse)?;
     let start = Instant::now();
-    let (verdict, warnings) = verdict(&loaded, &curve, rules, choices, start)?;
+    let Judged { verdict, pairs, warnings } = verdict(&loaded, &curve, rules, choices, start)?;
     let time_s = start.elapsed().as_secs_f64();
     let (code, reason) = code(&verdict);
+    let Subject { warnings: of_files, notes, .. } = loaded.subject();
+    let told = warning::told(of_files.iter().chain(&warnings).chain(&notes));
     if format == Format::Table {
-        loaded.warnings.iter().chain(&warnings).for_each(|warning| eprintln!("warning: {warning}"));
+        report::warn(&told, "");
     }
     let text = match format {
         Format::Json => {
@@ -107,12 +125,15 @@ pub(super) fn run(
                 points: points.len(),
                 duration_s: curve.total_s(),
                 reason,
+                pairs,
+                warnings: texts(&told, |_| true),
+                uncovered: texts(&told, Warning::is_uncovered),
                 time_s,
                 ..found(&loaded, &verdict)?
             };
             serde_json::to_string(&finding).expect("a finding holds only strings, booleans and numbers")
         }
-        Format::Table => table(&loaded, &curve, &verdict, time_s)?,
+        Format::Table => table(&loaded, &curve, &verdict, pairs, time_s)?,
     };
     writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
     Ok(code.exit_code())
@@ -124,25 +145,27 @@ fn verdict(
     rules: &Rules,
     choices: &Choices,
     start: Instant,
-) -> Result<(Verdict, Vec<String>), CliError> {
+) -> Result<Judged, CliError> {
     let (robot, model) = (&loaded.robot, loaded.model()?);
-    let mut warnings = Vec::new();
+    let (mut warnings, pairs) = (model.uncovered(), model.checked_pairs());
     if curve.time(0) > 0.0 {
-        warnings.push(format!(
+        warnings.push(Warning::uncovered(format!(
             "the first point is at {} s: how the robot gets there is not part of the trajectory, nor of this proof",
             curve.time(0)
-        ));
+        )));
     }
     if let Some(outside) = curve.outside(robot) {
         let variable = &robot.variables()[outside.column];
         if outside.by > LIMIT_TOLERANCE {
             let (variable, limits) = (variable.name.clone(), [variable.hard_lower, variable.hard_upper]);
-            return Ok((Verdict::Outside { outside, variable, limits }, warnings));
+            return Ok(Judged { verdict: Verdict::Outside { outside, variable, limits }, pairs, warnings });
         }
-        warnings.push(format!("{} leaves its limits by {:.1e} at {:.4} s", variable.name, outside.by, outside.time_s));
+        let text = format!("{} leaves its limits by {:.1e} at {:.4} s", variable.name, outside.by, outside.time_s);
+        warnings.push(Warning::uncovered(text));
     } else if let Some(outside) = curve.outside_soft(robot) {
         let name = &robot.variables()[outside.column].name;
-        warnings.push(format!("{name} leaves its soft limits by {:.2e} at {:.4} s", outside.by, outside.time_s));
+        let text = format!("{name} leaves its soft limits by {:.2e} at {:.4} s", outside.by, outside.time_s);
+        warnings.push(Warning::uncovered(text));
     }
     let held = held(loaded, choices)?;
     let mut kinematics = Kinematics::default();
@@ -150,18 +173,21 @@ fn verdict(
     if let Some((bodies, contact)) = model.static_contact(&kinematics) {
         let time_s = curve.time(0);
         let hit = TimedHit { reason: HitReason::Collision, point: 0, time_s, pair: 0, seen_s: time_s, contact };
-        return Ok((Verdict::Refused { hit, bodies }, warnings));
+        return Ok(Judged { verdict: Verdict::Refused { hit, bodies }, pairs, warnings });
     }
     let space = robot.space().unwrapped();
     let mut scratch = Scratch::default();
     let mut validator = Validator::new(&model, &space, &held, rules.clearance, &mut scratch);
     let mut stop = || rules.deadline.is_some_and(|deadline| start.elapsed() >= deadline);
-    let verdict = match timed::prove(&mut validator, curve, rules.strict, &mut stop) {
-        TimedVerdict::Proved(proof) => Verdict::Proved(proof),
-        TimedVerdict::Refused(hit) => Verdict::Refused { bodies: model.pair_names(hit.pair), hit },
-        TimedVerdict::Stopped => Verdict::TimedOut,
+    let found = timed::prove(&mut validator, curve, rules.strict, &mut stop);
+    let is_collision = matches!(&found, TimedVerdict::Refused(hit) if hit.reason == HitReason::Collision);
+    let verdict = match (model.uncheckable().filter(|_| !is_collision), found) {
+        (Some(why), _) => Verdict::NoGeometry(why),
+        (None, TimedVerdict::Proved(proof)) => Verdict::Proved(proof),
+        (None, TimedVerdict::Refused(hit)) => Verdict::Refused { bodies: model.pair_names(hit.pair), hit },
+        (None, TimedVerdict::Stopped) => Verdict::TimedOut,
     };
-    Ok((verdict, warnings))
+    Ok(Judged { verdict, pairs, warnings })
 }
 
 fn held(loaded: &Loaded, choices: &Choices) -> Result<Vec<f64>, CliError> {
@@ -178,6 +204,7 @@ fn code(verdict: &Verdict) -> (Code, Option<&'static str>) {
         Verdict::Proved(_) => (Code::Success, None),
         Verdict::Outside { .. } => (Code::Uncertified, Some("LIMIT")),
         Verdict::TimedOut => (Code::TimedOut, None),
+        Verdict::NoGeometry(_) => (Code::Uncertified, Some("UNCERTIFIED")),
         Verdict::Refused { hit, .. } => match hit.reason {
             HitReason::Collision => (Code::InvalidMotionPlan, Some("COLLISION")),
             HitReason::TooClose => (Code::Uncertified, Some("TOO_CLOSE")),
@@ -212,6 +239,7 @@ fn found<'a>(loaded: &Loaded, verdict: &Verdict) -> Result<Finding<'a>, CliError
             ..Finding::default()
         },
         Verdict::TimedOut => Finding::default(),
+        Verdict::NoGeometry(why) => Finding { uncheckable: Some(why.clone()), ..Finding::default() },
     })
 }
 
@@ -227,9 +255,10 @@ fn lowered(loaded: &Loaded, proof: &TimedProof) -> Result<Vec<(String, String, f
     Ok(proof.lowered.iter().map(named).collect())
 }
 
-fn table(loaded: &Loaded, curve: &Curve, verdict: &Verdict, time_s: f64) -> Result<String, CliError> {
+fn table(loaded: &Loaded, curve: &Curve, verdict: &Verdict, pairs: usize, time_s: f64) -> Result<String, CliError> {
     let (points, took) = (curve.segments() + 1, report::time(time_s));
     Ok(match verdict {
+        Verdict::Proved(_) if pairs == 0 => format!("proved{}   {took}", report::NOTHING_TO_CHECK),
         Verdict::Proved(proof) => {
             let clearance = report::clearance(Some(proof.clearance_m).filter(|metres| metres.is_finite()));
             let floors = lowered(loaded, proof)?;
@@ -256,6 +285,7 @@ fn table(loaded: &Loaded, curve: &Curve, verdict: &Verdict, time_s: f64) -> Resu
                 point + 1
             )
         }
+        Verdict::NoGeometry(why) => format!("{}   {why}   {took}", Code::Uncertified.name()),
         Verdict::TimedOut => {
             format!("{}   the deadline passed before the trajectory was proved   {took}", Code::TimedOut.name())
         }

@@ -71,7 +71,10 @@ fn print(subject: &report::Subject, timed: &Timed, version: u64, format: Format)
             answer["scene_version"] = version.into();
             writeln!(out, "{answer}")?;
         }
-        Format::Table => writeln!(out, "scene v{version}   {}", report::verdict(timed))?,
+        Format::Table => {
+            report::warn(&report::told(subject, timed), "");
+            writeln!(out, "scene v{version}   {}", report::verdict(timed))?;
+        }
     }
     out.flush()
 }

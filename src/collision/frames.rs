@@ -4,6 +4,7 @@ use super::model::CollisionModelError;
 use crate::math::Pose;
 use crate::robot::RobotModel;
 use crate::scene::Scene;
+use crate::warning::Warning;
 
 /// Checks that what a scene does not know of its frames is the robot's world, and that no name of a frame means two
 /// places.
@@ -40,14 +41,14 @@ pub fn check_frames(robot: &RobotModel, scene: &Scene) -> Result<(), CollisionMo
 }
 
 /// Objects that have the name of a link, a line each: which of the two a name then means is not the same everywhere.
-pub fn shared_names(robot: &RobotModel, scene: &Scene) -> Vec<String> {
+pub fn shared_names(robot: &RobotModel, scene: &Scene) -> Vec<Warning> {
     let shared = scene.objects().filter(|object| robot.link_index(&object.id).is_some());
     let told = |id: &str| {
         format!(
             "object {id:?} has the name of a link: in pairs of names both are meant, as a frame the object (MoveIt takes the link); rename the object"
         )
     };
-    shared.map(|object| told(&object.id)).collect()
+    shared.map(|object| Warning::uncovered(told(&object.id))).collect()
 }
 
 fn plain(name: &str) -> &str {

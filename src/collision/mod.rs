@@ -3,6 +3,7 @@
 pub mod body;
 mod carry;
 pub mod contact;
+mod coverage;
 pub mod distance;
 pub mod filter;
 mod frames;

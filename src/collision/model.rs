@@ -159,6 +159,15 @@ impl CollisionModel {
         Self::build(robot, Arc::new(Scene::default()), &solids).ok()
     }
 
+    /// The model of a robot with the same links, of which other joints are variables, with nothing around it: solids are
+    /// shared.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_robot(&self, robot: Arc<RobotModel>) -> Result<Self, CollisionModelError> {
+        Self::build(robot, Arc::new(Scene::default()), &self.solids)
+    }
+
     /// The solids of the robot's links, in their order; `None` where a link has no shapes.
     pub fn link_solids(&self) -> impl Iterator<Item = Option<&Solid>> {
         self.solids.links().iter().map(Option::as_deref)

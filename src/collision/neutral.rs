@@ -13,6 +13,7 @@ const SAMPLES: usize = 200;
 const APART: usize = SAMPLES / 20;
 /// How far an unbounded translation is moved in them (m).
 const UNBOUNDED_M: f64 = 1.0;
+use crate::warning::Warning;
 
 /// Checked pairs of links that touch or overlap in the neutral configuration: every variable at 0, or at the limit
 /// that is nearest to it, and turns of floating joints at none.
@@ -22,7 +23,7 @@ pub fn neutral_contacts(model: &CollisionModel) -> Vec<[String; 2]> {
 
 /// Where the SRDF disables no pair, a warning for each of [`neutral_contacts`]: with the line of an SRDF that would
 /// allow it if the links touch in nearly every configuration, and else that it is none to allow.
-pub fn neutral_warnings(model: &CollisionModel) -> Vec<String> {
+pub fn neutral_warnings(model: &CollisionModel) -> Vec<Warning> {
     let semantics = model.robot().description().semantics.as_ref();
     let (srdf, place) = match semantics {
         None => ("no SRDF", "put in an SRDF"),
@@ -34,12 +35,14 @@ pub fn neutral_warnings(model: &CollisionModel) -> Vec<String> {
         let begin = format!("{srdf}, and {a} × {b} collide with every joint at 0");
         if !touch_nearly_always(model, index) {
             let advice = "the pair stays checked: begin and end paths where they are apart";
-            return format!("{begin} and are apart in other configurations; {advice}");
+            let text = format!("{begin} and are apart in other configurations; {advice}");
+            return Warning::cosmetic("rest contact", text);
         }
         let reason = if are_joined(model, index) { "Adjacent" } else { "Always" };
         let (a, b) = (escaped(&a), escaped(&b));
         let line = format!("<disable_collisions link1=\"{a}\" link2=\"{b}\" reason=\"{reason}\"/>");
-        format!("{begin} and in nearly every configuration; if they are built so, {place}: {line}")
+        let text = format!("{begin} and in nearly every configuration; if they are built so, {place}: {line}");
+        Warning::cosmetic("rest contact", text)
     };
     neutral_pairs(model).into_iter().map(warning).collect()
 }

@@ -69,7 +69,12 @@ impl Doorkeeper<'_> {
         if !self.loading.contains(&id) {
             return store_refusal(error);
         }
-        let message = "it is being loaded; send again soon".to_owned();
-        Refusal { code: Code::Loading.into(), message, retry_after_ms: RETRY_LOADING_MS }
+        being_loaded()
     }
+}
+
+/// The refusal of what names a label whose files are being read.
+pub(super) fn being_loaded() -> Refusal {
+    let message = format!("its files are being read; send again in {RETRY_LOADING_MS} ms");
+    Refusal { code: Code::Loading.into(), message, retry_after_ms: RETRY_LOADING_MS }
 }

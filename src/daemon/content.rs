@@ -8,6 +8,7 @@ use taut::math::{Pose, Vec3};
 use taut::robot::{JointDescription, LinkDescription, RobotDescription, RobotModel, Semantics, VirtualJoint};
 use taut::scene::{AttachedObject, Obstacle, Scene, SceneDescription};
 use taut::shape::{Mesh, PlacedShape, Shape};
+use taut::warning::Warning;
 
 /// Gives a mesh by its hash.
 pub(super) type FindMesh<'a> = dyn FnMut(u64) -> Result<Arc<Mesh>, String> + 'a;
@@ -71,9 +72,9 @@ pub(super) struct RobotRecord {
     variables: Option<Vec<String>>,
     semantics: Option<Semantics>,
     allowed_collisions: Vec<(String, String)>,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     /// All warnings of the model.
-    found: Vec<String>,
+    found: Vec<Warning>,
 }
 
 impl RobotRecord {
@@ -104,7 +105,7 @@ impl RobotRecord {
             warnings: self.warnings,
         });
         let model = model.map_err(|error| error.to_string())?;
-        let more = self.found.into_iter().filter(|text| !model.warnings().contains(text)).collect();
+        let more = self.found.into_iter().filter(|warning| !model.warnings().contains(warning)).collect();
         Ok(model.with_warnings(more))
     }
 }
@@ -147,7 +148,7 @@ pub(super) struct SceneRecord {
     allowed: Vec<(String, String)>,
     forbidden: Vec<(String, String)>,
     /// All warnings of the scene.
-    found: Vec<String>,
+    found: Vec<Warning>,
 }
 
 /// Objects that went elsewhere: their numbers among all objects, those that stand first, and their poses.
@@ -215,7 +216,7 @@ impl SceneRecord {
             warnings: Vec::new(),
         };
         let scene = Scene::of(description.clone()).map_err(|error| error.to_string())?;
-        description.warnings = self.found.into_iter().filter(|text| !scene.warnings().contains(text)).collect();
+        description.warnings = self.found.into_iter().filter(|warning| !scene.warnings().contains(warning)).collect();
         match description.warnings.is_empty() {
             true => Ok(scene),
             false => Scene::of(description).map_err(|error| error.to_string()),
@@ -240,7 +241,7 @@ pub(super) fn meshes<'a>(shapes: impl Iterator<Item = &'a PlacedShape>) -> impl 
 }
 
 /// What a mesh is made of: its name, vertices, triangles and warnings.
-pub(super) type MeshParts = (String, Vec<Vec3>, Vec<[u32; 3]>, Vec<String>);
+pub(super) type MeshParts = (String, Vec<Vec3>, Vec<[u32; 3]>, Vec<Warning>);
 
 /// A mesh as plain data.
 pub(super) fn mesh_parts(mesh: &Mesh) -> MeshParts {

@@ -10,13 +10,15 @@ use taut_ipc::monotonic_ns;
 use taut_ipc::server::{IncomingControl, ServerError};
 use taut_ipc::wire::{Code, SceneEvent, SceneEventKind, label_id};
 
+use super::admission::being_loaded;
 use super::event::{Content, Loaded, Purpose};
 use super::event_loop::{EventLoop, ROUND};
 use super::keep::{Acknowledgement, Changed, reply};
 use super::loader::{Source, Task, Work};
 use super::metrics;
 use super::translate::{
-    describe, frame_refusal, robot_files, robot_summary, scene_state, scene_summary, store_refusal,
+    ReadRobot, describe, frame_refusal, robot_files, robot_summary, scene_state, scene_summary, selected_label,
+    store_refusal,
 };
 
 /// Longest label, in bytes.
@@ -30,6 +32,9 @@ impl EventLoop {
             match control.message() {
                 Ok(ControlRequest::LoadRobot { label, source, replace }) => {
                     self.load(control, label, Purpose::Load { replace }, Source::Robot(robot_files(source)));
+                }
+                Ok(ControlRequest::SelectVariables { label, variables }) => {
+                    self.select_variables(control, &label, variables);
                 }
                 Ok(ControlRequest::LoadScene { label, json, base_dir, replace }) => {
                     let file = file_of(&label, base_dir);
@@ -58,7 +63,10 @@ impl EventLoop {
     fn control(&mut self, message: ControlRequest) -> Result<ControlReply, Refusal> {
         match message {
             ControlRequest::Describe { label } => {
-                let robot = self.store.robot(&label).map_err(|error| store_refusal(&error));
+                let robot = self.store.robot(&label).map_err(|error| match self.loading.contains(&label_id(&label)) {
+                    true => being_loaded(),
+                    false => store_refusal(&error),
+                });
                 robot.map(|entry| ControlReply::Robot(Box::new(describe(&label, entry))))
             }
             ControlRequest::List => Ok(ControlReply::Listing(self.listing())),
@@ -117,6 +125,17 @@ impl EventLoop {
             self.loading.insert(label_id(&label));
         }
         self.hand_over(control, Work::Read { label, purpose, source });
+    }
+
+    /// Has a loaded robot made with these variables only.
+    fn select_variables(&mut self, control: IncomingControl, label: &str, variables: Vec<String>) {
+        match self.store.whole(label) {
+            Ok(alone) => {
+                let selected = selected_label(label, &variables);
+                self.load(control, selected, Purpose::Load { replace: true }, Source::Variables(alone, variables));
+            }
+            Err(error) => reply(control, &ControlReply::Refused(store_refusal(&error))),
+        }
     }
 
     /// A control request that another thread answers, under this token.
@@ -187,8 +206,9 @@ impl EventLoop {
             Purpose::Change { base_version } => (true, base_version),
         };
         match content {
-            Content::Robot(robot, weights) => {
+            Content::Robot(ReadRobot { robot, weights, alone, is_new }) => {
                 self.store.insert_robot(label, robot, weights, replace).map_err(refuse)?;
+                self.store.take_alone(alone, is_new);
                 let described = describe(label, self.store.robot(label).map_err(refuse)?);
                 Ok((Changed::Robot(label.to_owned()), ControlReply::Robot(Box::new(described)), None))
             }

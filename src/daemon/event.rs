@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use serde::{Deserialize, Serialize};
-use taut::robot::RobotModel;
 use taut::scene::Scene;
 use taut::scene::diff_file::SceneDiff;
 use taut_ipc::control::{ControlReply, Refusal};
@@ -13,7 +12,7 @@ use taut_ipc::server::Waker;
 
 use super::job::Stopped;
 use super::keep::KeptUpTo;
-use super::translate::Reply;
+use super::translate::{ReadRobot, Reply};
 
 /// Everything that happens besides messages of clients.
 pub(super) enum Event {
@@ -91,8 +90,8 @@ pub(super) enum Purpose {
 
 /// What can be loaded.
 pub(super) enum Content {
-    /// A robot and its default weights.
-    Robot(Arc<RobotModel>, Arc<[f64]>),
+    /// A robot.
+    Robot(ReadRobot),
     /// A scene.
     Scene(Arc<Scene>),
     /// A change to one.

@@ -166,6 +166,7 @@ impl EventLoop {
         for (entry, scene) in status.scene.iter_mut().zip(self.store.scenes().values()) {
             *entry = SceneEntry { id: scene.id, hash: scene.scene.hash(), version: scene.version };
         }
+        self.metrics.made(self.store.made());
         self.metrics.enter(&mut status);
         status
     }

@@ -12,6 +12,9 @@ pub use taut::translate::StopCause;
 
 use super::live::Asked;
 
+/// Most time (ns) by which LOADING comes before the deadline.
+const MOST_BEFORE_NS: u64 = 10_000_000;
+
 /// Everything that a worker needs; nothing in it is shared memory.
 pub(super) struct Job {
     /// Number of the job in this daemon.
@@ -46,6 +49,14 @@ impl Job {
         format!("{:?}", self.settings).hash(&mut hasher);
         self.path.as_flat().iter().for_each(|number| number.to_bits().hash(&mut hasher));
         hasher.finish()
+    }
+
+    /// When it is answered without having been begun. Of a model that is still made its client hears before the
+    /// deadline, so that it hears at all.
+    pub(super) fn last_ns(&self) -> Option<u64> {
+        let deadline_ns = self.deadline_ns?;
+        let before_ns = deadline_ns.saturating_sub(self.received_ns).min(8 * MOST_BEFORE_NS) / 8;
+        Some(deadline_ns - if self.snapshot.model.is_ready() { 0 } else { before_ns })
     }
 
     /// Whether its time is over.

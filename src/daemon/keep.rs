@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crossbeam_channel::Sender;
-use taut::robot::RobotModel;
+use taut::store::PreparedModel;
 use taut_ipc::control::{ControlReply, Refusal};
 use taut_ipc::server::{IncomingControl, ServerError};
 use taut_ipc::wire::{Code, SceneEvent};
@@ -40,7 +40,7 @@ pub(super) struct Keeping {
     /// Where they go; `None` where nothing is kept.
     journal: Option<Sender<Entry>>,
     /// Where robots go whose solids are to be kept.
-    prepared: Option<Sender<Arc<RobotModel>>>,
+    prepared: Option<Sender<Arc<PreparedModel>>>,
     tickets: u64,
     waiting: VecDeque<(u64, Acknowledgement)>,
 }
@@ -55,7 +55,7 @@ pub(super) struct KeptUpTo {
 
 impl Keeping {
     /// Keeps with these two; the default keeps nothing.
-    pub(super) fn new(journal: Sender<Entry>, prepared: Sender<Arc<RobotModel>>) -> Self {
+    pub(super) fn new(journal: Sender<Entry>, prepared: Sender<Arc<PreparedModel>>) -> Self {
         Self { journal: Some(journal), prepared: Some(prepared), ..Self::default() }
     }
 
@@ -79,8 +79,10 @@ impl EventLoop {
     pub(super) fn keep(&mut self, changed: &Changed, told: Acknowledgement) -> Result<(), ServerError> {
         let (key, content) = self.named(changed);
         let Some(journal) = &self.keeping.journal else { return self.tell(told) };
-        if let (Content::Robot(robot, _), Some(prepared)) = (&content, &self.keeping.prepared) {
-            let _ = prepared.send(robot.clone());
+        if let (Content::Robot(robot, _), Some(prepared)) = (&content, &self.keeping.prepared)
+            && let Some(alone) = self.store.alone(robot)
+        {
+            let _ = prepared.send(alone.clone());
         }
         self.keeping.tickets += 1;
         let ticket = self.keeping.tickets;

@@ -8,11 +8,12 @@ use std::thread::JoinHandle;
 use crossbeam_channel::{Sender, unbounded};
 use taut::files::RobotFiles;
 use taut::scene::Scene;
+use taut::store::PreparedModel;
 use taut_ipc::control::{ControlReply, Refusal, SceneText};
 use taut_ipc::wire::Code;
 
 use super::event::{Content, Event, EventSender, Loaded, Purpose};
-use super::translate::{diff_of, robot_of, scene_of, scene_text};
+use super::translate::{diff_of, robot_of, scene_of, scene_text, selected};
 
 /// Something to do for a control request.
 pub(super) struct Task {
@@ -48,6 +49,8 @@ pub(super) enum Work {
 pub(super) enum Source {
     /// A robot's files.
     Robot(RobotFiles),
+    /// A loaded robot, and the variables that it is to have.
+    Variables(Arc<PreparedModel>, Vec<String>),
     /// A scene's text, and the file that messages call it; meshes are found beside that.
     Scene(String, PathBuf),
     /// A diff's text, and the file that messages call it.
@@ -71,7 +74,10 @@ impl Loader {
 
     /// Has something read.
     pub(super) fn send(&self, task: Task) {
-        let is_model = matches!(&task.work, Work::Read { source: Source::Robot(_) | Source::Scene(..), .. });
+        let is_model = matches!(
+            &task.work,
+            Work::Read { source: Source::Robot(_) | Source::Variables(..) | Source::Scene(..), .. }
+        );
         let tasks = if is_model { &self.models } else { &self.diffs };
         // Its thread reads until this is dropped.
         let _ = tasks.send(task);
@@ -105,7 +111,8 @@ fn thread(name: &str, events: EventSender) -> std::io::Result<(Sender<Task>, Joi
 
 fn read(source: &Source) -> Result<Content, Refusal> {
     guarded(|| match source {
-        Source::Robot(files) => robot_of(files).map(|(robot, weights)| Content::Robot(robot, weights)),
+        Source::Robot(files) => robot_of(files).map(Content::Robot),
+        Source::Variables(alone, variables) => selected(alone, variables.clone()).map(Content::Robot),
         Source::Scene(text, file) => scene_of(text, file).map(Content::Scene),
         Source::Diff(text, file) => diff_of(text, file).map(Content::Diff),
     })

@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::registry::{Registry, Unit};
+use taut::store::Made;
 use taut_ipc::monotonic_ns;
 use taut_ipc::wire::{Code, ResponseHeader, StatusRecord};
 
@@ -26,6 +28,8 @@ pub(super) struct Metrics {
     queued: Gauge,
     clients: Gauge,
     scenes: Gauge,
+    robots_made: Gauge,
+    models_made: Gauge,
     queue: Times,
     compute: Times,
     latency: Times,
@@ -88,6 +92,8 @@ impl Metrics {
             queued: Gauge::default(),
             clients: Gauge::default(),
             scenes: Gauge::default(),
+            robots_made: Gauge::default(),
+            models_made: Gauge::default(),
             queue: Times::default(),
             compute: Times::default(),
             latency: Times::default(),
@@ -108,6 +114,8 @@ impl Metrics {
         registry.register("requests_queued", "Requests that wait", self.queued.clone());
         registry.register("clients", "Connected clients", self.clients.clone());
         registry.register("scenes", "Scenes loaded", self.scenes.clone());
+        registry.register("robots_made", "Robots whose solids were made since the start", self.robots_made.clone());
+        registry.register("models_made", "Robots and scenes put together since the start", self.models_made.clone());
         let times = [
             ("queue", "Time that requests waited", &self.queue),
             ("compute", "Time that requests were computed", &self.compute),
@@ -188,10 +196,23 @@ impl Metrics {
         self.scenes.set(status.scenes.into());
     }
 
-    /// Percentiles of the time from request to final response, and pauses, by name.
-    pub(super) fn more(&mut self) -> [(String, f64); 3] {
+    /// How often models were made.
+    pub(super) fn made(&mut self, made: &Made) {
+        let count = |count: &AtomicU64| count.load(Ordering::Relaxed) as i64;
+        self.robots_made.set(count(&made.robots));
+        self.models_made.set(count(&made.models));
+    }
+
+    /// Percentiles of the time from request to final response, pauses, and how often models were made, by name.
+    pub(super) fn more(&mut self) -> [(String, f64); 5] {
         let [p50, p99] = self.latency.percentiles();
-        let more = [("latency_p50_ns", p50), ("latency_p99_ns", p99), ("job_pauses", self.pauses.get())];
+        let more = [
+            ("latency_p50_ns", p50),
+            ("latency_p99_ns", p99),
+            ("job_pauses", self.pauses.get()),
+            ("robots_made", self.robots_made.get() as u64),
+            ("models_made", self.models_made.get() as u64),
+        ];
         more.map(|(name, value)| (name.to_owned(), value as f64))
     }
 }

@@ -12,8 +12,8 @@ use crossbeam_channel::{Sender, unbounded};
 use sha2::{Digest, Sha256};
 use taut::collision::{CollisionModel, Solid};
 use taut::robot::RobotModel;
-use taut::scene::Scene;
 use taut::shape::Shape;
+use taut::store::PreparedModel;
 
 /// Bytes of a checksum.
 const CHECKSUM: usize = 32;
@@ -60,13 +60,15 @@ impl Prepared {
         CollisionModel::of_links(robot.clone(), links).map(Arc::new)
     }
 
-    /// Makes the file of a robot, unless it is there.
-    fn keep(&self, robot: &Arc<RobotModel>) -> std::io::Result<()> {
+    /// Makes the file of a robot with nothing around it, unless it is there.
+    fn keep(&self, alone: &PreparedModel) -> std::io::Result<()> {
+        let robot = alone.robot();
         let file = self.file(robot.hash());
         if !Self::has_meshes(robot) || file.exists() {
             return Ok(());
         }
-        let Ok(alone) = CollisionModel::new(robot.clone(), Arc::new(Scene::default())) else { return Ok(()) };
+        // Requests that need it wait for it as this does.
+        let Ok(alone) = alone.get() else { return Ok(()) };
         let links: Vec<Option<&Solid>> = alone.link_solids().collect();
         let payload = bincode::serde::encode_to_vec(&links, config()).map_err(std::io::Error::other)?;
         let new = self.folder.join("new");
@@ -90,17 +92,17 @@ impl Prepared {
     /// dropped.
     pub(super) fn start(
         self,
-        robots: Vec<Arc<RobotModel>>,
-    ) -> std::io::Result<(Sender<Arc<RobotModel>>, JoinHandle<()>)> {
+        robots: Vec<Arc<PreparedModel>>,
+    ) -> std::io::Result<(Sender<Arc<PreparedModel>>, JoinHandle<()>)> {
         let (sender, receiver) = unbounded();
         let thread = std::thread::Builder::new().name("taut-prepared".into());
         let work = move || {
-            self.retain(&robots.iter().map(|robot| robot.hash()).collect());
-            for robot in robots.into_iter().chain(receiver) {
-                if let Err(error) = self.keep(&robot) {
+            self.retain(&robots.iter().map(|alone| alone.robot().hash()).collect());
+            for alone in robots.into_iter().chain(receiver) {
+                if let Err(error) = self.keep(&alone) {
                     tracing::warn!(
                         "the solids of robot {} are not kept, it warms up as slowly again: {error}",
-                        robot.name()
+                        alone.robot().name()
                     );
                 }
             }
@@ -118,6 +120,7 @@ mod tests {
     use super::*;
     use taut::math::{Pose, Vec3};
     use taut::robot::{LinkDescription, RobotDescription};
+    use taut::scene::Scene;
     use taut::shape::{Mesh, PlacedShape};
 
     fn robot() -> Arc<RobotModel> {
@@ -133,7 +136,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (prepared, robot) = (Prepared::new(folder.path()), robot());
         assert!(prepared.find(&robot).is_none());
-        prepared.keep(&robot).unwrap();
+        prepared.keep(&PreparedModel::alone(robot.clone(), Arc::default())).unwrap();
         let made = CollisionModel::new(robot.clone(), Arc::new(Scene::default())).unwrap();
         let found = prepared.find(&robot).unwrap();
         assert_eq!(format!("{found:?}"), format!("{made:?}"));

@@ -266,6 +266,11 @@ impl EventLoop {
 
     fn answer_untouched(&mut self, job: &Job, cause: StopCause) {
         let mut reply = match cause {
+            StopCause::Deadline if !job.snapshot.model.is_ready() => {
+                let waited_ms = monotonic_ns().saturating_sub(job.received_ns) / 1_000_000;
+                let scene = self.store.label(job.snapshot.scene_id).unwrap_or_default();
+                translate::loading(&job.snapshot, scene, waited_ms)
+            }
             StopCause::Deadline => translate::expired(&job.snapshot, &job.path),
             cause => translate::preempted(&job.snapshot, &job.path, cause),
         };

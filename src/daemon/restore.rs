@@ -22,7 +22,7 @@ use super::config::Config;
 use super::journal::{Content, Kept, Key, Kind, State};
 use super::prepared::Prepared;
 use super::start::DaemonError;
-use super::translate::{self, model_refusal, store_refusal};
+use super::translate::{self, ReadRobot, model_refusal, store_refusal};
 
 /// What is loaded when the daemon starts to serve.
 pub(super) struct Beginning {
@@ -95,7 +95,7 @@ impl Start<'_> {
                 let taken = self.begun.store.insert_robot(label, robot.clone(), weights.clone(), false);
                 taken.map_err(|error| stored(&error))?;
                 if let Some(alone) = self.prepared.and_then(|prepared| prepared.find(robot)) {
-                    self.begun.store.take_alone(alone);
+                    self.begun.store.take_alone(alone, false);
                 }
                 say(self.out, &format!("{}  restored", robot_line(label, robot, start)));
             }
@@ -176,10 +176,12 @@ impl Start<'_> {
         urdf: &Path,
         start: Instant,
     ) -> Result<(), DaemonError> {
-        let (robot, weights) = translate::prepared(description, urdf).map_err(|refusal| refused(&refusal))?;
+        let read = translate::prepared(description, urdf).map_err(|refusal| refused(&refusal))?;
+        let ReadRobot { robot, weights, alone, is_new } = read;
         let line = robot_line(label, &robot, start);
         let taken = self.begun.store.insert_robot(label, robot.clone(), weights.clone(), false);
         taken.map_err(|error| stored(&error))?;
+        self.begun.store.take_alone(alone, is_new);
         self.remember(Kind::Robot, label, Content::Robot(robot, weights));
         say(self.out, &line);
         Ok(())

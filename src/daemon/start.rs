@@ -175,7 +175,8 @@ fn assemble(
         let told = move |ticket, failure| events.send(Event::Kept(KeptUpTo { ticket, failure }));
         let started = journal.start(begun.live, begun.configured, Box::new(told));
         let (entries, thread) = started.map_err(system("thread"))?;
-        let robots = begun.store.robots().values().map(|entry| entry.robot.clone()).collect();
+        let robots = begun.store.robots().values().filter_map(|entry| begun.store.alone(&entry.robot).cloned());
+        let robots = robots.collect();
         let (to_prepare, preparing) = prepared.start(robots).map_err(system("thread"))?;
         keeping = Keeping::new(entries, to_prepare);
         joined.extend([thread, preparing]);

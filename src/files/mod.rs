@@ -38,6 +38,7 @@ use crate::scene::diff_file::{DiffFile, SceneDiff};
 use crate::scene::scene_file::SceneFile;
 use crate::scene::{Scene, SceneError, moveit_scene, with_nearest};
 use crate::shape::{Mesh, MeshError, mesh_file};
+use crate::warning::Warning;
 
 /// Why a file was refused.
 #[derive(Debug, thiserror::Error)]
@@ -111,12 +112,14 @@ impl Reader {
         let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder);
         let mut robot =
             urdf::parse(&text, &mut meshes).map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
-        robot.warnings.extend(odd);
+        robot.warnings.extend(odd.into_iter().map(|text| Warning::cosmetic("text", text)));
         if let Some(srdf) = srdf {
             let (text, odd) = text::read_xml(srdf)?;
             let (semantics, warnings) =
                 srdf::parse(&text, &robot).map_err(|source| FileError::Robot { file: srdf.to_owned(), source })?;
-            robot.warnings.extend(odd.into_iter().chain(warnings).map(|warning| format!("SRDF: {warning}")));
+            let odd = odd.into_iter().map(|text| Warning::cosmetic("text", text));
+            let warnings = odd.chain(warnings).map(|warning| warning.reworded(format!("SRDF: {warning}")));
+            robot.warnings.extend(warnings);
             robot.virtual_joint = semantics.virtual_joint.clone();
             robot.semantics = Some(semantics);
         }

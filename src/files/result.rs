@@ -10,6 +10,7 @@ use crate::optimize::{ColumnTurns, Outcome, PathContact, Refusal, StageShare};
 use crate::path;
 use crate::scene::scene_file::SceneFile;
 use crate::validation::Certificate;
+use crate::warning::Warning;
 
 /// What a result file calls itself.
 pub const RESULT_FORMAT: &str = "taut-result/1";
@@ -78,11 +79,18 @@ pub struct ResultFile {
     pub stages: Vec<ResultShare>,
     /// When each proved improvement was seen (s since the start), and its length.
     pub lengths_over_time: Vec<(f64, f64)>,
+    /// Pairs of bodies that were checked.
+    pub pairs: usize,
+    /// Why nothing can be proved of this robot, whatever the path.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uncheckable: Option<String>,
     /// Where the input is refused, if it is.
     #[serde(flatten)]
     pub refusal: Option<ResultRefusal>,
-    /// What is odd about robot, scene and request, a line each.
+    /// What a person should know of robot, scene and request, a line each.
     pub warnings: Vec<String>,
+    /// Those of them that say what the verdict does not cover, or rests on.
+    pub uncovered: Vec<String>,
     /// Columns of both paths, by MoveIt's variable names.
     pub variables: Vec<String>,
     /// Weights of the metric, one per velocity coordinate.
@@ -264,8 +272,11 @@ impl ResultFile {
             termination: outcome.termination.name().to_owned(),
             stage: outcome.stage.name().to_owned(),
             stages: outcome.stages.iter().map(Into::into).collect(),
+            pairs: outcome.pairs,
+            uncheckable: outcome.uncheckable.clone(),
             refusal: outcome.refusal.as_ref().map(Into::into),
-            warnings: outcome.warnings.clone(),
+            warnings: texts(&outcome.warnings, |_| true),
+            uncovered: texts(&outcome.warnings, Warning::is_uncovered),
             weights: outcome.weights.clone(),
             path: rows(&outcome.path),
             certificate: outcome.certificate.clone(),
@@ -302,6 +313,11 @@ impl ResultFile {
     pub fn json(&self) -> String {
         serde_json::to_string(self).expect("a result holds only strings, booleans and numbers")
     }
+}
+
+/// The lines of those warnings that are meant.
+pub fn texts(warnings: &[Warning], is_meant: impl Fn(&Warning) -> bool) -> Vec<String> {
+    warnings.iter().filter(|warning| is_meant(warning)).map(Warning::to_string).collect()
 }
 
 /// The waypoints of a path.

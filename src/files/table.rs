@@ -5,10 +5,13 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::columns::{self, Names};
-use super::trajectory::{Constraints, Start};
+use super::constraints::check_constraints;
+use super::trajectory::Start;
 use super::{FileError, read_text, trajectory, vamp, yaml};
 use crate::path;
 use crate::robot::{RobotDescription, Variable};
+use crate::scene::Filled;
+use crate::warning::Warning;
 
 /// A path as a file has it: columns in the file's order.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,7 +19,7 @@ pub struct PathTable {
     file: PathBuf,
     variables: Vec<String>,
     rows: Vec<Vec<f64>>,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     start: Start,
 }
 
@@ -27,7 +30,8 @@ const HELD_TOLERANCE: f64 = 1e-6;
 struct JsonTable {
     variables: Vec<String>,
     path: Vec<Vec<f64>>,
-    path_constraints: Option<Constraints>,
+    #[serde(default)]
+    path_constraints: Filled,
 }
 
 impl PathTable {
@@ -97,7 +101,7 @@ impl PathTable {
     }
 
     /// What of the file is not read, a line each.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
@@ -121,7 +125,7 @@ impl PathTable {
             }
         }
         self.variables = found.into_iter().map(|(_, name)| name).collect();
-        self.warnings.extend(warning);
+        self.warnings.extend(warning.map(|text| Warning::cosmetic("columns", text)));
         Ok(self)
     }
 
@@ -185,9 +189,7 @@ type Parsed = Result<(Vec<String>, Vec<Vec<f64>>), String>;
 fn parse_json(text: &str) -> Parsed {
     let expected = r#"not a path: a path is {"variables": [names], "path": [[numbers], …]}, or a .csv or .yaml file"#;
     let table: JsonTable = serde_json::from_str(text).map_err(|error| format!("{expected}: {error}"))?;
-    if let Some(constraints) = &table.path_constraints {
-        constraints.refuse("path_constraints")?;
-    }
+    check_constraints([("path_constraints", table.path_constraints)])?;
     let columns = table.variables.len();
     if let Some((index, row)) = table.path.iter().enumerate().find(|(_, row)| row.len() != columns) {
         return Err(format!("path row {index} has {} numbers, \"variables\" names {columns} columns", row.len()));

@@ -7,18 +7,20 @@ use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, SceneTex
 use taut_ipc::wire::Code;
 
 use super::LocalService;
-use crate::translate::{self, store_refusal};
+use crate::translate::{self, ReadRobot, store_refusal};
 
 impl LocalService {
     pub(super) fn answer_control(&self, message: ControlRequest) -> Result<ControlReply, Refusal> {
         let refuse = |error| store_refusal(&error);
         match message {
             ControlRequest::LoadRobot { label, source, replace } => {
-                let (robot, weights) = translate::robot_of(&translate::robot_files(source))?;
-                let mut store = self.store();
-                store.insert_robot(&label, robot, weights, replace).map_err(refuse)?;
-                let entry = store.robot(&label).map_err(refuse)?;
-                Ok(ControlReply::Robot(Box::new(translate::describe(&label, entry))))
+                let read = translate::robot_of(&translate::robot_files(source))?;
+                self.take_robot(&label, read, replace)
+            }
+            ControlRequest::SelectVariables { label, variables } => {
+                let alone = self.store().whole(&label).map_err(refuse)?;
+                let selected = translate::selected_label(&label, &variables);
+                self.take_robot(&selected, translate::selected(&alone, variables)?, true)
             }
             ControlRequest::LoadScene { label, json, base_dir, replace } => {
                 let scene = translate::scene_of(&json, &file_of(&label, base_dir))?;
@@ -69,6 +71,15 @@ impl LocalService {
                 Err(Refusal::new(Code::MalformedRequest, text))
             }
         }
+    }
+
+    fn take_robot(&self, label: &str, read: ReadRobot, replace: bool) -> Result<ControlReply, Refusal> {
+        let ReadRobot { robot, weights, alone, is_new } = read;
+        let mut store = self.store();
+        store.insert_robot(label, robot, weights, replace).map_err(|error| store_refusal(&error))?;
+        store.take_alone(alone, is_new);
+        let entry = store.robot(label).map_err(|error| store_refusal(&error))?;
+        Ok(ControlReply::Robot(Box::new(translate::describe(label, entry))))
     }
 
     fn summary(&self, label: &str) -> Result<ControlReply, Refusal> {

@@ -6,6 +6,7 @@ use crate::path::{Metric, MetricError, Path};
 use crate::robot::configuration::{FARTHEST_ANGLE_RAD, LONGEST_STEP_RAD, turns_between};
 use crate::robot::{Component, ConfigurationSpace, HeldVariable, RobotModel, Variable};
 use crate::validation::path_proof::LEAST_FLOOR_M;
+use crate::warning::Warning;
 
 /// How far outside its limits a path may start (m or rad).
 pub const LIMIT_TOLERANCE: f64 = 1e-4;
@@ -142,7 +143,7 @@ pub(super) struct Input {
     pub origins: Vec<usize>,
     /// For each of the caller's waypoints, the waypoint of `path` that stands for it.
     pub standing_for: Vec<usize>,
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Input {
@@ -271,21 +272,23 @@ fn check_columns(robot: &RobotModel, path: &Path) -> Result<(), RequestError> {
 }
 
 /// A warning for every held variable that the robot cannot hold where it is.
-fn held_outside_limits(robot: &RobotModel, held: &[f64]) -> Vec<String> {
+fn held_outside_limits(robot: &RobotModel, held: &[f64]) -> Vec<Warning> {
     let text = |(variable, value): (&HeldVariable, &f64)| {
         let HeldVariable { name, lower, upper, hard_lower, hard_upper, .. } = variable;
         let outside = |lower: f64, upper: f64| (lower - value).max(value - upper) > LIMIT_TOLERANCE;
         if outside(*hard_lower, *hard_upper) {
-            return Some(format!("{name} is held at {value}, outside [{hard_lower}, {hard_upper}]"));
+            let text = format!("{name} is held at {value}, outside [{hard_lower}, {hard_upper}]");
+            return Some(Warning::uncovered(text));
         }
-        outside(*lower, *upper)
-            .then(|| format!("{name} is held at {value}, outside its soft limits [{lower}, {upper}]"))
+        outside(*lower, *upper).then(|| {
+            Warning::uncovered(format!("{name} is held at {value}, outside its soft limits [{lower}, {upper}]"))
+        })
     };
     robot.held().iter().zip(held).filter_map(text).collect()
 }
 
 /// Checks every number; returns a warning where limits are exceeded by a little, and one where soft limits are.
-fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<String>, RequestError> {
+fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<Warning>, RequestError> {
     let mut worst: Option<(f64, String)> = None;
     for (waypoint, row) in path.waypoints().enumerate() {
         for (variable, &value) in robot.variables().iter().zip(row) {
@@ -313,12 +316,12 @@ fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<String>, RequestE
             }
         }
     }
-    Ok(worst.into_iter().map(|(_, text)| text).chain(outside_soft_limits(robot, path)).collect())
+    Ok(worst.into_iter().map(|(_, text)| Warning::uncovered(text)).chain(outside_soft_limits(robot, path)).collect())
 }
 
 /// One warning that names each variable which is somewhere between its soft limits and its limits, and by how much at
 /// most. No optimizer moves it further out.
-fn outside_soft_limits(robot: &RobotModel, path: &Path) -> Option<String> {
+fn outside_soft_limits(robot: &RobotModel, path: &Path) -> Option<Warning> {
     let farthest = |(column, variable): (usize, &Variable)| {
         let by = |row: &[f64]| (variable.lower - row[column]).max(row[column] - variable.upper);
         let (waypoint, by) = path.waypoints().map(by).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -329,7 +332,7 @@ fn outside_soft_limits(robot: &RobotModel, path: &Path) -> Option<String> {
     let soft = robot.variables().iter().enumerate().filter(|(_, variable)| variable.has_soft_limits());
     let named: Vec<String> = soft.filter_map(farthest).collect();
     let text = "the path leaves soft limits (safety_controller), and is not moved further out";
-    (!named.is_empty()).then(|| format!("{text}: {}", named.join(", ")))
+    (!named.is_empty()).then(|| Warning::uncovered(format!("{text}: {}", named.join(", "))))
 }
 
 /// The form of a path that optimizers work on.

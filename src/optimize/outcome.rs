@@ -3,6 +3,7 @@
 use crate::math::Vec3;
 use crate::path::Path;
 use crate::validation::HitReason;
+use crate::warning::Warning;
 
 /// How a run ended: data, not an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -181,6 +182,10 @@ pub struct Outcome {
     pub proved: bool,
     /// Where the input is refused, if it is.
     pub refusal: Option<Refusal>,
+    /// Why nothing can be proved of this robot, whatever the path; then `path` is the input.
+    pub uncheckable: Option<String>,
+    /// Pairs of bodies that were checked.
+    pub pairs: usize,
     /// Length of the input in the request's metric.
     pub length_before: f64,
     /// Length of `path`.
@@ -211,8 +216,8 @@ pub struct Outcome {
     pub stages: Vec<StageShare>,
     /// How the run ended.
     pub termination: Termination,
-    /// What is odd about the request, a line each.
-    pub warnings: Vec<String>,
+    /// What a person should know of the request; what robot and scene told when they were read is not among it.
+    pub warnings: Vec<Warning>,
     /// How far what is executed may stray from `path`; `None` where it is not proved or not asked for.
     pub corridor: Option<crate::validation::Corridor>,
     /// The proof in short; `None` where `path` is not proved.

@@ -53,7 +53,13 @@ pub fn run(
     }
     let validator = Validator::new(model, &input.space, &input.held, settings.clearance_m, &mut workspace.scratch);
     let mut validator = validator.with_layers(settings.layers);
-    let answer = answer(&mut validator, path, settings, &input, stop, publish);
+    let answer = match model.uncheckable() {
+        None => answer(&mut validator, path, settings, &input, stop, publish),
+        Some(_) => {
+            let checked = Settings { mode: Mode::Check, contacts: false, ..settings.clone() };
+            answer(&mut validator, path, &checked, &input, stop, publish).unproved_still()
+        }
+    };
     Ok(answer.into_outcome(model, path, settings, &input))
 }
 
@@ -88,6 +94,12 @@ impl Answer {
             pinched: Vec::new(),
             termination: Termination::Done,
         }
+    }
+
+    /// The same without what was proved, which says nothing of a robot without geometry; a collision stays one.
+    fn unproved_still(self) -> Self {
+        let refusal = self.refusal.filter(|refusal| refusal.reason == HitReason::Collision);
+        Self { proofs: None, refusal, lowered: Vec::new(), termination: Termination::Done, ..self }
     }
 }
 
@@ -225,6 +237,8 @@ impl Answer {
             turned: input.turned(model.robot(), path, &output),
             path: output,
             proved: certificate.is_some(),
+            uncheckable: model.uncheckable().filter(|_| self.refusal.is_none()),
+            pairs: model.checked_pairs(),
             refusal: self.refusal,
             length_before,
             length_after,
@@ -240,7 +254,7 @@ impl Answer {
             stage: if is_unchanged { Stage::Input } else { self.stage },
             stages: self.stages,
             termination: self.termination,
-            warnings: input.warnings.clone(),
+            warnings: [model.uncovered(), input.warnings.clone()].concat(),
             corridor,
             certificate,
         }

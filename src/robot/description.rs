@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::joint::JointKind;
 use crate::math::{Pose, Vec3};
 use crate::shape::PlacedShape;
+use crate::warning::Warning;
 
 /// A robot as its files describe it.
 #[derive(Clone, Debug, Default)]
@@ -24,7 +25,7 @@ pub struct RobotDescription {
     /// Link pairs to leave out besides the SRDF's.
     pub allowed_collisions: Vec<(String, String)>,
     /// What the readers already found odd, a line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// A link and its collision shapes, in the link's frame.

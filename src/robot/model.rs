@@ -9,6 +9,7 @@ use super::variable::{Bounds, HeldVariable, Variable};
 use crate::hash::ContentHasher;
 use crate::math::{Pose, Vec3};
 use crate::shape::PlacedShape;
+use crate::warning::Warning;
 
 /// A robot. Joint `i` carries link `i`; a joint's parent link comes before it.
 #[derive(Clone, Debug)]
@@ -24,7 +25,7 @@ pub struct RobotModel {
     groups: Vec<(String, Vec<bool>)>,
     group_states: Vec<GroupState>,
     allowed: BTreeSet<(usize, usize)>,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     hash: u64,
     layout_hash: u64,
 }
@@ -181,11 +182,11 @@ impl RobotModel {
         self.allowed.contains(&(a.min(b), a.max(b)))
     }
     /// What is odd about the files, a line each.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
     /// The same robot with more that is odd about it, found where it was put to use.
-    pub fn with_warnings(mut self, more: Vec<String>) -> Self {
+    pub fn with_warnings(mut self, more: Vec<Warning>) -> Self {
         self.warnings.extend(more);
         self
     }
@@ -253,14 +254,14 @@ impl Order {
 }
 
 /// Drops the mimics of fixed joints, which have no value to follow: MoveIt takes such joints for independent.
-fn free_of_fixed_leaders(description: &mut RobotDescription) -> Vec<String> {
+fn free_of_fixed_leaders(description: &mut RobotDescription) -> Vec<Warning> {
     let fixed = |joint: &&JointDescription| joint.kind == JointKind::Fixed;
     let fixed: BTreeSet<String> = description.joints.iter().filter(fixed).map(|joint| joint.name.clone()).collect();
     let mut warnings = Vec::new();
     for joint in description.joints.iter_mut().filter(|joint| joint.kind != JointKind::Fixed) {
         if let Some(mimic) = joint.mimic.take_if(|mimic| fixed.contains(&mimic.joint)) {
             let text = format!("mimics {:?}, which is fixed; it moves independently", mimic.joint);
-            warnings.push(format!("joint {:?} {text}", joint.name));
+            warnings.push(Warning::uncovered(format!("joint {:?} {text}", joint.name)));
         }
     }
     warnings
@@ -357,7 +358,7 @@ impl Columns {
         description: &RobotDescription,
         order: &Order,
         joint_index: &HashMap<String, usize>,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Warning>,
     ) -> Result<Self, RobotError> {
         let source = |position: usize| -> JointSource<'_> {
             match order.0[position].1 {
@@ -393,7 +394,8 @@ impl Columns {
                 });
             }
             if mimic.is_some() {
-                warnings.push(format!("mimic joint {name:?} is listed as a variable and moves independently"));
+                let text = format!("mimic joint {name:?} is listed as a variable and moves independently");
+                warnings.push(Warning::uncovered(text));
             }
             drives[position] = Drive::Variable { q, v };
             push_components(kind, q, v, &mut components);
@@ -417,7 +419,8 @@ impl Columns {
             let JointSource { name, kind, mimic, limits } = source(position);
             if is_listed[position] || kind == JointKind::Fixed {
                 if kind == JointKind::Fixed && mimic.is_some() {
-                    warnings.push(format!("mimic on fixed joint {name:?} is ignored"));
+                    warnings
+                        .push(Warning::cosmetic("fixed mimic", format!("mimic on fixed joint {name:?} is ignored")));
                 }
                 continue;
             }
@@ -426,7 +429,8 @@ impl Columns {
             {
                 drives[position] = Drive::Mimic { master, multiplier, offset };
                 if let Some(warning) = as_real_line(&mut components, drives[master], source(master), kind, multiplier) {
-                    warnings.push(format!("{warning}, since {name:?} follows it"));
+                    let text = format!("{warning}, since {name:?} follows it");
+                    warnings.push(Warning::cosmetic("whole turns", text));
                 }
                 continue;
             }
@@ -598,7 +602,7 @@ fn allowed_pairs(
     description: &RobotDescription,
     joints: &[Joint],
     link_index: &HashMap<&str, usize>,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<BTreeSet<(usize, usize)>, RobotError> {
     let mut allowed = BTreeSet::new();
     let mut insert = |a: usize, b: usize| allowed.insert((a.min(b), a.max(b)));
@@ -610,7 +614,10 @@ fn allowed_pairs(
                     (Some(&a), Some(&b)) => {
                         insert(a, b);
                     }
-                    _ => warnings.push(format!("the SRDF disables {a} × {b}, not both links of this robot")),
+                    _ => {
+                        let text = format!("the SRDF disables {a} × {b}, not both links of this robot");
+                        warnings.push(Warning::cosmetic("SRDF pair", text));
+                    }
                 }
             }
         }
@@ -621,7 +628,8 @@ fn allowed_pairs(
                 }
             }
             if joints.len() > 1 {
-                warnings.push("no SRDF: links joined by one joint are not checked against each other".to_owned());
+                let text = "no SRDF: links joined by one joint are not checked against each other";
+                warnings.push(Warning::uncovered(text));
             }
         }
     }

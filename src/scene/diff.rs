@@ -5,13 +5,14 @@ use super::object::is_same;
 use super::{AttachedObject, Obstacle, Scene, SceneChange, SceneError, comma_separated};
 use crate::math::Pose;
 use crate::shape::PlacedShape;
+use crate::warning::Warning;
 
 /// A diff whose poses are checked and whose meshes are read; what depends on the scene shows when it is applied.
 #[derive(Clone, Debug)]
 pub struct SceneDiff {
     pub(super) steps: Vec<Step>,
     /// What is odd about its text, a line each.
-    pub(super) warnings: Vec<String>,
+    pub(super) warnings: Vec<Warning>,
 }
 
 /// One change, and what it is said of.

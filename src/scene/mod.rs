@@ -32,6 +32,7 @@ use std::sync::{Arc, OnceLock};
 use crate::hash::ContentHasher;
 use crate::math::Pose;
 use crate::shape::Shape;
+use crate::warning::Warning;
 pub use change::SceneChange;
 pub use error::SceneError;
 pub use frames::is_world;
@@ -54,8 +55,8 @@ pub struct Scene {
     subframes: Table<(Arc<str>, Arc<str>), Pose>,
     worlds: Table<Arc<str>, Arc<str>>,
     verdicts: Verdicts,
-    of_file: Arc<[String]>,
-    warnings: OnceLock<Vec<String>>,
+    of_file: Arc<[Warning]>,
+    warnings: OnceLock<Vec<Warning>>,
     // Kept: every certificate names it.
     hash: u64,
 }
@@ -87,7 +88,7 @@ pub struct SceneDescription {
     /// Pairs of names that are checked whatever allows them to touch.
     pub forbidden: Vec<(String, String)>,
     /// What is odd about the file that it was read from, a line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Default for Scene {
@@ -106,7 +107,7 @@ impl Scene {
         name: impl Into<String>,
         obstacles: Vec<Obstacle>,
         allowed: Vec<(String, String)>,
-        warnings: Vec<String>,
+        warnings: Vec<Warning>,
     ) -> Result<Self, SceneError> {
         Self::of(SceneDescription { name: name.into(), obstacles, allowed, warnings, ..SceneDescription::default() })
     }
@@ -233,8 +234,8 @@ impl Scene {
     }
 
     /// The same with more that is odd about the texts that it was made of.
-    pub(crate) fn with_warnings(mut self, more: &[String]) -> Self {
-        let new: Vec<String> = more.iter().filter(|text| !self.of_file.contains(text)).cloned().collect();
+    pub(crate) fn with_warnings(mut self, more: &[Warning]) -> Self {
+        let new: Vec<Warning> = more.iter().filter(|text| !self.of_file.contains(text)).cloned().collect();
         if !new.is_empty() {
             self.of_file = self.of_file.iter().cloned().chain(new).collect();
             self.warnings = OnceLock::new();
@@ -243,7 +244,7 @@ impl Scene {
     }
 
     /// What is odd about its objects and its file, a line each; found when first asked for.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[Warning] {
         self.warnings.get_or_init(|| [oddities(self.objects()).as_slice(), &*self.of_file].concat())
     }
 
@@ -314,29 +315,30 @@ impl Scene {
 }
 
 /// What is odd about obstacles, a line each; each mesh once, however many objects it is used in.
-fn oddities<'a>(objects: impl Iterator<Item = &'a Obstacle>) -> Vec<String> {
+fn oddities<'a>(objects: impl Iterator<Item = &'a Obstacle>) -> Vec<Warning> {
     let mut found = Vec::new();
     // Users of a warning in the order in which it first came up.
-    let mut of_meshes: Vec<(&str, Vec<&str>)> = Vec::new();
+    let mut of_meshes: Vec<(&Warning, Vec<&str>)> = Vec::new();
     for obstacle in objects {
         if obstacle.shapes.is_empty() {
-            found.push(format!("object {:?} has no shapes; nothing can collide with it", obstacle.id));
+            let text = format!("object {:?} has no shapes; nothing can collide with it", obstacle.id);
+            found.push(Warning::uncovered(text));
         }
         let meshes = obstacle.shapes.iter().filter_map(|placed| match &placed.shape {
             Shape::Mesh(mesh) => Some(mesh),
             _ => None,
         });
         for warning in meshes.flat_map(|mesh| mesh.warnings()) {
-            match of_meshes.iter_mut().find(|(text, _)| text == warning) {
+            match of_meshes.iter_mut().find(|(known, _)| *known == warning) {
                 Some((_, users)) if users.contains(&obstacle.id.as_str()) => {}
                 Some((_, users)) => users.push(&obstacle.id),
                 None => of_meshes.push((warning, vec![&obstacle.id])),
             }
         }
     }
-    found.extend(of_meshes.into_iter().map(|(text, users)| match users.as_slice() {
-        [user] => format!("object {user:?}: {text}"),
-        users => format!("object {:?} and {} more: {text}", users[0], users.len() - 1),
+    found.extend(of_meshes.into_iter().map(|(warning, users)| match users.as_slice() {
+        [user] => warning.reworded(format!("object {user:?}: {warning}")),
+        users => warning.reworded(format!("object {:?} and {} more: {warning}", users[0], users.len() - 1)),
     }));
     found
 }

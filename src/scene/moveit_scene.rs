@@ -26,6 +26,7 @@ use super::pose_file::{checked_pose, is_unturned, not_set};
 use super::{Obstacle, Scene, SceneDescription, SceneError};
 use crate::math::{Pose, Vec3};
 use crate::shape::{Mesh, PlacedShape, Shape};
+use crate::warning::Warning;
 
 /// A frame on an object: whose it is, its name and its pose.
 type Subframe = ((String, String), Pose);
@@ -68,7 +69,8 @@ pub fn parse(text: &str) -> Result<Scene, SceneError> {
     }
     let mut warnings = words.warnings;
     if !words.rest.trim().is_empty() {
-        warnings.push(format!("what follows the \".\" of line {} is ignored", words.line));
+        let text = format!("what follows the \".\" of line {} is ignored", words.line);
+        warnings.push(Warning::uncovered(text));
     }
     Scene::of(SceneDescription { name: name.to_owned(), obstacles, subframes, warnings, ..Default::default() })
 }
@@ -147,7 +149,7 @@ struct Words<'a> {
     /// Line where `rest` begins, from 1.
     line: usize,
     /// What is odd about the text so far.
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
 }
 
 impl<'a> Words<'a> {
@@ -192,7 +194,8 @@ impl<'a> Words<'a> {
         let position = self.numbers(&format!("a position of object {id:?}"))?;
         let orientation = self.numbers(&format!("an orientation (x y z w) of object {id:?}"))?;
         if is_unturned(orientation) {
-            self.warnings.push(format!("line {}: object {id:?}: {}", self.line, not_set("pose")));
+            let text = format!("line {}: object {id:?}: {}", self.line, not_set("pose"));
+            self.warnings.push(Warning::uncovered(text));
         }
         checked_pose(id, "pose", position, orientation).map_err(|error| self.refuse(self.line, error.to_string()))
     }
@@ -221,7 +224,7 @@ mod tests {
     #[test]
     fn the_newer_format_has_poses_of_objects_and_subframes() {
         let scene = parse(NEW).unwrap();
-        assert_eq!((scene.name(), scene.warnings()), ("our kitchen", &[] as &[String]));
+        assert_eq!((scene.name(), scene.warnings()), ("our kitchen", &[] as &[Warning]));
         let objects: Vec<_> = scene.obstacles().iter().collect();
         let [table, tent] = objects[..] else { panic!("two objects") };
         assert_eq!((table.id.as_str(), tent.id.as_str()), ("big table", "tent"));

@@ -12,6 +12,7 @@ use super::shape_file::{MeshFile, PrimitiveFile};
 use super::{Obstacle, Scene, SceneError};
 use crate::math::{Pose, Vec3};
 use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
+use crate::warning::Warning;
 
 /// Gives the mesh of a file name (as written in the scene) at a scale.
 pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> + 'a;
@@ -221,7 +222,7 @@ impl ObjectFile {
     }
 
     /// What is odd about its poses, a line each.
-    pub(super) fn warnings(&self) -> Vec<String> {
+    pub(super) fn warnings(&self) -> Vec<Warning> {
         let lists = [
             ("primitive_poses", &self.primitive_poses),
             ("mesh_poses", &self.mesh_poses),
@@ -232,7 +233,8 @@ impl ObjectFile {
         });
         let own = self.pose.map(|pose| ("pose".to_owned(), pose));
         let unset = own.into_iter().chain(listed).filter(|(_, pose)| pose.is_unturned());
-        unset.map(|(what, _)| format!("object {:?}: {}", self.id, not_set(&what))).collect()
+        let text = |what: &str| format!("object {:?}: {}", self.id, not_set(what));
+        unset.map(|(what, _)| Warning::uncovered(text(&what))).collect()
     }
 
     pub(super) fn build(self, meshes: &mut MeshSource<'_>) -> Result<Obstacle, SceneError> {

@@ -38,6 +38,7 @@
 //! `fixed_frame_transforms` with a header, that has the frame's name and `child_frame_id` the world's). An unknown
 //! field is refused, and so is what would be left out: octomaps, planes, cones, constraints.
 
+use crate::warning::Warning;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
@@ -184,7 +185,7 @@ impl SceneFile {
     }
 
     /// Puts what MoveIt's message says into the lists of ours, and gives what is odd about it, a line each.
-    pub(super) fn take_message(&mut self) -> Result<Vec<String>, SceneError> {
+    pub(super) fn take_message(&mut self) -> Result<Vec<Warning>, SceneError> {
         for (field, constraints) in [
             ("path_constraints", self.path_constraints),
             ("goal_constraints", self.goal_constraints),
@@ -211,8 +212,9 @@ impl SceneFile {
         self.forbidden_collisions.extend(pairs.forbidden);
         let attached = self.attached_collision_objects.iter().map(|attached| &attached.object);
         let objects = self.objects.iter().flatten().chain(attached).flat_map(ObjectFile::warnings);
-        let frames = self.fixed_frame_transforms.iter().filter_map(FrameFile::warning);
-        Ok(frames.chain(objects).chain(matrix.warning()).collect())
+        let frames = self.fixed_frame_transforms.iter().filter_map(FrameFile::warning).map(Warning::uncovered);
+        let defaults = matrix.warning().map(|text| Warning::cosmetic("default entries", text));
+        Ok(frames.chain(objects).chain(defaults).collect())
     }
 
     /// Checks every object and builds the scene.

@@ -7,6 +7,7 @@ use super::oddities::{self, Edges, Making};
 use super::sides::{self, Mended};
 use crate::hash::ContentHasher;
 use crate::math::Vec3;
+use crate::warning::Warning;
 
 /// A checked triangle mesh (m), scale already applied.
 ///
@@ -16,7 +17,7 @@ pub struct Mesh {
     name: String,
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     has_inside: bool,
     // Kept: a scene that only moves a large mesh need not read all of it again.
     hash: u64,
@@ -59,7 +60,7 @@ impl Mesh {
     }
     /// What is odd about the mesh, a line each with its name and size: it may be in millimetres, its surface is
     /// open or faces inwards or both ways, some of its triangles have no area.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
@@ -78,7 +79,7 @@ impl Mesh {
     #[must_use]
     pub(super) fn with_warnings(mut self, words: Vec<String>) -> Self {
         let name = &self.name;
-        self.warnings.extend(words.into_iter().map(|text| format!("mesh {name} {text}")));
+        self.warnings.extend(words.into_iter().map(|text| Warning::uncovered(format!("mesh {name} {text}"))));
         self
     }
 
@@ -149,7 +150,7 @@ impl Mesh {
         name: String,
         vertices: Vec<Vec3>,
         triangles: Vec<[u32; 3]>,
-        warnings: Vec<String>,
+        warnings: Vec<Warning>,
     ) -> Result<Self, MeshError> {
         check(&name, &vertices, &triangles)?;
         if let Some(bad) = triangles.iter().position(|t| !has_area(&vertices, *t)) {

@@ -149,7 +149,7 @@ mod tests {
         let warning = |faces: &[[[f32; 3]; 3]], scale| {
             let mesh = read("cup.stl", &written_stl("", faces), scale).unwrap();
             assert!(mesh.warnings().iter().all(|text| text.contains("cup.stl")));
-            mesh.warnings().join("; ")
+            mesh.warnings().iter().map(|text| text.to_string()).collect::<Vec<_>>().join("; ")
         };
         assert!(warning(&FACES, Vec3::splat(100.0)).contains("100.0 × 100.0 × 100.0 m"));
         assert!(warning(&FACES[..3], Vec3::ONE).contains("3 of 6 edges"));

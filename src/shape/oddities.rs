@@ -3,6 +3,7 @@
 use super::Mesh;
 use super::sides::Mended;
 use crate::math::Vec3;
+use crate::warning::Warning;
 
 /// A mesh larger than this (m) was probably drawn in millimetres.
 const SUSPICIOUS_SIZE_M: f64 = 10.0;
@@ -56,25 +57,29 @@ pub(super) struct Making {
 }
 
 /// A line for each odd thing.
-pub(super) fn of(mesh: &Mesh, making: &Making) -> Vec<String> {
+pub(super) fn of(mesh: &Mesh, making: &Making) -> Vec<Warning> {
     let bounds = |(low, high): (Vec3, Vec3), v: &Vec3| (low.min(*v), high.max(*v));
     let (low, high) = mesh.vertices().iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), bounds);
     let size = high - low;
     let largest = size.max_element();
     let size = format!("{} × {} × {} m", length(size.x), length(size.y), length(size.z));
     let mut found = Vec::new();
+    let mut tell = |text: String| found.push(Warning::uncovered(format!("mesh {} {text}", mesh.name())));
     if largest > SUSPICIOUS_SIZE_M {
         let mended = r#"give it scale="0.001 0.001 0.001" (in a scene: "scale": [0.001, 0.001, 0.001])"#;
-        found.push(format!("is {size} large; if it was drawn in millimetres, {mended}"));
+        tell(format!("is {size} large; if it was drawn in millimetres, {mended}"));
     } else if largest < SUSPICIOUS_SMALLNESS_M {
-        found.push(format!("is {size} small; was a scale of 0.001 applied twice?"));
+        tell(format!("is {size} small; was a scale of 0.001 applied twice?"));
     }
-    found.extend(sides(mesh, making).into_iter().map(|(what, then)| format!("{what}; {then} (size {size})")));
+    for (what, then) in sides(mesh, making) {
+        tell(format!("{what}; {then} (size {size})"));
+    }
     if making.dropped > 0 {
         let (dropped, all) = (making.dropped, making.dropped + mesh.triangles().len());
-        found.push(format!("has {dropped} triangles without an area among {all}; they are left out (size {size})"));
+        let text = format!("has {dropped} triangles without an area among {all}; they are left out (size {size})");
+        found.push(Warning::cosmetic("flat triangles", format!("mesh {} {text}", mesh.name())));
     }
-    found.into_iter().map(|text| format!("mesh {} {text}", mesh.name())).collect()
+    found
 }
 
 /// What is odd about the sides of a surface, and what it means for what is inside.
@@ -136,11 +141,11 @@ mod tests {
         ((0..8).map(corner).collect(), faces)
     }
 
-    fn warnings(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Vec<String> {
+    fn warnings(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Vec<Warning> {
         Mesh::new("cup.stl", vertices, triangles).unwrap().warnings().to_vec()
     }
 
-    fn assert_only(warnings: &[String], parts: &[&str]) {
+    fn assert_only(warnings: &[Warning], parts: &[&str]) {
         let [only] = warnings else { panic!("one warning, not {warnings:?}") };
         assert!(parts.iter().all(|part| only.contains(part)), "{only:?} lacks one of {parts:?}");
         assert!(!only.contains('\n'), "{only:?}");

@@ -11,9 +11,10 @@ mod versions;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 pub use error::StoreError;
-pub use prepared::PreparedModel;
+pub use prepared::{Made, PreparedModel};
 use versions::Retired;
 pub use versions::{LAST_VERSIONS, MOST_PINNED, SceneEntry};
 
@@ -30,8 +31,9 @@ pub struct ModelStore {
     retired: Retired,
     labels: HashMap<u64, String>,
     models: HashMap<(u64, u64), Arc<PreparedModel>>,
-    /// Robots with nothing around them, by hash, as far as somebody has made their solids.
-    alone: HashMap<u64, Arc<CollisionModel>>,
+    /// Robots with nothing around them, by hash: their solids are made once.
+    alone: HashMap<u64, Arc<PreparedModel>>,
+    made: Arc<Made>,
 }
 
 /// A loaded robot.
@@ -67,7 +69,9 @@ pub struct Snapshot {
     pub robot: Arc<RobotModel>,
     /// Its default weights.
     pub weights: Arc<[f64]>,
-    /// Robot and scene together.
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Robot and scene together; made of contents as these, which may have come with other warnings.
     pub model: Arc<PreparedModel>,
     /// Id of the scene's label.
     pub scene_id: u64,
@@ -93,12 +97,36 @@ impl ModelStore {
     pub fn new(id_of: fn(&str) -> u64) -> Self {
         let (robots, scenes) = (BTreeMap::new(), BTreeMap::new());
         let (retired, labels) = (Retired::default(), HashMap::new());
-        Self { id_of, robots, scenes, retired, labels, models: HashMap::new(), alone: HashMap::new() }
+        let (models, alone, made) = (HashMap::new(), HashMap::new(), Arc::default());
+        Self { id_of, robots, scenes, retired, labels, models, alone, made }
     }
 
-    /// Takes the model of a loaded robot with nothing around it; models with scenes then take its solids over.
-    pub fn take_alone(&mut self, model: Arc<CollisionModel>) {
-        self.alone.insert(model.robot().hash(), model);
+    /// Takes the model of a robot with nothing around it; models with scenes then take its solids over. `is_new` if
+    /// its solids were made for this.
+    pub fn take_alone(&mut self, model: Arc<CollisionModel>, is_new: bool) {
+        self.made.robots.fetch_add(u64::from(is_new), Ordering::Relaxed);
+        let hash = model.robot().hash();
+        self.alone.insert(hash, Arc::new(PreparedModel::ready(model, self.made.clone())));
+    }
+
+    /// A loaded robot with nothing around it.
+    pub fn alone(&self, robot: &RobotModel) -> Option<&Arc<PreparedModel>> {
+        self.alone.get(&robot.hash())
+    }
+
+    /// The robot of a label with nothing around it.
+    ///
+    /// # Errors
+    /// [`StoreError::UnknownRobot`].
+    pub fn whole(&self, label: &str) -> Result<Arc<PreparedModel>, StoreError> {
+        let robot = &self.robot(label)?.robot;
+        let made = || Arc::new(PreparedModel::alone(robot.clone(), self.made.clone()));
+        Ok(self.alone(robot).cloned().unwrap_or_else(made))
+    }
+
+    /// How often models were made.
+    pub fn made(&self) -> &Made {
+        &self.made
     }
 
     /// Takes a robot under a label.
@@ -120,6 +148,8 @@ impl ModelStore {
             Some(_) if replace => Change::Replaced,
             Some(held) => return Err(StoreError::taken("robot", label, held, robot.hash())),
         };
+        let alone = || Arc::new(PreparedModel::alone(robot.clone(), self.made.clone()));
+        self.alone.entry(robot.hash()).or_insert_with(alone);
         self.robots.insert(label.to_owned(), RobotEntry { id, robot, weights });
         self.drop_unused();
         Ok(change)
@@ -304,7 +334,8 @@ impl ModelStore {
         let model = self.models.entry(key).or_insert_with(new).clone();
         let scene_hash = key.1;
         let (weights, scene_id) = (robot.weights.clone(), wanted.scene_id);
-        Ok(Snapshot { robot: robot.robot.clone(), weights, model, scene_id, scene_hash, scene_version })
+        let (robot, scene) = (robot.robot.clone(), scene.clone());
+        Ok(Snapshot { robot, weights, scene, model, scene_id, scene_hash, scene_version })
     }
 
     /// Whoever asks for a model of the next version gets it from the one before, where there is one.

@@ -2,18 +2,24 @@
 
 use std::sync::Arc;
 
+use crate::collision::shared_names;
 use crate::optimize::{Improvement, Outcome, RefusalPlace, Termination};
 use crate::path::Path;
 use crate::store::Snapshot;
 use crate::validation::HitReason;
+use crate::warning::{self, Warning};
 use serde::{Deserialize, Serialize};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{
     self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalReason,
-    RefusalRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status, TurnedColumn,
+    RefusalRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status, TurnedColumn, WarningRecord,
 };
 
 use super::records::{self, Names, stage};
+
+/// Shortest and longest time (ms) after which a request is sent again that came too early.
+const LEAST_RETRY_MS: u64 = 100;
+const MOST_RETRY_MS: u64 = 5_000;
 
 /// A response, put together by a worker and sent by the I/O thread.
 #[derive(Clone, Default)]
@@ -36,6 +42,7 @@ struct Sections {
     pinched: Vec<PinchedPair>,
     turned: Vec<TurnedColumn>,
     refusal: Option<RefusalRecord>,
+    warnings: Vec<WarningRecord>,
     names: String,
     message: String,
 }
@@ -55,6 +62,7 @@ impl Reply {
             turned_columns: &sections.turned,
             refusal: sections.refusal.as_ref(),
             certificate_head: sections.head.as_ref(),
+            warnings: &sections.warnings,
             names: &sections.names,
             message: &sections.message,
         }
@@ -88,6 +96,7 @@ pub fn code_of(outcome: &Outcome, cause: Option<StopCause>) -> Code {
             RefusalPlace::Goal => Code::GoalInCollision,
             RefusalPlace::Between => Code::InvalidMotionPlan,
         },
+        None if outcome.uncheckable.is_some() => Code::Uncertified,
         // Nor is it known of an input that is not provable whether the optimizer would have found a path that is.
         _ if outcome.termination == Termination::Stopped => match cause {
             None | Some(StopCause::Deadline) => Code::TimedOut,
@@ -99,7 +108,7 @@ pub fn code_of(outcome: &Outcome, cause: Option<StopCause>) -> Code {
 
 fn termination(outcome: &Outcome, cause: Option<StopCause>) -> wire::Termination {
     match outcome.termination {
-        Termination::Done if outcome.refusal.is_some() => wire::Termination::Refused,
+        Termination::Done if outcome.refusal.is_some() || outcome.uncheckable.is_some() => wire::Termination::Refused,
         Termination::Done => wire::Termination::Checked,
         Termination::Converged => wire::Termination::Converged,
         Termination::IterationLimit => wire::Termination::IterationLimit,
@@ -146,8 +155,14 @@ pub fn progress(snapshot: &Snapshot, improvement: &Improvement, lengths: [f64; 3
 /// The final response of a job that was computed.
 pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>) -> Reply {
     let mut names = Names::default();
+    // First, so that however many pairs are named there is room for them.
+    let warnings = records::warnings(&told(snapshot, outcome), &mut names);
     let refusal = outcome.refusal.as_ref().map(|hit| records::refusal(hit, outcome, &mut names));
-    let reason = outcome.refusal.as_ref().map_or(RefusalReason::None, |hit| records::reason(hit.reason));
+    let reason = match &outcome.refusal {
+        Some(hit) => records::reason(hit.reason),
+        None if outcome.uncheckable.is_some() => RefusalReason::NoGeometry,
+        None => RefusalReason::None,
+    };
     let lowered = records::lowered(outcome, &mut names);
     let certificate = outcome.certificate.as_ref();
     let header = ResponseHeader {
@@ -165,6 +180,7 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
         searched_m: outcome.nearest.as_ref().map_or(0.0, |nearest| nearest.searched_m),
         iterations: outcome.iterations,
         work: outcome.work,
+        pairs: outcome.pairs as u64,
         ..header(snapshot, &outcome.path)
     };
     let sections = Sections {
@@ -178,10 +194,22 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
         pinched: records::pinched(outcome, &mut names),
         turned: records::turned(outcome, &snapshot.robot),
         refusal,
+        warnings,
         names: names.text,
         message: message(outcome),
     };
     Reply { header, sections: Arc::new(sections) }
+}
+
+/// The final response of a job whose deadline is about to pass while robot and scene are still put together, for
+/// `waited_ms` by now; `scene` is the scene's label.
+pub fn loading(snapshot: &Snapshot, scene: &str, waited_ms: u64) -> Reply {
+    let retry_after_ms = waited_ms.clamp(LEAST_RETRY_MS, MOST_RETRY_MS) as u32;
+    let robot = snapshot.robot.name();
+    let message = format!(
+        "robot {robot} and scene {scene} are still put together, {waited_ms} ms after the request came, and its deadline is over; send again in {retry_after_ms} ms"
+    );
+    refused(Refusal { code: Code::Loading.into(), message, retry_after_ms })
 }
 
 /// The final response of a job whose deadline passed while it waited: the input, nothing computed, lengths 0.
@@ -227,11 +255,15 @@ pub fn refused(refusal: Refusal) -> Reply {
     Reply { header, sections: Arc::new(Sections { message: refusal.message, ..Sections::default() }) }
 }
 
-/// How a warning starts in the message, which otherwise holds the hint of a refusal.
-pub(super) const WARNING: &str = "warning: ";
+/// What a person should know of robot, scene and request.
+fn told(snapshot: &Snapshot, outcome: &Outcome) -> Vec<Warning> {
+    let of_files = snapshot.robot.warnings().iter().chain(snapshot.scene.warnings());
+    let shared = shared_names(&snapshot.robot, &snapshot.scene);
+    warning::told(of_files.chain(&shared).chain(&outcome.warnings))
+}
 
+/// The hint of a refusal, or why nothing can be proved.
 fn message(outcome: &Outcome) -> String {
-    let mut lines: Vec<String> = outcome.warnings.iter().map(|warning| format!("{WARNING}{warning}")).collect();
-    lines.extend(outcome.refusal.iter().map(|hit| hit.hint.clone()).filter(|hint| !hint.is_empty()));
-    lines.join("\n")
+    let hint = outcome.refusal.as_ref().map(|hit| hit.hint.clone());
+    hint.or_else(|| outcome.uncheckable.clone()).unwrap_or_default()
 }

@@ -5,7 +5,6 @@ use crate::path::Path;
 use taut_ipc::control::RobotDescription;
 use taut_ipc::wire::{self, Code, NO_GROUP, RequestFlags, RequestHeader, ResponseView, WireError};
 
-use super::answer::WARNING;
 use super::sections;
 
 /// Why a response cannot be taken.
@@ -70,8 +69,6 @@ pub fn outcome(
         let (message, retry_after_ms) = (view.message.to_owned(), header.retry_after_ms);
         return Err(AnswerError::Refused { code: view.code, message, retry_after_ms });
     };
-    let mut warnings: Vec<String> = view.message.lines().map(str::to_owned).collect();
-    let hint: Vec<String> = warnings.extract_if(.., |line| !line.starts_with(WARNING)).collect();
     let lowered: Vec<LoweredFloor> =
         view.lowered_pairs.iter().map(|pair| sections::lowered(pair, view)).collect::<Result<_, _>>()?;
     let turned = sections::turned(view, robot)?;
@@ -80,7 +77,9 @@ pub fn outcome(
     let outcome = Outcome {
         path,
         proved: view.is_proved(),
-        refusal: sections::refusal(view, hint.join("\n"))?,
+        uncheckable: sections::uncheckable(view)?,
+        pairs: header.pairs as usize,
+        refusal: sections::refusal(view, view.message.to_owned())?,
         length_before: header.length_before,
         length_after: header.length_after,
         lower_bound: header.lower_bound,
@@ -96,7 +95,7 @@ pub fn outcome(
         stage: sections::stage(view.stage),
         stages: sections::stages(view)?,
         termination: termination(view.termination),
-        warnings: warnings.iter().map(|line| line[WARNING.len()..].to_owned()).collect(),
+        warnings: sections::warnings(view)?,
         corridor,
         certificate,
     };

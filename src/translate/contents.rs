@@ -4,24 +4,38 @@ use std::path::Path;
 use std::sync::Arc;
 
 use taut_ipc::control::Refusal;
+use taut_ipc::wire::{Code, label_id};
 
 use super::{file_refusal, model_refusal, scene_refusal};
 use crate::collision::{CollisionModel, neutral_warnings, reach_weights};
 use crate::files::{FileError, Packages, Reader, RobotFiles};
-use crate::robot::{RobotDescription, RobotModel};
+use crate::robot::{RobotDescription, RobotError, RobotModel};
 use crate::scene::diff_file::SceneDiff;
 use crate::scene::{Scene, diff_file, scene_file};
+use crate::store::PreparedModel;
 
 /// A reader of its own each time: it keeps meshes, and nobody may ask for these again.
 fn reader() -> Reader {
     Reader::new(Packages::with_environment(Default::default()))
 }
 
-/// A robot and its default weights.
+/// A robot that was read.
+pub struct ReadRobot {
+    /// The robot.
+    pub robot: Arc<RobotModel>,
+    /// Its default weights.
+    pub weights: Arc<[f64]>,
+    /// Its collision model with nothing around it, which others need not make again.
+    pub alone: Arc<CollisionModel>,
+    /// Whether its solids were made for it.
+    pub is_new: bool,
+}
+
+/// A robot, its default weights and its collision model.
 ///
 /// # Errors
 /// A file that cannot be read, or is no robot.
-pub fn robot_of(files: &RobotFiles) -> Result<(Arc<RobotModel>, Arc<[f64]>), Refusal> {
+pub fn robot_of(files: &RobotFiles) -> Result<ReadRobot, Refusal> {
     let description = reader().robot_of(files).map_err(|error| file_refusal(&error))?;
     prepared(description, &files.urdf)
 }
@@ -31,17 +45,37 @@ pub fn robot_of(files: &RobotFiles) -> Result<(Arc<RobotModel>, Arc<[f64]>), Ref
 ///
 /// # Errors
 /// A description that makes no robot.
-pub fn prepared(description: RobotDescription, urdf: &Path) -> Result<(Arc<RobotModel>, Arc<[f64]>), Refusal> {
+pub fn prepared(description: RobotDescription, urdf: &Path) -> Result<ReadRobot, Refusal> {
     let refuse = |source| file_refusal(&FileError::Robot { file: urdf.to_owned(), source });
     let robot = Arc::new(RobotModel::new(description).map_err(refuse)?);
     let alone = CollisionModel::new(robot.clone(), Arc::new(Scene::default()));
     let alone = alone.map_err(|error| model_refusal(&error, &robot))?;
+    Ok(ReadRobot { is_new: true, ..looked_at(robot, alone) })
+}
+
+/// A loaded robot with these variables only, of the same solids.
+///
+/// # Errors
+/// Variables that it does not have, or not all of a joint's.
+pub fn selected(alone: &PreparedModel, variables: Vec<String>) -> Result<ReadRobot, Refusal> {
+    let model = alone.get().map_err(|error| model_refusal(error, alone.robot()))?;
+    let description = RobotDescription { variables: Some(variables), ..alone.robot().description().clone() };
+    let refuse = |error: RobotError| Refusal::new(Code::InvalidRobotState, error.to_string());
+    let robot = Arc::new(RobotModel::new(description).map_err(refuse)?);
+    let alone = model.with_robot(robot.clone()).map_err(|error| model_refusal(&error, &robot))?;
+    Ok(looked_at(robot, alone))
+}
+
+/// The label of a robot of which these are the variables, by that of the whole one.
+pub fn selected_label(label: &str, variables: &[String]) -> String {
+    format!("{label}@{:08x}", label_id(&variables.join(",")) >> 32)
+}
+
+fn looked_at(robot: Arc<RobotModel>, alone: CollisionModel) -> ReadRobot {
     let weights = reach_weights(&robot, alone.bodies()).into();
-    let warnings = neutral_warnings(&alone);
-    if warnings.is_empty() {
-        return Ok((robot, weights));
-    }
-    Ok((Arc::new(RobotModel::clone(&robot).with_warnings(warnings)), weights))
+    let more = neutral_warnings(&alone);
+    let robot = if more.is_empty() { robot } else { Arc::new(RobotModel::clone(&robot).with_warnings(more)) };
+    ReadRobot { robot, weights, alone: Arc::new(alone), is_new: false }
 }
 
 /// A scene of this text. Messages call it `file`, and its meshes are found beside that.

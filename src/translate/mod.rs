@@ -10,9 +10,9 @@ mod records;
 mod request;
 mod sections;
 
-pub use answer::{Reply, StopCause, answered, code_of, expired, preempted, progress, refused};
+pub use answer::{Reply, StopCause, answered, code_of, expired, loading, preempted, progress, refused};
 pub use client::{AnswerError, outcome, request_header};
-pub use contents::{diff_of, prepared, robot_of, scene_of, scene_text};
+pub use contents::{ReadRobot, diff_of, prepared, robot_of, scene_of, scene_text, selected, selected_label};
 pub use lengths::Lengths;
 pub use models::{
     describe, file_refusal, frame_refusal, model_refusal, name_refusal, robot_files, robot_source, robot_summary,

@@ -4,11 +4,14 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use crate::collision::{CollisionModelError, check_frames};
+use crate::files::result::texts;
 use crate::files::{FileError, RobotFiles, RootJoint};
 use crate::robot::{Component, JointKind, RobotModel, VirtualJoint};
 use crate::scene::diff_file::SceneDiff;
 use crate::scene::{Scene, SceneError};
 use crate::store::{ModelStore, RobotEntry, SceneEntry, StoreError};
+use crate::warning;
+use crate::warning::Warning;
 use taut_ipc::control::{
     self, GroupDescription, Refusal, RobotDescription, RobotSource, RobotSummary, SceneSummary, VariableDescription,
     VirtualJointKind,
@@ -97,7 +100,7 @@ pub fn describe(label: &str, entry: &RobotEntry) -> RobotDescription {
         nq: robot.space().nq() as u32,
         nv: robot.space().nv() as u32,
         weights: entry.weights.to_vec(),
-        warnings: robot.warnings().to_vec(),
+        warnings: texts(&warning::told(robot.warnings()), |_| true),
     }
 }
 
@@ -149,9 +152,11 @@ pub fn robot_summary(label: &str, entry: &RobotEntry) -> RobotSummary {
 /// A scene in a listing.
 pub fn scene_summary(label: &str, entry: &SceneEntry) -> SceneSummary {
     let worlds = entry.scene.worlds().map(|(id, frame)| {
-        format!("object {id:?}: its frame {frame:?} is none of the scene's; robots in it have to call the world so")
+        let text = format!("object {id:?}: its frame {frame:?} is none of the scene's");
+        Warning::uncovered(format!("{text}; robots in it have to call the world so"))
     });
-    let warnings = entry.scene.warnings().iter().cloned().chain(worlds).collect();
+    let warnings: Vec<Warning> = entry.scene.warnings().iter().cloned().chain(worlds).collect();
+    let warnings = texts(&warning::told(&warnings), |_| true);
     SceneSummary { warnings, ..scene_state(label, entry) }
 }
 

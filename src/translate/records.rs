@@ -6,11 +6,12 @@ use crate::optimize::{self, ColumnTurns, LoweredFloor, NearestBodies, Outcome, P
 use crate::path::Path;
 use crate::robot::RobotModel;
 use crate::validation::{Certificate, HitReason, SegmentClaim};
+use crate::warning::Warning;
 use sha2::{Digest, Sha256};
-use taut_ipc::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT};
+use taut_ipc::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_WARNINGS, MAX_WARNINGS_TEXT};
 use taut_ipc::wire::{
     ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalReason, RefusalRecord, Stage,
-    StageRecord, TextSpan, TurnedColumn,
+    StageRecord, TextSpan, TurnedColumn, WarningKind, WarningRecord,
 };
 
 /// Collects names of bodies, each once, as far as the section holds them.
@@ -34,6 +35,30 @@ impl Names {
         self.known.insert(name.to_owned(), span);
         Some(span)
     }
+}
+
+/// Most bytes of one warning.
+const WARNING_MAX: usize = 4096;
+
+/// Warnings as far as the section holds them, the last telling how many it does not.
+pub(super) fn warnings(warnings: &[Warning], names: &mut Names) -> Vec<WarningRecord> {
+    let mut records = Vec::with_capacity(warnings.len());
+    for (index, warning) in warnings.iter().enumerate() {
+        let text = &warning.text()[..warning.text().floor_char_boundary(WARNING_MAX)];
+        let is_full = names.text.len() + text.len() > MAX_WARNINGS_TEXT || index + 1 == MAX_WARNINGS;
+        if is_full && index + 1 < warnings.len() {
+            let rest = format!("{} warnings more than an answer holds; see `taut describe`", warnings.len() - index);
+            records.push(record_of(WarningKind::Uncovered, &rest, names));
+            break;
+        }
+        let kind = if warning.is_uncovered() { WarningKind::Uncovered } else { WarningKind::Cosmetic };
+        records.push(record_of(kind, text, names));
+    }
+    records
+}
+
+fn record_of(kind: WarningKind, text: &str, names: &mut Names) -> WarningRecord {
+    WarningRecord { kind: kind.into(), reserved: 0, text: TextSpan::push(&mut names.text, text) }
 }
 
 /// The same reason on the wire.

@@ -7,9 +7,11 @@ use crate::optimize::{
 use crate::path::Path;
 use crate::validation::corridor;
 use crate::validation::{Certificate, Corridor, HitReason, SegmentClaim};
+use crate::warning::Warning;
 use taut_ipc::control::RobotDescription;
 use taut_ipc::wire::{
-    self, ActiveContact, Code, RefusalReason, ResponseView, Stage, StageRecord, TextSpan, TurnedColumn, WireError,
+    self, ActiveContact, Code, RefusalReason, ResponseView, Stage, StageRecord, TextSpan, TurnedColumn, WarningKind,
+    WarningRecord, WireError,
 };
 
 use super::client::AnswerError;
@@ -33,7 +35,7 @@ pub(super) fn lowered(pair: &wire::LoweredPair, view: &ResponseView) -> Result<L
 pub(super) fn refusal(view: &ResponseView, hint: String) -> Result<Option<Refusal>, WireError> {
     let Some(record) = view.refusal else { return Ok(None) };
     let reason = match RefusalReason::try_from(view.header.refusal_reason)? {
-        RefusalReason::None => return Ok(None),
+        RefusalReason::None | RefusalReason::NoGeometry => return Ok(None),
         RefusalReason::Collision => HitReason::Collision,
         RefusalReason::TooClose => HitReason::TooClose,
         RefusalReason::Uncertified => HitReason::Uncertified,
@@ -114,6 +116,24 @@ pub(super) fn nearest(view: &ResponseView) -> Result<Option<NearestBodies>, Wire
     let smallest = view.active_contacts.first().map(contact).transpose()?;
     let contacts = view.active_contacts.iter().skip(1).map(contact).collect::<Result<_, _>>()?;
     Ok(Some(NearestBodies { searched_m, smallest, contacts }))
+}
+
+/// What a person should know beside the verdict. Each stands for itself: who sent it has counted the others like it.
+pub(super) fn warnings(view: &ResponseView) -> Result<Vec<Warning>, WireError> {
+    let warning = |record: &WarningRecord| -> Result<Warning, WireError> {
+        let text = record.text.of(view.names)?;
+        Ok(match WarningKind::try_from(record.kind)? {
+            WarningKind::Uncovered => Warning::uncovered(text),
+            WarningKind::Cosmetic => Warning::cosmetic(text, text),
+        })
+    };
+    view.warnings.iter().map(warning).collect()
+}
+
+/// Why nothing can be proved of the robot.
+pub(super) fn uncheckable(view: &ResponseView) -> Result<Option<String>, WireError> {
+    let is_without = RefusalReason::try_from(view.header.refusal_reason)? == RefusalReason::NoGeometry;
+    Ok(is_without.then(|| view.message.to_owned()))
 }
 
 /// Pairs between which the path is pinched.

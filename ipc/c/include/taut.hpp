@@ -230,6 +230,18 @@ public:
         outcome.check(taut_answer_rows(handle_.get(), &rows, sizeof rows, outcome.slot()));
         return path_view(rows);
     }
+    // What a person should know, first what the verdict does not cover (`uncovered`).
+    struct warning {
+        std::string text;
+        bool uncovered;
+    };
+    std::vector<warning> warnings() const {
+        std::vector<warning> found;
+        taut_warning one;
+        for (std::size_t index = 0; taut_answer_warning(handle_.get(), index, &one); ++index)
+            found.push_back({one.text, one.uncovered});
+        return found;
+    }
     // To keep, in the request's columns.
     taut::path copy() const {
         taut::path copied(std::vector<double>(info_.waypoints * info_.columns), info_.columns);

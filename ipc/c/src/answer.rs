@@ -1,11 +1,12 @@
 //! Single answers, in shared memory.
 
-use crate::borrow::{give_sized, needed};
+use crate::borrow::{give, give_sized, needed};
 use crate::code::TAUT_SUCCESS;
-use crate::error::{Error, run};
+use crate::error::{Error, plain, run};
 use crate::handle::{Handle, Table, wrong};
+use std::ffi::{CString, c_char};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use taut_ipc::planner::{Best, PlannerError};
 use taut_ipc::wire::{Code, ResponseFlags};
 
@@ -18,17 +19,26 @@ pub struct Answer {
 pub(crate) struct Held {
     // Threads may look at it in turns only.
     best: Mutex<Best>,
+    /// Made when first asked for; texts stay where they are until the answer is freed.
+    warnings: OnceLock<Vec<(CString, bool)>>,
     count: Arc<AtomicUsize>,
 }
 
 impl Held {
     pub(crate) fn new(best: Best, count: &Arc<AtomicUsize>) -> Self {
         count.fetch_add(1, Ordering::AcqRel);
-        Self { best: Mutex::new(best), count: count.clone() }
+        Self { best: Mutex::new(best), warnings: OnceLock::new(), count: count.clone() }
     }
 
     fn best(&self) -> MutexGuard<'_, Best> {
         self.best.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn warnings(&self) -> &[(CString, bool)] {
+        self.warnings.get_or_init(|| {
+            let told = self.best().warnings().unwrap_or_default();
+            told.iter().map(|warning| (plain(&warning.text), warning.is_uncovered)).collect()
+        })
     }
 }
 
@@ -88,6 +98,18 @@ pub struct Info {
     pub is_final: bool,
     /// Whether the scene has a newer version by now.
     pub superseded: bool,
+    /// Pairs of bodies that were checked; 0 of a final answer: there is nothing to check.
+    pub pairs: u64,
+}
+
+/// What a person should know beside a verdict.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Warning {
+    /// One line; valid until the answer is freed.
+    pub text: *const c_char,
+    /// Whether it says what the verdict does not cover, or rests on; else it takes nothing from the verdict.
+    pub uncovered: bool,
 }
 
 /// A path in shared memory: number `column` of waypoint `i` is `first[i * stride + column]`.
@@ -126,6 +148,7 @@ pub(crate) fn info_of(best: &Best) -> Info {
         proved: is_set(ResponseFlags::PROVED),
         is_final: best.is_final(),
         superseded: is_set(ResponseFlags::SUPERSEDED),
+        pairs: header.pairs,
     }
 }
 
@@ -211,6 +234,25 @@ pub unsafe extern "C" fn taut_answer_copy(
     };
     // SAFETY: the caller's promise is the same.
     unsafe { run(error, work) }
+}
+
+/// How many warnings come with an answer, first those that say what the verdict does not cover; 0 for one that is freed.
+#[unsafe(no_mangle)]
+pub extern "C" fn taut_answer_warnings(answer: *const Answer) -> usize {
+    Answer::get(answer).map_or(0, |held| held.warnings().len())
+}
+
+/// One warning of an answer: true and `*warning` filled in, or false for an index beyond the last.
+///
+/// # Safety
+/// `warning` points to a `taut_warning`, or is NULL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn taut_answer_warning(answer: *const Answer, index: usize, warning: *mut Warning) -> bool {
+    let Ok(held) = Answer::get(answer) else { return false };
+    let Some((text, uncovered)) = held.warnings().get(index) else { return false };
+    // SAFETY: the caller promises that it is NULL or its own.
+    unsafe { give(warning, Warning { text: text.as_ptr(), uncovered: *uncovered }) };
+    true
 }
 
 /// Frees an answer; its memory goes back. NULL and answers that are freed are let be.

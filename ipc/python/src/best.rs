@@ -6,7 +6,7 @@ use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
-use taut_ipc::planner::{Best, Planner, Request};
+use taut_ipc::planner::{Best, Planner, PlannerError, Request};
 use taut_ipc::wire::{ResponseFlags, Stage, Termination};
 
 use super::guard::Own;
@@ -156,6 +156,18 @@ impl Improvement {
         Ok(self.best()?.message().to_owned())
     }
 
+    /// Lines that a person should know, each with whether it says what the verdict does not cover.
+    #[getter]
+    fn warnings(&self) -> PyResult<Vec<(bool, String)>> {
+        let told = self.best()?.warnings().map_err(|error| errors::of(&PlannerError::from(error)))?;
+        Ok(told.into_iter().map(|warning| (warning.is_uncovered, warning.text)).collect())
+    }
+
+    #[getter]
+    fn pairs(&self) -> PyResult<u64> {
+        Ok(self.best()?.header().pairs)
+    }
+
     #[getter]
     fn clearance(&self) -> PyResult<f64> {
         Ok(self.best()?.header().clearance_m)
@@ -231,7 +243,7 @@ impl Improvement {
     fn check(&self) -> PyResult<()> {
         match self.best()?.refused().map_err(|error| errors::of(&error))? {
             None => Ok(()),
-            Some(refused) => Err(errors::of(&taut_ipc::planner::PlannerError::Refused(Box::new(refused)))),
+            Some(refused) => Err(errors::of(&PlannerError::Refused(Box::new(refused)))),
         }
     }
 

@@ -32,8 +32,8 @@ fn result(about: &About, best: &Best, time_s: f64) -> PyResult<(ResultFile, std:
     let view = best.view().map_err(|error| errors::of(&PlannerError::from(error)))?;
     let (outcome, code) = translate::outcome(&view, &settings, &robot, &weights)
         .map_err(|error| errors::raise(Code::MalformedRequest, &error.to_string()))?;
+    let warnings = best.warnings().map_err(|error| errors::of(&PlannerError::from(error)))?;
     let mode = options::MODES.iter().find(|(_, mode)| *mode == request.mode);
-    let of_outcome = ResultFile::of(&outcome);
     let result = ResultFile {
         name: request.robot.clone(),
         mode: mode.map(|(name, _)| *name).unwrap_or_default().to_owned(),
@@ -44,9 +44,10 @@ fn result(about: &About, best: &Best, time_s: f64) -> PyResult<(ResultFile, std:
         request_id: Some(format!("{:016x}", view.header.request_id)),
         cpu_s: view.header.compute_ns as f64 * 1e-9,
         time_s,
-        warnings: robot.warnings.iter().chain(&outcome.warnings).cloned().collect(),
         variables: robot.variables.iter().map(|variable| variable.name.clone()).collect(),
-        ..of_outcome
+        warnings: warnings.iter().map(|warning| warning.text.clone()).collect(),
+        uncovered: warnings.iter().filter(|warning| warning.is_uncovered).map(|warning| warning.text.clone()).collect(),
+        ..ResultFile::of(&outcome)
     };
     Ok((result, robot))
 }

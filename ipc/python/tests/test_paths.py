@@ -1,13 +1,17 @@
 """Paths in, answers out."""
 
 import json
+import os
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import taut
 
+#: Small inputs that went wrong once.
+CASES = Path(os.environ["TAUT_CONFIG"]).parent / "tests" / "cases"
 #: As much work as a test needs, the same everywhere.
 BUDGET = 20000
 
@@ -69,10 +73,28 @@ def test_missing_columns_are_held(planner, shelf):
     path = np.linspace(start[1:], start[1:] + 0.01, 5)
     result = shorten(planner, shelf, path, columns=names[1:], hold={names[0]: start[0]}).result()
     assert result.path.shape[1] == 6 and np.array_equal(result.path[[0, -1]], path[[0, -1]])
-    with pytest.raises(taut.InvalidInput, match="missing and not held"):
-        shorten(planner, shelf, path, columns=names[1:]).result()
+    assert not any("no column" in line for line in result.warnings)
     with pytest.raises(taut.InvalidInput, match="valid: joint1, joint2"):
         shorten(planner, shelf, path, columns=["elbow", *names[2:]]).result()
+
+
+def test_what_nobody_holds_stands_at_zero_and_the_answer_says_so(planner):
+    planner.load_robot("case_hand", CASES / "group-trajectory/hand.urdf", srdf=CASES / "group-trajectory/hand.srdf")
+    path = [[-0.5], [0.2], [0.9]]
+    verdict = planner.check(path, "case_hand", columns=["swing"], hold={"f_l": 0.03})
+    assert verdict and verdict.path.shape == (3, 1) and verdict.pairs > 0
+    assert "the path has no column for caster_yaw: held still at 0" in verdict.uncovered
+    assert not any("camera_link" in line for line in verdict.uncovered)
+    assert any("camera_link" in line for line in verdict.warnings)
+    assert verdict.details["warnings"] == verdict.warnings and verdict.details["uncovered"] == verdict.uncovered
+
+
+def test_a_robot_without_geometry_proves_nothing(planner):
+    planner.load_robot("case_bare", CASES / "visual-only/visual.urdf")
+    verdict = planner.check([[-1.0, 0.2], [0.3, 0.9]], "case_bare")
+    assert (verdict.proved, verdict.code_name, verdict.pairs) == (False, "UNCERTIFIED", 0)
+    why = "no link of robot arm2 has collision geometry: nothing is checked"
+    assert why in str(verdict.problem) and why in verdict.details["uncheckable"]
 
 
 def test_every_kind_of_table_is_taken(planner, rooms):

@@ -3,9 +3,18 @@
 use super::{Columns, PlannerError, Refused};
 use crate::client::Response;
 use crate::wire::body::numbers;
-use crate::wire::{Code, ResponseBody, ResponseHeader, ResponseView, Status, WireError};
+use crate::wire::{Code, ResponseBody, ResponseHeader, ResponseView, Status, WarningKind, WarningRecord, WireError};
 use std::borrow::Cow;
 use std::sync::Arc;
+
+/// A line that a person should know beside a verdict.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// Whether it says what the verdict does not cover, or rests on.
+    pub is_uncovered: bool,
+    /// The line.
+    pub text: String,
+}
 
 /// An answer to a request: an improvement, or the final one.
 ///
@@ -108,6 +117,24 @@ impl Best {
     /// The line for people, empty if there is none.
     pub fn message(&self) -> &str {
         self.view().map_or("", |view| view.message)
+    }
+
+    /// What a person should know beside the verdict, first what it does not cover: of robot, scene and request, and
+    /// of the joints that nobody said where they stand.
+    ///
+    /// # Errors
+    /// [`WireError`] only if the daemon changed it after sending.
+    pub fn warnings(&self) -> Result<Vec<Warning>, WireError> {
+        let view = self.view()?;
+        let told = |record: &WarningRecord| -> Result<Warning, WireError> {
+            let is_uncovered = WarningKind::try_from(record.kind)? == WarningKind::Uncovered;
+            Ok(Warning { is_uncovered, text: record.text.of(view.names)?.to_owned() })
+        };
+        let mut warnings: Vec<Warning> = view.warnings.iter().map(told).collect::<Result<_, _>>()?;
+        let note = self.columns.note().filter(|_| self.is_final());
+        let uncovered = warnings.iter().filter(|warning| warning.is_uncovered).count();
+        warnings.splice(uncovered..uncovered, note.map(|text| Warning { is_uncovered: true, text }));
+        Ok(warnings)
     }
 
     /// Rows of the path; 0 where there is none.

@@ -29,8 +29,8 @@ mod tests;
 pub mod words;
 
 pub use answers::Answers;
-pub use best::Best;
-pub use columns::Columns;
+pub use best::{Best, Warning};
+pub use columns::{Columns, held_at_zero};
 pub use error::{Place, PlannerError, Refused};
 pub use models::EMPTY_SCENE;
 pub use request::Request;

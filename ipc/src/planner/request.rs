@@ -16,7 +16,8 @@ pub struct Request {
     pub scene: Option<String>,
     /// Version of the scene; 0 = the newest.
     pub scene_version: u64,
-    /// Names of the path's columns; empty = all of the robot's, in its order.
+    /// Names of the path's columns; empty = all of the robot's, in its order. Joints without one stand still, at 0 where
+    /// [`Self::held`] does not say.
     pub columns: Vec<String>,
     /// Where joints stand that are no columns, by variable name (rad or m).
     pub held: Vec<(String, f64)>,
@@ -84,8 +85,7 @@ impl Request {
     /// # Errors
     /// A name that is none.
     pub fn columns_of(&self, robot: &RobotDescription) -> Result<Columns, PlannerError> {
-        let names: Vec<&str> = robot.variables.iter().map(|variable| variable.name.as_str()).collect();
-        Columns::new(&names, &self.columns, &self.held)
+        Columns::new(&robot.variables, &self.columns, &self.held)
     }
 
     /// Waypoints of a path of so many numbers.

@@ -19,7 +19,7 @@ fn message(error: PlannerError, code: Code) -> String {
 
 #[test]
 fn columns_without_names_are_the_robots() {
-    let columns = Columns::new(&ROBOT, &[], &[]).unwrap();
+    let columns = Columns::new(&variables(), &[], &[]).unwrap();
     assert!(columns.are_the_robots());
     let (rows, mut robot, mut back) = ([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [0.0; 6], [0.0; 6]);
     columns.write(&rows, &mut robot);
@@ -29,7 +29,7 @@ fn columns_without_names_are_the_robots() {
 
 #[test]
 fn columns_in_another_order_are_the_robots_inside_and_the_callers_outside() {
-    let columns = Columns::new(&ROBOT, &names(&["c", "a", "b"]), &[]).unwrap();
+    let columns = Columns::new(&variables(), &names(&["c", "a", "b"]), &[]).unwrap();
     assert_eq!((columns.are_the_robots(), columns.stretch()), (false, None));
     let (rows, mut robot, mut back) = ([3.0, 1.0, 2.0, 6.0, 4.0, 5.0], [0.0; 6], [0.0; 6]);
     columns.write(&rows, &mut robot);
@@ -40,7 +40,7 @@ fn columns_in_another_order_are_the_robots_inside_and_the_callers_outside() {
 
 #[test]
 fn missing_columns_are_held_and_stand_still() {
-    let columns = Columns::new(&ROBOT, &names(&["b", "c"]), &held(&[("a", 7.0)])).unwrap();
+    let columns = Columns::new(&variables(), &names(&["b", "c"]), &held(&[("a", 7.0)])).unwrap();
     assert_eq!((columns.stretch(), columns.given()), (Some(1), vec![0, 1, 1]));
     let (mut robot, mut back) = ([0.0; 6], [0.0; 4]);
     columns.write(&[1.0, 2.0, 3.0, 4.0], &mut robot);
@@ -52,23 +52,68 @@ fn missing_columns_are_held_and_stand_still() {
 #[test]
 fn columns_that_are_none_are_refused_with_the_valid_ones() {
     let code = Code::InvalidRobotState;
-    let unknown = message(Columns::new(&ROBOT, &names(&["a", "x", "c"]), &[]).unwrap_err(), code);
+    let unknown = message(Columns::new(&variables(), &names(&["a", "x", "c"]), &[]).unwrap_err(), code);
     assert_eq!(unknown, r#""x" is no column of the robot; valid: a, b, c"#);
-    let twice = message(Columns::new(&ROBOT, &names(&["a", "a", "c"]), &[]).unwrap_err(), code);
+    let twice = message(Columns::new(&variables(), &names(&["a", "a", "c"]), &[]).unwrap_err(), code);
     assert!(twice.contains(r#""a" is there twice"#), "{twice}");
-    let missing = message(Columns::new(&ROBOT, &names(&["a", "c"]), &[]).unwrap_err(), code);
-    assert!(missing.contains(r#""b" is missing and not held"#), "{missing}");
 }
 
-fn robot() -> RobotDescription {
+#[test]
+fn what_nobody_holds_stands_at_zero_and_the_answer_says_so() {
+    let columns = Columns::new(&variables(), &names(&["b"]), &held(&[("a", 7.0)])).unwrap();
+    let mut robot = [1.0; 3];
+    columns.write(&[2.0], &mut robot);
+    assert_eq!((robot, columns.given()), ([7.0, 2.0, 0.0], vec![0, 1, 0]));
+    assert_eq!(columns.note().unwrap(), "the path has no column for c: held still at 0");
+    let whole = Columns::new(&variables(), &names(&["c", "b"]), &held(&[("a", 7.0)])).unwrap();
+    assert_eq!(whole.note(), None);
+
+    let mut bounded = variables();
+    (bounded[0].lower, bounded[0].upper) = (0.5, 2.0);
+    let code = Code::InvalidRobotState;
+    let text = message(Columns::new(&bounded, &names(&["b", "c"]), &[]).unwrap_err(), code);
+    assert!(text.contains(r#""a" is missing"#) && text.contains("cannot be held at 0, outside [0.5, 2]"), "{text}");
+    assert!(Columns::new(&bounded, &names(&["b", "c"]), &held(&[("a", 1.0)])).is_ok());
+}
+
+#[test]
+fn a_floating_joint_is_held_without_a_turn_and_never_in_part() {
+    let parts = ["trans_x", "trans_y", "trans_z", "rot_x", "rot_y", "rot_z", "rot_w"];
+    let part = |(index, part): (u32, &&str)| VariableDescription {
+        name: format!("base/{part}"),
+        lower: if index < 3 { f64::NEG_INFINITY } else { -1.0 },
+        upper: if index < 3 { f64::INFINITY } else { 1.0 },
+        coordinate: index.min(3),
+        coordinates: if index < 3 { 1 } else { 3 },
+        ..VariableDescription::default()
+    };
+    let mut variables: Vec<VariableDescription> = (0..).zip(&parts).map(part).collect();
+    variables.extend(self::variables());
+    let columns = Columns::new(&variables, &names(&["a", "b", "c"]), &held(&[("base/trans_z", 0.3)])).unwrap();
+    let mut robot = [9.0; 10];
+    columns.write(&[1.0, 2.0, 3.0], &mut robot);
+    assert_eq!(robot, [0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 3.0]);
+    assert!(!columns.note().unwrap().contains("trans_z"));
+    let code = Code::InvalidRobotState;
+    let text = message(Columns::new(&variables, &names(&["base/trans_x", "a"]), &[]).unwrap_err(), code);
+    assert!(text.contains(r#""base/trans_y" is missing, "base/trans_x" of the same joint"#), "{text}");
+}
+
+fn variables() -> Vec<VariableDescription> {
     let variable = |(index, name): (u32, &&str)| VariableDescription {
         name: (*name).to_owned(),
+        lower: f64::NEG_INFINITY,
+        upper: f64::INFINITY,
         coordinate: index,
         coordinates: 1,
         ..VariableDescription::default()
     };
+    (0..).zip(&ROBOT).map(variable).collect()
+}
+
+fn robot() -> RobotDescription {
     RobotDescription {
-        variables: (0..).zip(&ROBOT).map(variable).collect(),
+        variables: variables(),
         held_variables: names(&["torso"]),
         held_values: vec![0.5],
         groups: vec![GroupDescription { name: "arm".to_owned(), variables: vec![1, 2] }],
@@ -104,7 +149,7 @@ fn names_of_a_request_are_looked_up() {
 #[test]
 fn a_path_that_has_no_whole_rows_or_too_many_is_refused() {
     let request = Request::new("r", None);
-    let columns = Columns::new(&ROBOT, &[], &[]).unwrap();
+    let columns = Columns::new(&variables(), &[], &[]).unwrap();
     for (numbers, code) in
         [(0, Code::InvalidRobotState), (4, Code::InvalidRobotState), (3 * 131_073, Code::ResourceExhausted)]
     {

@@ -2,7 +2,7 @@
 
 use super::{
     ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord, RequestHeader,
-    ResponseHeader, Section, StageRecord, TurnedColumn, WireError,
+    ResponseHeader, Section, StageRecord, TurnedColumn, WarningRecord, WireError,
 };
 use crate::limits::{MAX_PAYLOAD, MAX_TEXT, PAYLOAD_ALIGN};
 use bytemuck::Pod;
@@ -64,6 +64,8 @@ pub struct ResponseBody<'a> {
     pub reach: &'a [f64],
     /// Angle columns whose numbers are not the given ones but whole turns away.
     pub turned_columns: &'a [TurnedColumn],
+    /// What a person should know beside the verdict.
+    pub warnings: &'a [WarningRecord],
     /// The text that spans point into; cut at 64 KiB.
     pub names: &'a str,
     /// One line for people; cut at 64 KiB.
@@ -87,6 +89,7 @@ impl ResponseBody<'_> {
         header.certificate_head = place_records(&mut end, self.certificate_head.as_slice_of_one());
         header.reach = place(&mut end, self.reach.len(), 8);
         header.turned_columns = place_records(&mut end, self.turned_columns);
+        header.warnings = place_records(&mut end, self.warnings);
         header.names = place(&mut end, cut(self.names).len(), 1);
         header.message = place(&mut end, cut(self.message).len(), 1);
         if end > MAX_PAYLOAD {
@@ -107,6 +110,7 @@ impl ResponseBody<'_> {
         put(payload, header.certificate_head, self.certificate_head.as_slice_of_one());
         put(payload, header.reach, self.reach);
         put(payload, header.turned_columns, self.turned_columns);
+        put(payload, header.warnings, self.warnings);
         put(payload, header.names, cut(self.names).as_bytes());
         put(payload, header.message, cut(self.message).as_bytes());
     }

@@ -3,7 +3,7 @@
 use super::{
     ActiveContact, CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader, Field, LoweredPair,
     Mode, PinchedPair, RefusalReason, RefusalRecord, RequestHeader, ResponseHeader, SceneEvent, SceneEventKind, Stage,
-    StageRecord, Status, StatusRecord, Termination, TurnedColumn,
+    StageRecord, Status, StatusRecord, Termination, TurnedColumn, WarningKind, WarningRecord,
 };
 use crate::services;
 use std::fmt::Write;
@@ -33,7 +33,7 @@ Lengths of paths are in the request's metric (by default metres moved per unit o
 
 type Described = (&'static str, usize, &'static [Field]);
 
-fn types() -> [Described; 15] {
+fn types() -> [Described; 16] {
     macro_rules! described {
         ($($title:literal $name:ident),*) => {
             [$( ($title, size_of::<$name>(), $name::FIELDS), )*]
@@ -49,6 +49,7 @@ fn types() -> [Described; 15] {
         "Pinched pair" PinchedPair,
         "Turned column" TurnedColumn,
         "Stage" StageRecord,
+        "Warning" WarningRecord,
         "Refusal" RefusalRecord,
         "Control request header" ControlHeader,
         "Control reply header" ControlReplyHeader,
@@ -102,6 +103,7 @@ fn number_tables(text: &mut String) {
     table!("Terminations", Termination);
     table!("Refusal reasons", RefusalReason);
     table!("Stages", Stage);
+    table!("Warning kinds", WarningKind);
     table!("Scene event kinds", SceneEventKind);
     text.push_str(
         "\n## Request flags\n\nbit 0 strict (never lower a floor), bit 1 unwrapped (continuous columns are real numbers), \

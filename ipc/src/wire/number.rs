@@ -77,6 +77,7 @@ number! {
         Collision = 1, "bodies touch or overlap";
         TooClose = 2, "bodies come closer than 1.5 times their floor";
         Uncertified = 3, "the proof reached its limit";
+        NoGeometry = 4, "no link of the robot has collision geometry";
     }
 }
 
@@ -88,6 +89,14 @@ number! {
         PartialShortcut = 2, "single-joint shortcuts";
         Gradient = 3, "the gradient loop";
         Contact = 4, "the gradient loop with contact half-spaces";
+    }
+}
+
+number! {
+    /// What a warning means for the verdict.
+    WarningKind, "kind" {
+        Uncovered = 0, "what the verdict does not cover, or rests on";
+        Cosmetic = 1, "takes nothing from the verdict; stands for all that are like it";
     }
 }
 

@@ -105,6 +105,15 @@ wire_type! {
 }
 
 wire_type! {
+    /// What a person should know beside the verdict (section `warnings`).
+    WarningRecord, size 16 {
+        0 kind: u32, "see warning kinds";
+        4 reserved: u32, "0";
+        8 text: TextSpan, "one line";
+    }
+}
+
+wire_type! {
     /// Where and why the input was refused (section `refusal`, 0 or 1 entries).
     RefusalRecord, size 128 {
         0 body_a: TextSpan, "name of the first body";

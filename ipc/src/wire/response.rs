@@ -4,17 +4,17 @@ use super::layout::Section;
 use super::request::{check_version, path_numbers};
 use super::{
     ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalRecord, ResponseFlags,
-    Stage, StageRecord, Status, Termination, TurnedColumn, WireError,
+    Stage, StageRecord, Status, Termination, TurnedColumn, WarningRecord, WireError,
 };
-use crate::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_VARIABLES, MAX_WAYPOINTS};
+use crate::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_VARIABLES, MAX_WARNINGS, MAX_WAYPOINTS};
 use crate::wire::body::{numbers, records, section_bytes};
 use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
     /// Header of a response on `taut/v1/optimize`.
-    ResponseHeader, size 272 {
+    ResponseHeader, size 288 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 272";
+        4 header_len: u32, "size of this header, 288";
         8 request_id: u64, "of the request answered";
         16 seq: u32, "counts the responses of this request from 0; a gap means dropped ones";
         20 status: u32, "see statuses";
@@ -52,7 +52,9 @@ wire_type! {
         240 names: Section, "UTF-8 bytes that text spans point into";
         248 message: Section, "UTF-8 bytes, one line for people";
         256 reach: Section, "f64, metres that bodies move at most per unit of each velocity coordinate; with the flag corridor";
-        264 turned_columns: Section, "records, of the final response";
+        264 pairs: u64, "pairs of bodies that were checked; 0 where the path was not looked at";
+        272 warnings: Section, "records: first what the verdict does not cover";
+        280 turned_columns: Section, "records, of the final response";
     }
 }
 
@@ -91,6 +93,8 @@ pub struct ResponseView<'a> {
     pub reach: &'a [f64],
     /// Angle columns whose numbers are not the given ones but whole turns away.
     pub turned_columns: &'a [TurnedColumn],
+    /// What a person should know beside the verdict, first what it does not cover.
+    pub warnings: &'a [WarningRecord],
     /// The text that spans point into.
     pub names: &'a str,
     /// One line for people.
@@ -121,6 +125,7 @@ impl<'a> ResponseView<'a> {
             certificate_head: records(payload, "certificate_head", header.certificate_head, 1)?.first(),
             reach: numbers(payload, "reach", header.reach, 2 * MAX_VARIABLES)?,
             turned_columns: records(payload, "turned_columns", header.turned_columns, MAX_VARIABLES)?,
+            warnings: records(payload, "warnings", header.warnings, MAX_WARNINGS)?,
             names: text(payload, "names", header.names)?,
             message: text(payload, "message", header.message)?,
         })

@@ -4,6 +4,7 @@ use taut::math::{Pose, Vec3};
 use taut::robot::{LinkDescription, RobotDescription};
 use taut::scene::{Obstacle, SceneChange};
 use taut::shape::{Mesh, PlacedShape, Shape};
+use taut::warning::Warning;
 
 use super::*;
 
@@ -20,9 +21,9 @@ fn placed(shape: Shape) -> PlacedShape {
 fn robot(size: f64) -> Content {
     let collision = vec![placed(Shape::Mesh(tetrahedron(size))), placed(Shape::sphere(0.1).unwrap())];
     let links = vec![LinkDescription { name: "base".into(), collision }];
-    let warnings = vec!["odd".to_owned()];
+    let warnings = vec![Warning::uncovered("odd")];
     let robot = RobotModel::new(RobotDescription { links, warnings, ..RobotDescription::default() }).unwrap();
-    Content::Robot(Arc::new(robot.with_warnings(vec!["found later".into()])), Arc::new([]))
+    Content::Robot(Arc::new(robot.with_warnings(vec![Warning::uncovered("found later")])), Arc::new([]))
 }
 
 fn scene(size: f64) -> Arc<Scene> {
@@ -31,7 +32,13 @@ fn scene(size: f64) -> Arc<Scene> {
         (0..50).map(|index| Obstacle::new(format!("box{index}"), vec![placed(Shape::cuboid(Vec3::ONE).unwrap())]));
     let allowed = vec![("mesh".to_owned(), "box1".to_owned())];
     Arc::new(
-        Scene::new("cell", std::iter::once(mesh).chain(many).collect(), allowed, vec!["of the file".into()]).unwrap(),
+        Scene::new(
+            "cell",
+            std::iter::once(mesh).chain(many).collect(),
+            allowed,
+            vec![Warning::cosmetic("file", "of the file")],
+        )
+        .unwrap(),
     )
 }
 

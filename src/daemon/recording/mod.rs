@@ -83,7 +83,7 @@ impl Question {
             deadline_ns: job.deadline_ns,
             priority: job.priority,
             robot: job.snapshot.robot.clone(),
-            scene: job.snapshot.model.scene().clone(),
+            scene: job.snapshot.scene.clone(),
             scene_id: job.snapshot.scene_id,
             scene_version: job.snapshot.scene_version,
             settings: job.settings.clone(),

@@ -74,6 +74,7 @@ impl<'a> Replay<'a> {
         let snapshot = Snapshot {
             robot: robot.clone(),
             weights: settings.weights.clone().unwrap_or_default().into(),
+            scene: scene.clone(),
             model: self.model(question),
             scene_id: question.scene_id,
             scene_hash: scene.hash(),
@@ -121,6 +122,7 @@ fn difference(recorded: &RecordedAnswer, header: ResponseHeader, payload: &[u8])
         ("waypoints", a.waypoints.into(), b.waypoints.into()),
         ("iterations", a.iterations, b.iterations),
         ("work", a.work, b.work),
+        ("pairs", a.pairs, b.pairs),
         ("robot_hash", a.robot_hash, b.robot_hash),
         ("scene_hash", a.scene_hash, b.scene_hash),
     ];
@@ -142,6 +144,7 @@ fn difference(recorded: &RecordedAnswer, header: ResponseHeader, payload: &[u8])
         ("turned_columns", bytemuck::cast_slice(then.turned_columns), bytemuck::cast_slice(now.turned_columns)),
         ("pinched_pairs", bytemuck::cast_slice(then.pinched_pairs), bytemuck::cast_slice(now.pinched_pairs)),
         ("refusal", bytes_of(then.refusal), bytes_of(now.refusal)),
+        ("warnings", bytemuck::cast_slice(then.warnings), bytemuck::cast_slice(now.warnings)),
         ("names", then.names.as_bytes(), now.names.as_bytes()),
         ("message", then.message.as_bytes(), now.message.as_bytes()),
     ];

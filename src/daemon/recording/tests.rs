@@ -24,10 +24,11 @@ fn problem(name: &str) -> Problem {
 
 fn job(problem: &Problem, scene: Arc<Scene>, number: u64) -> Job {
     let robot = Arc::new(problem.model().unwrap());
-    let model = Arc::new(PreparedModel::new(robot.clone(), scene));
-    let (scene_hash, weights) = (model.scene().hash(), vec![1.0; robot.space().nv()]);
+    let model = Arc::new(PreparedModel::new(robot.clone(), scene.clone()));
+    let (scene_hash, weights) = (scene.hash(), vec![1.0; robot.space().nv()]);
     let settings = Settings { weights: Some(weights.clone()), seed: number, ..Settings::default() };
-    let snapshot = Snapshot { robot, weights: weights.into(), model, scene_id: 7, scene_hash, scene_version: number };
+    let (weights, scene_version) = (weights.into(), number);
+    let snapshot = Snapshot { robot, weights, scene, model, scene_id: 7, scene_hash, scene_version };
     Job {
         id: number,
         request_id: 100 + number,

@@ -322,7 +322,7 @@ impl Schedule {
 
     /// Takes out the jobs that were not begun before their deadline.
     pub(super) fn take_expired(&self, now_ns: u64) -> Vec<Job> {
-        self.take_where(|job| job.is_expired(now_ns))
+        self.take_where(|job| job.last_ns().is_some_and(|last| now_ns >= last))
     }
 
     /// Takes out all jobs that were not begun.
@@ -342,7 +342,7 @@ impl Schedule {
 
     /// The next deadline of a job that was not begun.
     pub(super) fn next_deadline_ns(&self) -> Option<u64> {
-        self.lock().waiting.iter().filter_map(|job| job.deadline_ns).min()
+        self.lock().waiting.iter().filter_map(Job::last_ns).min()
     }
 
     /// Jobs that were not begun.

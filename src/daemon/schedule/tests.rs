@@ -15,13 +15,14 @@ const MILLISECOND: u64 = 1_000_000;
 fn job(id: u64, client: u128, priority: u32, deadline_ns: Option<u64>) -> Job {
     let links = vec![taut::robot::LinkDescription { name: "base".to_owned(), collision: Vec::new() }];
     let robot = Arc::new(RobotModel::new(RobotDescription { links, ..RobotDescription::default() }).unwrap());
-    let model = Arc::new(PreparedModel::new(robot.clone(), Arc::new(Scene::default())));
+    let scene = Arc::new(Scene::default());
+    let model = Arc::new(PreparedModel::new(robot.clone(), scene.clone()));
     model.give_up();
     Job {
         id,
         request_id: id,
         client,
-        snapshot: Snapshot { robot, weights: Arc::new([]), model, scene_id: 0, scene_hash: 0, scene_version: 1 },
+        snapshot: Snapshot { robot, weights: Arc::new([]), scene, model, scene_id: 0, scene_hash: 0, scene_version: 1 },
         path: Path::from_rows(1, vec![0.0]).unwrap().into(),
         settings: Settings::default().into(),
         deadline_ns,

@@ -7,6 +7,7 @@ use roxmltree::Node;
 use super::super::xml::{children, line, required, syntax};
 use super::{RobotDescription, RobotError, VirtualJoint};
 use crate::robot::{Group, JointDescription};
+use crate::warning::Warning;
 
 /// The groups in file order; each joint is listed once, in the order in which it is first named. What is wrong with a
 /// group is left out of it, and said.
@@ -14,20 +15,21 @@ pub(super) fn read(
     root: Node,
     robot: &RobotDescription,
     virtual_joint: Option<&VirtualJoint>,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Vec<Group> {
     let mut nodes = HashMap::new();
     let mut order = Vec::new();
     for node in children(root, "group") {
         match required(node, "name") {
             Ok(name) if nodes.contains_key(name) => {
-                warnings.push(format!("line {}: a second group {name:?}; the first counts", line(node)));
+                let text = format!("line {}: a second group {name:?}; the first counts", line(node));
+                warnings.push(Warning::cosmetic("SRDF group", text));
             }
             Ok(name) => {
                 nodes.insert(name, node);
                 order.push(name);
             }
-            Err(error) => warnings.push(format!("{error}; the group is ignored")),
+            Err(error) => warnings.push(Warning::cosmetic("SRDF group", format!("{error}; the group is ignored"))),
         }
     }
     let carried_by = robot.joints.iter().map(|joint| (joint.child.as_str(), joint)).collect();
@@ -47,7 +49,7 @@ struct Resolver<'a, 'i> {
     nodes: HashMap<&'a str, Node<'a, 'i>>,
     /// Joint that carries a link, by the link's name.
     carried_by: HashMap<&'a str, &'a JointDescription>,
-    warnings: &'a mut Vec<String>,
+    warnings: &'a mut Vec<Warning>,
     /// The groups that are being resolved.
     open: Vec<&'a str>,
 }
@@ -148,8 +150,9 @@ impl<'a, 'i> Resolver<'a, 'i> {
 
     /// A group that others contain is resolved for each of them: what is wrong with it is said once.
     fn warn(&mut self, text: String) {
-        if !self.warnings.contains(&text) {
-            self.warnings.push(text);
+        let warning = Warning::cosmetic("SRDF group", text);
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
         }
     }
 }

@@ -14,6 +14,7 @@ use roxmltree::Node;
 use super::joint::JointKind;
 use super::xml::{self, children, line, numbers, required, syntax, tag};
 use super::{Group, GroupState, RobotDescription, RobotError, Semantics, VirtualJoint};
+use crate::warning::Warning;
 
 /// Reads an SRDF that belongs to `robot`, whose tree resolves chains and links to joints.
 ///
@@ -22,8 +23,9 @@ use super::{Group, GroupState, RobotDescription, RobotError, Semantics, VirtualJ
 ///
 /// # Errors
 /// A file that is no SRDF, a virtual joint or a pair to be checked that cannot be read.
-pub fn parse(text: &str, robot: &RobotDescription) -> Result<(Semantics, Vec<String>), RobotError> {
-    let (text, mut warnings) = xml::tidy(text);
+pub fn parse(text: &str, robot: &RobotDescription) -> Result<(Semantics, Vec<Warning>), RobotError> {
+    let (text, odd) = xml::tidy(text);
+    let mut warnings: Vec<Warning> = odd.into_iter().map(|text| Warning::cosmetic("text", text)).collect();
     let document = xml::document(&text, "SRDF")?;
     let root = document.root_element();
     let disabled_collisions = disabled_collisions(root, robot, &mut warnings)?;
@@ -33,7 +35,7 @@ pub fn parse(text: &str, robot: &RobotDescription) -> Result<(Semantics, Vec<Str
     for node in children(root, "group_state") {
         match group_state(node, &groups) {
             Ok(state) => group_states.push(state),
-            Err(error) => warnings.push(format!("{error}; the state is ignored")),
+            Err(error) => warnings.push(Warning::cosmetic("SRDF state", format!("{error}; the state is ignored"))),
         }
     }
     Ok((Semantics { disabled_collisions, groups, group_states, virtual_joint }, warnings))
@@ -44,7 +46,7 @@ pub fn parse(text: &str, robot: &RobotDescription) -> Result<(Semantics, Vec<Str
 fn disabled_collisions(
     root: Node,
     robot: &RobotDescription,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Vec<(String, String)>, RobotError> {
     let mut disabled = BTreeSet::new();
     let has = |name: &str| robot.links.iter().any(|link| link.name == name);
@@ -54,12 +56,11 @@ fn disabled_collisions(
                 let others = robot.links.iter().filter(|other| other.name != link);
                 disabled.extend(others.map(|other| ordered(link, &other.name)));
             }
-            Ok(link) => warnings.push(format!(
-                "line {}: {} names link {link:?}, which the robot does not have",
-                line(node),
-                tag(node)
-            )),
-            Err(error) => warnings.push(format!("{error}; it disables nothing")),
+            Ok(link) => {
+                let text = format!("{} names link {link:?}, which the robot does not have", tag(node));
+                warnings.push(Warning::cosmetic("disabled pair", format!("line {}: {text}", line(node))));
+            }
+            Err(error) => warnings.push(Warning::cosmetic("disabled pair", format!("{error}; it disables nothing"))),
         }
     }
     for node in children(root, "enable_collisions") {
@@ -67,14 +68,14 @@ fn disabled_collisions(
         let pair = pair(node)?;
         if let Some(unknown) = [&pair.0, &pair.1].into_iter().find(|name| !has(name)) {
             let text = format!("<enable_collisions> names link {unknown:?}, which the robot does not have");
-            warnings.push(format!("line {}: {text}", line(node)));
+            warnings.push(Warning::uncovered(format!("line {}: {text}", line(node))));
         }
         disabled.remove(&pair);
     }
     for node in children(root, "disable_collisions") {
         match pair(node) {
             Ok(pair) => drop(disabled.insert(pair)),
-            Err(error) => warnings.push(format!("{error}; it disables nothing")),
+            Err(error) => warnings.push(Warning::cosmetic("disabled pair", format!("{error}; it disables nothing"))),
         }
     }
     Ok(disabled.into_iter().collect())
@@ -92,14 +93,15 @@ fn ordered(a: &str, b: &str) -> (String, String) {
 fn virtual_joint(
     root: Node,
     robot: &RobotDescription,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Option<VirtualJoint>, RobotError> {
     let mut found = None;
     for node in children(root, "virtual_joint") {
         let (name, child) = (required(node, "name")?.to_owned(), required(node, "child_link")?);
         if robot.joints.iter().any(|joint| joint.child == child) || !robot.links.iter().any(|link| link.name == child) {
             let text = format!("carries {child:?}, which is not the robot's root link; it is ignored");
-            warnings.push(format!("line {}: virtual joint {name:?} {text}", line(node)));
+            let text = format!("line {}: virtual joint {name:?} {text}", line(node));
+            warnings.push(Warning::cosmetic("virtual joint", text));
             continue;
         }
         let kind = match required(node, "type")? {

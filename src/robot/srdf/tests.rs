@@ -12,7 +12,7 @@ fn robot() -> RobotDescription {
     urdf::parse(ROBOT, &mut |_, _| unreachable!("no meshes")).unwrap()
 }
 
-fn read(body: &str) -> Result<(Semantics, Vec<String>), RobotError> {
+fn read(body: &str) -> Result<(Semantics, Vec<crate::warning::Warning>), RobotError> {
     parse(&format!("<robot name='r'>\n{body}</robot>"), &robot())
 }
 

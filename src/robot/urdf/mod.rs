@@ -26,6 +26,7 @@ use super::xml::{self, children, line};
 use super::{JointDescription, LinkDescription, Mimic, RobotDescription, RobotError};
 use crate::math::{Pose, Quat, Vec3, quat_from_rpy};
 use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
+use crate::warning::Warning;
 
 /// The version of URDF that brought `quat_xyzw`, and the one that brought `<capsule>` and limits without ends.
 const QUATERNIONS: (u32, u32) = (1, 1);
@@ -42,7 +43,8 @@ pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> 
 /// A file that is no URDF, an element that cannot be read (with its line), a shape or mesh that is
 /// none (with its link).
 pub fn parse(text: &str, meshes: &mut MeshSource<'_>) -> Result<RobotDescription, RobotError> {
-    let (text, warnings) = xml::tidy(text);
+    let (text, odd) = xml::tidy(text);
+    let warnings = odd.into_iter().map(|text| Warning::cosmetic("text", text)).collect();
     let document = xml::document(&text, "URDF")?;
     let root = document.root_element();
     let version = version(root);
@@ -63,7 +65,7 @@ pub fn parse(text: &str, meshes: &mut MeshSource<'_>) -> Result<RobotDescription
 }
 
 /// What is odd about the meshes, each mesh once.
-fn mesh_warnings(links: &[LinkDescription], warnings: &mut Vec<String>) {
+fn mesh_warnings(links: &[LinkDescription], warnings: &mut Vec<Warning>) {
     for shape in links.iter().flat_map(|link| &link.collision) {
         let Shape::Mesh(mesh) = &shape.shape else { continue };
         for warning in mesh.warnings() {
@@ -87,7 +89,7 @@ fn version(root: Node) -> (u32, u32) {
 struct Reading<'a, 'm> {
     meshes: &'a mut MeshSource<'m>,
     version: (u32, u32),
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
 }
 
 impl Reading<'_, '_> {
@@ -119,7 +121,8 @@ impl Reading<'_, '_> {
                 None => "it gives no axis, which URDF takes for x",
             };
             let text = format!("moves in its x-y plane, as in MoveIt; {given}");
-            self.warnings.push(format!("line {}: planar joint {:?} {text}", line(node), joint.name));
+            let text = format!("line {}: planar joint {:?} {text}", line(node), joint.name);
+            self.warnings.push(Warning::cosmetic("planar axis", text));
         }
         let limits = self.limits(kind, node);
         Ok(JointDescription {
@@ -156,7 +159,8 @@ impl Reading<'_, '_> {
                 _ => "no upper, which is",
             };
             let name = joint.attribute("name").unwrap_or_default();
-            self.warnings.push(format!("line {}: <limit> of joint {name:?} gives {which} 0 by default", line(limit)));
+            let text = format!("line {}: <limit> of joint {name:?} gives {which} 0 by default", line(limit));
+            self.warnings.push(Warning::cosmetic("default limit", text));
         }
         Some((lower.unwrap_or(0.0), upper.unwrap_or(0.0)))
     }
@@ -172,7 +176,8 @@ impl Reading<'_, '_> {
         let leaves_some = soft.0.max(limits.0) <= soft.1.min(limits.1);
         if !leaves_some {
             let text = format!("leave nothing of its limits [{}, {}]; they are ignored", limits.0, limits.1);
-            self.warnings.push(format!("{} has soft limits [{}, {}] that {text}", name(), soft.0, soft.1));
+            let text = format!("{} has soft limits [{}, {}] that {text}", name(), soft.0, soft.1);
+            self.warnings.push(Warning::uncovered(text));
             return None;
         }
         let missing = match (lower, upper) {
@@ -182,7 +187,7 @@ impl Reading<'_, '_> {
             (Some(_), None) => "no soft_upper_limit",
         };
         let text = "0 by default, as in MoveIt, and bounds the joint";
-        self.warnings.push(format!("{} gives {missing}, which is {text}", name()));
+        self.warnings.push(Warning::cosmetic("default limit", format!("{} gives {missing}, which is {text}", name())));
         Some(soft)
     }
 
@@ -213,13 +218,14 @@ impl Reading<'_, '_> {
         if self.version < QUATERNIONS {
             let (major, minor) = self.version;
             let text = format!("is of URDF 1.1 and this file of {major}.{minor}; it is ignored, as by urdfdom");
-            self.warnings.push(format!("{} {text}", place()));
+            self.warnings.push(Warning::uncovered(format!("{} {text}", place())));
             return Ok(None);
         }
         let Some(numbers) = xml::numbers(origin, "quat_xyzw", of)? else { return Ok(None) };
         let &[x, y, z, w] = numbers.as_slice() else { return Ok(None) };
         if [x, y, z, w] == [0.0; 4] {
-            self.warnings.push(format!("{} is 0 0 0 0, which is no rotation; it is taken for none", place()));
+            let text = format!("{} is 0 0 0 0, which is no rotation; it is taken for none", place());
+            self.warnings.push(Warning::uncovered(text));
             return Ok(Some(Quat::IDENTITY));
         }
         Ok(Some(Quat::from_xyzw(x, y, z, w).normalize()))

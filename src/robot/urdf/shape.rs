@@ -7,6 +7,7 @@ use super::{CAPSULES, Reading};
 use crate::math::Vec3;
 use crate::robot::RobotError;
 use crate::shape::{Shape, ShapeError};
+use crate::warning::Warning;
 
 /// What a sheet or a line is taken for (m): a solid that holds it, so that what clears the solid clears it.
 const THIN: f64 = 1e-6;
@@ -59,20 +60,21 @@ impl Reading<'_, '_> {
         let (major, minor) = self.version;
         let text = format!("is of URDF 1.2 and this file of {major}.{minor}; capsules are read all the same");
         if self.version < CAPSULES && !self.warnings.iter().any(|warning| warning.ends_with(&text)) {
-            self.warnings.push(format!("{} {text}", of()));
+            self.warnings.push(Warning::cosmetic("capsule", format!("{} {text}", of())));
         }
     }
 
     /// The sizes with no 0 among them; `None` where they are all 0.
     fn sized(&mut self, of: impl Fn() -> String, sizes: &[f64]) -> Option<Vec<f64>> {
         if sizes.iter().all(|size| *size == 0.0) {
-            self.warnings.push(format!("{} has no size; it is left out", of()));
+            self.warnings.push(Warning::uncovered(format!("{} has no size; it is left out", of())));
             return None;
         }
         if sizes.contains(&0.0) && sizes.iter().all(|size| *size >= 0.0) {
             let numbers: Vec<String> = sizes.iter().map(f64::to_string).collect();
             let text = format!("fills no space; it is taken to be {THIN} m thick");
-            self.warnings.push(format!("{} of size {} {text}", of(), numbers.join(" × ")));
+            let text = format!("{} of size {} {text}", of(), numbers.join(" × "));
+            self.warnings.push(Warning::uncovered(text));
         }
         Some(sizes.iter().map(|size| if *size == 0.0 { THIN } else { *size }).collect())
     }

@@ -7,6 +7,7 @@ use roxmltree::Node;
 
 use super::super::xml::{children, is_plain, line, required, syntax, tag};
 use super::RobotError;
+use crate::warning::Warning;
 
 /// Child elements that are read, or that say nothing of where a link can be or what shape it has.
 const KNOWN: [(&str, &[&str]); 4] = [
@@ -34,7 +35,7 @@ const ONCE: [&str; 5] = ["origin", "axis", "limit", "mimic", "safety_controller"
 ///
 /// # Errors
 /// An element that is not read and would add a shape or join links.
-pub(super) fn warnings(root: Node) -> Result<Vec<String>, RobotError> {
+pub(super) fn warnings(root: Node) -> Result<Vec<Warning>, RobotError> {
     let mut unread = Unread::default();
     unread.elements(root, "robot", "the robot")?;
     for link in children(root, "link") {
@@ -58,7 +59,7 @@ pub(super) fn warnings(root: Node) -> Result<Vec<String>, RobotError> {
 
 #[derive(Default)]
 struct Unread {
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     /// What has been named: files repeat themselves.
     seen: BTreeSet<String>,
 }
@@ -107,7 +108,7 @@ impl Unread {
 
     fn warn(&mut self, node: Node, key: String, text: String) {
         if self.seen.insert(key) {
-            self.warnings.push(format!("line {}: {text}", line(node)));
+            self.warnings.push(Warning::cosmetic("unread", format!("line {}: {text}", line(node))));
         }
     }
 }

@@ -67,6 +67,9 @@ pub fn verify(
     progress: &mut dyn FnMut(usize),
 ) -> Result<Effort, Objection> {
     check_origin(model, path, certificate)?;
+    if let Some(why) = model.uncheckable() {
+        return Err(Objection::NoGeometry(why));
+    }
     let floors = floors(model, certificate)?;
     let held = held(model, certificate)?;
     let path = unit_quaternions(model, path);

@@ -93,6 +93,9 @@ pub enum Objection {
         /// Second body.
         b: String,
     },
+    /// The robot has no geometry.
+    #[error("it proves nothing: {0}")]
+    NoGeometry(String),
     /// Two bodies overlap where the path starts.
     #[error("{} overlaps {} at the first waypoint", bodies[0], bodies[1])]
     StandsIn {

@@ -167,7 +167,7 @@ class Result(Improvement):
 
     @property
     def message(self) -> str:
-        """What is odd about the request, or what to do about a refusal; mostly empty."""
+        """What to do about a refusal, or why nothing can be proved; mostly empty."""
         return self._best.message
 
     @property
@@ -175,6 +175,22 @@ class Result(Improvement):
         """Angle columns whose numbers are not those that were sent, since a step of more than half a turn means the
         short way round: whole turns from the goal that was sent to this one; 0 where only numbers before it moved."""
         return {column["variable"]: column["turns"] for column in self.details["turned"]}
+
+    @property
+    def warnings(self) -> List[str]:
+        """What a person should know of robot, scene and request, a line each, first what the verdict does not cover.
+        Of trifles that are alike the first is told and the others are counted."""
+        return [text for _, text in self._best.warnings]
+
+    @property
+    def uncovered(self) -> List[str]:
+        """Those of `warnings` that say what the verdict does not cover, or rests on."""
+        return [text for uncovered, text in self._best.warnings if uncovered]
+
+    @property
+    def pairs(self) -> int:
+        """How many pairs of bodies were checked."""
+        return self._best.pairs
 
     @property
     def details(self) -> Dict[str, Any]:
