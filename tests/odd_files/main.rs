@@ -34,6 +34,7 @@ fn companions() -> Vec<(&'static str, Vec<u8>)> {
     files.push(("urdf/part.obj", content("obj/quads.obj")));
     files.push(("urdf/part.dae", content("dae/unit_centimetre.dae")));
     files.push(("srdf/robot.urdf", srdf::ROBOT.into()));
+    files.push(("scene/robot.urdf", scene::ROBOT.into()));
     files
 }
 

@@ -1,8 +1,10 @@
 //! What this project reads in a file, in the words of the table.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
+use taut::collision::check_frames;
 use taut::files::{Packages, Reader};
 use taut::math::{Pose, Vec3};
 use taut::robot::joint::{Drive, Joint, JointKind};
@@ -18,7 +20,7 @@ pub fn read(file: &Path, kind: &str) -> Result<Value, String> {
         "stl" | "obj" | "dae" => surface(&mut reader, file),
         "urdf" => robot(&mut reader, file),
         "srdf" => semantics(&mut reader, file),
-        _ => reader.scene(file).map(|scene| world(&scene)).map_err(|error| error.to_string()),
+        _ => scene(&mut reader, file),
     }
 }
 
@@ -44,11 +46,14 @@ fn surface(reader: &mut Reader, file: &Path) -> Result<Value, String> {
 
 fn surface_of(mesh: &Mesh) -> Value {
     let corners = |t: &[u32; 3]| t.map(|i| mesh.vertices()[i as usize]);
-    let used: Vec<Vec3> = mesh.triangles().iter().flat_map(corners).collect();
+    // A triangle that comes twice in the same order is there once.
+    let from_least = |&[a, b, c]: &[u32; 3]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or_default();
+    let triangles: BTreeSet<[u32; 3]> = mesh.triangles().iter().map(from_least).collect();
+    let used: Vec<Vec3> = triangles.iter().flat_map(corners).collect();
     let lo = used.iter().copied().reduce(Vec3::min).unwrap_or_default();
     let hi = used.iter().copied().reduce(Vec3::max).unwrap_or_default();
     let (mut area, mut volume, mut centre) = (0.0, 0.0, Vec3::ZERO);
-    for [a, b, c] in mesh.triangles().iter().map(corners) {
+    for [a, b, c] in triangles.iter().map(corners) {
         let of_one = (b - a).cross(c - a).length() / 2.0;
         area += of_one;
         centre += (a + b + c - 3.0 * lo) / 3.0 * of_one;
@@ -127,6 +132,15 @@ fn semantics(reader: &mut Reader, file: &Path) -> Result<Value, String> {
         (state.name.clone(), Value::Object(values))
     });
     Ok(json!({ "pairs": pairs, "groups": groups, "states": states.collect::<Map<_, _>>() }))
+}
+
+/// A scene, and whether its frames are those of a robot.
+fn scene(reader: &mut Reader, file: &Path) -> Result<Value, String> {
+    let robot = reader.robot(&file.with_file_name("robot.urdf"), None).map_err(|error| error.to_string())?;
+    let robot = RobotModel::new(robot).map_err(|error| error.to_string())?;
+    let scene = reader.scene(file).map_err(|error| error.to_string())?;
+    check_frames(&robot, &scene).map_err(|error| format!("{}: {error}", file.display()))?;
+    Ok(world(&scene))
 }
 
 fn world(scene: &Scene) -> Value {

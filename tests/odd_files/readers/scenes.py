@@ -74,11 +74,13 @@ def evaluated(file, load, algebra):
         raise ValueError("an octomap, which is not evaluated here")
     if scene.get("is_diff"):
         raise ValueError("a diff")
-    frames = {t["child_frame_id"]: of_pose(t.get("transform"), algebra, "translation", "rotation") for t in scene.get("fixed_frame_transforms", [])}
+    # MoveIt's transforms are from the world, their child, to the frame that the header names.
+    name_of = lambda t: t.get("header", {}).get("frame_id") or t["child_frame_id"]
+    frames = {name_of(t): of_pose(t.get("transform"), algebra, "translation", "rotation") for t in scene.get("fixed_frame_transforms", [])}
     identity = algebra.pose([0, 0, 0], [0, 0, 0, 1])
     objects, placed = {}, {}
     for o in world["collision_objects"]:
-        name = o.get("header", {}).get("frame_id", "")
+        name = o.get("header", {}).get("frame_id", "").removeprefix("/")
         frame = identity if name == "" else frames.get(name, placed.get(name))
         if frame is None:
             raise ValueError(f"no frame {name!r}")

@@ -80,7 +80,8 @@ def ours(file):
     if file.stem == "group_of_links":
         return {"groups": {"arm": ["j1", "j2", "j3"], "hand": ["g1", "g2"]}}
     if file.stem == "state_unknown_group":
-        return {"states": {"home": {"j1": 0.5, "j2": -0.5, "j3": 1.0}}}
+        groups = {"arm": ["j1", "j2", "j3"], "hand": ["g1", "g2"]}
+        return {"groups": groups, "states": {"home": {"j1": 0.5, "j2": -0.5, "j3": 1.0}}}
     if file.stem == "pair_without_link2":
         return result({("base", "l1"), ("l1", "l2")}, None, None)
     if file.stem not in ("default_off", "default_off_but_one"):
