@@ -255,7 +255,7 @@ pub struct RobotDescription {
 pub struct VariableDescription {
     /// Its name: a joint's, or `joint/x`, `joint/qw`, ... for joints of several variables.
     pub name: String,
-    /// Lowest value, in radians or metres; negative infinity = unbounded.
+    /// Lowest value within limits and soft limits, in radians or metres; negative infinity = unbounded.
     pub lower: f64,
     /// Highest value, in radians or metres; infinity = unbounded.
     pub upper: f64,

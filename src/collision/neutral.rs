@@ -204,7 +204,7 @@ mod tests {
         let model = robot(None);
         let warnings = neutral_warnings(&model);
         let line = r#"<disable_collisions link1="b" link2="e" reason="Always"/>"#;
-        let offered: Vec<&String> = warnings.iter().filter(|text| text.contains("disable_collisions")).collect();
+        let offered: Vec<&Warning> = warnings.iter().filter(|text| text.contains("disable_collisions")).collect();
         assert!(offered.len() == 1 && offered[0].ends_with(line), "{warnings:?}");
         assert!(offered[0].starts_with("no SRDF, and b × e collide"), "{}", offered[0]);
         assert!(warnings.iter().any(|text| text.contains("b × c") && text.contains("stays checked")), "{warnings:?}");

@@ -24,6 +24,9 @@ const UNITS: [&str; 9] = ["rad", "radian", "radians", "m", "metre", "metres", "m
 /// Units that people write and numbers here are not in.
 const OTHER_UNITS: [&str; 9] = ["deg", "degree", "degrees", "°", "mm", "millimetres", "millimeters", "cm", "turns"];
 
+/// Place and name of each column that is a variable, and a warning where others are not read.
+pub(super) type Found = (Vec<(usize, String)>, Option<String>);
+
 /// The names that a robot gives meaning to.
 pub(super) struct Names {
     movable: Vec<String>,
@@ -55,11 +58,11 @@ impl Names {
         Self { movable, fixed: fixed.map(|(name, _)| name.to_owned()).collect() }
     }
 
-    /// The columns that are variables: place and name of each, and a warning for those that are not read.
+    /// The columns that are variables.
     ///
     /// # Errors
     /// A column that is none and has no meaning here, with the valid names; one in a unit that is not read.
-    pub fn columns(&self, columns: &[String]) -> Result<(Vec<(usize, String)>, Option<String>), String> {
+    pub fn columns(&self, columns: &[String]) -> Result<Found, String> {
         let (mut found, mut others) = (Vec::new(), Vec::new());
         for (place, column) in columns.iter().enumerate() {
             match self.meaning(column)? {

@@ -244,7 +244,7 @@ fn csv_row(
     has_decimal_commas: bool,
 ) -> Result<Vec<f64>, String> {
     let line = record.position().map_or(0, csv::Position::line);
-    let end = usize::from(has_end && record.len() > variables.len() && record.iter().last() == Some(""));
+    let end = usize::from(has_end && record.len() > variables.len() && record.iter().next_back() == Some(""));
     if record.len() - end != variables.len() {
         return Err(format!("line {line} has {} numbers, the header names {}", record.len() - end, variables.len()));
     }

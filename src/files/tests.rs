@@ -218,12 +218,12 @@ fn what_a_message_says_beside_its_path_is_not_left_out_in_silence() {
     }
     for (bad, parts) in [
         (
-            r#", "path_constraints": { "orientation_constraints": [{}] }"#,
-            ["path_constraints", "orientation_constraints"],
+            r#", "path_constraints": { "orientation_constraints": [{ "link_name": "a" }] }"#,
+            ["path_constraints", "not supported"],
         ),
         (
-            r#", "trajectory_constraints": { "constraints": [{ "joint_constraints": [{}] }] }"#,
-            ["trajectory_constraints", "joint"],
+            r#", "trajectory_constraints": { "constraints": [{ "joint_constraints": [{ "joint_name": "a" }] }] }"#,
+            ["trajectory_constraints", "not supported"],
         ),
         (
             r#", "trajectory_start": { "attached_collision_objects": [{ "object": { "id": "cup" } }] }"#,
@@ -241,7 +241,7 @@ fn what_a_message_says_beside_its_path_is_not_left_out_in_silence() {
         "p.json",
         r#"{ "variables": ["a"], "path": [[1]], "path_constraints": { "position_constraints": [1] } }"#,
     );
-    assert!(table.unwrap_err().to_string().contains("position_constraints"));
+    assert!(table.unwrap_err().to_string().contains("path_constraints"));
 }
 
 #[test]

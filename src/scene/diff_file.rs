@@ -20,9 +20,10 @@
 //!
 //! Operations (by name or number): ADD 0 (of an object that stands already: it is replaced, and what names it stays),
 //! REMOVE 1 (with an empty id: all objects of the world), APPEND 2 (shapes to an object, or a new object), MOVE 3 (the
-//! object's own `pose` only). Poses in `objects` are in the world, or in the frame, named or an object's, that
-//! `header.frame_id` says. Attached, ADD without shapes takes an object of the world, and REMOVE puts one back there;
-//! both need the object's new `pose`, in the link's frame and in the world, because where the robot stands is not
+//! frame only). Poses in `objects` are in the world, or in the frame that `header.frame_id` says, as in whole scenes;
+//! what no scene knows has to be what a loaded robot calls the world. `moveit_msgs/PlanningScene` messages are read
+//! too. Attached, ADD without shapes takes an object of the world, and REMOVE puts one back there; both need the
+//! object's new `pose`, in the link's frame and in the world, because where the robot stands is not
 //! the scene's to know. A padding of 0, a scale of 1 and a transform of `null` take theirs away.
 
 #[cfg(test)]

@@ -89,7 +89,7 @@ fn what_a_check_does_not_need_is_warned_about_and_never_refuses_a_robot() {
         ("<group name='a'/><group_state name='s' group='a'><joint name='l1'/></group_state>", &["\"s\"", "value"]),
     ] {
         let (semantics, warnings) = read(body).unwrap();
-        let named = |text: &String| parts.iter().all(|part| text.contains(part));
+        let named = |text: &Warning| parts.iter().all(|part| text.contains(part));
         assert!(warnings.iter().any(named), "{warnings:?} has none of {parts:?}");
         assert!(semantics.group_states.is_empty());
         let mut description = robot();

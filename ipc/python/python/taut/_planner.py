@@ -25,7 +25,7 @@ class Variable:
 
     #: Its name, as MoveIt names it: a joint, or ``joint/x``.
     name: str
-    #: Lowest value (rad or m), -inf where there is none.
+    #: Lowest value within limits and soft limits (rad or m), -inf where there is none.
     lower: float
     #: Highest value.
     upper: float
