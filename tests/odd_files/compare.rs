@@ -50,7 +50,13 @@ pub struct Meaning {
 impl Table {
     /// How many readers of their own code a meaning has.
     pub fn independent(&self, meaning: &Meaning) -> usize {
-        meaning.readers.iter().filter_map(|name| self.readers.get(name)).map(|r| &r.family).collect::<BTreeSet<_>>().len()
+        meaning
+            .readers
+            .iter()
+            .filter_map(|name| self.readers.get(name))
+            .map(|r| &r.family)
+            .collect::<BTreeSet<_>>()
+            .len()
     }
 
     /// The meaning of most independent readers, at least two and more than any other; `None` where there is none.
@@ -104,5 +110,28 @@ fn differ(ours: &Value, theirs: &Value, size: f64, place: &str) -> Option<String
         }
         _ if ours == theirs => None,
         _ => different(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn readings_differ_by_little_and_surfaces_by_little_of_their_size() {
+        let theirs = json!({ "lo": [1e5, 0, 0], "hi": [1e5 + 1.0, 1, 1], "volume": -1.0 });
+        assert_eq!(difference(&json!({ "lo": [1e5, 0, 0], "hi": [1e5 + 1.0, 1, 1], "volume": 1.0 }), &theirs), None);
+        for (field, value) in [("lo", json!([1e5 + 1e-3, 0, 0])), ("volume", json!(1.001)), ("hi", json!([1e5, 1]))] {
+            let mut ours = theirs.clone();
+            ours[field] = value;
+            assert!(difference(&ours, &theirs).is_some_and(|text| text.contains(field)), "{field}");
+        }
+        let other = json!({ "arm": [["box", [0.1, 0.2, 0.3], [0, 0, 0, 0, 0, 0, 1]]] });
+        assert_eq!(difference(&json!({ "arm": [["box", [0.1, 0.2, 0.3], [0, 0, 0, 0, 0, 0, 1]]] }), &other), None);
+        for ours in [json!({}), json!({ "arm": [["box", [0.1, 0.2, 0.3002], [0, 0, 0, 0, 0, 0, 1]]] })] {
+            assert!(difference(&ours, &other).is_some(), "{ours}");
+        }
+        assert!(difference(&json!([null, 1.0]), &json!([0.0, 1.0])).is_some(), "no limit is not 0");
     }
 }

@@ -113,7 +113,11 @@ fn units() -> Vec<Case> {
             .read_as("pycollada", "as in RViz and MoveIt, a link means the mesh's own x, y and z"),
         replaced("asset_missing", ASSET, "")
             .read_as("pycollada", "as in RViz and MoveIt, a link means the mesh's own x, y and z"),
-        replaced("asset_long", "<unit", "<contributor><author>J. Doe</author></contributor><created>2024-01-01T00:00:00</created><unit"),
+        replaced(
+            "asset_long",
+            "<unit",
+            "<contributor><author>J. Doe</author></contributor><created>2024-01-01T00:00:00</created><unit",
+        ),
     ]
 }
 
@@ -137,29 +141,63 @@ fn transforms() -> Vec<Case> {
         moved("skew", "<skew>45 0 1 0 1 0 0</skew>").refused(&["line", "skew"], "readers do not agree what it does"),
         moved("translate_then_rotate", "<translate>1 2 3</translate><rotate>0 0 1 90</rotate>"),
         moved("rotate_then_translate", "<rotate>0 0 1 90</rotate><translate>1 2 3</translate>"),
-        moved("three_rotations", "<rotate>0 0 1 30</rotate><rotate>0 1 0 20</rotate><rotate>1 0 0 10</rotate><scale>1 1 2</scale>"),
-        moved("two_matrices", "<matrix>0 -1 0 1 1 0 0 2 0 0 1 3 0 0 0 1</matrix><matrix>1 0 0 5 0 1 0 6 0 0 1 7 0 0 0 1</matrix>"),
+        moved(
+            "three_rotations",
+            "<rotate>0 0 1 30</rotate><rotate>0 1 0 20</rotate><rotate>1 0 0 10</rotate><scale>1 1 2</scale>",
+        ),
+        moved(
+            "two_matrices",
+            "<matrix>0 -1 0 1 1 0 0 2 0 0 1 3 0 0 0 1</matrix><matrix>1 0 0 5 0 1 0 6 0 0 1 7 0 0 0 1</matrix>",
+        ),
     ]
 }
 
 fn nodes() -> Vec<Case> {
-    let library = "<library_nodes><node id=\"part\"><translate>0 0 1</translate>SHOWN</node></library_nodes>".replace("SHOWN", SHOWN);
-    let from_library = |name: &str, inner: &str| Parts { more: library.clone(), node: inner.to_owned(), ..Parts::default() }.case(name);
+    let library = "<library_nodes><node id=\"part\"><translate>0 0 1</translate>SHOWN</node></library_nodes>"
+        .replace("SHOWN", SHOWN);
+    let from_library = |name: &str, inner: &str| {
+        Parts { more: library.clone(), node: inner.to_owned(), ..Parts::default() }.case(name)
+    };
     let sheared = "<translate>1 0 0</translate><rotate>0 0 1 90</rotate>";
     vec![
-        node("nested", &format!("<node id=\"a\">{sheared}<node id=\"b\"><translate>0 0 1</translate><node id=\"c\"><scale>1 2 1</scale>SHOWN</node></node></node>")),
+        node(
+            "nested",
+            &format!(
+                "<node id=\"a\">{sheared}<node id=\"b\"><translate>0 0 1</translate><node id=\"c\"><scale>1 2 1</scale>SHOWN</node></node></node>"
+            ),
+        ),
         node("placed_twice", "<node id=\"a\">SHOWN</node><node id=\"b\"><translate>5 0 0</translate>SHOWN</node>"),
         node("twice_in_a_node", "<node id=\"a\">SHOWN SHOWN</node>"),
         node("node_without_id", "<node>SHOWN</node>"),
         node("joint_node", "<node id=\"a\" type=\"JOINT\"><translate>0 1 0</translate>SHOWN</node>"),
         node("layer", "<node id=\"a\" layer=\"L1 L2\">SHOWN</node>"),
-        node("empty_nodes", "<node id=\"e\"/><node id=\"a\">SHOWN</node><node id=\"z\"><translate>1 1 1</translate></node>"),
-        node("extras", "<node id=\"a\">SHOWN<extra><technique profile=\"X\"><visibility>1</visibility></technique></extra></node>"),
-        node("material", "<node id=\"a\"><instance_geometry url=\"#geo\"><bind_material><technique_common/></bind_material></instance_geometry></node>"),
+        node(
+            "empty_nodes",
+            "<node id=\"e\"/><node id=\"a\">SHOWN</node><node id=\"z\"><translate>1 1 1</translate></node>",
+        ),
+        node(
+            "extras",
+            "<node id=\"a\">SHOWN<extra><technique profile=\"X\"><visibility>1</visibility></technique></extra></node>",
+        ),
+        node(
+            "material",
+            "<node id=\"a\"><instance_geometry url=\"#geo\"><bind_material><technique_common/></bind_material></instance_geometry></node>",
+        ),
         from_library("instance_node", "<node id=\"a\"><instance_node url=\"#part\"/></node>"),
-        from_library("instance_node_moved", "<node id=\"a\"><translate>1 0 0</translate><instance_node url=\"#part\"/><instance_node url=\"#part\"/></node>"),
-        replaced("second_scene", "</library_visual_scenes>", "<visual_scene id=\"other\"><node id=\"o\"><translate>9 9 9</translate><instance_geometry url=\"#geo\"/></node></visual_scene></library_visual_scenes>"),
-        replaced("not_shown", "</library_geometries>", "<geometry id=\"spare\"><mesh><source id=\"p2\"><float_array id=\"a2\" count=\"9\">0 0 0 9 0 0 0 9 0</float_array><technique_common><accessor source=\"#a2\" count=\"3\" stride=\"3\"><param name=\"X\" type=\"float\"/><param name=\"Y\" type=\"float\"/><param name=\"Z\" type=\"float\"/></accessor></technique_common></source><vertices id=\"v2\"><input semantic=\"POSITION\" source=\"#p2\"/></vertices><triangles count=\"1\"><input semantic=\"VERTEX\" source=\"#v2\" offset=\"0\"/><p>0 1 2</p></triangles></mesh></geometry></library_geometries>"),
+        from_library(
+            "instance_node_moved",
+            "<node id=\"a\"><translate>1 0 0</translate><instance_node url=\"#part\"/><instance_node url=\"#part\"/></node>",
+        ),
+        replaced(
+            "second_scene",
+            "</library_visual_scenes>",
+            "<visual_scene id=\"other\"><node id=\"o\"><translate>9 9 9</translate><instance_geometry url=\"#geo\"/></node></visual_scene></library_visual_scenes>",
+        ),
+        replaced(
+            "not_shown",
+            "</library_geometries>",
+            "<geometry id=\"spare\"><mesh><source id=\"p2\"><float_array id=\"a2\" count=\"9\">0 0 0 9 0 0 0 9 0</float_array><technique_common><accessor source=\"#a2\" count=\"3\" stride=\"3\"><param name=\"X\" type=\"float\"/><param name=\"Y\" type=\"float\"/><param name=\"Z\" type=\"float\"/></accessor></technique_common></source><vertices id=\"v2\"><input semantic=\"POSITION\" source=\"#p2\"/></vertices><triangles count=\"1\"><input semantic=\"VERTEX\" source=\"#v2\" offset=\"0\"/><p>0 1 2</p></triangles></mesh></geometry></library_geometries>",
+        ),
         replaced("no_scene", "<scene><instance_visual_scene url=\"#scene\"/></scene>", "")
             .read_as("pycollada", "the only visual scene is the one that is shown"),
     ]
@@ -185,11 +223,20 @@ fn polygons() -> Vec<Case> {
     let strips = "<p>0 3 1 2 5 6 4 7 0 3</p><p>3 7 2 6</p><p>0 1 4 5</p>";
     let fans: String = each.clone();
     let l = "0 0 0 2 0 0 2 0.5 0 0.5 0.5 0 0.5 2 0 0 2 0 0 0 0.25 2 0 0.25 2 0.5 0.25 0.5 0.5 0.25 0.5 2 0.25 0 2 0.25";
-    let ends = |a: &str, b: &str| format!("<polylist count=\"8\">{INPUT}<vcount>6 6 4 4 4 4 4 4</vcount><p>{a} {b} 0 1 7 6 1 2 8 7 2 3 9 8 3 4 10 9 4 5 11 10 5 0 6 11</p></polylist>");
-    let l_shape = |name: &str, a: &str, b: &str| Parts { positions: l.to_owned(), accessor: accessor(12, 3, 0), polygons: ends(a, b), ..Parts::default() }.case(name);
+    let ends = |a: &str, b: &str| {
+        format!(
+            "<polylist count=\"8\">{INPUT}<vcount>6 6 4 4 4 4 4 4</vcount><p>{a} {b} 0 1 7 6 1 2 8 7 2 3 9 8 3 4 10 9 4 5 11 10 5 0 6 11</p></polylist>"
+        )
+    };
+    let l_shape = |name: &str, a: &str, b: &str| {
+        Parts { positions: l.to_owned(), accessor: accessor(12, 3, 0), polygons: ends(a, b), ..Parts::default() }
+            .case(name)
+    };
     let bent = |name: &str, polygons: &str| {
         let mut case = boxed(name, polygons);
-        case.bytes = String::from_utf8_lossy(&case.bytes).replace("0 0.5 0.25</float_array>", "0 0.5 0.5</float_array>").into_bytes();
+        case.bytes = String::from_utf8_lossy(&case.bytes)
+            .replace("0 0.5 0.25</float_array>", "0 0.5 0.5</float_array>")
+            .into_bytes();
         case
     };
     let polylist = format!("<polylist count=\"6\">INPUT<vcount>4 4 4 4 4 4</vcount><p>QUADS</p></polylist>");
@@ -199,16 +246,31 @@ fn polygons() -> Vec<Case> {
         boxed("polygons", &format!("<polygons count=\"6\">INPUT{each}</polygons>")),
         boxed("tristrips", &format!("<tristrips count=\"3\">INPUT{strips}</tristrips>")),
         boxed("trifans", &format!("<trifans count=\"6\">INPUT{fans}</trifans>")),
-        boxed("two_elements", &format!("<polylist count=\"3\">INPUT<vcount>4 4 4</vcount><p>0 3 2 1 4 5 6 7 0 1 5 4</p></polylist><triangles count=\"6\">INPUT<p>1 2 6 1 6 5 2 3 7 2 7 6 3 0 4 3 4 7</p></triangles>")),
-        boxed("lines_beside", &format!("<lines count=\"2\">INPUT<p>0 1 2 3</p></lines>{polylist}<linestrips count=\"1\">INPUT<p>0 1 2 3</p></linestrips>")),
+        boxed(
+            "two_elements",
+            &format!(
+                "<polylist count=\"3\">INPUT<vcount>4 4 4</vcount><p>0 3 2 1 4 5 6 7 0 1 5 4</p></polylist><triangles count=\"6\">INPUT<p>1 2 6 1 6 5 2 3 7 2 7 6 3 0 4 3 4 7</p></triangles>"
+            ),
+        ),
+        boxed(
+            "lines_beside",
+            &format!(
+                "<lines count=\"2\">INPUT<p>0 1 2 3</p></lines>{polylist}<linestrips count=\"1\">INPUT<p>0 1 2 3</p></linestrips>"
+            ),
+        ),
         boxed("no_count", &polylist.replace(" count=\"6\"", "")),
         boxed("empty_triangles_beside", &format!("<triangles count=\"0\">INPUT<p/></triangles>{polylist}")),
         bent("bent_polylist", &polylist),
         bent("bent_polygons", &format!("<polygons count=\"6\">INPUT{each}</polygons>")),
         l_shape("l_shape", "0 5 4 3 2 1", "6 7 8 9 10 11"),
-        l_shape("l_shape_other_corner", "3 2 1 0 5 4", "9 10 11 6 7 8").read_as("coal", "a concave polygon is what its outline holds"),
-        boxed("repeated_corner", &polylist.replacen("4 4", "5 4", 1).replace("QUADS", &QUADS.replacen("0 3 2 1", "0 3 3 2 1", 1))),
-        boxed("hole", "<polygons count=\"1\">INPUT<ph><p>0 1 2 3</p><h>4 5 6</h></ph></polygons>").refused(&["line", "<ph>"], "no reader cuts holes"),
+        l_shape("l_shape_other_corner", "3 2 1 0 5 4", "9 10 11 6 7 8")
+            .read_as("coal", "a concave polygon is what its outline holds"),
+        boxed(
+            "repeated_corner",
+            &polylist.replacen("4 4", "5 4", 1).replace("QUADS", &QUADS.replacen("0 3 2 1", "0 3 3 2 1", 1)),
+        ),
+        boxed("hole", "<polygons count=\"1\">INPUT<ph><p>0 1 2 3</p><h>4 5 6</h></ph></polygons>")
+            .refused(&["line", "<ph>"], "no reader cuts holes"),
     ]
 }
 
@@ -216,26 +278,79 @@ fn sources() -> Vec<Case> {
     let normals = r##"<source id="nor"><float_array id="nor-array" count="3">0 0 1</float_array><technique_common><accessor source="#nor-array" count="1" stride="3"><param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>"##;
     let with_normals = |name: &str, polygons: &str| {
         let mut case = Parts { polygons: polygons.to_owned(), ..Parts::default() }.case(name);
-        case.bytes = String::from_utf8_lossy(&case.bytes).replace("<vertices id", &format!("{normals}<vertices id")).into_bytes();
+        case.bytes = String::from_utf8_lossy(&case.bytes)
+            .replace("<vertices id", &format!("{normals}<vertices id"))
+            .into_bytes();
         case
     };
     let normal = |offset: usize| format!("<input semantic=\"NORMAL\" source=\"#nor\" offset=\"{offset}\"/>");
     let own = Parts { positions: format!("7 7 7 7 {}", POSITIONS), accessor: accessor(4, 3, 4), ..Parts::default() };
-    let wide = POSITIONS.split(' ').collect::<Vec<_>>().chunks(3).map(|c| format!("{} 1", c.join(" "))).collect::<Vec<_>>().join(" ");
+    let wide = POSITIONS
+        .split(' ')
+        .collect::<Vec<_>>()
+        .chunks(3)
+        .map(|c| format!("{} 1", c.join(" ")))
+        .collect::<Vec<_>>()
+        .join(" ");
     vec![
-        with_normals("normals_behind", &format!("<triangles count=\"4\"><input semantic=\"VERTEX\" source=\"#verts\" offset=\"0\"/>{}<p>0 0 2 0 1 0 0 0 1 0 3 0 0 0 3 0 2 0 1 0 2 0 3 0</p></triangles>", normal(1))),
-        with_normals("normals_before", &format!("<triangles count=\"4\">{}<input semantic=\"VERTEX\" source=\"#verts\" offset=\"1\"/><p>0 0 0 2 0 1 0 0 0 1 0 3 0 0 0 3 0 2 0 1 0 2 0 3</p></triangles>", normal(0))),
-        with_normals("offset_gap", &format!("<triangles count=\"4\"><input semantic=\"VERTEX\" source=\"#verts\" offset=\"0\"/>{}<p>0 9 0 2 9 0 1 9 0 0 9 0 1 9 0 3 9 0 0 9 0 3 9 0 2 9 0 1 9 0 2 9 0 3 9 0</p></triangles>", normal(2))),
-        Parts { positions: wide, accessor: accessor(4, 4, 0).replace("</accessor>", "<param name=\"W\" type=\"float\"/></accessor>"), ..Parts::default() }.case("stride_4").read_as("coal", "the accessor says where each position stands"),
+        with_normals(
+            "normals_behind",
+            &format!(
+                "<triangles count=\"4\"><input semantic=\"VERTEX\" source=\"#verts\" offset=\"0\"/>{}<p>0 0 2 0 1 0 0 0 1 0 3 0 0 0 3 0 2 0 1 0 2 0 3 0</p></triangles>",
+                normal(1)
+            ),
+        ),
+        with_normals(
+            "normals_before",
+            &format!(
+                "<triangles count=\"4\">{}<input semantic=\"VERTEX\" source=\"#verts\" offset=\"1\"/><p>0 0 0 2 0 1 0 0 0 1 0 3 0 0 0 3 0 2 0 1 0 2 0 3</p></triangles>",
+                normal(0)
+            ),
+        ),
+        with_normals(
+            "offset_gap",
+            &format!(
+                "<triangles count=\"4\"><input semantic=\"VERTEX\" source=\"#verts\" offset=\"0\"/>{}<p>0 9 0 2 9 0 1 9 0 0 9 0 1 9 0 3 9 0 0 9 0 3 9 0 2 9 0 1 9 0 2 9 0 3 9 0</p></triangles>",
+                normal(2)
+            ),
+        ),
+        Parts {
+            positions: wide,
+            accessor: accessor(4, 4, 0).replace("</accessor>", "<param name=\"W\" type=\"float\"/></accessor>"),
+            ..Parts::default()
+        }
+        .case("stride_4")
+        .read_as("coal", "the accessor says where each position stands"),
         own.case("accessor_offset").read_as("coal", "the accessor says where each position stands"),
-        Parts { positions: POSITIONS.replace("1.125", "+1.125E0").replace("0.25", "25.0e-2"), ..Parts::default() }.case("exponents"),
-        Parts { positions: format!("\n\t{}\n", POSITIONS.replace(' ', "\n\t")), ..Parts::default() }.case("lines_and_tabs"),
-        Parts { positions: POSITIONS.replace("0.5", ".5").replace("0.125", "0.12500000000000000000000"), ..Parts::default() }.case("bare_points"),
-        Parts { positions: format!("{POSITIONS} 90 90 90"), accessor: accessor(5, 3, 0), ..Parts::default() }.case("unused_position"),
-        Parts { positions: POSITIONS.replace("0.125 0.25 0.75", "0.125 <!-- z next --> 0.25 0.75"), ..Parts::default() }.case("comment_in_numbers").refused(&["line", "<float_array>", "cut short"], "no reader goes on behind the comment"),
+        Parts { positions: POSITIONS.replace("1.125", "+1.125E0").replace("0.25", "25.0e-2"), ..Parts::default() }
+            .case("exponents"),
+        Parts { positions: format!("\n\t{}\n", POSITIONS.replace(' ', "\n\t")), ..Parts::default() }
+            .case("lines_and_tabs"),
+        Parts {
+            positions: POSITIONS.replace("0.5", ".5").replace("0.125", "0.12500000000000000000000"),
+            ..Parts::default()
+        }
+        .case("bare_points"),
+        Parts { positions: format!("{POSITIONS} 90 90 90"), accessor: accessor(5, 3, 0), ..Parts::default() }
+            .case("unused_position"),
+        Parts {
+            positions: POSITIONS.replace("0.125 0.25 0.75", "0.125 <!-- z next --> 0.25 0.75"),
+            ..Parts::default()
+        }
+        .case("comment_in_numbers")
+        .refused(&["line", "<float_array>", "cut short"], "no reader goes on behind the comment"),
         Parts { positions: format!("<![CDATA[{POSITIONS}]]>"), ..Parts::default() }.case("cdata_numbers"),
-        Parts::default().case("character_references").with(|text| text.replace(POSITIONS, &POSITIONS.replace(' ', "&#x20;"))),
-        Parts { accessor: accessor(4, 3, 0).replace("name=\"X\" ", "").replace("name=\"Y\" ", "").replace("name=\"Z\" ", ""), ..Parts::default() }.case("unnamed_params"),
+        Parts::default()
+            .case("character_references")
+            .with(|text| text.replace(POSITIONS, &POSITIONS.replace(' ', "&#x20;"))),
+        Parts {
+            accessor: accessor(4, 3, 0)
+                .replace("name=\"X\" ", "")
+                .replace("name=\"Y\" ", "")
+                .replace("name=\"Z\" ", ""),
+            ..Parts::default()
+        }
+        .case("unnamed_params"),
         replaced("digits_magnitude", "count=\"12\"", "count=\"12\" digits=\"6\" magnitude=\"38\""),
     ]
 }
@@ -251,7 +366,12 @@ fn documents() -> Vec<Case> {
     let wide = text.replace("utf-8", "utf-16");
     let latin = text.replace("utf-8", "ISO-8859-1").replacen("name=\"geo\"", "name=\"Träger\"", 1);
     let latin: Vec<u8> = latin.chars().map(|c| c as u8).collect();
-    let prefixed = text.replace("</", "</c:").replace('<', "<c:").replace("<c:/c:", "</c:").replace("<c:?", "<?").replace("xmlns=", "xmlns:c=");
+    let prefixed = text
+        .replace("</", "</c:")
+        .replace('<', "<c:")
+        .replace("<c:/c:", "</c:")
+        .replace("<c:?", "<?")
+        .replace("xmlns=", "xmlns:c=");
     vec![
         case("plain", text.clone().into_bytes()),
         case("no_declaration", text.lines().skip(1).collect::<Vec<_>>().join("\n").into_bytes()),
@@ -270,11 +390,20 @@ fn documents() -> Vec<Case> {
         case("scene_first", {
             let (start, scene) = (text.find("<library_visual").unwrap_or(0), text.find("<scene>").unwrap_or(0));
             let moved = text[start..scene].to_owned();
-            text.replace(&moved, "").replace("<library_geometries>", &format!("{moved}<library_geometries>")).into_bytes()
+            text.replace(&moved, "")
+                .replace("<library_geometries>", &format!("{moved}<library_geometries>"))
+                .into_bytes()
         }),
         case("id_with_dots", text.replace("geo\"", "my.geo-1_é\"").into_bytes()),
         case("single_quotes", text.replace('"', "'").into_bytes()),
-        case("mesh_extra", text.replace("</mesh>", "<extra><technique profile=\"MAYA\"><double_sided>1</double_sided></technique></extra></mesh>").into_bytes()),
+        case(
+            "mesh_extra",
+            text.replace(
+                "</mesh>",
+                "<extra><technique profile=\"MAYA\"><double_sided>1</double_sided></technique></extra></mesh>",
+            )
+            .into_bytes(),
+        ),
     ]
 }
 
@@ -294,7 +423,11 @@ fn beside() -> Vec<Case> {
     vec![
         with("camera", camera, "<instance_camera url=\"#cam\"/>"),
         with("light", light, "<instance_light url=\"#sun\"/>"),
-        with("camera_and_light", &format!("{camera}{light}"), "<instance_camera url=\"#cam\"/><instance_light url=\"#sun\"/>"),
+        with(
+            "camera_and_light",
+            &format!("{camera}{light}"),
+            "<instance_camera url=\"#cam\"/><instance_light url=\"#sun\"/>",
+        ),
         with("camera_missing", "", "<instance_camera url=\"#nowhere\"/>"),
         with("effects", effect, ""),
         with("animation", animation, ""),
@@ -302,7 +435,8 @@ fn beside() -> Vec<Case> {
         with("spline_unused", spline, ""),
         with("spline_shown", spline, "<instance_geometry url=\"#curve\"/>").read_as("coal", "a curve is no surface"),
         with("skin_unused", skin, ""),
-        with("skin_shown", skin, "<instance_controller url=\"#skin\"/>").refused(&["line", "skeleton"], "a mesh that bends is no rigid shape"),
+        with("skin_shown", skin, "<instance_controller url=\"#skin\"/>")
+            .refused(&["line", "skeleton"], "a mesh that bends is no rigid shape"),
     ]
 }
 
@@ -313,7 +447,8 @@ fn refused() -> Vec<Case> {
         replaced("other_file", "url=\"#geo\"", "url=\"parts.dae#geo\"").refused(&["line", "parts.dae#geo"], missing),
         replaced("count_short", "count=\"12\"", "count=\"15\"").refused(&["line", "15"], missing),
         replaced("number_bad", "1.125 0.25", "1.125x 0.25").refused(&["line", "1.125x"], missing),
-        replaced("triangles_count", "<triangles count=\"4\"", "<triangles count=\"5\"").refused(&["line", "5"], missing),
+        replaced("triangles_count", "<triangles count=\"4\"", "<triangles count=\"5\"")
+            .refused(&["line", "5"], missing),
         replaced("no_mesh_shown", SHOWN, "").refused(&["shows no polygon"], "it is no solid"),
         Case::new("dae/cut_short.dae", Parts::default().text()[..900].to_owned()).refused(&["not a DAE file"], missing),
     ]

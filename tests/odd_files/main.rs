@@ -22,7 +22,10 @@ use compare::{Meaning, Readings, Table, difference};
 use serde_json::Value;
 
 fn cases() -> Vec<Case> {
-    [stl::cases(), obj::cases(), dae::cases(), urdf::cases(), srdf::cases(), scene::cases()].into_iter().flatten().collect()
+    [stl::cases(), obj::cases(), dae::cases(), urdf::cases(), srdf::cases(), scene::cases()]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// Files that others name.
@@ -30,7 +33,9 @@ fn companions() -> Vec<(&'static str, Vec<u8>)> {
     let content = |name: &str| cases().into_iter().find(|case| case.name == name).map(|case| case.bytes).expect(name);
     let stl = content("stl/binary_plain.stl");
     let mut files: Vec<(&str, Vec<u8>)> =
-        ["urdf/part.stl", "urdf/PART.STL", "urdf/meshes/part.stl", "urdf/my part.stl", "urdf/part.xyz"].map(|name| (name, stl.clone())).into();
+        ["urdf/part.stl", "urdf/PART.STL", "urdf/meshes/part.stl", "urdf/my part.stl", "urdf/part.xyz"]
+            .map(|name| (name, stl.clone()))
+            .into();
     files.push(("urdf/part.obj", content("obj/quads.obj")));
     files.push(("urdf/part.dae", content("dae/unit_centimetre.dae")));
     files.push(("srdf/robot.urdf", srdf::ROBOT.into()));
@@ -63,13 +68,14 @@ fn judged(case: &Case, folder: &Path, table: &Table) -> Result<(), String> {
     let read = measure::read(&folder.join(&case.name), case.kind());
     match (&case.stance, read) {
         (Stance::Refused(parts, _), Err(line)) => refusal(case, &line, parts),
-        (Stance::Refused(..), Ok(read)) => Err(format!("it shall be refused, and is read: {read}")),
+        (Stance::Refused(_, why), Ok(read)) => Err(format!("it shall be refused ({why}), and is read: {read}")),
         (_, Err(line)) => Err(format!("it shall be read ({}): {line}", who(readings))),
         (Stance::Read, Ok(read)) => as_meant(&read, readings, |meanings| table.common(meanings)),
-        (Stance::ReadAs(reader, _), Ok(read)) => as_meant(&read, readings, |meanings| {
+        (Stance::ReadAs(reader, why), Ok(read)) => as_meant(&read, readings, |meanings| {
             let theirs = meanings.iter().find(|meaning| meaning.readers.contains(*reader));
             theirs.or_else(|| table.common(meanings))
-        }),
+        })
+        .map_err(|how| format!("{how} ({why})")),
     }
 }
 
@@ -94,7 +100,8 @@ fn as_meant<'a>(
     }
     for (aspect, meanings) in &readings.meanings {
         let Some(meaning) = meant(meanings) else {
-            let split: Vec<_> = meanings.iter().map(|meaning| (&meaning.readers, difference(&read[aspect], &meaning.value))).collect();
+            let split: Vec<_> =
+                meanings.iter().map(|meaning| (&meaning.readers, difference(&read[aspect], &meaning.value))).collect();
             return Err(format!("readers do not agree on its {aspect}: {split:?}"));
         };
         if let Some(difference) = difference(&read[aspect], &meaning.value) {

@@ -109,7 +109,8 @@ fn poses(model: &RobotModel) -> Value {
 
 fn semantics(reader: &mut Reader, file: &Path) -> Result<Value, String> {
     let urdf = file.with_file_name("robot.urdf");
-    let RobotDescription { semantics, links, .. } = reader.robot(&urdf, Some(file)).map_err(|error| error.to_string())?;
+    let RobotDescription { semantics, links, .. } =
+        reader.robot(&urdf, Some(file)).map_err(|error| error.to_string())?;
     let semantics = semantics.unwrap_or_default();
     let sorted = |a: &str, b: &str| if a < b { json!([a, b]) } else { json!([b, a]) };
     let mut pairs: Vec<Value> = semantics

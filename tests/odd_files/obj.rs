@@ -34,13 +34,16 @@ pub fn cases() -> Vec<Case> {
 fn indices() -> Vec<Case> {
     let normals = "vn 0 0 1\nvn 0 1 0\nvt 0 0\nvt 1 0 0.5\n";
     let with = |corner: fn(i32) -> String| VERTICES.to_owned() + normals + &faces(corner);
-    let triangles: String =
-        QUADS.iter().map(|[a, b, c, d]| format!("f {a} {b} {c}\nf {a} {c} {d}\n")).collect();
-    let alone: String = QUADS.iter().map(|quad| {
-        let own = quad.map(|i| VERTICES.lines().nth(i as usize - 1).unwrap_or_default());
-        format!("{}\nf -4 -3 -2 -1\n", own.join("\n"))
-    }).collect();
-    let mixed = cuboid().replacen("f 1 4 3 2", "f 1//1 4//1 3//1 2//1", 1).replacen("f 5 6 7 8", "f 5/1 6/2 7/1 8/2", 1);
+    let triangles: String = QUADS.iter().map(|[a, b, c, d]| format!("f {a} {b} {c}\nf {a} {c} {d}\n")).collect();
+    let alone: String = QUADS
+        .iter()
+        .map(|quad| {
+            let own = quad.map(|i| VERTICES.lines().nth(i as usize - 1).unwrap_or_default());
+            format!("{}\nf -4 -3 -2 -1\n", own.join("\n"))
+        })
+        .collect();
+    let mixed =
+        cuboid().replacen("f 1 4 3 2", "f 1//1 4//1 3//1 2//1", 1).replacen("f 5 6 7 8", "f 5/1 6/2 7/1 8/2", 1);
     vec![
         case("quads", cuboid()),
         case("triangles", VERTICES.to_owned() + &triangles),
@@ -91,11 +94,16 @@ fn lines() -> Vec<Case> {
 /// Numbers and what stands behind them.
 fn numbers() -> Vec<Case> {
     let text = cuboid();
-    let behind = |more: &str| text.lines().map(|line| match line.starts_with('v') {
-        true => format!("{line}{more}\n"),
-        false => format!("{line}\n"),
-    }).collect::<String>();
-    let far = |x: f64| text.replace("v 0.125", &format!("v {}", x + 0.125)).replace("v 1.125", &format!("v {}", x + 1.125));
+    let behind = |more: &str| {
+        text.lines()
+            .map(|line| match line.starts_with('v') {
+                true => format!("{line}{more}\n"),
+                false => format!("{line}\n"),
+            })
+            .collect::<String>()
+    };
+    let far =
+        |x: f64| text.replace("v 0.125", &format!("v {}", x + 0.125)).replace("v 1.125", &format!("v {}", x + 1.125));
     vec![
         case("exponents", text.replace("1.125", "+1125.0E-3").replace("0.25", "2.5e-1")),
         case("bare_points", text.replace("0.5", ".5").replace("1.125", "1125.e-3")),
@@ -173,8 +181,16 @@ fn polygons() -> Vec<Case> {
     let edge = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]];
     // Around a hole and back through the same slit.
     let slit = [
-        [0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 3.0], [0.0, 0.0],
-        [1.0, 1.0], [1.0, 2.0], [2.0, 2.0], [2.0, 1.0], [1.0, 1.0],
+        [0.0, 0.0],
+        [3.0, 0.0],
+        [3.0, 3.0],
+        [0.0, 3.0],
+        [0.0, 0.0],
+        [1.0, 1.0],
+        [1.0, 2.0],
+        [2.0, 2.0],
+        [2.0, 1.0],
+        [1.0, 1.0],
     ];
     let bent = cuboid().replace("v 0.125 0.75 0.75", "v 0.125 0.75 1.0");
     let turned = bent.replace("f 5 6 7 8", "f 6 7 8 5");
@@ -213,6 +229,7 @@ fn refused() -> Vec<Case> {
         odd("two_numbers", "v 1.125 0.75 0.75", "v 1.125 0.75", &["line 7"], nowhere),
         odd("decimal_comma", "v 1.125 0.75 0.75", "v 1,125 0,75 0,75", &["line 7"], nowhere),
         case("no_face", VERTICES).refused(&["no triangle with an area"], "it is no solid"),
-        case("only_edges", VERTICES.to_owned() + "l 1 2 3 4\n").refused(&["no triangle with an area"], "it is no solid"),
+        case("only_edges", VERTICES.to_owned() + "l 1 2 3 4\n")
+            .refused(&["no triangle with an area"], "it is no solid"),
     ]
 }

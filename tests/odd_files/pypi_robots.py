@@ -192,7 +192,8 @@ def paths(taut, urdf, robot, columns, folder, count, rng, environment):
 def inside(folder, arguments):
     site = next(folder.glob("venv/lib/python*/site-packages"))
     taut = arguments.taut or PROJECT / "target/release/taut"
-    files = [(package, (site / name).resolve()) for package, name in ROBOTS]
+    wanted = [robot for robot in ROBOTS if any(arguments.only in word for word in robot)]
+    files = [(package, (site / name).resolve()) for package, name in wanted]
     roots = sorted({str(parent) for _, file in files for parent in list(file.parents)[1:5]})
     os.environ["ROS_PACKAGE_PATH"] = ":".join([*roots, str(site / "pybullet_data"), str(site)])
     environment = dict(os.environ)
@@ -229,6 +230,7 @@ def inside(folder, arguments):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--paths", type=int, default=20, help="random paths of each robot")
+    parser.add_argument("--only", default="", help="robots whose package or file holds this")
     parser.add_argument("--taut", type=pathlib.Path, help="the binary; target/release/taut by default")
     parser.add_argument("--keep", type=pathlib.Path, help="folder of the environment, to use it again")
     parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)

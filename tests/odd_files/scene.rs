@@ -165,8 +165,16 @@ fn dumps() -> Vec<Case> {
         dump("dimensions_flow", "dimensions:\n      - 1.0\n      - 0.5\n      - 0.25", "dimensions: [1.0, 0.5, 0.25]"),
         dump("padding", "link_padding: []", "link_padding:\n- link_name: arm\n  padding: 0.02"),
         dump("scale", "link_scale: []", "link_scale:\n- link_name: arm\n  scale: 1.5"),
-        dump("colours", "object_colors: []", "object_colors:\n- id: table\n  color:\n    r: 1.0\n    g: 0.0\n    b: 0.0\n    a: 1.0"),
-        dump("frame_without_identity", "z: 0.0\n    rotation:\n      x: 0.0\n      y: 0.0\n      z: 0.0\n      w: 1.0\n", "z: 0.0\n"),
+        dump(
+            "colours",
+            "object_colors: []",
+            "object_colors:\n- id: table\n  color:\n    r: 1.0\n    g: 0.0\n    b: 0.0\n    a: 1.0",
+        ),
+        dump(
+            "frame_without_identity",
+            "z: 0.0\n    rotation:\n      x: 0.0\n      y: 0.0\n      z: 0.0\n      w: 1.0\n",
+            "z: 0.0\n",
+        ),
         case("no_objects.yaml", format!("{empty}  collision_objects: []\nis_diff: false\n")),
         case("dump.json", as_json()),
     ]
@@ -188,7 +196,9 @@ fn as_json() -> String {
 
 fn shapes() -> Vec<Case> {
     let size = "    - type: 1\n      dimensions:\n      - 1.0\n      - 0.5\n      - 0.25\n";
-    let shape = |name: &str, kind: u8, sizes: &str| dump(name, size, &format!("    - type: {kind}\n      dimensions: {sizes}\n"));
+    let shape = |name: &str, kind: u8, sizes: &str| {
+        dump(name, size, &format!("    - type: {kind}\n      dimensions: {sizes}\n"))
+    };
     let mesh = "    meshes:\n    - triangles:\n      - vertex_indices: [0, 2, 1]\n      - vertex_indices: [0, 1, 3]\n      - vertex_indices: [0, 3, 2]\n      - vertex_indices: [1, 2, 3]\n      vertices:\n      - {x: 0.0, y: 0.0, z: 0.0}\n      - {x: 1.0, y: 0.0, z: 0.0}\n      - {x: 0.0, y: 0.5, z: 0.0}\n      - {x: 0.0, y: 0.0, z: 0.25}\n    mesh_poses:\n    - position: {x: 1.0, y: 2.0, z: 3.0}\n      orientation: {x: 0.0, y: 0.0, z: 0.0, w: 1.0}\n";
     let plane = "    planes:\n    - coef: [0.0, 0.0, 1.0, 0.0]\n    plane_poses:\n    - position: {x: 0.0, y: 0.0, z: 0.0}\n      orientation: {x: 0.0, y: 0.0, z: 0.0, w: 1.0}\n";
     let prism = "    - type: 5\n      dimensions: [0.5]\n      polygon:\n        points:\n        - {x: 0.0, y: 0.0, z: 0.0}\n        - {x: 1.0, y: 0.0, z: 0.0}\n        - {x: 0.0, y: 1.0, z: 0.0}\n";
@@ -196,10 +206,15 @@ fn shapes() -> Vec<Case> {
         shape("sphere", 2, "[0.3]"),
         shape("cylinder", 3, "[0.5, 0.1]"),
         dump("mesh", "    meshes: []\n    mesh_poses: []\n", mesh),
-        dump("subframes", "    subframe_names: []\n    subframe_poses: []\n", "    subframe_names: [top]\n    subframe_poses:\n    - position: {x: 0.0, y: 0.0, z: 0.5}\n      orientation: {x: 0.0, y: 0.0, z: 0.0, w: 1.0}\n"),
+        dump(
+            "subframes",
+            "    subframe_names: []\n    subframe_poses: []\n",
+            "    subframe_names: [top]\n    subframe_poses:\n    - position: {x: 0.0, y: 0.0, z: 0.5}\n      orientation: {x: 0.0, y: 0.0, z: 0.0, w: 1.0}\n",
+        ),
         shape("cone", 4, "[0.5, 0.1]").refused(&["table", "cone"], "no such shape is proved here"),
         dump("prism", size, prism).refused(&["table", "prism"], "no such shape is proved here"),
-        dump("plane", "    planes: []\n    plane_poses: []\n", plane).refused(&["table", "plane"], "no such shape is proved here"),
+        dump("plane", "    planes: []\n    plane_poses: []\n", plane)
+            .refused(&["table", "plane"], "no such shape is proved here"),
         shape("type_0", 0, "[0.5]").refused(&["line 63", "0"], "there is no such type"),
         shape("type_9", 9, "[0.5]").refused(&["line 63", "9"], "there is no such type"),
         shape("box_of_two", 1, "[0.5, 0.1]").refused(&["table", "2"], "a size is missing"),
@@ -208,9 +223,11 @@ fn shapes() -> Vec<Case> {
 }
 
 fn poses() -> Vec<Case> {
-    let frames = |frame: &str| DUMP
+    let frames = |frame: &str| {
+        DUMP
         .replace("fixed_frame_transforms:", "fixed_frame_transforms:\n- header:\n    frame_id: shelf\n  child_frame_id: base\n  transform:\n    translation:\n      x: 1.0\n      y: 2.0\n      z: 3.0\n    rotation:\n      x: 0.0\n      y: 0.0\n      z: 1.0\n      w: 0.0")
-        .replace("nanosec: 5\n      frame_id: base", &format!("nanosec: 5\n      frame_id: {frame}"));
+        .replace("nanosec: 5\n      frame_id: base", &format!("nanosec: 5\n      frame_id: {frame}"))
+    };
     let turn = "        z: 0.6\n        w: 0.8\n";
     let second = "  - header:\n      frame_id: OTHER\n    id: cup\n    pose:\n      position: {x: 0.1, y: 0.0, z: 0.0}\n      orientation: {x: 0.0, y: 0.0, z: 0.0, w: 1.0}\n    primitives:\n    - {type: 2, dimensions: [0.1]}\n    primitive_poses:\n    - {position: {x: 0.0, y: 0.0, z: 0.0}, orientation: {x: 0.0, y: 0.0, z: 0.0, w: 1.0}}\n    operation: 0\n  octomap:";
     let two = |frame: &str| DUMP.replacen("  octomap:", &second.replace("OTHER", frame), 1);
@@ -218,14 +235,19 @@ fn poses() -> Vec<Case> {
         dump("pose_not_set", turn, "        z: 0.0\n        w: 0.0\n"),
         dump("quaternion_of_six_digits", turn, "        z: 0.707107\n        w: 0.707107\n"),
         dump("quaternion_negative", turn, "        z: -0.6\n        w: -0.8\n"),
-        dump("pose_missing", "    pose:\n      position:\n        x: 0.5\n        y: 0.25\n        z: 0.125\n      orientation:\n        x: 0.0\n        y: 0.0\n        z: 0.6\n        w: 0.8\n", ""),
+        dump(
+            "pose_missing",
+            "    pose:\n      position:\n        x: 0.5\n        y: 0.25\n        z: 0.125\n      orientation:\n        x: 0.0\n        y: 0.0\n        z: 0.6\n        w: 0.8\n",
+            "",
+        ),
         case("frame_of_scene.yaml", frames("shelf")),
         case("frame_empty.yaml", frames("''")),
         case("frame_of_object.yaml", two("table")),
         case("frame_of_world.yaml", two("base")),
         case("frame_slash.yaml", two("/base")),
         case("frame_unknown.yaml", two("nowhere")).refused(&["cup", "nowhere"], "nobody knows where that is"),
-        dump("quaternion_2", turn, "        z: 0.0\n        w: 2.0\n").refused(&["table", "norm 2"], "it is no rotation"),
+        dump("quaternion_2", turn, "        z: 0.0\n        w: 2.0\n")
+            .refused(&["table", "norm 2"], "it is no rotation"),
         dump("position_nan", "x: 0.5", "x: .nan").refused(&["line 50", "NaN"], "nobody knows where that is"),
     ]
 }
@@ -233,11 +255,28 @@ fn poses() -> Vec<Case> {
 fn matrices() -> Vec<Case> {
     let matrix = |name: &str, rows: &str| dump(name, "  entry_names: []\n  entry_values: []\n", rows);
     vec![
-        matrix("allowed", "  entry_names: [arm, base, table]\n  entry_values:\n  - enabled: [false, true, false]\n  - enabled: [true, false, true]\n  - enabled: [false, true, false]\n"),
-        matrix("allowed_bare_rows", "  entry_names: [arm, table]\n  entry_values:\n  - [false, true]\n  - [true, false]\n"),
-        matrix("allowed_diagonal", "  entry_names: [arm, table]\n  entry_values:\n  - enabled: [true, false]\n  - enabled: [false, true]\n"),
-        dump("default_entries_false", "  default_entry_names: []\n  default_entry_values: []\n", "  default_entry_names: [<octomap>]\n  default_entry_values: [false]\n"),
-        matrix("allowed_short_row", "  entry_names: [arm, table]\n  entry_values:\n  - enabled: [false]\n  - enabled: [true, false]\n").refused(&["allowed_collision_matrix", "arm"], "the matrix is not square"),
+        matrix(
+            "allowed",
+            "  entry_names: [arm, base, table]\n  entry_values:\n  - enabled: [false, true, false]\n  - enabled: [true, false, true]\n  - enabled: [false, true, false]\n",
+        ),
+        matrix(
+            "allowed_bare_rows",
+            "  entry_names: [arm, table]\n  entry_values:\n  - [false, true]\n  - [true, false]\n",
+        ),
+        matrix(
+            "allowed_diagonal",
+            "  entry_names: [arm, table]\n  entry_values:\n  - enabled: [true, false]\n  - enabled: [false, true]\n",
+        ),
+        dump(
+            "default_entries_false",
+            "  default_entry_names: []\n  default_entry_values: []\n",
+            "  default_entry_names: [<octomap>]\n  default_entry_values: [false]\n",
+        ),
+        matrix(
+            "allowed_short_row",
+            "  entry_names: [arm, table]\n  entry_values:\n  - enabled: [false]\n  - enabled: [true, false]\n",
+        )
+        .refused(&["allowed_collision_matrix", "arm"], "the matrix is not square"),
     ]
 }
 
@@ -248,7 +287,8 @@ fn attached() -> Vec<Case> {
         dump("attached", none, object),
         dump("attached_without_frame", none, &object.replace("      header:\n        frame_id: arm\n", "")),
         dump("attached_no_touch", none, &object.replace("[arm, hand]", "[]")),
-        dump("attached_elsewhere", none, &object.replace("frame_id: arm", "frame_id: hand")).refused(&["cup", "arm", "hand"], "where it is held is not said in the link's frame"),
+        dump("attached_elsewhere", none, &object.replace("frame_id: arm", "frame_id: hand"))
+            .refused(&["cup", "arm", "hand"], "where it is held is not said in the link's frame"),
     ]
 }
 
@@ -264,7 +304,13 @@ fn own() -> Vec<Case> {
         case("own_as.yaml", text),
         case("own_capital_type.json", text.replace("\"box\"", "\"BOX\"")),
         case("own_exponents.json", text.replace("0.25]", "2.5E-1]")),
-        case("own_empty_pose.json", text.replace("{ \"position\": [0.1, 0.2, 0.3], \"orientation\": { \"x\": 0, \"y\": 0, \"z\": 0.6, \"w\": 0.8 } }", "{}")),
+        case(
+            "own_empty_pose.json",
+            text.replace(
+                "{ \"position\": [0.1, 0.2, 0.3], \"orientation\": { \"x\": 0, \"y\": 0, \"z\": 0.6, \"w\": 0.8 } }",
+                "{}",
+            ),
+        ),
     ]
 }
 

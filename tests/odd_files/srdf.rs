@@ -69,10 +69,17 @@ fn documents() -> Vec<Case> {
         case("comments", SRDF.replace("><", "><!-- - --><")),
         case("doctype", SRDF.replace("<robot", "<!DOCTYPE robot>\n<robot")),
         case("one_line", SRDF.replace('\n', "")),
-        case("other_robot_name", SRDF.replace("\"six\"", "\"seven\"")).read_as("pinocchio", "a renamed robot keeps its SRDF"),
+        case("other_robot_name", SRDF.replace("\"six\"", "\"seven\""))
+            .read_as("pinocchio", "a renamed robot keeps its SRDF"),
         case("empty", "<robot name=\"six\"/>").read_as("tesseract", "it says nothing"),
-        with("unknown_elements", "<link_sphere_approximation link=\"l1\"><sphere center=\"0 0 0\" radius=\"1\"/></link_sphere_approximation><note>text</note>"),
-        with("joint_property", "<joint_property joint_name=\"j1\" property_name=\"angular_distance_weight\" value=\"1\"/>"),
+        with(
+            "unknown_elements",
+            "<link_sphere_approximation link=\"l1\"><sphere center=\"0 0 0\" radius=\"1\"/></link_sphere_approximation><note>text</note>",
+        ),
+        with(
+            "joint_property",
+            "<joint_property joint_name=\"j1\" property_name=\"angular_distance_weight\" value=\"1\"/>",
+        ),
     ]
 }
 
@@ -89,8 +96,13 @@ fn pairs() -> Vec<Case> {
         pair("pair_default_reason", "<disable_collisions link1=\"f1\" link2=\"f2\" reason=\"Default\"/>"),
         pair("pair_user_reason", "<disable_collisions link1=\"f1\" link2=\"f2\" reason=\"User: &lt;checked&gt;\"/>"),
         pair("default_off", default).read_as("ours", "as MoveIt: a link with every other"),
-        pair("default_off_but_one", &format!("{default}<enable_collisions link1=\"f1\" link2=\"base\"/>")).read_as("ours", "as MoveIt: but for what is enabled"),
-        other("pairs_before_groups", "<group name=\"arm\">", "<disable_collisions link1=\"l2\" link2=\"l3\" reason=\"Adjacent\"/><group name=\"arm\">"),
+        pair("default_off_but_one", &format!("{default}<enable_collisions link1=\"f1\" link2=\"base\"/>"))
+            .read_as("ours", "as MoveIt: but for what is enabled"),
+        other(
+            "pairs_before_groups",
+            "<group name=\"arm\">",
+            "<disable_collisions link1=\"l2\" link2=\"l3\" reason=\"Adjacent\"/><group name=\"arm\">",
+        ),
     ]
 }
 
@@ -98,18 +110,34 @@ fn groups() -> Vec<Case> {
     let arm = |name: &str, members: &str| other(name, CHAIN, members);
     vec![
         arm("group_of_joints", "<joint name=\"j1\"/><joint name=\"j2\"/><joint name=\"j3\"/>"),
-        arm("group_of_links", "<link name=\"l1\"/><link name=\"l2\"/><link name=\"l3\"/>").read_as("ours", "as MoveIt: a link stands for the joint that carries it"),
+        arm("group_of_links", "<link name=\"l1\"/><link name=\"l2\"/><link name=\"l3\"/>")
+            .read_as("ours", "as MoveIt: a link stands for the joint that carries it"),
         arm("group_of_joints_turned", "<joint name=\"j3\"/><joint name=\"j1\"/><joint name=\"j2\"/>"),
         arm("group_mixed", "<joint name=\"j1\"/><chain base_link=\"l1\" tip_link=\"l3\"/>").read_as("compas", ALONE),
         arm("group_joint_twice", "<joint name=\"j1\"/><joint name=\"j2\"/><joint name=\"j3\"/><joint name=\"j1\"/>"),
-        with("group_of_groups", "<group name=\"all\"><group name=\"arm\"/><group name=\"hand\"/></group>").read_as("compas", ALONE),
-        other("group_of_later_groups", "<group name=\"arm\">", "<group name=\"all\"><group name=\"arm\"/><group name=\"hand\"/></group><group name=\"arm\">").read_as("compas", ALONE),
+        with("group_of_groups", "<group name=\"all\"><group name=\"arm\"/><group name=\"hand\"/></group>")
+            .read_as("compas", ALONE),
+        other(
+            "group_of_later_groups",
+            "<group name=\"arm\">",
+            "<group name=\"all\"><group name=\"arm\"/><group name=\"hand\"/></group><group name=\"arm\">",
+        )
+        .read_as("compas", ALONE),
         with("empty_group", "<group name=\"none\"/>").read_as("compas", ALONE),
         with("end_effector", "<end_effector name=\"tool\" parent_link=\"l3\" group=\"hand\" parent_group=\"arm\"/>"),
         with("passive_joint", "<passive_joint name=\"g2\"/>"),
-        with("virtual_joint_fixed", "<virtual_joint name=\"root\" type=\"fixed\" parent_frame=\"world\" child_link=\"base\"/>"),
-        other("group_unknown_joint", HAND, "<group name=\"hand\"><joint name=\"g1\"/><joint name=\"g2\"/><joint name=\"gone\"/></group>").read_as("compas", ALONE),
-        with("group_unknown_subgroup", "<group name=\"both\"><group name=\"arm\"/><group name=\"gone\"/></group>").read_as("pinocchio-srdf", "what a check does not need refuses no robot"),
+        with(
+            "virtual_joint_fixed",
+            "<virtual_joint name=\"root\" type=\"fixed\" parent_frame=\"world\" child_link=\"base\"/>",
+        ),
+        other(
+            "group_unknown_joint",
+            HAND,
+            "<group name=\"hand\"><joint name=\"g1\"/><joint name=\"g2\"/><joint name=\"gone\"/></group>",
+        )
+        .read_as("compas", ALONE),
+        with("group_unknown_subgroup", "<group name=\"both\"><group name=\"arm\"/><group name=\"gone\"/></group>")
+            .read_as("pinocchio-srdf", "what a check does not need refuses no robot"),
         with("group_repeats_name", HAND),
     ]
 }

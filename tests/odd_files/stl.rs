@@ -131,13 +131,16 @@ fn binaries() -> Vec<Case> {
         case("header_colour", header(b"COLOR=\x10\x20\x30\xff,MATERIAL=\x01\x02\x03\x04")),
         case("facet_colours", binary(b"", &TETRA, [0x1f, 0x80], [0.0; 3])),
         case("attributes_ffff", binary(b"solid", &TETRA, [0xff, 0xff], [0.0; 3])),
-        case("tail_newline", with_tail(b"\n")).read_as("pymeshlab", "less than a triangle follows, so that none is lost"),
-        case("tail_crlf", with_tail(b"\r\n")).read_as("pymeshlab", "less than a triangle follows, so that none is lost"),
+        case("tail_newline", with_tail(b"\n"))
+            .read_as("pymeshlab", "less than a triangle follows, so that none is lost"),
+        case("tail_crlf", with_tail(b"\r\n"))
+            .read_as("pymeshlab", "less than a triangle follows, so that none is lost"),
         case("tail_text", with_tail(b"end of file"))
             .read_as("pymeshlab", "less than a triangle follows, so that none is lost"),
         case("more_than_counted", with_count(3))
             .refused(&["longer than it says", "3 triangles"], "either the count or the triangles are wrong"),
-        case("fewer_than_counted", with_count(5)).refused(&["cut short", "5 triangles need 334 bytes"], "a part is lost"),
+        case("fewer_than_counted", with_count(5))
+            .refused(&["cut short", "5 triangles need 334 bytes"], "a part is lost"),
         case("count_0", with_count(0)).refused(&["longer than it says", "0 triangles"], "as with any wrong count"),
         case("count_ffffffff", with_count(u32::MAX)).refused(&["cut short", "4294967295"], "as with any wrong count"),
     ]

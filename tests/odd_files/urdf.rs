@@ -81,23 +81,35 @@ fn elements() -> Vec<Case> {
     let plugin = "<gazebo><controller:gazebo_plugin name=\"p\"><on>1</on></controller:gazebo_plugin></gazebo>";
     let actuator = "<transmission name=\"t\"><type>transmission_interface/SimpleTransmission</type><joint name=\"turn\"><hardwareInterface>x</hardwareInterface></joint><actuator name=\"m\"/></transmission>";
     let visual = "<visual><geometry><mesh filename=\"package://nowhere/part.dae\"/></geometry><material name=\"\"><texture/></material></visual>";
-    let version = |name: &str, version: &str| other(name, "name=\"odd\"", &format!("name=\"odd\" version=\"{version}\""));
+    let version =
+        |name: &str, version: &str| other(name, "name=\"odd\"", &format!("name=\"odd\" version=\"{version}\""));
     vec![
         with("prefix_undeclared", plugin),
         other("attribute_prefix_undeclared", "<limit lower=\"-1\"", "<limit drake:acceleration=\"2.5\" lower=\"-1\""),
         with("transmission", actuator),
         with("gazebo_reference", "<gazebo reference=\"arm\"><material>Gazebo/Red</material><mu1>0.2</mu1></gazebo>"),
-        with("ros2_control", "<ros2_control name=\"r\" type=\"system\"><joint name=\"turn\"><command_interface name=\"position\"/></joint></ros2_control>"),
+        with(
+            "ros2_control",
+            "<ros2_control name=\"r\" type=\"system\"><joint name=\"turn\"><command_interface name=\"position\"/></joint></ros2_control>",
+        ),
         with("material_at_end", "<material name=\"steel\"><color rgba=\"0.5 0.5 0.5 1\"/></material>"),
         with("sensor", "<sensor name=\"s\" update_rate=\"10\"><parent link=\"arm\"/></sensor>"),
         other("visual_missing_mesh", "<link name=\"tip\"/>", &format!("<link name=\"tip\">{visual}</link>")),
-        other("inertial", "<link name=\"tip\"/>", "<link name=\"tip\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>"),
+        other(
+            "inertial",
+            "<link name=\"tip\"/>",
+            "<link name=\"tip\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>",
+        ),
         version("version_1_0", "1.0"),
         version("version_1", "1"),
         other("robot_without_name", " name=\"odd\"", "").read_as("urchin", "its name moves nothing"),
         other("link_type_attribute", "<link name=\"base\">", "<link name=\"base\" type=\"laser\">"),
         other("collision_name", "<collision><geometry><box", "<collision name=\"trunk\"><geometry><box"),
-        other("two_collisions", "</geometry></collision></link>\n  <link name=\"tip\"/>", "</geometry></collision><collision><origin xyz=\"0 0.5 0\"/><geometry><box size=\"0.1 0.1 0.1\"/></geometry></collision></link>\n  <link name=\"tip\"/>"),
+        other(
+            "two_collisions",
+            "</geometry></collision></link>\n  <link name=\"tip\"/>",
+            "</geometry></collision><collision><origin xyz=\"0 0.5 0\"/><geometry><box size=\"0.1 0.1 0.1\"/></geometry></collision></link>\n  <link name=\"tip\"/>",
+        ),
         other("geometry_comment", BOX, &format!("<!-- <sphere radius=\"1\"/> -->{BOX}")),
         other("text_between", "<link name=\"tip\"/>", "lies here <link name=\"tip\"/> and there"),
         other("blanks_in_tags", "<parent link=\"base\"/>", "<parent\n   link = \"base\"\n  />"),
@@ -138,7 +150,10 @@ fn numbers() -> Vec<Case> {
 fn joints() -> Vec<Case> {
     let kind = |name: &str, kind: &str| other(name, "type=\"revolute\"", &format!("type=\"{kind}\""));
     let moves_freely = |name: &str, kind: &str, axis: &str| {
-        case(name, ROBOT.replace("type=\"revolute\"", &format!("type=\"{kind}\"")).replace(AXIS, axis).replace(LIMIT, ""))
+        case(
+            name,
+            ROBOT.replace("type=\"revolute\"", &format!("type=\"{kind}\"")).replace(AXIS, axis).replace(LIMIT, ""),
+        )
     };
     vec![
         kind("continuous_with_limits", "continuous"),
@@ -154,12 +169,24 @@ fn joints() -> Vec<Case> {
         other("axis_missing", AXIS, ""),
         other("axis_of_prismatic_missing", "<axis xyz=\"1 0 0\"/>", ""),
         other("origin_missing", "<origin xyz=\"0 0 0.1\"/>", ""),
-        other("dynamics", AXIS, &format!("{AXIS}<dynamics damping=\"0.1\" friction=\"0.2\"/><calibration rising=\"0\"/>")),
+        other(
+            "dynamics",
+            AXIS,
+            &format!("{AXIS}<dynamics damping=\"0.1\" friction=\"0.2\"/><calibration rising=\"0\"/>"),
+        ),
         other("fixed_with_axis", "<child link=\"tip\"/>", "<child link=\"tip\"/><axis xyz=\"0 0 0\"/>"),
-        with("branch", "<link name=\"side\"/><joint name=\"a_branch\" type=\"revolute\"><parent link=\"base\"/><child link=\"side\"/><origin xyz=\"0 -0.5 0\"/><axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>"),
-        other("child_before_parent", "<parent link=\"base\"/><child link=\"arm\"/>", "<child link=\"arm\"/><parent link=\"base\"/>"),
+        with(
+            "branch",
+            "<link name=\"side\"/><joint name=\"a_branch\" type=\"revolute\"><parent link=\"base\"/><child link=\"side\"/><origin xyz=\"0 -0.5 0\"/><axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>",
+        ),
+        other(
+            "child_before_parent",
+            "<parent link=\"base\"/><child link=\"arm\"/>",
+            "<child link=\"arm\"/><parent link=\"base\"/>",
+        ),
         case("link_and_joint_share_name", ROBOT.replace("name=\"turn\"", "name=\"arm\"")),
-        case("upper_case_type", ROBOT.replace("type=\"fixed\"", "type=\"FIXED\"")).refused(&["line", "FIXED", "valid types"], "types are written in small letters"),
+        case("upper_case_type", ROBOT.replace("type=\"fixed\"", "type=\"FIXED\""))
+            .refused(&["line", "FIXED", "valid types"], "types are written in small letters"),
     ]
 }
 
@@ -173,9 +200,12 @@ fn limits() -> Vec<Case> {
         case(name, ROBOT.replace(LIMIT, limit).replace("name=\"odd\"", "name=\"odd\" version=\"1.2\""))
     };
     vec![
-        limit("limit_without_lower", "<limit upper=\"2\" effort=\"10\" velocity=\"3\"/>").read_as("pinocchio", "an end that is not given is 0 before URDF 1.2"),
-        limit("limit_without_upper", "<limit lower=\"-1\" effort=\"10\" velocity=\"3\"/>").read_as("pinocchio", "an end that is not given is 0 before URDF 1.2"),
-        limit("limit_of_effort_only", "<limit effort=\"10\" velocity=\"3\"/>").read_as("pinocchio", "an end that is not given is 0 before URDF 1.2"),
+        limit("limit_without_lower", "<limit upper=\"2\" effort=\"10\" velocity=\"3\"/>")
+            .read_as("pinocchio", "an end that is not given is 0 before URDF 1.2"),
+        limit("limit_without_upper", "<limit lower=\"-1\" effort=\"10\" velocity=\"3\"/>")
+            .read_as("pinocchio", "an end that is not given is 0 before URDF 1.2"),
+        limit("limit_of_effort_only", "<limit effort=\"10\" velocity=\"3\"/>")
+            .read_as("pinocchio", "an end that is not given is 0 before URDF 1.2"),
         limit("limit_without_effort", "<limit lower=\"-1\" upper=\"2\" velocity=\"3\"/>"),
         limit("limit_without_velocity", "<limit lower=\"-1\" upper=\"2\" effort=\"10\"/>"),
         limit("limit_equal", "<limit lower=\"0.5\" upper=\"0.5\" effort=\"10\" velocity=\"3\"/>"),
@@ -184,8 +214,12 @@ fn limits() -> Vec<Case> {
         limit("limit_beyond_zero", "<limit lower=\"0.5\" upper=\"2\" effort=\"10\" velocity=\"3\"/>"),
         safe("soft_limits", "soft_lower_limit=\"-0.5\" soft_upper_limit=\"1\""),
         safe("soft_limits_wider", "soft_lower_limit=\"-5\" soft_upper_limit=\"5\""),
-        other("soft_limit_lower_only", LIMIT, &format!("{LIMIT}<safety_controller soft_lower_limit=\"-0.5\" k_velocity=\"10\"/>"))
-            .read_as("urchin", "URDF's default is 0, and MoveIt holds the joint below it"),
+        other(
+            "soft_limit_lower_only",
+            LIMIT,
+            &format!("{LIMIT}<safety_controller soft_lower_limit=\"-0.5\" k_velocity=\"10\"/>"),
+        )
+        .read_as("urchin", "URDF's default is 0, and MoveIt holds the joint below it"),
         other("safety_without_soft_limits", LIMIT, &format!("{LIMIT}<safety_controller k_velocity=\"10\"/>"))
             .read_as("urchin", "URDF's default is 0, and MoveIt holds the joint there"),
         version("version_1_2", LIMIT),
@@ -211,7 +245,10 @@ fn mimics() -> Vec<Case> {
         mimic("mimic_multiplier_0", "<mimic joint=\"turn\" multiplier=\"0\" offset=\"0.2\"/>"),
         case("mimic_chain", chain).read_as("urchin", why),
         case("mimic_of_a_later_joint", before).read_as("yourdfpy", why),
-        other("mimic_of_continuous", LIMIT, "").with(|text| text.replace("type=\"revolute\"", "type=\"continuous\"").replace(SLIDE, &format!("{SLIDE}<mimic joint=\"turn\" multiplier=\"0.01\"/>"))),
+        other("mimic_of_continuous", LIMIT, "").with(|text| {
+            text.replace("type=\"revolute\"", "type=\"continuous\"")
+                .replace(SLIDE, &format!("{SLIDE}<mimic joint=\"turn\" multiplier=\"0.01\"/>"))
+        }),
         mimic("mimic_of_itself", "<mimic joint=\"slide\"/>").refused(&["slide", "mimic"], "it has no leader"),
         mimic("mimic_of_nothing", "<mimic joint=\"gone\"/>").refused(&["slide", "gone"], "it has no leader"),
     ]
@@ -219,7 +256,9 @@ fn mimics() -> Vec<Case> {
 
 fn shapes() -> Vec<Case> {
     let shape = |name: &str, shape: &str| other(name, BOX, shape);
-    let place = |name: &str, place: &str| other(name, "<collision><geometry><box", &format!("<collision>{place}<geometry><box"));
+    let place = |name: &str, place: &str| {
+        other(name, "<collision><geometry><box", &format!("<collision>{place}<geometry><box"))
+    };
     let out = "a shape without an inside bounds nothing; it is left out with a warning";
     vec![
         shape("sphere", "<sphere radius=\"0.3\"/>"),
@@ -236,8 +275,10 @@ fn shapes() -> Vec<Case> {
         shape("flat_box", "<box size=\"0.2 0.3 0\"/>"),
         shape("zero_sphere", "<sphere radius=\"0\"/>").read_as("ours", out),
         shape("zero_cylinder", "<cylinder radius=\"0\" length=\"0.5\"/>"),
-        shape("negative_box", "<box size=\"-0.2 0.3 0.4\"/>").refused(&["base", "-0.2"], "no solid is of negative size"),
-        other("negative_cylinder", CYLINDER, "<cylinder radius=\"-0.05\" length=\"0.5\"/>").refused(&["arm", "-0.05"], "no solid is of negative size"),
+        shape("negative_box", "<box size=\"-0.2 0.3 0.4\"/>")
+            .refused(&["base", "-0.2"], "no solid is of negative size"),
+        other("negative_cylinder", CYLINDER, "<cylinder radius=\"-0.05\" length=\"0.5\"/>")
+            .refused(&["arm", "-0.05"], "no solid is of negative size"),
     ]
 }
 
@@ -257,12 +298,16 @@ fn meshes() -> Vec<Case> {
         mesh("mesh_package_folder", "filename=\"package://urdf/meshes/part.stl\""),
         mesh("mesh_package_two_slashes", "filename=\"package://urdf//meshes/part.stl\""),
         mesh("mesh_model", "filename=\"model://urdf/part.stl\""),
-        mesh("mesh_percent", "filename=\"package://urdf/my%20part.stl\"").read_as("ours", "a URI writes a blank so, and MoveIt reads it so"),
+        mesh("mesh_percent", "filename=\"package://urdf/my%20part.stl\"")
+            .read_as("ours", "a URI writes a blank so, and MoveIt reads it so"),
         mesh("mesh_missing", "filename=\"gone.stl\"").refused(&["base", "gone.stl"], "it is not there"),
         mesh("mesh_no_format", "filename=\"part.xyz\"").refused(&["base", "part.xyz"], "it is no mesh"),
-        mesh("mesh_scale_0", "filename=\"part.stl\" scale=\"0 0 0\"").refused(&["base", "part.stl", "scale"], "nothing is left of it"),
-        mesh("mesh_scale_one_number", "filename=\"part.stl\" scale=\"0.001\"").refused(&["line", "base", "scale", "3"], "readers do not agree what it means"),
-        mesh("mesh_web", "filename=\"https://example.org/part.stl\"").refused(&["base", "https://example.org/part.stl"], "files are not fetched"),
+        mesh("mesh_scale_0", "filename=\"part.stl\" scale=\"0 0 0\"")
+            .refused(&["base", "part.stl", "scale"], "nothing is left of it"),
+        mesh("mesh_scale_one_number", "filename=\"part.stl\" scale=\"0.001\"")
+            .refused(&["line", "base", "scale", "3"], "readers do not agree what it means"),
+        mesh("mesh_web", "filename=\"https://example.org/part.stl\"")
+            .refused(&["base", "https://example.org/part.stl"], "files are not fetched"),
     ]
 }
 
@@ -282,7 +327,12 @@ fn refused() -> Vec<Case> {
         bad("link_twice", "<link name=\"tip\"/>", "<link name=\"tip\"/><link name=\"tip\"/>", &["tip", "twice"]),
         bad("cut_short", "</robot>", "", &["not an XML file"]),
         bad("no_robot", "robot", "model", &["<model>", "<robot>"]),
-        bad("xacro_property", "<link name=\"tip\"/>", "<xacro:property name=\"a\" value=\"1\"/><link name=\"tip\"/>", &["xacro"]),
+        bad(
+            "xacro_property",
+            "<link name=\"tip\"/>",
+            "<xacro:property name=\"a\" value=\"1\"/><link name=\"tip\"/>",
+            &["xacro"],
+        ),
         bad("unexpanded_find", BOX, "<mesh filename=\"$(find arm)/part.stl\"/>", &["line 3", "$(find arm)", "xacro"]),
     ]
 }
