@@ -239,7 +239,7 @@ fn polygons() -> Vec<Case> {
             .into_bytes();
         case
     };
-    let polylist = format!("<polylist count=\"6\">INPUT<vcount>4 4 4 4 4 4</vcount><p>QUADS</p></polylist>");
+    let polylist = "<polylist count=\"6\">INPUT<vcount>4 4 4 4 4 4</vcount><p>QUADS</p></polylist>".to_owned();
     vec![
         boxed("polylist", &polylist),
         boxed("polylist_lines", &polylist.replace("4 4 4 4 4 4", "\n4 4\n4 4 4\t4\n")),
@@ -248,9 +248,7 @@ fn polygons() -> Vec<Case> {
         boxed("trifans", &format!("<trifans count=\"6\">INPUT{fans}</trifans>")),
         boxed(
             "two_elements",
-            &format!(
-                "<polylist count=\"3\">INPUT<vcount>4 4 4</vcount><p>0 3 2 1 4 5 6 7 0 1 5 4</p></polylist><triangles count=\"6\">INPUT<p>1 2 6 1 6 5 2 3 7 2 7 6 3 0 4 3 4 7</p></triangles>"
-            ),
+            "<polylist count=\"3\">INPUT<vcount>4 4 4</vcount><p>0 3 2 1 4 5 6 7 0 1 5 4</p></polylist><triangles count=\"6\">INPUT<p>1 2 6 1 6 5 2 3 7 2 7 6 3 0 4 3 4 7</p></triangles>",
         ),
         boxed(
             "lines_beside",

@@ -167,7 +167,8 @@ fn prism(outline: &[[f64; 2]], first: usize) -> String {
 
 fn star(points: usize) -> Vec<[f64; 2]> {
     let corner = |i: usize| {
-        let (angle, radius) = (std::f64::consts::PI * i as f64 / points as f64, if i % 2 == 0 { 1.0 } else { 0.5 });
+        let (angle, radius) =
+            (std::f64::consts::PI * i as f64 / points as f64, if i.is_multiple_of(2) { 1.0 } else { 0.5 });
         [radius * angle.cos(), radius * angle.sin()].map(|c| (c * 4096.0).round() / 4096.0)
     };
     (0..2 * points).map(corner).collect()

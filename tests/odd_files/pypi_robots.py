@@ -205,7 +205,7 @@ def inside(folder, arguments):
     print(f"{'package':26} {'robot':34} {'links':>5} {'limits, poses':16} {'paths':>5} {'proved':>6} {'refuted':>7}")
     for package, file in files:
         reading, rng = ours[str(file)], random.Random(7)
-        head = f"{package:26} {file.parent.parent.name[-14:] + '/' + file.stem[-19:]:34}"
+        head = f"{package:26} {file.parent.name[-14:] + '/' + file.stem[-19:]:34}"
         if "refused" in reading:
             print(f"{head} refused: {reading['refused'].replace(str(site), '')}")
             continue
