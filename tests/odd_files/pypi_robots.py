@@ -4,7 +4,7 @@
     cargo build --release && python3 tests/odd_files/pypi_robots.py [--paths 20] [--keep FOLDER]
 
 Installs the packages below in a virtual environment in a temporary folder (about 1.5 GB), and changes nothing else.
-For each robot: limits and poses of all links as pinocchio has them; random short paths that `taut check` proves,
+For each robot: poses of all links as pinocchio has them, limits too, cut by the soft ones; random short paths that `taut check` proves,
 sampled with coal between their ends. Prints a table; exits with 1 where a number differs or a sample collides.
 """
 
@@ -18,6 +18,7 @@ import random
 import subprocess
 import sys
 import tempfile
+import xml.etree.ElementTree
 
 PACKAGES = [
     "pin==4.1.0", "numpy==2.4.6",
@@ -72,6 +73,15 @@ def readings(folder, files):
     test = ["cargo", "test", "--quiet", "--test", "odd_files", "--", "--ignored", "read_other_robots"]
     subprocess.run(test, cwd=PROJECT, env=environment, check=True, stdout=subprocess.DEVNULL)
     return json.loads((folder / "readings.json").read_text())
+
+
+def bounded(limits, urdf):
+    """Limits and soft limits, as in MoveIt's robot model; pinocchio has the former only."""
+    for joint in xml.etree.ElementTree.parse(urdf).getroot().findall("joint"):
+        soft, name = joint.find("safety_controller"), joint.get("name")
+        if soft is not None and limits.get(name, [None])[0] is not None:
+            lower, upper = (float(soft.get(f"soft_{end}_limit", 0)) for end in ("lower", "upper"))
+            limits[name] = [max(limits[name][0], lower), min(limits[name][1], upper)]
 
 
 def differing(ours, theirs):
@@ -212,6 +222,7 @@ def inside(folder, arguments):
         read = reading["read"]
         try:
             theirs = readers.posed_by_pinocchio(file)[1]
+            bounded(theirs["limits"], file)
             different = differing(read, theirs)
             robot = Sampled(file, [str(file.parent), *roots, str(site)], rng)
             made, proved, refuted = paths(taut, file, robot, list(read["limits"]), folder, arguments.paths, rng, environment)
