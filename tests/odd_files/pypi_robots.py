@@ -15,10 +15,10 @@ import math
 import os
 import pathlib
 import random
+import re
 import subprocess
 import sys
 import tempfile
-import xml.etree.ElementTree
 
 PACKAGES = [
     "pin==4.1.0", "numpy==2.4.6",
@@ -77,10 +77,13 @@ def readings(folder, files):
 
 def bounded(limits, urdf):
     """Limits and soft limits, as in MoveIt's robot model; pinocchio has the former only."""
-    for joint in xml.etree.ElementTree.parse(urdf).getroot().findall("joint"):
-        soft, name = joint.find("safety_controller"), joint.get("name")
+    # Some of these files are no XML: their prefixes are not declared.
+    text = urdf.read_text(encoding="utf-8", errors="replace")
+    for name, inner in re.findall(r'<joint\s[^>]*?name="([^"]+)"[^>]*>(.*?)</joint>', text, re.S):
+        soft = re.search(r"<safety_controller\s([^>]*)", inner)
         if soft is not None and limits.get(name, [None])[0] is not None:
-            lower, upper = (float(soft.get(f"soft_{end}_limit", 0)) for end in ("lower", "upper"))
+            numbers = dict(re.findall(r'soft_(lower|upper)_limit="([^"]*)"', soft.group(1)))
+            lower, upper = (float(numbers.get(end, 0)) for end in ("lower", "upper"))
             limits[name] = [max(limits[name][0], lower), min(limits[name][1], upper)]
 
 
@@ -180,7 +183,7 @@ def paths(taut, urdf, robot, columns, folder, count, rng, environment):
         b = robot.between(a, robot.random(rng), rng.uniform(0.02, 0.3))
         if robot.is_free(a) and robot.is_free(b):
             made.append((a, b))
-    proved, refuted = 0, 0
+    proved, refuted, others = 0, 0, collections.Counter()
     for index, (a, b) in enumerate(made):
         file = folder / f"path{index}.csv"
         rows = [",".join(repr(robot.values(q)[name]) for name in columns) for q in (a, b)]
@@ -191,12 +194,15 @@ def paths(taut, urdf, robot, columns, folder, count, rng, environment):
         run = subprocess.run(list(map(str, command)), env=environment, capture_output=True, text=True)
         answers = [json.loads(line) for line in run.stdout.splitlines() if line.startswith("{")]
         if len(answers) != len(made):
-            return len(made), None, run.stderr.strip().splitlines()[-1] if run.stderr.strip() else "no answer"
+            return len(made), 0, 0, [run.stderr.strip().splitlines()[-1] if run.stderr.strip() else "no answer"]
         for (a, b), answer in zip(made, answers):
             if answer.get("proved") is True:
                 proved += 1
                 refuted += sum(not robot.is_free(robot.between(a, b, i / SAMPLES)) for i in range(SAMPLES + 1))
-    return len(made), proved, refuted
+            else:
+                hit = (answer.get("contacts") or [{}])[0]
+                others[" ".join([answer["code_name"], *map(str, hit.get("bodies") or [])])] += 1
+    return len(made), proved, refuted, [f"{count} × {reason}" for reason, count in others.items()]
 
 
 def inside(folder, arguments):
@@ -225,16 +231,16 @@ def inside(folder, arguments):
             bounded(theirs["limits"], file)
             different = differing(read, theirs)
             robot = Sampled(file, [str(file.parent), *roots, str(site)], rng)
-            made, proved, refuted = paths(taut, file, robot, list(read["limits"]), folder, arguments.paths, rng, environment)
+            made, proved, refuted, others = paths(taut, file, robot, list(read["limits"]), folder, arguments.paths, rng, environment)
         except Exception as error:
             line = str(error).replace("\n", " ")
             print(f"{head} {len(read['poses']):5} pinocchio: {type(error).__name__}: {line[:150]}")
             continue
         verdict = "equal" if not different else f"{len(different)} differ"
-        print(f"{head} {len(read['poses']):5} {verdict:16} {made:5} {proved if proved is not None else '-':>6} {refuted:>7}", flush=True)
-        for line in different[:5]:
+        print(f"{head} {len(read['poses']):5} {verdict:16} {made:5} {proved:6} {refuted:>7}", flush=True)
+        for line in others + different[:5]:
             print(f"{'':26} {line[:220]}")
-        failed |= bool(different) or refuted not in (0,)
+        failed |= bool(different) or refuted > 0
     return int(failed)
 
 
