@@ -105,9 +105,10 @@ pub struct ColumnTurns {
 pub enum RefusalPlace {
     /// The bodies that collide first do so at the first waypoint.
     Start,
-    /// They do so at the last waypoint too, wherever on the path they first meet.
+    /// They do so at the last waypoint too, wherever on the path they first meet; or they first meet on the last
+    /// segment, and any bodies collide at its end.
     Goal,
-    /// They do so somewhere between, whatever other bodies do at the ends.
+    /// They do so somewhere between, whatever other bodies do at the end.
     Between,
 }
 

@@ -132,7 +132,8 @@ impl<'r, 'm> Progress<'r, 'm> {
         if has_turned {
             self.keep_fixed(trial.as_flat_mut(), fixed, 0);
         }
-        !(has_turned && self.task.keep_goal) && self.names_its_way(trial.as_flat())
+        let goal_stays = !(has_turned && self.task.keep_goal);
+        goal_stays && self.names_its_way(trial.as_flat())
     }
 
     /// The same for `rows` in the place of the waypoints `range`; where what follows moves by whole turns, `tail` gets
@@ -142,7 +143,7 @@ impl<'r, 'm> Progress<'r, 'm> {
         if self.task.space.unroll(rows) {
             self.turn_tail(range.end - 1, rows, tail);
         }
-        !(self.task.keep_goal && !tail.is_empty()) && self.names_its_way(rows)
+        (tail.is_empty() || !self.task.keep_goal) && self.names_its_way(rows)
     }
 
     /// `tail` ← the waypoints from `first` on, as many whole turns on as the last of `rows` is from the first of them.

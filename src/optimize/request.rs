@@ -323,11 +323,13 @@ impl Restorer {
 
 fn refusal(validator: &mut Validator, input: &Input, segment: usize, hit: &Hit, proved_prefix: f64) -> Refusal {
     let (model, path) = (validator.model(), &input.path);
-    let mut touches =
-        |waypoint: usize| hit.reason == HitReason::Collision && validator.touches(hit.pair, path.waypoint(waypoint));
-    let place = if touches(0) {
+    let (start, goal) = (path.waypoint(0), path.waypoint(path.len() - 1));
+    let is_on_last_segment = segment + 2 >= path.len();
+    let place = if hit.reason != HitReason::Collision {
+        RefusalPlace::Between
+    } else if validator.touches(hit.pair, start) {
         RefusalPlace::Start
-    } else if touches(path.len() - 1) {
+    } else if validator.touches(hit.pair, goal) || (is_on_last_segment && validator.collides(goal)) {
         RefusalPlace::Goal
     } else {
         RefusalPlace::Between

@@ -229,7 +229,9 @@ mod tests {
 
     #[test]
     fn a_step_means_its_numbers_up_to_half_a_turn_as_files_round_it() {
-        for half in [PI, 3.1416, 3.14159, f64::from(std::f32::consts::PI)] {
+        // As files and messages have it: to so many digits, in single precision.
+        let rounded = |digits: i32| (PI * 10_f64.powi(digits)).round() / 10_f64.powi(digits);
+        for half in [PI, rounded(4), rounded(5), f64::from(std::f32::consts::PI)] {
             assert_eq!((step(0.0, half), step(0.0, -half)), (half, -half));
             assert!((step(0.5 * half, -0.5 * half) + half).abs() < 1e-15);
         }

@@ -253,7 +253,7 @@ mod tests {
             assert!(filled.triangles.len() == 2 && filled.crosses, "{corners:?}");
         }
         let many = |count: usize| {
-            let tooth = |i: usize| Vec3::new(i as f64, if i % 2 == 0 { 0.0 } else { 1.0 }, 0.0);
+            let tooth = |i: usize| Vec3::new(i as f64, if i.is_multiple_of(2) { 0.0 } else { 1.0 }, 0.0);
             let mut corners: Vec<Vec3> = (0..count).map(tooth).collect();
             corners.push(Vec3::new(0.0, 5.0, 0.0));
             fill(&corners).map(|filled| filled.triangles.len())

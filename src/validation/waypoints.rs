@@ -24,6 +24,13 @@ struct Suspect {
 }
 
 impl Validator<'_> {
+    /// Whether any two bodies' surfaces meet at one configuration.
+    pub fn collides(&mut self, configuration: &[f64]) -> bool {
+        let path = Path::from_rows(configuration.len(), configuration.to_vec());
+        let look = |path: &Path| self.colliding_waypoint(path, std::iter::once(0), &mut || false);
+        path.as_ref().and_then(look).flatten().is_some()
+    }
+
     /// The first of the collisions that a look at these waypoints finds. `stop` is asked at every eight, and at every
     /// exact look; `None` where it said so before any was found.
     pub(super) fn colliding_waypoint(

@@ -299,6 +299,8 @@ typedef struct {
     bool is_final;
     // Whether the scene has a newer version by now.
     bool superseded;
+    // Pairs of bodies that were checked; 0 of a final answer: there is nothing to check.
+    uint64_t pairs;
 } taut_info;
 
 // A path in shared memory: number `column` of waypoint `i` is `first[i * stride + column]`.
@@ -312,6 +314,14 @@ typedef struct {
     // Numbers from one row to the next.
     size_t stride;
 } taut_rows;
+
+// What a person should know beside a verdict.
+typedef struct {
+    // One line; valid until the answer is freed.
+    const char *text;
+    // Whether it says what the verdict does not cover, or rests on; else it takes nothing from the verdict.
+    bool uncovered;
+} taut_warning;
 
 #ifdef __cplusplus
 extern "C" {
@@ -506,6 +516,15 @@ int32_t taut_answer_copy(const taut_answer *answer,
                          double *numbers,
                          size_t capacity,
                          taut_error **error);
+
+// How many warnings come with an answer, first those that say what the verdict does not cover; 0 for one that is freed.
+size_t taut_answer_warnings(const taut_answer *answer);
+
+// One warning of an answer: true and `*warning` filled in, or false for an index beyond the last.
+//
+// # Safety
+// `warning` points to a `taut_warning`, or is NULL.
+bool taut_answer_warning(const taut_answer *answer, size_t index, taut_warning *warning);
 
 // Frees an answer; its memory goes back. NULL and answers that are freed are let be.
 void taut_answer_free(taut_answer *answer);

@@ -21,6 +21,7 @@ const BATCH: usize = 128;
 /// Where a collision is known, what is before it is proved in runs of up to so many segments.
 const LONGEST_RUN: usize = 64;
 /// Of a path of more waypoints, its ends are looked at before anything is proved: that costs next to nothing then.
+/// A look at all of them costs as much as their proof.
 const MANY_WAYPOINTS: usize = 128;
 
 /// Proves a request's input. Where `may_lower`, the floor of each pair that comes closer is lowered: to the largest of
@@ -77,8 +78,8 @@ impl InputProof<'_, '_, '_> {
             if self.proofs.len() == segments(self.path) {
                 return Some(());
             }
+            self.look_at_waypoints(0..self.path.len(), stop)?;
         }
-        self.look_at_waypoints(0..self.path.len(), stop)?;
         match self.collision {
             None => self.prove_up_to(segments(self.path), stop),
             // What stands at the start needs no proof of anything.
