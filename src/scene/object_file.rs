@@ -100,9 +100,10 @@ pub struct ObjectFile {
     pub(super) subframe_names: Vec<String>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) subframe_poses: Vec<PoseFile>,
-    /// Read only to be refused: an infinite plane is no solid here.
-    #[serde(default, skip_serializing)]
-    pub(super) planes: Vec<IgnoredAny>,
+    /// Read only to be refused: an infinite plane is no solid here. Written, since a YAML text is read as the JSON that
+    /// is made of it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) planes: Vec<serde_json::Value>,
     #[serde(default, rename = "plane_poses", skip_serializing)]
     pub(super) _plane_poses: IgnoredAny,
     /// What kind of thing it is, for databases.

@@ -16,7 +16,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Surface, String> {
     let announced = bytes.get(80..HEADER).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
     let size = announced.map(|count| HEADER + TRIANGLE * count);
     if size != Some(bytes.len()) && looks_like_text(bytes) {
-        return text(&String::from_utf8_lossy(bytes)).map_err(|reason| format!("not a text STL: {reason}"));
+        // Some writers fill the last block of a file.
+        let end = bytes.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+        return text(&String::from_utf8_lossy(&bytes[..end])).map_err(|reason| format!("not a text STL: {reason}"));
     }
     match (announced, size) {
         // Up to a triangle's worth of stray bytes (a line end) is harmless; more would be triangles lost.
@@ -32,7 +34,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Surface, String> {
 fn looks_like_text(bytes: &[u8]) -> bool {
     let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     let starts = |word: &[u8]| start.get(..word.len()).is_some_and(|bytes| bytes.eq_ignore_ascii_case(word));
-    (starts(b"solid") || starts(b"facet")) && !bytes.contains(&0)
+    let last = bytes.iter().rposition(|byte| *byte != 0).unwrap_or_default();
+    (starts(b"solid") || starts(b"facet")) && !bytes[..last].contains(&0)
 }
 
 /// Triangles of a binary STL: each a normal, which says nothing new, three corners, and two bytes of anything.

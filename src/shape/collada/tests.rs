@@ -73,7 +73,7 @@ fn the_unit_is_applied_and_the_up_axis_is_not() {
 #[test]
 fn nodes_carry_nodes_and_the_last_transform_acts_first() {
     // Scaled, then turned a quarter about z, then shifted; and the parent's matrix after all.
-    let inner = "<node><translate>1 0 0</translate><rotate>0 0 2 90</rotate><scale>2 1 1</scale>";
+    let inner = "<node><translate>1 0 0</translate><rotate>0 0 1 90</rotate><scale>2 1 1</scale>";
     let nodes = format!("<node><matrix>1 0 0 0  0 1 0 0.004  0 0 1 0  0 0 0 1</matrix>{inner}{CUBE}</node></node>");
     assert_near(solid(&file("", &nodes)), [0.0, 0.004, 0.0], [1.0, 2.004, 1.0], 2.0);
     // A matrix is written by rows: this one takes x to y.
@@ -139,6 +139,7 @@ fn what_cannot_be_read_is_refused_with_its_line() {
         ("<node><inst", "<node><skew>1 2</skew><inst", ["line 23", "<skew>", "before the export"]),
         ("<node><inst", "<node><scale>1 2</scale><inst", ["line 23", "<scale> has 2 numbers", "3"]),
         ("<node><inst", "<node><rotate>0 0 0 9</rotate><inst", ["line 23", "9 degrees", "length 0"]),
+        ("<node><inst", "<node><rotate>0 0 2 9</rotate><inst", ["line 23", "0 0 2", "unit vector"]),
         ("instance_geometry url='#cube'", "instance_controller url='#x'", ["line 23", "skeleton", "armature"]),
         (CUBE, last, ["line 23", "\"#again\"", "no <node>"]),
         (CUBE, "", ["shows no polygon", "<triangles>", "visual scene"]),

@@ -54,9 +54,18 @@ pub(super) fn of_node(node: Node) -> Result<Affine, String> {
     Ok(all)
 }
 
+/// Axes may differ from unit length by this much, as of six digits.
+const AXIS_TOLERANCE: f64 = 1e-3;
+
 fn rotate(node: Node) -> Result<Affine, String> {
     let [x, y, z, degrees] = exactly(node)?;
-    match Vec3::new(x, y, z).try_normalize() {
+    let axis = Vec3::new(x, y, z);
+    match axis.try_normalize() {
+        // assimp and pycollada put such an axis into the formula as it stands, and stretch the mesh.
+        Some(_) if degrees != 0.0 && (axis.length() - 1.0).abs() > AXIS_TOLERANCE => {
+            let text = format!("the axis of <rotate> is {x} {y} {z}, of length {}", axis.length());
+            Err(at(node, format!("{text}; readers stretch the mesh: make it a unit vector")))
+        }
         Some(axis) => {
             let linear = Mat3::from_quat(Quat::from_axis_angle(axis, degrees.to_radians()));
             Ok(Affine { linear, shift: Vec3::ZERO })
