@@ -265,7 +265,7 @@ fn ball(n: usize) -> Vec<u8> {
     let at = |i: usize, j: usize| -> [f32; 3] {
         let (t, f) = (i as f64 / n as f64 * std::f64::consts::PI, j as f64 / n as f64 * std::f64::consts::TAU);
         let ring = if i == 0 || i == n { 0.0 } else { t.sin() };
-        let turn = f64::from((j % n != 0) as u8) * f;
+        let turn = f64::from(!j.is_multiple_of(n)) * f;
         [0.1 * ring * turn.cos(), 0.1 * ring * turn.sin(), 0.1 * t.cos()].map(|x| x as f32)
     };
     let mut triangles = Vec::new();

@@ -16,8 +16,6 @@ use std::ops::RangeInclusive;
 use super::examine::Until;
 use super::floors::Floors;
 use super::ledger::Ledger;
-#[cfg(test)]
-use super::rake::Proving;
 use super::rake::RakeScratch;
 use super::segment_motion::SegmentMotion;
 use super::undecided::{Interval, List, Segments};
@@ -26,9 +24,10 @@ use crate::collision::CollisionModel;
 use crate::collision::query::TOUCHING_M;
 use crate::lanes::{InstructionSet, LANES};
 use crate::math::Vec3;
-#[cfg(test)]
-use crate::robot::lane_kinematics::LaneInterval;
 use crate::robot::{ConfigurationSpace, Kinematics};
+
+/// Width to which [`Validator::first_hit`] narrows a refusal down.
+pub const FINEST: f64 = 1.0 / 2048.0;
 
 /// Intervals that one pair at a lowered floor may take on one segment before it counts as not provable.
 pub const LOWERED_FLOOR_INTERVALS: u32 = 100_000;
@@ -373,59 +372,3 @@ impl<'a> Validator<'a> {
         Hit { reason, t: interval.middle, pair, contact, proved_until: interval.middle - interval.half }
     }
 }
-
-#[cfg(test)]
-impl Validator<'_> {
-    /// What the filter leaves undecided of eight intervals of a segment, and what the rest keeps in each lane.
-    pub(crate) fn filtered(
-        &mut self,
-        from: &[f64],
-        to: &[f64],
-        intervals: [LaneInterval; LANES],
-    ) -> (Vec<(u32, u8)>, [f32; LANES]) {
-        self.begin();
-        self.add(from, to);
-        self.run(Proving, intervals, u8::MAX, true);
-        let unproved = &self.scratch.rake.unproved;
-        (unproved.iter().map(|unproved| (unproved.pair, unproved.lanes)).collect(), self.scratch.rake.kept)
-    }
-
-    /// Where the filter sees the frames on eight intervals of a segment.
-    pub(crate) fn filtered_frames(
-        &mut self,
-        from: &[f64],
-        to: &[f64],
-        intervals: [LaneInterval; LANES],
-    ) -> Vec<crate::robot::lane_kinematics::LaneFrame> {
-        self.filtered(from, to, intervals);
-        self.scratch.rake.frames().to_vec()
-    }
-
-    /// Margin for the size of the values of the last segment (m).
-    pub(crate) fn rounding_of_values(&self) -> f32 {
-        self.scratch.segments.lanes.rounding(0)
-    }
-
-    /// Support gap and displacement bound of the closest pieces of a pair on one interval, and what its bodies keep
-    /// as wholes, for the tests of the bound; `None` where the pieces are too close for a direction.
-    pub(crate) fn closest_bound(
-        &mut self,
-        from: &[f64],
-        to: &[f64],
-        middle: f64,
-        half: f64,
-        pair: usize,
-    ) -> Option<(f64, f64, f64)> {
-        self.scratch.segments.exact = None;
-        self.scratch.motion.begin(self.model, self.space, from, to, self.held);
-        self.scratch.motion.place(self.model, self.space, from, middle, self.held);
-        let floor = self.floors()[pair];
-        let interval = self.scratch.motion.pair_interval(self.model, &self.model.pairs()[pair], half, floor);
-        let (gap, displacement) = interval.weakest_pieces()?;
-        let wholes = interval.direction_of_wholes().map(|normal| interval.kept_by_wholes(normal));
-        Some((gap, displacement, wholes.unwrap_or(f64::NEG_INFINITY)))
-    }
-}
-
-/// Width to which [`Validator::first_hit`] narrows a refusal down.
-pub const FINEST: f64 = 1.0 / 2048.0;

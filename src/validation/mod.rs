@@ -15,6 +15,8 @@ pub mod motion;
 pub mod nearest;
 pub mod path_proof;
 mod poses;
+#[cfg(test)]
+mod probe;
 pub mod rake;
 pub mod reach;
 pub mod reference;
