@@ -167,6 +167,43 @@ fn a_name_of_the_world_is_the_robots_to_say() {
     assert!(run.exit == 1 && format!("{}{}", run.out, run.err).contains("has the name of a link"), "{}", run.err);
 }
 
+/// The virtual joint's parent is a frame of diffs, too: whichever robot is loaded says the world's name.
+#[test]
+fn a_diff_knows_the_parent_of_the_virtual_joint() {
+    let place = Place::new();
+    let _daemon = place.serve("");
+    let file = |name: &str| case(&format!("object-frames/{name}"));
+    let text = fs::read_to_string(file("arm2.srdf")).unwrap();
+    let joint = |kind: &str| format!("<virtual_joint name='v' type='{kind}' parent_frame='odom' child_link='base'/>");
+    let load = |label: &str, kind: &str| {
+        let srdf = place.file(&format!("{label}.srdf"), &text.replace("</robot>", &(joint(kind) + "</robot>")));
+        place.taut(&["load-robot", label, "--urdf", &file("arm2.urdf"), "--srdf", &srdf])
+    };
+    let diff = fs::read_to_string(file("f_diff.json")).unwrap();
+    let apply = |label: &str, frame: &str| {
+        let mut diff: Value = serde_json::from_str(&diff).unwrap();
+        diff["objects"][0]["header"]["frame_id"] = json!(frame);
+        diff["objects"][0]["pose"]["position"] = json!([0.6, 0.55, 0.0]);
+        let name = format!("{label}.{}.json", frame.replace('/', "_"));
+        assert_eq!(place.taut(&["load-scene", label, &file("f_base.json")]).exit, 0);
+        place.taut(&["scene", "apply", label, &place.file(&name, &diff.to_string())])
+    };
+    is_refusal(&apply("early", "odom"), &["\"odom\"", "the world"]);
+    assert_eq!(load("arm", "fixed").exit, 0);
+    for (label, frame) in [("plain", "odom"), ("slash", "/odom"), ("root", "base")] {
+        let run = apply(label, frame);
+        assert_eq!(run.exit, 0, "{frame}: {}", run.err);
+        let run = place.taut(&["check", &file("p2.csv"), "--robot", "arm", "--scene", label, "--format", "json"]);
+        is_collision(&run.json(), 0.079);
+    }
+    is_refusal(&apply("typo", "odon"), &["\"odon\"", "odom"]);
+    // Of a root that moves, only the joint's parent stands.
+    assert_eq!(place.taut(&["unload-robot", "arm"]).exit, 0);
+    assert_eq!(load("cart", "planar").exit, 0);
+    assert_eq!(apply("moving", "odom").exit, 0);
+    is_refusal(&apply("carried", "base"), &["\"base\"", "odom"]);
+}
+
 #[test]
 fn the_daemon_reads_frames_alike() {
     let place = Place::new();

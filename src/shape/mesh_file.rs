@@ -12,7 +12,8 @@ use crate::math::Vec3;
 /// mirrors the mesh.
 ///
 /// A polygon of more than three corners is cut into triangles: a convex one from its first corner, any other by ears,
-/// whichever corner comes first.
+/// whichever corner comes first. Which of them it is, its corners say as the file has them, before any node or `scale`:
+/// a quad that is not flat may be convex in one and not in the other, and the file has to mean one shape.
 ///
 /// # Errors
 /// Another format than STL, OBJ or DAE, a file that is cut short or cannot be decoded, one that holds surfaces that are
@@ -270,6 +271,36 @@ mod tests {
             assert!(parts.iter().all(|part| text.contains(part)), "{text:?} lacks one of {parts:?}");
         }
         assert!(refusal("cup.obj", b"v\x00 0\x00").contains("no text in UTF-8"));
+    }
+
+    /// Bent so much that it is not convex; drawn flat it is.
+    #[test]
+    fn a_quad_is_cut_as_the_file_has_it_whatever_scales_it() {
+        let text = "v 0 0 -5\nv 1 0 9\nv 1 1 -7\nv 0 1 -1\nf 1 2 3 4\n";
+        let cut = |text: &str, scale| read("a.obj", text.as_bytes(), scale).unwrap().triangles().to_vec();
+        let flatter = Vec3::new(1.0, 1.0, 0.1);
+        assert_eq!(cut(text, flatter), cut(text, Vec3::ONE));
+        let flat = "v 0 0 -0.5\nv 1 0 0.9\nv 1 1 -0.7\nv 0 1 -0.1\nf 1 2 3 4\n";
+        assert_ne!(cut(flat, Vec3::ONE), cut(text, flatter));
+        let positions = "0 0 -5  1 0 9  1 1 -7  0 1 -1";
+        let node = |scale: &str| dae(positions, scale);
+        let whole = read("a.dae", node("1 1 1").as_bytes(), Vec3::ONE).unwrap();
+        let scaled = read("a.dae", node("1 1 0.1").as_bytes(), Vec3::ONE).unwrap();
+        assert_eq!(scaled.triangles(), whole.triangles());
+    }
+
+    /// One quad that a node scales.
+    fn dae(positions: &str, scale: &str) -> String {
+        format!(
+            "<COLLADA><library_geometries><geometry id='g'><mesh><source id='p'><float_array id='a' count='12'>\
+             {positions}</float_array><technique_common><accessor source='#a' count='4' stride='3'><param name='X' \
+             type='float'/><param name='Y' type='float'/><param name='Z' type='float'/></accessor></technique_common>\
+             </source><vertices id='v'><input semantic='POSITION' source='#p'/></vertices><polylist count='1'><input \
+             semantic='VERTEX' source='#v' offset='0'/><vcount>4</vcount><p>0 1 2 3</p></polylist></mesh></geometry>\
+             </library_geometries><library_visual_scenes><visual_scene id='s'><node><scale>{scale}</scale>\
+             <instance_geometry url='#g'/></node></visual_scene></library_visual_scenes>\
+             <scene><instance_visual_scene url='#s'/></scene></COLLADA>"
+        )
     }
 
     /// A cube far from the origin keeps its size in formats of text: f32 has steps of 0.5 there.

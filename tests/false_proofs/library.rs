@@ -89,7 +89,7 @@ fn of_files(case: &Case, files: &RobotFiles, reader: &mut Reader) -> Result<Coll
     let mut scene = reader.scene(&case.files.scene).map_err(|error| error.to_string())?;
     if let Some(diff) = &case.files.diff {
         let diff = reader.diff_of_text(diff, &case.files.scene).map_err(|error| error.to_string())?;
-        scene = diff.apply(&scene).map_err(|error| error.to_string())?;
+        scene = diff.apply_among(&scene, &robot.worlds()).map_err(|error| error.to_string())?;
     }
     CollisionModel::new(Arc::new(robot), Arc::new(scene)).map_err(|error| error.to_string())
 }

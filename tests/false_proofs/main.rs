@@ -42,6 +42,8 @@ use theme::Theme;
 /// Cases of the short form.
 const CASES: u64 = 540;
 const SEED: u64 = 20_260;
+/// What the folders of cases begin with.
+const SCRATCH: &str = "false_proof";
 /// Paths of a case that are checked, and that are shortened.
 const CHECKED: usize = 12;
 const SHORTENED: usize = 6;
@@ -108,7 +110,7 @@ fn what_is_proved_is_free_when_its_numbers_are_executed() {
 /// Runs a case; its files stay where something is refuted.
 fn run(plan: &Plan, number: u64, summary: &mut Summary) {
     let mut rng = Rng::with_seed(plan.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(number));
-    let prefix = format!("false_proof_{}_{number}_", plan.seed);
+    let prefix = format!("{SCRATCH}_{}_{number}_", plan.seed);
     let scratch = tempfile::Builder::new().prefix(&prefix).tempdir_in(env!("CARGO_TARGET_TMPDIR"));
     let scratch = scratch.expect("the build's scratch folder can be written");
     let case = Case::new(&mut rng, plan.theme_of(number), scratch.path());

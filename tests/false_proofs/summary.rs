@@ -87,10 +87,11 @@ impl Summary {
     }
 
     pub fn unread(&mut self, theme: Theme, reason: &str) {
+        let last = reason.lines().last().unwrap_or_default();
         // Where a file is tells nothing.
-        let reason = reason.lines().last().unwrap_or_default().rsplit("/robot.").next().unwrap_or_default();
-        let reason = reason.rsplit("/scene.").next().unwrap_or_default();
-        let words: String = reason.chars().map(|c| if c.is_ascii_digit() { '#' } else { c }).take(120).collect();
+        let words: Vec<&str> = last.split(' ').filter(|word| !word.contains(super::SCRATCH)).collect();
+        let plain = words.join(" ");
+        let words = plain.chars().map(|c| if c.is_ascii_digit() { '#' } else { c }).take(120).collect();
         *self.unread.entry((theme, words)).or_default() += 1;
     }
 

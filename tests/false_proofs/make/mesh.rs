@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use fastrand::Rng;
 
 use super::{pick, uniform};
-use crate::pose::Vector;
+use crate::pose::{Vector, add, cross, dot, sub};
 use crate::solid::Convex;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -255,7 +255,23 @@ impl Mesh {
     }
 
     pub fn faces(&self) -> Vec<Vec<usize>> {
-        if self.has_polygons { self.column.polygons() } else { self.column.triangulated() }
+        let is_fan = self.column.form != Form::Roof || self.has_convex_lid();
+        if self.has_polygons && is_fan { self.column.polygons() } else { self.column.triangulated() }
+    }
+
+    /// Whether the lid turns one way as the file has it, seen along its own normal. A quad that is not flat may be
+    /// convex in metres and not in a file whose node scales unevenly: readers decide before they scale, and some cut
+    /// ears there, others a fan; what it means is then nobody's word.
+    fn has_convex_lid(&self) -> bool {
+        let corners = self.column.corners;
+        let places: Vec<Vector> = (0..corners).map(|i| self.in_file(self.column.high(i))).collect();
+        let side = |i: usize| sub(places[(i + 1) % corners], places[i % corners]);
+        let normal = (1..corners - 1).fold([0.0; 3], |sum, i| {
+            let area = cross(sub(places[i], places[0]), sub(places[i + 1], places[0]));
+            add(sum, area)
+        });
+        // Of the whole area: near 0 rounding decides.
+        (0..corners).all(|i| dot(cross(side(i), side(i + 1)), normal) > 1e-6 * dot(normal, normal))
     }
 
     /// Whether the file's coordinates are mirrored, so that faces turn over.
@@ -270,7 +286,7 @@ impl Mesh {
         let mut at: Vector = std::array::from_fn(|i| (vertex[i] + self.offset[i]) / self.scale[i] / self.unit);
         for step in &self.steps {
             at = match step {
-                Step::Translate(by) => crate::pose::sub(at, *by),
+                Step::Translate(by) => sub(at, *by),
                 Step::Rotate(axis, degrees) => rotated(*axis, -degrees, at),
                 Step::Scale(by) => std::array::from_fn(|i| at[i] / by[i]),
             };
