@@ -60,7 +60,8 @@ impl Case {
 fn is_collision(answer: &Value, t: f64) {
     assert_eq!(answer["bodies"], json!(["fore", "crate"]), "{answer}");
     let found = answer["collision"]["t"].as_f64().or(answer["t"].as_f64()).unwrap_or_else(|| panic!("{answer}"));
-    assert!((found - t).abs() < 5e-4, "{found} is not {t}");
+    // The first collision is told to within 1/2048 of its segment, and `t` is rounded.
+    assert!((found - t).abs() < 1e-3, "{found} is not {t}");
 }
 
 fn is_refusal(run: &Run, parts: &[&str]) {

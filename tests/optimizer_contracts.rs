@@ -87,8 +87,14 @@ fn shorten(model: &CollisionModel, path: &Path, settings: &Settings) -> Outcome 
     let outcome = run(model, path, settings, &mut Workspace::default(), &mut || false, &mut publish).unwrap();
     assert!(outcome.proved && outcome.length_after <= outcome.length_before, "{:?}", outcome.refusal);
     assert_eq!(outcome.path.waypoint(0), path.waypoint(0));
-    assert_eq!(outcome.path.waypoint(outcome.path.len() - 1), path.waypoint(path.len() - 1));
-    let check = Settings { mode: Mode::Check, strict: true, ..settings.clone() };
+    let mut goal = path.waypoint(path.len() - 1).to_vec();
+    for turned in &outcome.turned {
+        let column = model.robot().variables().iter().position(|variable| variable.name == turned.variable);
+        goal[column.unwrap()] += turned.turns as f64 * TAU;
+    }
+    assert_eq!(outcome.path.waypoint(outcome.path.len() - 1), goal);
+    // By its numbers, whoever takes them as angles or not.
+    let check = Settings { mode: Mode::Check, strict: true, unwrapped: true, ..settings.clone() };
     let check = Settings { fixed_waypoints: None, ..check };
     let again = run(model, &outcome.path, &check, &mut Workspace::default(), &mut || false, &mut |_| {}).unwrap();
     assert!(again.proved, "{:?}", again.refusal);

@@ -64,8 +64,10 @@ pub(super) fn prepare(
     let listing = listing(client)?;
     let robot = loaded_robot(client, &listing, &loaded)?;
     let scene = loaded_scene(client, &listing, &loaded)?;
-    // The daemon tells with its answer what is to be known of both.
-    let subject = Subject { warnings: Vec::new(), ..loaded.subject() };
+    // The daemon tells with its answer what is to be known of both; but where it has the same content from other files,
+    // only these were read for what they leave out.
+    let mut subject = loaded.subject();
+    subject.warnings.retain(Warning::is_uncovered);
     let (path, weights) = (loaded.path.clone(), loaded.weights.clone());
     Ok(Prepared { subject, robot, scene, loaded: Some(loaded), path, weights })
 }

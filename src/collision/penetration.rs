@@ -1,7 +1,7 @@
 //! How deep two overlapping bodies are in each other: for what people are told, never for a proof.
 //!
 //! The penetration depth of two solids is the least distance by which one must be moved for them to part. Of two convex
-//! bodies (a primitive, or a mesh of no more than [`MOST_TRIANGLES`] that is convex to [`BENT`] of its size) it is given
+//! bodies (a primitive, or a mesh of no more than 2048 triangles that is convex to 1e-5 of its size) it is given
 //! as it is. Of others it is given from
 //! below: no less than the overlap of any two of their convex pieces, and no less than the way out of one body for a
 //! point of the other, which moves with a ball that lies in there. What is never overstated here: bodies of several
