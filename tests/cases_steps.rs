@@ -149,3 +149,59 @@ fn a_joint_that_a_screw_follows_is_no_angle() {
     }
     drop(daemon);
 }
+
+#[test]
+fn ends_and_fixed_waypoints_keep_their_bits_where_no_turn_is_left() {
+    let place = Place::new();
+    let robot = case("half-turn/turn.urdf");
+    // The second step is a long one, so that what follows is a turn on: and back again where the answer goes straight.
+    let path = place.file("back.csv", "j\n0.5\n3\n-3\n-0.9\n-0.3\n");
+    for (fixed, kept) in [("0", &[-0.3][..]), ("0,3", &[-0.9, -0.3])] {
+        for mode in ["hybrid", "contact", "gradient", "random-shortcut", "partial-shortcut"] {
+            let words = ["shorten", &path, "--robot", &robot, "--local", "--format", "json"];
+            let short = answer(&place.taut(&[&words[..], &["--fix", fixed, "--mode", mode]].concat()));
+            let turns = column(&short, 0);
+            assert_eq!((turns.first(), short["proved"].as_bool()), (Some(&0.5), Some(true)), "{mode}: {short}");
+            for kept in kept {
+                let whole = |x: &f64| *x == kept + ((x - kept) / std::f64::consts::TAU).round() * std::f64::consts::TAU;
+                assert!(turns.iter().any(whole), "{mode}: {kept} is not in {turns:?}");
+            }
+            assert!(mode == "gradient" || turns.ends_with(kept), "{mode}: {turns:?}");
+        }
+    }
+}
+
+#[test]
+fn what_is_refused_says_that_it_was_read_as_unrolled() {
+    let place = Place::new();
+    let daemon = place.serve("");
+    let (robot, scene) = (case("half-turn/turn.urdf"), case("half-turn/front.json"));
+    // By the short way it goes down over the pole.
+    let path = place.file("over.csv", "j\n1\n5.5\n");
+    for local in [&["--local"][..], &[]] {
+        let run = place.taut(&[&["check", &path, "--robot", &robot, "--scene", &scene], local].concat());
+        let says = run.out.starts_with("COLLISION") && run.out.contains("   read as unrolled, column j −1 turn   ");
+        assert!(run.exit == 1 && says, "{}", run.out);
+    }
+    drop(daemon);
+}
+
+#[test]
+fn a_motion_that_no_proof_ends_of_is_refused_in_words() {
+    let place = Place::new();
+    let daemon = place.serve("");
+    let far = place.file("far.csv", "j\n0\n2e9\n");
+    let (turn, rack) = (case("half-turn/turn.urdf"), case("mimic-of-continuous/rack.urdf"));
+    for (robot, unwrapped) in [(&turn, &["--unwrapped"][..]), (&rack, &[])] {
+        for local in [&["--local"][..], &[]] {
+            let run = place.taut(&[&["check", &far, "--robot", robot], unwrapped, local].concat());
+            assert_eq!(run.exit, 65, "{} {}", run.out, run.err);
+            for part in ["waypoint 1", "by then j has moved by 2e9", "more than 1e6 rad or m", "split the path"] {
+                assert!(run.err.contains(part), "{part}: {}", run.err);
+            }
+        }
+    }
+    let angle = place.taut(&["check", &far, "--robot", &turn, "--local"]);
+    assert!(angle.exit == 65 && angle.err.contains("beyond 1e9 rad"), "{}", angle.err);
+    drop(daemon);
+}

@@ -100,7 +100,8 @@ pub(super) const NOTHING_TO_CHECK: &str = ", nothing to check: 0 pairs";
 pub(super) fn verdict(timed: &Timed) -> String {
     let outcome = &timed.outcome;
     if let Some(refusal) = &outcome.refusal {
-        return refused(refusal, outcome.path.len());
+        let read = if outcome.turned.is_empty() { String::new() } else { format!("   read{}", turned(outcome)) };
+        return format!("{}{read}", refused(refusal, outcome.path.len()));
     }
     if let Some(why) = &outcome.uncheckable {
         return format!("{}   {why}", timed.code.name());

@@ -13,6 +13,10 @@ pub const LIMIT_TOLERANCE: f64 = 1e-4;
 /// How far the norm of a quaternion may be from 1.
 pub const QUATERNION_TOLERANCE: f64 = 1e-3;
 
+/// How far a variable that is no angle may move in one path, all steps added up (rad or m): a proof's memory and time
+/// grow with it. A path of as many waypoints as there may be, each half a turn from the one before, keeps to it.
+const FARTHEST_MOTION: f64 = 1e6;
+
 /// A request that cannot be computed as it stands.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -78,6 +82,19 @@ pub enum RequestError {
         /// Value.
         value: f64,
     },
+    /// A motion that no proof of it ends in time.
+    #[error(
+        "waypoint {waypoint}: by then {variable} has moved by {moved:e}, more than {FARTHEST_MOTION:e} rad or m in one path, \
+         which is not proved in any time: write angles within a few turns, or split the path"
+    )]
+    FarMotion {
+        /// Waypoint, from 0.
+        waypoint: usize,
+        /// Variable.
+        variable: String,
+        /// Sum of its steps so far (rad or m).
+        moved: f64,
+    },
     /// A rotation that names no way.
     #[error(
         "waypoint {waypoint}: the quaternion that starts at {variable} is half a turn from the one before, and two ways \
@@ -139,6 +156,8 @@ pub(super) struct Input {
     pub path: Path,
     /// One entry per waypoint of `path`.
     pub fixed: Vec<bool>,
+    /// The caller's rows of the fixed ones, laid end to end.
+    pub fixed_rows: Vec<f64>,
     /// For each waypoint of `path`, the caller's waypoint that it stands for.
     pub origins: Vec<usize>,
     /// For each of the caller's waypoints, the waypoint of `path` that stands for it.
@@ -175,15 +194,32 @@ impl Input {
         let mut warnings = check_values(robot, path)?;
         warnings.extend(held_outside_limits(robot, &held));
         check_turns(robot, &space, path)?;
+        check_motion(robot, &space, path)?;
         let mut rows = path.as_flat().to_vec();
         let unrolled = space.unroll(&mut rows).then(|| Path::from_rows(path.nq(), rows)).flatten();
         if let Some(unrolled) = unrolled.as_ref().filter(|_| settings.keep_goal) {
             keeps_goal(robot, &space, path, unrolled)?;
         }
+        let given = path;
         let Canonical { path, fixed, origins, standing_for } =
-            Canonical::new(&space, unrolled.as_ref().unwrap_or(path), &fixed);
+            Canonical::new(&space, unrolled.as_ref().unwrap_or(given), &fixed);
+        let stays = origins.iter().zip(&fixed).filter(|(_, fixed)| **fixed);
+        let fixed_rows = stays.flat_map(|(&origin, _)| given.waypoint(origin)).copied().collect();
         let keep_goal = settings.keep_goal;
-        Ok(Self { space, metric, keep_goal, held, moving, unrolled, path, fixed, origins, standing_for, warnings })
+        Ok(Self {
+            space,
+            metric,
+            keep_goal,
+            held,
+            moving,
+            unrolled,
+            path,
+            fixed,
+            fixed_rows,
+            origins,
+            standing_for,
+            warnings,
+        })
     }
 }
 
@@ -231,6 +267,26 @@ fn check_turns(robot: &RobotModel, space: &ConfigurationSpace, path: &Path) -> R
         Some((segment, q)) => Err(RequestError::HalfTurn { waypoint: segment + 1, variable: name(q) }),
         None => Ok(()),
     }
+}
+
+/// Checks that no line goes so far that nothing proves it.
+fn check_motion(robot: &RobotModel, space: &ConfigurationSpace, path: &Path) -> Result<(), RequestError> {
+    for component in space.components() {
+        let q = match *component {
+            Component::Line { q, .. } => q,
+            // A step is at most half a turn.
+            Component::Circle { .. } | Component::Rotation { .. } => continue,
+        };
+        let mut moved = 0.0;
+        for (segment, [from, to]) in path.segments().enumerate() {
+            moved += (to[q] - from[q]).abs();
+            if moved > FARTHEST_MOTION {
+                let variable = robot.variables()[q].name.clone();
+                return Err(RequestError::FarMotion { waypoint: segment + 1, variable, moved });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Checks that unrolling left the goal's numbers as they are.

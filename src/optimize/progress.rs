@@ -23,8 +23,6 @@ pub struct Progress<'r, 'm> {
     pub path: Path,
     /// Its waypoints that must stay as they are, the first and the last among them.
     pub fixed: Vec<bool>,
-    /// The numbers of those waypoints in the input.
-    fixed_rows: Vec<f64>,
     /// Its length.
     pub length: f64,
     /// Pairs whose half-spaces no step satisfied all at the present path.
@@ -60,13 +58,6 @@ impl<'r, 'm> Progress<'r, 'm> {
         Self {
             task,
             fixed: task.fixed.to_vec(),
-            fixed_rows: path
-                .waypoints()
-                .zip(task.fixed)
-                .filter(|(_, fixed)| **fixed)
-                .flat_map(|(row, _)| row)
-                .copied()
-                .collect(),
             length,
             pinched: Vec::new(),
             random: fastrand::Rng::with_seed(task.seed),
@@ -167,11 +158,11 @@ impl<'r, 'm> Progress<'r, 'm> {
         }
     }
 
-    /// Gives the angles of fixed waypoints the input's numbers and whole turns, exactly; `first` fixed ones come before.
+    /// Gives the angles of fixed waypoints the caller's numbers and whole turns, exactly; `first` fixed ones come before.
     fn keep_fixed(&self, rows: &mut [f64], fixed: &[bool], first: usize) {
         let nq = self.path.nq();
         let fixed_rows = rows.chunks_exact_mut(nq).zip(fixed).filter(|(_, fixed)| **fixed).map(|(row, _)| row);
-        for (row, given) in fixed_rows.zip(self.fixed_rows.chunks_exact(nq).skip(first)) {
+        for (row, given) in fixed_rows.zip(self.task.fixed_rows.chunks_exact(nq).skip(first)) {
             for q in self.task.space.circles() {
                 row[q] = given[q] + turns_between(given[q], row[q]) as f64 * TAU;
             }

@@ -175,6 +175,7 @@ impl Answer {
             metric: &input.metric,
             held: &input.held,
             fixed: &input.fixed,
+            fixed_rows: &input.fixed_rows,
             moving: &input.moving,
             keep_goal: settings.keep_goal,
             seed: settings.seed,
@@ -205,7 +206,8 @@ impl Answer {
         let length_before = length(&input.path);
         // Without a waypoint on a straight line the sum may be rounded up.
         let length_after = length(&self.path).min(length_before);
-        let lower_bound = lower_bound(&input.space, &input.metric, path, input.keep_goal);
+        // Angles far out are rounded by more than the two may differ.
+        let lower_bound = lower_bound(&input.space, &input.metric, path, input.keep_goal).min(length_after);
         let is_unchanged = self.path == input.path;
         let output = if is_unchanged {
             input.given(path).clone()
@@ -294,7 +296,7 @@ impl Restorer {
         for index in 0..path.len() {
             // The last row is the last fixed one even where an earlier row equals it.
             if let Some((row, original)) = next
-                && self.is_same_place(path.waypoint(index), row)
+                && self.is_same_place(path.waypoint(index), row, original)
             {
                 let restored = self.buffer.waypoint_mut(index);
                 restored.copy_from_slice(original);
@@ -307,13 +309,13 @@ impl Restorer {
         &self.buffer
     }
 
-    /// Whether two rows differ by nothing but whole turns.
-    fn is_same_place(&self, a: &[f64], b: &[f64]) -> bool {
+    /// Whether a path's row is this fixed one, but for whole turns of the caller's angles.
+    fn is_same_place(&self, at: &[f64], row: &[f64], original: &[f64]) -> bool {
         let is_same = |q: usize| match self.circles.contains(&q) {
-            true => a[q] == b[q] + turns_between(b[q], a[q]) as f64 * TAU,
-            false => a[q] == b[q],
+            true => at[q] == original[q] + turns_between(original[q], at[q]) as f64 * TAU,
+            false => at[q] == row[q],
         };
-        (0..a.len()).all(is_same)
+        (0..at.len()).all(is_same)
     }
 
     fn publish(&mut self, improvement: &Improvement, publish: &mut dyn FnMut(Improvement)) {

@@ -100,6 +100,7 @@ fn a_split_puts_contacts_where_they_are() {
         metric: &metric,
         held: &held,
         fixed: &fixed,
+        fixed_rows: &[],
         moving: &moving,
         keep_goal: false,
         seed: 0,

@@ -23,6 +23,8 @@ pub struct Task<'a> {
     pub held: &'a [f64],
     /// Waypoints that must stay as they are, the first and the last among them.
     pub fixed: &'a [bool],
+    /// The caller's numbers of those waypoints, laid end to end.
+    pub fixed_rows: &'a [f64],
     /// Velocity coordinates that may move.
     pub moving: &'a [bool],
     /// The goal's numbers stay: a path that ends whole turns away is none.
