@@ -146,7 +146,7 @@ typedef struct {
     uint32_t reserved;
     // Ratio on the segment, 0 to 1.
     double t;
-    // Penetration depth in metres, from below unless both bodies are convex; negative is a distance.
+    // Depth in metres; negative is a distance.
     double depth_m;
     // A point on each body, world frame, in metres.
     double points[2][3];
