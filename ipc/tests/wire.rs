@@ -114,7 +114,7 @@ fn malformed_requests_get_their_code() {
         (RequestHeader { wire_version: 2, ..request() }, Code::MalformedRequest),
         (RequestHeader { header_len: 168, ..request() }, Code::MalformedRequest),
         (RequestHeader { mode: 6, ..request() }, Code::MalformedRequest),
-        (RequestHeader { flags: 32, ..request() }, Code::MalformedRequest),
+        (RequestHeader { flags: RequestFlags::ALL + 1, ..request() }, Code::MalformedRequest),
         (RequestHeader { clearance_m: f64::NAN, ..request() }, Code::MalformedRequest),
         (RequestHeader { clearance_m: -1.0, ..request() }, Code::MalformedRequest),
         (RequestHeader { waypoints: 0, ..request() }, Code::ResourceExhausted),
@@ -207,7 +207,7 @@ proptest! {
 
     #[test]
     fn random_bytes_never_panic(
-        header in prop::collection::vec(any::<u8>(), 280),
+        header in prop::collection::vec(any::<u8>(), size_of::<ResponseHeader>()),
         payload in prop::collection::vec(any::<u8>(), 0..300),
         shift in 0usize..8,
     ) {
