@@ -223,7 +223,7 @@ proptest! {
     /// Headers that pass the first checks reach the sections.
     #[test]
     fn random_sections_never_panic(
-        sections in prop::collection::vec((0u32..20, 0u32..4), 11),
+        sections in prop::collection::vec((0u32..20, 0u32..4), 12),
         wild in prop::collection::vec(any::<u32>(), 4),
         use_wild in any::<bool>(),
         payload in prop::collection::vec(any::<u8>(), 0..300),
@@ -243,7 +243,7 @@ proptest! {
         let response = ResponseHeader {
             wire_version: 1, header_len: 288, code: 1, waypoints: size.0, variables: size.1,
             path: s(0), certificate: s(1), lowered_pairs: s(2), active_contacts: s(3),
-            stages: s(8), pinched_pairs: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), warnings: s(10), ..Default::default()
+            stages: s(8), pinched_pairs: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), warnings: s(10), turned_columns: s(11), ..Default::default()
         };
         if let Ok(view) = ResponseView::parse(response, bytes) {
             let _ = TextSpan { offset: wild[2], len: wild[3] }.of(view.names);
