@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use taut::collision::CollisionModel;
 use taut::files::{Geometry, Packages, Problem, Reader};
-use taut::optimize::{self, Mode, Outcome, Settings, Workspace};
+use taut::optimize::{self, Mode, Outcome, RequestError, Settings, Workspace};
 use taut::path;
 
 fn files(folder: &str) -> Vec<PathBuf> {

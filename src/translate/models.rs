@@ -225,14 +225,16 @@ pub fn worlds(store: &ModelStore) -> Vec<String> {
 /// # Errors
 /// The refusal.
 pub fn frame_refusal(scene: &Scene, store: &ModelStore) -> Result<(), Refusal> {
-    let mut refused = None;
+    let mut refused: Option<(bool, Refusal)> = None;
     for entry in store.robots().values() {
-        match check_frames(&entry.robot, scene) {
-            Ok(()) => return Ok(()),
-            Err(error) => refused = refused.or(Some(model_refusal(&error, &entry.robot))),
+        let Err(error) = check_frames(&entry.robot, scene) else { return Ok(()) };
+        // The robot that has a link of that name is the one that was meant.
+        let is_meant = matches!(error, CollisionModelError::FrameOfLink { .. });
+        if refused.as_ref().is_none_or(|(was_meant, _)| is_meant && !was_meant) {
+            refused = Some((is_meant, model_refusal(&error, &entry.robot)));
         }
     }
-    refused.map_or(Ok(()), Err)
+    refused.map_or(Ok(()), |(_, refusal)| Err(refusal))
 }
 
 /// Names for a message, cut where there are many.
