@@ -71,7 +71,8 @@ fn what_is_shown_is_turned_as_what_is_checked() {
     assert_eq!(drawn.exit, 0, "{}", drawn.err);
     let text = std::fs::read_to_string(page).unwrap();
     for shape in ["visual", "collision"] {
-        let (_, after) = text.split_once(&format!("\\u003c{shape}>\\u003corigin xyz=\\\"0 0 0\\\" rpy=\\\"0 0 ")).unwrap();
+        let (_, after) =
+            text.split_once(&format!("\\u003c{shape}>\\u003corigin xyz=\\\"0 0 0\\\" rpy=\\\"0 0 ")).unwrap();
         let turn: f64 = after.split_once('\\').unwrap().0.parse().unwrap();
         assert!((turn - std::f64::consts::FRAC_PI_2).abs() < 1e-14, "{shape}: {turn}");
     }

@@ -230,3 +230,23 @@ fn only_numbers_that_were_proved_are_written_as_proved() {
         }
     }
 }
+
+#[test]
+fn a_path_that_comes_back_to_its_start_is_shortened() {
+    let place = Place::new();
+    let (robot, scene) = (case("half-turn/turn.urdf"), case("half-turn/front.json"));
+    // By angles that need no turn; by the short way, which a long step is.
+    for path in ["j\n2\n3\n2\n", "j\n2\n-2\n2\n"] {
+        let path = place.file("loop.csv", path);
+        for mode in ["check", "hybrid", "contact", "gradient", "random-shortcut", "partial-shortcut"] {
+            let words = ["shorten", &path, "--robot", &robot, "--scene", &scene, "--local", "--keep-goal"];
+            let run = place.taut(&[&words[..], &["--mode", mode, "--format", "json"]].concat());
+            let short = answer(&run);
+            let turns = column(&short, 0);
+            assert_eq!((run.exit, short["proved"].as_bool()), (0, Some(true)), "{mode}: {short}");
+            assert_eq!((turns.first(), turns.last()), (Some(&2.0), Some(&2.0)), "{mode}");
+            let length = short["length_after"].as_f64().unwrap();
+            assert!(mode == "check" || mode == "gradient" || length == 0.0, "{mode}: {length}");
+        }
+    }
+}
