@@ -60,6 +60,25 @@ fn a_quaternion_near_the_vertical_is_read_to_the_last_bit() {
 }
 
 #[test]
+fn what_is_shown_is_turned_as_what_is_checked() {
+    let place = Place::new();
+    let [result, page] = ["result.json", "page.html"].map(|name| place.folder.path().join(name));
+    let [result, page] = [result.to_str().unwrap(), page.to_str().unwrap()];
+    let (path, robot) = (case("visual-quat/p.csv"), case("visual-quat/robot.urdf"));
+    let made = place.taut(&["shorten", &path, "--robot", &robot, "--local", "-o", result]);
+    assert_eq!(made.exit, 0, "{}", made.err);
+    let drawn = place.taut(&["view", result, "-o", page]);
+    assert_eq!(drawn.exit, 0, "{}", drawn.err);
+    let text = std::fs::read_to_string(page).unwrap();
+    for shape in ["visual", "collision"] {
+        let (_, after) =
+            text.split_once(&format!("\\u003c{shape}>\\u003corigin xyz=\\\"0 0 0\\\" rpy=\\\"0 0 ")).unwrap();
+        let turn: f64 = after.split_once('\\').unwrap().0.parse().unwrap();
+        assert!((turn - std::f64::consts::FRAC_PI_2).abs() < 1e-14, "{shape}: {turn}");
+    }
+}
+
+#[test]
 fn xml_that_others_read_is_read() {
     for (robot, columns, warning) in [
         ("same_without_prefix", "j", None),

@@ -205,3 +205,48 @@ fn a_motion_that_no_proof_ends_of_is_refused_in_words() {
     assert!(angle.exit == 65 && angle.err.contains("beyond 1e9 rad"), "{}", angle.err);
     drop(daemon);
 }
+
+#[test]
+fn only_numbers_that_were_proved_are_written_as_proved() {
+    let place = Place::new();
+    let files = ["turn.urdf", "p.csv", "pole.json"];
+    let out = place.folder.path().join("result.json");
+    let out = out.to_str().unwrap();
+    let run = ask(&place, "shorten", "winding-of-answer", files, &["--local", "-o", out]);
+    assert_eq!(run.exit, 0, "{}", run.err);
+    let proved: Value = serde_json::from_str(&std::fs::read_to_string(out).unwrap()).unwrap();
+    // As it was written before a step meant its numbers, and by someone who puts the goal back.
+    let mut before = proved.clone();
+    before["certificate"]["checker_version"] = 2.into();
+    let mut changed = proved.clone();
+    *changed["path"].as_array_mut().unwrap().last_mut().unwrap() = serde_json::json!([6.0, 0.0]);
+    for (result, part) in [(before, "by checker version 2"), (changed, "not the one that its certificate is about")] {
+        let file = place.file("changed.json", &result.to_string());
+        for form in ["csv", "yaml", "mcap"] {
+            let written = place.folder.path().join(format!("path.{form}"));
+            let export = place.taut(&["export", &file, "-o", written.to_str().unwrap()]);
+            assert!(export.exit == 65 && export.err.contains(part), "{form}: {} {}", export.exit, export.err);
+            assert!(!written.exists(), "{form}");
+        }
+    }
+}
+
+#[test]
+fn a_path_that_comes_back_to_its_start_is_shortened() {
+    let place = Place::new();
+    let (robot, scene) = (case("half-turn/turn.urdf"), case("half-turn/front.json"));
+    // By angles that need no turn; by the short way, which a long step is.
+    for path in ["j\n2\n3\n2\n", "j\n2\n-2\n2\n"] {
+        let path = place.file("loop.csv", path);
+        for mode in ["check", "hybrid", "contact", "gradient", "random-shortcut", "partial-shortcut"] {
+            let words = ["shorten", &path, "--robot", &robot, "--scene", &scene, "--local", "--keep-goal"];
+            let run = place.taut(&[&words[..], &["--mode", mode, "--format", "json"]].concat());
+            let short = answer(&run);
+            let turns = column(&short, 0);
+            assert_eq!((run.exit, short["proved"].as_bool()), (0, Some(true)), "{mode}: {short}");
+            assert_eq!((turns.first(), turns.last()), (Some(&2.0), Some(&2.0)), "{mode}");
+            let length = short["length_after"].as_f64().unwrap();
+            assert!(mode == "check" || mode == "gradient" || length == 0.0, "{mode}: {length}");
+        }
+    }
+}

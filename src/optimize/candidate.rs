@@ -145,10 +145,11 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
             }
         }
         push_different(&mut self.candidate, &self.ends[1]);
-        if self.candidate.ends_with(self.progress.path.waypoint(last)) {
-            return;
+        // Both ends stand in it, also where the stretch comes back to where it begins.
+        let ends = self.candidate.len() > self.progress.path.nq();
+        if !(ends && self.candidate.ends_with(self.progress.path.waypoint(last))) {
+            self.candidate.extend_from_slice(self.progress.path.waypoint(last));
         }
-        self.candidate.extend_from_slice(self.progress.path.waypoint(last));
     }
 
     /// Adds a waypoint whose components `straightened` are at `ratio` of the straight line, the others as they were.

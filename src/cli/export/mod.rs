@@ -10,6 +10,7 @@ use std::sync::Arc;
 use taut::files::{FileError, Packages, Reader, ResultFile};
 use taut::robot::RobotModel;
 use taut::scene::Scene;
+use taut::validation::certificate::FIRST_BY_NUMBERS;
 
 use super::error::CliError;
 use super::load;
@@ -132,15 +133,31 @@ fn bytes(result: &ResultFile, form: Form, around: Option<&Surroundings>) -> Resu
     if form == Form::Json {
         return Ok((result.json() + "\n").into_bytes());
     }
-    if result.certificate.is_none() {
-        let text = "the path was not proved; only JSON, which says so, is written of it";
-        return Err(CliError::Choice(format!("{}: {text}", result.name)));
-    }
+    check_proof(result).map_err(|text| CliError::Choice(format!("{}: {text}", result.name)))?;
     Ok(match form {
         Form::Csv => text::csv(result).into_bytes(),
         Form::Yaml => text::yaml(result).into_bytes(),
         Form::Json | Form::Mcap => mcap::bytes(result, around)?,
     })
+}
+
+/// Checks that the numbers of the path are those that were proved: what is written says so.
+fn check_proof(result: &ResultFile) -> Result<(), String> {
+    let Some(certificate) = &result.certificate else {
+        return Err("the path was not proved; only JSON, which says so, is written of it".to_owned());
+    };
+    let version = certificate.checker_version;
+    if version < FIRST_BY_NUMBERS && !certificate.unwrapped {
+        return Err(format!(
+            "it was proved by checker version {version}, whose steps may mean other numbers; check its path again: \
+             taut check"
+        ));
+    }
+    let path = taut::path::Path::from_rows(result.variables.len(), result.path.concat());
+    match path.is_some_and(|path| path.hash() == certificate.path_hash) {
+        true => Ok(()),
+        false => Err("its path is not the one that its certificate is about; check it again: taut check".to_owned()),
+    }
 }
 
 fn save(file: &Path, bytes: &[u8]) -> Result<(), CliError> {
