@@ -1,5 +1,6 @@
 //! What is checked of a request before anything is computed, and the form that optimizers work on.
 
+use super::canonical::Canonical;
 use super::outcome::ColumnTurns;
 use super::settings::Settings;
 use crate::path::{Metric, MetricError, Path};
@@ -389,60 +390,4 @@ fn outside_soft_limits(robot: &RobotModel, path: &Path) -> Option<Warning> {
     let named: Vec<String> = soft.filter_map(farthest).collect();
     let text = "the path leaves soft limits (safety_controller), and is not moved further out";
     (!named.is_empty()).then(|| Warning::uncovered(format!("{text}: {}", named.join(", "))))
-}
-
-/// The form of a path that optimizers work on.
-struct Canonical {
-    path: Path,
-    fixed: Vec<bool>,
-    origins: Vec<usize>,
-    standing_for: Vec<usize>,
-}
-
-impl Canonical {
-    /// Drops neighbours that are equal (unless both are fixed) and normalises quaternions.
-    fn new(space: &ConfigurationSpace, path: &Path, fixed: &[bool]) -> Self {
-        let nq = space.nq();
-        let mut rows: Vec<f64> = Vec::with_capacity(path.as_flat().len());
-        let (mut kept, mut origins): (Vec<bool>, Vec<usize>) = (Vec::new(), Vec::new());
-        let mut standing_for = Vec::with_capacity(path.len());
-        let mut velocity = vec![0.0; space.nv()];
-        for (index, waypoint) in path.waypoints().enumerate() {
-            let previous = rows.len().checked_sub(nq).map(|start| &rows[start..]);
-            let row = canonical_row(space, waypoint);
-            if let (Some(previous), Some(last)) = (previous, kept.last_mut()) {
-                space.difference(&row, previous, &mut velocity);
-                if velocity.iter().all(|v| *v == 0.0) && !(*last && fixed[index]) {
-                    if fixed[index] {
-                        (*last, origins[kept.len() - 1]) = (true, index);
-                    }
-                    standing_for.push(kept.len() - 1);
-                    continue;
-                }
-            }
-            rows.extend_from_slice(&row);
-            standing_for.push(kept.len());
-            kept.push(fixed[index]);
-            origins.push(index);
-        }
-        let path = Path::from_rows(nq, rows).expect("a path has at least one whole row");
-        Self { path, fixed: kept, origins, standing_for }
-    }
-}
-
-fn canonical_row(space: &ConfigurationSpace, waypoint: &[f64]) -> Vec<f64> {
-    let mut row = waypoint.to_vec();
-    for component in space.components() {
-        if let Component::Rotation { q, .. } = *component {
-            normalise(&mut row[q..q + 4]);
-        }
-    }
-    row
-}
-
-fn normalise(quaternion: &mut [f64]) {
-    let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
-    for x in quaternion {
-        *x /= norm;
-    }
 }

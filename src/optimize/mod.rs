@@ -2,6 +2,7 @@
 
 pub mod active_set;
 mod candidate;
+mod canonical;
 pub mod contact;
 mod contacts;
 #[cfg(test)]
