@@ -189,11 +189,16 @@ fn an_answer_holds_so_many_warnings_and_counts_the_rest() {
     let path = case("visual-only/path2.csv");
     let objects: Vec<String> = (0..300).map(|n| format!(r#"{{"id": "ghost{n}"}}"#)).collect();
     let scene = place.file("ghosts.json", &format!(r#"{{"objects": [{}]}}"#, objects.join(", ")));
-    let (exit, answer) = json(&place, &["check", &path, "--robot", &robot, "--scene", &scene]);
+    assert_eq!(place.taut(&["load-robot", "one", "--urdf", &robot]).exit, 0);
+    assert_eq!(place.taut(&["load-scene", "ghosts", &scene]).exit, 0);
+    let (exit, answer) = json(&place, &["check", &path, "--robot", "one", "--scene", "ghosts"]);
     let told = texts(&answer, "uncovered");
     assert_eq!((exit, told.len()), (0, 256));
     // 300 objects and the missing SRDF.
     assert!(told[255].starts_with("46 warnings more than an answer holds"), "{}", told[255]);
+    // Who read the files knows them all.
+    let (_, answer) = json(&place, &["check", &path, "--robot", &robot, "--scene", &scene]);
+    assert!((0..300).all(|n| texts(&answer, "uncovered").iter().any(|text| text.contains(&format!("\"ghost{n}\"")))));
 }
 
 #[test]
