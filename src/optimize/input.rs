@@ -383,8 +383,10 @@ fn outside_soft_limits(robot: &RobotModel, path: &Path) -> Option<Warning> {
         let by = |row: &[f64]| (variable.lower - row[column]).max(row[column] - variable.upper);
         let (waypoint, by) = path.waypoints().map(by).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let Variable { name, lower, upper, .. } = variable;
-        let amount = if by < 1e-3 { format!("{by:.1e}") } else { format!("{by:.3}") };
-        (by > 0.0).then(|| format!("{name} by {amount} of [{lower}, {upper}] (waypoint {waypoint})"))
+        (by > 0.0).then(|| {
+            let amount = if by < 1e-3 { format!("{by:.1e}") } else { format!("{by:.3}") };
+            format!("{name} by {amount} of [{lower}, {upper}] (waypoint {waypoint})")
+        })
     };
     let soft = robot.variables().iter().enumerate().filter(|(_, variable)| variable.has_soft_limits());
     let named: Vec<String> = soft.filter_map(farthest).collect();
