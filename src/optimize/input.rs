@@ -3,8 +3,9 @@
 use super::canonical::Canonical;
 use super::outcome::ColumnTurns;
 use super::settings::Settings;
+use super::steps::{FARTHEST_MOTION, check_motion, check_turns, keeps_goal};
 use crate::path::{Metric, MetricError, Path};
-use crate::robot::configuration::{FARTHEST_ANGLE_RAD, LONGEST_STEP_RAD, turns_between};
+use crate::robot::configuration::{FARTHEST_ANGLE_RAD, turns_between};
 use crate::robot::{Component, ConfigurationSpace, HeldVariable, RobotModel, Variable};
 use crate::validation::path_proof::LEAST_FLOOR_M;
 use crate::warning::Warning;
@@ -13,10 +14,6 @@ use crate::warning::Warning;
 pub const LIMIT_TOLERANCE: f64 = 1e-4;
 /// How far the norm of a quaternion may be from 1.
 pub const QUATERNION_TOLERANCE: f64 = 1e-3;
-
-/// How far a variable that is no angle may move in one path, all steps added up (rad or m): a proof's memory and time
-/// grow with it. A path of as many waypoints as there may be, each half a turn from the one before, keeps to it.
-const FARTHEST_MOTION: f64 = 1e6;
 
 /// A request that cannot be computed as it stands.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -196,8 +193,10 @@ impl Input {
         warnings.extend(held_outside_limits(robot, &held));
         check_turns(robot, &space, path)?;
         check_motion(robot, &space, path)?;
-        let mut rows = path.as_flat().to_vec();
-        let unrolled = space.unroll(&mut rows).then(|| Path::from_rows(path.nq(), rows)).flatten();
+        let unrolled = space.circles().next().and_then(|_| {
+            let mut rows = path.as_flat().to_vec();
+            space.unroll(&mut rows).then(|| Path::from_rows(path.nq(), rows))?
+        });
         if let Some(unrolled) = unrolled.as_ref().filter(|_| settings.keep_goal) {
             keeps_goal(robot, &space, path, unrolled)?;
         }
@@ -254,61 +253,6 @@ pub fn lower_bound(space: &ConfigurationSpace, metric: &Metric, path: &Path, kee
         space.shortest_difference(goal, start, &mut velocity);
     }
     metric.norm(&velocity)
-}
-
-/// Checks that every angle and every rotation says how it moves.
-fn check_turns(robot: &RobotModel, space: &ConfigurationSpace, path: &Path) -> Result<(), RequestError> {
-    let name = |column: usize| robot.variables()[column].name.clone();
-    for (waypoint, row) in path.waypoints().enumerate() {
-        if let Some(q) = space.circles().find(|&q| row[q].abs() > FARTHEST_ANGLE_RAD) {
-            return Err(RequestError::FarAngle { waypoint, variable: name(q), value: row[q] });
-        }
-    }
-    match path.segments().enumerate().find_map(|(segment, [from, to])| Some((segment, space.half_turn(from, to)?))) {
-        Some((segment, q)) => Err(RequestError::HalfTurn { waypoint: segment + 1, variable: name(q) }),
-        None => Ok(()),
-    }
-}
-
-/// Checks that no line goes so far that nothing proves it.
-fn check_motion(robot: &RobotModel, space: &ConfigurationSpace, path: &Path) -> Result<(), RequestError> {
-    for component in space.components() {
-        let q = match *component {
-            Component::Line { q, .. } => q,
-            // A step is at most half a turn.
-            Component::Circle { .. } | Component::Rotation { .. } => continue,
-        };
-        let mut moved = 0.0;
-        for (segment, [from, to]) in path.segments().enumerate() {
-            moved += (to[q] - from[q]).abs();
-            if moved > FARTHEST_MOTION {
-                let variable = robot.variables()[q].name.clone();
-                return Err(RequestError::FarMotion { waypoint: segment + 1, variable, moved });
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Checks that unrolling left the goal's numbers as they are.
-fn keeps_goal(
-    robot: &RobotModel,
-    space: &ConfigurationSpace,
-    path: &Path,
-    unrolled: &Path,
-) -> Result<(), RequestError> {
-    let goal = path.len() - 1;
-    let moved = |q: &usize| turns_between(path.waypoint(goal)[*q], unrolled.waypoint(goal)[*q]) != 0;
-    let Some(q) = space.circles().find(moved) else { return Ok(()) };
-    let is_long = |[from, to]: [&[f64]; 2]| (to[q] - from[q]).abs() > LONGEST_STEP_RAD;
-    let segment = path.segments().position(is_long).expect("a number moves only after a long step");
-    Err(RequestError::KeepGoal {
-        waypoint: segment + 1,
-        variable: robot.variables()[q].name.clone(),
-        before: path.waypoint(segment)[q],
-        value: path.waypoint(segment + 1)[q],
-        turns: turns_between(path.waypoint(goal)[q], unrolled.waypoint(goal)[q]),
-    })
 }
 
 fn sized<T: Clone>(what: &'static str, list: &Option<Vec<T>>, expected: usize) -> Result<Option<Vec<T>>, RequestError> {
@@ -381,6 +325,9 @@ fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<Warning>, Request
 fn outside_soft_limits(robot: &RobotModel, path: &Path) -> Option<Warning> {
     let farthest = |(column, variable): (usize, &Variable)| {
         let by = |row: &[f64]| (variable.lower - row[column]).max(row[column] - variable.upper);
+        if path.waypoints().all(|row| by(row) <= 0.0) {
+            return None;
+        }
         let (waypoint, by) = path.waypoints().map(by).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let Variable { name, lower, upper, .. } = variable;
         (by > 0.0).then(|| {

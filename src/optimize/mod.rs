@@ -26,6 +26,7 @@ pub mod rows;
 mod scenarios;
 pub mod settings;
 pub mod shortcut;
+mod steps;
 pub mod task;
 #[cfg(test)]
 mod testing;
