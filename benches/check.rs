@@ -1,8 +1,8 @@
 //! What a certified check costs and how the cost grows: `cargo bench`.
 //!
-//! First a table of counted tests, the same on every machine; then times. The robot is the shipped arm (boxes,
-//! cylinders and balls on seven joints) or the two arms on a mobile base; paths are random walks of proved
-//! segments.
+//! First a table of counted tests, the same on every machine; then times. The robot is the shipped
+//! arm (boxes, cylinders and balls on seven joints) or the two arms on a mobile base; paths are
+//! random walks of proved segments.
 
 use std::path::Path as File;
 use std::sync::Arc;
@@ -24,7 +24,13 @@ const FAR_OBJECTS: [usize; 4] = [0, 10, 100, 1000];
 const NEAR_OBJECTS: [usize; 4] = [1, 4, 16, 64];
 const CLEARANCES_M: [f64; 4] = [1e-4, 1e-3, 5e-3, 1e-2];
 const TRIANGLES: [usize; 4] = [128, 2_048, 32_768, 131_072];
-const SHIPPED: [&str; 5] = ["arm_shelf", "arm_window", "ell_window", "exchange_arms", "rooms"];
+const SHIPPED: [&str; 5] = [
+    "arm_shelf",
+    "arm_window",
+    "ell_window",
+    "exchange_arms",
+    "rooms",
+];
 
 fn main() {
     if !std::env::args().any(|argument| argument == "--list") {
@@ -44,15 +50,26 @@ impl Case {
     fn validator<'a>(&'a self, scratch: &'a mut Scratch) -> Validator<'a> {
         const HELD: [f64; 16] = [0.0; 16];
         let robot = self.model.robot();
-        Validator::new(&self.model, robot.space(), &HELD[..robot.held().len()], self.clearance, scratch)
+        Validator::new(
+            &self.model,
+            robot.space(),
+            &HELD[..robot.held().len()],
+            self.clearance,
+            scratch,
+        )
     }
 
     fn prove(&self, scratch: &mut Scratch) -> (u32, Queries) {
         let mut validator = self.validator(scratch);
-        let PathVerdict::Proved(proofs) = path_proof::prove(&mut validator, &self.path, &mut || false) else {
+        let PathVerdict::Proved(proofs) =
+            path_proof::prove(&mut validator, &self.path, &mut || false)
+        else {
             panic!("every path of these benchmarks is free");
         };
-        (proofs.iter().map(|proof| proof.intervals).sum(), validator.queries())
+        (
+            proofs.iter().map(|proof| proof.intervals).sum(),
+            validator.queries(),
+        )
     }
 
     /// Refuses the straight way from the first waypoint to the last.
@@ -60,29 +77,42 @@ impl Case {
         let mut validator = self.validator(scratch);
         let ends = [0, self.path.len() - 1].map(|waypoint| self.path.waypoint(waypoint));
         let verdict = validator.segment(ends[0], ends[1], &mut || false);
-        assert!(matches!(verdict, SegmentVerdict::Refused(_)), "every straight way of these benchmarks is blocked");
+        assert!(
+            matches!(verdict, SegmentVerdict::Refused(_)),
+            "every straight way of these benchmarks is blocked"
+        );
         validator.queries()
     }
 }
 
 fn problem(name: &str) -> Problem {
-    let file = File::new(env!("CARGO_MANIFEST_DIR")).join("config/problems").join(format!("{name}.json"));
-    Reader::new(Packages::default()).problem(&file, Geometry::Given).expect("the problem is shipped")
+    let file = File::new(env!("CARGO_MANIFEST_DIR"))
+        .join("config/problems")
+        .join(format!("{name}.json"));
+    Reader::new(Packages::default())
+        .problem(&file, Geometry::Given)
+        .expect("the problem is shipped")
 }
 
 fn shipped(name: &str) -> Case {
     let problem = problem(name);
     let robot = Arc::new(problem.model().expect("the robot is shipped"));
     let path = problem.path.clone();
-    Case { model: model(&robot, problem.scene.obstacles().iter().cloned().collect()), path, clearance: CLEARANCE_M }
+    Case {
+        model: model(&robot, problem.scene.obstacles().iter().cloned().collect()),
+        path,
+        clearance: CLEARANCE_M,
+    }
 }
 
 fn model(robot: &Arc<RobotModel>, obstacles: Vec<Obstacle>) -> CollisionModel {
-    let scene = Scene::new("bench", obstacles, Vec::new(), Vec::new()).expect("the obstacles are solids");
+    let scene =
+        Scene::new("bench", obstacles, Vec::new(), Vec::new()).expect("the obstacles are solids");
     CollisionModel::new(robot.clone(), Arc::new(scene)).expect("the scene names nothing")
 }
 
-/// A random walk from the first waypoint of a shipped problem among its obstacles, each segment proved.
+/// A random walk from the first waypoint of a shipped problem among its obstacles, each segment
+/// proved.
 fn wander(name: &str, waypoints: usize, clearance: f64) -> Case {
     let mut case = shipped(name);
     let mut random = fastrand::Rng::with_seed(7);
@@ -96,7 +126,11 @@ fn wander(name: &str, waypoints: usize, clearance: f64) -> Case {
             (value + (random.f64() - 0.5) * 0.6).clamp(variable.lower, variable.upper)
         };
         let to: Vec<f64> = from.iter().zip(robot.variables()).map(step).collect();
-        if case.validator(&mut scratch).proves(&from, &to, &mut || false) == Some(true) {
+        if case
+            .validator(&mut scratch)
+            .proves(&from, &to, &mut || false)
+            == Some(true)
+        {
             rows.extend(to);
         }
     }
@@ -104,8 +138,8 @@ fn wander(name: &str, waypoints: usize, clearance: f64) -> Case {
     case
 }
 
-/// The same case with more obstacles: as many as asked for of those that `place` makes, that leave the path as
-/// provable as it is and that take so many exact tests.
+/// The same case with more obstacles: as many as asked for of those that `place` makes, that leave
+/// the path as provable as it is and that take so many exact tests.
 fn among(
     mut case: Case,
     count: usize,
@@ -116,13 +150,15 @@ fn among(
     let mut scratch = Scratch::default();
     let robot = case.model.robot().clone();
     let old: Vec<_> = case.model.scene().obstacles().iter().cloned().collect();
-    let (mut kept, mut tried) = (old.clone(), 0);
+    let mut kept = old.clone();
+    let mut tried = 0;
     while kept.len() < old.len() + count {
         let candidate = place(&mut random, tried);
         tried += 1;
         case.model = model(&robot, vec![candidate.clone()]);
         let mut validator = case.validator(&mut scratch);
-        let is_free = validator.segments(case.path.segments(), &mut || false) == SegmentsVerdict::Proved;
+        let is_free =
+            validator.segments(case.path.segments(), &mut || false) == SegmentsVerdict::Proved;
         if is_free && validator.queries().exact >= exact_tests {
             kept.push(candidate);
         }
@@ -133,25 +169,46 @@ fn among(
 
 fn obstacle(id: String, shape: Shape, at: Vec3) -> Obstacle {
     let pose = Pose::from_parts(at, Quat::IDENTITY);
-    Obstacle::new(id, vec![PlacedShape { pose: Pose::identity(), shape }]).at(pose)
+    Obstacle::new(
+        id,
+        vec![PlacedShape {
+            pose: Pose::identity(),
+            shape,
+        }],
+    )
+    .at(pose)
 }
 
 /// Boxes from 4 m to 30 m away.
 fn far(case: Case, count: usize) -> Case {
     among(case, count, 0, |random, index| {
         let turn = random.f64() * std::f64::consts::TAU;
-        let at = Vec3::new(turn.cos(), turn.sin(), 0.2 * random.f64()) * (4.0 + 26.0 * random.f64());
-        obstacle(format!("far{index}"), Shape::cuboid(Vec3::splat(0.3)).expect("a size"), at)
+        let at =
+            Vec3::new(turn.cos(), turn.sin(), 0.2 * random.f64()) * (4.0 + 26.0 * random.f64());
+        obstacle(
+            format!("far{index}"),
+            Shape::cuboid(Vec3::splat(0.3)).expect("a size"),
+            at,
+        )
     })
 }
 
 /// Boxes in the arm's reach that its path clears.
 fn near(count: usize) -> Case {
-    among(wander("arm_shelf", 8, CLEARANCE_M), count, 0, |random, index| {
-        let mut coordinate = || random.f64() - 0.5;
-        let at = Vec3::new(1.6 * coordinate(), 1.6 * coordinate(), 0.5 + coordinate());
-        obstacle(format!("near{index}"), Shape::cuboid(Vec3::splat(0.04)).expect("a size"), at)
-    })
+    among(
+        wander("arm_shelf", 8, CLEARANCE_M),
+        count,
+        0,
+        |random, index| {
+            let mut coordinate = || random.f64() - 0.5;
+            let at = Vec3::new(1.6 * coordinate(), 1.6 * coordinate(), 0.5 + coordinate());
+            obstacle(
+                format!("near{index}"),
+                Shape::cuboid(Vec3::splat(0.04)).expect("a size"),
+                at,
+            )
+        },
+    )
 }
 
 /// A bumpy ball of so many triangles that the arm passes closely.
@@ -168,21 +225,39 @@ fn triangles(count: usize) -> Case {
 fn bumpy_ball(triangles: usize) -> Mesh {
     let n = (triangles as f64 / 2.0).sqrt() as u32;
     let point = |row: u32, column: u32| {
-        let (polar, turn) = (f64::from(row) / f64::from(n + 1), f64::from(column) / f64::from(n));
-        let (polar, turn) = (polar * std::f64::consts::PI, turn * std::f64::consts::TAU);
+        let polar = f64::from(row) / f64::from(n + 1);
+        let turn = f64::from(column) / f64::from(n);
+        let polar = polar * std::f64::consts::PI;
+        let turn = turn * std::f64::consts::TAU;
         let radius = 0.1 + 0.01 * (7.0 * polar).sin() * (5.0 * turn).sin();
-        Vec3::new(polar.sin() * turn.cos(), polar.sin() * turn.sin(), polar.cos()) * radius
+        Vec3::new(
+            polar.sin() * turn.cos(),
+            polar.sin() * turn.sin(),
+            polar.cos(),
+        ) * radius
     };
     let mut vertices = vec![Vec3::Z * 0.1, -Vec3::Z * 0.1];
-    vertices.extend((1..=n).flat_map(|row| (0..n).map(move |column| (row, column))).map(|(r, c)| point(r, c)));
+    vertices.extend(
+        (1..=n)
+            .flat_map(|row| (0..n).map(move |column| (row, column)))
+            .map(|(r, c)| point(r, c)),
+    );
     let index = |row: u32, column: u32| 2 + (row - 1) * n + column % n;
     let mut faces = Vec::new();
     for column in 0..n {
         faces.push([0, index(1, column), index(1, column + 1)]);
         faces.push([1, index(n, column + 1), index(n, column)]);
         for row in 1..n {
-            faces.push([index(row, column), index(row + 1, column), index(row + 1, column + 1)]);
-            faces.push([index(row, column), index(row + 1, column + 1), index(row, column + 1)]);
+            faces.push([
+                index(row, column),
+                index(row + 1, column),
+                index(row + 1, column + 1),
+            ]);
+            faces.push([
+                index(row, column),
+                index(row + 1, column + 1),
+                index(row, column + 1),
+            ]);
         }
     }
     Mesh::new("bumpy", vertices, faces).expect("a mesh with an area")
@@ -191,24 +266,53 @@ fn bumpy_ball(triangles: usize) -> Mesh {
 /// Counted tests of every case that is timed below.
 fn count() {
     let mut scratch = Scratch::default();
-    println!("{:<34} {:>9} {:>9} {:>9} {:>9}", "tests of a proof", "intervals", "far", "near", "exact");
+    println!(
+        "{:<34} {:>9} {:>9} {:>9} {:>9}",
+        "tests of a proof", "intervals", "far", "near", "exact"
+    );
     let mut line = |name: String, case: Case| {
         let (intervals, Queries { far, near, exact }) = case.prove(&mut scratch);
         println!("{name:<34} {intervals:>9} {far:>9} {near:>9} {exact:>9}");
     };
-    SHIPPED.iter().for_each(|name| line((*name).to_owned(), shipped(name)));
-    WAYPOINTS.iter().for_each(|&n| line(format!("{n} waypoints"), wander("arm_shelf", n, CLEARANCE_M)));
-    FAR_OBJECTS.iter().for_each(|&n| line(format!("{n} far objects, arm"), far(shipped("arm_shelf"), n)));
-    FAR_OBJECTS.iter().for_each(|&n| line(format!("{n} far objects, mobile base"), far(shipped("exchange_arms"), n)));
-    NEAR_OBJECTS.iter().for_each(|&n| line(format!("{n} near objects"), near(n)));
-    CLEARANCES_M.iter().for_each(|&m| line(format!("clearance {m} m"), clear(m)));
-    TRIANGLES.iter().for_each(|&n| line(format!("{n} triangles"), triangles(n)));
+    SHIPPED
+        .iter()
+        .for_each(|name| line((*name).to_owned(), shipped(name)));
+    WAYPOINTS.iter().for_each(|&n| {
+        line(
+            format!("{n} waypoints"),
+            wander("arm_shelf", n, CLEARANCE_M),
+        )
+    });
+    FAR_OBJECTS.iter().for_each(|&n| {
+        line(
+            format!("{n} far objects, arm"),
+            far(shipped("arm_shelf"), n),
+        )
+    });
+    FAR_OBJECTS.iter().for_each(|&n| {
+        line(
+            format!("{n} far objects, mobile base"),
+            far(shipped("exchange_arms"), n),
+        )
+    });
+    NEAR_OBJECTS
+        .iter()
+        .for_each(|&n| line(format!("{n} near objects"), near(n)));
+    CLEARANCES_M
+        .iter()
+        .for_each(|&m| line(format!("clearance {m} m"), clear(m)));
+    TRIANGLES
+        .iter()
+        .for_each(|&n| line(format!("{n} triangles"), triangles(n)));
     println!();
 }
 
 /// One walk for every clearance: it keeps the largest.
 fn clear(clearance: f64) -> Case {
-    Case { clearance, ..wander("arm_shelf", 8, 1.5 * CLEARANCES_M[CLEARANCES_M.len() - 1]) }
+    Case {
+        clearance,
+        ..wander("arm_shelf", 8, 1.5 * CLEARANCES_M[CLEARANCES_M.len() - 1])
+    }
 }
 
 fn time(bencher: Bencher, case: &Case) {
@@ -223,7 +327,8 @@ fn proof(bencher: Bencher, name: &str) {
 
 #[divan::bench(args = SHIPPED)]
 fn refusal(bencher: Bencher, name: &str) {
-    let (case, mut scratch) = (shipped(name), Scratch::default());
+    let case = shipped(name);
+    let mut scratch = Scratch::default();
     bencher.bench_local(|| case.refuse(&mut scratch));
 }
 

@@ -1,7 +1,8 @@
 //! What a change to a scene costs, and how that grows with the scene: `cargo bench --bench scene`.
 //!
-//! First the memory that versions take, counted; then times: of a new version of the scene, and of its collision
-//! model with the shipped arm. Objects are boxes and balls, half of them in the arm's reach.
+//! First the memory that versions take, counted; then times: of a new version of the scene, and of
+//! its collision model with the shipped arm. Objects are boxes and balls, half of them in the arm's
+//! reach.
 
 use std::path::Path as File;
 use std::sync::Arc;
@@ -34,19 +35,33 @@ fn somewhere(random: &mut fastrand::Rng) -> Pose {
 
 fn object(random: &mut fastrand::Rng, id: String) -> Obstacle {
     let size = 0.02 + 0.05 * random.f64();
-    let shape = if random.bool() { Shape::cuboid(Vec3::splat(size)) } else { Shape::sphere(size) };
-    let placed = PlacedShape { pose: Pose::identity(), shape: shape.expect("a size") };
+    let shape = if random.bool() {
+        Shape::cuboid(Vec3::splat(size))
+    } else {
+        Shape::sphere(size)
+    };
+    let placed = PlacedShape {
+        pose: Pose::identity(),
+        shape: shape.expect("a size"),
+    };
     Obstacle::new(id, vec![placed]).at(somewhere(random))
 }
 
 fn scene(count: usize) -> Arc<Scene> {
     let mut random = fastrand::Rng::with_seed(5);
-    let obstacles = (0..count).map(|index| object(&mut random, format!("object{index}"))).collect();
-    Arc::new(Scene::new("bench", obstacles, Vec::new(), Vec::new()).expect("the obstacles are solids"))
+    let obstacles = (0..count)
+        .map(|index| object(&mut random, format!("object{index}")))
+        .collect();
+    Arc::new(
+        Scene::new("bench", obstacles, Vec::new(), Vec::new()).expect("the obstacles are solids"),
+    )
 }
 
 fn move_any(random: &mut fastrand::Rng, count: usize) -> SceneChange {
-    SceneChange::Move { id: format!("object{}", random.usize(..count)), pose: somewhere(random) }
+    SceneChange::Move {
+        id: format!("object{}", random.usize(..count)),
+        pose: somewhere(random),
+    }
 }
 
 fn changed(scene: &Scene, changes: impl IntoIterator<Item = SceneChange>) -> Scene {
@@ -55,7 +70,9 @@ fn changed(scene: &Scene, changes: impl IntoIterator<Item = SceneChange>) -> Sce
 
 fn robot() -> Arc<RobotModel> {
     let file = File::new(env!("CARGO_MANIFEST_DIR")).join("config/problems/arm_shelf.json");
-    let problem = Reader::new(Packages::default()).problem(&file, Geometry::Given).expect("the problem is shipped");
+    let problem = Reader::new(Packages::default())
+        .problem(&file, Geometry::Given)
+        .expect("the problem is shipped");
     Arc::new(problem.model().expect("the robot is shipped"))
 }
 
@@ -66,77 +83,121 @@ fn model(count: usize) -> CollisionModel {
 /// Bytes that a thousand versions keep, each a MOVE after the one before.
 fn memory() {
     const VERSIONS: usize = 1000;
-    println!("{:<34} {:>12} {:>22}", "memory", "first (B)", "each version more (B)");
+    println!(
+        "{:<34} {:>12} {:>22}",
+        "memory", "first (B)", "each version more (B)"
+    );
     for count in OBJECTS {
         let mut versions = Vec::with_capacity(VERSIONS + 1);
         let first = allocation_counter::measure(|| versions.push(scene(count)));
         let mut random = fastrand::Rng::with_seed(9);
         let more = allocation_counter::measure(|| {
             for _ in 0..VERSIONS {
-                let next = changed(&versions[versions.len() - 1], [move_any(&mut random, count)]);
+                let next = changed(
+                    &versions[versions.len() - 1],
+                    [move_any(&mut random, count)],
+                );
                 versions.push(Arc::new(next));
             }
         });
         let each = more.bytes_current / VERSIONS as i64;
-        println!("{:<34} {:>12} {each:>22}", format!("{VERSIONS} versions of {count} objects"), first.bytes_current);
+        println!(
+            "{:<34} {:>12} {each:>22}",
+            format!("{VERSIONS} versions of {count} objects"),
+            first.bytes_current
+        );
     }
     println!();
 }
 
-/// Times a change that is made to one scene again and again; changes and versions are made and dropped outside.
+/// Times a change that is made to one scene again and again; changes and versions are made and
+/// dropped outside.
 fn time<T>(bencher: Bencher, mut input: impl FnMut() -> T, mut made: impl FnMut(T) -> Scene) {
-    bencher.with_inputs(&mut input).bench_local_values(|value| black_box(made(value)));
+    bencher
+        .with_inputs(&mut input)
+        .bench_local_values(|value| black_box(made(value)));
 }
 
 #[divan::bench(args = OBJECTS)]
 fn move_one(bencher: Bencher, count: usize) {
-    let (scene, mut random) = (scene(count), fastrand::Rng::with_seed(1));
-    time(bencher, || move_any(&mut random, count), |change| changed(&scene, [change]));
+    let scene = scene(count);
+    let mut random = fastrand::Rng::with_seed(1);
+    time(
+        bencher,
+        || move_any(&mut random, count),
+        |change| changed(&scene, [change]),
+    );
 }
 
 #[divan::bench(args = OBJECTS)]
 fn add_one(bencher: Bencher, count: usize) {
-    let (scene, mut random) = (scene(count), fastrand::Rng::with_seed(2));
-    time(bencher, || object(&mut random, "another".to_owned()), |new| changed(&scene, [SceneChange::Add(new)]));
+    let scene = scene(count);
+    let mut random = fastrand::Rng::with_seed(2);
+    time(
+        bencher,
+        || object(&mut random, "another".to_owned()),
+        |new| changed(&scene, [SceneChange::Add(new)]),
+    );
 }
 
 #[divan::bench(args = OBJECTS)]
 fn remove_one(bencher: Bencher, count: usize) {
-    let (scene, mut random) = (scene(count), fastrand::Rng::with_seed(3));
+    let scene = scene(count);
+    let mut random = fastrand::Rng::with_seed(3);
     let id = || format!("object{}", random.usize(..count));
-    time(bencher, id, |id| changed(&scene, [SceneChange::Remove { id }]));
+    time(bencher, id, |id| {
+        changed(&scene, [SceneChange::Remove { id }])
+    });
 }
 
 #[divan::bench(args = OBJECTS)]
 fn move_a_hundred(bencher: Bencher, count: usize) {
-    let (scene, mut random) = (scene(count), fastrand::Rng::with_seed(4));
-    let changes = || (0..IN_DIFF).map(|_| move_any(&mut random, count)).collect::<Vec<_>>();
+    let scene = scene(count);
+    let mut random = fastrand::Rng::with_seed(4);
+    let changes = || {
+        (0..IN_DIFF)
+            .map(|_| move_any(&mut random, count))
+            .collect::<Vec<_>>()
+    };
     time(bencher, changes, |changes| changed(&scene, changes));
 }
 
 #[divan::bench(args = OBJECTS)]
 fn find_the_changes(bencher: Bencher, count: usize) {
-    let (scene, mut random) = (scene(count), fastrand::Rng::with_seed(6));
+    let scene = scene(count);
+    let mut random = fastrand::Rng::with_seed(6);
     let other = changed(&scene, (0..10).map(|_| move_any(&mut random, count)));
     bencher.bench_local(|| scene.changes_to(&other));
 }
 
 #[divan::bench(args = OBJECTS, sample_count = 20)]
 fn model_from_nothing(bencher: Bencher, count: usize) {
-    let (robot, scene) = (robot(), scene(count));
+    let robot = robot();
+    let scene = scene(count);
     bencher.bench_local(|| CollisionModel::new(robot.clone(), scene.clone()));
 }
 
 #[divan::bench(args = OBJECTS)]
 fn model_after_a_move(bencher: Bencher, count: usize) {
-    let (model, mut random) = (model(count), fastrand::Rng::with_seed(7));
+    let model = model(count);
+    let mut random = fastrand::Rng::with_seed(7);
     let moved = || Arc::new(changed(model.scene(), [move_any(&mut random, count)]));
-    bencher.with_inputs(moved).bench_local_values(|scene| model.with_scene(scene));
+    bencher
+        .with_inputs(moved)
+        .bench_local_values(|scene| model.with_scene(scene));
 }
 
 #[divan::bench(args = OBJECTS)]
 fn model_after_an_add(bencher: Bencher, count: usize) {
-    let (model, mut random) = (model(count), fastrand::Rng::with_seed(8));
-    let added = || Arc::new(changed(model.scene(), [SceneChange::Add(object(&mut random, "another".to_owned()))]));
-    bencher.with_inputs(added).bench_local_values(|scene| model.with_scene(scene));
+    let model = model(count);
+    let mut random = fastrand::Rng::with_seed(8);
+    let added = || {
+        Arc::new(changed(
+            model.scene(),
+            [SceneChange::Add(object(&mut random, "another".to_owned()))],
+        ))
+    };
+    bencher
+        .with_inputs(added)
+        .bench_local_values(|scene| model.with_scene(scene));
 }

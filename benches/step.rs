@@ -1,8 +1,9 @@
 //! What one iteration of the contact model costs and how that grows: `cargo bench --bench step`.
 //!
-//! A random walk on prismatic joints, and random half-spaces that the step without rows is not in. An iteration is what the optimizer does
-//! from one path: cost and gradient, rows (their M), the active set method from nothing, and the step. First a table
-//! of what holds the step, the same on every machine; then times.
+//! A random walk on prismatic joints, and random half-spaces that the step without rows is not in.
+//! An iteration is what the optimizer does from one path: cost and gradient, rows (their M), the
+//! active set method from nothing, and the step. First a table of what holds the step, the same on
+//! every machine; then times.
 
 use divan::Bencher;
 use taut::math::{Pose, Vec3};
@@ -10,7 +11,9 @@ use taut::optimize::active_set::ActiveSet;
 use taut::optimize::cost::Cost;
 use taut::optimize::rows::Row;
 use taut::path::Metric;
-use taut::robot::{ConfigurationSpace, JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel};
+use taut::robot::{
+    ConfigurationSpace, JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel,
+};
 
 const WAYPOINTS: [usize; 3] = [10, 100, 1_000];
 const ROWS: [usize; 5] = [10, 20, 40, 80, 160];
@@ -47,7 +50,10 @@ struct Memory {
 
 /// The space of so many joints with limits.
 fn lines(joints: usize) -> ConfigurationSpace {
-    let link = |i: usize| LinkDescription { name: format!("link{i}"), collision: Vec::new() };
+    let link = |i: usize| LinkDescription {
+        name: format!("link{i}"),
+        collision: Vec::new(),
+    };
     let joint = |i: usize| JointDescription {
         name: format!("joint{i}"),
         kind: JointKind::Prismatic,
@@ -59,9 +65,17 @@ fn lines(joints: usize) -> ConfigurationSpace {
         soft_limits: None,
         mimic: None,
     };
-    let (links, joints) = ((0..=joints).map(link).collect(), (0..joints).map(joint).collect());
-    let description = RobotDescription { links, joints, ..RobotDescription::default() };
-    RobotModel::new(description).expect("a chain").space().clone()
+    let links = (0..=joints).map(link).collect();
+    let joints = (0..joints).map(joint).collect();
+    let description = RobotDescription {
+        links,
+        joints,
+        ..RobotDescription::default()
+    };
+    RobotModel::new(description)
+        .expect("a chain")
+        .space()
+        .clone()
 }
 
 impl Case {
@@ -69,7 +83,8 @@ impl Case {
     fn random(waypoints: usize, joints: usize, rows: usize, push: f64) -> Self {
         let mut random = fastrand::Rng::with_seed(7);
         let space = lines(joints);
-        let metric = Metric::new(&space, (0..joints).map(|_| 0.5 + random.f64()).collect()).expect("positive weights");
+        let metric = Metric::new(&space, (0..joints).map(|_| 0.5 + random.f64()).collect())
+            .expect("positive weights");
         let mut path = vec![0.0; joints];
         for place in joints..waypoints * joints {
             path.push(path[place - joints] + random.f64() - 0.4);
@@ -78,7 +93,9 @@ impl Case {
             space,
             metric,
             path,
-            fixed: (0..waypoints).map(|i| i == 0 || i + 1 == waypoints).collect(),
+            fixed: (0..waypoints)
+                .map(|i| i == 0 || i + 1 == waypoints)
+                .collect(),
             moving: vec![true; joints],
             rows: Vec::new(),
         };
@@ -90,7 +107,12 @@ impl Case {
         for _ in 0..rows {
             let segment = random.usize(1..waypoints - 2);
             let jacobian: Vec<f64> = (0..joints).map(|_| random.f64() - 0.5).collect();
-            let row = Row { segment, ratio: random.f64(), jacobian: &jacobian, right_hand_side: 0.0 };
+            let row = Row {
+                segment,
+                ratio: random.f64(),
+                jacobian: &jacobian,
+                right_hand_side: 0.0,
+            };
             let right_hand_side = row.of_step(&memory.step) + push * (random.f64() + 0.1);
             let ratio = row.ratio;
             case.rows.push((segment, ratio, jacobian, right_hand_side));
@@ -109,7 +131,14 @@ impl Case {
     }
 
     fn cost(&self) -> Cost<'_> {
-        Cost::with_shortest(&self.space, &self.metric, &self.path, &self.fixed, &self.moving, SHORTEST_SEGMENT)
+        Cost::with_shortest(
+            &self.space,
+            &self.metric,
+            &self.path,
+            &self.fixed,
+            &self.moving,
+            SHORTEST_SEGMENT,
+        )
     }
 
     fn linearise<'a>(&'a self, memory: &mut Memory) -> Cost<'a> {
@@ -121,7 +150,12 @@ impl Case {
 
     fn push_rows(&self, cost: &Cost<'_>, memory: &mut Memory) {
         for (segment, ratio, jacobian, right_hand_side) in &self.rows {
-            let row = Row { segment: *segment, ratio: *ratio, jacobian, right_hand_side: *right_hand_side };
+            let row = Row {
+                segment: *segment,
+                ratio: *ratio,
+                jacobian,
+                right_hand_side: *right_hand_side,
+            };
             memory.set.push(cost, row);
         }
     }
@@ -147,14 +181,24 @@ fn wide(rows: usize) -> Case {
 
 /// Which rows hold each case that is timed below.
 fn count() {
-    println!("{:<34} {:>9} {:>9}", "half-spaces of a step", "rows", "active");
+    println!(
+        "{:<34} {:>9} {:>9}",
+        "half-spaces of a step", "rows", "active"
+    );
     let line = |name: String, case: Case| {
         let mut memory = case.memory();
         case.iterate(&mut memory);
-        println!("{name:<34} {:>9} {:>9}", case.rows.len(), memory.set.active().count());
+        println!(
+            "{name:<34} {:>9} {:>9}",
+            case.rows.len(),
+            memory.set.active().count()
+        );
     };
-    WAYPOINTS.iter().for_each(|&n| line(format!("{n} waypoints x 7"), long(n)));
-    ROWS.iter().for_each(|&n| line(format!("60 waypoints x {MANY_JOINTS}"), wide(n)));
+    WAYPOINTS
+        .iter()
+        .for_each(|&n| line(format!("{n} waypoints x 7"), long(n)));
+    ROWS.iter()
+        .for_each(|&n| line(format!("60 waypoints x {MANY_JOINTS}"), wide(n)));
     println!();
 }
 
@@ -176,7 +220,9 @@ fn rows(bencher: Bencher, count: usize) {
 /// Of that, what does not depend on rows: stiffness, gradient, the step without rows.
 #[divan::bench(args = ROWS)]
 fn rows_model_only(bencher: Bencher, count: usize) {
-    time(bencher, &wide(count), |case, memory| drop(case.linearise(memory)));
+    time(bencher, &wide(count), |case, memory| {
+        drop(case.linearise(memory))
+    });
 }
 
 /// The same and M.

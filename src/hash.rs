@@ -36,7 +36,8 @@ impl ContentHasher {
 
     /// A pose.
     pub fn pose(&mut self, pose: &Pose) -> &mut Self {
-        self.floats(&pose.translation.to_array()).floats(&pose.rotation.to_array())
+        self.floats(&pose.translation.to_array())
+            .floats(&pose.rotation.to_array())
     }
 
     /// A placed shape, mesh content included, mesh name left out.
@@ -59,11 +60,19 @@ impl ContentHasher {
         // In portions: a call for each number would cost more than the hash.
         for part in vertices.chunks(PORTION) {
             let numbers = part.iter().flat_map(|vertex| vertex.to_array());
-            self.0.update(numbers.flat_map(|value| value.to_bits().to_le_bytes()).collect::<Vec<u8>>());
+            self.0.update(
+                numbers
+                    .flat_map(|value| value.to_bits().to_le_bytes())
+                    .collect::<Vec<u8>>(),
+            );
         }
         for part in triangles.chunks(PORTION) {
             let indices = part.iter().flatten();
-            self.0.update(indices.flat_map(|index| index.to_le_bytes()).collect::<Vec<u8>>());
+            self.0.update(
+                indices
+                    .flat_map(|index| index.to_le_bytes())
+                    .collect::<Vec<u8>>(),
+            );
         }
         self
     }
@@ -85,7 +94,11 @@ impl ContentHasher {
 
     /// First 8 bytes of the SHA-256, so that the first hex digits of both agree.
     pub fn finish(self) -> u64 {
-        self.0.finalize().iter().take(8).fold(0, |hash, byte| hash << 8 | u64::from(*byte))
+        self.0
+            .finalize()
+            .iter()
+            .take(8)
+            .fold(0, |hash, byte| hash << 8 | u64::from(*byte))
     }
 
     /// All of the SHA-256.
@@ -93,7 +106,10 @@ impl ContentHasher {
         let bytes = self.0.finalize();
         let mut words = bytes.chunks_exact(8);
         std::array::from_fn(|_| {
-            words.next().map_or(0, |word| word.iter().rfold(0, |sum, &byte| sum << 8 | u64::from(byte)))
+            words.next().map_or(0, |word| {
+                word.iter()
+                    .rfold(0, |sum, &byte| sum << 8 | u64::from(byte))
+            })
         })
     }
 }
@@ -101,9 +117,10 @@ impl ContentHasher {
 /// A SHA-256, its words from the least.
 pub(crate) type Digest = [u64; 4];
 
-/// A set of facts, whatever order they came in: the sum of their digests modulo 2^256, so that a fact comes and
-/// goes without a look at the others. Two sets of one sum are as hard to find as two contents of one 64-bit hash:
-/// about 2^32 steps either way (by Wagner's birthday for sums, and by the plain one).
+/// A set of facts, whatever order they came in: the sum of their digests modulo 2^256, so that a
+/// fact comes and goes without a look at the others. Two sets of one sum are as hard to find as two
+/// contents of one 64-bit hash: about 2^32 steps either way (by Wagner's birthday for sums, and by
+/// the plain one).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct FactSum(Digest);
 

@@ -16,14 +16,23 @@ pub fn quat_from_rpy(roll: f64, pitch: f64, yaw: f64) -> Quat {
 /// At exactly π both axes describe the rotation; the one whose first non-zero component is
 /// positive is returned, so that both ends of a wire agree.
 pub fn quat_log(q: Quat) -> Vec3 {
-    let (mut v, mut w) = (Vec3::new(q.x, q.y, q.z), q.w);
-    let first = [v.x, v.y, v.z].into_iter().find(|c| *c != 0.0).unwrap_or(0.0);
+    let mut v = Vec3::new(q.x, q.y, q.z);
+    let mut w = q.w;
+    let first = [v.x, v.y, v.z]
+        .into_iter()
+        .find(|c| *c != 0.0)
+        .unwrap_or(0.0);
     if w < 0.0 || (w == 0.0 && first < 0.0) {
-        (v, w) = (-v, -w);
+        v = -v;
+        w = -w;
     }
     let sine = v.length();
     // atan2 keeps full precision at both ends; below 1e-12 the ratio is 2 to rounding.
-    if sine < 1e-12 { v * 2.0 } else { v * (2.0 * sine.atan2(w) / sine) }
+    if sine < 1e-12 {
+        v * 2.0
+    } else {
+        v * (2.0 * sine.atan2(w) / sine)
+    }
 }
 
 /// Unit quaternion of a rotation vector; the inverse of [`quat_log`].
@@ -43,9 +52,11 @@ mod tests {
 
     #[test]
     fn log_and_exp_are_inverse_up_to_half_a_turn() {
-        for v in
-            [Vec3::new(0.3, -0.2, 0.9), Vec3::new(1e-9, 0.0, -1e-9), Vec3::new(0.0, 0.0, std::f64::consts::PI - 1e-6)]
-        {
+        for v in [
+            Vec3::new(0.3, -0.2, 0.9),
+            Vec3::new(1e-9, 0.0, -1e-9),
+            Vec3::new(0.0, 0.0, std::f64::consts::PI - 1e-6),
+        ] {
             assert!((quat_log(quat_exp(v)) - v).length() < 1e-12);
         }
     }

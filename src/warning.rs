@@ -18,7 +18,8 @@ pub struct Warning {
 pub enum WarningClass {
     /// It says what the verdict does not cover, or rests on: every one is told with every answer.
     Uncovered,
-    /// It takes nothing from the verdict. Of those of one topic the first is told and the others are counted.
+    /// It takes nothing from the verdict. Of those of one topic the first is told and the others
+    /// are counted.
     Cosmetic {
         /// What such warnings have in common.
         topic: String,
@@ -28,17 +29,28 @@ pub enum WarningClass {
 impl Warning {
     /// What a verdict does not cover, or rests on.
     pub fn uncovered(text: impl Into<String>) -> Self {
-        Self { class: WarningClass::Uncovered, text: text.into() }
+        Self {
+            class: WarningClass::Uncovered,
+            text: text.into(),
+        }
     }
 
     /// What is odd and takes nothing from a verdict; `topic` is what such warnings have in common.
     pub fn cosmetic(topic: &str, text: impl Into<String>) -> Self {
-        Self { class: WarningClass::Cosmetic { topic: topic.to_owned() }, text: text.into() }
+        Self {
+            class: WarningClass::Cosmetic {
+                topic: topic.to_owned(),
+            },
+            text: text.into(),
+        }
     }
 
     /// The same in other words.
     pub fn reworded(&self, text: impl Into<String>) -> Self {
-        Self { class: self.class.clone(), text: text.into() }
+        Self {
+            class: self.class.clone(),
+            text: text.into(),
+        }
     }
 
     /// The line.
@@ -77,8 +89,8 @@ impl fmt::Display for Warning {
     }
 }
 
-/// What an answer tells of warnings: each once; first all that say what the verdict does not cover, then one cosmetic
-/// one per topic, which counts those that it stands for.
+/// What an answer tells of warnings: each once; first all that say what the verdict does not cover,
+/// then one cosmetic one per topic, which counts those that it stands for.
 pub fn told<'a>(warnings: impl IntoIterator<Item = &'a Warning>) -> Vec<Warning> {
     let mut uncovered: Vec<Warning> = Vec::new();
     let mut topics: Vec<(&str, Vec<&Warning>)> = Vec::new();
@@ -89,17 +101,22 @@ pub fn told<'a>(warnings: impl IntoIterator<Item = &'a Warning>) -> Vec<Warning>
         }
         match &warning.class {
             WarningClass::Uncovered => uncovered.push(warning.clone()),
-            WarningClass::Cosmetic { topic } => match topics.iter_mut().find(|(known, _)| known == topic) {
-                Some((_, alike)) => alike.push(warning),
-                None => topics.push((topic, vec![warning])),
-            },
+            WarningClass::Cosmetic { topic } => {
+                match topics.iter_mut().find(|(known, _)| known == topic) {
+                    Some((_, alike)) => alike.push(warning),
+                    None => topics.push((topic, vec![warning])),
+                }
+            }
         }
     }
     let counted = |(_, alike): (&str, Vec<&Warning>)| match alike.len() {
         1 => alike[0].clone(),
         count => alike[0].reworded(format!("{} (and {} more like it)", alike[0], count - 1)),
     };
-    uncovered.into_iter().chain(topics.into_iter().map(counted)).collect()
+    uncovered
+        .into_iter()
+        .chain(topics.into_iter().map(counted))
+        .collect()
 }
 
 #[cfg(test)]
@@ -110,11 +127,29 @@ mod tests {
     fn what_is_not_covered_is_told_in_full_and_first_and_repeated_trifles_are_counted() {
         let trifle = |n: usize| Warning::cosmetic("pairs", format!("pair {n}"));
         let mut warnings: Vec<Warning> = (1..=104).map(trifle).collect();
-        warnings.extend([Warning::uncovered("no SRDF"), Warning::cosmetic("axis", "axis ignored")]);
-        warnings.extend([Warning::uncovered("an empty object"), Warning::uncovered("no SRDF"), trifle(1)]);
+        warnings.extend([
+            Warning::uncovered("no SRDF"),
+            Warning::cosmetic("axis", "axis ignored"),
+        ]);
+        warnings.extend([
+            Warning::uncovered("an empty object"),
+            Warning::uncovered("no SRDF"),
+            trifle(1),
+        ]);
         let told = told(&warnings);
         let texts: Vec<&str> = told.iter().map(|warning| &**warning).collect();
-        assert_eq!(texts, ["no SRDF", "an empty object", "pair 1 (and 103 more like it)", "axis ignored"]);
-        assert_eq!(told.iter().filter(|warning| warning.is_uncovered()).count(), 2);
+        assert_eq!(
+            texts,
+            [
+                "no SRDF",
+                "an empty object",
+                "pair 1 (and 103 more like it)",
+                "axis ignored"
+            ]
+        );
+        assert_eq!(
+            told.iter().filter(|warning| warning.is_uncovered()).count(),
+            2
+        );
     }
 }

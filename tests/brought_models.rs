@@ -5,8 +5,8 @@ mod common;
 
 use common::*;
 
-/// An arm of three links, of which the middle one is a DAE in centimetres; where all joints are at 0 the hand is in
-/// the base, which no joint of its own connects to it.
+/// An arm of three links, of which the middle one is a DAE in centimetres; where all joints are at
+/// 0 the hand is in the base, which no joint of its own connects to it.
 const ARM: &str = "<robot name='folded'>
     <link name='base'><collision><geometry><box size='0.2 0.2 0.2'/></geometry></collision></link>
     <link name='arm'><collision><geometry><mesh filename='tent.dae'/></geometry></collision></link>
@@ -29,7 +29,8 @@ const TENT: &str = r##"<COLLADA version="1.4.1"><asset><unit meter="0.01"/><up_a
 const CELL: &str = "our cell\n* ball\n0.5 0 1\n0 0 0 1\n1\nsphere\n0.1\n0 0 0\n0 0 0 1\n0 0 0 0\n0\n\
     * sheet\n0 0 -300\n0 0 0 1\n1\nmesh\n3 1\n0 0 0\n80 0 0\n0 60 0\n0 1 2\n0 0 0\n0 0 0 1\n0 0 0 0\n0\n.\n";
 
-const ADVICE: &str = "base × hand collide with every joint at 0 and are apart in other configurations";
+const ADVICE: &str =
+    "base × hand collide with every joint at 0 and are apart in other configurations";
 const LINE: &str = r#"<disable_collisions link1="base" link2="hand" reason="User"/>"#;
 
 struct Brought {
@@ -42,36 +43,67 @@ struct Brought {
 fn brought() -> Brought {
     let place = Place::new();
     place.file("tent.dae", TENT);
-    let (arm, cell) = (place.file("arm.urdf", ARM), place.file("cell.scene", CELL));
+    let arm = place.file("arm.urdf", ARM);
+    let cell = place.file("cell.scene", CELL);
     let path = place.file("path.csv", "lift,turn\n1,0\n2,0.5\n");
-    Brought { place, arm, cell, path }
+    Brought {
+        place,
+        arm,
+        cell,
+        path,
+    }
 }
 
 fn assert_warned(err: &str, parts: &[&str]) {
     for part in parts {
-        let times = err.lines().filter(|line| line.starts_with("warning: ") && line.contains(part)).count();
+        let times = err
+            .lines()
+            .filter(|line| line.starts_with("warning: ") && line.contains(part))
+            .count();
         assert_eq!(times, 1, "{part:?} must be told once: {err}");
     }
 }
 
 #[test]
 fn a_path_is_checked_in_a_moveit_scene_and_what_is_odd_is_told_once() {
-    let Brought { place, arm, cell, path } = brought();
+    let Brought {
+        place,
+        arm,
+        cell,
+        path,
+    } = brought();
     let run = place.taut(&["check", &path, "--local", "--robot", &arm, "--scene", &cell]);
     assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
     // The arm's tip at x = 0.1 and z = 1 is nearest to the ball: 0.5 - 0.1 - 0.1.
     assert!(run.out.starts_with("proved   clearance ≥ "), "{}", run.out);
-    let oddities = [ADVICE, "80.0 × 60.0 × 0.000 m large", "3 of 3 edges are open"];
+    let oddities = [
+        ADVICE,
+        "80.0 × 60.0 × 0.000 m large",
+        "3 of 3 edges are open",
+    ];
     assert_warned(&run.err, &oddities);
     let hit = place.file("hit.csv", "lift,turn\n1,0\n3,0\n");
     let at_ball = place.file("near.scene", &CELL.replace("0.5 0 1", "0.1 0 1.5"));
-    let run = place.taut(&["check", &hit, "--local", "--robot", &arm, "--scene", &at_ball]);
-    assert!(run.exit == 1 && run.out.contains("arm × ball"), "{} {}", run.out, run.err);
+    let run = place.taut(&[
+        "check", &hit, "--local", "--robot", &arm, "--scene", &at_ball,
+    ]);
+    assert!(
+        run.exit == 1 && run.out.contains("arm × ball"),
+        "{} {}",
+        run.out,
+        run.err
+    );
 
-    // Naming the pair has not allowed it: the path through 0 collides until the line stands in the SRDF.
+    // Naming the pair has not allowed it: the path through 0 collides until the line stands in the
+    // SRDF.
     let down = place.file("down.csv", "lift,turn\n1,0\n0,0\n");
     let run = place.taut(&["check", &down, "--local", "--robot", &arm]);
-    assert!(run.exit == 1 && run.out.contains("base × hand"), "{} {}", run.out, run.err);
+    assert!(
+        run.exit == 1 && run.out.contains("base × hand"),
+        "{} {}",
+        run.out,
+        run.err
+    );
     let pairs = LINE.to_owned() + &LINE.replace("hand", "arm") + &LINE.replace("base", "arm");
     place.file("arm.srdf", &format!("<robot name='folded'>{pairs}</robot>"));
     let run = place.taut(&["check", &down, "--local", "--robot", &arm]);
@@ -80,14 +112,27 @@ fn a_path_is_checked_in_a_moveit_scene_and_what_is_odd_is_told_once() {
 
 #[test]
 fn the_daemon_takes_the_same_models_and_tells_the_same() {
-    let Brought { place, arm, cell, path } = brought();
+    let Brought {
+        place,
+        arm,
+        cell,
+        path,
+    } = brought();
     let _daemon = place.serve("");
     let run = place.taut(&["load-robot", "folded", "--urdf", &arm]);
     assert_eq!(run.exit, 0, "{}", run.err);
     assert_warned(&run.err, &[ADVICE]);
     let run = place.taut(&["load-scene", "cell", &cell]);
-    assert!(run.exit == 0 && run.out.contains("2 objects"), "{} {}", run.out, run.err);
-    assert_warned(&run.err, &["80.0 × 60.0 × 0.000 m large", "3 of 3 edges are open"]);
+    assert!(
+        run.exit == 0 && run.out.contains("2 objects"),
+        "{} {}",
+        run.out,
+        run.err
+    );
+    assert_warned(
+        &run.err,
+        &["80.0 × 60.0 × 0.000 m large", "3 of 3 edges are open"],
+    );
     for (robot, scene) in [("folded", "cell"), (arm.as_str(), cell.as_str())] {
         let run = place.taut(&["check", &path, "--robot", robot, "--scene", scene]);
         assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
@@ -96,5 +141,9 @@ fn the_daemon_takes_the_same_models_and_tells_the_same() {
     let cone = place.file("cone.scene", &CELL.replace("sphere\n0.1", "cone\n0.1 0.1"));
     let run = place.taut(&["load-scene", "cone", &cone]);
     assert_eq!(run.exit, 65, "{}", run.err);
-    assert!(run.err.contains("line 6") && run.err.contains("\"ball\" has a cone"), "{}", run.err);
+    assert!(
+        run.err.contains("line 6") && run.err.contains("\"ball\" has a cone"),
+        "{}",
+        run.err
+    );
 }

@@ -17,7 +17,8 @@ fn library() -> &'static Path {
             "debug" => "dev",
             other => other,
         };
-        // As `cargo test --workspace` builds, so that dependencies have the features that they have there.
+        // As `cargo test --workspace` builds, so that dependencies have the features that they have
+        // there.
         let built = Command::new(env!("CARGO"))
             .current_dir(env!("CARGO_MANIFEST_DIR"))
             .args([
@@ -51,17 +52,35 @@ enum Link {
 
 /// Compiles one file with every warning an error.
 fn compile(place: &Place, file: &str, link: Link, flags: &[&str]) -> PathBuf {
-    let (compiler, standard) = if file.ends_with(".c") { ("gcc", "c11") } else { ("g++", "c++17") };
-    let program = place.folder.path().join(format!("program-{}", file.replace('/', "-")));
+    let (compiler, standard) = if file.ends_with(".c") {
+        ("gcc", "c11")
+    } else {
+        ("g++", "c++17")
+    };
+    let program = place
+        .folder
+        .path()
+        .join(format!("program-{}", file.replace('/', "-")));
     let mut command = Command::new(compiler);
-    command.arg(format!("-std={standard}")).args(["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-g"]).args(flags);
-    command.arg("-I").arg(source("ipc/c/include")).arg("-I").arg(source("ipc/c/tests/programs"));
+    command
+        .arg(format!("-std={standard}"))
+        .args(["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-g"])
+        .args(flags);
+    command
+        .arg("-I")
+        .arg(source("ipc/c/include"))
+        .arg("-I")
+        .arg(source("ipc/c/tests/programs"));
     command.arg(source(file)).arg("-o").arg(&program);
     match link {
-        Link::Shared => {
-            command.arg("-L").arg(library()).arg("-ltaut").arg(format!("-Wl,-rpath,{}", library().display()))
-        }
-        Link::Static => command.arg(library().join("libtaut.a")).args(["-lm", "-lpthread", "-ldl"]),
+        Link::Shared => command
+            .arg("-L")
+            .arg(library())
+            .arg("-ltaut")
+            .arg(format!("-Wl,-rpath,{}", library().display())),
+        Link::Static => command
+            .arg(library().join("libtaut.a"))
+            .args(["-lm", "-lpthread", "-ldl"]),
     };
     let run = Run::of(command.output().unwrap());
     assert_eq!(run.exit, 0, "{compiler} {file}: {}", run.err);
@@ -71,8 +90,20 @@ fn compile(place: &Place, file: &str, link: Link, flags: &[&str]) -> PathBuf {
 /// The problem's path as the programs read it.
 fn path_file(place: &Place) -> String {
     let path = problem("arm_window")["path"].as_array().unwrap().clone();
-    let numbers: Vec<String> = path.iter().flat_map(|row| row.as_array().unwrap()).map(ToString::to_string).collect();
-    place.file("path", &format!("{} {} {}", path.len(), numbers.len() / path.len(), numbers.join(" ")))
+    let numbers: Vec<String> = path
+        .iter()
+        .flat_map(|row| row.as_array().unwrap())
+        .map(ToString::to_string)
+        .collect();
+    place.file(
+        "path",
+        &format!(
+            "{} {} {}",
+            path.len(),
+            numbers.len() / path.len(),
+            numbers.join(" ")
+        ),
+    )
 }
 
 /// Runs a program in the place's instance.
@@ -86,8 +117,17 @@ fn runs(file: &str, link: Link, flags: &[&str], says: &str) {
     let place = Place::new();
     let _daemon = place.serve("");
     let program = compile(&place, file, link, flags);
-    let run = Run::of(start(&place, &program, &path_file(&place)).output().unwrap());
-    assert_eq!((run.exit, run.err.as_str()), (0, ""), "{file} {flags:?}: {}", run.out);
+    let run = Run::of(
+        start(&place, &program, &path_file(&place))
+            .output()
+            .unwrap(),
+    );
+    assert_eq!(
+        (run.exit, run.err.as_str()),
+        (0, ""),
+        "{file} {flags:?}: {}",
+        run.out
+    );
     assert!(run.out.contains(says), "{}", run.out);
 }
 
@@ -100,12 +140,16 @@ const PROGRAMS: [(&str, &str); 3] = [
 
 #[test]
 fn programs_run_with_the_shared_library() {
-    PROGRAMS.iter().for_each(|(file, says)| runs(file, Link::Shared, &[], says));
+    PROGRAMS
+        .iter()
+        .for_each(|(file, says)| runs(file, Link::Shared, &[], says));
 }
 
 #[test]
 fn programs_run_with_the_static_library() {
-    PROGRAMS.iter().for_each(|(file, says)| runs(file, Link::Static, &[], says));
+    PROGRAMS
+        .iter()
+        .for_each(|(file, says)| runs(file, Link::Static, &[], says));
 }
 
 #[test]
@@ -120,9 +164,22 @@ fn programs_run_under_the_address_sanitizer() {
 fn c_programs_are_cpp_programs_too() {
     let place = Place::new();
     for file in ["right_use.c", "wrong_use.c"] {
-        let flags = ["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only", "-x", "c++"];
+        let flags = [
+            "-std=c++17",
+            "-Wall",
+            "-Wextra",
+            "-Wpedantic",
+            "-Werror",
+            "-fsyntax-only",
+            "-x",
+            "c++",
+        ];
         let mut command = Command::new("g++");
-        command.args(flags).arg("-I").arg(source("ipc/c/include")).arg(source("ipc/c/tests/programs").join(file));
+        command
+            .args(flags)
+            .arg("-I")
+            .arg(source("ipc/c/include"))
+            .arg(source("ipc/c/tests/programs").join(file));
         let run = Run::of(command.current_dir(place.folder.path()).output().unwrap());
         assert_eq!(run.exit, 0, "{}", run.err);
     }
@@ -136,7 +193,11 @@ fn the_examples_shorten_a_path() {
         let program = compile(&place, file, Link::Shared, &[]);
         let run = Run::of(start(&place, &program, &config("")).output().unwrap());
         assert_eq!(run.exit, 0, "{}", run.err);
-        assert!(run.out.contains(", proved") && run.out.contains("kept"), "{}", run.out);
+        assert!(
+            run.out.contains(", proved") && run.out.contains("kept"),
+            "{}",
+            run.out
+        );
     }
 }
 
@@ -144,8 +205,16 @@ fn the_examples_shorten_a_path() {
 fn a_daemon_that_dies_ends_every_wait() {
     let place = Place::new();
     let daemon = place.serve("");
-    let program = compile(&place, "ipc/c/tests/programs/daemon_dies.c", Link::Shared, &["-pthread"]);
-    let mut waiting = start(&place, &program, &path_file(&place)).stdout(Stdio::piped()).spawn().unwrap();
+    let program = compile(
+        &place,
+        "ipc/c/tests/programs/daemon_dies.c",
+        Link::Shared,
+        &["-pthread"],
+    );
+    let mut waiting = start(&place, &program, &path_file(&place))
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
     let mut lines = BufReader::new(waiting.stdout.take().unwrap()).lines();
     assert_eq!(lines.next().unwrap().unwrap(), "waiting");
     daemon.kill();
@@ -153,14 +222,22 @@ fn a_daemon_that_dies_ends_every_wait() {
     assert!(waiting.wait().unwrap().success());
     // One thread hears of the death; the other of that or of the end of the stream.
     assert!(said.split(' ').any(|code| code == "DAEMON_LOST"), "{said}");
-    assert!(said.split(' ').all(|code| matches!(code, "DAEMON_LOST" | "END")), "{said}");
+    assert!(
+        said.split(' ')
+            .all(|code| matches!(code, "DAEMON_LOST" | "END")),
+        "{said}"
+    );
 }
 
 /// The guide's simplifier, in a program that calls it with a shipped problem's path.
 #[test]
 fn the_guides_simplifier_shortens() {
     let guide = std::fs::read_to_string(source("examples/planners/README.md")).unwrap();
-    let code = guide.split("```cpp\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let code = guide
+        .split("```cpp\n")
+        .nth(1)
+        .and_then(|rest| rest.split("```").next())
+        .unwrap();
     // A loaded machine may not prove a path in the guide's time.
     let code = code.replace("deadline(0.05)", "deadline(60)");
     let main = r#"
@@ -180,7 +257,12 @@ int main(int, char **arguments) {
     let program = compile(&place, &file, Link::Shared, &[]);
     let mut command = start(&place, &program, &path_file(&place));
     let run = Run::of(command.current_dir(source("")).output().unwrap());
-    assert_eq!((run.exit, run.out.as_str()), (0, "shorter\n"), "{}", run.err);
+    assert_eq!(
+        (run.exit, run.out.as_str()),
+        (0, "shorter\n"),
+        "{}",
+        run.err
+    );
 }
 
 #[test]
@@ -189,12 +271,30 @@ fn the_commands_of_the_readme_build_the_examples() {
     let place = Place::new();
     let _daemon = place.serve("");
     let mut built = 0;
-    for line in readme.lines().filter(|line| line.starts_with("gcc ") || line.starts_with("g++ ")) {
-        let line = line.replace("target/release", library().to_str().unwrap()).replace("$PWD//", "/");
-        let line = line.replace("-o shorten", &format!("-o {}", place.folder.path().join("shorten").display()));
-        let run = Run::of(Command::new("sh").args(["-c", &line]).current_dir(source("")).output().unwrap());
+    for line in readme
+        .lines()
+        .filter(|line| line.starts_with("gcc ") || line.starts_with("g++ "))
+    {
+        let line = line
+            .replace("target/release", library().to_str().unwrap())
+            .replace("$PWD//", "/");
+        let line = line.replace(
+            "-o shorten",
+            &format!("-o {}", place.folder.path().join("shorten").display()),
+        );
+        let run = Run::of(
+            Command::new("sh")
+                .args(["-c", &line])
+                .current_dir(source(""))
+                .output()
+                .unwrap(),
+        );
         assert_eq!(run.exit, 0, "{line}: {}", run.err);
-        let run = Run::of(start(&place, &place.folder.path().join("shorten"), &config("")).output().unwrap());
+        let run = Run::of(
+            start(&place, &place.folder.path().join("shorten"), &config(""))
+                .output()
+                .unwrap(),
+        );
         assert_eq!(run.exit, 0, "{line}: {}", run.err);
         built += 1;
     }

@@ -1,5 +1,6 @@
-//! Scenes that others read another way than they looked: frames, messages as they are printed, fields that are
-//! misspelt or would be left out. The folders of `tests/cases` with their right values, by `--local` and by the daemon.
+//! Scenes that others read another way than they looked: frames, messages as they are printed,
+//! fields that are misspelt or would be left out. The folders of `tests/cases` with their right
+//! values, by `--local` and by the daemon.
 #![cfg(feature = "daemon")]
 
 mod common;
@@ -17,7 +18,9 @@ use taut::scene::{Scene, SceneError, scene_file};
 use taut_ipc::control::{ControlReply, ControlRequest};
 
 fn case(name: &str) -> String {
-    let file: PathBuf = [env!("CARGO_MANIFEST_DIR"), "tests/cases", name].iter().collect();
+    let file: PathBuf = [env!("CARGO_MANIFEST_DIR"), "tests/cases", name]
+        .iter()
+        .collect();
     file.to_str().unwrap().to_owned()
 }
 
@@ -30,12 +33,31 @@ struct Case {
 
 impl Case {
     fn new(robot: &str, path: &str) -> Self {
-        Self { robot: case(robot), path: case(path), folder: tempfile::tempdir().unwrap() }
+        Self {
+            robot: case(robot),
+            path: case(path),
+            folder: tempfile::tempdir().unwrap(),
+        }
     }
 
     fn check(&self, scene: &str) -> Run {
-        let arguments = ["check", &self.path, "--robot", &self.robot, "--scene", scene, "--local", "--format", "json"];
-        Run::of(Command::new(env!("CARGO_BIN_EXE_taut")).args(arguments).output().unwrap())
+        let arguments = [
+            "check",
+            &self.path,
+            "--robot",
+            &self.robot,
+            "--scene",
+            scene,
+            "--local",
+            "--format",
+            "json",
+        ];
+        Run::of(
+            Command::new(env!("CARGO_BIN_EXE_taut"))
+                .args(arguments)
+                .output()
+                .unwrap(),
+        )
     }
 
     /// The same with a scene of this text.
@@ -59,14 +81,27 @@ impl Case {
 
 fn is_collision(answer: &Value, t: f64) {
     assert_eq!(answer["bodies"], json!(["fore", "crate"]), "{answer}");
-    let found = answer["collision"]["t"].as_f64().or(answer["t"].as_f64()).unwrap_or_else(|| panic!("{answer}"));
+    let found = answer["collision"]["t"]
+        .as_f64()
+        .or(answer["t"].as_f64())
+        .unwrap_or_else(|| panic!("{answer}"));
     // The first collision is told to within 1/2048 of its segment, and `t` is rounded.
     assert!((found - t).abs() < 1e-3, "{found} is not {t}");
 }
 
 fn is_refusal(run: &Run, parts: &[&str]) {
-    assert_eq!((run.exit, run.err.trim().lines().count()), (65, 1), "{}{}", run.out, run.err);
-    assert!(parts.iter().all(|part| run.err.contains(part)), "{:?} lacks one of {parts:?}", run.err);
+    assert_eq!(
+        (run.exit, run.err.trim().lines().count()),
+        (65, 1),
+        "{}{}",
+        run.out,
+        run.err
+    );
+    assert!(
+        parts.iter().all(|part| run.err.contains(part)),
+        "{:?} lacks one of {parts:?}",
+        run.err
+    );
 }
 
 fn frames() -> Case {
@@ -86,7 +121,8 @@ fn a_frame_is_an_objects_whatever_text_says_it() {
     assert_eq!(case_of.check(&case("object-frames/f_base.json")).exit, 0);
     let text = fs::read_to_string(case("object-frames/f.json")).unwrap();
     let whole: Value = serde_json::from_str(&text).unwrap();
-    // The crate first, as YAML, below a sub-frame, in a problem, and by a table whose own pose is not set.
+    // The crate first, as YAML, below a sub-frame, in a problem, and by a table whose own pose is
+    // not set.
     let mut turned = whole.clone();
     turned["objects"].as_array_mut().unwrap().reverse();
     let mut on_lid = whole.clone();
@@ -98,7 +134,8 @@ fn a_frame_is_an_objects_whatever_text_says_it() {
     let pose = unset["objects"][0]["pose"].take();
     unset["objects"][0]["primitive_poses"] = json!([pose]);
     unset["objects"][0]["pose"] = json!({});
-    let mut message = json!({ "world": { "collision_objects": whole["objects"] }, "is_diff": false });
+    let mut message =
+        json!({ "world": { "collision_objects": whole["objects"] }, "is_diff": false });
     message["world"]["collision_objects"][0]["operation"] = "\u{0}".into();
     for (name, text) in [
         ("turned.json", turned.to_string()),
@@ -113,10 +150,27 @@ fn a_frame_is_an_objects_whatever_text_says_it() {
         assert_eq!(run.exit, 1, "{name}: {}{}", run.out, run.err);
         is_collision(&run.json(), 0.079);
     }
-    case_of.refuses(&case("object-frames/c.json"), &["\"crate\"", "link \"tool\"", "attach it", "pose in the world"]);
-    let parts = ["\"crate\"", "\"shelff\" is no frame", "or \"base\"", "frames shelf", "objects crate"];
+    case_of.refuses(
+        &case("object-frames/c.json"),
+        &[
+            "\"crate\"",
+            "link \"tool\"",
+            "attach it",
+            "pose in the world",
+        ],
+    );
+    let parts = [
+        "\"crate\"",
+        "\"shelff\" is no frame",
+        "or \"base\"",
+        "frames shelf",
+        "objects crate",
+    ];
     case_of.refuses(&case("object-frames/d.json"), &parts);
-    case_of.refuses(&case("object-frames/f_diff.json"), &["is a diff", "taut scene apply"]);
+    case_of.refuses(
+        &case("object-frames/f_diff.json"),
+        &["is a diff", "taut scene apply"],
+    );
 }
 
 #[test]
@@ -138,7 +192,8 @@ fn a_name_of_the_world_is_the_robots_to_say() {
         let srdf = format!(
             "<robot name='arm2'><virtual_joint name='v' type='{kind}' parent_frame='odom' child_link='base'/><disable_collisions link1='upper' link2='fore' reason='Adjacent'/></robot>"
         );
-        let (srdf_file, scene_file) = (case_of.folder.path().join("v.srdf"), case_of.folder.path().join("v.json"));
+        let srdf_file = case_of.folder.path().join("v.srdf");
+        let scene_file = case_of.folder.path().join("v.json");
         fs::write(&srdf_file, srdf).unwrap();
         fs::write(&scene_file, in_frame(frame).to_string()).unwrap();
         let path = case_of.folder.path().join("v.csv");
@@ -149,8 +204,22 @@ fn a_name_of_the_world_is_the_robots_to_say() {
         };
         fs::write(&path, columns).unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_taut"));
-        command.arg("check").arg(path).args(["--robot", &case_of.robot, "--local", "--format", "json", "--srdf"]);
-        Run::of(command.arg(srdf_file).arg("--scene").arg(scene_file).output().unwrap())
+        command.arg("check").arg(path).args([
+            "--robot",
+            &case_of.robot,
+            "--local",
+            "--format",
+            "json",
+            "--srdf",
+        ]);
+        Run::of(
+            command
+                .arg(srdf_file)
+                .arg("--scene")
+                .arg(scene_file)
+                .output()
+                .unwrap(),
+        )
     };
     for (kind, frame) in [("fixed", "odom"), ("fixed", "base"), ("planar", "odom")] {
         let run = check(kind, frame);
@@ -161,23 +230,43 @@ fn a_name_of_the_world_is_the_robots_to_say() {
     // A frame of the scene by the name of a link that is elsewhere.
     let mut taken = in_frame("tool");
     taken["fixed_frame_transforms"] = json!([{ "child_frame_id": "tool", "transform": {} }]);
-    is_refusal(&case_of.check_text("taken.json", &taken.to_string()), &["\"tool\"", "elsewhere", "rename"]);
+    is_refusal(
+        &case_of.check_text("taken.json", &taken.to_string()),
+        &["\"tool\"", "elsewhere", "rename"],
+    );
     let named = in_frame("").to_string().replace("\"crate\"", "\"tool\"");
     let run = case_of.check_text("named.json", &named);
-    assert!(run.exit == 1 && format!("{}{}", run.out, run.err).contains("has the name of a link"), "{}", run.err);
+    assert!(
+        run.exit == 1 && format!("{}{}", run.out, run.err).contains("has the name of a link"),
+        "{}",
+        run.err
+    );
 }
 
-/// The virtual joint's parent is a frame of diffs, too: whichever robot is loaded says the world's name.
+/// The virtual joint's parent is a frame of diffs, too: whichever robot is loaded says the world's
+/// name.
 #[test]
 fn a_diff_knows_the_parent_of_the_virtual_joint() {
     let place = Place::new();
     let _daemon = place.serve("");
     let file = |name: &str| case(&format!("object-frames/{name}"));
     let text = fs::read_to_string(file("arm2.srdf")).unwrap();
-    let joint = |kind: &str| format!("<virtual_joint name='v' type='{kind}' parent_frame='odom' child_link='base'/>");
+    let joint = |kind: &str| {
+        format!("<virtual_joint name='v' type='{kind}' parent_frame='odom' child_link='base'/>")
+    };
     let load = |label: &str, kind: &str| {
-        let srdf = place.file(&format!("{label}.srdf"), &text.replace("</robot>", &(joint(kind) + "</robot>")));
-        place.taut(&["load-robot", label, "--urdf", &file("arm2.urdf"), "--srdf", &srdf])
+        let srdf = place.file(
+            &format!("{label}.srdf"),
+            &text.replace("</robot>", &(joint(kind) + "</robot>")),
+        );
+        place.taut(&[
+            "load-robot",
+            label,
+            "--urdf",
+            &file("arm2.urdf"),
+            "--srdf",
+            &srdf,
+        ])
     };
     let diff = fs::read_to_string(file("f_diff.json")).unwrap();
     let apply = |label: &str, frame: &str| {
@@ -185,22 +274,49 @@ fn a_diff_knows_the_parent_of_the_virtual_joint() {
         diff["objects"][0]["header"]["frame_id"] = json!(frame);
         diff["objects"][0]["pose"]["position"] = json!([0.6, 0.55, 0.0]);
         let name = format!("{label}.{}.json", frame.replace('/', "_"));
-        assert_eq!(place.taut(&["load-scene", label, &file("f_base.json")]).exit, 0);
-        place.taut(&["scene", "apply", label, &place.file(&name, &diff.to_string())])
+        assert_eq!(
+            place
+                .taut(&["load-scene", label, &file("f_base.json")])
+                .exit,
+            0
+        );
+        place.taut(&[
+            "scene",
+            "apply",
+            label,
+            &place.file(&name, &diff.to_string()),
+        ])
     };
     is_refusal(&apply("early", "odom"), &["\"odom\"", "the world"]);
     assert_eq!(load("arm", "fixed").exit, 0);
     for (label, frame) in [("plain", "odom"), ("slash", "/odom"), ("root", "base")] {
         let run = apply(label, frame);
         assert_eq!(run.exit, 0, "{frame}: {}", run.err);
-        let run = place.taut(&["check", &file("p2.csv"), "--robot", "arm", "--scene", label, "--format", "json"]);
+        let run = place.taut(&[
+            "check",
+            &file("p2.csv"),
+            "--robot",
+            "arm",
+            "--scene",
+            label,
+            "--format",
+            "json",
+        ]);
         is_collision(&run.json(), 0.079);
     }
     is_refusal(&apply("typo", "odon"), &["\"odon\"", "odom"]);
-    // Of a root that moves, only the joint's parent stands; whether "base" does, another robot may say.
+    // Of a root that moves, only the joint's parent stands; whether "base" does, another robot may
+    // say.
     assert_eq!(load("cart", "planar").exit, 0);
-    let path = place.file("cart.csv", "v/x,v/y,v/theta,j1,j2\n0,0,0,0.2,0.9\n0,0,0,1.0,0.3\n");
-    let check = |scene: &str| place.taut(&["check", &path, "--robot", "cart", "--scene", scene, "--format", "json"]);
+    let path = place.file(
+        "cart.csv",
+        "v/x,v/y,v/theta,j1,j2\n0,0,0,0.2,0.9\n0,0,0,1.0,0.3\n",
+    );
+    let check = |scene: &str| {
+        place.taut(&[
+            "check", &path, "--robot", "cart", "--scene", scene, "--format", "json",
+        ])
+    };
     assert_eq!(apply("moving", "odom").exit, 0);
     is_collision(&check("moving").json(), 0.079);
     assert_eq!(apply("carried", "base").exit, 0);
@@ -212,24 +328,57 @@ fn the_daemon_reads_frames_alike() {
     let place = Place::new();
     let _daemon = place.serve("");
     let file = |name: &str| case(&format!("object-frames/{name}"));
-    let check =
-        |scene: &str| place.taut(&["check", &file("p2.csv"), "--robot", "arm", "--scene", scene, "--format", "json"]);
+    let check = |scene: &str| {
+        place.taut(&[
+            "check",
+            &file("p2.csv"),
+            "--robot",
+            "arm",
+            "--scene",
+            scene,
+            "--format",
+            "json",
+        ])
+    };
     // With no robot of its kind loaded, a frame that the file does not know is not refused yet.
     let load = |label: &str, name: &str| place.taut(&["load-scene", label, &file(name)]);
-    let run = place.taut(&["load-robot", "arm", "--urdf", &file("arm2.urdf"), "--srdf", &file("arm2.srdf")]);
+    let run = place.taut(&[
+        "load-robot",
+        "arm",
+        "--urdf",
+        &file("arm2.urdf"),
+        "--srdf",
+        &file("arm2.srdf"),
+    ]);
     assert_eq!(run.exit, 0, "{}", run.err);
-    for (label, name) in [("f", "f.json"), ("ref", "f_ref.json"), ("base", "f_base.json")] {
+    for (label, name) in [
+        ("f", "f.json"),
+        ("ref", "f_ref.json"),
+        ("base", "f_base.json"),
+    ] {
         assert_eq!(load(label, name).exit, 0);
     }
     is_collision(&check("f").json(), 0.079);
     is_collision(&check("ref").json(), 0.079);
     assert_eq!(check("base").exit, 0);
-    is_refusal(&place.taut(&["scene", "apply", "base", &file("f_diff_typo.json")]), &["\"tabel\"", "objects table"]);
-    assert_eq!(place.taut(&["scene", "apply", "base", &file("f_diff.json")]).exit, 0);
+    is_refusal(
+        &place.taut(&["scene", "apply", "base", &file("f_diff_typo.json")]),
+        &["\"tabel\"", "objects table"],
+    );
+    assert_eq!(
+        place
+            .taut(&["scene", "apply", "base", &file("f_diff.json")])
+            .exit,
+        0
+    );
     is_collision(&check("base").json(), 0.079);
     is_refusal(&load("c", "c.json"), &["link \"tool\"", "attach it"]);
     is_refusal(&load("d", "d.json"), &["\"shelff\"", "frames shelf"]);
-    let hashes: Vec<u64> = match place.client().control(&ControlRequest::List, PATIENCE).unwrap() {
+    let hashes: Vec<u64> = match place
+        .client()
+        .control(&ControlRequest::List, PATIENCE)
+        .unwrap()
+    {
         ControlReply::Listing(listing) => listing
             .scenes
             .iter()
@@ -242,23 +391,46 @@ fn the_daemon_reads_frames_alike() {
     // A diff as a message that is printed goes where diffs go; its octomap is empty.
     let text = fs::read_to_string(case("octomap-in-scene/diff.yaml")).unwrap();
     let full = place.file("full.yaml", &text.replace("data: []", "data: [0, -128]"));
-    let (scene, diff) = (place.file("empty.json", r#"{ "objects": [] }"#), place.file("diff.yaml", &text));
+    let scene = place.file("empty.json", r#"{ "objects": [] }"#);
+    let diff = place.file("diff.yaml", &text);
     assert_eq!(place.taut(&["load-scene", "live", &scene]).exit, 0);
-    is_refusal(&place.taut(&["scene", "apply", "live", &full]), &["world.octomap", "not read"]);
+    is_refusal(
+        &place.taut(&["scene", "apply", "live", &full]),
+        &["world.octomap", "not read"],
+    );
     let run = place.taut(&["scene", "apply", "live", &diff]);
     assert_eq!(run.exit, 0, "{}", run.err);
     let path = case("octomap-in-scene/path2.csv");
-    let run = place.taut(&["check", &path, "--robot", "arm", "--scene", "live", "--format", "json"]);
-    assert_eq!((run.exit, run.json()["bodies"].clone()), (1, json!(["fore", "box_far"])), "{}", run.err);
-    is_refusal(&load("misspelt", "../misspelt-field/s.json"), &["did you mean `primitives`"]);
-    is_refusal(&load("map", "../octomap-in-scene/scene_c.json"), &["world.octomap", "not read"]);
+    let run = place.taut(&[
+        "check", &path, "--robot", "arm", "--scene", "live", "--format", "json",
+    ]);
+    assert_eq!(
+        (run.exit, run.json()["bodies"].clone()),
+        (1, json!(["fore", "box_far"])),
+        "{}",
+        run.err
+    );
+    is_refusal(
+        &load("misspelt", "../misspelt-field/s.json"),
+        &["did you mean `primitives`"],
+    );
+    is_refusal(
+        &load("map", "../octomap-in-scene/scene_c.json"),
+        &["world.octomap", "not read"],
+    );
     let run = load("unset", "../pose-not-set/z.yaml");
-    assert!(run.exit == 0 && run.err.contains("pose is 0 0 0 0"), "{}", run.err);
+    assert!(
+        run.exit == 0 && run.err.contains("pose is 0 0 0 0"),
+        "{}",
+        run.err
+    );
 }
 
 /// The text of a dump with nothing in its octomap.
 fn without_octomap(text: &str) -> String {
-    let empty = text.replace("data: [0, -128]", "data: []").replace("\"data\": [0, -128]", "\"data\": []");
+    let empty = text
+        .replace("data: [0, -128]", "data: []")
+        .replace("\"data\": [0, -128]", "\"data\": []");
     assert!(empty != text, "{text}");
     empty
 }
@@ -266,40 +438,83 @@ fn without_octomap(text: &str) -> String {
 #[test]
 fn what_would_be_left_out_is_refused_by_name() {
     let case_of = dumps();
-    for name in ["scene.yaml", "scene_type.yaml", "scene_c.yaml", "scene_c.json"] {
+    for name in [
+        "scene.yaml",
+        "scene_type.yaml",
+        "scene_c.yaml",
+        "scene_c.json",
+    ] {
         let file = case(&format!("octomap-in-scene/{name}"));
         case_of.refuses(&file, &["world.octomap", "not read", "boxes or a mesh"]);
         // Without it, or with one that nothing was put into, all of them are read alike.
         let run = case_of.check_text(name, &without_octomap(&fs::read_to_string(&file).unwrap()));
         assert_eq!(run.exit, 0, "{name}: {}{}", run.out, run.err);
     }
-    case_of.refuses(&case("octomap-in-scene/diff.yaml"), &["is a diff", "taut scene apply"]);
-    case_of.refuses(&case("pose-not-set/cone.yaml"), &["\"crate\" has a cone", "cylinder or a mesh"]);
+    case_of.refuses(
+        &case("octomap-in-scene/diff.yaml"),
+        &["is a diff", "taut scene apply"],
+    );
+    case_of.refuses(
+        &case("pose-not-set/cone.yaml"),
+        &["\"crate\" has a cone", "cylinder or a mesh"],
+    );
     let misspelt = Case::new("misspelt-field/r.urdf", "misspelt-field/p.csv");
-    misspelt
-        .refuses(&case("misspelt-field/s.json"), &["unknown field \"primitves\", did you mean `primitives`", "line 1"]);
+    misspelt.refuses(
+        &case("misspelt-field/s.json"),
+        &[
+            "unknown field \"primitves\", did you mean `primitives`",
+            "line 1",
+        ],
+    );
     let object = |more: &str| format!(r#"{{ "objects": [{{ "id": "wall", {more} }}] }}"#);
     for (text, parts) in [
-        (object(r#""planes": [{ "coef": [0, 0, 1, 0] }], "plane_poses": [{}]"#), ["\"wall\" has planes", "thick box"]),
+        (
+            object(r#""planes": [{ "coef": [0, 0, 1, 0] }], "plane_poses": [{}]"#),
+            ["\"wall\" has planes", "thick box"],
+        ),
         (
             object(r#""primitives": [{ "type": 5, "dimensions": [1] }], "primitive_poses": [{}]"#),
             ["has a prism", "mesh"],
         ),
         (
-            object(r#""primitives": [{ "type": 4, "dimensions": [1, 1] }], "primitive_poses": [{}]"#),
+            object(
+                r#""primitives": [{ "type": 4, "dimensions": [1, 1] }], "primitive_poses": [{}]"#,
+            ),
             ["has a cone", "mesh"],
         ),
-        (object(r#""primitives": [{ "type": "box", "dimension": [1] }]"#), ["did you mean `dimensions`", "line 1"]),
-        (object(r#""pose": { "positon": [0, 0, 0] }"#), ["did you mean `position`", "line 1"]),
-        (object(r#""operation": "MOVE", "pose": {}"#), ["operation MOVE in a whole scene", "set is_diff"]),
-        (object(r#""operation": "\u0001""#), ["operation REMOVE in a whole scene", "set is_diff"]),
-        (r#"{ "objects": [], "octomap": { "data": [1] } }"#.to_owned(), ["octomap holds an octomap", "not read"]),
         (
-            r#"{ "objects": [], "path_constraints": { "orientation_constraints": [{}] } }"#.to_owned(),
+            object(r#""primitives": [{ "type": "box", "dimension": [1] }]"#),
+            ["did you mean `dimensions`", "line 1"],
+        ),
+        (
+            object(r#""pose": { "positon": [0, 0, 0] }"#),
+            ["did you mean `position`", "line 1"],
+        ),
+        (
+            object(r#""operation": "MOVE", "pose": {}"#),
+            ["operation MOVE in a whole scene", "set is_diff"],
+        ),
+        (
+            object(r#""operation": "\u0001""#),
+            ["operation REMOVE in a whole scene", "set is_diff"],
+        ),
+        (
+            r#"{ "objects": [], "octomap": { "data": [1] } }"#.to_owned(),
+            ["octomap holds an octomap", "not read"],
+        ),
+        (
+            r#"{ "objects": [], "path_constraints": { "orientation_constraints": [{}] } }"#
+                .to_owned(),
             ["path_constraints", "not supported"],
         ),
-        (r#"{ "objects": [], "attached_objects": [] }"#.to_owned(), ["unknown field \"attached_objects\"", "line 1"]),
-        (r#"{ "name": "s" }"#.to_owned(), ["missing field `objects`", "world"]),
+        (
+            r#"{ "objects": [], "attached_objects": [] }"#.to_owned(),
+            ["unknown field \"attached_objects\"", "line 1"],
+        ),
+        (
+            r#"{ "name": "s" }"#.to_owned(),
+            ["missing field `objects`", "world"],
+        ),
     ] {
         is_refusal(&misspelt.check_text("s.json", &text), &parts);
     }
@@ -309,8 +524,7 @@ fn what_would_be_left_out_is_refused_by_name() {
 fn constraints_of_paths_are_refused_by_name() {
     let case_of = frames();
     let scene = case("object-frames/f_base.json");
-    let joint =
-        |name: &str, position: f64| json!({ "joint_name": name, "position": position, "tolerance_above": 0.01 });
+    let joint = |name: &str, position: f64| json!({ "joint_name": name, "position": position, "tolerance_above": 0.01 });
     let request = json!({
         "start_state": { "joint_state": { "name": ["j1", "j2"], "position": [0.2, 0.9] }, "attached_collision_objects": [] },
         "goal_constraints": [{ "name": "", "joint_constraints": [joint("j1", 1.0), joint("j2", 0.3)],
@@ -321,16 +535,45 @@ fn constraints_of_paths_are_refused_by_name() {
     let check = |request: &Value| {
         let file = case_of.folder.path().join("request.yaml");
         fs::write(&file, yaml(request)).unwrap();
-        let arguments = ["check", file.to_str().unwrap(), "--robot", &case_of.robot, "--scene", &scene, "--local"];
-        Run::of(Command::new(env!("CARGO_BIN_EXE_taut")).args(arguments).output().unwrap())
+        let arguments = [
+            "check",
+            file.to_str().unwrap(),
+            "--robot",
+            &case_of.robot,
+            "--scene",
+            &scene,
+            "--local",
+        ];
+        Run::of(
+            Command::new(env!("CARGO_BIN_EXE_taut"))
+                .args(arguments)
+                .output()
+                .unwrap(),
+        )
     };
     let run = check(&request);
     assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
     for (pointer, value, part) in [
-        ("/path_constraints/orientation_constraints", json!([{ "link_name": "tool" }]), "it has path_constraints"),
-        ("/trajectory_constraints/constraints", json!([{ "name": "a" }]), "it has trajectory_constraints"),
-        ("/start_state/attached_collision_objects", json!([{ "link_name": "tool" }]), "attached_collision_objects"),
-        ("/goal_constraints/0/orientation_constraints", json!([{ "link_name": "tool" }]), "orientation_constraints"),
+        (
+            "/path_constraints/orientation_constraints",
+            json!([{ "link_name": "tool" }]),
+            "it has path_constraints",
+        ),
+        (
+            "/trajectory_constraints/constraints",
+            json!([{ "name": "a" }]),
+            "it has trajectory_constraints",
+        ),
+        (
+            "/start_state/attached_collision_objects",
+            json!([{ "link_name": "tool" }]),
+            "attached_collision_objects",
+        ),
+        (
+            "/goal_constraints/0/orientation_constraints",
+            json!([{ "link_name": "tool" }]),
+            "orientation_constraints",
+        ),
     ] {
         let mut other = request.clone();
         *other.pointer_mut(pointer).unwrap() = value;
@@ -339,12 +582,18 @@ fn constraints_of_paths_are_refused_by_name() {
     // A problem whose path had to keep to something.
     let mut problem: Value =
         serde_json::from_str(&fs::read_to_string(config("problems/corner.json")).unwrap()).unwrap();
-    problem["path_constraints"] = json!({ "name": "upright", "orientation_constraints": [{ "link_name": "hand" }] });
+    problem["path_constraints"] =
+        json!({ "name": "upright", "orientation_constraints": [{ "link_name": "hand" }] });
     let file = case_of.folder.path().join("problem.json");
     fs::write(&file, problem.to_string()).unwrap();
     let arguments = ["check", file.to_str().unwrap(), "--local"];
     is_refusal(
-        &Run::of(Command::new(env!("CARGO_BIN_EXE_taut")).args(arguments).output().unwrap()),
+        &Run::of(
+            Command::new(env!("CARGO_BIN_EXE_taut"))
+                .args(arguments)
+                .output()
+                .unwrap(),
+        ),
         &["path_constraints"],
     );
 }
@@ -354,14 +603,27 @@ fn a_pose_that_is_not_set_is_read_as_moveit_reads_it() {
     let case_of = Case::new("pose-not-set/arm2.urdf", "pose-not-set/path2.csv");
     let file = case("pose-not-set/z.yaml");
     let run = case_of.check(&file);
-    assert_eq!((run.exit, run.json()["bodies"].clone()), (1, json!(["fore", "crate"])), "{}", run.err);
+    assert_eq!(
+        (run.exit, run.json()["bodies"].clone()),
+        (1, json!(["fore", "crate"])),
+        "{}",
+        run.err
+    );
     let warned = |run: &Run, what: &str| {
         let text = format!("object \\\"crate\\\": the orientation of its {what} is 0 0 0 0");
-        assert!(run.out.contains(&text) || run.err.contains(&text.replace('\\', "")), "{}{}", run.out, run.err);
+        assert!(
+            run.out.contains(&text) || run.err.contains(&text.replace('\\', "")),
+            "{}{}",
+            run.out,
+            run.err
+        );
     };
     warned(&run, "pose");
     let text = fs::read_to_string(&file).unwrap();
-    let set = text.replace(r#"{"x": 0.0, "y": 0.0, "z": 0.0, "w": 0.0}"#, r#"{"x": 0, "y": 0, "z": 0, "w": 1}"#);
+    let set = text.replace(
+        r#"{"x": 0.0, "y": 0.0, "z": 0.0, "w": 0.0}"#,
+        r#"{"x": 0, "y": 0, "z": 0, "w": 1}"#,
+    );
     assert!(set != text);
     let reference = case_of.check_text("set.yaml", &set).json();
     assert_eq!(run.json()["t"], reference["t"]);
@@ -370,9 +632,15 @@ fn a_pose_that_is_not_set_is_read_as_moveit_reads_it() {
         r#""z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 0}}]"#,
     );
     assert!(shape != set);
-    warned(&case_of.check_text("shape.yaml", &shape), "primitive_poses[0]");
+    warned(
+        &case_of.check_text("shape.yaml", &shape),
+        "primitive_poses[0]",
+    );
     let long = set.replacen(r#""w": 1"#, r#""w": 1.1"#, 1);
-    is_refusal(&case_of.check_text("long.yaml", &long), &["\"crate\"", "the orientation of its pose", "norm 1.1"]);
+    is_refusal(
+        &case_of.check_text("long.yaml", &long),
+        &["\"crate\"", "the orientation of its pose", "norm 1.1"],
+    );
 }
 
 #[test]
@@ -391,9 +659,18 @@ fn what_ros_prints_is_read_and_what_is_wrong_with_it_has_its_place() {
         near.replace("[0.1, 0.1, 0.1]", "\n      - 0.1\n      - 0.1\n      - 0.1"),
     ] {
         let run = case_of.check_text("echo.yaml", &printed);
-        assert_eq!((run.exit, run.json()["bodies"].clone()), (1, bodies.clone()), "{printed}{}", run.err);
+        assert_eq!(
+            (run.exit, run.json()["bodies"].clone()),
+            (1, bodies.clone()),
+            "{printed}{}",
+            run.err
+        );
     }
-    let line = near.lines().position(|line| line.contains("dimensions: [0.1")).unwrap() + 1;
+    let line = near
+        .lines()
+        .position(|line| line.contains("dimensions: [0.1"))
+        .unwrap()
+        + 1;
     for (old, new, parts) in [
         (
             "dimensions: [0.1, 0.1, 0.1]",
@@ -403,11 +680,26 @@ fn what_ros_prints_is_read_and_what_is_wrong_with_it_has_its_place() {
         (
             "dimensions: [0.1, 0.1, 0.1]",
             "dimensoins: [0.1, 0.1, 0.1]",
-            vec![format!("line {line} column"), "did you mean `dimensions`".into()],
+            vec![
+                format!("line {line} column"),
+                "did you mean `dimensions`".into(),
+            ],
         ),
-        ("type: 1", "type: 9", vec![format!("line {} column", line - 1), "sphere (2)".into()]),
-        ("operation: \"\\0\"", "operation: \"\\x04\"", vec!["line".into(), "MOVE (3)".into()]),
-        ("dimensions: [0.1, 0.1, 0.1]", "dimensions: [0.1, '...']", vec!["--full-length".into()]),
+        (
+            "type: 1",
+            "type: 9",
+            vec![format!("line {} column", line - 1), "sphere (2)".into()],
+        ),
+        (
+            "operation: \"\\0\"",
+            "operation: \"\\x04\"",
+            vec!["line".into(), "MOVE (3)".into()],
+        ),
+        (
+            "dimensions: [0.1, 0.1, 0.1]",
+            "dimensions: [0.1, '...']",
+            vec!["--full-length".into()],
+        ),
     ] {
         assert!(near.contains(old), "{old}");
         let run = case_of.check_text("echo.yaml", &near.replace(old, new));
@@ -415,7 +707,11 @@ fn what_ros_prints_is_read_and_what_is_wrong_with_it_has_its_place() {
     }
     let several = format!("{near}---\n{near}---\n");
     let second = near.lines().count() + 2;
-    let parts = ["2 YAML documents", &format!("lines 1, {second}"), "keep the one"];
+    let parts = [
+        "2 YAML documents",
+        &format!("lines 1, {second}"),
+        "keep the one",
+    ];
     is_refusal(&case_of.check_text("echo.yaml", &several), &parts);
 }
 
@@ -430,12 +726,22 @@ fn a_matrix_switches_pairs_on_and_tells_of_its_defaults() {
                 "entry_values": [{ "enabled": [true, is_allowed] }, { "enabled": [is_allowed, true] }],
                 "default_entry_names": ["<octomap>", "crate"], "default_entry_values": [true, default] } })
     };
-    assert_eq!(case_of.check_text("m.json", &matrix(true, false).to_string()).exit, 0);
+    assert_eq!(
+        case_of
+            .check_text("m.json", &matrix(true, false).to_string())
+            .exit,
+        0
+    );
     let run = case_of.check_text("m.yaml", &yaml(&matrix(false, true)));
     is_collision(&run.json(), 0.079);
     let said = format!("{}{}", run.out, run.err);
-    assert!(said.contains("lets crate touch anything by default, which is not followed"), "{said}");
-    let scene = Reader::default().scene_of_text(&matrix(false, false).to_string(), Path::new("m.json")).unwrap();
+    assert!(
+        said.contains("lets crate touch anything by default, which is not followed"),
+        "{said}"
+    );
+    let scene = Reader::default()
+        .scene_of_text(&matrix(false, false).to_string(), Path::new("m.json"))
+        .unwrap();
     assert_eq!(scene.forbidden().collect::<Vec<_>>(), [("crate", "fore")]);
 }
 
@@ -455,20 +761,34 @@ fn a_message_says_what_links_carry() {
     let read = |text: &str| Reader::default().scene_of_text(text, Path::new("m.json"));
     let scene = read(&message(object("tool"), false)).unwrap();
     assert_eq!(scene.attached()[0].touch_links, ["fore"]);
-    let text = read(&message(object("fore"), false)).unwrap_err().to_string();
-    assert!(text.contains("attached to \"tool\"") && text.contains("\"fore\""), "{text}");
+    let text = read(&message(object("fore"), false))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        text.contains("attached to \"tool\"") && text.contains("\"fore\""),
+        "{text}"
+    );
     let diff = |text: &str| Reader::default().diff_of_text(text, Path::new("m.json"));
-    let made = diff(&message(object(""), true)).unwrap().apply(&Scene::default()).unwrap();
+    let made = diff(&message(object(""), true))
+        .unwrap()
+        .apply(&Scene::default())
+        .unwrap();
     assert_eq!(made.hash(), scene.hash());
     // Where MoveIt lets the robot's state decide, nobody here knows.
     let mut taken = object("tool");
     taken["object"]["primitives"] = json!([]);
     taken["object"]["primitive_poses"] = json!([]);
     let text = diff(&message(taken.clone(), true)).unwrap_err().to_string();
-    assert!(text.contains("\"ball\" is taken up where the robot then stands"), "{text}");
+    assert!(
+        text.contains("\"ball\" is taken up where the robot then stands"),
+        "{text}"
+    );
     taken["object"]["operation"] = 1.into();
     let text = diff(&message(taken, true)).unwrap_err().to_string();
-    assert!(text.contains("\"ball\" is put down where the robot then stands"), "{text}");
+    assert!(
+        text.contains("\"ball\" is put down where the robot then stands"),
+        "{text}"
+    );
 }
 
 /// A value as YAML in block style, as ROS prints messages; strings as JSON has them.
@@ -496,11 +816,18 @@ fn yaml(value: &Value) -> String {
     text + "\n"
 }
 
-fn no_mesh(name: &str, _: taut::math::Vec3) -> Result<std::sync::Arc<taut::shape::Mesh>, taut::shape::MeshError> {
-    Err(taut::shape::MeshError::Unreadable { name: name.to_owned(), reason: "none".to_owned() })
+fn no_mesh(
+    name: &str,
+    _: taut::math::Vec3,
+) -> Result<std::sync::Arc<taut::shape::Mesh>, taut::shape::MeshError> {
+    Err(taut::shape::MeshError::Unreadable {
+        name: name.to_owned(),
+        reason: "none".to_owned(),
+    })
 }
 
-/// Objects each of which is placed by the world, a frame, or an object before it, or a frame on that.
+/// Objects each of which is placed by the world, a frame, or an object before it, or a frame on
+/// that.
 fn objects() -> impl Strategy<Value = Vec<Value>> {
     let number = || (-20..20_i32).prop_map(|n| f64::from(n) / 8.0);
     let pose = move || {
@@ -515,7 +842,12 @@ fn objects() -> impl Strategy<Value = Vec<Value>> {
             json!({ "position": { "x": x, "y": y, "z": z }, "orientation": { "x": qx, "y": qy, "z": qz, "w": qw } })
         })
     };
-    let one = (prop::option::of(pose()), prop::collection::vec(pose(), 1..3), pose(), any::<u8>());
+    let one = (
+        prop::option::of(pose()),
+        prop::collection::vec(pose(), 1..3),
+        pose(),
+        any::<u8>(),
+    );
     prop::collection::vec(one, 1..7).prop_map(|objects| {
         let of = |(index, (own, shapes, on_it, choice)): (usize, (Option<Value>, Vec<Value>, Value, u8))| {
             let before = usize::from(choice) % index.max(1);

@@ -1,5 +1,5 @@
-//! Meshes of small cases, with the values that closed forms and other libraries give, in this process and through a
-//! daemon; and one solid in every format.
+//! Meshes of small cases, with the values that closed forms and other libraries give, in this
+//! process and through a daemon; and one solid in every format.
 #![cfg(feature = "daemon")]
 
 mod common;
@@ -12,7 +12,9 @@ use serde_json::Value;
 
 /// Files of a case.
 fn case(folder: &str, file: &str) -> String {
-    let path: PathBuf = [env!("CARGO_MANIFEST_DIR"), "tests", "cases", folder, file].iter().collect();
+    let path: PathBuf = [env!("CARGO_MANIFEST_DIR"), "tests", "cases", folder, file]
+        .iter()
+        .collect();
     path.to_str().unwrap().to_owned()
 }
 
@@ -26,18 +28,24 @@ impl Answers {
     fn new() -> Self {
         let place = Place::new();
         let daemon = place.serve("");
-        Self { place, _daemon: daemon }
+        Self {
+            place,
+            _daemon: daemon,
+        }
     }
 
     fn of(&self, folder: &str, path: &str, robot: &str, more: &[&str]) -> [Value; 2] {
-        let (path, robot) = (case(folder, path), case(folder, robot));
+        let path = case(folder, path);
+        let robot = case(folder, robot);
         let more: Vec<String> = more
             .iter()
-            .map(
-                |word| {
-                    if word.contains('.') && !word.starts_with('0') { case(folder, word) } else { (*word).to_owned() }
-                },
-            )
+            .map(|word| {
+                if word.contains('.') && !word.starts_with('0') {
+                    case(folder, word)
+                } else {
+                    (*word).to_owned()
+                }
+            })
             .collect();
         let mut line = vec!["check", &path, "--robot", &robot, "--format", "json"];
         line.extend(more.iter().map(String::as_str));
@@ -50,7 +58,10 @@ impl Answers {
 }
 
 fn number(value: &Value, pointer: &str) -> f64 {
-    value.pointer(pointer).and_then(Value::as_f64).unwrap_or_else(|| panic!("no {pointer} in {value}"))
+    value
+        .pointer(pointer)
+        .and_then(Value::as_f64)
+        .unwrap_or_else(|| panic!("no {pointer} in {value}"))
 }
 
 fn assert_proved(answers: [Value; 2], nearest_m: Option<f64>) {
@@ -71,7 +82,12 @@ fn depth(answer: &Value) -> (f64, f64) {
 
 #[test]
 fn a_mesh_far_from_its_origin_keeps_its_size() {
-    for answer in Answers::new().of("obj-far-from-origin", "through.csv", "probe.urdf", &["--scene", "obj.json"]) {
+    for answer in Answers::new().of(
+        "obj-far-from-origin",
+        "through.csv",
+        "probe.urdf",
+        &["--scene", "obj.json"],
+    ) {
         // From z = 0.5 down in a metre: the ball of 20 mm meets the cube's top at 0.17 m.
         let (depth, t) = depth(&answer);
         assert!((t - 0.31).abs() < 2e-3 && depth < 2e-3, "{depth} at {t}");
@@ -81,14 +97,26 @@ fn a_mesh_far_from_its_origin_keeps_its_size() {
 #[test]
 fn polygons_that_are_not_convex_are_what_they_outline() {
     let answers = Answers::new();
-    for (path, wanted) in [("notch.csv", 0.05), ("notch_z.csv", 0.13), ("notch_z2.csv", 0.05)] {
+    for (path, wanted) in [
+        ("notch.csv", 0.05),
+        ("notch_z.csv", 0.13),
+        ("notch_z2.csv", 0.05),
+    ] {
         for scene in ["scene.json", "tri.json"] {
-            let found = answers.of("obj-concave", path, "probe.urdf", &["--scene", scene, "--clearance", "0.2"]);
+            let found = answers.of(
+                "obj-concave",
+                path,
+                "probe.urdf",
+                &["--scene", scene, "--clearance", "0.2"],
+            );
             assert_proved(found, Some(wanted));
         }
     }
     for robot in ["pr_arrow.urdf", "pr_arrow1.urdf"] {
-        assert_proved(answers.of("obj-concave", "p2.csv", robot, &["--srdf", "none.srdf"]), None);
+        assert_proved(
+            answers.of("obj-concave", "p2.csv", robot, &["--srdf", "none.srdf"]),
+            None,
+        );
     }
 }
 
@@ -106,7 +134,10 @@ fn quads_that_are_bent_are_cut_the_same_way_in_every_format() {
 fn lines_of_an_obj_go_on_and_end_in_comments() {
     let answers = Answers::new();
     for scene in ["cont.json", "comment.json"] {
-        assert_proved(answers.of("obj-lines", "near.csv", "probe.urdf", &["--scene", scene]), Some(0.003));
+        assert_proved(
+            answers.of("obj-lines", "near.csv", "probe.urdf", &["--scene", scene]),
+            Some(0.003),
+        );
     }
 }
 
@@ -115,24 +146,36 @@ fn lines_of_an_obj_go_on_and_end_in_comments() {
 fn meshes_are_as_deep_in_each_other_as_the_solids_that_they_are() {
     let answers = Answers::new();
     let seen = |robot: &str| {
-        let [here, by_daemon] = answers.of("mesh-depth", "path.csv", robot, &["--srdf", "none.srdf"]);
+        let [here, by_daemon] =
+            answers.of("mesh-depth", "path.csv", robot, &["--srdf", "none.srdf"]);
         assert_eq!(depth(&here), depth(&by_daemon), "{robot}");
         depth(&here)
     };
     for robot in ["box.urdf", "cube.urdf"] {
         let (depth, t) = seen(robot);
-        assert!((depth - 0.1 + 0.01 * t).abs() < 1e-9, "{robot}: {depth} at {t}");
+        assert!(
+            (depth - 0.1 + 0.01 * t).abs() < 1e-9,
+            "{robot}: {depth} at {t}"
+        );
     }
     let (depth, t) = seen("sphere.urdf");
-    let exact = |t: f64| 0.2 - ((0.1 + 0.01 * t).powi(2) + 0.01_f64.powi(2) + 0.02_f64.powi(2)).sqrt();
+    let exact =
+        |t: f64| 0.2 - ((0.1 + 0.01 * t).powi(2) + 0.01_f64.powi(2) + 0.02_f64.powi(2)).sqrt();
     assert!((depth - exact(t)).abs() < 1e-9, "sphere: {depth} at {t}");
     // The facets of each ball are up to 1.53 mm inside of the sphere.
     let (depth, t) = seen("ball.urdf");
-    assert!(depth < exact(t) && depth > exact(t) - 2.0 * 1.53e-3, "ball: {depth} at {t}");
-    assert!((depth - 0.094_810_4).abs() < 2e-5, "along the facet that is left first: {depth}");
+    assert!(
+        depth < exact(t) && depth > exact(t) - 2.0 * 1.53e-3,
+        "ball: {depth} at {t}"
+    );
+    assert!(
+        (depth - 0.094_810_4).abs() < 2e-5,
+        "along the facet that is left first: {depth}"
+    );
 }
 
-/// Writes one solid in every format; what is said of each must be the same, to the last bit where the numbers are.
+/// Writes one solid in every format; what is said of each must be the same, to the last bit where
+/// the numbers are.
 #[test]
 fn one_solid_in_every_format_gives_one_answer() {
     let place = Place::new();
@@ -144,7 +187,10 @@ fn one_solid_in_every_format_gives_one_answer() {
         fs::write(place.folder.path().join("b.stl"), solid.binary_stl()).unwrap();
         place.file("s.obj", &solid.obj());
         place.file("s.Dae", &solid.dae());
-        let path = place.file("p.csv", &format!("x,y,z\n0,0,{0}\n0.05,0,{0}\n", solid.height + 0.2));
+        let path = place.file(
+            "p.csv",
+            &format!("x,y,z\n0,0,{0}\n0.05,0,{0}\n", solid.height + 0.2),
+        );
         let distance = |file: &str| {
             let scene = format!(
                 r#"{{"name": "s", "objects": [{{"id": "prism", "meshes": [{{"file": "{file}"}}], "mesh_poses": [{{"position": [0, 0, 0], "orientation": {{"x": 0, "y": 0, "z": 0, "w": 1}}}}]}}]}}"#
@@ -164,13 +210,20 @@ fn one_solid_in_every_format_gives_one_answer() {
                 "json",
             ];
             let run = place.taut(&line);
-            assert_eq!(run.exit, 0, "round {round}, {file}: {} {}", run.out, run.err);
+            assert_eq!(
+                run.exit, 0,
+                "round {round}, {file}: {} {}",
+                run.out, run.err
+            );
             assert!(!run.err.contains("mesh "), "{}", run.err);
             number(&run.json(), "/smallest_clearance/distance_m")
         };
         let obj = distance("s.obj");
         for (file, tolerance) in [("s.STL", 1e-12), ("s.Dae", 1e-12), ("b.stl", 1e-6)] {
-            assert!((distance(file) - obj).abs() < tolerance, "round {round}: {file}");
+            assert!(
+                (distance(file) - obj).abs() < tolerance,
+                "round {round}: {file}"
+            );
         }
     }
 }
@@ -189,7 +242,10 @@ impl Prism {
             let radius = 0.1 + 0.2 * rng.f64();
             [radius * cosine, radius * sine]
         };
-        Self { outline: (0..count).map(corner).collect(), height: 0.1 + 0.1 * rng.f64() }
+        Self {
+            outline: (0..count).map(corner).collect(),
+            height: 0.1 + 0.1 * rng.f64(),
+        }
     }
 
     fn corners(&self) -> Vec<[f64; 3]> {
@@ -208,22 +264,33 @@ impl Prism {
 
     /// Triangles from the middle of each end, which a star-shaped outline has inside.
     fn triangles(&self) -> Vec<[[f64; 3]; 3]> {
-        let (corners, count) = (self.corners(), self.outline.len());
+        let corners = self.corners();
+        let count = self.outline.len();
         (0..count)
             .flat_map(|i| {
                 let next = (i + 1) % count;
                 let [a, b, c, d] = [i, next, count + next, count + i].map(|at| corners[at]);
-                [[a, b, c], [a, c, d], [[0.0, 0.0, 0.0], b, a], [[0.0, 0.0, self.height], d, c]]
+                [
+                    [a, b, c],
+                    [a, c, d],
+                    [[0.0, 0.0, 0.0], b, a],
+                    [[0.0, 0.0, self.height], d, c],
+                ]
             })
             .collect()
     }
 
     fn text_stl(&self) -> String {
         let facet = |corners: &[[f64; 3]; 3]| {
-            let vertices = corners.map(|[x, y, z]| format!("    vertex {x:e} {y:e} {z:e}\n")).concat();
+            let vertices = corners
+                .map(|[x, y, z]| format!("    vertex {x:e} {y:e} {z:e}\n"))
+                .concat();
             format!("  facet normal 0 0 0\n   outer loop\n{vertices}   endloop\n  endfacet\n")
         };
-        format!("solid prism\n{}endsolid prism\n", self.triangles().iter().map(facet).collect::<String>())
+        format!(
+            "solid prism\n{}endsolid prism\n",
+            self.triangles().iter().map(facet).collect::<String>()
+        )
     }
 
     fn binary_stl(&self) -> Vec<u8> {
@@ -233,22 +300,38 @@ impl Prism {
         bytes.extend((triangles.len() as u32).to_le_bytes());
         for corners in &triangles {
             bytes.extend([0; 12]);
-            bytes.extend(corners.iter().flatten().flat_map(|c| (*c as f32).to_le_bytes()));
+            bytes.extend(
+                corners
+                    .iter()
+                    .flatten()
+                    .flat_map(|c| (*c as f32).to_le_bytes()),
+            );
             bytes.extend([0; 2]);
         }
         bytes
     }
 
     fn obj(&self) -> String {
-        let vertices: String = self.corners().iter().map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
-        let face = |face: &Vec<usize>| face.iter().fold("f".to_owned(), |line, i| format!("{line} {}", i + 1)) + "\n";
+        let vertices: String = self
+            .corners()
+            .iter()
+            .map(|[x, y, z]| format!("v {x} {y} {z}\n"))
+            .collect();
+        let face = |face: &Vec<usize>| {
+            face.iter()
+                .fold("f".to_owned(), |line, i| format!("{line} {}", i + 1))
+                + "\n"
+        };
         vertices + &self.faces().iter().map(face).collect::<String>()
     }
 
     /// In centimetres, turned a quarter about z and back by its node.
     fn dae(&self) -> String {
-        let numbers: Vec<String> =
-            self.corners().iter().map(|[x, y, z]| format!("{} {} {}", 100.0 * y, -100.0 * x, 100.0 * z)).collect();
+        let numbers: Vec<String> = self
+            .corners()
+            .iter()
+            .map(|[x, y, z]| format!("{} {} {}", 100.0 * y, -100.0 * x, 100.0 * z))
+            .collect();
         let faces = self.faces();
         let counts: Vec<String> = faces.iter().map(|face| face.len().to_string()).collect();
         let corners: Vec<String> = faces.iter().flatten().map(usize::to_string).collect();

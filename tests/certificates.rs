@@ -1,4 +1,5 @@
-//! Certificates as files: written by one process, verified by another, refused once anything is changed.
+//! Certificates as files: written by one process, verified by another, refused once anything is
+//! changed.
 #![cfg(feature = "daemon")]
 
 mod common;
@@ -10,7 +11,9 @@ use common::*;
 use serde_json::Value;
 
 fn data(name: &str) -> String {
-    let file: std::path::PathBuf = [env!("CARGO_MANIFEST_DIR"), "tests/data", name].iter().collect();
+    let file: std::path::PathBuf = [env!("CARGO_MANIFEST_DIR"), "tests/data", name]
+        .iter()
+        .collect();
     file.to_str().unwrap().to_owned()
 }
 
@@ -44,18 +47,36 @@ fn move_waypoint(value: &mut Value) {
 fn every_shipped_problem_and_its_shortened_path_is_verified() {
     let place = Place::new();
     for name in PROBLEMS {
-        let (proof, file) = (place.file("proof.json", ""), problem(name));
-        assert_eq!(place.taut(&["check", &file, "--local", "--write-certificate", &proof]).exit, 0);
+        let proof = place.file("proof.json", "");
+        let file = problem(name);
+        assert_eq!(
+            place
+                .taut(&["check", &file, "--local", "--write-certificate", &proof])
+                .exit,
+            0
+        );
         let run = place.taut(&["check", &file, "--certificate", &proof]);
         assert_eq!((run.exit, run.err.as_str()), (0, ""), "{name}: {}", run.out);
-        assert!(run.out.starts_with("verified   ") && run.out.contains(" segments, clearance ≥ "), "{}", run.out);
+        assert!(
+            run.out.starts_with("verified   ") && run.out.contains(" segments, clearance ≥ "),
+            "{}",
+            run.out
+        );
 
         for command in ["check", "shorten"] {
             let answer = place.taut(&[command, &file, "--local", "--format", "json"]);
             let proof = place.file("answer.json", &answer.out);
             let run = place.taut(&["check", &file, "--certificate", &proof, "--format", "json"]);
-            assert_eq!((run.exit, run.json()["verified"].as_bool()), (0, Some(true)), "{name}: {}", run.out);
-            assert_eq!(run.json()["segments"].as_u64(), answer.json()["path"].as_array().map(|p| p.len() as u64 - 1));
+            assert_eq!(
+                (run.exit, run.json()["verified"].as_bool()),
+                (0, Some(true)),
+                "{name}: {}",
+                run.out
+            );
+            assert_eq!(
+                run.json()["segments"].as_u64(),
+                answer.json()["path"].as_array().map(|p| p.len() as u64 - 1)
+            );
         }
     }
 }
@@ -71,11 +92,15 @@ fn a_certificate_that_came_through_the_daemon_is_verified_without_it() {
     assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
 }
 
-/// These files were made once and stay as they are: a build that refuses them breaks what it promised.
+/// These files were made once and stay as they are: a build that refuses them breaks what it
+/// promised.
 #[test]
 fn certificates_of_an_earlier_build_are_verified() {
     let place = Place::new();
-    for (name, proof) in [("arm_shelf", "arm_shelf.certificate.json"), ("corner", "corner.shortened.json")] {
+    for (name, proof) in [
+        ("arm_shelf", "arm_shelf.certificate.json"),
+        ("corner", "corner.shortened.json"),
+    ] {
         let run = place.taut(&["check", &problem(name), "--certificate", &data(proof)]);
         assert_eq!((run.exit, run.err.as_str()), (0, ""), "{name}: {}", run.out);
     }
@@ -84,7 +109,12 @@ fn certificates_of_an_earlier_build_are_verified() {
     old["checker_version"] = 1.into();
     old.as_object_mut().unwrap().remove("digest").unwrap();
     let old = place.file("old.json", &old.to_string());
-    assert_eq!(place.taut(&["check", &problem("arm_shelf"), "--certificate", &old]).exit, 0);
+    assert_eq!(
+        place
+            .taut(&["check", &problem("arm_shelf"), "--certificate", &old])
+            .exit,
+        0
+    );
 }
 
 #[test]
@@ -93,15 +123,47 @@ fn a_forged_certificate_is_refused_in_one_line_that_says_why() {
     let file = problem("arm_shelf");
     let honest = data("arm_shelf.certificate.json");
     let changes: [(&str, Change, &str); 8] = [
-        ("raised", |c| c["segments"][3]["clearance_m"] = 0.05.into(), "changed after the proof"),
-        ("raised a little", |c| c["segments"][3]["clearance_m"] = raised(c, 1e-6), "changed after the proof"),
-        ("floor", |c| c["clearance_m"] = 0.0011.into(), "changed after the proof"),
-        ("dropped", |c| drop(c["segments"].as_array_mut().unwrap().remove(2)), "changed after the proof"),
-        ("swapped", |c| c["segments"].as_array_mut().unwrap().swap(0, 1), "changed after the proof"),
-        ("newer", |c| c["checker_version"] = 99.into(), "checker version 99"),
+        (
+            "raised",
+            |c| c["segments"][3]["clearance_m"] = 0.05.into(),
+            "changed after the proof",
+        ),
+        (
+            "raised a little",
+            |c| c["segments"][3]["clearance_m"] = raised(c, 1e-6),
+            "changed after the proof",
+        ),
+        (
+            "floor",
+            |c| c["clearance_m"] = 0.0011.into(),
+            "changed after the proof",
+        ),
+        (
+            "dropped",
+            |c| drop(c["segments"].as_array_mut().unwrap().remove(2)),
+            "changed after the proof",
+        ),
+        (
+            "swapped",
+            |c| c["segments"].as_array_mut().unwrap().swap(0, 1),
+            "changed after the proof",
+        ),
+        (
+            "newer",
+            |c| c["checker_version"] = 99.into(),
+            "checker version 99",
+        ),
         // As someone does who gets rid of the digest: what is left is measured.
-        ("measured", |c| old(c, |c| c["segments"][3]["clearance_m"] = 0.05.into()), " m apart, claimed 0.05 m"),
-        ("nothing near", |c| old(c, |c| c["segments"][3]["clearance_m"] = Value::Null), "nothing can collide"),
+        (
+            "measured",
+            |c| old(c, |c| c["segments"][3]["clearance_m"] = 0.05.into()),
+            " m apart, claimed 0.05 m",
+        ),
+        (
+            "nothing near",
+            |c| old(c, |c| c["segments"][3]["clearance_m"] = Value::Null),
+            "nothing can collide",
+        ),
     ];
     for (what, change, reason) in changes {
         let mut forged = read(&honest);
@@ -109,11 +171,24 @@ fn a_forged_certificate_is_refused_in_one_line_that_says_why() {
         let forged = place.file("forged.json", &forged.to_string());
         let run = place.taut(&["check", &file, "--certificate", &forged]);
         assert_eq!((run.exit, run.err.as_str()), (2, ""), "{what}: {}", run.out);
-        assert!(run.out.starts_with("UNCERTIFIED ") && run.out.contains(reason), "{what}: {}", run.out);
+        assert!(
+            run.out.starts_with("UNCERTIFIED ") && run.out.contains(reason),
+            "{what}: {}",
+            run.out
+        );
         assert_eq!(run.out.lines().count(), 1, "{}", run.out);
         let run = place.taut(&["check", &file, "--certificate", &forged, "--format", "json"]);
-        assert_eq!((run.exit, run.json()["code"].as_i64()), (2, Some(-1001)), "{what}: {}", run.out);
-        assert!(run.json()["reason"].as_str().unwrap().contains(reason), "{what}: {}", run.out);
+        assert_eq!(
+            (run.exit, run.json()["code"].as_i64()),
+            (2, Some(-1001)),
+            "{what}: {}",
+            run.out
+        );
+        assert!(
+            run.json()["reason"].as_str().unwrap().contains(reason),
+            "{what}: {}",
+            run.out
+        );
     }
 }
 
@@ -125,7 +200,11 @@ fn raised(certificate: &Value, by: f64) -> Value {
 
 fn old(certificate: &mut Value, change: impl FnOnce(&mut Value)) {
     certificate["checker_version"] = 1.into();
-    certificate.as_object_mut().unwrap().remove("digest").unwrap();
+    certificate
+        .as_object_mut()
+        .unwrap()
+        .remove("digest")
+        .unwrap();
     change(certificate);
 }
 
@@ -136,7 +215,11 @@ fn a_certificate_of_another_path_robot_or_scene_is_refused() {
     let refused = |file: &str, proof: &str, reason: &str| {
         let run = place.taut(&["check", file, "--certificate", proof]);
         assert_eq!((run.exit, run.err.as_str()), (2, ""), "{}", run.out);
-        assert!(run.out.starts_with("UNCERTIFIED ") && run.out.contains(reason), "{reason}: {}", run.out);
+        assert!(
+            run.out.starts_with("UNCERTIFIED ") && run.out.contains(reason),
+            "{reason}: {}",
+            run.out
+        );
     };
     let moved = changed_problem(&place, "arm_shelf", move_waypoint);
     refused(&moved, &honest, "about the path with hash");
@@ -149,42 +232,101 @@ fn a_certificate_of_another_path_robot_or_scene_is_refused() {
     // An answer's own path, too.
     let mut answer = read(&data("corner.shortened.json"));
     move_waypoint(&mut answer);
-    refused(&problem("corner"), &place.file("answer.json", &answer.to_string()), "about the path with hash");
-    // Its ends are the problem's: another problem of the same robot and scene is not answered by it.
+    refused(
+        &problem("corner"),
+        &place.file("answer.json", &answer.to_string()),
+        "about the path with hash",
+    );
+    // Its ends are the problem's: another problem of the same robot and scene is not answered by
+    // it.
     let ends = changed_problem(&place, "corner", |problem| {
         problem["path"].as_array_mut().unwrap().pop();
     });
     refused(&ends, &data("corner.shortened.json"), "other ends");
     // A problem whose path was changed is not what the check's answer was about.
-    let answer = place.taut(&["check", &problem("arm_shelf"), "--local", "--format", "json"]).out;
-    refused(&moved, &place.file("answer.json", &answer), "about the path with hash");
+    let answer = place
+        .taut(&[
+            "check",
+            &problem("arm_shelf"),
+            "--local",
+            "--format",
+            "json",
+        ])
+        .out;
+    refused(
+        &moved,
+        &place.file("answer.json", &answer),
+        "about the path with hash",
+    );
 }
 
 #[test]
 fn what_cannot_be_verified_is_an_error_and_not_a_verdict() {
     let place = Place::new();
-    let (file, honest) = (problem("arm_shelf"), data("arm_shelf.certificate.json"));
+    let file = problem("arm_shelf");
+    let honest = data("arm_shelf.certificate.json");
     let unproved = place.file("unproved.json", r#"{"mode": "check", "certificate": null}"#);
     let garbage = place.file("garbage.json", "{");
     for (arguments, exit, part) in [
         (vec!["--certificate", "nowhere.json"], 66, "nowhere.json: "),
-        (vec!["--certificate", &garbage], 65, "garbage.json: not a certificate"),
-        (vec!["--certificate", &file], 65, "missing field `checker_version`"),
-        (vec!["--certificate", &unproved], 65, "its path was not proved"),
-        (vec!["--certificate", &honest, &problem("corner")], 64, "give one"),
-        (vec!["--certificate", &honest, "--clearance", "2mm"], 64, "cannot be used with"),
-        (vec!["--write-certificate", "proof.json", &problem("corner")], 64, "give one"),
+        (
+            vec!["--certificate", &garbage],
+            65,
+            "garbage.json: not a certificate",
+        ),
+        (
+            vec!["--certificate", &file],
+            65,
+            "missing field `checker_version`",
+        ),
+        (
+            vec!["--certificate", &unproved],
+            65,
+            "its path was not proved",
+        ),
+        (
+            vec!["--certificate", &honest, &problem("corner")],
+            64,
+            "give one",
+        ),
+        (
+            vec!["--certificate", &honest, "--clearance", "2mm"],
+            64,
+            "cannot be used with",
+        ),
+        (
+            vec!["--write-certificate", "proof.json", &problem("corner")],
+            64,
+            "give one",
+        ),
     ] {
         let run = place.taut(&[&["check", file.as_str()], &arguments[..]].concat());
-        assert_eq!((run.exit, run.out.as_str(), run.err.lines().count()), (exit, "", 1), "{arguments:?}: {}", run.err);
+        assert_eq!(
+            (run.exit, run.out.as_str(), run.err.lines().count()),
+            (exit, "", 1),
+            "{arguments:?}: {}",
+            run.err
+        );
         assert!(run.err.contains(part), "{}", run.err);
     }
-    let run = place.taut(&["check", &file, "--certificate", &honest, "--deadline", "1us"]);
+    let run = place.taut(&[
+        "check",
+        &file,
+        "--certificate",
+        &honest,
+        "--deadline",
+        "1us",
+    ]);
     assert_eq!(run.exit, 2, "{}{}", run.out, run.err);
-    assert!(run.out.starts_with("TIMED_OUT ") && run.out.contains("stopped before"), "{}", run.out);
+    assert!(
+        run.out.starts_with("TIMED_OUT ") && run.out.contains("stopped before"),
+        "{}",
+        run.out
+    );
 }
 
-/// A segment between equal waypoints is a segment: each has its claim, and the path may be the caller's, bit for bit.
+/// A segment between equal waypoints is a segment: each has its claim, and the path may be the
+/// caller's, bit for bit.
 #[test]
 fn repeated_waypoints_have_claims_of_their_own() {
     let place = Place::new();
@@ -198,8 +340,12 @@ fn repeated_waypoints_have_claims_of_their_own() {
     let proof = place.file("proof.json", "");
     let run = place.taut(&["check", &repeated, "--local", "--write-certificate", &proof]);
     assert_eq!(run.exit, 0, "{}", run.err);
-    let (segments, plain) = (read(&proof)["segments"].clone(), read(&data("arm_shelf.certificate.json")));
-    assert_eq!(segments.as_array().unwrap().len(), plain["segments"].as_array().unwrap().len() + 4);
+    let segments = read(&proof)["segments"].clone();
+    let plain = read(&data("arm_shelf.certificate.json"));
+    assert_eq!(
+        segments.as_array().unwrap().len(),
+        plain["segments"].as_array().unwrap().len() + 4
+    );
     let run = place.taut(&["check", &repeated, "--certificate", &proof]);
     assert_eq!(run.exit, 0, "{}", run.out);
 }

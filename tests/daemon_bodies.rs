@@ -1,4 +1,5 @@
-//! Attached objects, padding and pairs in problem and scene files: the same verdict with and without a daemon.
+//! Attached objects, padding and pairs in problem and scene files: the same verdict with and
+//! without a daemon.
 #![cfg(feature = "daemon")]
 
 mod common;
@@ -31,19 +32,53 @@ fn the_daemon_sees_what_the_file_attaches_pads_and_forbids() {
     let place = Place::new();
     let _daemon = place.serve("");
     for (name, fields, exit, said) in [
-        ("small", json!({ "attached_collision_objects": tool("hand", 0.01) }), 0, "proved"),
-        ("large", json!({ "attached_collision_objects": tool("hand", 0.3) }), 1, "tool"),
-        ("spread", json!({ "link_padding": [{ "link_name": "hand", "padding": 0.2 }] }), 1, "hand × "),
-        ("thin", json!({ "link_padding": { "hand": 0.0005, "bottle": 0.0005 } }), 0, "proved"),
-        ("thick", json!({ "link_padding": { "shelf_middle": 0.3 } }), 1, " × shelf_middle"),
-        ("strict", json!({ "forbidden_collisions": [["link1", "link2"]] }), 1, "link1 × link2"),
+        (
+            "small",
+            json!({ "attached_collision_objects": tool("hand", 0.01) }),
+            0,
+            "proved",
+        ),
+        (
+            "large",
+            json!({ "attached_collision_objects": tool("hand", 0.3) }),
+            1,
+            "tool",
+        ),
+        (
+            "spread",
+            json!({ "link_padding": [{ "link_name": "hand", "padding": 0.2 }] }),
+            1,
+            "hand × ",
+        ),
+        (
+            "thin",
+            json!({ "link_padding": { "hand": 0.0005, "bottle": 0.0005 } }),
+            0,
+            "proved",
+        ),
+        (
+            "thick",
+            json!({ "link_padding": { "shelf_middle": 0.3 } }),
+            1,
+            " × shelf_middle",
+        ),
+        (
+            "strict",
+            json!({ "forbidden_collisions": [["link1", "link2"]] }),
+            1,
+            "link1 × link2",
+        ),
     ] {
         let file = problem_with(&place, name, fields);
         for local in [true, false] {
             let mut arguments = vec!["check", file.as_str()];
             arguments.extend(local.then_some("--local"));
             let run = place.taut(&arguments);
-            assert_eq!(run.exit, exit, "{name}, local {local}: {}{}", run.out, run.err);
+            assert_eq!(
+                run.exit, exit,
+                "{name}, local {local}: {}{}",
+                run.out, run.err
+            );
             assert!(run.out.contains(said), "{name}, local {local}: {}", run.out);
         }
         assert!(place.taut(&["list"]).out.contains(&format!("scene {name}")));
@@ -60,16 +95,32 @@ fn names_that_do_not_fit_the_robot_are_refused_by_both() {
             json!({ "attached_collision_objects": tool("claw", 0.01) }),
             "\"claw\", which is no link; links: base",
         ),
-        ("pad", json!({ "link_padding": { "claw": 0.01 } }), "the scene pads claw, but \"claw\" is neither"),
-        ("negative", json!({ "link_padding": { "hand": -0.01 } }), "the padding of \"hand\" is -0.01"),
+        (
+            "pad",
+            json!({ "link_padding": { "claw": 0.01 } }),
+            "the scene pads claw, but \"claw\" is neither",
+        ),
+        (
+            "negative",
+            json!({ "link_padding": { "hand": -0.01 } }),
+            "the padding of \"hand\" is -0.01",
+        ),
     ] {
         let file = problem_with(&place, name, fields);
         for local in [true, false] {
             let mut arguments = vec!["check", file.as_str()];
             arguments.extend(local.then_some("--local"));
             let run = place.taut(&arguments);
-            assert!(run.exit != 0 && run.exit != 1, "{name}, local {local}: {}", run.exit);
-            assert!(run.err.contains(said) && run.err.lines().count() == 1, "{name}, local {local}: {}", run.err);
+            assert!(
+                run.exit != 0 && run.exit != 1,
+                "{name}, local {local}: {}",
+                run.exit
+            );
+            assert!(
+                run.err.contains(said) && run.err.lines().count() == 1,
+                "{name}, local {local}: {}",
+                run.err
+            );
         }
     }
 }

@@ -13,9 +13,17 @@ fn check(place: &Place, what: &str) -> (String, String, i32) {
     let run = place.taut(&["doctor", "--format", "json"]);
     let report = run.json();
     let checks = report["checks"].as_array().unwrap().iter();
-    let found = checks.into_iter().find(|check| check["what"] == what).unwrap();
+    let found = checks
+        .into_iter()
+        .find(|check| check["what"] == what)
+        .unwrap();
     let text = |key: &str| found[key].as_str().unwrap().to_owned();
-    assert_eq!(run.exit, if report["healthy"] == true { 0 } else { 1 }, "{}", run.out);
+    assert_eq!(
+        run.exit,
+        if report["healthy"] == true { 0 } else { 1 },
+        "{}",
+        run.out
+    );
     (text("verdict"), text("seen"), run.exit)
 }
 
@@ -29,8 +37,13 @@ fn it_tells_a_daemon_that_is_well_from_what_is_left_of_one() {
     let pid = daemon.pid();
     let (verdict, seen, _) = check(&place, "daemon");
     assert_eq!(verdict, "OK", "{seen}");
-    assert!(seen.contains(&format!("process {pid}")) && seen.contains("release"), "{seen}");
-    until("everything is kept", || check(&place, "state").1.contains("7 robots and 7 scenes"));
+    assert!(
+        seen.contains(&format!("process {pid}")) && seen.contains("release"),
+        "{seen}"
+    );
+    until("everything is kept", || {
+        check(&place, "state").1.contains("7 robots and 7 scenes")
+    });
     let run = place.taut(&["doctor"]);
     assert_eq!((run.exit, run.out.lines().count()), (0, 8), "{}", run.out);
     daemon.kill();
@@ -53,7 +66,10 @@ fn it_finds_a_damaged_journal_and_a_root_that_others_may_use() {
     fs::write(state.join("journal"), "something else").unwrap();
     let (verdict, seen, exit) = check(&place, "state");
     assert_eq!((verdict.as_str(), exit), ("FAIL", 1), "{seen}");
-    assert!(seen.contains("no journal of this release") && seen.contains("--no-state"), "{seen}");
+    assert!(
+        seen.contains("no journal of this release") && seen.contains("--no-state"),
+        "{seen}"
+    );
     fs::set_permissions(place.instance.root(), Permissions::from_mode(0o755)).unwrap();
     let (verdict, seen, _) = check(&place, "instance");
     assert_eq!(verdict, "FAIL", "{seen}");

@@ -1,4 +1,5 @@
-//! Planners that nobody here wrote, as clients of a real daemon: the scripts of examples/planners and the guide's code.
+//! Planners that nobody here wrote, as clients of a real daemon: the scripts of examples/planners
+//! and the guide's code.
 
 mod common;
 
@@ -12,9 +13,18 @@ use std::sync::OnceLock;
 fn python() -> Option<&'static Path> {
     static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
     let install = || {
-        let lists = ["ompl", "hpp"]
-            .map(|name| fs::read_to_string(source(&format!("examples/planners/requirements-{name}.txt"))).unwrap());
-        common::python::python(&lists.iter().flat_map(|list| list.lines()).collect::<Vec<_>>())
+        let lists = ["ompl", "hpp"].map(|name| {
+            fs::read_to_string(source(&format!(
+                "examples/planners/requirements-{name}.txt"
+            )))
+            .unwrap()
+        });
+        common::python::python(
+            &lists
+                .iter()
+                .flat_map(|list| list.lines())
+                .collect::<Vec<_>>(),
+        )
     };
     PYTHON.get_or_init(install).as_deref()
 }
@@ -23,23 +33,40 @@ fn source(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
-/// Runs a script of examples/planners in an instance; `None` where Python or its packages are out of reach.
+/// Runs a script of examples/planners in an instance; `None` where Python or its packages are out
+/// of reach.
 fn script(place: &Place, arguments: &[&str]) -> Option<Run> {
     let python = python()?;
     let mut command = Command::new(python);
-    command.arg(source("examples/planners").join(arguments[0])).args(&arguments[1..]);
-    command.current_dir(source("")).env("TAUT_INSTANCE", place.name());
+    command
+        .arg(source("examples/planners").join(arguments[0]))
+        .args(&arguments[1..]);
+    command
+        .current_dir(source(""))
+        .env("TAUT_INSTANCE", place.name());
     Some(Run::of(command.output().unwrap()))
 }
 
 fn a_script_shortens_a_shipped_problem(name: &str, problem: &str, says: &str) {
     let place = Place::new();
     let _daemon = place.serve("");
-    let Some(run) = script(&place, &[name, &config(&format!("problems/{problem}.json")), "--deadline", "60"]) else {
+    let Some(run) = script(
+        &place,
+        &[
+            name,
+            &config(&format!("problems/{problem}.json")),
+            "--deadline",
+            "60",
+        ],
+    ) else {
         return;
     };
     assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
-    assert!(run.out.contains(says) && run.out.contains("proved, clearance"), "{}", run.out);
+    assert!(
+        run.out.contains(says) && run.out.contains("proved, clearance"),
+        "{}",
+        run.out
+    );
 }
 
 #[test]
@@ -66,19 +93,41 @@ fn hpp_plans_for_a_body_that_flies() {
 fn moveits_trajectory_comes_back_shorter() {
     let place = Place::new();
     let _daemon = place.serve("");
-    let (urdf, srdf) = (config("robots/panda_like.urdf"), config("robots/panda_like.srdf"));
+    let urdf = config("robots/panda_like.urdf");
+    let srdf = config("robots/panda_like.srdf");
     let file = source("examples/planners/moveit_request.json");
-    let arguments = ["moveit_adapter.py", file.to_str().unwrap(), "--urdf", &urdf, "--srdf", &srdf];
-    let Some(run) = script(&place, &arguments) else { return };
+    let arguments = [
+        "moveit_adapter.py",
+        file.to_str().unwrap(),
+        "--urdf",
+        &urdf,
+        "--srdf",
+        &srdf,
+    ];
+    let Some(run) = script(&place, &arguments) else {
+        return;
+    };
     assert_eq!(run.exit, 0, "{}", run.err);
-    let sent: serde_json::Value = serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();
-    let (sent, back) = (&sent["trajectory"]["joint_trajectory"], &run.json()["joint_trajectory"]);
+    let sent: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();
+    let sent = &sent["trajectory"]["joint_trajectory"];
+    let back = &run.json()["joint_trajectory"];
     let ends = |trajectory: &serde_json::Value| {
         let points = trajectory["points"].as_array().unwrap();
-        (points[0]["positions"].clone(), points[points.len() - 1]["positions"].clone())
+        (
+            points[0]["positions"].clone(),
+            points[points.len() - 1]["positions"].clone(),
+        )
     };
-    assert_eq!((ends(back), &back["joint_names"]), (ends(sent), &sent["joint_names"]));
-    assert!(run.err.contains("proved") && back["points"][1]["time_from_start"]["sec"] == 0, "{}", run.err);
+    assert_eq!(
+        (ends(back), &back["joint_names"]),
+        (ends(sent), &sent["joint_names"])
+    );
+    assert!(
+        run.err.contains("proved") && back["points"][1]["time_from_start"]["sec"] == 0,
+        "{}",
+        run.err
+    );
 }
 
 #[test]
@@ -86,18 +135,34 @@ fn a_table_compares_planners() {
     let place = Place::new();
     let _daemon = place.serve("");
     let table = place.folder.path().join("table.json");
-    let (problem, output) = (config("problems/corner.json"), table.to_str().unwrap().to_owned());
-    let Some(run) = script(&place, &["compare.py", &problem, "--queries", "2", "--deadline", "60", "-o", &output])
-    else {
+    let problem = config("problems/corner.json");
+    let output = table.to_str().unwrap().to_owned();
+    let Some(run) = script(
+        &place,
+        &[
+            "compare.py",
+            &problem,
+            "--queries",
+            "2",
+            "--deadline",
+            "60",
+            "-o",
+            &output,
+        ],
+    ) else {
         return;
     };
     assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
-    let rows: serde_json::Value = serde_json::from_str(&fs::read_to_string(table).unwrap()).unwrap();
+    let rows: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(table).unwrap()).unwrap();
     let rows = rows.as_array().unwrap();
     assert_eq!(rows.len(), 4, "two queries, two planners: {}", run.out);
     for row in rows.iter().filter(|row| row["refused"] == "") {
         assert!(row["proved"] == true && row["taut_hits"] == "", "{row}");
-        assert!(row["taut"].as_f64().unwrap() <= row["before"].as_f64().unwrap(), "{row}");
+        assert!(
+            row["taut"].as_f64().unwrap() <= row["before"].as_f64().unwrap(),
+            "{row}"
+        );
     }
     assert!(rows.iter().any(|row| row["refused"] == ""), "{}", run.out);
 }
@@ -108,12 +173,15 @@ fn the_guides_code_runs() {
     for name in ["ompl", "hpp", "moveit"] {
         let place = Place::new();
         let _daemon = place.serve("");
-        let Some(run) = script(&place, &["guide_check.py", name]) else { return };
+        let Some(run) = script(&place, &["guide_check.py", name]) else {
+            return;
+        };
         assert_eq!(run.exit, 0, "{name}: {} {}", run.out, run.err);
     }
 }
 
-/// VAMP is built from sources of GitHub's, so it is no requirement; where it is installed it has to work.
+/// VAMP is built from sources of GitHub's, so it is no requirement; where it is installed it has to
+/// work.
 #[test]
 fn vamp_plans_and_taut_shortens() {
     let Some(problem) = std::env::var_os("TAUT_VAMP_PROBLEM") else {
@@ -121,12 +189,15 @@ fn vamp_plans_and_taut_shortens() {
         return;
     };
     let problem = problem.to_str().unwrap().to_owned();
-    for arguments in
-        [["vamp_planner.py", &problem, "--deadline", "60"].as_slice(), &["guide_check.py", "vamp", &problem]]
-    {
+    for arguments in [
+        ["vamp_planner.py", &problem, "--deadline", "60"].as_slice(),
+        &["guide_check.py", "vamp", &problem],
+    ] {
         let place = Place::new();
         let _daemon = place.serve("");
-        let Some(run) = script(&place, arguments) else { return };
+        let Some(run) = script(&place, arguments) else {
+            return;
+        };
         assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
     }
 }

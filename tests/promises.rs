@@ -1,4 +1,5 @@
-//! The short form of `taut promises`: what no noise of the machine can change has to hold, times are only printed.
+//! The short form of `taut promises`: what no noise of the machine can change has to hold, times
+//! are only printed.
 //!
 //! The long form, about 80 minutes: `cargo run --release -- promises --long`.
 #![cfg(feature = "daemon")]
@@ -21,18 +22,27 @@ fn holds(promise: &str) {
     let rows = report["rows"].as_array().unwrap();
     let text = |row: &serde_json::Value, name: &str| row[name].as_str().unwrap().to_owned();
     for row in rows {
-        let [figure, promised, measured] = ["figure", "promised", "measured"].map(|name| text(row, name));
+        let [figure, promised, measured] =
+            ["figure", "promised", "measured"].map(|name| text(row, name));
         println!("{promise}: {figure}   promised {promised}   measured {measured}");
     }
     let broken: Vec<String> = rows
         .iter()
         .filter(|row| row["judged"] == true && row["kept"] == false)
         .map(|row| {
-            format!("{}: promised {}, measured {}", text(row, "figure"), text(row, "promised"), text(row, "measured"))
+            format!(
+                "{}: promised {}, measured {}",
+                text(row, "figure"),
+                text(row, "promised"),
+                text(row, "measured")
+            )
         })
         .collect();
     assert!(broken.is_empty(), "seed {}: {broken:#?}", report["seed"]);
-    assert!(rows.iter().any(|row| row["judged"] == true) || promise == "cost" || promise == "overhead", "{report}");
+    assert!(
+        rows.iter().any(|row| row["judged"] == true) || promise == "cost" || promise == "overhead",
+        "{report}"
+    );
     assert_eq!((run.exit, report["kept"].as_bool()), (0, Some(true)));
 }
 

@@ -27,8 +27,15 @@ fn the_package_works() {
         .output()
         .unwrap();
     let text = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
-    assert!(text.contains(" passed") && !text.contains(" skipped"), "{text}");
+    assert!(
+        output.status.success(),
+        "{text}{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(
+        text.contains(" passed") && !text.contains(" skipped"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -36,7 +43,13 @@ fn its_types_are_strict() {
     let Some(python) = python(&[]) else { return };
     let place = Place::new();
     let mut mypy = Command::new(&python);
-    mypy.args(["-m", "mypy", "--strict", "--cache-dir"]).arg(place.folder.path()).arg(package().join("python/taut"));
+    mypy.args(["-m", "mypy", "--strict", "--cache-dir"])
+        .arg(place.folder.path())
+        .arg(package().join("python/taut"));
     let output = mypy.output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stdout)
+    );
 }

@@ -1,4 +1,5 @@
-//! Every command of the README's is run, in the order in which a reader would, by the binary of this build.
+//! Every command of the README's is run, in the order in which a reader would, by the binary of
+//! this build.
 #![cfg(feature = "daemon")]
 
 mod common;
@@ -18,20 +19,34 @@ struct Block {
 }
 
 fn blocks(markdown: &str) -> Vec<Block> {
-    let (mut blocks, mut note) = (Vec::new(), String::new());
+    let mut blocks = Vec::new();
+    let mut note = String::new();
     let mut lines = markdown.lines();
     while let Some(line) = lines.next() {
         if let Some(language) = line.strip_prefix("```") {
-            let text = lines.by_ref().take_while(|line| *line != "```").collect::<Vec<_>>().join("\n");
-            blocks.push(Block { language: language.to_owned(), text, note: std::mem::take(&mut note) });
+            let text = lines
+                .by_ref()
+                .take_while(|line| *line != "```")
+                .collect::<Vec<_>>()
+                .join("\n");
+            blocks.push(Block {
+                language: language.to_owned(),
+                text,
+                note: std::mem::take(&mut note),
+            });
         } else if !line.is_empty() {
-            note = line.strip_prefix("<!-- ").and_then(|line| line.strip_suffix(" -->")).unwrap_or("").to_owned();
+            note = line
+                .strip_prefix("<!-- ")
+                .and_then(|line| line.strip_suffix(" -->"))
+                .unwrap_or("")
+                .to_owned();
         }
     }
     blocks
 }
 
-/// What `tests/` and `.ci/run` run themselves, or what is not ours to try: a comment before the block says so.
+/// What `tests/` and `.ci/run` run themselves, or what is not ours to try: a comment before the
+/// block says so.
 const ELSEWHERE: [&str; 4] = ["build", "install", "promises", "output"];
 
 #[test]
@@ -48,9 +63,15 @@ fn the_commands_run_as_they_stand() {
     }
     symlink(env!("CARGO_BIN_EXE_taut"), bin.join("taut")).unwrap();
     let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
-    let mut script = "set -euo pipefail\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\n".to_owned();
+    let mut script =
+        "set -euo pipefail\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\n".to_owned();
     let mut commands = 0;
-    for Block { language, text, note } in blocks(&readme) {
+    for Block {
+        language,
+        text,
+        note,
+    } in blocks(&readme)
+    {
         match (language.as_str(), note.as_str()) {
             ("sh", "") => {
                 for line in text.lines() {
@@ -61,16 +82,26 @@ fn the_commands_run_as_they_stand() {
                     }
                 }
             }
-            ("sh", note) => assert!(ELSEWHERE.contains(&note), "a block of commands that is not run: {note:?}"),
+            ("sh", note) => assert!(
+                ELSEWHERE.contains(&note),
+                "a block of commands that is not run: {note:?}"
+            ),
             ("json", name) if !name.is_empty() => std::fs::write(folder.join(name), text).unwrap(),
             _ => {}
         }
     }
-    assert!(commands > 15, "{commands} commands; has the README another form?");
+    assert!(
+        commands > 15,
+        "{commands} commands; has the README another form?"
+    );
     let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
     let mut bash = Command::new("bash");
-    bash.args(["-c", &script]).current_dir(&folder).env("PATH", path).env("TAUT_INSTANCE", place.name());
-    bash.env("HOME", place.folder.path()).env("XDG_STATE_HOME", place.folder.path().join("state"));
+    bash.args(["-c", &script])
+        .current_dir(&folder)
+        .env("PATH", path)
+        .env("TAUT_INSTANCE", place.name());
+    bash.env("HOME", place.folder.path())
+        .env("XDG_STATE_HOME", place.folder.path().join("state"));
     let run = Run::of(bash.output().unwrap());
     assert_eq!(run.exit, 0, "{}\n{}", run.out, run.err);
 }

@@ -1,4 +1,5 @@
-//! The page of `taut view` and of the daemon, in a real browser: what it draws is what the answer says.
+//! The page of `taut view` and of the daemon, in a real browser: what it draws is what the answer
+//! says.
 #![cfg(feature = "daemon")]
 
 mod common;
@@ -15,22 +16,32 @@ use taut::math::Pose;
 use taut::robot::{Drive, Kinematics, RobotModel};
 use taut_ipc::wire::RequestBody;
 
-/// The page's folder with its packages, below the target folder; `None` where Node or the packages are out of reach.
+/// The page's folder with its packages, below the target folder; `None` where Node or the packages
+/// are out of reach.
 fn page_folder() -> Option<&'static Path> {
     static FOLDER: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     available(FOLDER.get_or_init(installed).as_ref().map(PathBuf::as_path))
 }
 
 fn chromium() -> Option<&'static str> {
-    let names = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+    let names = [
+        "/usr/bin/chromium",
+        "/usr/bin/chromium-browser",
+        "/usr/bin/google-chrome",
+    ];
     let found = names.into_iter().find(|name| Path::new(name).is_file());
-    available(found.ok_or(&format!("no Chromium at {}; install Debian's package chromium", names.join(", "))))
+    available(found.ok_or(&format!(
+        "no Chromium at {}; install Debian's package chromium",
+        names.join(", ")
+    )))
 }
 
 fn available<T>(found: Result<T, &String>) -> Option<T> {
     match found {
         Ok(found) => Some(found),
-        Err(reason) if std::env::var_os("TAUT_REQUIRE_ALL").is_some_and(|value| value == "1") => panic!("{reason}"),
+        Err(reason) if std::env::var_os("TAUT_REQUIRE_ALL").is_some_and(|value| value == "1") => {
+            panic!("{reason}")
+        }
         Err(reason) => {
             println!("skipped: {reason}");
             None
@@ -38,11 +49,13 @@ fn available<T>(found: Result<T, &String>) -> Option<T> {
     }
 }
 
-/// Copies the sources, so that nothing is written among them, and installs what their lock file names.
+/// Copies the sources, so that nothing is written among them, and installs what their lock file
+/// names.
 fn installed() -> Result<PathBuf, String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let copy = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page");
-    let (from, to) = (root.join("src/view/page"), copy.join("src/view/page"));
+    let from = root.join("src/view/page");
+    let to = copy.join("src/view/page");
     for folder in ["", "src", "test"] {
         fs::create_dir_all(to.join(folder)).unwrap();
         for entry in fs::read_dir(from.join(folder)).unwrap().map(Result::unwrap) {
@@ -53,22 +66,39 @@ fn installed() -> Result<PathBuf, String> {
     }
     fs::copy(root.join("LICENSE-APACHE"), copy.join("LICENSE-APACHE")).unwrap();
     let mut npm = Command::new("npm");
-    npm.args(["ci", "--ignore-scripts", "--no-audit", "--no-fund"]).current_dir(&to);
-    let output = npm.output().map_err(|error| format!("no npm: {error}; install Node.js"))?;
+    npm.args(["ci", "--ignore-scripts", "--no-audit", "--no-fund"])
+        .current_dir(&to);
+    let output = npm
+        .output()
+        .map_err(|error| format!("no npm: {error}; install Node.js"))?;
     let said = String::from_utf8_lossy(&output.stderr);
-    output.status.success().then_some(to).ok_or_else(|| format!("npm ci failed: {said}"))
+    output
+        .status
+        .success()
+        .then_some(to)
+        .ok_or_else(|| format!("npm ci failed: {said}"))
 }
 
 #[test]
 fn the_committed_script_is_what_its_sources_make() {
     let Some(folder) = page_folder() else { return };
     let made = tempfile::tempdir().unwrap();
-    let status = Command::new("node").arg("build.mjs").arg(made.path()).current_dir(folder).status().unwrap();
+    let status = Command::new("node")
+        .arg("build.mjs")
+        .arg(made.path())
+        .current_dir(folder)
+        .status()
+        .unwrap();
     assert!(status.success());
     for name in ["page.js", "THIRD-PARTY.txt"] {
-        let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view/page").join(name);
+        let committed = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("src/view/page")
+            .join(name);
         let same = fs::read(committed).unwrap() == fs::read(made.path().join(name)).unwrap();
-        assert!(same, "{name} is not what build.mjs makes; run `npm ci && npm run build` in src/view/page");
+        assert!(
+            same,
+            "{name} is not what build.mjs makes; run `npm ci && npm run build` in src/view/page"
+        );
     }
 }
 
@@ -76,27 +106,56 @@ fn the_committed_script_is_what_its_sources_make() {
 fn look(url: &str, folder: &Path, browser: &str, scheme: &str) -> Value {
     let shot = tempfile::tempdir().unwrap();
     let mut node = Command::new("node");
-    node.args(["test/look.mjs", browser, url]).arg(shot.path().join("page.png")).arg(scheme).current_dir(folder);
+    node.args(["test/look.mjs", browser, url])
+        .arg(shot.path().join("page.png"))
+        .arg(scheme)
+        .current_dir(folder);
     let output = node.output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(found["said"], serde_json::json!([]), "errors on the console");
-    assert_eq!(found["unlabelled"], serde_json::json!([]), "controls without a name");
+    assert_eq!(
+        found["said"],
+        serde_json::json!([]),
+        "errors on the console"
+    );
+    assert_eq!(
+        found["unlabelled"],
+        serde_json::json!([]),
+        "controls without a name"
+    );
     found
 }
 
 fn taut(arguments: &[&str]) -> common::Run {
-    common::Run::of(Command::new(env!("CARGO_BIN_EXE_taut")).args(arguments).output().unwrap())
+    common::Run::of(
+        Command::new(env!("CARGO_BIN_EXE_taut"))
+            .args(arguments)
+            .output()
+            .unwrap(),
+    )
 }
 
 /// Answers a problem in this process and writes the page of it.
 fn page_of(place: &Place, arguments: &[&str]) -> (ResultFile, String) {
-    let (result, page) = (place.folder.path().join("result.json"), place.folder.path().join("view.html"));
+    let result = place.folder.path().join("result.json");
+    let page = place.folder.path().join("view.html");
     let json = taut(&[arguments, &["--local", "--format", "json"]].concat());
     fs::write(&result, &json.out).unwrap();
-    let run = taut(&["view", result.to_str().unwrap(), "-o", page.to_str().unwrap()]);
+    let run = taut(&[
+        "view",
+        result.to_str().unwrap(),
+        "-o",
+        page.to_str().unwrap(),
+    ]);
     assert_eq!((run.exit, run.err.as_str()), (0, ""), "{}", json.err);
-    (ResultFile::read(&result).unwrap(), format!("file://{}", page.display()))
+    (
+        ResultFile::read(&result).unwrap(),
+        format!("file://{}", page.display()),
+    )
 }
 
 fn robot_of(result: &ResultFile) -> RobotModel {
@@ -107,13 +166,23 @@ fn robot_of(result: &ResultFile) -> RobotModel {
 /// A matrix of the page, column by column, as a pose.
 fn differs(matrix: &Value, pose: &Pose) -> f64 {
     let number = |i: usize| matrix[i].as_f64().unwrap();
-    let axes = [taut::math::Vec3::X, taut::math::Vec3::Y, taut::math::Vec3::Z];
-    let columns = axes.map(|axis| (pose.rotation * axis).to_array()).into_iter().chain([pose.translation.to_array()]);
-    let off = columns.enumerate().flat_map(|(c, column)| [0, 1, 2].map(|r| (number(4 * c + r) - column[r]).abs()));
+    let axes = [
+        taut::math::Vec3::X,
+        taut::math::Vec3::Y,
+        taut::math::Vec3::Z,
+    ];
+    let columns = axes
+        .map(|axis| (pose.rotation * axis).to_array())
+        .into_iter()
+        .chain([pose.translation.to_array()]);
+    let off = columns
+        .enumerate()
+        .flat_map(|(c, column)| [0, 1, 2].map(|r| (number(4 * c + r) - column[r]).abs()));
     off.fold(0.0, f64::max)
 }
 
-/// The robot on the page stands where the robot's own kinematics say, at every waypoint of the answer.
+/// The robot on the page stands where the robot's own kinematics say, at every waypoint of the
+/// answer.
 fn stands_right(found: &Value, result: &ResultFile) {
     let robot = robot_of(result);
     let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
@@ -127,26 +196,50 @@ fn stands_right(found: &Value, result: &ResultFile) {
             assert!(off < 1e-6, "{} is {off} m or so off", link.name);
         }
         for joint in robot.joints() {
-            let Drive::Variable { q, .. } = joint.drive else { continue };
-            for (k, value) in shown["joints"][&joint.name].as_array().unwrap().iter().enumerate() {
-                assert!((value.as_f64().unwrap() - row[q + k]).abs() < 1e-9, "{} column {k}", joint.name);
+            let Drive::Variable { q, .. } = joint.drive else {
+                continue;
+            };
+            for (k, value) in shown["joints"][&joint.name]
+                .as_array()
+                .unwrap()
+                .iter()
+                .enumerate()
+            {
+                assert!(
+                    (value.as_f64().unwrap() - row[q + k]).abs() < 1e-9,
+                    "{} column {k}",
+                    joint.name
+                );
             }
         }
     }
     for trace in found["traces"].as_array().unwrap() {
-        let rows = if trace["kind"] == "before" { &result.path_before } else { &result.path };
+        let rows = if trace["kind"] == "before" {
+            &result.path_before
+        } else {
+            &result.path
+        };
         let link = robot.link_index(trace["tip"].as_str().unwrap()).unwrap();
         let waypoints = trace["waypoints"].as_array().unwrap();
         assert_eq!(waypoints.len(), rows.len(), "{trace}");
         for (waypoint, row) in waypoints.iter().zip(rows) {
             kinematics.update(&robot, row, &held);
             let point = kinematics.poses()[link].translation.to_array();
-            assert!((0..3).all(|k| (waypoint[k].as_f64().unwrap() - point[k]).abs() < 1e-6), "{trace}");
+            assert!(
+                (0..3).all(|k| (waypoint[k].as_f64().unwrap() - point[k]).abs() < 1e-6),
+                "{trace}"
+            );
         }
     }
     let lengths = [0, 1].map(|i| found["length"][i].as_f64().unwrap());
-    for (page, own) in lengths.into_iter().zip([result.length_before, result.length_after]) {
-        assert!((page - own).abs() < 1e-9 * own.max(1.0), "length {page} on the page, {own} in the answer");
+    for (page, own) in lengths
+        .into_iter()
+        .zip([result.length_before, result.length_after])
+    {
+        assert!(
+            (page - own).abs() < 1e-9 * own.max(1.0),
+            "length {page} on the page, {own} in the answer"
+        );
     }
 }
 
@@ -156,33 +249,76 @@ fn share(found: &Value, color: &str) -> f64 {
 
 #[test]
 fn an_answer_is_drawn_as_it_is() {
-    let (Some(folder), Some(browser)) = (page_folder(), chromium()) else { return };
+    let (Some(folder), Some(browser)) = (page_folder(), chromium()) else {
+        return;
+    };
     // An arm, a planar base with two arms, and a floating body.
-    for (name, scheme) in [("arm_shelf", "light"), ("exchange_arms", "dark"), ("ell_window", "light")] {
+    for (name, scheme) in [
+        ("arm_shelf", "light"),
+        ("exchange_arms", "dark"),
+        ("ell_window", "light"),
+    ] {
         let place = Place::new();
-        let (result, url) = page_of(&place, &["shorten", &config(&format!("problems/{name}.json"))]);
+        let (result, url) = page_of(
+            &place,
+            &["shorten", &config(&format!("problems/{name}.json"))],
+        );
         let found = look(&url, folder, browser, scheme);
         stands_right(&found, &result);
         let asked = found["asked"].as_array().unwrap();
-        assert!(asked.iter().all(|url| !url.as_str().unwrap().starts_with("http")), "{name} asks for {asked:?}");
+        assert!(
+            asked
+                .iter()
+                .all(|url| !url.as_str().unwrap().starts_with("http")),
+            "{name} asks for {asked:?}"
+        );
         let traces = found["traces"].as_array().unwrap();
-        assert!(["before", "after"].iter().all(|kind| traces.iter().any(|trace| trace["kind"] == *kind)), "{name}");
+        assert!(
+            ["before", "after"]
+                .iter()
+                .all(|kind| traces.iter().any(|trace| trace["kind"] == *kind)),
+            "{name}"
+        );
         let drawn = found["contacts"].as_array().map(Vec::len);
-        assert!(drawn >= result.contacts.as_ref().map(Vec::len), "{name}: {drawn:?} contacts");
-        assert!(found["verdict"].as_str().unwrap().starts_with("Proved"), "{}", found["verdict"]);
-        assert_eq!((found["moved"].as_f64(), found["plays"].as_bool()), (Some(1.0), Some(true)), "{name}");
+        assert!(
+            drawn >= result.contacts.as_ref().map(Vec::len),
+            "{name}: {drawn:?} contacts"
+        );
+        assert!(
+            found["verdict"].as_str().unwrap().starts_with("Proved"),
+            "{}",
+            found["verdict"]
+        );
+        assert_eq!(
+            (found["moved"].as_f64(), found["plays"].as_bool()),
+            (Some(1.0), Some(true)),
+            "{name}"
+        );
         assert!(found["plots"].as_u64() >= Some(3), "{name}");
-        let has_objects = found["objects"].as_array().is_some_and(|objects| !objects.is_empty());
+        let has_objects = found["objects"]
+            .as_array()
+            .is_some_and(|objects| !objects.is_empty());
         let object = if has_objects { 0.002 } else { 0.0 };
-        for (color, least) in [("green", 0.001), ("grey", 0.002), ("tan", object), ("different", 0.05)] {
-            assert!(share(&found, color) >= least, "{name}: {color} is {} of the picture", share(&found, color));
+        for (color, least) in [
+            ("green", 0.001),
+            ("grey", 0.002),
+            ("tan", object),
+            ("different", 0.05),
+        ] {
+            assert!(
+                share(&found, color) >= least,
+                "{name}: {color} is {} of the picture",
+                share(&found, color)
+            );
         }
     }
 }
 
 #[test]
 fn a_refusal_shows_where_and_what_collides() {
-    let (Some(folder), Some(browser)) = (page_folder(), chromium()) else { return };
+    let (Some(folder), Some(browser)) = (page_folder(), chromium()) else {
+        return;
+    };
     let place = Place::new();
     let problem = common::problem("arm_shelf");
     let path = problem["path"].as_array().unwrap();
@@ -194,23 +330,45 @@ fn a_refusal_shows_where_and_what_collides() {
     let found = look(&url, folder, browser, "light");
     stands_right(&found, &result);
     let marked = &found["marked"];
-    assert!((marked["position"].as_f64().unwrap() - refusal.t).abs() < 1e-3, "a straight line's place is its ratio");
+    assert!(
+        (marked["position"].as_f64().unwrap() - refusal.t).abs() < 1e-3,
+        "a straight line's place is its ratio"
+    );
     assert_eq!(marked["highlighted"], serde_json::json!(refusal.bodies));
-    assert!(marked["label"].as_str().unwrap().starts_with(&refusal.bodies.join(" × ")), "{marked}");
-    assert!(found["verdict"].as_str().unwrap().starts_with("COLLISION"), "{}", found["verdict"]);
-    assert!(share(&found, "red") > 0.002, "red is {} of the picture", share(&found, "red"));
+    assert!(
+        marked["label"]
+            .as_str()
+            .unwrap()
+            .starts_with(&refusal.bodies.join(" × ")),
+        "{marked}"
+    );
+    assert!(
+        found["verdict"].as_str().unwrap().starts_with("COLLISION"),
+        "{}",
+        found["verdict"]
+    );
+    assert!(
+        share(&found, "red") > 0.002,
+        "red is {} of the picture",
+        share(&found, "red")
+    );
 }
 
 #[test]
 fn the_daemons_page_shows_what_runs_and_each_answer() {
-    let (Some(folder), Some(browser)) = (page_folder(), chromium()) else { return };
+    let (Some(folder), Some(browser)) = (page_folder(), chromium()) else {
+        return;
+    };
     let place = Place::new();
     let _daemon = place.serve("workers = 2\nhttp = \"127.0.0.1:0\"");
     let said = place.said("page at ");
     let url = said.trim_start_matches("page at ").trim().to_owned();
     let client = place.client();
     let corner = Models::of(&client, "corner");
-    let running = corner.request(&client, RequestBody::default(), endless).send().unwrap();
+    let running = corner
+        .request(&client, RequestBody::default(), endless)
+        .send()
+        .unwrap();
     let shelf = config("problems/arm_shelf.json");
     let result = place.folder.path().join("result.json");
     let run = place.taut(&["shorten", &shelf, "--out", result.to_str().unwrap()]);
@@ -218,27 +376,54 @@ fn the_daemons_page_shows_what_runs_and_each_answer() {
     let found = look(&url, folder, browser, "light");
     stands_right(&found, &ResultFile::read(&result).unwrap());
     let live = found["live"].as_str().unwrap().to_lowercase();
-    assert!(live.contains("running (1)") && live.contains("corner in corner") && live.contains("arm_shelf"), "{live}");
-    assert!(live.contains(&format!("process {}", std::process::id())), "{live}");
+    assert!(
+        live.contains("running (1)")
+            && live.contains("corner in corner")
+            && live.contains("arm_shelf"),
+        "{live}"
+    );
+    assert!(
+        live.contains(&format!("process {}", std::process::id())),
+        "{live}"
+    );
     let asked = found["asked"].as_array().unwrap();
-    assert!(asked.iter().all(|asked| asked.as_str().unwrap().starts_with(&url)), "{asked:?}");
+    assert!(
+        asked
+            .iter()
+            .all(|asked| asked.as_str().unwrap().starts_with(&url)),
+        "{asked:?}"
+    );
     drop(running);
     // It goes from the page when its client has dropped it.
-    until("the request is gone from the page", || get(&url, "state", None).contains("\"running\":[]"));
+    until("the request is gone from the page", || {
+        get(&url, "state", None).contains("\"running\":[]")
+    });
 }
 
 #[test]
 fn the_daemons_page_answers_to_its_own_names_only() {
     let place = Place::new();
     let _daemon = place.serve("http = \"127.0.0.1:0\"");
-    let url = place.said("page at ").trim_start_matches("page at ").trim().to_owned();
+    let url = place
+        .said("page at ")
+        .trim_start_matches("page at ")
+        .trim()
+        .to_owned();
     assert!(get(&url, "", None).contains("data-kind=\"live\""));
-    let state: Value = serde_json::from_str(get(&url, "state", None).split("\r\n\r\n").nth(1).unwrap()).unwrap();
-    assert_eq!((&state["running"], &state["answers"]), (&serde_json::json!([]), &serde_json::json!([])));
+    let state: Value =
+        serde_json::from_str(get(&url, "state", None).split("\r\n\r\n").nth(1).unwrap()).unwrap();
+    assert_eq!(
+        (&state["running"], &state["answers"]),
+        (&serde_json::json!([]), &serde_json::json!([]))
+    );
     assert!(get(&url, "state", Some("evil.example")).starts_with("HTTP/1.1 403"));
     assert!(get(&url, "answer/7", None).starts_with("HTTP/1.1 404"));
     let run = taut(&["serve", "--no-state", "--http", "0.0.0.0:8642"]);
-    assert!(run.exit == 64 && run.err.contains("0.0.0.0:8642") && run.err.contains("127.0.0.1:8642"), "{}", run.err);
+    assert!(
+        run.exit == 64 && run.err.contains("0.0.0.0:8642") && run.err.contains("127.0.0.1:8642"),
+        "{}",
+        run.err
+    );
 }
 
 /// What an address answers, with its head, asked by this `Host` or its own.
@@ -247,7 +432,11 @@ fn get(url: &str, path: &str, host: Option<&str>) -> String {
     let address = url.trim_start_matches("http://").trim_end_matches('/');
     let mut stream = std::net::TcpStream::connect(address).unwrap();
     let host = host.unwrap_or(address);
-    write!(stream, "GET /{path} HTTP/1.0\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
+    write!(
+        stream,
+        "GET /{path} HTTP/1.0\r\nHost: {host}\r\nConnection: close\r\n\r\n"
+    )
+    .unwrap();
     let mut text = String::new();
     stream.read_to_string(&mut text).unwrap();
     text.replacen("HTTP/1.0", "HTTP/1.1", 1)

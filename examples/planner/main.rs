@@ -1,8 +1,8 @@
 //! A planner that has its paths shortened: `taut serve` in one terminal, in another
 //! `cargo run --release --example planner -- config/problems/arm_window.json`.
 //!
-//! Options: `--seed N`, `--deadline-ms N`, and `--planners N`, which starts that many processes at once.
-//! `rrt_connect.rs` plans, `session.rs` is all that a planner has to add for the daemon.
+//! Options: `--seed N`, `--deadline-ms N`, and `--planners N`, which starts that many processes at
+//! once. `rrt_connect.rs` plans, `session.rs` is all that a planner has to add for the daemon.
 
 mod rrt_connect;
 mod session;
@@ -21,21 +21,38 @@ struct Arguments {
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let arguments = arguments()?;
-    if arguments.planners > 1 { start_several(&arguments) } else { plan(&arguments.query) }
+    if arguments.planners > 1 {
+        start_several(&arguments)
+    } else {
+        plan(&arguments.query)
+    }
 }
 
 fn arguments() -> Result<Arguments, Box<dyn Error>> {
-    let mut query = Query { problem: "config/problems/arm_window.json".into(), seed: 0, deadline: Duration::ZERO };
-    let (mut planners, mut deadline_ms) = (1, 1000);
+    let mut query = Query {
+        problem: "config/problems/arm_window.json".into(),
+        seed: 0,
+        deadline: Duration::ZERO,
+    };
+    let mut planners = 1;
+    let mut deadline_ms = 1000;
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
-        let mut number = || words.next().and_then(|word| word.parse().ok()).ok_or(format!("{word} needs a number"));
+        let mut number = || {
+            words
+                .next()
+                .and_then(|word| word.parse().ok())
+                .ok_or(format!("{word} needs a number"))
+        };
         match word.as_str() {
             "--seed" => query.seed = number()?,
             "--deadline-ms" => deadline_ms = number()?,
             "--planners" => planners = number()?,
             option if option.starts_with('-') => {
-                return Err(format!("{option}: valid options are --seed, --deadline-ms, --planners").into());
+                return Err(format!(
+                    "{option}: valid options are --seed, --deadline-ms, --planners"
+                )
+                .into());
             }
             file => query.problem = file.into(),
         }
@@ -49,17 +66,24 @@ fn plan(query: &Query) -> Result<ExitCode, Box<dyn Error>> {
     let client = Client::connect(&Instance::from_environment()?)?;
     let seed = query.seed;
     let answer = session::run(&client, query, &mut |step| match step {
-        Step::Planned(path, time) => println!("seed {seed}: planned {} waypoints in {time:.1?}", path.len()),
+        Step::Planned(path, time) => println!(
+            "seed {seed}: planned {} waypoints in {time:.1?}",
+            path.len()
+        ),
         Step::Improved(length) => println!("seed {seed}: length {length:.3}"),
     })?;
-    let (before, after, time) = (answer.length_before, answer.length_after, answer.time);
+    let before = answer.length_before;
+    let after = answer.length_after;
+    let time = answer.time;
     let waypoints = answer.path.len();
     let verdict = match (answer.proved, answer.clearance_m) {
         (true, Some(metres)) => format!("proved, clearance at least {:.2} mm", metres * 1e3),
         (true, None) => "proved, nothing near".to_owned(),
         (false, _) => format!("{}: {}", answer.code.name(), answer.message),
     };
-    println!("seed {seed}: length {before:.3} → {after:.3} in {waypoints} waypoints   {verdict}   {time:.1?}");
+    println!(
+        "seed {seed}: length {before:.3} → {after:.3} in {waypoints} waypoints   {verdict}   {time:.1?}"
+    );
     Ok(ExitCode::from(answer.code.exit_code()))
 }
 
@@ -69,7 +93,9 @@ fn start_several(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
     let mut children = Vec::new();
     for seed in query.seed..query.seed + arguments.planners {
         let mut command = Command::new(std::env::current_exe()?);
-        command.arg(&query.problem).args(["--seed", &seed.to_string()]);
+        command
+            .arg(&query.problem)
+            .args(["--seed", &seed.to_string()]);
         command.args(["--deadline-ms", &query.deadline.as_millis().to_string()]);
         children.push(command.spawn()?);
     }
@@ -77,5 +103,9 @@ fn start_several(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
     for mut child in children {
         all_proved &= child.wait()?.success();
     }
-    Ok(if all_proved { ExitCode::SUCCESS } else { ExitCode::from(2) })
+    Ok(if all_proved {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(2)
+    })
 }

@@ -1,5 +1,5 @@
-//! RRT-Connect (Kuffner and LaValle, 2000): two trees, from the start and from the goal, grow towards random
-//! configurations and each other. Every edge is proved free, not sampled.
+//! RRT-Connect (Kuffner and LaValle, 2000): two trees, from the start and from the goal, grow
+//! towards random configurations and each other. Every edge is proved free, not sampled.
 
 use fastrand::Rng;
 use taut::collision::{CollisionModel, reach_weights};
@@ -26,13 +26,19 @@ pub struct Rules {
 impl Default for Rules {
     fn default() -> Self {
         // Wider than what the daemon keeps by default, so that its proof starts with room.
-        Self { seed: 0, iterations: 20_000, edge_m: 0.5, clearance_m: 5e-3 }
+        Self {
+            seed: 0,
+            iterations: 20_000,
+            edge_m: 0.5,
+            clearance_m: 5e-3,
+        }
     }
 }
 
 /// A path from `start` to `goal`; `None` where the iterations did not find one.
 pub fn plan(model: &CollisionModel, start: &[f64], goal: &[f64], rules: &Rules) -> Option<Path> {
-    let (robot, mut scratch) = (model.robot(), Scratch::default());
+    let robot = model.robot();
+    let mut scratch = Scratch::default();
     let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
     let space = robot.space();
     let mut search = Search {
@@ -44,14 +50,19 @@ pub fn plan(model: &CollisionModel, start: &[f64], goal: &[f64], rules: &Rules) 
         edge_m: rules.edge_m,
         velocity: vec![0.0; space.nv()],
     };
-    let (mut near, mut far) = (Tree::new(start), Tree::new(goal));
+    let mut near = Tree::new(start);
+    let mut far = Tree::new(goal);
     for iteration in 0..rules.iterations {
         let target = search.random_configuration();
         if search.extend(&mut near, &target) != Extension::Blocked {
             // The node just made is where the other tree tries to get to.
             let meeting = near.last().to_vec();
             if search.connect(&mut far, &meeting) {
-                let (first, second) = if iteration % 2 == 0 { (&near, &far) } else { (&far, &near) };
+                let (first, second) = if iteration % 2 == 0 {
+                    (&near, &far)
+                } else {
+                    (&far, &near)
+                };
                 return join(first, second, space.nq());
             }
         }
@@ -60,7 +71,8 @@ pub fn plan(model: &CollisionModel, start: &[f64], goal: &[f64], rules: &Rules) 
     None
 }
 
-/// From the root of one tree to its newest node, which is the other's newest too, and on to that one's root.
+/// From the root of one tree to its newest node, which is the other's newest too, and on to that
+/// one's root.
 fn join(first: &Tree, second: &Tree, nq: usize) -> Option<Path> {
     let mut rows = first.branch();
     rows.reverse();
@@ -107,10 +119,14 @@ impl Search<'_> {
 
     fn extend_from(&mut self, tree: &mut Tree, node: usize, target: &[f64]) -> Extension {
         let from = &tree.rows[node];
-        let length = self.metric.distance(self.space, from, target, &mut self.velocity);
-        let (mut next, mut extension) = (target.to_vec(), Extension::Reached);
+        let length = self
+            .metric
+            .distance(self.space, from, target, &mut self.velocity);
+        let mut next = target.to_vec();
+        let mut extension = Extension::Reached;
         if length > self.edge_m {
-            self.space.integrate(from, &self.velocity, self.edge_m / length, &mut next);
+            self.space
+                .integrate(from, &self.velocity, self.edge_m / length, &mut next);
             extension = Extension::Nearer;
         }
         if self.validator.proves(from, &next, &mut || false) != Some(true) {
@@ -124,7 +140,9 @@ impl Search<'_> {
     fn nearest(&mut self, tree: &Tree, target: &[f64]) -> usize {
         let mut best = (f64::INFINITY, 0);
         for (node, row) in tree.rows.iter().enumerate() {
-            let distance = self.metric.distance(self.space, row, target, &mut self.velocity);
+            let distance = self
+                .metric
+                .distance(self.space, row, target, &mut self.velocity);
             if distance < best.0 {
                 best = (distance, node);
             }
@@ -138,12 +156,18 @@ impl Search<'_> {
         for component in self.space.components() {
             match *component {
                 Component::Line { q, .. } => {
-                    let limit = |value: f64, open: f64| if value.is_finite() { value } else { open };
+                    let limit =
+                        |value: f64, open: f64| if value.is_finite() { value } else { open };
                     let lower = limit(self.variables[q].lower, -UNLIMITED_M);
-                    row[q] = lower + self.random.f64() * (limit(self.variables[q].upper, UNLIMITED_M) - lower);
+                    row[q] = lower
+                        + self.random.f64() * (limit(self.variables[q].upper, UNLIMITED_M) - lower);
                 }
-                Component::Circle { q, .. } => row[q] = (2.0 * self.random.f64() - 1.0) * std::f64::consts::PI,
-                Component::Rotation { q, .. } => row[q..q + 4].copy_from_slice(&random_rotation(&mut self.random)),
+                Component::Circle { q, .. } => {
+                    row[q] = (2.0 * self.random.f64() - 1.0) * std::f64::consts::PI
+                }
+                Component::Rotation { q, .. } => {
+                    row[q..q + 4].copy_from_slice(&random_rotation(&mut self.random))
+                }
             }
         }
         row
@@ -170,7 +194,10 @@ struct Tree {
 impl Tree {
     /// The root is its own parent.
     fn new(root: &[f64]) -> Self {
-        Self { rows: vec![root.to_vec()], parents: vec![0] }
+        Self {
+            rows: vec![root.to_vec()],
+            parents: vec![0],
+        }
     }
 
     fn last(&self) -> &[f64] {

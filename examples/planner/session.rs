@@ -9,7 +9,9 @@ use taut::collision::CollisionModel;
 use taut::files::{self, Geometry, Problem, Reader};
 use taut::path::Path;
 use taut::robot::JointKind;
-use taut_ipc::control::{ControlReply, ControlRequest, RobotSource, VirtualJoint, VirtualJointKind};
+use taut_ipc::control::{
+    ControlReply, ControlRequest, RobotSource, VirtualJoint, VirtualJointKind,
+};
 use taut_ipc::wire::{Code, Mode, RequestHeader, label_id};
 use taut_ipc::{Client, Response, deadline_after};
 
@@ -61,33 +63,69 @@ pub struct Answer {
 /// Plans for a query, has the path shortened, and returns what came of it.
 ///
 /// # Errors
-/// Files that cannot be read, no path within the planner's iterations, no daemon, or models that it refuses.
-pub fn run(client: &Client, query: &Query, tell: &mut dyn FnMut(Step)) -> Result<Answer, Box<dyn Error>> {
+/// Files that cannot be read, no path within the planner's iterations, no daemon, or models that it
+/// refuses.
+pub fn run(
+    client: &Client,
+    query: &Query,
+    tell: &mut dyn FnMut(Step),
+) -> Result<Answer, Box<dyn Error>> {
     let problem = Reader::default().problem(&query.problem, Geometry::Given)?;
     let model = CollisionModel::new(Arc::new(problem.model()?), Arc::new(problem.scene.clone()))?;
     let start = Instant::now();
-    let (first, last) = (problem.path.waypoint(0), problem.path.waypoint(problem.path.len() - 1));
-    let rules = Rules { seed: query.seed, ..Rules::default() };
-    let path = rrt_connect::plan(&model, first, last, &rules)
-        .ok_or_else(|| format!("no path in {} iterations; try another seed", rules.iterations))?;
+    let first = problem.path.waypoint(0);
+    let last = problem.path.waypoint(problem.path.len() - 1);
+    let rules = Rules {
+        seed: query.seed,
+        ..Rules::default()
+    };
+    let path = rrt_connect::plan(&model, first, last, &rules).ok_or_else(|| {
+        format!(
+            "no path in {} iterations; try another seed",
+            rules.iterations
+        )
+    })?;
     tell(Step::Planned(&path, start.elapsed()));
     let header = introduce(client, &problem, &model)?;
-    shorten(client, RequestHeader { seed: query.seed, ..header }, &path, query.deadline, tell)
+    shorten(
+        client,
+        RequestHeader {
+            seed: query.seed,
+            ..header
+        },
+        &path,
+        query.deadline,
+        tell,
+    )
 }
 
-/// Makes the robot and the scene known, which costs next to nothing where they are already, and starts a
-/// request's header. With the hashes of what was planned for, the daemon refuses to take others for them.
-fn introduce(client: &Client, problem: &Problem, model: &CollisionModel) -> Result<RequestHeader, Box<dyn Error>> {
-    let robot =
-        ControlRequest::LoadRobot { label: problem.robot.name.clone(), source: robot_source(problem)?, replace: false };
-    let ControlReply::Robot(robot) = asked(client, &robot)? else { return Err("no robot in the reply".into()) };
+/// Makes the robot and the scene known, which costs next to nothing where they are already, and
+/// starts a request's header. With the hashes of what was planned for, the daemon refuses to take
+/// others for them.
+fn introduce(
+    client: &Client,
+    problem: &Problem,
+    model: &CollisionModel,
+) -> Result<RequestHeader, Box<dyn Error>> {
+    let robot = ControlRequest::LoadRobot {
+        label: problem.robot.name.clone(),
+        source: robot_source(problem)?,
+        replace: false,
+    };
+    let ControlReply::Robot(robot) = asked(client, &robot)? else {
+        return Err("no robot in the reply".into());
+    };
     let scene = ControlRequest::LoadScene {
         label: problem.name.clone(),
         json: files::scene_text(&problem.file)?,
-        base_dir: std::path::absolute(&problem.file)?.parent().map(FilePath::to_owned),
+        base_dir: std::path::absolute(&problem.file)?
+            .parent()
+            .map(FilePath::to_owned),
         replace: false,
     };
-    let ControlReply::Scene(scene) = asked(client, &scene)? else { return Err("no scene in the reply".into()) };
+    let ControlReply::Scene(scene) = asked(client, &scene)? else {
+        return Err("no scene in the reply".into());
+    };
     Ok(RequestHeader {
         robot_id: label_id(&robot.label),
         robot_hash: model.robot().hash(),
@@ -133,12 +171,26 @@ fn send(
     tell: &mut dyn FnMut(Step),
 ) -> Result<Response, Box<dyn Error>> {
     let mut request = client.request(path.len() as u32, path.nq() as u32);
-    let (waypoints, variables, group) = (request.header.waypoints, request.header.variables, request.header.group);
-    let (mode, deadline_ns) = (Mode::Hybrid.into(), deadline_after(deadline));
-    request.header = RequestHeader { waypoints, variables, group, mode, deadline_ns, ..header };
+    let waypoints = request.header.waypoints;
+    let variables = request.header.variables;
+    let group = request.header.group;
+    let mode = Mode::Hybrid.into();
+    let deadline_ns = deadline_after(deadline);
+    request.header = RequestHeader {
+        waypoints,
+        variables,
+        group,
+        mode,
+        deadline_ns,
+        ..header
+    };
     // Shared memory: what is written here is what the daemon reads.
     let mut loan = request.loan()?;
-    for (row, waypoint) in loan.path_mut().chunks_exact_mut(path.nq()).zip(path.waypoints()) {
+    for (row, waypoint) in loan
+        .path_mut()
+        .chunks_exact_mut(path.nq())
+        .zip(path.waypoints())
+    {
         row.copy_from_slice(waypoint);
     }
     let mut pending = loan.send()?;
@@ -169,12 +221,18 @@ fn into_answer(response: &Response, path: &Path, time: Duration) -> Answer {
     }
 }
 
-/// The problem's robot as the daemon wants it: files that it can read, and what the problem adds to them.
+/// The problem's robot as the daemon wants it: files that it can read, and what the problem adds to
+/// them.
 fn robot_source(problem: &Problem) -> Result<RobotSource, Box<dyn Error>> {
-    let (files, joint) = (&problem.robot_files, &problem.robot.virtual_joint);
+    let files = &problem.robot_files;
+    let joint = &problem.robot.virtual_joint;
     let virtual_joint = joint.as_ref().map(|joint| VirtualJoint {
         name: joint.name.clone(),
-        kind: if joint.kind == JointKind::Planar { VirtualJointKind::Planar } else { VirtualJointKind::Floating },
+        kind: if joint.kind == JointKind::Planar {
+            VirtualJointKind::Planar
+        } else {
+            VirtualJointKind::Floating
+        },
         parent_frame: "world".to_owned(),
         position_bounds: joint.position_bounds.clone(),
     });

@@ -1,4 +1,5 @@
-//! Gives the shared library the name by which programs ask for it, whatever path they were linked by.
+//! Gives the shared library the name by which programs ask for it, whatever path they were linked
+//! by.
 
 fn main() {
     println!("cargo::rustc-cdylib-link-arg=-Wl,-soname,libtaut.so");

@@ -1,7 +1,8 @@
-//! Round trip of a path through the transport alone: `cargo run --release -p taut-ipc --example echo`.
+//! Round trip of a path through the transport alone:
+//! `cargo run --release -p taut-ipc --example echo`.
 //!
-//! Starts itself again as the daemon, sends paths of several sizes and prints the median and the 99th percentile.
-//! What a real daemon takes beyond this is its own work.
+//! Starts itself again as the daemon, sends paths of several sizes and prints the median and the
+//! 99th percentile. What a real daemon takes beyond this is its own work.
 
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
@@ -50,29 +51,50 @@ fn echo(mut request: IncomingRequest) -> Result<(), Box<dyn std::error::Error>> 
         variables: view.header.variables,
         ..ResponseHeader::default()
     };
-    request.send(&header, &ResponseBody { path: &path, ..ResponseBody::default() })?;
+    request.send(
+        &header,
+        &ResponseBody {
+            path: &path,
+            ..ResponseBody::default()
+        },
+    )?;
     Ok(())
 }
 
 fn measure(instance: &Instance, daemon: &mut Child) -> Result<(), Box<dyn std::error::Error>> {
-    while !matches!(taut_ipc::daemon_state(instance)?, DaemonState::Running { .. }) {
+    while !matches!(
+        taut_ipc::daemon_state(instance)?,
+        DaemonState::Running { .. }
+    ) {
         if daemon.try_wait()?.is_some() {
             return Err("the daemon ended".into());
         }
         std::thread::sleep(Duration::from_millis(1));
     }
     let client = Client::connect(instance)?;
-    println!("{:>10} {:>10} {:>10}   {ROUNDS} rounds, two processes", "bytes", "p50 us", "p99 us");
+    println!(
+        "{:>10} {:>10} {:>10}   {ROUNDS} rounds, two processes",
+        "bytes", "p50 us", "p99 us"
+    );
     for waypoints in [1, 64, 1024, 16_384, 131_072] {
         let mut times = Vec::with_capacity(ROUNDS);
-        for _ in 0..if waypoints > 1024 { ROUNDS / 20 } else { ROUNDS } {
+        for _ in 0..if waypoints > 1024 {
+            ROUNDS / 20
+        } else {
+            ROUNDS
+        } {
             let start = Instant::now();
             round_trip(&client, waypoints)?;
             times.push(start.elapsed().as_secs_f64() * 1e6);
         }
         times.sort_by(f64::total_cmp);
         let at = |part: f64| times[(times.len() as f64 * part) as usize];
-        println!("{:>10} {:>10.1} {:>10.1}", waypoints * 64, at(0.5), at(0.99));
+        println!(
+            "{:>10} {:>10.1} {:>10.1}",
+            waypoints * 64,
+            at(0.5),
+            at(0.99)
+        );
     }
     Ok(())
 }

@@ -26,8 +26,9 @@ use std::time::{Duration, Instant};
 
 /// A connection to the daemon of one instance. Opens services, never creates them.
 ///
-/// Four requests can be in flight at once, also from several threads; cheap to clone (one connection). Ports survive a
-/// restart of the daemon: after [`ClientError::DaemonLost`] the same client can send again.
+/// Four requests can be in flight at once, also from several threads; cheap to clone (one
+/// connection). Ports survive a restart of the daemon: after [`ClientError::DaemonLost`] the same
+/// client can send again.
 #[derive(Clone, Debug)]
 pub struct Client {
     link: Arc<Link>,
@@ -39,7 +40,9 @@ impl Client {
     /// # Errors
     /// [`ClientError::DaemonLost`] if there is none, [`ClientError::TooManyClients`] if it is full.
     pub fn connect(instance: &Instance) -> Result<Self, ClientError> {
-        Ok(Self { link: Arc::new(Link::open(instance)?) })
+        Ok(Self {
+            link: Arc::new(Link::open(instance)?),
+        })
     }
 
     /// Starts a request with a path of this size; nothing is sent yet.
@@ -68,14 +71,18 @@ impl Client {
     /// Sends a control message and waits for its reply.
     ///
     /// # Errors
-    /// [`ClientError::Timeout`] after `timeout`, [`ClientError::DaemonLost`], or what could not be sent. A refusal is
-    /// a reply, not an error.
-    pub fn control(&self, message: &ControlRequest, timeout: Duration) -> Result<ControlReply, ClientError> {
+    /// [`ClientError::Timeout`] after `timeout`, [`ClientError::DaemonLost`], or what could not be
+    /// sent. A refusal is a reply, not an error.
+    pub fn control(
+        &self,
+        message: &ControlRequest,
+        timeout: Duration,
+    ) -> Result<ControlReply, ClientError> {
         self.control_until(message, timeout, &|| false)
     }
 
-    /// The same, given up with [`ClientError::GivenUp`] once `stop`, asked every 100 ms, says so; what was asked for may
-    /// still be done.
+    /// The same, given up with [`ClientError::GivenUp`] once `stop`, asked every 100 ms, says so;
+    /// what was asked for may still be done.
     ///
     /// # Errors
     /// As [`Self::control`].
@@ -104,7 +111,9 @@ impl Client {
         self.link.call_daemon();
         let end = Instant::now() + timeout;
         loop {
-            let received = pending.receive().map_err(|error| ClientError::transport("control reply", error))?;
+            let received = pending
+                .receive()
+                .map_err(|error| ClientError::transport("control reply", error))?;
             if let Some(response) = received {
                 return Ok(decode(response.payload())?);
             }

@@ -32,7 +32,8 @@ pub enum ControlRequest {
         /// Take the label away from other content.
         replace: bool,
     },
-    /// Change a scene: its next version. A diff against another version than `base_version` is refused.
+    /// Change a scene: its next version. A diff against another version than `base_version` is
+    /// refused.
     DiffScene {
         /// The label.
         label: String,
@@ -48,8 +49,8 @@ pub enum ControlRequest {
         /// The label.
         label: String,
     },
-    /// Forget a scene with all its versions; running requests keep theirs until they end. Refused while a version is
-    /// pinned.
+    /// Forget a scene with all its versions; running requests keep theirs until they end. Refused
+    /// while a version is pinned.
     UnloadScene {
         /// The label.
         label: String,
@@ -76,7 +77,8 @@ pub enum ControlRequest {
     Clients,
     /// What happened to requests.
     Stories {
-        /// Id of a request in hexadecimal digits, or how it starts or ends; empty = the newest requests.
+        /// Id of a request in hexadecimal digits, or how it starts or ends; empty = the newest
+        /// requests.
         id: String,
     },
     /// Stop the daemon after the running requests.
@@ -90,23 +92,25 @@ pub enum ControlRequest {
         /// Version that a diff starts from; 0 = the whole scene.
         base_version: u64,
     },
-    /// Record the requests that come, with their robots, scenes and answers, to a file of the daemon's machine; or,
-    /// where it does so already, tell how that goes. A recording that nobody asks about for 5 s ends.
+    /// Record the requests that come, with their robots, scenes and answers, to a file of the
+    /// daemon's machine; or, where it does so already, tell how that goes. A recording that nobody
+    /// asks about for 5 s ends.
     Record {
         /// The file; absolute.
         file: PathBuf,
     },
     /// End the recording.
     EndRecording,
-    /// Write what is remembered of a request to a file of the daemon's machine, to be computed again elsewhere.
+    /// Write what is remembered of a request to a file of the daemon's machine, to be computed
+    /// again elsewhere.
     Bundle {
         /// Id of the request in hexadecimal digits, or how it starts or ends.
         id: String,
         /// The file; absolute.
         file: PathBuf,
     },
-    /// Load the robot of a label again, with these variables only and under a label of its own, which the reply names;
-    /// its other joints are held.
+    /// Load the robot of a label again, with these variables only and under a label of its own,
+    /// which the reply names; its other joints are held.
     SelectVariables {
         /// The robot's label.
         label: String,
@@ -124,7 +128,8 @@ pub struct RobotSource {
     pub srdf: Option<PathBuf>,
     /// Folder of each package named in `package://` addresses.
     pub packages: BTreeMap<String, PathBuf>,
-    /// Joint between the world and the robot's root; `None` = the SRDF's, or fixed where it has none.
+    /// Joint between the world and the robot's root; `None` = the SRDF's, or fixed where it has
+    /// none.
     pub virtual_joint: Option<VirtualJoint>,
     /// Variables of a configuration, in order; empty = every movable joint that is not a mimic.
     pub variables: Vec<String>,
@@ -178,7 +183,8 @@ pub enum ControlReply {
     Clients(Vec<ClientSummary>),
     /// Requests, the newest first.
     Stories(Vec<Story>),
-    /// Nothing was changed, unless the message says that the change was made and could not be kept (a full disk).
+    /// Nothing was changed, unless the message says that the change was made and could not be kept
+    /// (a full disk).
     Refused(Refusal),
     /// The text of a scene or diff.
     SceneText(SceneText),
@@ -215,7 +221,11 @@ pub struct Refusal {
 impl Refusal {
     /// A refusal that is not worth retrying.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
-        Self { code: code.into(), message: message.into(), retry_after_ms: 0 }
+        Self {
+            code: code.into(),
+            message: message.into(),
+            retry_after_ms: 0,
+        }
     }
 }
 
@@ -255,13 +265,15 @@ pub struct RobotDescription {
 pub struct VariableDescription {
     /// Its name: a joint's, or `joint/x`, `joint/qw`, ... for joints of several variables.
     pub name: String,
-    /// Lowest value within limits and soft limits, in radians or metres; negative infinity = unbounded.
+    /// Lowest value within limits and soft limits, in radians or metres; negative infinity =
+    /// unbounded.
     pub lower: f64,
     /// Highest value, in radians or metres; infinity = unbounded.
     pub upper: f64,
     /// An angle on the circle.
     pub continuous: bool,
-    /// Its velocity coordinate; for a variable of a quaternion, the first of the three that it has altogether.
+    /// Its velocity coordinate; for a variable of a quaternion, the first of the three that it has
+    /// altogether.
     pub coordinate: u32,
     /// Velocity coordinates: 1, or 3 for a variable of a quaternion.
     pub coordinates: u32,
@@ -428,7 +440,9 @@ pub struct StoryEvent {
 #[derive(Debug, thiserror::Error)]
 pub enum ControlError {
     /// It does not fit.
-    #[error("a control message of more than {CONTROL_MAX} bytes; send the scene in parts or as files")]
+    #[error(
+        "a control message of more than {CONTROL_MAX} bytes; send the scene in parts or as files"
+    )]
     TooLarge,
     /// The bytes are no message of this version.
     #[error("not a control message of this version: {0}")]
@@ -454,14 +468,18 @@ pub fn encode<M: Serialize>(message: &M) -> Result<Vec<u8>, ControlError> {
 /// A message from bytes; all of them have to belong to it.
 ///
 /// # Errors
-/// [`ControlError`]; never panics and never allocates more than [`CONTROL_MAX`] bytes, whatever the bytes.
+/// [`ControlError`]; never panics and never allocates more than [`CONTROL_MAX`] bytes, whatever the
+/// bytes.
 pub fn decode<M: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<M, ControlError> {
     if bytes.len() > CONTROL_MAX {
         return Err(ControlError::TooLarge);
     }
     match bincode::serde::decode_from_slice(bytes, configuration()) {
         Ok((message, read)) if read == bytes.len() => Ok(message),
-        Ok((_, read)) => Err(ControlError::Malformed(format!("{} bytes follow its end", bytes.len() - read))),
+        Ok((_, read)) => Err(ControlError::Malformed(format!(
+            "{} bytes follow its end",
+            bytes.len() - read
+        ))),
         Err(error) => Err(ControlError::Malformed(error.to_string())),
     }
 }

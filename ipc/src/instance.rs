@@ -65,8 +65,9 @@ pub enum InstanceError {
 
 /// A name and a root folder; daemon and clients with equal ones find each other.
 ///
-/// Everything the instance keeps in shared memory starts with [`Self::prefix`], everything else lies below
-/// [`Self::root`]. Both differ between instances, so that one can be wiped without touching another.
+/// Everything the instance keeps in shared memory starts with [`Self::prefix`], everything else
+/// lies below [`Self::root`]. Both differ between instances, so that one can be wiped without
+/// touching another.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Instance {
     name: String,
@@ -93,9 +94,17 @@ impl Instance {
         let prefix = format!("taut-{name}-{:08x}.", label_id(&identity) as u32);
         let limit = SOCKET_PATH_MAX - 1 - prefix.len() - SOCKET_TAIL;
         if text.len() > limit {
-            return Err(InstanceError::RootTooLong { root, found: text.len(), limit });
+            return Err(InstanceError::RootTooLong {
+                root,
+                found: text.len(),
+                limit,
+            });
         }
-        Ok(Self { name: name.to_owned(), root, prefix })
+        Ok(Self {
+            name: name.to_owned(),
+            root,
+            prefix,
+        })
     }
 
     /// The instance `name` below the user's runtime folder.
@@ -114,7 +123,8 @@ impl Instance {
         Self::parse(&std::env::var(INSTANCE_VARIABLE).unwrap_or_default())
     }
 
-    /// The instance that a text names: `name`, `name:/root` or `:/root`; the default one if it is empty.
+    /// The instance that a text names: `name`, `name:/root` or `:/root`; the default one if it is
+    /// empty.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -137,7 +147,8 @@ impl Instance {
         &self.root
     }
 
-    /// How the names of its shared-memory files start. Ends with a dot, so that none is the start of another.
+    /// How the names of its shared-memory files start. Ends with a dot, so that none is the start
+    /// of another.
     pub fn prefix(&self) -> &str {
         &self.prefix
     }
@@ -145,10 +156,14 @@ impl Instance {
     /// Creates the root, mode 700, or checks that an existing one is private.
     ///
     /// # Errors
-    /// [`InstanceError::File`] if it cannot be made, [`InstanceError::RootNotPrivate`] if others may use it.
+    /// [`InstanceError::File`] if it cannot be made, [`InstanceError::RootNotPrivate`] if others
+    /// may use it.
     pub fn prepare(&self) -> Result<(), InstanceError> {
         if !self.root.is_dir() {
-            let made = DirBuilder::new().recursive(true).mode(0o700).create(&self.root);
+            let made = DirBuilder::new()
+                .recursive(true)
+                .mode(0o700)
+                .create(&self.root);
             // Set again: another thread's umask may have taken rights away.
             made.and_then(|()| std::fs::set_permissions(&self.root, Permissions::from_mode(0o700)))
                 .map_err(|source| self.file_error(&self.root, source))?;
@@ -160,15 +175,25 @@ impl Instance {
     pub(crate) fn check_private(&self) -> Result<(), InstanceError> {
         let meta = std::fs::metadata(&self.root);
         let meta: Metadata = meta.map_err(|source| self.file_error(&self.root, source))?;
-        let (uid, mode, me) = (meta.uid(), meta.permissions().mode() & 0o777, own_uid());
+        let uid = meta.uid();
+        let mode = meta.permissions().mode() & 0o777;
+        let me = own_uid();
         if uid != me || mode & 0o077 != 0 {
-            return Err(InstanceError::RootNotPrivate { root: self.root.clone(), uid, mode, me });
+            return Err(InstanceError::RootNotPrivate {
+                root: self.root.clone(),
+                uid,
+                mode,
+                me,
+            });
         }
         Ok(())
     }
 
     pub(crate) fn file_error(&self, path: &Path, source: std::io::Error) -> InstanceError {
-        InstanceError::File { path: path.to_owned(), source }
+        InstanceError::File {
+            path: path.to_owned(),
+            source,
+        }
     }
 
     /// iceoryx2's configuration for this instance.
@@ -177,8 +202,11 @@ impl Instance {
     pub(crate) fn config(&self) -> Config {
         let mut config = Config::default();
         let root = self.root.as_os_str().as_encoded_bytes();
-        config.global.prefix = FileName::new(self.prefix.as_bytes()).expect("`new` checked the characters");
-        config.global.set_root_path(&IpcPath::new(root).expect("`new` checked the length"));
+        config.global.prefix =
+            FileName::new(self.prefix.as_bytes()).expect("`new` checked the characters");
+        config
+            .global
+            .set_root_path(&IpcPath::new(root).expect("`new` checked the length"));
         config.global.node.cleanup_dead_nodes_on_creation = false;
         config.global.node.cleanup_dead_nodes_on_destruction = false;
         config.global.service.cleanup_dead_nodes_on_open = false;
@@ -187,8 +215,8 @@ impl Instance {
 
     /// Makes iceoryx2's process-wide configuration this instance's, if none was set yet.
     ///
-    /// Nodes killed before they wrote their details are looked up there. Only the daemon does this: a
-    /// planner's process may use iceoryx2 for itself.
+    /// Nodes killed before they wrote their details are looked up there. Only the daemon does this:
+    /// a planner's process may use iceoryx2 for itself.
     pub(crate) fn set_global_config(&self) -> Result<(), InstanceError> {
         let path = self.root.join("iceoryx2.toml");
         let config = self.config();
@@ -200,22 +228,28 @@ impl Instance {
         );
         std::fs::write(&path, text).map_err(|source| self.file_error(&path, source))?;
         let bytes = path.as_os_str().as_encoded_bytes();
-        let file = iceoryx2::prelude::FilePath::new(bytes).map_err(|_| InstanceError::Root(self.root.clone()))?;
+        let file = iceoryx2::prelude::FilePath::new(bytes)
+            .map_err(|_| InstanceError::Root(self.root.clone()))?;
         Config::setup_global_config_from_file(&file)
             .map_err(|error| self.file_error(&path, std::io::Error::other(error.to_string())))?;
         Ok(())
     }
 }
 
-/// `$XDG_RUNTIME_DIR/taut/<name>`, else `/dev/shm/taut-<uid>-<name>`, else the same in the folder for temporary
-/// files. The latter folders are everybody's, so there the root is one level that can be checked as a whole.
+/// `$XDG_RUNTIME_DIR/taut/<name>`, else `/dev/shm/taut-<uid>-<name>`, else the same in the folder
+/// for temporary files. The latter folders are everybody's, so there the root is one level that can
+/// be checked as a whole.
 fn default_root(name: &str) -> PathBuf {
     let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
     if let Some(dir) = runtime.filter(|dir| dir.is_absolute() && dir.is_dir()) {
         return dir.join("taut").join(name);
     }
     let shm = Path::new(crate::memory::SHM_FOLDER);
-    let base = if shm.is_dir() { shm.to_owned() } else { std::env::temp_dir() };
+    let base = if shm.is_dir() {
+        shm.to_owned()
+    } else {
+        std::env::temp_dir()
+    };
     base.join(format!("taut-{}-{name}", own_uid()))
 }
 

@@ -1,7 +1,8 @@
 //! The wire between planners and the taut daemon: shared-memory types, a client and a server.
 //!
-//! This crate knows nothing of robots, scenes or paths beyond their bytes, so that a planner links little. The
-//! daemon uses [`Server`], planners use [`Client`]; both find each other by an [`Instance`].
+//! This crate knows nothing of robots, scenes or paths beyond their bytes, so that a planner links
+//! little. The daemon uses [`Server`], planners use [`Client`]; both find each other by an
+//! [`Instance`].
 
 pub mod client;
 pub mod control;

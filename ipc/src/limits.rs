@@ -76,18 +76,31 @@ pub const UNFINISHED_FILE_AGE: Duration = Duration::from_secs(2);
 pub const LOCK_PATIENCE: Duration = Duration::from_millis(100);
 
 /// Bytes of every response section besides the path, at its limit.
-const RESPONSE_EXTRAS: usize =
-    MAX_WAYPOINTS * 16 + MAX_RECORDS * 152 + MAX_STAGES * 32 + MAX_WARNINGS * 16 + 2 * MAX_TEXT + 1024;
+const RESPONSE_EXTRAS: usize = MAX_WAYPOINTS * 16
+    + MAX_RECORDS * 152
+    + MAX_STAGES * 32
+    + MAX_WARNINGS * 16
+    + 2 * MAX_TEXT
+    + 1024;
 
-const _: () = assert!(MAX_PATH_NUMBERS * 8 < MAX_PAYLOAD, "a full path fits a payload");
 const _: () = assert!(
-    MAX_PATH_NUMBERS * 8 + 2 * MAX_VARIABLES * 8 + MAX_WAYPOINTS + MAX_VARIABLES + 64 <= MAX_PAYLOAD,
+    MAX_PATH_NUMBERS * 8 < MAX_PAYLOAD,
+    "a full path fits a payload"
+);
+const _: () = assert!(
+    MAX_PATH_NUMBERS * 8 + 2 * MAX_VARIABLES * 8 + MAX_WAYPOINTS + MAX_VARIABLES + 64
+        <= MAX_PAYLOAD,
     "a full path with all optional sections fits a request"
 );
-const _: () =
-    assert!(MAX_PATH_NUMBERS * 8 + RESPONSE_EXTRAS <= MAX_PAYLOAD, "a full path with all its records fits a response");
+const _: () = assert!(
+    MAX_PATH_NUMBERS * 8 + RESPONSE_EXTRAS <= MAX_PAYLOAD,
+    "a full path with all its records fits a response"
+);
 const _: () = assert!(MAX_WAYPOINTS * MAX_VARIABLES >= MAX_PATH_NUMBERS);
-const _: () = assert!(MAX_PAYLOAD <= u32::MAX as usize, "section offsets are 32 bits wide");
+const _: () = assert!(
+    MAX_PAYLOAD <= u32::MAX as usize,
+    "section offsets are 32 bits wide"
+);
 const _: () = assert!(CONTROL_REPLY_MAX <= CONTROL_MAX);
 const _: () = assert!(
     BORROWED_RESPONSES >= 3,

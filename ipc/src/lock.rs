@@ -35,12 +35,19 @@ impl DaemonLock {
     /// Takes the lock, or tells that somebody else has it.
     pub(crate) fn acquire(instance: &Instance) -> Result<Option<Self>, InstanceError> {
         let path = lock_path(instance);
-        let open = OpenOptions::new().read(true).write(true).create(true).truncate(false).mode(0o600).open(&path);
+        let open = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .mode(0o600)
+            .open(&path);
         let file = open.map_err(|source| instance.file_error(&path, source))?;
         if !lock_with_patience(&file) {
             return Ok(None);
         }
-        file.set_len(0).map_err(|source| instance.file_error(&path, source))?;
+        file.set_len(0)
+            .map_err(|source| instance.file_error(&path, source))?;
         Ok(Some(Self { file }))
     }
 
@@ -93,9 +100,14 @@ impl DaemonProbe {
     fn announced(&self) -> Option<DaemonState> {
         let mut bytes = [0; 64];
         let len = self.file.read_at(&mut bytes, 0).ok()?;
-        let line = std::str::from_utf8(&bytes[..len]).ok()?.strip_suffix('\n')?;
+        let line = std::str::from_utf8(&bytes[..len])
+            .ok()?
+            .strip_suffix('\n')?;
         let (pid, boot_id) = line.split_once(' ')?;
-        Some(DaemonState::Running { pid: pid.parse().ok()?, boot_id: u64::from_str_radix(boot_id, 16).ok()? })
+        Some(DaemonState::Running {
+            pid: pid.parse().ok()?,
+            boot_id: u64::from_str_radix(boot_id, 16).ok()?,
+        })
     }
 }
 

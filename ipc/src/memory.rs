@@ -12,10 +12,11 @@ use std::time::{Duration, SystemTime};
 /// Where POSIX shared memory lies on Linux.
 pub const SHM_FOLDER: &str = "/dev/shm";
 
-/// Watches that shared memory never runs full: a write that does not fit would end the process (SIGBUS).
+/// Watches that shared memory never runs full: a write that does not fit would end the process
+/// (SIGBUS).
 ///
-/// Memory is reserved in name only and taken page by page when it is first written, so each message asks before.
-/// The system is asked once in [`SHM_ALLOWANCE`] bytes.
+/// Memory is reserved in name only and taken page by page when it is first written, so each message
+/// asks before. The system is asked once in [`SHM_ALLOWANCE`] bytes.
 #[derive(Debug, Default)]
 pub struct Room {
     allowance: AtomicU64,
@@ -25,21 +26,28 @@ impl Room {
     /// Whether `bytes` more fit beside the reserve.
     pub fn take(&self, bytes: usize) -> bool {
         let bytes = bytes as u64;
-        let taken = self.allowance.try_update(Relaxed, Relaxed, |left| left.checked_sub(bytes));
+        let taken = self
+            .allowance
+            .try_update(Relaxed, Relaxed, |left| left.checked_sub(bytes));
         if taken.is_ok() {
             return true;
         }
         let free = free_bytes();
-        self.allowance.store(free.min(SHM_ALLOWANCE).saturating_sub(bytes), Relaxed);
+        self.allowance
+            .store(free.min(SHM_ALLOWANCE).saturating_sub(bytes), Relaxed);
         free >= bytes.max(1)
     }
 }
 
 /// Bytes of shared memory that are free beside the reserve.
 pub fn free_bytes() -> u64 {
-    let Ok(stat) = rustix::fs::statvfs(SHM_FOLDER) else { return u64::MAX };
+    let Ok(stat) = rustix::fs::statvfs(SHM_FOLDER) else {
+        return u64::MAX;
+    };
     let reserve = SHM_RESERVE.min(stat.f_blocks.saturating_mul(stat.f_frsize) / 8);
-    stat.f_bavail.saturating_mul(stat.f_frsize).saturating_sub(reserve)
+    stat.f_bavail
+        .saturating_mul(stat.f_frsize)
+        .saturating_sub(reserve)
 }
 
 /// A shared-memory file of an instance.
@@ -59,11 +67,20 @@ pub struct SharedFile {
 
 /// The shared-memory files of `instance`.
 pub fn shared_files(instance: &Instance) -> Vec<SharedFile> {
-    let Ok(entries) = std::fs::read_dir(SHM_FOLDER) else { return Vec::new() };
-    let ours = entries.flatten().filter(|entry| entry.file_name().to_string_lossy().starts_with(instance.prefix()));
+    let Ok(entries) = std::fs::read_dir(SHM_FOLDER) else {
+        return Vec::new();
+    };
+    let ours = entries.flatten().filter(|entry| {
+        entry
+            .file_name()
+            .to_string_lossy()
+            .starts_with(instance.prefix())
+    });
     ours.filter_map(|entry| {
         let meta = entry.metadata().ok()?;
-        let age = SystemTime::now().duration_since(meta.modified().ok()?).unwrap_or_default();
+        let age = SystemTime::now()
+            .duration_since(meta.modified().ok()?)
+            .unwrap_or_default();
         Some(SharedFile {
             path: entry.path(),
             bytes: meta.len(),
@@ -75,8 +92,8 @@ pub fn shared_files(instance: &Instance) -> Vec<SharedFile> {
     .collect()
 }
 
-/// Removes everything `instance` left behind except its lock and configuration. Only for the holder of the
-/// lock, and only while no process of the instance lives.
+/// Removes everything `instance` left behind except its lock and configuration. Only for the holder
+/// of the lock, and only while no process of the instance lives.
 pub(crate) fn wipe(instance: &Instance) {
     for file in shared_files(instance) {
         let _ = std::fs::remove_file(file.path);
@@ -84,7 +101,9 @@ pub(crate) fn wipe(instance: &Instance) {
     for folder in ["services", "nodes"] {
         let _ = std::fs::remove_dir_all(instance.root().join(folder));
     }
-    let Ok(entries) = std::fs::read_dir(instance.root()) else { return };
+    let Ok(entries) = std::fs::read_dir(instance.root()) else {
+        return;
+    };
     for entry in entries.flatten() {
         if is_socket_of(instance, &entry.path()) {
             let _ = std::fs::remove_file(entry.path());
@@ -102,5 +121,6 @@ pub(crate) fn make_private(instance: &Instance) {
 }
 
 fn is_socket_of(instance: &Instance, path: &Path) -> bool {
-    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(instance.prefix()))
+    path.file_name()
+        .is_some_and(|name| name.to_string_lossy().starts_with(instance.prefix()))
 }

@@ -17,7 +17,10 @@ use crate::lock::DaemonLock;
 use crate::memory::{self, Room};
 use crate::time::unique_number;
 use crate::transport::{self, Variant};
-use crate::wire::{Code, ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent, StatusRecord};
+use crate::wire::{
+    Code, ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent,
+    StatusRecord,
+};
 use bell::ClientBell;
 use iceoryx2::node::Node;
 use iceoryx2::port::ReceiveError;
@@ -33,7 +36,8 @@ use std::time::Duration;
 
 type OptimizePort = Port<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 type ControlPort = Port<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
-type OptimizeService = request_response::PortFactory<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
+type OptimizeService =
+    request_response::PortFactory<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 
 /// Why the server cannot be created or go on.
 #[derive(Debug, thiserror::Error)]
@@ -142,8 +146,10 @@ impl Server {
         cleanup::clean_start(instance);
         let node = transport::node(instance).map_err(setup("node"))?;
         let boot_id = unique_number();
-        let service =
-            made("optimize", transport::optimize_settings(transport::optimize(&node), clients).open_or_create())?;
+        let service = made(
+            "optimize",
+            transport::optimize_settings(transport::optimize(&node), clients).open_or_create(),
+        )?;
         let mut server = Self {
             optimize: optimize_port(&service)?,
             control: control_port(&node)?,
@@ -190,23 +196,30 @@ impl Server {
             if client.client_id.value() != client_id {
                 return CallbackProgression::Continue;
             }
-            pid = client.node_id.pid::<Variant>().map_or(0, |pid| pid.value() as u32);
+            pid = client
+                .node_id
+                .pid::<Variant>()
+                .map_or(0, |pid| pid.value() as u32);
             CallbackProgression::Stop
         });
         pid
     }
 
-    /// Sleeps until a client or a [`Waker`] calls, or `timeout` passes; tells whether somebody called.
+    /// Sleeps until a client or a [`Waker`] calls, or `timeout` passes; tells whether somebody
+    /// called.
     ///
-    /// A call that came before is not lost. Signals end the wait too. The kernel rounds the timeout up to its
-    /// tick, up to 4 ms.
+    /// A call that came before is not lost. Signals end the wait too. The kernel rounds the timeout
+    /// up to its tick, up to 4 ms.
     ///
     /// # Errors
     /// [`ServerError::Port`] if the listener is broken.
     pub fn wait(&self, timeout: Duration) -> Result<bool, ServerError> {
         // A timeout of zero would mean for ever to the socket.
-        let heard =
-            if timeout.is_zero() { self.listener.try_wait(|_| ()) } else { self.listener.timed_wait(|_| (), timeout) };
+        let heard = if timeout.is_zero() {
+            self.listener.try_wait(|_| ())
+        } else {
+            self.listener.timed_wait(|_| (), timeout)
+        };
         match heard {
             Ok(calls) => Ok(calls > 0),
             Err(ListenerWaitError::InterruptSignal) => Ok(true),
@@ -214,8 +227,9 @@ impl Server {
         }
     }
 
-    /// The next request, if any. Those whose client is gone already are skipped. A client has at most
-    /// [`crate::limits::ACTIVE_REQUESTS_PER_CLIENT`] requests here: while cancelled ones are not dropped yet, its next ones wait.
+    /// The next request, if any. Those whose client is gone already are skipped. A client has at
+    /// most [`crate::limits::ACTIVE_REQUESTS_PER_CLIENT`] requests here: while cancelled ones are
+    /// not dropped yet, its next ones wait.
     ///
     /// # Errors
     /// [`ServerError::Port`] if the port is broken.
@@ -246,7 +260,10 @@ impl Server {
             heartbeat: self.heartbeat,
             ..*status
         };
-        self.status.send_copy(record).map(drop).map_err(port("status port"))
+        self.status
+            .send_copy(record)
+            .map(drop)
+            .map_err(port("status port"))
     }
 
     /// Publishes a change of a scene; version and boot id are filled in.
@@ -254,16 +271,25 @@ impl Server {
     /// # Errors
     /// [`ServerError::Port`] if it cannot be sent.
     pub fn publish_scene_event(&self, event: &SceneEvent) -> Result<(), ServerError> {
-        let record = SceneEvent { wire_version: WIRE_VERSION, boot_id: self.shared.boot_id, ..*event };
-        self.scene_events.send_copy(record).map(drop).map_err(port("scene event port"))
+        let record = SceneEvent {
+            wire_version: WIRE_VERSION,
+            boot_id: self.shared.boot_id,
+            ..*event
+        };
+        self.scene_events
+            .send_copy(record)
+            .map(drop)
+            .map_err(port("scene event port"))
     }
 }
 
-/// Raises the limit of open files, of which the usual one of 1024 is below what all clients need, as far as the system
-/// lets it; gives what it is then.
+/// Raises the limit of open files, of which the usual one of 1024 is below what all clients need,
+/// as far as the system lets it; gives what it is then.
 fn raised_file_limit() -> u64 {
     let mut limit = getrlimit(Resource::Nofile);
-    let wanted = limit.maximum.map_or(FILES_WANTED, |maximum| maximum.min(FILES_WANTED));
+    let wanted = limit
+        .maximum
+        .map_or(FILES_WANTED, |maximum| maximum.min(FILES_WANTED));
     if limit.current.is_some_and(|current| current < wanted) {
         limit.current = Some(wanted);
         let _ = setrlimit(Resource::Nofile, limit);
@@ -271,16 +297,20 @@ fn raised_file_limit() -> u64 {
     getrlimit(Resource::Nofile).current.unwrap_or(u64::MAX)
 }
 
-/// Clients that so many open files are enough for. Others are told at once that the daemon is full, for a daemon
-/// that cannot open their ports never hears of them.
+/// Clients that so many open files are enough for. Others are told at once that the daemon is full,
+/// for a daemon that cannot open their ports never hears of them.
 fn clients_with(files: u64) -> usize {
     let clients = files.saturating_sub(FILES_OF_DAEMON) / FILES_OF_CLIENT;
-    usize::try_from(clients).unwrap_or(MAX_CLIENTS).clamp(1, MAX_CLIENTS)
+    usize::try_from(clients)
+        .unwrap_or(MAX_CLIENTS)
+        .clamp(1, MAX_CLIENTS)
 }
 
-/// A client whose cancelled requests are still being held has to wait for its next one: that is no error. Neither is
-/// one client's broken connection, which shows only once.
-fn received<T>(mut receive: impl FnMut() -> Result<Option<T>, ReceiveError>) -> Result<Option<T>, ReceiveError> {
+/// A client whose cancelled requests are still being held has to wait for its next one: that is no
+/// error. Neither is one client's broken connection, which shows only once.
+fn received<T>(
+    mut receive: impl FnMut() -> Result<Option<T>, ReceiveError>,
+) -> Result<Option<T>, ReceiveError> {
     match receive().or_else(|_| receive()) {
         Err(ReceiveError::ExceedsMaxBorrows) => Ok(None),
         other => other,
@@ -288,7 +318,10 @@ fn received<T>(mut receive: impl FnMut() -> Result<Option<T>, ReceiveError>) -> 
 }
 
 fn already_running(instance: &Instance) -> ServerError {
-    ServerError::AlreadyRunning { name: instance.name().to_owned(), root: instance.root().display().to_string() }
+    ServerError::AlreadyRunning {
+        name: instance.name().to_owned(),
+        root: instance.root().display().to_string(),
+    }
 }
 
 fn setup(what: &'static str) -> impl Fn(String) -> ServerError {
@@ -296,5 +329,8 @@ fn setup(what: &'static str) -> impl Fn(String) -> ServerError {
 }
 
 fn port<E: std::fmt::Display>(what: &'static str) -> impl Fn(E) -> ServerError {
-    move |error| ServerError::Port { what, reason: error.to_string() }
+    move |error| ServerError::Port {
+        what,
+        reason: error.to_string(),
+    }
 }

@@ -15,10 +15,25 @@ pub const WAKE_CLIENT: &str = "taut/v1/wake-client";
 
 /// Every service and what it carries.
 pub const ALL: [(&str, &str); 6] = [
-    (OPTIMIZE, "request to a stream of responses, bytes with the headers below"),
-    (CONTROL, "request to one response, bincode 2.0.1 (standard configuration)"),
-    (STATUS, "publish-subscribe, one status record, history 1, twice a second"),
+    (
+        OPTIMIZE,
+        "request to a stream of responses, bytes with the headers below",
+    ),
+    (
+        CONTROL,
+        "request to one response, bincode 2.0.1 (standard configuration)",
+    ),
+    (
+        STATUS,
+        "publish-subscribe, one status record, history 1, twice a second",
+    ),
     (SCENE_EVENTS, "publish-subscribe, one scene event"),
-    (WAKE_SERVER, "event, any client to the daemon: something was sent, cancelled or asked to finish"),
-    (WAKE_CLIENT, "event, the daemon to the one listener named in the request's header"),
+    (
+        WAKE_SERVER,
+        "event, any client to the daemon: something was sent, cancelled or asked to finish",
+    ),
+    (
+        WAKE_CLIENT,
+        "event, the daemon to the one listener named in the request's header",
+    ),
 ];

@@ -3,7 +3,8 @@
 use rustix::time::{ClockId, clock_gettime};
 use std::time::Duration;
 
-/// CLOCK_MONOTONIC now, in nanoseconds: the clock of `deadline_ns`, the same for all processes of a machine.
+/// CLOCK_MONOTONIC now, in nanoseconds: the clock of `deadline_ns`, the same for all processes of a
+/// machine.
 pub fn monotonic_ns() -> u64 {
     to_ns(ClockId::Monotonic)
 }
@@ -20,8 +21,9 @@ pub fn deadline_after(after: Duration) -> u64 {
 
 /// A number that no other start of a process has: mixed from both clocks and the process id.
 pub(crate) fn unique_number() -> u64 {
-    let mut z =
-        to_ns(ClockId::Realtime) ^ monotonic_ns().rotate_left(32) ^ u64::from(std::process::id()).rotate_left(48);
+    let mut z = to_ns(ClockId::Realtime)
+        ^ monotonic_ns().rotate_left(32)
+        ^ u64::from(std::process::id()).rotate_left(48);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     (z ^ (z >> 31)).max(1)

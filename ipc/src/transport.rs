@@ -1,16 +1,18 @@
 //! The services and their settings, the same for both sides.
 //!
-//! Payload memory is static, at its largest size: it is sparse, so only what is written is taken. Memory that grows
-//! (`PowerOfTwo`) would cost 256 segments of bookkeeping in each connection: 10 MB, and 0.1 s of the I/O thread
-//! whenever a client comes or goes.
+//! Payload memory is static, at its largest size: it is sparse, so only what is written is taken.
+//! Memory that grows (`PowerOfTwo`) would cost 256 segments of bookkeeping in each connection: 10
+//! MB, and 0.1 s of the I/O thread whenever a client comes or goes.
 //!
-//! The daemon creates, clients only open. Both use iceoryx2's thread-safe variant: a client can move between
-//! threads, and workers can wake the daemon's I/O thread.
+//! The daemon creates, clients only open. Both use iceoryx2's thread-safe variant: a client can
+//! move between threads, and workers can wake the daemon's I/O thread.
 
 use crate::instance::Instance;
 use crate::limits::*;
 use crate::services;
-use crate::wire::{ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent, StatusRecord};
+use crate::wire::{
+    ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent, StatusRecord,
+};
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::port::listener::{Listener, ListenerCreateError};
 use iceoryx2::prelude::{LogLevel, ServiceName, SignalHandlingMode, ipc_threadsafe};
@@ -19,13 +21,15 @@ use iceoryx2::service::port_factory::event as event_service;
 use std::sync::{Mutex, PoisonError};
 
 pub(crate) type Variant = ipc_threadsafe::Service;
-pub(crate) type OptimizeBuilder = request_response::Builder<[u8], RequestHeader, [u8], ResponseHeader, Variant>;
-pub(crate) type ControlBuilder = request_response::Builder<[u8], ControlHeader, [u8], ControlReplyHeader, Variant>;
+pub(crate) type OptimizeBuilder =
+    request_response::Builder<[u8], RequestHeader, [u8], ResponseHeader, Variant>;
+pub(crate) type ControlBuilder =
+    request_response::Builder<[u8], ControlHeader, [u8], ControlReplyHeader, Variant>;
 pub(crate) type StatusBuilder = publish_subscribe::Builder<StatusRecord, (), Variant>;
 pub(crate) type SceneEventBuilder = publish_subscribe::Builder<SceneEvent, (), Variant>;
 
-// A payload follows its header, so headers of this size and alignment align it to 8. Asking iceoryx2 for that
-// alignment would reserve 8 bytes for each byte.
+// A payload follows its header, so headers of this size and alignment align it to 8. Asking
+// iceoryx2 for that alignment would reserve 8 bytes for each byte.
 const fn aligns_payload<H>() -> bool {
     size_of::<H>().is_multiple_of(PAYLOAD_ALIGN) && align_of::<H>() == PAYLOAD_ALIGN
 }
@@ -91,7 +95,8 @@ pub(crate) fn control_settings(builder: ControlBuilder) -> ControlBuilder {
 }
 
 pub(crate) fn status(node: &Node<Variant>) -> StatusBuilder {
-    node.service_builder(&name(services::STATUS)).publish_subscribe::<StatusRecord>()
+    node.service_builder(&name(services::STATUS))
+        .publish_subscribe::<StatusRecord>()
 }
 
 pub(crate) fn status_settings(builder: StatusBuilder) -> StatusBuilder {
@@ -106,7 +111,8 @@ pub(crate) fn status_settings(builder: StatusBuilder) -> StatusBuilder {
 }
 
 pub(crate) fn scene_events(node: &Node<Variant>) -> SceneEventBuilder {
-    node.service_builder(&name(services::SCENE_EVENTS)).publish_subscribe::<SceneEvent>()
+    node.service_builder(&name(services::SCENE_EVENTS))
+        .publish_subscribe::<SceneEvent>()
 }
 
 pub(crate) fn scene_event_settings(builder: SceneEventBuilder) -> SceneEventBuilder {
@@ -125,7 +131,10 @@ pub(crate) fn wake_server(node: &Node<Variant>) -> event::Builder<Variant> {
 }
 
 pub(crate) fn wake_server_settings(builder: event::Builder<Variant>) -> event::Builder<Variant> {
-    builder.max_listeners(1).max_notifiers(MAX_NODES).max_nodes(MAX_NODES)
+    builder
+        .max_listeners(1)
+        .max_notifiers(MAX_NODES)
+        .max_nodes(MAX_NODES)
 }
 
 pub(crate) fn wake_client(node: &Node<Variant>) -> event::Builder<Variant> {
@@ -133,11 +142,14 @@ pub(crate) fn wake_client(node: &Node<Variant>) -> event::Builder<Variant> {
 }
 
 pub(crate) fn wake_client_settings(builder: event::Builder<Variant>) -> event::Builder<Variant> {
-    builder.max_listeners(MAX_CLIENTS * LISTENERS_PER_CLIENT).max_notifiers(1).max_nodes(MAX_NODES)
+    builder
+        .max_listeners(MAX_CLIENTS * LISTENERS_PER_CLIENT)
+        .max_notifiers(1)
+        .max_nodes(MAX_NODES)
 }
 
-/// Makes a listener, one at a time in a process: iceoryx2 sets the umask of the whole process meanwhile and puts
-/// back what it found, so two at once could leave the wrong one for good.
+/// Makes a listener, one at a time in a process: iceoryx2 sets the umask of the whole process
+/// meanwhile and puts back what it found, so two at once could leave the wrong one for good.
 pub(crate) fn listener(
     service: &event_service::PortFactory<Variant>,
 ) -> Result<Listener<Variant>, ListenerCreateError> {

@@ -1,9 +1,9 @@
 //! What crosses the process boundary: headers, sections, records and codes.
 //!
-//! Every type here is `#[repr(C)]`, made of `u32`, `u64`, `i32` and `f64` only, without padding, little
-//! endian. Fields that are enums in the program (mode, status, code, ...) are plain integers on the wire,
-//! because an invalid bit pattern of an enum would be undefined behaviour; `try_from` checks them.
-//! `WIRE.md` is written from these definitions.
+//! Every type here is `#[repr(C)]`, made of `u32`, `u64`, `i32` and `f64` only, without padding,
+//! little endian. Fields that are enums in the program (mode, status, code, ...) are plain integers
+//! on the wire, because an invalid bit pattern of an enum would be undefined behaviour; `try_from`
+//! checks them. `WIRE.md` is written from these definitions.
 
 pub(crate) mod body;
 mod code;
@@ -22,11 +22,12 @@ pub use code::Code;
 pub use error::WireError;
 pub use layout::{Field, Section};
 pub use number::{
-    Mode, RefusalReason, RequestFlags, ResponseFlags, SceneEventKind, Stage, Status, Termination, WarningKind,
+    Mode, RefusalReason, RequestFlags, ResponseFlags, SceneEventKind, Stage, Status, Termination,
+    WarningKind,
 };
 pub use record::{
-    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord, StageRecord, TextSpan,
-    TurnedColumn, WarningRecord,
+    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord,
+    StageRecord, TextSpan, TurnedColumn, WarningRecord,
 };
 pub use request::{ControlHeader, ControlReplyHeader, RequestHeader, RequestView};
 pub use response::{ResponseHeader, ResponseView};
@@ -37,8 +38,8 @@ pub const NO_GROUP: u32 = 0xFFFF_FFFF;
 
 /// The 64-bit id of a robot's or scene's label: FNV-1a over its UTF-8 bytes.
 ///
-/// An id is a short name, not a proof: two labels with the same id are refused when the second is loaded.
-/// `0` is never an id (the empty label's is the offset basis).
+/// An id is a short name, not a proof: two labels with the same id are refused when the second is
+/// loaded. `0` is never an id (the empty label's is the offset basis).
 ///
 /// ```
 /// assert_eq!(taut_ipc::wire::label_id("panda"), taut_ipc::wire::label_id("panda"));

@@ -20,7 +20,11 @@ fn paths_of_all_sizes_come_back() {
         let response = loan.send().unwrap().wait(PATIENCE).unwrap();
         assert_eq!(response.code(), Code::Success);
         assert_eq!(response.path().len(), waypoints as usize * 8);
-        assert!((0..).zip(response.path()).all(|(i, x)| *x == 3.0 + f64::from(i)));
+        assert!(
+            (0..)
+                .zip(response.path())
+                .all(|(i, x)| *x == 3.0 + f64::from(i))
+        );
     }
 }
 
@@ -29,15 +33,25 @@ fn optional_sections_arrive() {
     let sandbox = Sandbox::new();
     let server = Server::create(&sandbox.instance).unwrap();
     let client = Client::connect(&sandbox.instance).unwrap();
-    let body =
-        RequestBody { weights: &[2.0; 6], fixed_waypoints: &[1, 0, 1], group_mask: &[1; 7], held_values: &[0.5] };
+    let body = RequestBody {
+        weights: &[2.0; 6],
+        fixed_waypoints: &[1, 0, 1],
+        group_mask: &[1; 7],
+        held_values: &[0.5],
+    };
     let mut builder = client.request(3, 7).with_body(body);
     builder.header.request_id = 42;
     let _pending = builder.loan().unwrap().send().unwrap();
     let incoming = server.receive().unwrap().unwrap();
     let view = incoming.view().unwrap();
-    assert_eq!((view.weights, view.held_values), (&[2.0; 6][..], &[0.5][..]));
-    assert_eq!((view.fixed_waypoints, view.group_mask), (&[1, 0, 1][..], &[1; 7][..]));
+    assert_eq!(
+        (view.weights, view.held_values),
+        (&[2.0; 6][..], &[0.5][..])
+    );
+    assert_eq!(
+        (view.fixed_waypoints, view.group_mask),
+        (&[1, 0, 1][..], &[1; 7][..])
+    );
     assert_eq!((view.header.request_id, view.path.len()), (42, 21));
 }
 
@@ -55,9 +69,15 @@ fn a_slow_reader_gets_the_newest_and_the_final() {
     while let Some(response) = pending.next(PATIENCE).unwrap() {
         seen.push((response.header().seq, response.is_final()));
     }
-    let kept: Vec<_> = (13..20).map(|seq| (seq, false)).chain([(20, true)]).collect();
+    let kept: Vec<_> = (13..20)
+        .map(|seq| (seq, false))
+        .chain([(20, true)])
+        .collect();
     assert_eq!(seen, kept, "the newest 8 of 21");
-    assert!(pending.next(PATIENCE).unwrap().is_none(), "nothing follows the final one");
+    assert!(
+        pending.next(PATIENCE).unwrap().is_none(),
+        "nothing follows the final one"
+    );
 }
 
 #[test]
@@ -71,7 +91,10 @@ fn every_client_gets_its_own_answers() {
                 let client = Client::connect(instance).unwrap();
                 for round in 0..100 {
                     let first = f64::from(thread * 1000 + round);
-                    let pending = request(&client, Mode::Check, 4, first).unwrap().send().unwrap();
+                    let pending = request(&client, Mode::Check, 4, first)
+                        .unwrap()
+                        .send()
+                        .unwrap();
                     assert_eq!(pending.wait(PATIENCE).unwrap().path()[0], first);
                 }
             });
@@ -85,8 +108,11 @@ fn one_client_has_so_many_requests_in_flight_and_no_more() {
     let _daemon = Echo::start(&sandbox.instance);
     let client = Client::connect(&sandbox.instance).unwrap();
     let send = |first| request(&client, Mode::Hybrid, 4, first).and_then(|loan| loan.send());
-    let (one, two) = (send(1.0).unwrap(), send(2.0).unwrap());
-    let _others: Vec<_> = (2..ACTIVE_REQUESTS_PER_CLIENT).map(|_| send(3.0).unwrap()).collect();
+    let one = send(1.0).unwrap();
+    let two = send(2.0).unwrap();
+    let _others: Vec<_> = (2..ACTIVE_REQUESTS_PER_CLIENT)
+        .map(|_| send(3.0).unwrap())
+        .collect();
     let error = send(4.0).unwrap_err();
     assert!(matches!(error, ClientError::TooManyRequests), "{error}");
     assert_eq!(error.code(), Code::Quota);
@@ -96,7 +122,10 @@ fn one_client_has_so_many_requests_in_flight_and_no_more() {
         assert!(matches!(listing, Ok(ControlReply::Listing(_))));
         one.finish_early();
         assert_eq!(one.wait(PATIENCE).unwrap().path()[0], 1.0);
-        assert!(matches!(waiting.join().unwrap(), Err(ClientError::Timeout(_))), "not the other's answer");
+        assert!(
+            matches!(waiting.join().unwrap(), Err(ClientError::Timeout(_))),
+            "not the other's answer"
+        );
     });
 }
 
@@ -106,14 +135,27 @@ fn finish_early_and_cancel_reach_the_daemon_at_once() {
     let _daemon = Echo::start(&sandbox.instance);
     let client = Client::connect(&sandbox.instance).unwrap();
     let feed = client.status_feed().unwrap();
-    let send = || request(&client, Mode::Hybrid, 4, 0.0).unwrap().send().unwrap();
+    let send = || {
+        request(&client, Mode::Hybrid, 4, 0.0)
+            .unwrap()
+            .send()
+            .unwrap()
+    };
     let start = Instant::now();
     let pending = send();
     pending.finish_early();
     assert_eq!(pending.wait(PATIENCE).unwrap().code(), Code::Success);
-    assert!(start.elapsed() < Duration::from_millis(500), "{:?}", start.elapsed());
+    assert!(
+        start.elapsed() < Duration::from_millis(500),
+        "{:?}",
+        start.elapsed()
+    );
     drop(send());
-    let took = until("cancelled request is gone", || feed.latest().unwrap().is_some_and(|status| status.running == 0));
+    let took = until("cancelled request is gone", || {
+        feed.latest()
+            .unwrap()
+            .is_some_and(|status| status.running == 0)
+    });
     assert!(took < Duration::from_millis(500), "{took:?}");
 }
 
@@ -124,11 +166,21 @@ fn a_refusal_and_a_dropped_request_end_the_stream() {
     let client = Client::connect(&sandbox.instance).unwrap();
     let send = |mode| request(&client, mode, 4, 0.0).unwrap().send().unwrap();
     let refused = send(Mode::PartialShortcut).wait(PATIENCE).unwrap();
-    assert_eq!((refused.code(), refused.header().retry_after_ms), (Code::Overloaded, 7));
+    assert_eq!(
+        (refused.code(), refused.header().retry_after_ms),
+        (Code::Overloaded, 7)
+    );
     assert_eq!(refused.message(), "queue full, 3 wait");
     let start = Instant::now();
-    assert!(matches!(send(Mode::Contact).wait(PATIENCE), Err(ClientError::NoAnswer)));
-    assert!(start.elapsed() < Duration::from_millis(50), "woken, not timed out: {:?}", start.elapsed());
+    assert!(matches!(
+        send(Mode::Contact).wait(PATIENCE),
+        Err(ClientError::NoAnswer)
+    ));
+    assert!(
+        start.elapsed() < Duration::from_millis(50),
+        "woken, not timed out: {:?}",
+        start.elapsed()
+    );
 }
 
 #[test]
@@ -138,11 +190,27 @@ fn malformed_requests_are_refused_and_the_next_is_served() {
     let client = Client::connect(&sandbox.instance).unwrap();
     let mut builder = client.request(4, 8);
     builder.header.mode = 99;
-    let response = builder.loan().unwrap().send().unwrap().wait(PATIENCE).unwrap();
+    let response = builder
+        .loan()
+        .unwrap()
+        .send()
+        .unwrap()
+        .wait(PATIENCE)
+        .unwrap();
     assert_eq!(response.code(), Code::MalformedRequest);
-    assert!(response.message().contains("mode"), "{}", response.message());
-    assert!(matches!(client.request(0, 8).loan(), Err(ClientError::Wire(_))));
-    let fine = request(&client, Mode::Check, 4, 0.0).unwrap().send().unwrap();
+    assert!(
+        response.message().contains("mode"),
+        "{}",
+        response.message()
+    );
+    assert!(matches!(
+        client.request(0, 8).loan(),
+        Err(ClientError::Wire(_))
+    ));
+    let fine = request(&client, Mode::Check, 4, 0.0)
+        .unwrap()
+        .send()
+        .unwrap();
     assert_eq!(fine.wait(PATIENCE).unwrap().code(), Code::Success);
 }
 
@@ -159,14 +227,17 @@ fn control_answers_and_times_out() {
     };
     for message in [ControlRequest::List, large, ControlRequest::List] {
         let reply = client.control(&message, PATIENCE).unwrap();
-        let refused = matches!(&reply, ControlReply::Refused(r) if r.code == i32::from(Code::UnknownRobot));
+        let refused =
+            matches!(&reply, ControlReply::Refused(r) if r.code == i32::from(Code::UnknownRobot));
         assert_eq!(refused, message != ControlRequest::List);
     }
     drop(daemon);
     let error = client.control(&ControlRequest::List, SECOND).unwrap_err();
     assert_eq!(error.code(), Code::DaemonLost, "{error}");
     let _silent = Server::create(&sandbox.instance).unwrap();
-    let error = client.control(&ControlRequest::List, Duration::from_millis(150)).unwrap_err();
+    let error = client
+        .control(&ControlRequest::List, Duration::from_millis(150))
+        .unwrap_err();
     assert!(matches!(error, ClientError::Timeout(_)), "{error}");
 }
 
@@ -182,8 +253,14 @@ fn a_reply_that_is_too_large_becomes_a_refusal() {
             received = server.receive_control().unwrap();
             received.is_some()
         });
-        let text = SceneText { json: "x".repeat(CONTROL_REPLY_MAX), ..SceneText::default() };
-        received.unwrap().reply(&ControlReply::SceneText(text)).unwrap();
+        let text = SceneText {
+            json: "x".repeat(CONTROL_REPLY_MAX),
+            ..SceneText::default()
+        };
+        received
+            .unwrap()
+            .reply(&ControlReply::SceneText(text))
+            .unwrap();
         let reply = asking.join().unwrap();
         assert!(
             matches!(&reply, ControlReply::Refused(r) if r.code == i32::from(Code::ResourceExhausted)),
@@ -196,10 +273,17 @@ fn a_reply_that_is_too_large_becomes_a_refusal() {
 fn cancelled_requests_still_held_block_only_their_client() {
     let sandbox = Sandbox::new();
     let server = Server::create(&sandbox.instance).unwrap();
-    let (a, b) = (Client::connect(&sandbox.instance).unwrap(), Client::connect(&sandbox.instance).unwrap());
-    let send = |client, first| request(client, Mode::Check, 4, first).and_then(|loan| loan.send()).unwrap();
+    let a = Client::connect(&sandbox.instance).unwrap();
+    let b = Client::connect(&sandbox.instance).unwrap();
+    let send = |client, first| {
+        request(client, Mode::Check, 4, first)
+            .and_then(|loan| loan.send())
+            .unwrap()
+    };
     let first = |incoming: &IncomingRequest| incoming.view().unwrap().path[0];
-    let cancelled: Vec<_> = (0..ACTIVE_REQUESTS_PER_CLIENT).map(|_| send(&a, 1.0)).collect();
+    let cancelled: Vec<_> = (0..ACTIVE_REQUESTS_PER_CLIENT)
+        .map(|_| send(&a, 1.0))
+        .collect();
     let held: Vec<_> = std::iter::from_fn(|| server.receive().unwrap()).collect();
     assert_eq!(held.len(), ACTIVE_REQUESTS_PER_CLIENT);
     drop(cancelled);
@@ -233,7 +317,10 @@ fn a_second_daemon_and_a_client_without_a_daemon_are_told_so() {
     assert_eq!(error.code(), Code::DaemonLost, "{error}");
     let first = Server::create(&sandbox.instance).unwrap();
     let error = Server::create(&sandbox.instance).unwrap_err();
-    assert!(matches!(error, ServerError::AlreadyRunning { .. }), "{error}");
+    assert!(
+        matches!(error, ServerError::AlreadyRunning { .. }),
+        "{error}"
+    );
     drop(first);
     assert!(Client::connect(&sandbox.instance).is_err());
     Server::create(&sandbox.instance).unwrap();
@@ -245,9 +332,14 @@ fn a_wake_before_the_wait_is_not_lost() {
     let server = Server::create(&sandbox.instance).unwrap();
     assert!(!server.wait(Duration::ZERO).unwrap());
     let waker = server.waker();
-    std::thread::spawn(move || (0..100).for_each(|_| waker.wake())).join().unwrap();
+    std::thread::spawn(move || (0..100).for_each(|_| waker.wake()))
+        .join()
+        .unwrap();
     assert!(server.wait(PATIENCE).unwrap());
-    assert!(!server.wait(Duration::from_millis(20)).unwrap(), "one wait takes all wakes");
+    assert!(
+        !server.wait(Duration::from_millis(20)).unwrap(),
+        "one wait takes all wakes"
+    );
 }
 
 #[test]
@@ -259,7 +351,8 @@ fn names_and_roots_are_checked() {
     let long = format!("/tmp/{}", "y".repeat(60));
     let error = Instance::new("main", long).unwrap_err();
     assert!(error.to_string().contains("42 fit"), "{error}");
-    let (one, two) = (Instance::new("main", "/tmp/a").unwrap(), Instance::new("main", "/tmp/b").unwrap());
+    let one = Instance::new("main", "/tmp/a").unwrap();
+    let two = Instance::new("main", "/tmp/b").unwrap();
     assert_ne!(one.prefix(), two.prefix());
 }
 
@@ -269,7 +362,8 @@ fn everything_is_private_to_the_user() {
     let sandbox = Sandbox::new();
     let _daemon = Echo::start(&sandbox.instance);
     let _client = Client::connect(&sandbox.instance).unwrap();
-    let mode = |path: &std::path::Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+    let mode =
+        |path: &std::path::Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
     assert_eq!(mode(sandbox.instance.root()), 0o700);
     for file in taut_ipc::memory::shared_files(&sandbox.instance) {
         assert_eq!(mode(&file.path) & 0o077, 0, "{}", file.path.display());

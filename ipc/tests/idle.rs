@@ -16,7 +16,10 @@ fn cpu_time(pid: u32) -> Duration {
     let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).unwrap();
     let spent = tasks.flatten().map(|task| {
         let text = std::fs::read_to_string(task.path().join("schedstat")).unwrap_or_default();
-        text.split(' ').next().and_then(|ns| ns.parse::<u64>().ok()).unwrap_or(0)
+        text.split(' ')
+            .next()
+            .and_then(|ns| ns.parse::<u64>().ok())
+            .unwrap_or(0)
     });
     Duration::from_nanos(spent.sum())
 }
@@ -26,19 +29,27 @@ fn wakes(pid: u32) -> u64 {
     let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).unwrap();
     let woken = tasks.flatten().map(|task| {
         let text = std::fs::read_to_string(task.path().join("status")).unwrap_or_default();
-        let line = text.lines().find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"));
-        line.and_then(|count| count.trim().parse::<u64>().ok()).unwrap_or(0)
+        let line = text
+            .lines()
+            .find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"));
+        line.and_then(|count| count.trim().parse::<u64>().ok())
+            .unwrap_or(0)
     });
     woken.sum()
 }
 
-/// Wakes per second of a process that is left alone, which a busy machine does not change, and its share of a core,
-/// which it does.
+/// Wakes per second of a process that is left alone, which a busy machine does not change, and its
+/// share of a core, which it does.
 fn idle(pid: u32) -> (f64, f64) {
-    let (start, woken, spent) = (Instant::now(), wakes(pid), cpu_time(pid));
+    let start = Instant::now();
+    let woken = wakes(pid);
+    let spent = cpu_time(pid);
     std::thread::sleep(WINDOW);
     let seconds = start.elapsed().as_secs_f64();
-    ((wakes(pid) - woken) as f64 / seconds, (cpu_time(pid) - spent).as_secs_f64() / seconds)
+    (
+        (wakes(pid) - woken) as f64 / seconds,
+        (cpu_time(pid) - spent).as_secs_f64() / seconds,
+    )
 }
 
 #[test]
@@ -47,15 +58,31 @@ fn one_client_too_many_is_told_so_and_room_comes_back() {
         serve_for_ever(&instance);
     }
     let files = getrlimit(Resource::Nofile).maximum;
-    setrlimit(Resource::Nofile, Rlimit { current: files, maximum: files }).unwrap();
+    setrlimit(
+        Resource::Nofile,
+        Rlimit {
+            current: files,
+            maximum: files,
+        },
+    )
+    .unwrap();
     let sandbox = Sandbox::new();
-    let _daemon = Process::start("one_client_too_many_is_told_so_and_room_comes_back", "daemon", &sandbox.instance);
+    let _daemon = Process::start(
+        "one_client_too_many_is_told_so_and_room_comes_back",
+        "daemon",
+        &sandbox.instance,
+    );
     wait_for_daemon(&sandbox.instance);
-    let mut clients: Vec<_> = (0..MAX_CLIENTS).map(|_| Client::connect(&sandbox.instance).unwrap()).collect();
+    let mut clients: Vec<_> = (0..MAX_CLIENTS)
+        .map(|_| Client::connect(&sandbox.instance).unwrap())
+        .collect();
     let error = Client::connect(&sandbox.instance).unwrap_err();
     assert!(matches!(error, ClientError::TooManyClients), "{error}");
     for client in &clients {
-        let pending = request(client, Mode::Check, 4, 0.0).unwrap().send().unwrap();
+        let pending = request(client, Mode::Check, 4, 0.0)
+            .unwrap()
+            .send()
+            .unwrap();
         assert_eq!(pending.wait(PATIENCE).unwrap().code(), Code::Success);
     }
     clients.pop();
@@ -68,15 +95,26 @@ fn an_idle_daemon_takes_no_processor() {
         serve_for_ever(&instance);
     }
     let sandbox = Sandbox::new();
-    let daemon = Process::start("an_idle_daemon_takes_no_processor", "daemon", &sandbox.instance);
+    let daemon = Process::start(
+        "an_idle_daemon_takes_no_processor",
+        "daemon",
+        &sandbox.instance,
+    );
     wait_for_daemon(&sandbox.instance);
     let alone = idle(daemon.0.id());
     let start = Instant::now();
-    let clients: Vec<_> = (0..64).map(|_| Client::connect(&sandbox.instance).unwrap()).collect();
+    let clients: Vec<_> = (0..64)
+        .map(|_| Client::connect(&sandbox.instance).unwrap())
+        .collect();
     let each = start.elapsed() / 64;
     std::thread::sleep(SECOND);
-    let taken: u64 = taut_ipc::memory::shared_files(&sandbox.instance).iter().map(|file| file.taken).sum();
-    let files = std::fs::read_dir(format!("/proc/{}/fd", daemon.0.id())).unwrap().count();
+    let taken: u64 = taut_ipc::memory::shared_files(&sandbox.instance)
+        .iter()
+        .map(|file| file.taken)
+        .sum();
+    let files = std::fs::read_dir(format!("/proc/{}/fd", daemon.0.id()))
+        .unwrap()
+        .count();
     println!(
         "64 clients: connecting {each:?} each, shared memory {} KiB, {files} files open in the daemon",
         taken >> 10
@@ -84,7 +122,10 @@ fn an_idle_daemon_takes_no_processor() {
     assert!(taken < 64 << 20, "{taken} bytes");
     let crowded = idle(daemon.0.id());
     for (name, (woken, share)) in [("alone", alone), ("with 64 clients", crowded)] {
-        println!("idle daemon {name}: {woken:.1} wakes a second, {:.3} % of a core", share * 100.0);
+        println!(
+            "idle daemon {name}: {woken:.1} wakes a second, {:.3} % of a core",
+            share * 100.0
+        );
         assert!(woken <= 15.0, "{woken} wakes a second {name}");
         // Far above what a quiet machine shows: only a loop that does not wait gets there.
         assert!(share <= 0.05, "{share} of a core {name}");

@@ -18,7 +18,10 @@ fn request() -> RequestHeader {
         header_len: 176,
         waypoints: 2,
         variables: 1,
-        path: Section { offset: 0, count: 2 },
+        path: Section {
+            offset: 0,
+            count: 2,
+        },
         ..RequestHeader::default()
     }
 }
@@ -38,15 +41,57 @@ fn golden_request_header() {
     assert_eq!((h.wire_version, h.header_len, h.request_id), (0, 1, two(2)));
     assert_eq!(h.listener_id, [two(4), two(6)]);
     assert_eq!((h.robot_id, h.scene_id), (two(8), two(10)));
-    assert_eq!((h.robot_hash, h.scene_hash, h.scene_version), (two(12), two(14), two(16)));
-    assert_eq!((h.layout_hash, h.mode, h.flags, h.priority, h.group), (two(18), 20, 21, 22, 23));
-    assert_eq!((h.seed, h.deadline_ns, h.work_budget), (two(24), two(26), two(28)));
-    assert_eq!((h.clearance_m.to_bits(), h.waypoints, h.variables), (two(30), 32, 33));
-    assert_eq!(h.path, Section { offset: 34, count: 35 });
-    assert_eq!(h.weights, Section { offset: 36, count: 37 });
-    assert_eq!(h.fixed_waypoints, Section { offset: 38, count: 39 });
-    assert_eq!(h.group_mask, Section { offset: 40, count: 41 });
-    assert_eq!(h.held_values, Section { offset: 42, count: 43 });
+    assert_eq!(
+        (h.robot_hash, h.scene_hash, h.scene_version),
+        (two(12), two(14), two(16))
+    );
+    assert_eq!(
+        (h.layout_hash, h.mode, h.flags, h.priority, h.group),
+        (two(18), 20, 21, 22, 23)
+    );
+    assert_eq!(
+        (h.seed, h.deadline_ns, h.work_budget),
+        (two(24), two(26), two(28))
+    );
+    assert_eq!(
+        (h.clearance_m.to_bits(), h.waypoints, h.variables),
+        (two(30), 32, 33)
+    );
+    assert_eq!(
+        h.path,
+        Section {
+            offset: 34,
+            count: 35
+        }
+    );
+    assert_eq!(
+        h.weights,
+        Section {
+            offset: 36,
+            count: 37
+        }
+    );
+    assert_eq!(
+        h.fixed_waypoints,
+        Section {
+            offset: 38,
+            count: 39
+        }
+    );
+    assert_eq!(
+        h.group_mask,
+        Section {
+            offset: 40,
+            count: 41
+        }
+    );
+    assert_eq!(
+        h.held_values,
+        Section {
+            offset: 42,
+            count: 43
+        }
+    );
     assert_eq!(bytemuck::bytes_of(&h)[132..140], [33, 0, 0, 0, 34, 0, 0, 0]);
     assert_eq!(size_of::<RequestHeader>(), 176);
 }
@@ -58,26 +103,125 @@ fn golden_response_header() {
     assert_eq!((h.wire_version, h.header_len, h.request_id), (0, 1, two(2)));
     assert_eq!((h.seq, h.status, h.code, h.retry_after_ms), (4, 5, 6, 7));
     assert_eq!((h.boot_id, h.robot_hash), (two(8), two(10)));
-    assert_eq!((h.scene_id, h.scene_hash, h.scene_version), (two(12), two(14), two(16)));
-    assert_eq!((h.termination, h.refusal_reason, h.flags, h.stage), (18, 19, 20, 21));
+    assert_eq!(
+        (h.scene_id, h.scene_hash, h.scene_version),
+        (two(12), two(14), two(16))
+    );
+    assert_eq!(
+        (h.termination, h.refusal_reason, h.flags, h.stage),
+        (18, 19, 20, 21)
+    );
     assert_eq!((h.waypoints, h.variables), (22, 23));
-    assert_eq!((h.length_before.to_bits(), h.length_after.to_bits()), (two(24), two(26)));
-    assert_eq!((h.lower_bound.to_bits(), h.clearance_m.to_bits()), (two(28), two(30)));
-    assert_eq!((h.floor_m.to_bits(), h.searched_m.to_bits()), (two(32), two(34)));
-    assert_eq!((h.iterations, h.work, h.queue_ns, h.compute_ns), (two(36), two(38), two(40), two(42)));
-    assert_eq!(h.path, Section { offset: 44, count: 45 });
-    assert_eq!(h.certificate, Section { offset: 46, count: 47 });
-    assert_eq!(h.lowered_pairs, Section { offset: 48, count: 49 });
-    assert_eq!(h.active_contacts, Section { offset: 50, count: 51 });
-    assert_eq!(h.stages, Section { offset: 52, count: 53 });
-    assert_eq!(h.pinched_pairs, Section { offset: 54, count: 55 });
-    assert_eq!(h.refusal, Section { offset: 56, count: 57 });
-    assert_eq!(h.certificate_head, Section { offset: 58, count: 59 });
-    assert_eq!(h.names, Section { offset: 60, count: 61 });
-    assert_eq!(h.message, Section { offset: 62, count: 63 });
-    assert_eq!(h.reach, Section { offset: 64, count: 65 });
-    assert_eq!((h.pairs, h.warnings), (two(66), Section { offset: 68, count: 69 }));
-    assert_eq!(h.turned_columns, Section { offset: 70, count: 71 });
+    assert_eq!(
+        (h.length_before.to_bits(), h.length_after.to_bits()),
+        (two(24), two(26))
+    );
+    assert_eq!(
+        (h.lower_bound.to_bits(), h.clearance_m.to_bits()),
+        (two(28), two(30))
+    );
+    assert_eq!(
+        (h.floor_m.to_bits(), h.searched_m.to_bits()),
+        (two(32), two(34))
+    );
+    assert_eq!(
+        (h.iterations, h.work, h.queue_ns, h.compute_ns),
+        (two(36), two(38), two(40), two(42))
+    );
+    assert_eq!(
+        h.path,
+        Section {
+            offset: 44,
+            count: 45
+        }
+    );
+    assert_eq!(
+        h.certificate,
+        Section {
+            offset: 46,
+            count: 47
+        }
+    );
+    assert_eq!(
+        h.lowered_pairs,
+        Section {
+            offset: 48,
+            count: 49
+        }
+    );
+    assert_eq!(
+        h.active_contacts,
+        Section {
+            offset: 50,
+            count: 51
+        }
+    );
+    assert_eq!(
+        h.stages,
+        Section {
+            offset: 52,
+            count: 53
+        }
+    );
+    assert_eq!(
+        h.pinched_pairs,
+        Section {
+            offset: 54,
+            count: 55
+        }
+    );
+    assert_eq!(
+        h.refusal,
+        Section {
+            offset: 56,
+            count: 57
+        }
+    );
+    assert_eq!(
+        h.certificate_head,
+        Section {
+            offset: 58,
+            count: 59
+        }
+    );
+    assert_eq!(
+        h.names,
+        Section {
+            offset: 60,
+            count: 61
+        }
+    );
+    assert_eq!(
+        h.message,
+        Section {
+            offset: 62,
+            count: 63
+        }
+    );
+    assert_eq!(
+        h.reach,
+        Section {
+            offset: 64,
+            count: 65
+        }
+    );
+    assert_eq!(
+        (h.pairs, h.warnings),
+        (
+            two(66),
+            Section {
+                offset: 68,
+                count: 69
+            }
+        )
+    );
+    assert_eq!(
+        h.turned_columns,
+        Section {
+            offset: 70,
+            count: 71
+        }
+    );
     assert_eq!(size_of::<ResponseHeader>(), 288);
 }
 
@@ -89,7 +233,10 @@ fn wire_md_is_current() {
         std::fs::write(path, &text).unwrap();
     }
     let stored = std::fs::read_to_string(path).unwrap_or_default();
-    assert!(stored == text, "WIRE.md is not current: UPDATE_WIRE_MD=1 cargo test -p taut-ipc wire_md");
+    assert!(
+        stored == text,
+        "WIRE.md is not current: UPDATE_WIRE_MD=1 cargo test -p taut-ipc wire_md"
+    );
 }
 
 #[test]
@@ -111,18 +258,99 @@ fn malformed_requests_get_their_code() {
     let parse = |h: RequestHeader| RequestView::parse(h, bytemuck::cast_slice(&payload)).map(drop);
     assert_eq!(parse(request()), Ok(()));
     let cases: [(RequestHeader, Code); 12] = [
-        (RequestHeader { wire_version: 2, ..request() }, Code::MalformedRequest),
-        (RequestHeader { header_len: 168, ..request() }, Code::MalformedRequest),
-        (RequestHeader { mode: 6, ..request() }, Code::MalformedRequest),
-        (RequestHeader { flags: RequestFlags::ALL + 1, ..request() }, Code::MalformedRequest),
-        (RequestHeader { clearance_m: f64::NAN, ..request() }, Code::MalformedRequest),
-        (RequestHeader { clearance_m: -1.0, ..request() }, Code::MalformedRequest),
-        (RequestHeader { waypoints: 0, ..request() }, Code::ResourceExhausted),
-        (RequestHeader { waypoints: 1_000_000, ..request() }, Code::ResourceExhausted),
-        (RequestHeader { variables: u32::MAX, ..request() }, Code::ResourceExhausted),
-        (RequestHeader { path: Section { offset: 8, count: 2 }, ..request() }, Code::MalformedRequest),
-        (RequestHeader { path: Section { offset: 0, count: 1 }, ..request() }, Code::MalformedRequest),
-        (RequestHeader { fixed_waypoints: Section { offset: 0, count: 1 }, ..request() }, Code::MalformedRequest),
+        (
+            RequestHeader {
+                wire_version: 2,
+                ..request()
+            },
+            Code::MalformedRequest,
+        ),
+        (
+            RequestHeader {
+                header_len: 168,
+                ..request()
+            },
+            Code::MalformedRequest,
+        ),
+        (
+            RequestHeader {
+                mode: 6,
+                ..request()
+            },
+            Code::MalformedRequest,
+        ),
+        (
+            RequestHeader {
+                flags: RequestFlags::ALL + 1,
+                ..request()
+            },
+            Code::MalformedRequest,
+        ),
+        (
+            RequestHeader {
+                clearance_m: f64::NAN,
+                ..request()
+            },
+            Code::MalformedRequest,
+        ),
+        (
+            RequestHeader {
+                clearance_m: -1.0,
+                ..request()
+            },
+            Code::MalformedRequest,
+        ),
+        (
+            RequestHeader {
+                waypoints: 0,
+                ..request()
+            },
+            Code::ResourceExhausted,
+        ),
+        (
+            RequestHeader {
+                waypoints: 1_000_000,
+                ..request()
+            },
+            Code::ResourceExhausted,
+        ),
+        (
+            RequestHeader {
+                variables: u32::MAX,
+                ..request()
+            },
+            Code::ResourceExhausted,
+        ),
+        (
+            RequestHeader {
+                path: Section {
+                    offset: 8,
+                    count: 2,
+                },
+                ..request()
+            },
+            Code::MalformedRequest,
+        ),
+        (
+            RequestHeader {
+                path: Section {
+                    offset: 0,
+                    count: 1,
+                },
+                ..request()
+            },
+            Code::MalformedRequest,
+        ),
+        (
+            RequestHeader {
+                fixed_waypoints: Section {
+                    offset: 0,
+                    count: 1,
+                },
+                ..request()
+            },
+            Code::MalformedRequest,
+        ),
     ];
     for (header, code) in cases {
         let error = parse(header).unwrap_err();
@@ -134,25 +362,66 @@ fn malformed_requests_get_their_code() {
 #[test]
 fn a_full_response_reads_back() {
     let mut names = String::new();
-    let (body_a, body_b) = (TextSpan::push(&mut names, "hand"), TextSpan::push(&mut names, "Tür"));
-    let refusal = RefusalRecord { body_a, body_b, segment: 6, t: 0.437, depth_m: 0.0021, ..Default::default() };
+    let body_a = TextSpan::push(&mut names, "hand");
+    let body_b = TextSpan::push(&mut names, "Tür");
+    let refusal = RefusalRecord {
+        body_a,
+        body_b,
+        segment: 6,
+        t: 0.437,
+        depth_m: 0.0021,
+        ..Default::default()
+    };
     let body = ResponseBody {
         path: &[1.0, 2.0, 3.0, 4.0],
-        certificate: &[CertificateSegment { clearance_m: 0.0118, intervals: 7, reserved: 0 }],
-        lowered_pairs: &[LoweredPair { body_a, body_b, floor_m: 2.5e-4 }],
-        active_contacts: &[ActiveContact { body_a, body_b, t: 0.5, ..Default::default() }],
+        certificate: &[CertificateSegment {
+            clearance_m: 0.0118,
+            intervals: 7,
+            reserved: 0,
+        }],
+        lowered_pairs: &[LoweredPair {
+            body_a,
+            body_b,
+            floor_m: 2.5e-4,
+        }],
+        active_contacts: &[ActiveContact {
+            body_a,
+            body_b,
+            t: 0.5,
+            ..Default::default()
+        }],
         pinched_pairs: &[PinchedPair { body_a, body_b }],
-        stages: &[StageRecord { stage: 4, gain: 1.5, ..Default::default() }],
+        stages: &[StageRecord {
+            stage: 4,
+            gain: 1.5,
+            ..Default::default()
+        }],
         reach: &[0.5, 0.25],
-        turned_columns: &[TurnedColumn { column: 1, turns: -1 }],
-        warnings: &[WarningRecord { kind: WarningKind::Cosmetic.into(), text: body_b, reserved: 0 }],
+        turned_columns: &[TurnedColumn {
+            column: 1,
+            turns: -1,
+        }],
+        warnings: &[WarningRecord {
+            kind: WarningKind::Cosmetic.into(),
+            text: body_b,
+            reserved: 0,
+        }],
         refusal: Some(&refusal),
-        certificate_head: Some(&CertificateHead { segments: 1, ..Default::default() }),
+        certificate_head: Some(&CertificateHead {
+            segments: 1,
+            ..Default::default()
+        }),
         names: &names,
         message: "one line",
     };
-    let mut header =
-        ResponseHeader { wire_version: 1, header_len: 288, code: 1, waypoints: 2, variables: 2, ..Default::default() };
+    let mut header = ResponseHeader {
+        wire_version: 1,
+        header_len: 288,
+        code: 1,
+        waypoints: 2,
+        variables: 2,
+        ..Default::default()
+    };
     let bytes = body.lay_out(&mut header).unwrap();
     let mut payload = vec![0u64; bytes.div_ceil(8)];
     let payload: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut payload)[..bytes];
@@ -161,21 +430,40 @@ fn a_full_response_reads_back() {
     assert_eq!(view.path, body.path);
     assert_eq!(view.waypoint(1), Some(&[3.0, 4.0][..]));
     assert_eq!(view.waypoint(2), None);
-    assert_eq!((view.reach, view.turned_columns), (body.reach, body.turned_columns));
+    assert_eq!(
+        (view.reach, view.turned_columns),
+        (body.reach, body.turned_columns)
+    );
     assert_eq!(view.refusal, Some(&refusal));
     assert_eq!(view.refusal.unwrap().body_b.of(view.names), Ok("Tür"));
-    assert_eq!((view.certificate.len(), view.lowered_pairs.len(), view.active_contacts.len()), (1, 1, 1));
-    assert_eq!((view.stages, view.pinched_pairs), (body.stages, body.pinched_pairs));
+    assert_eq!(
+        (
+            view.certificate.len(),
+            view.lowered_pairs.len(),
+            view.active_contacts.len()
+        ),
+        (1, 1, 1)
+    );
+    assert_eq!(
+        (view.stages, view.pinched_pairs),
+        (body.stages, body.pinched_pairs)
+    );
     assert_eq!(view.warnings, body.warnings);
     assert_eq!(view.warnings[0].text.of(view.names), Ok("Tür"));
     assert_eq!(view.message, "one line");
-    assert!(TextSpan { offset: 6, len: 1 }.of(view.names).is_err(), "cuts a character");
+    assert!(
+        TextSpan { offset: 6, len: 1 }.of(view.names).is_err(),
+        "cuts a character"
+    );
 }
 
 #[test]
 fn long_text_is_cut_at_a_character() {
     let text = "ü".repeat(MAX_TEXT);
-    let body = ResponseBody { message: &text, ..Default::default() };
+    let body = ResponseBody {
+        message: &text,
+        ..Default::default()
+    };
     let mut header = ResponseHeader::default();
     let bytes = body.lay_out(&mut header).unwrap();
     assert_eq!(header.message.count as usize, MAX_TEXT);
@@ -188,15 +476,23 @@ fn long_text_is_cut_at_a_character() {
 fn control_messages_keep_their_limit() {
     let message = ControlRequest::LoadRobot {
         label: "panda".into(),
-        source: RobotSource { urdf: "/models/panda.urdf".into(), ..Default::default() },
+        source: RobotSource {
+            urdf: "/models/panda.urdf".into(),
+            ..Default::default()
+        },
         replace: false,
     };
     let bytes = control::encode(&message).unwrap();
     assert_eq!(control::decode::<ControlRequest>(&bytes).unwrap(), message);
     let longer = [bytes.as_slice(), &[0]].concat();
     assert!(control::decode::<ControlRequest>(&longer).is_err());
-    let huge = ControlRequest::Describe { label: "x".repeat(CONTROL_MAX) };
-    assert!(matches!(control::encode(&huge), Err(control::ControlError::TooLarge)));
+    let huge = ControlRequest::Describe {
+        label: "x".repeat(CONTROL_MAX),
+    };
+    assert!(matches!(
+        control::encode(&huge),
+        Err(control::ControlError::TooLarge)
+    ));
     // A list that claims 2^60 entries must not be allocated.
     let claim = [4u8, 253, 0, 0, 0, 0, 0, 0, 0, 16];
     assert!(control::decode::<ControlReply>(&claim).is_err());

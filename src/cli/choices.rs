@@ -1,4 +1,5 @@
-//! What a request says about joints and waypoints, by name and number, and its translation to settings.
+//! What a request says about joints and waypoints, by name and number, and its translation to
+//! settings.
 
 use taut::optimize::Settings;
 
@@ -18,7 +19,8 @@ pub(super) struct Choices {
     /// Weight of one joint in the metric, instead of the one that --weights gives it; repeatable
     #[arg(long = "joint-weight", value_name = "NAME=WEIGHT", value_parser = quantity::weight)]
     joint_weights: Vec<(String, f64)>,
-    /// Most work to spend on a shorter path, in the units of the answer's `work`: the same on every machine
+    /// Most work to spend on a shorter path, in the units of the answer's `work`: the same on every
+    /// machine
     #[arg(long, value_name = "WORK", value_parser = clap::value_parser!(u64).range(1..))]
     budget: Option<u64>,
     #[command(flatten)]
@@ -34,15 +36,18 @@ pub(super) struct Reported {
     /// Do not look for what is nearest along the path: the answer comes sooner
     #[arg(long)]
     no_contacts: bool,
-    /// Prove each segment at the largest clearance that it keeps, up to 10 cm, and tell how far what is executed may
-    /// stray from the path
+    /// Prove each segment at the largest clearance that it keeps, up to 10 cm, and tell how far
+    /// what is executed may stray from the path
     #[arg(long)]
     corridor: bool,
 }
 
 impl From<&Reported> for Choices {
     fn from(reported: &Reported) -> Self {
-        Self { reported: reported.clone(), ..Self::default() }
+        Self {
+            reported: reported.clone(),
+            ..Self::default()
+        }
     }
 }
 
@@ -61,7 +66,12 @@ impl Choices {
     ///
     /// # Errors
     /// A name or number that does not exist, with the valid ones.
-    pub(super) fn enter(&self, layout: &Layout, waypoints: usize, settings: &mut Settings) -> Result<(), CliError> {
+    pub(super) fn enter(
+        &self,
+        layout: &Layout,
+        waypoints: usize,
+        settings: &mut Settings,
+    ) -> Result<(), CliError> {
         if let Some(name) = &self.group {
             settings.moving = Some(layout.group(name)?.to_vec());
         }
@@ -69,7 +79,9 @@ impl Choices {
             settings.fixed_waypoints = Some(fixed(numbers, waypoints)?);
         }
         for (name, weight) in &self.joint_weights {
-            let weights = settings.weights.get_or_insert_with(|| layout.weights.clone());
+            let weights = settings
+                .weights
+                .get_or_insert_with(|| layout.weights.clone());
             for coordinate in layout.coordinates_of(name)? {
                 weights[coordinate] = *weight;
             }
@@ -78,7 +90,10 @@ impl Choices {
         settings.contacts = !self.reported.no_contacts;
         for (name, value) in &self.reported.held {
             let index = layout.held_index(name)?;
-            settings.held.get_or_insert_with(|| layout.held.iter().map(|(_, value)| *value).collect())[index] = *value;
+            settings
+                .held
+                .get_or_insert_with(|| layout.held.iter().map(|(_, value)| *value).collect())
+                [index] = *value;
         }
         settings.work_budget = self.budget.unwrap_or(settings.work_budget);
         Ok(())
@@ -91,7 +106,8 @@ fn fixed(numbers: &quantity::Numbers, waypoints: usize) -> Result<Vec<bool>, Cli
         match fixed.get_mut(range.clone()) {
             Some(stay) => stay.fill(true),
             None => {
-                let (last, valid) = (range.end(), waypoints - 1);
+                let last = range.end();
+                let valid = waypoints - 1;
                 return Err(CliError::Choice(format!(
                     "--fix names waypoint {last}; the path has waypoints 0 to {valid}"
                 )));

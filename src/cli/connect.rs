@@ -12,7 +12,8 @@ use crate::daemon::DaemonError;
 /// How long a control message may take: large meshes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// How long a command goes on after its daemon died, or had no room for it: a supervised one is back long before.
+/// How long a command goes on after its daemon died, or had no room for it: a supervised one is
+/// back long before.
 pub(super) const RECOVERY: Duration = Duration::from_secs(5);
 
 /// Which daemon.
@@ -45,7 +46,10 @@ pub(super) fn control(client: &Client, message: &ControlRequest) -> Result<Contr
 }
 
 /// Sends a control message to the daemon that is there.
-pub(super) fn control_once(client: &Client, message: &ControlRequest) -> Result<ControlReply, CliError> {
+pub(super) fn control_once(
+    client: &Client,
+    message: &ControlRequest,
+) -> Result<ControlReply, CliError> {
     answered(client.control(message, PATIENCE)?)
 }
 
@@ -64,7 +68,10 @@ pub(super) fn unexpected(reply: &ControlReply) -> CliError {
 
 /// Whether the daemon went away.
 pub(super) fn is_lost(error: &CliError) -> bool {
-    matches!(error, CliError::Client(ClientError::DaemonLost { .. } | ClientError::NoAnswer))
+    matches!(
+        error,
+        CliError::Client(ClientError::DaemonLost { .. } | ClientError::NoAnswer)
+    )
 }
 
 impl From<taut_ipc::InstanceError> for CliError {

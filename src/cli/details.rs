@@ -1,4 +1,5 @@
-//! What stands below the first line of an answer for people: how good it is, what holds it, how it came about.
+//! What stands below the first line of an answer for people: how good it is, what holds it, how it
+//! came about.
 
 use std::fmt::Write;
 
@@ -22,14 +23,22 @@ pub(super) fn of_shortening(subject: &Subject, timed: &Timed) -> String {
     corridor(&mut text, outcome);
     if !outcome.pinched.is_empty() {
         let pairs = outcome.pinched.iter().map(|[a, b]| format!("{a} × {b}"));
-        line(&mut text, "pinched", &format!("between {}", pairs.collect::<Vec<_>>().join(", ")));
+        line(
+            &mut text,
+            "pinched",
+            &format!("between {}", pairs.collect::<Vec<_>>().join(", ")),
+        );
     }
     if !outcome.stages.is_empty() {
         line(&mut text, "stages", &stages(outcome));
     }
     line(&mut text, "ended", &ended(outcome));
     if let Some(id) = timed.request_id {
-        line(&mut text, "request", &format!("{id:016x}   taut why tells how it went"));
+        line(
+            &mut text,
+            "request",
+            &format!("{id:016x}   taut why tells how it went"),
+        );
     }
     text
 }
@@ -47,19 +56,40 @@ fn line(text: &mut String, head: &str, rest: &str) {
 }
 
 fn bound(outcome: &Outcome, metric: &str) -> String {
-    let gap = outcome.gap().map(|gap| format!(", gap {:.1} %", 100.0 * gap));
-    format!("{:.4}{}   lengths in {metric}", outcome.lower_bound, gap.unwrap_or_default())
+    let gap = outcome
+        .gap()
+        .map(|gap| format!(", gap {:.1} %", 100.0 * gap));
+    format!(
+        "{:.4}{}   lengths in {metric}",
+        outcome.lower_bound,
+        gap.unwrap_or_default()
+    )
 }
 
 fn nearest(text: &mut String, outcome: &Outcome) {
-    let Some(NearestBodies { searched_m, smallest, contacts }) = &outcome.nearest else { return };
+    let Some(NearestBodies {
+        searched_m,
+        smallest,
+        contacts,
+    }) = &outcome.nearest
+    else {
+        return;
+    };
     let segments = outcome.path.len().saturating_sub(1).max(1);
     match smallest {
         Some(contact) => line(text, "nearest", &place(contact, segments)),
-        None => line(text, "nearest", &format!("nothing within {}", length(*searched_m))),
+        None => line(
+            text,
+            "nearest",
+            &format!("nothing within {}", length(*searched_m)),
+        ),
     }
     for (index, contact) in contacts.iter().take(LISTED).enumerate() {
-        line(text, if index == 0 { "held by" } else { "" }, &place(contact, segments));
+        line(
+            text,
+            if index == 0 { "held by" } else { "" },
+            &place(contact, segments),
+        );
     }
     if contacts.len() > LISTED {
         line(text, "", &format!("and {} more", contacts.len() - LISTED));
@@ -67,30 +97,55 @@ fn nearest(text: &mut String, outcome: &Outcome) {
 }
 
 fn corridor(text: &mut String, outcome: &Outcome) {
-    let Some(corridor) = &outcome.corridor else { return };
+    let Some(corridor) = &outcome.corridor else {
+        return;
+    };
     let slack = &corridor.slack_m;
-    let Some(narrowest) = (0..slack.len()).min_by(|&i, &j| slack[i].total_cmp(&slack[j])) else { return };
-    let (least, segment, of) = (length(slack[narrowest]), narrowest + 1, slack.len());
+    let Some(narrowest) = (0..slack.len()).min_by(|&i, &j| slack[i].total_cmp(&slack[j])) else {
+        return;
+    };
+    let least = length(slack[narrowest]);
+    let segment = narrowest + 1;
+    let of = slack.len();
     let floor = length(corridor.floor_m);
-    line(text, "corridor", &format!("slack {least} or more, least on segment {segment} of {of}, keeps {floor}"));
+    line(
+        text,
+        "corridor",
+        &format!("slack {least} or more, least on segment {segment} of {of}, keeps {floor}"),
+    );
 }
 
 fn place(contact: &PathContact, segments: usize) -> String {
     let [a, b] = &contact.bodies;
-    let (distance, segment) = (length(contact.distance_m), contact.segment + 1);
-    format!("{a} × {b}, {distance}, segment {segment} of {segments}, t = {:.3}", contact.t)
+    let distance = length(contact.distance_m);
+    let segment = contact.segment + 1;
+    format!(
+        "{a} × {b}, {distance}, segment {segment} of {segments}, t = {:.3}",
+        contact.t
+    )
 }
 
 fn stages(outcome: &Outcome) -> String {
     let share = |share: &taut::optimize::StageShare| {
-        let (name, gain) = (share.stage.name(), share.gain);
-        format!("{name} −{gain:.4} ({} iterations, {} work)", share.iterations, share.work)
+        let name = share.stage.name();
+        let gain = share.gain;
+        format!(
+            "{name} −{gain:.4} ({} iterations, {} work)",
+            share.iterations, share.work
+        )
     };
-    outcome.stages.iter().map(share).collect::<Vec<_>>().join(", ")
+    outcome
+        .stages
+        .iter()
+        .map(share)
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 fn ended(outcome: &Outcome) -> String {
-    let (why, iterations, work) = (outcome.termination.name(), outcome.iterations, outcome.work);
+    let why = outcome.termination.name();
+    let iterations = outcome.iterations;
+    let work = outcome.work;
     let found = match outcome.stage {
         taut::optimize::Stage::Input => "nothing shorter found".to_owned(),
         stage => format!("found by {}", stage.name()),

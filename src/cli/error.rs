@@ -109,21 +109,41 @@ impl From<Refusal> for CliError {
     fn from(refusal: Refusal) -> Self {
         // A code of a newer daemon is a code all the same; the message says what it means.
         let code = Code::try_from(refusal.code).unwrap_or(Code::MalformedRequest);
-        Self::Refused { code, message: refusal.message, retry_after_ms: refusal.retry_after_ms }
+        Self::Refused {
+            code,
+            message: refusal.message,
+            retry_after_ms: refusal.retry_after_ms,
+        }
     }
 }
 
 impl From<AnswerError> for CliError {
     fn from(error: AnswerError) -> Self {
         match error {
-            AnswerError::Refused { code, message, retry_after_ms } => Self::Refused { code, message, retry_after_ms },
-            other => Self::Refused { code: Code::Crash, message: other.to_string(), retry_after_ms: 0 },
+            AnswerError::Refused {
+                code,
+                message,
+                retry_after_ms,
+            } => Self::Refused {
+                code,
+                message,
+                retry_after_ms,
+            },
+            other => Self::Refused {
+                code: Code::Crash,
+                message: other.to_string(),
+                retry_after_ms: 0,
+            },
         }
     }
 }
 
 fn next_step(retry_after_ms: u32) -> String {
-    if retry_after_ms == 0 { String::new() } else { format!(" (try again in {retry_after_ms} ms)") }
+    if retry_after_ms == 0 {
+        String::new()
+    } else {
+        format!(" (try again in {retry_after_ms} ms)")
+    }
 }
 
 impl CliError {
@@ -146,10 +166,11 @@ impl CliError {
         }
     }
 
-    /// Prints the error in one line and gives the exit code. A reader that has seen enough, such as `head`,
-    /// gets no message.
+    /// Prints the error in one line and gives the exit code. A reader that has seen enough, such as
+    /// `head`, gets no message.
     pub(super) fn report(&self) -> u8 {
-        let closed = matches!(self, Self::Output { source, .. } if source.kind() == ErrorKind::BrokenPipe);
+        let closed =
+            matches!(self, Self::Output { source, .. } if source.kind() == ErrorKind::BrokenPipe);
         if !closed {
             eprintln!("taut: {self}");
         }
@@ -159,5 +180,8 @@ impl CliError {
 
 /// Standard output that cannot be written.
 pub(super) fn stdout(source: std::io::Error) -> CliError {
-    CliError::Output { file: "standard output".to_owned(), source }
+    CliError::Output {
+        file: "standard output".to_owned(),
+        source,
+    }
 }

@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use taut::collision::{CollisionModel, shared_names};
 use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
-use taut::files::{self, FileError, Geometry, Kind, Packages, PathTable, Peer, Problem, Reader, RobotFiles};
+use taut::files::{
+    self, FileError, Geometry, Kind, Packages, PathTable, Peer, Problem, Reader, RobotFiles,
+};
 use taut::path::Path;
 use taut::robot::{HeldVariable, RobotModel};
 use taut::scene::Scene;
@@ -53,7 +55,10 @@ impl Loaded {
     /// Robot and scene together.
     pub(super) fn model(&self) -> Result<CollisionModel, CliError> {
         let model = CollisionModel::new(self.robot.clone(), self.scene.clone());
-        model.map_err(|source| CliError::Model { name: self.name.clone(), source: Box::new(source) })
+        model.map_err(|source| CliError::Model {
+            name: self.name.clone(),
+            source: Box::new(source),
+        })
     }
 
     /// Triangles of robot and scene.
@@ -72,9 +77,19 @@ impl Loaded {
         Subject {
             name: self.name.clone(),
             geometry: report::geometry_name(self.geometry),
-            warnings: [self.robot.warnings(), self.scene.warnings(), &shared_names(&self.robot, &self.scene)].concat(),
+            warnings: [
+                self.robot.warnings(),
+                self.scene.warnings(),
+                &shared_names(&self.robot, &self.scene),
+            ]
+            .concat(),
             notes: self.notes.clone(),
-            variables: self.robot.variables().iter().map(|variable| variable.name.clone()).collect(),
+            variables: self
+                .robot
+                .variables()
+                .iter()
+                .map(|variable| variable.name.clone())
+                .collect(),
             coordinates: layout::coordinates_of_model(&self.robot),
             metric: String::new(),
             path_before: rows(&self.path),
@@ -86,12 +101,19 @@ impl Loaded {
     pub(super) fn source(&self, packages: &[(String, PathBuf)]) -> ResultSubject {
         let files = Some(self.robot_files.absolute(&quantity::packages(packages)));
         ResultSubject {
-            robot: RobotSource { label: None, hash: format!("{:016x}", self.robot.hash()), files },
+            robot: RobotSource {
+                label: None,
+                hash: format!("{:016x}", self.robot.hash()),
+                files,
+            },
             scene: SceneSource {
                 label: None,
                 version: None,
                 hash: format!("{:016x}", self.scene.hash()),
-                file: self.scene_file.as_ref().and_then(|file| std::path::absolute(file).ok()),
+                file: self
+                    .scene_file
+                    .as_ref()
+                    .and_then(|file| std::path::absolute(file).ok()),
                 content: Some(SceneFile::of(&self.scene, true)),
             },
             ..ResultSubject::default()
@@ -101,7 +123,9 @@ impl Loaded {
 
 /// A reader that knows the packages of the arguments and of the environment.
 pub(super) fn reader(source: &Source) -> Reader {
-    Reader::new(Packages::with_environment(quantity::packages(&source.packages)))
+    Reader::new(Packages::with_environment(quantity::packages(
+        &source.packages,
+    )))
 }
 
 /// Reads a problem file, or a bare path with the robot and the scene of the arguments.
@@ -116,7 +140,8 @@ pub(super) fn load(
     load_holding(reader, file, source, prefer_spheres, &[])
 }
 
-/// The same where the request says for some joints, by name, where they stand if the path has no column for them.
+/// The same where the request says for some joints, by name, where they stand if the path has no
+/// column for them.
 pub(super) fn load_holding(
     reader: &mut Reader,
     file: &FilePath,
@@ -129,15 +154,32 @@ pub(super) fn load_holding(
             let text = "is a problem file and brings its own robot and scene; leave out --robot and --problem";
             return Err(CliError::Usage(format!("{} {text}", file.display())));
         }
-        return of_problem(problem(reader, file, source.geometry, prefer_spheres)?, None);
+        return of_problem(
+            problem(reader, file, source.geometry, prefer_spheres)?,
+            None,
+        );
     }
     let several = Kind::of(file)? == Kind::Several;
-    let table = if several { PathTable::of_vamp(file, source.select.as_deref())? } else { PathTable::read(file)? };
+    let table = if several {
+        PathTable::of_vamp(file, source.select.as_deref())?
+    } else {
+        PathTable::read(file)?
+    };
     // One of several problems is in its own scene unless another is given.
-    let scene_file = source.scene.clone().or_else(|| several.then(|| file.to_owned()));
-    let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let scene_file = source
+        .scene
+        .clone()
+        .or_else(|| several.then(|| file.to_owned()));
+    let name = file
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
     match (&source.problem, &source.robot) {
-        (Some(file), _) => of_problem(problem(reader, file, source.geometry, prefer_spheres)?, Some((name, table))),
+        (Some(file), _) => of_problem(
+            problem(reader, file, source.geometry, prefer_spheres)?,
+            Some((name, table)),
+        ),
         (None, Some(urdf)) => bare(reader, urdf, source, scene_file, held, name, table),
         (None, None) => {
             let text = "is a bare path; give --robot ROBOT.urdf and --scene SCENE.json, or --problem PROBLEM.json";
@@ -155,9 +197,18 @@ fn problem(
     let spheres = match choice {
         GeometryChoice::Given => false,
         GeometryChoice::Spheres => true,
-        GeometryChoice::Auto => prefer_spheres && Kind::of(file)? == Kind::Problem { has_spheres: true },
+        GeometryChoice::Auto => {
+            prefer_spheres && Kind::of(file)? == Kind::Problem { has_spheres: true }
+        }
     };
-    Ok(reader.problem(file, if spheres { Geometry::Spheres } else { Geometry::Given })?)
+    Ok(reader.problem(
+        file,
+        if spheres {
+            Geometry::Spheres
+        } else {
+            Geometry::Given
+        },
+    )?)
 }
 
 /// The problem's own path, or another one for its robot and scene.
@@ -165,7 +216,12 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
     let robot = problem.model()?;
     let (name, path) = match other {
         None => (problem.name, problem.path),
-        Some((name, table)) => (name, table.for_robot(&problem.robot)?.into_path(robot.variables())?),
+        Some((name, table)) => (
+            name,
+            table
+                .for_robot(&problem.robot)?
+                .into_path(robot.variables())?,
+        ),
     };
     Ok(Loaded {
         robot: Arc::new(robot),
@@ -184,7 +240,8 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
     })
 }
 
-/// A bare path: its columns are the robot's variables, every other joint is held at 0 unless `held` says where.
+/// A bare path: its columns are the robot's variables, every other joint is held at 0 unless `held`
+/// says where.
 fn bare(
     reader: &mut Reader,
     urdf: &FilePath,
@@ -195,31 +252,67 @@ fn bare(
     table: PathTable,
 ) -> Result<Loaded, CliError> {
     let srdf = source.srdf.clone().or_else(|| files::srdf_of(urdf));
-    let elsewhere = srdf.iter().filter(|file| source.srdf.is_none() && file.parent() != urdf.parent());
-    let elsewhere: Vec<Warning> =
-        elsewhere.map(|file| Warning::cosmetic("SRDF", format!("the SRDF is {}", file.display()))).collect();
+    let elsewhere = srdf
+        .iter()
+        .filter(|file| source.srdf.is_none() && file.parent() != urdf.parent());
+    let elsewhere: Vec<Warning> = elsewhere
+        .map(|file| Warning::cosmetic("SRDF", format!("the SRDF is {}", file.display())))
+        .collect();
     let packages = quantity::packages(&source.packages);
-    let mut robot_files = RobotFiles { urdf: urdf.to_owned(), srdf, packages, ..RobotFiles::default() };
+    let mut robot_files = RobotFiles {
+        urdf: urdf.to_owned(),
+        srdf,
+        packages,
+        ..RobotFiles::default()
+    };
     let mut robot = reader.robot_of(&robot_files)?;
     let table = table.for_robot(&robot)?;
     robot_files.variables = Some(table.variables().to_vec());
     robot.variables.clone_from(&robot_files.variables);
-    let robot = RobotModel::new(robot).map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
+    let robot = RobotModel::new(robot).map_err(|source| FileError::Robot {
+        file: urdf.to_owned(),
+        source,
+    })?;
     let selected = source.select.as_deref();
-    let scene =
-        scene_file.as_deref().map_or_else(|| Ok(Scene::default()), |file| reader.selected_scene(file, selected))?;
+    let scene = scene_file.as_deref().map_or_else(
+        || Ok(Scene::default()),
+        |file| reader.selected_scene(file, selected),
+    )?;
     let mut notes: Vec<Warning> = table.warnings().iter().cloned().chain(elsewhere).collect();
-    let at_zero = || robot.held().iter().filter(|variable| held.iter().all(|(name, _)| *name != variable.name));
-    if let Some(variable) = at_zero().find(|variable| variable.hard_lower > 0.0 || variable.hard_upper < 0.0) {
-        let (missing, lower, upper) = (&variable.name, variable.hard_lower, variable.hard_upper);
+    let at_zero = || {
+        robot
+            .held()
+            .iter()
+            .filter(|variable| held.iter().all(|(name, _)| *name != variable.name))
+    };
+    if let Some(variable) =
+        at_zero().find(|variable| variable.hard_lower > 0.0 || variable.hard_upper < 0.0)
+    {
+        let missing = &variable.name;
+        let lower = variable.hard_lower;
+        let upper = variable.hard_upper;
         let text = format!(
             "column {missing:?} is missing, and the joint cannot be held at 0, outside [{lower}, {upper}]; add it, or give --hold {missing}=VALUE"
         );
-        return Err(FileError::Content { file: name.into(), text }.into());
+        return Err(FileError::Content {
+            file: name.into(),
+            text,
+        }
+        .into());
     }
-    let given = |name: &str| held.iter().rev().find(|(known, _)| known == name).map(|(_, value)| *value);
+    let given = |name: &str| {
+        held.iter()
+            .rev()
+            .find(|(known, _)| known == name)
+            .map(|(_, value)| *value)
+    };
     let where_held = |variable: &HeldVariable| given(&variable.name).unwrap_or(variable.default);
-    table.check_held(robot.held().iter().map(|variable| (variable.name.as_str(), where_held(variable))))?;
+    table.check_held(
+        robot
+            .held()
+            .iter()
+            .map(|variable| (variable.name.as_str(), where_held(variable))),
+    )?;
     let path = table.into_path(robot.variables())?;
     let names: Vec<&str> = at_zero().map(|variable| variable.name.as_str()).collect();
     notes.extend(taut_ipc::planner::held_at_zero(&names).map(Warning::uncovered));

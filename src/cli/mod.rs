@@ -1,4 +1,5 @@
-//! The command line: one file per subcommand, stable exit codes, one-line errors with the next step.
+//! The command line: one file per subcommand, stable exit codes, one-line errors with the next
+//! step.
 
 mod against;
 mod bench;
@@ -102,12 +103,16 @@ fn progress_bar(length: u64) -> ProgressBar {
     ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// Runs the command line and gives its exit code: 0 proved, 1 collision, 2 not provable, 64 and above an error.
+/// Runs the command line and gives its exit code: 0 proved, 1 collision, 2 not provable, 64 and
+/// above an error.
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+            if matches!(
+                error.kind(),
+                ErrorKind::DisplayHelp | ErrorKind::DisplayVersion
+            ) {
                 // Where even this cannot be written there is nobody to tell.
                 let _ = error.print();
                 return ExitCode::SUCCESS;
@@ -152,10 +157,18 @@ pub fn main() -> ExitCode {
 /// What clap says on several lines, as one with the next step at its end.
 fn one_line(error: &clap::Error) -> String {
     let text = error.to_string();
-    let said = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
-    let said: Vec<&str> = said.filter(|line| !line.is_empty() && !line.starts_with("tip: to pass")).collect();
+    let said = text
+        .lines()
+        .map(str::trim)
+        .take_while(|line| !line.starts_with("Usage:"));
+    let said: Vec<&str> = said
+        .filter(|line| !line.is_empty() && !line.starts_with("tip: to pass"))
+        .collect();
     format!(
         "{}; see --help",
-        said.join(" ").trim_start_matches("error: ").trim_end_matches("For more information, try '--help'.").trim_end()
+        said.join(" ")
+            .trim_start_matches("error: ")
+            .trim_end_matches("For more information, try '--help'.")
+            .trim_end()
     )
 }

@@ -1,4 +1,5 @@
-//! `taut load-robot`, `load-scene`, `unload-…`, `list`, `describe`, `stop`: what the daemon keeps loaded.
+//! `taut load-robot`, `load-scene`, `unload-…`, `list`, `describe`, `stop`: what the daemon keeps
+//! loaded.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -21,7 +22,8 @@ const STOP_PATIENCE: Duration = Duration::from_secs(30);
 
 /// Load a robot into the daemon
 ///
-/// Exit code: 0 loaded, 65 a bad file, 66 an unreadable one or a label that names another robot, 69 no daemon.
+/// Exit code: 0 loaded, 65 a bad file, 66 an unreadable one or a label that names another robot, 69
+/// no daemon.
 #[derive(clap::Args)]
 #[command(group = clap::ArgGroup::new("source").required(true).args(["urdf", "problem"]))]
 pub(super) struct LoadRobot {
@@ -54,7 +56,8 @@ pub(super) struct LoadRobot {
 
 /// Load a scene into the daemon
 ///
-/// Exit code: 0 loaded, 65 a bad file, 66 an unreadable one or a label that names another scene, 69 no daemon.
+/// Exit code: 0 loaded, 65 a bad file, 66 an unreadable one or a label that names another scene, 69
+/// no daemon.
 #[derive(clap::Args)]
 pub(super) struct LoadScene {
     /// Its label
@@ -119,11 +122,22 @@ pub(super) fn load_robot(arguments: &LoadRobot) -> Result<u8, CliError> {
     let files = match (&arguments.urdf, &arguments.problem) {
         (Some(urdf), _) => {
             let srdf = arguments.srdf.clone().or_else(|| files::srdf_of(urdf));
-            RobotFiles { urdf: urdf.clone(), srdf, packages, ..RobotFiles::default() }
+            RobotFiles {
+                urdf: urdf.clone(),
+                srdf,
+                packages,
+                ..RobotFiles::default()
+            }
         }
         (None, Some(problem)) => {
-            let geometry = if arguments.spheres { Geometry::Spheres } else { Geometry::Given };
-            Reader::new(Packages::with_environment(packages)).problem(problem, geometry)?.robot_files
+            let geometry = if arguments.spheres {
+                Geometry::Spheres
+            } else {
+                Geometry::Given
+            };
+            Reader::new(Packages::with_environment(packages))
+                .problem(problem, geometry)?
+                .robot_files
         }
         (None, None) => return Err(CliError::Usage("give --urdf or --problem".to_owned())),
     };
@@ -133,17 +147,28 @@ pub(super) fn load_robot(arguments: &LoadRobot) -> Result<u8, CliError> {
     for warning in &robot.warnings {
         eprintln!("warning: {warning}");
     }
-    print(arguments.format, &robot, || robot_line(&robot.label, robot.nq, robot.robot_hash))
+    print(arguments.format, &robot, || {
+        robot_line(&robot.label, robot.nq, robot.robot_hash)
+    })
 }
 
 /// Loads a scene.
 pub(super) fn load_scene(arguments: &LoadScene) -> Result<u8, CliError> {
     let client = arguments.instance.connect()?;
-    let (label, replace) = (arguments.label.clone(), arguments.replace);
-    let (json, base_dir) =
-        (files::selected_scene_text(&arguments.file, arguments.select.as_deref())?, folder_of(&arguments.file));
+    let label = arguments.label.clone();
+    let replace = arguments.replace;
+    let json = files::selected_scene_text(&arguments.file, arguments.select.as_deref())?;
+    let base_dir = folder_of(&arguments.file);
     let progress = Progress::start(&arguments.file);
-    let reply = control(&client, &ControlRequest::LoadScene { label, json, base_dir, replace });
+    let reply = control(
+        &client,
+        &ControlRequest::LoadScene {
+            label,
+            json,
+            base_dir,
+            replace,
+        },
+    );
     drop(progress);
     match reply? {
         ControlReply::Scene(scene) => {
@@ -159,19 +184,29 @@ pub(super) fn load_scene(arguments: &LoadScene) -> Result<u8, CliError> {
 /// Forgets a robot.
 pub(super) fn unload_robot(arguments: &Unload) -> Result<u8, CliError> {
     let label = arguments.label.clone();
-    control(&arguments.instance.connect()?, &ControlRequest::UnloadRobot { label }).map(|_| 0)
+    control(
+        &arguments.instance.connect()?,
+        &ControlRequest::UnloadRobot { label },
+    )
+    .map(|_| 0)
 }
 
 /// Forgets a scene.
 pub(super) fn unload_scene(arguments: &Unload) -> Result<u8, CliError> {
     let label = arguments.label.clone();
-    control(&arguments.instance.connect()?, &ControlRequest::UnloadScene { label }).map(|_| 0)
+    control(
+        &arguments.instance.connect()?,
+        &ControlRequest::UnloadScene { label },
+    )
+    .map(|_| 0)
 }
 
 /// Lists what is loaded.
 pub(super) fn list(arguments: &List) -> Result<u8, CliError> {
     match control(&arguments.instance.connect()?, &ControlRequest::List)? {
-        ControlReply::Listing(listing) => print(arguments.format, &listing, || list_lines(&listing)),
+        ControlReply::Listing(listing) => {
+            print(arguments.format, &listing, || list_lines(&listing))
+        }
         other => Err(unexpected(&other)),
     }
 }
@@ -179,7 +214,10 @@ pub(super) fn list(arguments: &List) -> Result<u8, CliError> {
 /// Describes a robot.
 pub(super) fn describe(arguments: &Describe) -> Result<u8, CliError> {
     let label = arguments.robot.clone();
-    match control(&arguments.instance.connect()?, &ControlRequest::Describe { label })? {
+    match control(
+        &arguments.instance.connect()?,
+        &ControlRequest::Describe { label },
+    )? {
         ControlReply::Robot(robot) => print(arguments.format, &robot, || description(&robot)),
         other => Err(unexpected(&other)),
     }
@@ -198,7 +236,8 @@ pub(super) fn stop(arguments: &Stop) -> Result<u8, CliError> {
     let end = Instant::now() + STOP_PATIENCE;
     while daemon_state(&instance)? != DaemonState::Absent {
         if Instant::now() > end {
-            let text = format!("the daemon has not ended within {STOP_PATIENCE:?}; end its process");
+            let text =
+                format!("the daemon has not ended within {STOP_PATIENCE:?}; end its process");
             return Err(CliError::Usage(text));
         }
         std::thread::sleep(Duration::from_millis(5));
@@ -207,10 +246,16 @@ pub(super) fn stop(arguments: &Stop) -> Result<u8, CliError> {
     Ok(0)
 }
 
-pub(super) fn print<T: Serialize>(format: Format, value: &T, table: impl Fn() -> String) -> Result<u8, CliError> {
+pub(super) fn print<T: Serialize>(
+    format: Format,
+    value: &T,
+    table: impl Fn() -> String,
+) -> Result<u8, CliError> {
     let text = match format {
         // Infinite limits become null, which JSON has.
-        Format::Json => serde_json::to_string(value).expect("control replies hold only plain values"),
+        Format::Json => {
+            serde_json::to_string(value).expect("control replies hold only plain values")
+        }
         Format::Table => table(),
     };
     let mut out = std::io::stdout().lock();
@@ -224,17 +269,31 @@ fn robot_line(label: &str, nq: u32, hash: u64) -> String {
 }
 
 pub(super) fn scene_line(scene: &SceneSummary) -> String {
-    format!("scene {} v{}   {} objects   hash {:016x}", scene.label, scene.version, scene.objects, scene.scene_hash)
+    format!(
+        "scene {} v{}   {} objects   hash {:016x}",
+        scene.label, scene.version, scene.objects, scene.scene_hash
+    )
 }
 
 fn list_lines(listing: &Listing) -> String {
-    let robots = listing.robots.iter().map(|robot| robot_line(&robot.label, robot.nq, robot.robot_hash));
-    robots.chain(listing.scenes.iter().map(scene_line)).collect::<Vec<_>>().join("\n")
+    let robots = listing
+        .robots
+        .iter()
+        .map(|robot| robot_line(&robot.label, robot.nq, robot.robot_hash));
+    robots
+        .chain(listing.scenes.iter().map(scene_line))
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 fn description(robot: &RobotDescription) -> String {
     let mut lines = vec![robot_line(&robot.label, robot.nq, robot.robot_hash)];
-    let width = robot.variables.iter().map(|variable| variable.name.len()).max().unwrap_or(0);
+    let width = robot
+        .variables
+        .iter()
+        .map(|variable| variable.name.len())
+        .max()
+        .unwrap_or(0);
     for variable in &robot.variables {
         let limits = if variable.continuous {
             "continuous".to_owned()
@@ -247,9 +306,22 @@ fn description(robot: &RobotDescription) -> String {
         lines.push(format!("  {held:<width$}  held"));
     }
     for (index, group) in robot.groups.iter().enumerate() {
-        let names: Vec<&str> = group.variables.iter().map(|&v| robot.variables[v as usize].name.as_str()).collect();
-        lines.push(format!("  group {index} {}: {}", group.name, names.join(", ")));
+        let names: Vec<&str> = group
+            .variables
+            .iter()
+            .map(|&v| robot.variables[v as usize].name.as_str())
+            .collect();
+        lines.push(format!(
+            "  group {index} {}: {}",
+            group.name,
+            names.join(", ")
+        ));
     }
-    lines.extend(robot.warnings.iter().map(|warning| format!("  warning: {warning}")));
+    lines.extend(
+        robot
+            .warnings
+            .iter()
+            .map(|warning| format!("  warning: {warning}")),
+    );
     lines.join("\n")
 }

@@ -10,7 +10,10 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 use taut_ipc::control::ControlRequest;
 use taut_ipc::wire::Code;
-use taut_ipc::{Client, ClientError, DaemonState, INSTANCE_VARIABLE, Instance, InstanceError, daemon_state, server};
+use taut_ipc::{
+    Client, ClientError, DaemonState, INSTANCE_VARIABLE, Instance, InstanceError, daemon_state,
+    server,
+};
 
 const START_PATIENCE: Duration = Duration::from_secs(10);
 const STOP_PATIENCE: Duration = Duration::from_secs(3);
@@ -19,7 +22,9 @@ const STOP_PATIENCE: Duration = Duration::from_secs(3);
 #[derive(Debug, thiserror::Error)]
 pub(super) enum OwnDaemonError {
     /// No folder for it.
-    #[error("no folder for the command's own daemon: {0}; set TMPDIR to a short path that can be written")]
+    #[error(
+        "no folder for the command's own daemon: {0}; set TMPDIR to a short path that can be written"
+    )]
     NoFolder(String),
     /// A process cannot be started.
     #[error("{program}: {source}")]
@@ -61,8 +66,8 @@ impl OwnDaemonError {
 pub(super) struct Folder(PathBuf);
 
 impl Folder {
-    /// In the folder for temporary files, or where sockets in there would have too long a path, in another. `name` is
-    /// the instance's, too.
+    /// In the folder for temporary files, or where sockets in there would have too long a path, in
+    /// another. `name` is the instance's, too.
     pub(super) fn create(name: &str) -> Result<Self, OwnDaemonError> {
         let mut reason = String::new();
         for base in [std::env::temp_dir(), "/dev/shm".into(), "/tmp".into()] {
@@ -88,7 +93,8 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // Nobody is left to tell; what cannot be removed here lies in the folder for temporary files.
+        // Nobody is left to tell; what cannot be removed here lies in the folder for temporary
+        // files.
         let _ = fs::remove_dir_all(&self.0);
     }
 }
@@ -102,7 +108,8 @@ pub(super) struct Daemon {
 }
 
 impl Daemon {
-    /// Makes the folder, lets `fill` put files into it, and starts `taut serve` with these arguments there.
+    /// Makes the folder, lets `fill` put files into it, and starts `taut serve` with these
+    /// arguments there.
     pub(super) fn start(
         name: &str,
         arguments: &[&str],
@@ -118,10 +125,17 @@ impl Daemon {
             // It ends with this process, however that ends.
             command.args(["--supervised-by", &std::process::id().to_string()]);
         }
-        command.stdin(Stdio::null()).stderr(log.try_clone().map_err(unwritable(&folder.0))?).stdout(log);
+        command
+            .stdin(Stdio::null())
+            .stderr(log.try_clone().map_err(unwritable(&folder.0))?)
+            .stdout(log);
         // Ctrl-C at the terminal then goes to the command alone, which stops things in order.
         command.process_group(0);
-        let mut daemon = Self { child: Some(spawn(command)?), instance, folder };
+        let mut daemon = Self {
+            child: Some(spawn(command)?),
+            instance,
+            folder,
+        };
         daemon.wait_until_up()?;
         Ok(daemon)
     }
@@ -149,7 +163,10 @@ impl Daemon {
 
     fn wait_until_up(&mut self) -> Result<(), OwnDaemonError> {
         let end = Instant::now() + START_PATIENCE;
-        while !matches!(daemon_state(&self.instance), Ok(DaemonState::Running { .. })) {
+        while !matches!(
+            daemon_state(&self.instance),
+            Ok(DaemonState::Running { .. })
+        ) {
             if self.ends_within(Duration::from_millis(2)) {
                 return Err(self.failed("ended at once"));
             }
@@ -177,15 +194,23 @@ impl Daemon {
 
     fn failed(&self, what: &str) -> OwnDaemonError {
         let log = fs::read_to_string(self.folder.0.join("daemon.log")).unwrap_or_default();
-        let last = log.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("nothing");
-        OwnDaemonError::Daemon { what: what.to_owned(), log: last.to_owned() }
+        let last = log
+            .lines()
+            .rev()
+            .find(|line| !line.trim().is_empty())
+            .unwrap_or("nothing");
+        OwnDaemonError::Daemon {
+            what: what.to_owned(),
+            log: last.to_owned(),
+        }
     }
 }
 
 impl Drop for Daemon {
     fn drop(&mut self) {
         if let Some(pid) = self.child.as_ref().map(Pid::from_child) {
-            // A child that is not reaped yet keeps its number, so that this cannot meet another process.
+            // A child that is not reaped yet keeps its number, so that this cannot meet another
+            // process.
             let _ = kill_process(pid, Signal::TERM);
             if !self.ends_within(STOP_PATIENCE)
                 && let Some(mut child) = self.child.take()
@@ -194,17 +219,23 @@ impl Drop for Daemon {
                 let _ = child.wait();
             }
         }
-        // Planners that were killed leave shared memory behind, and so does a daemon; whoever takes the
-        // instance next wipes it.
+        // Planners that were killed leave shared memory behind, and so does a daemon; whoever takes
+        // the instance next wipes it.
         drop(server::Server::create(&self.instance));
     }
 }
 
 /// This program again, for this instance.
 pub(super) fn this_program(instance: &Instance) -> Result<Command, OwnDaemonError> {
-    let start = |source| OwnDaemonError::Start { program: "taut".into(), source };
+    let start = |source| OwnDaemonError::Start {
+        program: "taut".into(),
+        source,
+    };
     let mut command = Command::new(std::env::current_exe().map_err(start)?);
-    command.env(INSTANCE_VARIABLE, format!("{}:{}", instance.name(), instance.root().display()));
+    command.env(
+        INSTANCE_VARIABLE,
+        format!("{}:{}", instance.name(), instance.root().display()),
+    );
     Ok(command)
 }
 
@@ -214,5 +245,8 @@ fn unwritable(folder: &Path) -> impl Fn(std::io::Error) -> OwnDaemonError {
 
 /// Starts a program.
 pub(super) fn spawn(mut command: Command) -> Result<Child, OwnDaemonError> {
-    command.spawn().map_err(|source| OwnDaemonError::Start { program: command.get_program().into(), source })
+    command.spawn().map_err(|source| OwnDaemonError::Start {
+        program: command.get_program().into(),
+        source,
+    })
 }

@@ -46,13 +46,15 @@ impl Place {
         }
         match choice.instance.connect() {
             Ok(client) => Ok(Self::Daemon(client)),
-            Err(CliError::Client(ClientError::DaemonLost { root, reason })) => Err(CliError::NoDaemon { root, reason }),
+            Err(CliError::Client(ClientError::DaemonLost { root, reason })) => {
+                Err(CliError::NoDaemon { root, reason })
+            }
             Err(error) => Err(error),
         }
     }
 
-    /// Answers the request about a file. `watch` gets the length of each improvement and when it came. Only an answer
-    /// that is kept as a file says where robot and scene come from.
+    /// Answers the request about a file. `watch` gets the length of each improvement and when it
+    /// came. Only an answer that is kept as a file says where robot and scene come from.
     ///
     /// # Errors
     /// A file that cannot be used, a request that is refused, a daemon that went away.
@@ -71,14 +73,25 @@ impl Place {
                 let loaded = load::load_holding(reader, file, source, false, asked.choices.held())?;
                 progress.preparing(loaded.triangles());
                 let model = loaded.model()?;
-                let layout = Layout::of_model(&loaded.robot, reach_weights(&loaded.robot, model.bodies()));
-                let settings = asked.settings(loaded.weights.as_ref(), &layout, loaded.path.len())?;
+                let layout =
+                    Layout::of_model(&loaded.robot, reach_weights(&loaded.robot, model.bodies()));
+                let settings =
+                    asked.settings(loaded.weights.as_ref(), &layout, loaded.path.len())?;
                 let mut subject = loaded.subject();
                 subject.metric = asked.metric(loaded.weights.is_some());
                 let of_robot = loaded.robot.warnings().len();
-                subject.warnings.splice(of_robot..of_robot, neutral_warnings(&model));
+                subject
+                    .warnings
+                    .splice(of_robot..of_robot, neutral_warnings(&model));
                 drop(progress);
-                let timed = runner::run(&loaded, &model, &settings, asked.rules.deadline, workspace, watch)?;
+                let timed = runner::run(
+                    &loaded,
+                    &model,
+                    &settings,
+                    asked.rules.deadline,
+                    workspace,
+                    watch,
+                )?;
                 if is_kept {
                     subject.source = asked.source(loaded.source(&source.packages));
                 }
@@ -86,14 +99,24 @@ impl Place {
             }
             Self::Daemon(client) => {
                 let progress = Progress::start(file);
-                let mut prepared = remote::prepare(client, reader, file, source, asked.choices.held())?;
+                let mut prepared =
+                    remote::prepare(client, reader, file, source, asked.choices.held())?;
                 drop(progress);
                 let layout = Layout::of_description(&prepared.robot);
-                let settings = asked.settings(prepared.weights.as_ref(), &layout, prepared.path.len())?;
+                let settings =
+                    asked.settings(prepared.weights.as_ref(), &layout, prepared.path.len())?;
                 prepared.subject.metric = asked.metric(prepared.weights.is_some());
-                let timed = remote::run(client, &prepared, &layout, &settings, asked.rules.deadline, watch)?;
+                let timed = remote::run(
+                    client,
+                    &prepared,
+                    &layout,
+                    &settings,
+                    asked.rules.deadline,
+                    watch,
+                )?;
                 if is_kept {
-                    prepared.subject.source = asked.source(remote::source(client, &prepared, &source.packages));
+                    prepared.subject.source =
+                        asked.source(remote::source(client, &prepared, &source.packages));
                 }
                 Ok((prepared.subject, timed))
             }

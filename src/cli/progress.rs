@@ -1,4 +1,5 @@
-//! That something is being loaded, while it takes long: a line on a terminal, nothing where output is piped.
+//! That something is being loaded, while it takes long: a line on a terminal, nothing where output
+//! is piped.
 
 use std::io::IsTerminal;
 use std::path::Path;
@@ -16,8 +17,13 @@ impl Progress {
             return Self(None);
         }
         let style = ProgressStyle::with_template("{spinner} {msg}  {elapsed}");
-        let bar = ProgressBar::new_spinner().with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-        let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+        let bar = ProgressBar::new_spinner()
+            .with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+        let name = file
+            .file_name()
+            .unwrap_or(file.as_os_str())
+            .to_string_lossy()
+            .into_owned();
         bar.set_message(format!("loading {name}"));
         bar.enable_steady_tick(Duration::from_millis(80));
         Self(Some(bar))

@@ -14,8 +14,14 @@ pub(super) fn metres(text: &str) -> Result<f64, String> {
         _ => (text.strip_suffix('m').unwrap_or(text), 1.0),
     };
     // Dividing by 1000 rounds once; multiplying by 0.001 would round twice.
-    let value = number.trim().parse::<f64>().ok().map(|value| value / per_metre);
-    value.filter(|value| value.is_finite() && *value >= 0.0).ok_or_else(|| expected.to_owned())
+    let value = number
+        .trim()
+        .parse::<f64>()
+        .ok()
+        .map(|value| value / per_metre);
+    value
+        .filter(|value| value.is_finite() && *value >= 0.0)
+        .ok_or_else(|| expected.to_owned())
 }
 
 /// A time: `20ms`, `1.5s` or `500us`.
@@ -26,14 +32,20 @@ pub(super) fn duration(text: &str) -> Result<Duration, String> {
         _ if text.ends_with("us") => (&text[..text.len() - 2], 1e6),
         _ => (text.strip_suffix('s').ok_or(expected)?, 1.0),
     };
-    let seconds = number.trim().parse::<f64>().map_err(|_| expected.to_owned())? / per_second;
+    let seconds = number
+        .trim()
+        .parse::<f64>()
+        .map_err(|_| expected.to_owned())?
+        / per_second;
     Duration::try_from_secs_f64(seconds).map_err(|_| expected.to_owned())
 }
 
 /// `NAME=FOLDER`.
 pub(super) fn package(text: &str) -> Result<(String, PathBuf), String> {
     match text.split_once('=') {
-        Some((name, folder)) if !name.is_empty() && !folder.is_empty() => Ok((name.to_owned(), folder.into())),
+        Some((name, folder)) if !name.is_empty() && !folder.is_empty() => {
+            Ok((name.to_owned(), folder.into()))
+        }
         _ => Err("give NAME=FOLDER".to_owned()),
     }
 }
@@ -49,23 +61,32 @@ pub(super) fn numbers(text: &str) -> Result<Numbers, String> {
         Some(number(first)?..=number(last)?).filter(|range| !range.is_empty())
     };
     let expected = "give numbers and ranges from 0 on such as 0,3,7-9";
-    text.split(',').map(range).collect::<Option<_>>().ok_or_else(|| expected.to_owned())
+    text.split(',')
+        .map(range)
+        .collect::<Option<_>>()
+        .ok_or_else(|| expected.to_owned())
 }
 
 /// `NAME=VALUE`.
 pub(super) fn value(text: &str) -> Result<(String, f64), String> {
-    named(text, |value| value.is_finite()).ok_or_else(|| "give NAME=VALUE, the value in rad or m".to_owned())
+    named(text, |value| value.is_finite())
+        .ok_or_else(|| "give NAME=VALUE, the value in rad or m".to_owned())
 }
 
 /// `NAME=WEIGHT`.
 pub(super) fn weight(text: &str) -> Result<(String, f64), String> {
     let is_weight = |weight: f64| weight.is_finite() && weight > 0.0;
-    named(text, is_weight).ok_or_else(|| "give NAME=WEIGHT, the weight finite and greater than 0".to_owned())
+    named(text, is_weight)
+        .ok_or_else(|| "give NAME=WEIGHT, the weight finite and greater than 0".to_owned())
 }
 
 fn named(text: &str, is_valid: impl Fn(f64) -> bool) -> Option<(String, f64)> {
     let (name, number) = text.split_once('=')?;
-    let number = number.trim().parse().ok().filter(|number| is_valid(*number))?;
+    let number = number
+        .trim()
+        .parse()
+        .ok()
+        .filter(|number| is_valid(*number))?;
     (!name.is_empty()).then(|| (name.to_owned(), number))
 }
 
@@ -83,16 +104,36 @@ mod tests {
         assert_eq!(metres("0.1mm"), Ok(1e-4));
         assert_eq!(metres("1 cm"), Ok(0.01));
         assert_eq!((metres("0.001"), metres("0.001m")), (Ok(1e-3), Ok(1e-3)));
-        assert!(["", "mm", "-1mm", "NaN", "1 inch", "inf"].iter().all(|text| metres(text).is_err()));
+        assert!(
+            ["", "mm", "-1mm", "NaN", "1 inch", "inf"]
+                .iter()
+                .all(|text| metres(text).is_err())
+        );
         assert_eq!(duration("20ms"), Ok(Duration::from_millis(20)));
         assert_eq!(duration("1.5s"), Ok(Duration::from_millis(1500)));
         assert_eq!(duration("500us"), Ok(Duration::from_micros(500)));
         assert_eq!(numbers("0,3, 7-9"), Ok(vec![0..=0, 3..=3, 7..=9]));
-        assert!(["", "1,", "-1", "3-2", "a", "1-2-3", "1.5"].iter().all(|text| numbers(text).is_err()));
+        assert!(
+            ["", "1,", "-1", "3-2", "a", "1-2-3", "1.5"]
+                .iter()
+                .all(|text| numbers(text).is_err())
+        );
         assert_eq!(value("lift=-0.25"), Ok(("lift".to_owned(), -0.25)));
         assert_eq!(weight("lift=2"), Ok(("lift".to_owned(), 2.0)));
-        assert!(["lift", "=1", "lift=", "lift=x", "lift=inf"].iter().all(|text| value(text).is_err()));
-        assert!(["lift=0", "lift=-1", "lift=NaN"].iter().all(|text| weight(text).is_err()));
-        assert!(["20", "", "s", "-1s", "1e30s", "NaNs"].iter().all(|text| duration(text).is_err()));
+        assert!(
+            ["lift", "=1", "lift=", "lift=x", "lift=inf"]
+                .iter()
+                .all(|text| value(text).is_err())
+        );
+        assert!(
+            ["lift=0", "lift=-1", "lift=NaN"]
+                .iter()
+                .all(|text| weight(text).is_err())
+        );
+        assert!(
+            ["20", "", "s", "-1s", "1e30s", "NaNs"]
+                .iter()
+                .all(|text| duration(text).is_err())
+        );
     }
 }

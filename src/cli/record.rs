@@ -19,10 +19,11 @@ const LOOK_UP: Duration = Duration::from_millis(50);
 /// Time between two questions how it goes: the daemon ends a recording that nobody asks about.
 const ASK_EVERY: Duration = Duration::from_millis(500);
 
-/// Record the requests that a daemon gets, with their robots, scenes and answers, to compute them again later
+/// Record the requests that a daemon gets, with their robots, scenes and answers, to compute them
+/// again later
 ///
-/// Ends with Ctrl-C, or after the time given. Exit code: 0, 66 a file that cannot be written, 67 no room on the disk,
-/// 69 no daemon. See `taut replay`.
+/// Ends with Ctrl-C, or after the time given. Exit code: 0, 66 a file that cannot be written, 67 no
+/// room on the disk, 69 no daemon. See `taut replay`.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// File to write; one that is there is replaced
@@ -41,14 +42,18 @@ pub(super) struct Arguments {
 /// Records.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let ends = Arc::new(AtomicBool::new(false));
-    let failed = |source| CliError::Output { file: "signal handler".to_owned(), source };
+    let failed = |source| CliError::Output {
+        file: "signal handler".to_owned(),
+        source,
+    };
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, ends.clone()).map_err(failed)?;
     }
     let client = arguments.instance.connect()?;
     let file = absolute(&arguments.out)?;
     let start = Instant::now();
-    let (mut asked, is_terminal) = (ask(&client, &file).map(|_| start)?, std::io::stderr().is_terminal());
+    let mut asked = ask(&client, &file).map(|_| start)?;
+    let is_terminal = std::io::stderr().is_terminal();
     eprintln!("recording to {}; end with Ctrl-C", file.display());
     let is_over = |start: Instant| arguments.time.is_some_and(|time| start.elapsed() >= time);
     while !ends.load(Ordering::Relaxed) && !is_over(start) {
@@ -66,7 +71,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     }
     let state = recording(control_once(&client, &ControlRequest::EndRecording)?)?;
     let text = match arguments.format {
-        Format::Json => serde_json::to_string(&state).expect("control replies hold only plain values"),
+        Format::Json => {
+            serde_json::to_string(&state).expect("control replies hold only plain values")
+        }
         Format::Table => format!("{}   {}", file.display(), words(&state)),
     };
     writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
@@ -74,7 +81,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 }
 
 fn ask(client: &Client, file: &Path) -> Result<RecordingState, CliError> {
-    recording(control_once(client, &ControlRequest::Record { file: file.to_owned() })?)
+    recording(control_once(
+        client,
+        &ControlRequest::Record {
+            file: file.to_owned(),
+        },
+    )?)
 }
 
 /// The state of a recording, or of a bundle.
@@ -87,11 +99,27 @@ pub(super) fn recording(reply: ControlReply) -> Result<RecordingState, CliError>
 
 /// A file as the daemon, which has another working folder, has to call it.
 pub(super) fn absolute(file: &Path) -> Result<PathBuf, CliError> {
-    std::path::absolute(file).map_err(|source| CliError::Output { file: file.display().to_string(), source })
+    std::path::absolute(file).map_err(|source| CliError::Output {
+        file: file.display().to_string(),
+        source,
+    })
 }
 
 fn words(state: &RecordingState) -> String {
-    let RecordingState { requests, answers, missed, bytes, .. } = state;
-    let missed = if *missed == 0 { String::new() } else { format!(", {missed} left out: the disk is too slow") };
-    format!("{requests} requests, {answers} answers, {:.1} MB{missed}", *bytes as f64 / 1e6)
+    let RecordingState {
+        requests,
+        answers,
+        missed,
+        bytes,
+        ..
+    } = state;
+    let missed = if *missed == 0 {
+        String::new()
+    } else {
+        format!(", {missed} left out: the disk is too slow")
+    };
+    format!(
+        "{requests} requests, {answers} answers, {:.1} MB{missed}",
+        *bytes as f64 / 1e6
+    )
 }

@@ -16,8 +16,8 @@ use crate::daemon::recording::{Recorded, Recording, Replay, Verdict};
 
 /// Compute a recorded run again, in this process
 ///
-/// Every request is computed from the same bits, and ended where it was ended then. Exit code: 0, 1 with --verify
-/// where an answer differs, 65 a damaged file, 66 an unreadable one.
+/// Every request is computed from the same bits, and ended where it was ended then. Exit code: 0, 1
+/// with --verify where an answer differs, 65 a damaged file, 66 an unreadable one.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// File of `taut record` or `taut why --bundle`
@@ -78,9 +78,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         let full = format!("{:016x}", recorded.request_id());
         full.starts_with(&id) || full.ends_with(&id)
     };
-    let meant: Vec<usize> = (0..run.requests.len()).filter(|&index| is_meant(&run.requests[index])).collect();
+    let meant: Vec<usize> = (0..run.requests.len())
+        .filter(|&index| is_meant(&run.requests[index]))
+        .collect();
     if meant.is_empty() && !id.is_empty() {
-        let text = format!("no request {id} in {}; without --only all are replayed", arguments.file.display());
+        let text = format!(
+            "no request {id} in {}; without --only all are replayed",
+            arguments.file.display()
+        );
         return Err(CliError::Choice(text));
     }
     let mut lines = replayed(&run, &meant, arguments.threads.map(Into::into));
@@ -101,10 +106,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         eprintln!("warning: {warning}");
     }
     let text = match arguments.format {
-        Format::Json => serde_json::to_string(&report).expect("a report holds only plain values") + "\n",
+        Format::Json => {
+            serde_json::to_string(&report).expect("a report holds only plain values") + "\n"
+        }
         Format::Table => table(&report, arguments.verify),
     };
-    std::io::stdout().lock().write_all(text.as_bytes()).map_err(stdout)?;
+    std::io::stdout()
+        .lock()
+        .write_all(text.as_bytes())
+        .map_err(stdout)?;
     Ok(u8::from(arguments.verify && different > 0))
 }
 
@@ -119,25 +129,33 @@ fn warnings(run: &Recording) -> Vec<String> {
         ));
     }
     match run.missed {
-        None => {
-            warnings.push(format!("the recording did not end in order; {} bytes at its end are no record", run.torn))
-        }
+        None => warnings.push(format!(
+            "the recording did not end in order; {} bytes at its end are no record",
+            run.torn
+        )),
         Some(0) => {}
-        Some(missed) => warnings.push(format!("{missed} requests and answers were left out when it was recorded")),
+        Some(missed) => warnings.push(format!(
+            "{missed} requests and answers were left out when it was recorded"
+        )),
     }
     warnings
 }
 
 fn replayed(run: &Recording, meant: &[usize], threads: Option<usize>) -> Vec<Line> {
     let cores = std::thread::available_parallelism().map_or(1, Into::into);
-    let (replay, next, bar) = (Replay::new(run), AtomicUsize::new(0), progress_bar(meant.len() as u64));
+    let replay = Replay::new(run);
+    let next = AtomicUsize::new(0);
+    let bar = progress_bar(meant.len() as u64);
     let lines = Mutex::new(Vec::with_capacity(meant.len()));
     let work = || {
         let mut workspace = Workspace::default();
         while let Some(&index) = meant.get(next.fetch_add(1, Ordering::Relaxed)) {
             let line = line(&run.requests[index], &replay, index, &mut workspace);
             bar.inc(1);
-            lines.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push((index, line));
+            lines
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner)
+                .push((index, line));
         }
     };
     std::thread::scope(|scope| {
@@ -146,7 +164,9 @@ fn replayed(run: &Recording, meant: &[usize], threads: Option<usize>) -> Vec<Lin
         }
     });
     bar.finish_and_clear();
-    let mut lines = lines.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut lines = lines
+        .into_inner()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
     lines.sort_by_key(|(index, _)| *index);
     lines.into_iter().map(|(_, line)| line).collect()
 }
@@ -167,7 +187,9 @@ fn line(recorded: &Recorded, replay: &Replay, index: usize, workspace: &mut Work
         code: header.map(|header| Code::try_from(header.code).map_or("?", Code::name)),
         length_before: header.map(|header| header.length_before),
         length_after: header.map(|header| header.length_after),
-        recorded_compute_s: recorded.header().map(|header| header.compute_ns as f64 * 1e-9),
+        recorded_compute_s: recorded
+            .header()
+            .map(|header| header.compute_ns as f64 * 1e-9),
         compute_s,
         verdict: match &replayed.verdict {
             Verdict::Equal => "equal".to_owned(),
@@ -187,14 +209,26 @@ fn table(report: &Report, verify: bool) -> String {
             Verdict::Differs(what) if verify => text += &format!("DIFFERS {}: {what}\n", line.text),
             _ if verify => {}
             _ => {
-                let (code, lengths) = (line.code.unwrap_or("-"), lengths(line));
+                let code = line.code.unwrap_or("-");
+                let lengths = lengths(line);
                 let now = line.compute_s.map_or_else(|| "-".to_owned(), report::time);
-                let then = line.recorded_compute_s.map_or_else(|| "-".to_owned(), report::time);
-                text += &format!("{}   {code}   {lengths}   {now} (recorded: {then})\n", line.text);
+                let then = line
+                    .recorded_compute_s
+                    .map_or_else(|| "-".to_owned(), report::time);
+                text += &format!(
+                    "{}   {code}   {lengths}   {now} (recorded: {then})\n",
+                    line.text
+                );
             }
         }
     }
-    let Report { requests, equal, different, not_compared, .. } = report;
+    let Report {
+        requests,
+        equal,
+        different,
+        not_compared,
+        ..
+    } = report;
     match verify {
         true => {
             text + &format!(

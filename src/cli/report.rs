@@ -59,7 +59,13 @@ pub(super) fn result(subject: &Subject, mode: Mode, timed: &Timed) -> ResultFile
 
 /// What a person should know beside the answer.
 pub(super) fn told(subject: &Subject, timed: &Timed) -> Vec<Warning> {
-    warning::told(subject.warnings.iter().chain(&timed.outcome.warnings).chain(&subject.notes))
+    warning::told(
+        subject
+            .warnings
+            .iter()
+            .chain(&timed.outcome.warnings)
+            .chain(&subject.notes),
+    )
 }
 
 /// Prints warnings, each after `before`.
@@ -72,7 +78,10 @@ pub(super) fn warn(warnings: &[Warning], before: &str) {
 /// How far what is executed may stray from the path.
 fn corridor(subject: &Subject, outcome: &Outcome) -> Option<ResultCorridor> {
     let corridor = outcome.corridor.as_ref()?;
-    let unwrapped = outcome.certificate.as_ref().is_some_and(|certificate| certificate.unwrapped);
+    let unwrapped = outcome
+        .certificate
+        .as_ref()
+        .is_some_and(|certificate| certificate.unwrapped);
     let coordinate = |(coordinate, reach_m): (&Coordinate, &f64)| ResultCoordinate {
         variable: coordinate.variable.clone(),
         kind: coordinate.kind(unwrapped).to_owned(),
@@ -80,7 +89,12 @@ fn corridor(subject: &Subject, outcome: &Outcome) -> Option<ResultCorridor> {
     };
     Some(ResultCorridor {
         floor_m: corridor.floor_m,
-        coordinates: subject.coordinates.iter().zip(&corridor.reach).map(coordinate).collect(),
+        coordinates: subject
+            .coordinates
+            .iter()
+            .zip(&corridor.reach)
+            .map(coordinate)
+            .collect(),
         slack_m: corridor.slack_m.clone(),
     })
 }
@@ -93,14 +107,19 @@ pub(super) fn geometry_name(geometry: Geometry) -> &'static str {
     }
 }
 
-/// What a verdict says beside "proved" where the robot has geometry, and no two bodies that may not touch.
+/// What a verdict says beside "proved" where the robot has geometry, and no two bodies that may not
+/// touch.
 pub(super) const NOTHING_TO_CHECK: &str = ", nothing to check: 0 pairs";
 
 /// What was proved or refused, in one line.
 pub(super) fn verdict(timed: &Timed) -> String {
     let outcome = &timed.outcome;
     if let Some(refusal) = &outcome.refusal {
-        let read = if outcome.turned.is_empty() { String::new() } else { format!("   read{}", turned(outcome)) };
+        let read = if outcome.turned.is_empty() {
+            String::new()
+        } else {
+            format!("   read{}", turned(outcome))
+        };
         return format!("{}{read}", refused(refusal, outcome.path.len()));
     }
     if let Some(why) = &outcome.uncheckable {
@@ -112,8 +131,13 @@ pub(super) fn verdict(timed: &Timed) -> String {
             let clearance = clearance(certificate.clearance_m());
             format!("proved{}   {clearance}{}", turned(outcome), floors(outcome))
         }
-        None if timed.code == Code::Preempted => format!("{}   ended before the path was proved", timed.code.name()),
-        None => format!("{}   the deadline passed before the path was proved", timed.code.name()),
+        None if timed.code == Code::Preempted => {
+            format!("{}   ended before the path was proved", timed.code.name())
+        }
+        None => format!(
+            "{}   the deadline passed before the path was proved",
+            timed.code.name()
+        ),
     }
 }
 
@@ -125,44 +149,83 @@ fn turned(outcome: &Outcome) -> String {
         turns => format!(", column {} {} turns", turned.variable, signed(turns)),
     };
     let columns: String = outcome.turned.iter().map(column).collect();
-    if columns.is_empty() { columns } else { format!(" as unrolled{columns}") }
+    if columns.is_empty() {
+        columns
+    } else {
+        format!(" as unrolled{columns}")
+    }
 }
 
 /// A whole number with its sign, the minus as wide as the plus.
 fn signed(number: i64) -> String {
-    if number < 0 { format!("−{}", number.unsigned_abs()) } else { format!("+{number}") }
+    if number < 0 {
+        format!("−{}", number.unsigned_abs())
+    } else {
+        format!("+{number}")
+    }
 }
 
 /// What a certificate claims that a path keeps.
 pub(super) fn clearance(claimed_m: Option<f64>) -> String {
-    claimed_m.map_or_else(|| "nothing near".to_owned(), |metres| format!("clearance ≥ {}", length(metres)))
+    claimed_m.map_or_else(
+        || "nothing near".to_owned(),
+        |metres| format!("clearance ≥ {}", length(metres)),
+    )
 }
 
 fn refused(refusal: &Refusal, waypoints: usize) -> String {
     let [a, b] = &refusal.bodies;
     // A path of one waypoint has no segment; the place is then the waypoint itself.
     let segments = waypoints.saturating_sub(1).max(1);
-    let place = format!("segment {} of {segments}, t = {:.3}", refusal.segment + 1, refusal.t);
+    let place = format!(
+        "segment {} of {segments}, t = {:.3}",
+        refusal.segment + 1,
+        refusal.t
+    );
     let depth = match refusal.depth_m {
         depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
         depth if depth > 0.0 => format!("depth ≥ {}", length(depth)),
         depth => format!("distance {}", length(-depth)),
     };
-    let hint = if refusal.hint.is_empty() { String::new() } else { format!(" ({})", refusal.hint) };
-    format!("{} {place}: {a} × {b}, {depth}{hint}", refusal.reason.name())
+    let hint = if refusal.hint.is_empty() {
+        String::new()
+    } else {
+        format!(" ({})", refusal.hint)
+    };
+    format!(
+        "{} {place}: {a} × {b}, {depth}{hint}",
+        refusal.reason.name()
+    )
 }
 
 fn floors(outcome: &Outcome) -> String {
     let lowered = outcome.floors_lowered.iter();
-    let named: Vec<String> =
-        lowered.map(|floor| format!("{} × {} {}", floor.bodies[0], floor.bodies[1], length(floor.floor_m))).collect();
-    if named.is_empty() { String::new() } else { format!("   lowered: {}", named.join(", ")) }
+    let named: Vec<String> = lowered
+        .map(|floor| {
+            format!(
+                "{} × {} {}",
+                floor.bodies[0],
+                floor.bodies[1],
+                length(floor.floor_m)
+            )
+        })
+        .collect();
+    if named.is_empty() {
+        String::new()
+    } else {
+        format!("   lowered: {}", named.join(", "))
+    }
 }
 
 /// Lengths before and after, in one line.
 pub(super) fn lengths(outcome: &Outcome) -> String {
-    let (before, after) = (outcome.length_before, outcome.length_after);
-    let change = if before > 0.0 { format!(" (−{:.1} %)", 100.0 * (1.0 - after / before)) } else { String::new() };
+    let before = outcome.length_before;
+    let after = outcome.length_after;
+    let change = if before > 0.0 {
+        format!(" (−{:.1} %)", 100.0 * (1.0 - after / before))
+    } else {
+        String::new()
+    };
     format!("length {before:.4} → {after:.4}{change}")
 }
 

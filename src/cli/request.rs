@@ -15,22 +15,22 @@ use super::quantity;
 /// Where the robot and the scene come from.
 #[derive(clap::Args)]
 pub(super) struct Source {
-    /// URDF of a bare path's robot, or the label of a robot that the daemon has loaded; an SRDF of the same name
-    /// beside the URDF is read too
+    /// URDF of a bare path's robot, or the label of a robot that the daemon has loaded; an SRDF of
+    /// the same name beside the URDF is read too
     #[arg(long, value_name = "URDF", conflicts_with = "problem")]
     pub robot: Option<PathBuf>,
     /// SRDF of the robot, where it is not beside the URDF
     #[arg(long, value_name = "SRDF", requires = "robot")]
     pub srdf: Option<PathBuf>,
-    /// Scene of a bare path (JSON, YAML or MoveIt's .scene text), a problem file whose scene to take, or the label of
-    /// a scene that the daemon has loaded; without it there is no obstacle
+    /// Scene of a bare path (JSON, YAML or MoveIt's .scene text), a problem file whose scene to
+    /// take, or the label of a scene that the daemon has loaded; without it there is no obstacle
     #[arg(long, value_name = "FILE", requires = "robot")]
     pub scene: Option<PathBuf>,
     /// Problem file whose robot, scene and weights a bare path is for
     #[arg(long, value_name = "FILE")]
     pub problem: Option<PathBuf>,
-    /// Which of the problems in a file of VAMP's to take, by set and index: its scene, and where it is given as a path,
-    /// the straight line from its start to its goal
+    /// Which of the problems in a file of VAMP's to take, by set and index: its scene, and where it
+    /// is given as a path, the straight line from its start to its goal
     #[arg(long, value_name = "SET:INDEX", conflicts_with = "problem")]
     pub select: Option<String>,
     /// Folder of a package that a robot names as package://NAME/
@@ -59,14 +59,15 @@ pub(super) struct Rules {
     /// Distance that every pair of bodies must keep: 0.1mm, 1cm, or metres
     #[arg(long, default_value = "1mm", value_parser = quantity::metres)]
     pub clearance: f64,
-    /// Refuse a path that keeps less, instead of lowering the clearance of the pairs that come closer
+    /// Refuse a path that keeps less, instead of lowering the clearance of the pairs that come
+    /// closer
     #[arg(long)]
     pub strict: bool,
     /// Take the columns of continuous joints as they stand, not as angles on the circle
     #[arg(long)]
     pub unwrapped: bool,
-    /// Keep the goal's numbers: refuse a path whose angles lead there only by a step of more than half a turn, and take
-    /// no path that ends whole turns away
+    /// Keep the goal's numbers: refuse a path whose angles lead there only by a step of more than
+    /// half a turn, and take no path that ends whole turns away
     #[arg(long, conflicts_with = "unwrapped")]
     pub keep_goal: bool,
     /// Weights of the metric; the default is the problem's own, or reach where it has none
@@ -95,7 +96,12 @@ impl Rules {
     /// Settings of a request in `mode` for a robot of `nv` velocity coordinates.
     ///
     /// `metric` are the problem's weights. The error is a usage error.
-    pub(super) fn settings(&self, mode: Mode, metric: Option<&Vec<f64>>, nv: usize) -> Result<Settings, String> {
+    pub(super) fn settings(
+        &self,
+        mode: Mode,
+        metric: Option<&Vec<f64>>,
+        nv: usize,
+    ) -> Result<Settings, String> {
         let weights = match self.weights {
             None => metric.cloned(),
             Some(Weights::Reach) => None,
@@ -129,7 +135,8 @@ pub(super) struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    /// Settings of the request, for a path of so many waypoints. `metric` are the problem's weights.
+    /// Settings of the request, for a path of so many waypoints. `metric` are the problem's
+    /// weights.
     ///
     /// # Errors
     /// What does not go together, and names that do not exist.
@@ -147,7 +154,11 @@ impl Asked<'_> {
 
     /// Where robot and scene come from, with what the request says about them.
     pub(super) fn source(&self, source: ResultSubject) -> ResultSubject {
-        ResultSubject { unwrapped: self.rules.unwrapped, held: self.choices.held().iter().cloned().collect(), ..source }
+        ResultSubject {
+            unwrapped: self.rules.unwrapped,
+            held: self.choices.held().iter().cloned().collect(),
+            ..source
+        }
     }
 
     /// What lengths are measured in, for people.
@@ -158,13 +169,22 @@ impl Asked<'_> {
             Some(Weights::Metric) => "the problem's weights",
             Some(Weights::Ones) => "weights of one",
         };
-        let joints = self.choices.joint_weights().iter().map(|(name, weight)| format!(", {name} {weight}"));
+        let joints = self
+            .choices
+            .joint_weights()
+            .iter()
+            .map(|(name, weight)| format!(", {name} {weight}"));
         joints.fold(base.to_owned(), |text, joint| text + &joint)
     }
 }
 
 /// Parses a mode by its name.
 pub(super) fn mode() -> impl TypedValueParser<Value = Mode> {
-    let by_name = |name: String| Mode::ALL.into_iter().find(|mode| mode.name() == name).unwrap_or_default();
+    let by_name = |name: String| {
+        Mode::ALL
+            .into_iter()
+            .find(|mode| mode.name() == name)
+            .unwrap_or_default()
+    };
     PossibleValuesParser::new(Mode::ALL.map(Mode::name)).map(by_name)
 }

@@ -39,7 +39,8 @@ pub(super) fn run(
     workspace: &mut Workspace,
     watch: &mut dyn FnMut(Duration, f64),
 ) -> Result<Timed, CliError> {
-    let (cpu, start) = (thread_cpu(), Instant::now());
+    let cpu = thread_cpu();
+    let start = Instant::now();
     let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
     let mut lengths_over_time = Vec::new();
     let mut publish = |improvement: Improvement| {
@@ -47,16 +48,42 @@ pub(super) fn run(
         lengths_over_time.push((time.as_secs_f64(), improvement.length));
         watch(time, improvement.length);
     };
-    let run = || taut::optimize::run(model, &loaded.path, settings, workspace, &mut stop, &mut publish);
+    let run = || {
+        taut::optimize::run(
+            model,
+            &loaded.path,
+            settings,
+            workspace,
+            &mut stop,
+            &mut publish,
+        )
+    };
     let result = catch_unwind(AssertUnwindSafe(run)).map_err(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
-        let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message").to_owned();
-        CliError::Panic { name: loaded.name.clone(), text }
+        let text = text
+            .or_else(|| panic.downcast_ref::<&str>().copied())
+            .unwrap_or("no message")
+            .to_owned();
+        CliError::Panic {
+            name: loaded.name.clone(),
+            text,
+        }
     })?;
-    let outcome = result.map_err(|source| CliError::Request { name: loaded.name.clone(), source })?;
+    let outcome = result.map_err(|source| CliError::Request {
+        name: loaded.name.clone(),
+        source,
+    })?;
     let code = code::of(&outcome);
-    let (cpu_s, time_s) = (thread_cpu() - cpu, start.elapsed().as_secs_f64());
-    Ok(Timed { outcome, code, cpu_s, time_s, request_id: None, lengths_over_time })
+    let cpu_s = thread_cpu() - cpu;
+    let time_s = start.elapsed().as_secs_f64();
+    Ok(Timed {
+        outcome,
+        code,
+        cpu_s,
+        time_s,
+        request_id: None,
+        lengths_over_time,
+    })
 }
 
 /// CPU time of this thread so far (s).

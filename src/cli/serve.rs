@@ -17,11 +17,13 @@ use crate::daemon::supervise::{bind_to_supervisor, supervise};
 
 /// Serve planners: keep robots and scenes loaded and answer their requests
 ///
-/// Ends on SIGINT, SIGTERM and `taut stop`, with an answer for every request that runs. What clients load or change
-/// is kept in the state folder: a daemon that was killed comes back with every robot and scene as it was; after one
-/// that ended in order, what no client has changed is read again from the configuration's files. TAUT_LOG sets what
-/// is logged to standard error: warn (the default), info, debug, or by module. Exit code: 0 stopped, 65 a bad file,
-/// 66 an unreadable one, 67 a full disk, 69 the instance cannot be served, 70 a supervised daemon dies again and again.
+/// Ends on SIGINT, SIGTERM and `taut stop`, with an answer for every request that runs. What
+/// clients load or change is kept in the state folder: a daemon that was killed comes back with
+/// every robot and scene as it was; after one that ended in order, what no client has changed is
+/// read again from the configuration's files. TAUT_LOG sets what is logged to standard error: warn
+/// (the default), info, debug, or by module. Exit code: 0 stopped, 65 a bad file, 66 an unreadable
+/// one, 67 a full disk, 69 the instance cannot be served, 70 a supervised daemon dies again and
+/// again.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Configuration; without it everything has its default and nothing is loaded at first
@@ -32,8 +34,8 @@ pub(super) struct Arguments {
     /// Worker threads; the default is the configuration's, or one per core
     #[arg(long, value_name = "N")]
     workers: Option<usize>,
-    /// Folder that keeps robots and scenes; the default is `state` below a root of one's own (NAME:/ROOT), else
-    /// ~/.local/state/taut/NAME
+    /// Folder that keeps robots and scenes; the default is `state` below a root of one's own
+    /// (NAME:/ROOT), else ~/.local/state/taut/NAME
     #[arg(long, value_name = "FOLDER", conflicts_with = "no_state")]
     state: Option<PathBuf>,
     /// Keep nothing: begin with the configuration's robots and scenes only
@@ -52,7 +54,10 @@ pub(super) struct Arguments {
 
 /// Serves.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
-    let mut config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
+    let mut config = arguments
+        .config
+        .as_deref()
+        .map_or_else(|| Ok(Config::default()), Config::read)?;
     config.workers = arguments.workers.unwrap_or(config.workers);
     if arguments.no_state {
         config.state = Some(PathBuf::new());
@@ -65,9 +70,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     }
     let instance = instance(&arguments.instance, &config)?;
     if arguments.supervise {
-        let own = std::env::args_os().skip(1).filter(|argument| argument != "--supervise");
+        let own = std::env::args_os()
+            .skip(1)
+            .filter(|argument| argument != "--supervise");
         let own: Vec<OsString> = own.collect();
-        return Ok(supervise(&instance, &own, Duration::from_secs_f64(config.watchdog_s))?);
+        return Ok(supervise(
+            &instance,
+            &own,
+            Duration::from_secs_f64(config.watchdog_s),
+        )?);
     }
     if let Some(pid) = arguments.supervised_by {
         bind_to_supervisor(pid)?;
@@ -79,7 +90,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 
 /// The option, else the environment, else the configuration, else the default.
 pub(super) fn instance(choice: &InstanceChoice, config: &Config) -> Result<Instance, CliError> {
-    let named = choice.instance.is_some() || std::env::var_os(taut_ipc::INSTANCE_VARIABLE).is_some();
+    let named =
+        choice.instance.is_some() || std::env::var_os(taut_ipc::INSTANCE_VARIABLE).is_some();
     if named || config.instance.is_empty() {
         return choice.instance();
     }
@@ -88,5 +100,9 @@ pub(super) fn instance(choice: &InstanceChoice, config: &Config) -> Result<Insta
 
 fn start_log() {
     let filter = EnvFilter::try_from_env("TAUT_LOG").unwrap_or_else(|_| EnvFilter::new("warn"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_ansi(false).init();
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_ansi(false)
+        .init();
 }

@@ -14,11 +14,19 @@ pub(super) struct Svg {
 impl Svg {
     /// An empty picture of this size with a style sheet.
     pub(super) fn new(width: f64, height: f64, style: &str) -> Self {
-        let mut svg = Self { text: String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"), open: Vec::new() };
+        let mut svg = Self {
+            text: String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"),
+            open: Vec::new(),
+        };
         let view = format!("0 0 {width} {height}");
         svg.begin(
             "svg",
-            &[("xmlns", &"http://www.w3.org/2000/svg"), ("width", &width), ("height", &height), ("viewBox", &view)],
+            &[
+                ("xmlns", &"http://www.w3.org/2000/svg"),
+                ("width", &width),
+                ("height", &height),
+                ("viewBox", &view),
+            ],
         );
         svg.begin("style", &[]);
         svg.text.push_str(&escaped(style));
@@ -49,13 +57,19 @@ impl Svg {
 
     /// A line of text that starts, or with another anchor ends, at a point.
     pub(super) fn label(&mut self, [x, y]: Point, class: &str, text: &str) {
-        self.start("text", &[("x", &number(x)), ("y", &number(y)), ("class", &class)]);
+        self.start(
+            "text",
+            &[("x", &number(x)), ("y", &number(y)), ("class", &class)],
+        );
         let _ = writeln!(self.text, ">{}</text>", escaped(text));
     }
 
     /// An open line through points, with a name that a pointer over it shows.
     pub(super) fn line(&mut self, points: &[Point], class: &str, title: &str) {
-        self.start("polyline", &[("class", &class), ("points", &joined(points))]);
+        self.start(
+            "polyline",
+            &[("class", &class), ("points", &joined(points))],
+        );
         let _ = writeln!(self.text, "><title>{}</title></polyline>", escaped(title));
     }
 
@@ -67,11 +81,26 @@ impl Svg {
 
     /// A dot.
     pub(super) fn dot(&mut self, [x, y]: Point, radius: f64, class: &str) {
-        self.element("circle", &[("class", &class), ("cx", &number(x)), ("cy", &number(y)), ("r", &radius)]);
+        self.element(
+            "circle",
+            &[
+                ("class", &class),
+                ("cx", &number(x)),
+                ("cy", &number(y)),
+                ("r", &radius),
+            ],
+        );
     }
 
     /// A dot filled with so much of its colour, with a name that a pointer over it shows.
-    pub(super) fn titled_dot(&mut self, [x, y]: Point, radius: f64, class: &str, opacity: f64, title: &str) {
+    pub(super) fn titled_dot(
+        &mut self,
+        [x, y]: Point,
+        radius: f64,
+        class: &str,
+        opacity: f64,
+        title: &str,
+    ) {
         let place: [(&str, &dyn Display); 5] = [
             ("class", &class),
             ("cx", &number(x)),
@@ -105,7 +134,10 @@ fn number(value: f64) -> String {
 }
 
 fn joined(points: &[Point]) -> String {
-    let mut pairs: Vec<String> = points.iter().map(|[x, y]| format!("{},{}", number(*x), number(*y))).collect();
+    let mut pairs: Vec<String> = points
+        .iter()
+        .map(|[x, y]| format!("{},{}", number(*x), number(*y)))
+        .collect();
     pairs.dedup();
     pairs.join(" ")
 }
@@ -141,9 +173,15 @@ mod tests {
         svg.line(&[[0.0, 0.0], [1.0, 1.0]], "before", "]]> & <");
         let text = svg.finish();
         let document = roxmltree::Document::parse(&text).unwrap();
-        let label = document.descendants().find(|node| node.has_tag_name("text")).unwrap();
+        let label = document
+            .descendants()
+            .find(|node| node.has_tag_name("text"))
+            .unwrap();
         assert_eq!(label.text(), Some("<script> & \"x\" é"));
-        let group = document.descendants().find(|node| node.has_tag_name("g")).unwrap();
+        let group = document
+            .descendants()
+            .find(|node| node.has_tag_name("g"))
+            .unwrap();
         assert_eq!(group.attribute("id"), Some("a \"quoted\" <id> & 'more'"));
     }
 }

@@ -1,4 +1,5 @@
-//! `taut check --timed`: prove what a controller executes between the points of a trajectory, in this process.
+//! `taut check --timed`: prove what a controller executes between the points of a trajectory, in
+//! this process.
 
 use std::io::Write;
 use std::path::Path;
@@ -22,7 +23,8 @@ use super::report::{self, Subject, length};
 use super::request::{Rules, Source};
 use super::{Format, layout};
 
-/// What was found, as JSON has it. Distances are in metres, times in seconds on the trajectory's clock.
+/// What was found, as JSON has it. Distances are in metres, times in seconds on the trajectory's
+/// clock.
 #[derive(Default, Serialize)]
 struct Finding<'a> {
     name: &'a str,
@@ -58,8 +60,15 @@ struct Finding<'a> {
 /// What came of a trajectory.
 enum Verdict {
     Proved(TimedProof),
-    Refused { hit: TimedHit, bodies: [String; 2] },
-    Outside { outside: Outside, variable: String, limits: [f64; 2] },
+    Refused {
+        hit: TimedHit,
+        bodies: [String; 2],
+    },
+    Outside {
+        outside: Outside,
+        variable: String,
+        limits: [f64; 2],
+    },
     TimedOut,
     NoGeometry(String),
 }
@@ -73,19 +82,35 @@ struct Judged {
 
 /// The point as the core takes it; `None` where it has no time.
 pub(super) fn point(point: TrajectoryPoint) -> Option<Point> {
-    let TrajectoryPoint { positions, velocities, accelerations, time_s } = point;
-    Some(Point { time_s: time_s?, positions, velocities, accelerations })
+    let TrajectoryPoint {
+        positions,
+        velocities,
+        accelerations,
+        time_s,
+    } = point;
+    Some(Point {
+        time_s: time_s?,
+        positions,
+        velocities,
+        accelerations,
+    })
 }
 
 /// The points of a trajectory, each with its time.
 ///
 /// # Errors
 /// A point without a time, or columns that the robot does not have.
-pub(super) fn timed_points(trajectory: &Trajectory, points: Vec<TrajectoryPoint>) -> Result<Vec<Point>, FileError> {
+pub(super) fn timed_points(
+    trajectory: &Trajectory,
+    points: Vec<TrajectoryPoint>,
+) -> Result<Vec<Point>, FileError> {
     let all: Option<Vec<Point>> = points.into_iter().map(point).collect();
     all.ok_or_else(|| {
         let text = "a point has no time_from_start; without times it is a path: leave out --timed";
-        FileError::Content { file: trajectory.file.clone(), text: text.to_owned() }
+        FileError::Content {
+            file: trajectory.file.clone(),
+            text: text.to_owned(),
+        }
     })
 }
 
@@ -104,13 +129,24 @@ pub(super) fn run(
     let trajectory = Trajectory::read(file)?;
     let loaded = load::load_holding(reader, file, source, false, choices.held())?;
     let points = timed_points(&trajectory, trajectory.for_robot(&loaded.robot)?)?;
-    let refuse = |error: timed::CurveError| FileError::Content { file: file.to_owned(), text: error.to_string() };
+    let refuse = |error: timed::CurveError| FileError::Content {
+        file: file.to_owned(),
+        text: error.to_string(),
+    };
     let curve = Curve::new(&loaded.robot, &points).map_err(refuse)?;
     let start = Instant::now();
-    let Judged { verdict, pairs, warnings } = verdict(&loaded, &curve, rules, choices, start)?;
+    let Judged {
+        verdict,
+        pairs,
+        warnings,
+    } = verdict(&loaded, &curve, rules, choices, start)?;
     let time_s = start.elapsed().as_secs_f64();
     let (code, reason) = code(&verdict);
-    let Subject { warnings: of_files, notes, .. } = loaded.subject();
+    let Subject {
+        warnings: of_files,
+        notes,
+        ..
+    } = loaded.subject();
     let told = warning::told(of_files.iter().chain(&warnings).chain(&notes));
     if format == Format::Table {
         report::warn(&told, "");
@@ -131,7 +167,8 @@ pub(super) fn run(
                 time_s,
                 ..found(&loaded, &verdict)?
             };
-            serde_json::to_string(&finding).expect("a finding holds only strings, booleans and numbers")
+            serde_json::to_string(&finding)
+                .expect("a finding holds only strings, booleans and numbers")
         }
         Format::Table => table(&loaded, &curve, &verdict, pairs, time_s)?,
     };
@@ -146,8 +183,10 @@ fn verdict(
     choices: &Choices,
     start: Instant,
 ) -> Result<Judged, CliError> {
-    let (robot, model) = (&loaded.robot, loaded.model()?);
-    let (mut warnings, pairs) = (model.uncovered(), model.checked_pairs());
+    let robot = &loaded.robot;
+    let model = loaded.model()?;
+    let mut warnings = model.uncovered();
+    let pairs = model.checked_pairs();
     if curve.time(0) > 0.0 {
         warnings.push(Warning::uncovered(format!(
             "the first point is at {} s: how the robot gets there is not part of the trajectory, nor of this proof",
@@ -157,14 +196,31 @@ fn verdict(
     if let Some(outside) = curve.outside(robot) {
         let variable = &robot.variables()[outside.column];
         if outside.by > LIMIT_TOLERANCE {
-            let (variable, limits) = (variable.name.clone(), [variable.hard_lower, variable.hard_upper]);
-            return Ok(Judged { verdict: Verdict::Outside { outside, variable, limits }, pairs, warnings });
+            let (variable, limits) = (
+                variable.name.clone(),
+                [variable.hard_lower, variable.hard_upper],
+            );
+            return Ok(Judged {
+                verdict: Verdict::Outside {
+                    outside,
+                    variable,
+                    limits,
+                },
+                pairs,
+                warnings,
+            });
         }
-        let text = format!("{} leaves its limits by {:.1e} at {:.4} s", variable.name, outside.by, outside.time_s);
+        let text = format!(
+            "{} leaves its limits by {:.1e} at {:.4} s",
+            variable.name, outside.by, outside.time_s
+        );
         warnings.push(Warning::uncovered(text));
     } else if let Some(outside) = curve.outside_soft(robot) {
         let name = &robot.variables()[outside.column].name;
-        let text = format!("{name} leaves its soft limits by {:.2e} at {:.4} s", outside.by, outside.time_s);
+        let text = format!(
+            "{name} leaves its soft limits by {:.2e} at {:.4} s",
+            outside.by, outside.time_s
+        );
         warnings.push(Warning::uncovered(text));
     }
     let held = held(loaded, choices)?;
@@ -172,22 +228,45 @@ fn verdict(
     kinematics.update(robot, &curve.at(0, 0.0), &held);
     if let Some((bodies, contact)) = model.static_contact(&kinematics) {
         let time_s = curve.time(0);
-        let hit = TimedHit { reason: HitReason::Collision, point: 0, time_s, pair: 0, seen_s: time_s, contact };
-        return Ok(Judged { verdict: Verdict::Refused { hit, bodies }, pairs, warnings });
+        let hit = TimedHit {
+            reason: HitReason::Collision,
+            point: 0,
+            time_s,
+            pair: 0,
+            seen_s: time_s,
+            contact,
+        };
+        return Ok(Judged {
+            verdict: Verdict::Refused { hit, bodies },
+            pairs,
+            warnings,
+        });
     }
     let space = robot.space().unwrapped();
     let mut scratch = Scratch::default();
     let mut validator = Validator::new(&model, &space, &held, rules.clearance, &mut scratch);
-    let mut stop = || rules.deadline.is_some_and(|deadline| start.elapsed() >= deadline);
+    let mut stop = || {
+        rules
+            .deadline
+            .is_some_and(|deadline| start.elapsed() >= deadline)
+    };
     let found = timed::prove(&mut validator, curve, rules.strict, &mut stop);
-    let is_collision = matches!(&found, TimedVerdict::Refused(hit) if hit.reason == HitReason::Collision);
+    let is_collision =
+        matches!(&found, TimedVerdict::Refused(hit) if hit.reason == HitReason::Collision);
     let verdict = match (model.uncheckable().filter(|_| !is_collision), found) {
         (Some(why), _) => Verdict::NoGeometry(why),
         (None, TimedVerdict::Proved(proof)) => Verdict::Proved(proof),
-        (None, TimedVerdict::Refused(hit)) => Verdict::Refused { bodies: model.pair_names(hit.pair), hit },
+        (None, TimedVerdict::Refused(hit)) => Verdict::Refused {
+            bodies: model.pair_names(hit.pair),
+            hit,
+        },
         (None, TimedVerdict::Stopped) => Verdict::TimedOut,
     };
-    Ok(Judged { verdict, pairs, warnings })
+    Ok(Judged {
+        verdict,
+        pairs,
+        warnings,
+    })
 }
 
 fn held(loaded: &Loaded, choices: &Choices) -> Result<Vec<f64>, CliError> {
@@ -231,7 +310,9 @@ fn found<'a>(loaded: &Loaded, verdict: &Verdict) -> Result<Finding<'a>, CliError
             seen_s: Some(hit.seen_s),
             ..Finding::default()
         },
-        Verdict::Outside { outside, variable, .. } => Finding {
+        Verdict::Outside {
+            outside, variable, ..
+        } => Finding {
             point: Some(outside.point),
             at_s: Some(outside.time_s),
             variable: Some(variable.clone()),
@@ -239,7 +320,10 @@ fn found<'a>(loaded: &Loaded, verdict: &Verdict) -> Result<Finding<'a>, CliError
             ..Finding::default()
         },
         Verdict::TimedOut => Finding::default(),
-        Verdict::NoGeometry(why) => Finding { uncheckable: Some(why.clone()), ..Finding::default() },
+        Verdict::NoGeometry(why) => Finding {
+            uncheckable: Some(why.clone()),
+            ..Finding::default()
+        },
     })
 }
 
@@ -255,31 +339,64 @@ fn lowered(loaded: &Loaded, proof: &TimedProof) -> Result<Vec<(String, String, f
     Ok(proof.lowered.iter().map(named).collect())
 }
 
-fn table(loaded: &Loaded, curve: &Curve, verdict: &Verdict, pairs: usize, time_s: f64) -> Result<String, CliError> {
-    let (points, took) = (curve.segments() + 1, report::time(time_s));
+fn table(
+    loaded: &Loaded,
+    curve: &Curve,
+    verdict: &Verdict,
+    pairs: usize,
+    time_s: f64,
+) -> Result<String, CliError> {
+    let points = curve.segments() + 1;
+    let took = report::time(time_s);
     Ok(match verdict {
         Verdict::Proved(_) if pairs == 0 => format!("proved{}   {took}", report::NOTHING_TO_CHECK),
         Verdict::Proved(proof) => {
-            let clearance = report::clearance(Some(proof.clearance_m).filter(|metres| metres.is_finite()));
+            let clearance =
+                report::clearance(Some(proof.clearance_m).filter(|metres| metres.is_finite()));
             let floors = lowered(loaded, proof)?;
-            let floors: Vec<String> =
-                floors.iter().map(|(a, b, floor)| format!("{a} × {b} {}", length(*floor))).collect();
-            let floors = if floors.is_empty() { String::new() } else { format!("   lowered: {}", floors.join(", ")) };
-            let (seconds, pieces) = (report::time(curve.total_s()), proof.pieces);
-            format!("proved   {clearance}{floors}   {points} points, {seconds}, {pieces} pieces   {took}")
+            let floors: Vec<String> = floors
+                .iter()
+                .map(|(a, b, floor)| format!("{a} × {b} {}", length(*floor)))
+                .collect();
+            let floors = if floors.is_empty() {
+                String::new()
+            } else {
+                format!("   lowered: {}", floors.join(", "))
+            };
+            let seconds = report::time(curve.total_s());
+            let pieces = proof.pieces;
+            format!(
+                "proved   {clearance}{floors}   {points} points, {seconds}, {pieces} pieces   {took}"
+            )
         }
-        Verdict::Refused { hit, bodies: [a, b] } => {
+        Verdict::Refused {
+            hit,
+            bodies: [a, b],
+        } => {
             let depth = match -hit.contact.distance {
                 depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
                 depth if depth > 0.0 => format!("depth ≥ {} at {:.4} s", length(depth), hit.seen_s),
                 depth => format!("distance {}", length(-depth)),
             };
             let reason = code(verdict).1.unwrap_or_default();
-            let (time, point) = (hit.time_s, hit.point + 1);
-            format!("{reason} at {time:.4} s, after point {point} of {points}: {a} × {b}, {depth}   {took}")
+            let time = hit.time_s;
+            let point = hit.point + 1;
+            format!(
+                "{reason} at {time:.4} s, after point {point} of {points}: {a} × {b}, {depth}   {took}"
+            )
         }
-        Verdict::Outside { outside, variable, limits: [lower, upper] } => {
-            let Outside { point, time_s, value, by, .. } = outside;
+        Verdict::Outside {
+            outside,
+            variable,
+            limits: [lower, upper],
+        } => {
+            let Outside {
+                point,
+                time_s,
+                value,
+                by,
+                ..
+            } = outside;
             format!(
                 "LIMIT at {time_s:.4} s, after point {} of {points}: {variable} is {value:.6}, outside [{lower}, {upper}] by {by:.1e}   {took}",
                 point + 1
@@ -287,7 +404,10 @@ fn table(loaded: &Loaded, curve: &Curve, verdict: &Verdict, pairs: usize, time_s
         }
         Verdict::NoGeometry(why) => format!("{}   {why}   {took}", Code::Uncertified.name()),
         Verdict::TimedOut => {
-            format!("{}   the deadline passed before the trajectory was proved   {took}", Code::TimedOut.name())
+            format!(
+                "{}   the deadline passed before the trajectory was proved   {took}",
+                Code::TimedOut.name()
+            )
         }
     })
 }

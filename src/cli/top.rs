@@ -81,11 +81,15 @@ fn look(client: &Client) -> Result<View, CliError> {
 fn show(arguments: &Arguments, view: &View) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
     let text = match arguments.format {
-        Format::Json => serde_json::to_string(view).expect("control replies hold only plain values") + "\n",
+        Format::Json => {
+            serde_json::to_string(view).expect("control replies hold only plain values") + "\n"
+        }
         Format::Table if !arguments.once && out.is_terminal() => format!("{CLEAR}{}", table(view)),
         Format::Table => table(view),
     };
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(stdout)
+    out.write_all(text.as_bytes())
+        .and_then(|()| out.flush())
+        .map_err(stdout)
 }
 
 fn time(ns: f64) -> String {
@@ -93,9 +97,19 @@ fn time(ns: f64) -> String {
 }
 
 fn table(view: &View) -> String {
-    let Stats { pid, daemon_version, uptime_ns, numbers, .. } = &view.daemon;
+    let Stats {
+        pid,
+        daemon_version,
+        uptime_ns,
+        numbers,
+        ..
+    } = &view.daemon;
     let number = |name: &str| numbers.get(name).copied().unwrap_or(0.0);
-    let per_second: u64 = view.clients.iter().map(|client| client.answered_per_second).sum();
+    let per_second: u64 = view
+        .clients
+        .iter()
+        .map(|client| client.answered_per_second)
+        .sum();
     let mut text = format!(
         "taut {daemon_version}   pid {pid}   up {}   {} workers   {} running   {} waiting   {} clients\n",
         time(*uptime_ns as f64),

@@ -68,7 +68,8 @@ pub(super) fn run(
             bar.set_message("segments verified");
             let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
             let mut progress = |done: usize| bar.set_position(done as u64);
-            let result = reference::verify(&model, &path, &proof.certificate, &mut stop, &mut progress);
+            let result =
+                reference::verify(&model, &path, &proof.certificate, &mut stop, &mut progress);
             bar.finish_and_clear();
             result.map_err(|objection| (code(&objection), refusal(&objection, &proof)))
         }
@@ -84,36 +85,53 @@ impl Proof {
             mode: Option<String>,
             certificate: Option<Certificate>,
         }
-        let text = std::fs::read_to_string(file)
-            .map_err(|error| FileError::Unreadable { file: file.to_owned(), reason: error.to_string() })?;
-        let refuse = |text: String| FileError::Content { file: file.to_owned(), text };
+        let text = std::fs::read_to_string(file).map_err(|error| FileError::Unreadable {
+            file: file.to_owned(),
+            reason: error.to_string(),
+        })?;
+        let refuse = |text: String| FileError::Content {
+            file: file.to_owned(),
+            text,
+        };
         let expected = "not a certificate, nor an answer of `taut check` or `taut shorten` as JSON";
         let bad = |error: serde_json::Error| refuse(format!("{expected}: {error}"));
         let value: serde_json::Value = serde_json::from_str(&text).map_err(bad)?;
         if value.get("certificate").is_none() {
             let certificate = serde_json::from_value(value).map_err(bad)?;
-            return Ok(Self { file: file.to_owned(), certificate, has_path: false });
+            return Ok(Self {
+                file: file.to_owned(),
+                certificate,
+                has_path: false,
+            });
         }
         let Answer { mode, certificate } = serde_json::from_value(value).map_err(bad)?;
         let none = || refuse("the answer has no certificate: its path was not proved".to_owned());
         let has_path = mode.is_some_and(|mode| mode != Mode::Check.name());
-        Ok(Self { file: file.to_owned(), certificate: certificate.ok_or_else(none)?, has_path })
+        Ok(Self {
+            file: file.to_owned(),
+            certificate: certificate.ok_or_else(none)?,
+            has_path,
+        })
     }
 
-    /// The path that the certificate is about: that of `file`, unless this is the answer to it, with a path of
-    /// its own. The inner error is a refusal.
+    /// The path that the certificate is about: that of `file`, unless this is the answer to it,
+    /// with a path of its own. The inner error is a refusal.
     fn path(&self, file: &Path, loaded: &Loaded) -> Result<Result<path::Path, String>, CliError> {
         if !self.has_path || Kind::of(file)? == Kind::BarePath {
             return Ok(Ok(self.as_proved(loaded)));
         }
         let answer = PathTable::read(&self.file)?.into_path(loaded.robot.variables())?;
         if !self.has_the_ends(&answer, loaded) {
-            return Ok(Err("the answer's path has other ends than the problem's; give the problem it answers".into()));
+            return Ok(Err(
+                "the answer's path has other ends than the problem's; give the problem it answers"
+                    .into(),
+            ));
         }
         Ok(Ok(answer))
     }
 
-    /// The given path as its certificate means it: angles that step by more than half a turn are written anew.
+    /// The given path as its certificate means it: angles that step by more than half a turn are
+    /// written anew.
     fn as_proved(&self, loaded: &Loaded) -> path::Path {
         let mut path = loaded.path.clone();
         if self.certificate.checker_version >= FIRST_BY_NUMBERS && !self.certificate.unwrapped {
@@ -122,17 +140,26 @@ impl Proof {
         path
     }
 
-    /// Whether an answer starts and ends where the given path does: an angle may end whole turns away.
+    /// Whether an answer starts and ends where the given path does: an angle may end whole turns
+    /// away.
     fn has_the_ends(&self, answer: &path::Path, loaded: &Loaded) -> bool {
-        let is_angle =
-            |q: usize| !self.certificate.unwrapped && loaded.robot.space().circles().any(|circle| circle == q);
+        let is_angle = |q: usize| {
+            !self.certificate.unwrapped && loaded.robot.space().circles().any(|circle| circle == q)
+        };
         let is_same = |(q, (a, b)): (usize, (&f64, &f64))| match is_angle(q) {
             true => *a == b + turns_between(*b, *a) as f64 * TAU,
             false => a == b,
         };
         [(0, 0), (answer.len() - 1, loaded.path.len() - 1)]
             .into_iter()
-            .all(|(end, given)| answer.waypoint(end).iter().zip(loaded.path.waypoint(given)).enumerate().all(is_same))
+            .all(|(end, given)| {
+                answer
+                    .waypoint(end)
+                    .iter()
+                    .zip(loaded.path.waypoint(given))
+                    .enumerate()
+                    .all(is_same)
+            })
     }
 }
 
@@ -150,7 +177,9 @@ fn refusal(objection: &Objection, proof: &Proof) -> String {
             format!("{objection}, with the --geometry, --srdf and columns of its proof")
         }
         Objection::Other { kind: "path", .. } if !proof.has_path => {
-            format!("{objection}; the certificate of a shortened path comes with the answer that holds it")
+            format!(
+                "{objection}; the certificate of a shortened path comes with the answer that holds it"
+            )
         }
         other => other.to_string(),
     }
@@ -186,7 +215,8 @@ fn tell(
                 distances: effort.distances,
                 time_s: time.as_secs_f64(),
             };
-            let text = serde_json::to_string(&finding).expect("a finding holds only strings, booleans and numbers");
+            let text = serde_json::to_string(&finding)
+                .expect("a finding holds only strings, booleans and numbers");
             writeln!(out, "{text}")
         }
         Format::Table => {
@@ -196,7 +226,10 @@ fn tell(
                     let clearance = report::clearance(certificate.clearance_m());
                     let segments = certificate.segments.len();
                     let plural = if segments == 1 { "" } else { "s" };
-                    writeln!(out, "verified   {segments} segment{plural}, {clearance}   {time}")
+                    writeln!(
+                        out,
+                        "verified   {segments} segment{plural}, {clearance}   {time}"
+                    )
                 }
                 Some(reason) => writeln!(out, "{}   {reason}   {time}", code.name()),
             }

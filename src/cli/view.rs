@@ -12,7 +12,8 @@ use super::error::{CliError, stdout};
 use super::quantity;
 use crate::view::{Picture, Sight, page};
 
-/// Write a page that shows an answer: robot, scene, the path before and after, contacts, and how it came about
+/// Write a page that shows an answer: robot, scene, the path before and after, contacts, and how it
+/// came about
 ///
 /// The page is one file and needs no network; any browser with WebGL shows it.
 #[derive(clap::Args)]
@@ -39,33 +40,57 @@ pub(super) struct Arguments {
 /// Writes the page.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let result = ResultFile::read(&arguments.file)?;
-    let mut reader = Reader::new(Packages::with_environment(quantity::packages(&arguments.packages)));
+    let mut reader = Reader::new(Packages::with_environment(quantity::packages(
+        &arguments.packages,
+    )));
     let files = robot_files(arguments, &result)?;
     let (visuals, missing) = reader.visuals(&files)?;
     let mut notes = Vec::from_iter(missing.first().map(|first| {
         let count = missing.len();
         format!("{count} links show their collision shapes, since visual ones are missing; the first: {first}")
     }));
-    let robot = RobotModel::new(reader.robot_of(&files)?)
-        .map_err(|source| FileError::Robot { file: files.urdf.clone(), source })?;
+    let robot = RobotModel::new(reader.robot_of(&files)?).map_err(|source| FileError::Robot {
+        file: files.urdf.clone(),
+        source,
+    })?;
     let scene = scene(arguments, &result, &mut reader)?;
-    for (kind, own, wanted) in
-        [("robot", robot.hash(), &result.subject.robot.hash), ("scene", scene.hash(), &result.subject.scene.hash)]
-    {
+    for (kind, own, wanted) in [
+        ("robot", robot.hash(), &result.subject.robot.hash),
+        ("scene", scene.hash(), &result.subject.scene.hash),
+    ] {
         let own = format!("{own:016x}");
         if own != *wanted {
-            notes.push(format!("this {kind} has hash {own}, the answer is about {wanted}: it is not the same one"));
+            notes.push(format!(
+                "this {kind} has hash {own}, the answer is about {wanted}: it is not the same one"
+            ));
         }
     }
     for note in &notes {
         eprintln!("warning: {note}");
     }
-    let picture = Picture::of(Sight { result, robot: &robot, scene: &scene, visuals, notes });
-    let file = arguments.out.clone().unwrap_or_else(|| arguments.file.with_extension("html"));
+    let picture = Picture::of(Sight {
+        result,
+        robot: &robot,
+        scene: &scene,
+        visuals,
+        notes,
+    });
+    let file = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| arguments.file.with_extension("html"));
     let text = page(&picture);
-    std::fs::write(&file, &text).map_err(|source| CliError::Output { file: file.display().to_string(), source })?;
+    std::fs::write(&file, &text).map_err(|source| CliError::Output {
+        file: file.display().to_string(),
+        source,
+    })?;
     let size = text.len() as f64 / 1e6;
-    writeln!(std::io::stdout(), "{}   {size:.1} MB   open it in a browser", file.display()).map_err(stdout)?;
+    writeln!(
+        std::io::stdout(),
+        "{}   {size:.1} MB   open it in a browser",
+        file.display()
+    )
+    .map_err(stdout)?;
     Ok(0)
 }
 
@@ -81,25 +106,35 @@ fn robot_files(arguments: &Arguments, result: &ResultFile) -> Result<RobotFiles,
     let robot = &result.subject.robot;
     robot.files.clone().ok_or_else(|| {
         let label = robot.label.as_deref().unwrap_or_default();
-        let text = format!("the answer names its robot by the daemon's label {label:?}, not by files");
-        CliError::Usage(format!("{text}; give --robot ROBOT.urdf, or look at it on the page of `taut serve --http`"))
+        let text =
+            format!("the answer names its robot by the daemon's label {label:?}, not by files");
+        CliError::Usage(format!(
+            "{text}; give --robot ROBOT.urdf, or look at it on the page of `taut serve --http`"
+        ))
     })
 }
 
-fn scene(arguments: &Arguments, result: &ResultFile, reader: &mut Reader) -> Result<Scene, CliError> {
+fn scene(
+    arguments: &Arguments,
+    result: &ResultFile,
+    reader: &mut Reader,
+) -> Result<Scene, CliError> {
     if let Some(file) = &arguments.scene {
         return Ok(reader.scene(file)?);
     }
-    let content = result
-        .subject
-        .scene
-        .content
-        .clone()
-        .ok_or_else(|| CliError::Usage("the answer does not hold its scene; give --scene SCENE.json".to_owned()))?;
+    let content = result.subject.scene.content.clone().ok_or_else(|| {
+        CliError::Usage("the answer does not hold its scene; give --scene SCENE.json".to_owned())
+    })?;
     let mut none = |name: &str, _| {
         let reason = "the answer holds no such mesh; give --scene SCENE.json".to_owned();
-        Err(MeshError::Unreadable { name: name.to_owned(), reason })
+        Err(MeshError::Unreadable {
+            name: name.to_owned(),
+            reason,
+        })
     };
-    let refuse = |source| FileError::Scene { file: arguments.file.clone(), source };
+    let refuse = |source| FileError::Scene {
+        file: arguments.file.clone(),
+        source,
+    };
     Ok(content.build(&mut none).map_err(refuse)?)
 }

@@ -20,7 +20,8 @@ use super::{Format, remote};
 /// How often a wait looks up; it ends only with a verdict or the daemon.
 const LOOK_UP: Duration = Duration::from_secs(1);
 
-/// Prints the first verdict of a path and every other one, until there were so many or the scene is gone.
+/// Prints the first verdict of a path and every other one, until there were so many or the scene is
+/// gone.
 pub(super) fn run(
     place: &mut Place,
     reader: &mut Reader,
@@ -31,7 +32,9 @@ pub(super) fn run(
     format: Format,
 ) -> Result<u8, CliError> {
     let Place::Daemon(client) = place else {
-        return Err(CliError::Usage("--watch needs a daemon; leave out --local".to_owned()));
+        return Err(CliError::Usage(
+            "--watch needs a daemon; leave out --local".to_owned(),
+        ));
     };
     let mut prepared = remote::prepare(client, reader, file, source, asked.choices.held())?;
     let layout = Layout::of_description(&prepared.robot);
@@ -39,9 +42,18 @@ pub(super) fn run(
     prepared.subject.metric = asked.metric(prepared.weights.is_some());
     let mut request = remote::request(client, &prepared, &settings, None)?;
     request.header.flags |= RequestFlags::WATCH;
-    let weights = settings.weights.as_deref().unwrap_or(&prepared.robot.weights);
+    let weights = settings
+        .weights
+        .as_deref()
+        .unwrap_or(&prepared.robot.weights);
     let held_values = settings.held.as_deref().unwrap_or_default();
-    let mut loan = request.with_body(RequestBody { weights, held_values, ..RequestBody::default() }).loan()?;
+    let mut loan = request
+        .with_body(RequestBody {
+            weights,
+            held_values,
+            ..RequestBody::default()
+        })
+        .loan()?;
     loan.path_mut().copy_from_slice(prepared.path.as_flat());
     let mut pending = loan.send()?;
     let mut exit = 0;
@@ -51,9 +63,21 @@ pub(super) fn run(
             Err(ClientError::Timeout(_)) => continue,
             response => response?.ok_or(ClientError::NoAnswer)?,
         };
-        let timed = remote::timed(&response, &settings, &prepared.robot, weights, Duration::ZERO)?;
+        let timed = remote::timed(
+            &response,
+            &settings,
+            &prepared.robot,
+            weights,
+            Duration::ZERO,
+        )?;
         exit = timed.code.exit_code();
-        print(&prepared.subject, &timed, response.header().scene_version, format).map_err(stdout)?;
+        print(
+            &prepared.subject,
+            &timed,
+            response.header().scene_version,
+            format,
+        )
+        .map_err(stdout)?;
         told += 1;
         if response.is_final() {
             break;
@@ -62,7 +86,12 @@ pub(super) fn run(
     Ok(exit)
 }
 
-fn print(subject: &report::Subject, timed: &Timed, version: u64, format: Format) -> std::io::Result<()> {
+fn print(
+    subject: &report::Subject,
+    timed: &Timed,
+    version: u64,
+    format: Format,
+) -> std::io::Result<()> {
     let mut out = std::io::stdout().lock();
     match format {
         Format::Json => {

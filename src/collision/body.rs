@@ -40,11 +40,17 @@ pub struct Size {
 
 impl Size {
     /// As its shapes are.
-    pub const OWN: Self = Self { scale: 1.0, padding: 0.0 };
+    pub const OWN: Self = Self {
+        scale: 1.0,
+        padding: 0.0,
+    };
 
     /// What a scene gives a link or object.
     pub fn of(scene: &Scene, name: &str) -> Self {
-        Self { scale: scene.scale(name), padding: scene.padding(name) }
+        Self {
+            scale: scene.scale(name),
+            padding: scene.padding(name),
+        }
     }
 }
 
@@ -74,8 +80,8 @@ pub struct ChainMotion {
     pub factor: f64,
     /// Added to the value (a mimic's offset).
     pub offset: f64,
-    /// For a rotation: distance from its axis (ball: centre) to the body's farthest point (m), whatever
-    /// the joints in between do, as long as translations in between stay at `rest`.
+    /// For a rotation: distance from its axis (ball: centre) to the body's farthest point (m),
+    /// whatever the joints in between do, as long as translations in between stay at `rest`.
     pub reach: f64,
     /// For a translation: the value that `reach` of the motions above counts on (m).
     pub rest: Vec3,
@@ -105,51 +111,97 @@ impl Body {
     /// The body of a link's own solid.
     pub fn of_link(robot: &RobotModel, link: usize, solid: Arc<Solid>) -> Self {
         let name = robot.links()[link].name.as_str().into();
-        Self { link: Some(link), ..Self::standing(name, BodyKind::Link, Transform::IDENTITY, solid) }.carried(robot)
+        Self {
+            link: Some(link),
+            ..Self::standing(name, BodyKind::Link, Transform::IDENTITY, solid)
+        }
+        .carried(robot)
     }
 
     /// The body of an object that a link carries.
-    pub fn of_attached(robot: &RobotModel, link: usize, object: &Obstacle, solid: Arc<Solid>) -> Self {
+    pub fn of_attached(
+        robot: &RobotModel,
+        link: usize,
+        object: &Obstacle,
+        solid: Arc<Solid>,
+    ) -> Self {
         let place = Transform::from(&object.pose);
         let body = Self::standing(object.id.as_str().into(), BodyKind::Attached, place, solid);
-        Self { link: Some(link), ..body }.carried(robot)
+        Self {
+            link: Some(link),
+            ..body
+        }
+        .carried(robot)
     }
 
     /// The body of an obstacle, with a solid of this size.
     pub fn of_obstacle(obstacle: &Obstacle, size: Size, solid: Arc<Solid>) -> Self {
         let place = Transform::from(&obstacle.pose);
-        Self { size, ..Self::standing(obstacle.id.as_str().into(), BodyKind::Obstacle, place, solid) }
+        Self {
+            size,
+            ..Self::standing(
+                obstacle.id.as_str().into(),
+                BodyKind::Obstacle,
+                place,
+                solid,
+            )
+        }
     }
 
     fn standing(name: Arc<str>, kind: BodyKind, place: Transform, solid: Arc<Solid>) -> Self {
-        Self { name, kind, link: None, place, size: Size::OWN, solid, chain: Vec::new() }
+        Self {
+            name,
+            kind,
+            link: None,
+            place,
+            size: Size::OWN,
+            solid,
+            chain: Vec::new(),
+        }
     }
 
     fn carried(mut self, robot: &RobotModel) -> Self {
-        self.chain = self.link.map_or(Vec::new(), |link| chain(robot, link, &self.place, &self.solid.tree));
+        self.chain = self.link.map_or(Vec::new(), |link| {
+            chain(robot, link, &self.place, &self.solid.tree)
+        });
         self
     }
 
     /// The same body with a solid of this size.
     #[must_use]
     pub fn sized(&self, robot: &RobotModel, size: Size, solid: Arc<Solid>) -> Self {
-        Self { size, solid, ..self.clone() }.carried(robot)
+        Self {
+            size,
+            solid,
+            ..self.clone()
+        }
+        .carried(robot)
     }
 
     /// Where the solid's frame is in the world.
     pub fn placed(&self, kinematics: &Kinematics) -> Transform {
-        self.link.map_or(self.place, |link| Transform::from(&kinematics.poses()[link]).of(&self.place))
+        self.link.map_or(self.place, |link| {
+            Transform::from(&kinematics.poses()[link]).of(&self.place)
+        })
     }
 
     /// A ball that encloses it, in the frame of its link (or the world).
     pub fn ball(&self) -> Ball {
         let root = self.solid.tree.balls()[0];
-        Ball { center: self.place.point(root.center), radius: root.radius }
+        Ball {
+            center: self.place.point(root.center),
+            radius: root.radius,
+        }
     }
 
     /// Motions of the chain that act at or above `ancestor`: the relative motion begins after them.
     pub fn motions_up_to(&self, ancestor: Option<usize>) -> usize {
-        ancestor.map_or(0, |link| self.chain.iter().take_while(|motion| motion.joint <= link).count())
+        ancestor.map_or(0, |link| {
+            self.chain
+                .iter()
+                .take_while(|motion| motion.joint <= link)
+                .count()
+        })
     }
 }
 
@@ -159,34 +211,61 @@ struct Swept {
     radius: f64,
 }
 
-/// The motions from the root to `link`. Going up from the body, a ball that encloses it is swept by each
-/// joint: a rotation about an axis turns it into a ball about the nearest point of the axis.
+/// The motions from the root to `link`. Going up from the body, a ball that encloses it is swept by
+/// each joint: a rotation about an axis turns it into a ball about the nearest point of the axis.
 fn chain(robot: &RobotModel, link: usize, place: &Transform, tree: &BallTree) -> Vec<ChainMotion> {
     let root = tree.balls()[0];
-    // Centres of the tree's balls count as points of the body: bounds on the body then hold for them.
-    let centers = tree.balls().iter().map(|ball| ball.center.distance(root.center));
+    // Centres of the tree's balls count as points of the body: bounds on the body then hold for
+    // them.
+    let centers = tree
+        .balls()
+        .iter()
+        .map(|ball| ball.center.distance(root.center));
     let radius = centers.fold(root.radius, f64::max);
-    let mut swept = Swept { center: place.point(root.center), radius };
+    let mut swept = Swept {
+        center: place.point(root.center),
+        radius,
+    };
     let mut motions = Vec::new();
     let mut at = Some(link);
     while let Some(index) = at {
         let joint = &robot.joints()[index];
         let (driver, factor, offset) = match joint.drive {
-            Drive::Mimic { master, multiplier, offset } => (robot.joints()[master].drive, multiplier, offset),
+            Drive::Mimic {
+                master,
+                multiplier,
+                offset,
+            } => (robot.joints()[master].drive, multiplier, offset),
             own => (own, 1.0, 0.0),
         };
         let motion = |kind, first: usize, reach, rest| {
             let (source, coordinate) = match driver {
                 Drive::Variable { q, v } => (Source::Column(q + first), Some(v + first)),
                 Drive::Held { first: value } => (Source::Held(value + first), None),
-                Drive::Fixed | Drive::Mimic { .. } => unreachable!("a movable joint is driven by a variable or held"),
+                Drive::Fixed | Drive::Mimic { .. } => {
+                    unreachable!("a movable joint is driven by a variable or held")
+                }
             };
-            ChainMotion { joint: index, kind, coordinate, source, factor, offset, reach, rest }
+            ChainMotion {
+                joint: index,
+                kind,
+                coordinate,
+                source,
+                factor,
+                offset,
+                reach,
+                rest,
+            }
         };
         match joint.kind {
             JointKind::Fixed => {}
             JointKind::Revolute | JointKind::Continuous => {
-                motions.push(motion(MotionKind::Axis, 0, swept.turn_about(joint.axis), Vec3::ZERO));
+                motions.push(motion(
+                    MotionKind::Axis,
+                    0,
+                    swept.turn_about(joint.axis),
+                    Vec3::ZERO,
+                ));
             }
             JointKind::Prismatic => {
                 let rest = Vec3::new(rest_value(robot, index), 0.0, 0.0);
@@ -194,11 +273,21 @@ fn chain(robot: &RobotModel, link: usize, place: &Transform, tree: &BallTree) ->
                 motions.push(motion(MotionKind::Translation(1), 0, 0.0, rest));
             }
             JointKind::Planar => {
-                motions.push(motion(MotionKind::Axis, 2, swept.turn_about(Vec3::Z), Vec3::ZERO));
+                motions.push(motion(
+                    MotionKind::Axis,
+                    2,
+                    swept.turn_about(Vec3::Z),
+                    Vec3::ZERO,
+                ));
                 motions.push(motion(MotionKind::Translation(2), 0, 0.0, Vec3::ZERO));
             }
             JointKind::Floating => {
-                motions.push(motion(MotionKind::Ball, 3, swept.turn_about_center(), Vec3::ZERO));
+                motions.push(motion(
+                    MotionKind::Ball,
+                    3,
+                    swept.turn_about_center(),
+                    Vec3::ZERO,
+                ));
                 motions.push(motion(MotionKind::Translation(3), 0, 0.0, Vec3::ZERO));
             }
         }
@@ -235,25 +324,35 @@ pub(super) fn rest_value(robot: &RobotModel, joint: usize) -> f64 {
         _ => 0.0,
     };
     match robot.joints()[joint].drive {
-        Drive::Mimic { master, multiplier, offset } => multiplier * middle(robot.joints()[master].drive) + offset,
+        Drive::Mimic {
+            master,
+            multiplier,
+            offset,
+        } => multiplier * middle(robot.joints()[master].drive) + offset,
         own => middle(own),
     }
 }
 
-/// Weights that make a path's length metres: 1 for a translation; for a rotation the farthest that any
-/// link's body it carries can be from its axis. Never below 1 cm, so that every joint counts. Neither what links
-/// carry nor padding nor scale counts: lengths stay comparable from one scene to the next.
+/// Weights that make a path's length metres: 1 for a translation; for a rotation the farthest that
+/// any link's body it carries can be from its axis. Never below 1 cm, so that every joint counts.
+/// Neither what links carry nor padding nor scale counts: lengths stay comparable from one scene to
+/// the next.
 pub fn reach_weights(robot: &RobotModel, bodies: &[Body]) -> Vec<f64> {
     const LEAST: f64 = 0.01;
     let mut weights = vec![LEAST; robot.space().nv()];
-    for body in bodies.iter().filter(|body| body.kind == BodyKind::Link && body.size == Size::OWN) {
+    for body in bodies
+        .iter()
+        .filter(|body| body.kind == BodyKind::Link && body.size == Size::OWN)
+    {
         // Translations between a rotation and the body push it out by up to half their range.
         let mut pushed = 0.0;
         for motion in body.chain.iter().rev() {
             if let MotionKind::Translation(_) = motion.kind {
                 pushed += half_range(robot, motion);
             }
-            let Some(first) = motion.coordinate else { continue };
+            let Some(first) = motion.coordinate else {
+                continue;
+            };
             let (count, weight) = match motion.kind {
                 MotionKind::Translation(n) => (n, 1.0),
                 MotionKind::Axis => (1, motion.reach + pushed),
@@ -274,8 +373,11 @@ pub fn reach_weights(robot: &RobotModel, bodies: &[Body]) -> Vec<f64> {
 }
 
 fn half_range(robot: &RobotModel, motion: &ChainMotion) -> f64 {
-    let Source::Column(q) = motion.source else { return 0.0 };
+    let Source::Column(q) = motion.source else {
+        return 0.0;
+    };
     // Soft limits are not walls: paths between them and the limits are checked too.
-    let half = (robot.variables()[q].hard_upper - robot.variables()[q].hard_lower) / 2.0 * motion.factor.abs();
+    let half = (robot.variables()[q].hard_upper - robot.variables()[q].hard_lower) / 2.0
+        * motion.factor.abs();
     if half.is_finite() { half } else { 0.0 }
 }

@@ -1,4 +1,5 @@
-//! Taking objects up and putting them down: where robot and scene stand decides which pose an object gets.
+//! Taking objects up and putting them down: where robot and scene stand decides which pose an
+//! object gets.
 
 use super::model::{CollisionModel, CollisionModelError};
 use crate::math::Pose;
@@ -6,7 +7,8 @@ use crate::robot::Kinematics;
 use crate::scene::{SceneChange, SceneError};
 
 impl CollisionModel {
-    /// The change by which a link takes an obstacle up where both are; `kinematics` says where the link is.
+    /// The change by which a link takes an obstacle up where both are; `kinematics` says where the
+    /// link is.
     ///
     /// # Errors
     /// A link or an obstacle that is not there; an object that is attached already.
@@ -17,17 +19,31 @@ impl CollisionModel {
         touch_links: Vec<String>,
         kinematics: &Kinematics,
     ) -> Result<SceneChange, CollisionModelError> {
-        let (id, link_name) = (id.to_owned(), link_name.to_owned());
-        let link = self.robot().link_index(&link_name).ok_or_else(|| CollisionModelError::UnknownLink {
-            object: id.clone(),
-            link: link_name.clone(),
-            links: self.robot().links().iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(", "),
+        let id = id.to_owned();
+        let link_name = link_name.to_owned();
+        let link = self.robot().link_index(&link_name).ok_or_else(|| {
+            CollisionModelError::UnknownLink {
+                object: id.clone(),
+                link: link_name.clone(),
+                links: self
+                    .robot()
+                    .links()
+                    .iter()
+                    .map(|link| link.name.as_str())
+                    .collect::<Vec<_>>()
+                    .join(", "),
+            }
         })?;
         let standing = self.scene().obstacles().get(&id);
         // What does not stand gets its error from the scene, whatever the pose.
         let world = standing.map_or(Pose::identity(), |obstacle| obstacle.pose);
         let pose = unit(kinematics.poses()[link].inverse() * world);
-        let change = SceneChange::Attach { id, link_name, touch_links, pose };
+        let change = SceneChange::Attach {
+            id,
+            link_name,
+            touch_links,
+            pose,
+        };
         self.scene().with([change.clone()])?;
         Ok(change)
     }
@@ -41,8 +57,13 @@ impl CollisionModel {
         let carrier = attached.and_then(|attached| self.robot().link_index(&attached.link_name));
         let pose = attached
             .zip(carrier)
-            .map_or(Pose::identity(), |(attached, link)| unit(kinematics.poses()[link] * attached.object.pose));
-        let change = SceneChange::Detach { id: id.to_owned(), pose };
+            .map_or(Pose::identity(), |(attached, link)| {
+                unit(kinematics.poses()[link] * attached.object.pose)
+            });
+        let change = SceneChange::Detach {
+            id: id.to_owned(),
+            pose,
+        };
         self.scene().with([change.clone()])?;
         Ok(change)
     }

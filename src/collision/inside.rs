@@ -11,20 +11,25 @@ use crate::shape::solid_angle;
 
 /// Rays that look for a way out of a surface that is not closed.
 const RAYS: usize = 64;
-/// Of these, as many may find one from a place that counts as inside however the surface faces: gaps.
+/// Of these, as many may find one from a place that counts as inside however the surface faces:
+/// gaps.
 const GAPS: usize = RAYS / 10;
-/// How far beside a triangle a ray still meets it, relative to the triangle: no ray slips between two of them.
+/// How far beside a triangle a ray still meets it, relative to the triangle: no ray slips between
+/// two of them.
 const RIM: f64 = 1e-9;
 
-/// Whether a point is inside, by the winding number (Jacobson, Kavan and Sorkine-Hornung, 2013), which is sure for
-/// surfaces that are closed and face one way. For others it is a guess, which counts where the surface hides the point
-/// from half of all directions; and where it hides it from nearly all, the point is inside however triangles face.
+/// Whether a point is inside, by the winding number (Jacobson, Kavan and Sorkine-Hornung, 2013),
+/// which is sure for surfaces that are closed and face one way. For others it is a guess, which
+/// counts where the surface hides the point from half of all directions; and where it hides it from
+/// nearly all, the point is inside however triangles face.
 pub(super) fn contains(solid: &Solid, point: Vec3) -> bool {
     let root = solid.tree.balls()[0];
     if point.distance(root.center) > root.radius {
         return false;
     }
-    let angle: f64 = triangles(&solid.tree).map(|corners| solid_angle(corners.map(|corner| corner - point))).sum();
+    let angle: f64 = triangles(&solid.tree)
+        .map(|corners| solid_angle(corners.map(|corner| corner - point)))
+        .sum();
     let is_wound = angle.abs() > 2.0 * PI;
     match solid.is_open {
         true => is_hidden(&solid.tree, point, if is_wound { RAYS / 2 } else { GAPS }),
@@ -32,15 +37,21 @@ pub(super) fn contains(solid: &Solid, point: Vec3) -> bool {
     }
 }
 
-/// The same where every surface is closed and any rounding will do: by the triangles that rays meet. A tenth of the
-/// work and less.
+/// The same where every surface is closed and any rounding will do: by the triangles that rays
+/// meet. A tenth of the work and less.
 pub(super) fn probably_contains(tree: &BallTree, point: Vec3) -> bool {
     let is_odd = |index: &usize| {
         let mut met = 0;
-        meet(tree, point, shell::direction(*index, RAYS), 0.0, &mut |_| {
-            met += 1;
-            true
-        });
+        meet(
+            tree,
+            point,
+            shell::direction(*index, RAYS),
+            0.0,
+            &mut |_| {
+                met += 1;
+                true
+            },
+        );
         met % 2 == 1
     };
     [7, 23, 47].iter().filter(|index| is_odd(index)).count() >= 2
@@ -57,21 +68,34 @@ fn triangles(tree: &BallTree) -> impl Iterator<Item = [Vec3; 3]> {
 fn is_hidden(tree: &BallTree, point: Vec3, gaps: usize) -> bool {
     let escapes = |index: &usize| {
         let mut escapes = true;
-        meet(tree, point, shell::direction(*index, RAYS), RIM, &mut |_| {
-            escapes = false;
-            false
-        });
+        meet(
+            tree,
+            point,
+            shell::direction(*index, RAYS),
+            RIM,
+            &mut |_| {
+                escapes = false;
+                false
+            },
+        );
         escapes
     };
     (0..RAYS).filter(escapes).take(gaps + 1).count() <= gaps
 }
 
 /// Tells of each triangle that a ray meets, until it hears that this is enough.
-fn meet(tree: &BallTree, from: Vec3, along: Vec3, rim: f64, tell: &mut impl FnMut([Vec3; 3]) -> bool) {
+fn meet(
+    tree: &BallTree,
+    from: Vec3,
+    along: Vec3,
+    rim: f64,
+    tell: &mut impl FnMut([Vec3; 3]) -> bool,
+) {
     let mut left = vec![0];
     while let Some(ball) = left.pop() {
         let ball = tree.ball(ball);
-        let (offset, radius) = (ball.center - from, ball.radius * (1.0 + RIM) + 1e-12);
+        let offset = ball.center - from;
+        let radius = ball.radius * (1.0 + RIM) + 1e-12;
         let ahead = offset.dot(along);
         if ahead < -radius || offset.length_squared() - ahead * ahead > radius * radius {
             continue;
@@ -92,7 +116,8 @@ fn meet(tree: &BallTree, from: Vec3, along: Vec3, rim: f64, tell: &mut impl FnMu
 
 /// Whether a ray meets a triangle (Möller and Trumbore, 1997).
 fn meets(from: Vec3, along: Vec3, [a, b, c]: [Vec3; 3], rim: f64) -> bool {
-    let (ab, ac) = (b - a, c - a);
+    let ab = b - a;
+    let ac = c - a;
     let across = along.cross(ac);
     let volume = ab.dot(across);
     if volume == 0.0 {
@@ -115,18 +140,27 @@ mod tests {
     use crate::testing::{vector, wedge};
 
     fn solid(mesh: Mesh) -> Solid {
-        Solid::new(&[PlacedShape { pose: Pose::identity(), shape: Shape::Mesh(Arc::new(mesh)) }])
+        Solid::new(&[PlacedShape {
+            pose: Pose::identity(),
+            shape: Shape::Mesh(Arc::new(mesh)),
+        }])
     }
 
-    /// The walls of a unit cube about the origin, each by itself and moved out a little; those named face inwards.
+    /// The walls of a unit cube about the origin, each by itself and moved out a little; those
+    /// named face inwards.
     fn walls(turned: usize, gap: f64, without: &[usize]) -> Solid {
-        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+        let mut vertices = Vec::new();
+        let mut triangles = Vec::new();
         for wall in (0..6).filter(|wall| !without.contains(wall)) {
-            let (axis, side) = (wall / 2, if wall % 2 == 0 { 1.0 } else { -1.0 });
+            let axis = wall / 2;
+            let side = if wall % 2 == 0 { 1.0 } else { -1.0 };
             let [out, u, v] = [0, 1, 2].map(|i| [Vec3::X, Vec3::Y, Vec3::Z][(axis + i) % 3]);
             let center = out * (side * (0.5 + gap));
             let first = vertices.len() as u32;
-            vertices.extend([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[a, b]| center + u * a + v * b));
+            vertices.extend(
+                [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]
+                    .map(|[a, b]| center + u * a + v * b),
+            );
             let inwards = (turned >> wall & 1 == 1) == (side > 0.0);
             let quad = if inwards { [0, 3, 2, 1] } else { [0, 1, 2, 3] }.map(|i| first + i);
             triangles.extend([[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]]);
@@ -134,8 +168,8 @@ mod tests {
         solid(Mesh::new("walls", vertices, triangles).unwrap())
     }
 
-    /// However its walls face and though none of them meet, what stands in a box is in it, and what stands outside of
-    /// it or in a corner of walls is not.
+    /// However its walls face and though none of them meet, what stands in a box is in it, and what
+    /// stands outside of it or in a corner of walls is not.
     #[test]
     fn a_surface_that_hides_a_place_all_round_has_it_inside() {
         for turned in 0..64 {
@@ -149,7 +183,10 @@ mod tests {
             assert!(!contains(&corner, Vec3::splat(0.2)), "{turned:b}");
         }
         // Without a lid it takes walls that face one way, as most do.
-        assert!(contains(&walls(0, 0.0, &[0]), Vec3::ZERO) && contains(&walls(63, 0.0, &[0]), Vec3::ZERO));
+        assert!(
+            contains(&walls(0, 0.0, &[0]), Vec3::ZERO)
+                && contains(&walls(63, 0.0, &[0]), Vec3::ZERO)
+        );
     }
 
     #[test]

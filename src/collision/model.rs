@@ -31,7 +31,9 @@ pub struct CollisionModel {
 #[non_exhaustive]
 pub enum CollisionModelError {
     /// A pair, touch link or padding names nothing.
-    #[error("the scene {what}, but {name:?} is neither a link nor an object; links: {links}; objects: {objects}")]
+    #[error(
+        "the scene {what}, but {name:?} is neither a link nor an object; links: {links}; objects: {objects}"
+    )]
     UnknownName {
         /// What the scene does with the name.
         what: String,
@@ -73,13 +75,17 @@ pub enum CollisionModelError {
         source: Box<crate::scene::SceneError>,
     },
     /// A frame of the scene has the name of one that the robot has elsewhere.
-    #[error("the scene's frame {name:?} has the name of a link or of the robot's world, which is elsewhere; rename it")]
+    #[error(
+        "the scene's frame {name:?} has the name of a link or of the robot's world, which is elsewhere; rename it"
+    )]
     FrameTaken {
         /// Its name.
         name: String,
     },
     /// A scale that leaves nothing of a mesh.
-    #[error("the scene scales {name:?} by {scale}, which leaves no solid: {source}; take a scale nearer to 1")]
+    #[error(
+        "the scene scales {name:?} by {scale}, which leaves no solid: {source}; take a scale nearer to 1"
+    )]
     Scale {
         /// Link or object.
         name: String,
@@ -96,22 +102,25 @@ pub enum CollisionModelError {
 impl CollisionModel {
     /// Pairs every body that moves with the robot with every other that can come near it.
     ///
-    /// Left out are: pairs that the robot's SRDF or description allows, pairs that the scene allows, an attached
-    /// object with its own link and its touch links, and pairs of the robot's own links that no moving joint
-    /// separates; what the scene forbids is checked whatever allows it. Pairs with an object that no joint brings
-    /// nearer or farther are [static pairs](Self::static_contact), looked at once per request. Padding and scale
-    /// count between robot and obstacles only.
+    /// Left out are: pairs that the robot's SRDF or description allows, pairs that the scene
+    /// allows, an attached object with its own link and its touch links, and pairs of the robot's
+    /// own links that no moving joint separates; what the scene forbids is checked whatever allows
+    /// it. Pairs with an object that no joint brings nearer or farther are [static
+    /// pairs](Self::static_contact), looked at once per request. Padding and scale count between
+    /// robot and obstacles only.
     ///
     /// # Errors
-    /// A name in the scene that is neither a link nor an object; a scale that leaves nothing of a mesh.
+    /// A name in the scene that is neither a link nor an object; a scale that leaves nothing of a
+    /// mesh.
     pub fn new(robot: Arc<RobotModel>, scene: Arc<Scene>) -> Result<Self, CollisionModelError> {
         let solids = Solids::of_links(&robot);
         Self::build(robot, scene, &solids)
     }
 
-    /// The model of the same robot with another scene: the same as [`Self::new`] makes, bit for bit, but solids
-    /// that this model has already are shared. Moving, attaching or allowing rebuilds none; where nothing but places
-    /// of obstacles tells a scene from the one that it was made of, pairs are shared too.
+    /// The model of the same robot with another scene: the same as [`Self::new`] makes, bit for
+    /// bit, but solids that this model has already are shared. Moving, attaching or allowing
+    /// rebuilds none; where nothing but places of obstacles tells a scene from the one that it was
+    /// made of, pairs are shared too.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -122,7 +131,8 @@ impl CollisionModel {
         }
     }
 
-    /// Bodies that stand elsewhere in a scene that differs in nothing else; `None` where it may differ.
+    /// Bodies that stand elsewhere in a scene that differs in nothing else; `None` where it may
+    /// differ.
     fn moved_bodies(&self, scene: &Scene) -> Option<Vec<(usize, Transform)>> {
         if !self.scene.lines_up_with(scene) {
             return None;
@@ -148,19 +158,28 @@ impl CollisionModel {
             bodies[body].place = place;
         }
         let pairs = self.pairs.placed(&self.robot, &bodies);
-        let filter = self.filter.with_moved(&bodies, moved.iter().map(|(body, _)| *body));
-        Self { robot: self.robot.clone(), scene, solids: self.solids.clone(), bodies, pairs, filter }
+        let filter = self
+            .filter
+            .with_moved(&bodies, moved.iter().map(|(body, _)| *body));
+        Self {
+            robot: self.robot.clone(),
+            scene,
+            solids: self.solids.clone(),
+            bodies,
+            pairs,
+            filter,
+        }
     }
 
-    /// The model of a robot with nothing around it, of [link solids](Self::link_solids) that were made of it before;
-    /// `None` if they are not this robot's.
+    /// The model of a robot with nothing around it, of [link solids](Self::link_solids) that were
+    /// made of it before; `None` if they are not this robot's.
     pub fn of_links(robot: Arc<RobotModel>, links: Vec<Option<Solid>>) -> Option<Self> {
         let solids = Solids::with_links(&robot, links)?;
         Self::build(robot, Arc::new(Scene::default()), &solids).ok()
     }
 
-    /// The model of a robot with the same links, of which other joints are variables, with nothing around it: solids are
-    /// shared.
+    /// The model of a robot with the same links, of which other joints are variables, with nothing
+    /// around it: solids are shared.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -173,20 +192,40 @@ impl CollisionModel {
         self.solids.links().iter().map(Option::as_deref)
     }
 
-    fn build(robot: Arc<RobotModel>, scene: Arc<Scene>, before: &Solids) -> Result<Self, CollisionModelError> {
+    fn build(
+        robot: Arc<RobotModel>,
+        scene: Arc<Scene>,
+        before: &Solids,
+    ) -> Result<Self, CollisionModelError> {
         let rules = Rules::new(&robot, &scene)?;
         let mut solids = before.links_only();
         let mut bodies = carried_bodies(&robot, &scene, &mut solids, before);
         let facing = add_sized(&robot, &scene, &mut bodies, &mut solids, before)?;
         let robot_bodies = bodies.len();
-        for obstacle in scene.obstacles().iter().filter(|obstacle| !obstacle.shapes.is_empty()) {
-            let (bare, size) = (solids.object(&obstacle.shapes, before), Size::of(&scene, &obstacle.id));
+        for obstacle in scene
+            .obstacles()
+            .iter()
+            .filter(|obstacle| !obstacle.shapes.is_empty())
+        {
+            let bare = solids.object(&obstacle.shapes, before);
+            let size = Size::of(&scene, &obstacle.id);
             let solid = solids.sized(&bare, &obstacle.shapes, size, before);
-            bodies.push(Body::of_obstacle(obstacle, size, solid.map_err(no_solid(&obstacle.id, size))?));
+            bodies.push(Body::of_obstacle(
+                obstacle,
+                size,
+                solid.map_err(no_solid(&obstacle.id, size))?,
+            ));
         }
         let pairs = rules.pairs(&bodies, &facing, robot_bodies);
         let filter = Filter::new(&robot, &bodies, robot_bodies, &pairs.moving);
-        Ok(Self { robot, scene, solids: Arc::new(solids), bodies, pairs, filter })
+        Ok(Self {
+            robot,
+            scene,
+            solids: Arc::new(solids),
+            bodies,
+            pairs,
+            filter,
+        })
     }
 
     /// The robot.
@@ -197,8 +236,8 @@ impl CollisionModel {
     pub fn scene(&self) -> &Arc<Scene> {
         &self.scene
     }
-    /// Links with shapes, then attached objects, then those of both that are padded or scaled once more at that
-    /// size, then obstacles.
+    /// Links with shapes, then attached objects, then those of both that are padded or scaled once
+    /// more at that size, then obstacles.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
@@ -232,33 +271,49 @@ impl CollisionModel {
         [pair.a, pair.b].map(|body| self.bodies[body].name.to_string())
     }
 
-    /// First pair that is checked, that no joint moves and that overlaps, with its names and contact.
+    /// First pair that is checked, that no joint moves and that overlaps, with its names and
+    /// contact.
     pub fn static_contact(&self, kinematics: &Kinematics) -> Option<([String; 2], Contact)> {
         self.pairs.close.iter().find_map(|&index| {
             let pair = &self.pairs.standing[index];
-            let (a, b) = (&self.bodies[pair.a], &self.bodies[pair.b]);
+            let a = &self.bodies[pair.a];
+            let b = &self.bodies[pair.b];
             query::overlap(a, &a.placed(kinematics), b, &b.placed(kinematics))?;
-            let contact = penetration::penetration(a, &a.placed(kinematics), b, &b.placed(kinematics));
+            let contact =
+                penetration::penetration(a, &a.placed(kinematics), b, &b.placed(kinematics));
             Some(([a, b].map(|body| body.name.to_string()), contact))
         })
     }
 }
 
 /// Links with shapes and what they carry, without padding.
-fn carried_bodies(robot: &RobotModel, scene: &Scene, solids: &mut Solids, before: &Solids) -> Vec<Body> {
+fn carried_bodies(
+    robot: &RobotModel,
+    scene: &Scene,
+    solids: &mut Solids,
+    before: &Solids,
+) -> Vec<Body> {
     let links = 0..robot.links().len();
-    let mut bodies: Vec<_> = links.filter_map(|link| Some(Body::of_link(robot, link, solids.link(link)?))).collect();
-    for attached in scene.attached().iter().filter(|attached| !attached.object.shapes.is_empty()) {
+    let mut bodies: Vec<_> = links
+        .filter_map(|link| Some(Body::of_link(robot, link, solids.link(link)?)))
+        .collect();
+    for attached in scene
+        .attached()
+        .iter()
+        .filter(|attached| !attached.object.shapes.is_empty())
+    {
         // The rules know every link that carries something.
-        let Some(link) = robot.link_index(&attached.link_name) else { continue };
+        let Some(link) = robot.link_index(&attached.link_name) else {
+            continue;
+        };
         let solid = solids.object(&attached.object.shapes, before);
         bodies.push(Body::of_attached(robot, link, &attached.object, solid));
     }
     bodies
 }
 
-/// Appends a body of another size for each that the scene pads or scales; gives for each body the one that faces
-/// obstacles.
+/// Appends a body of another size for each that the scene pads or scales; gives for each body the
+/// one that faces obstacles.
 fn add_sized(
     robot: &RobotModel,
     scene: &Scene,
@@ -275,9 +330,14 @@ fn add_sized(
         }
         let shapes: &[PlacedShape] = match (body.kind, body.link) {
             (BodyKind::Link, Some(link)) => &robot.links()[link].shapes,
-            _ => scene.attached().get(&body.name).map_or(&[], |attached| &attached.object.shapes),
+            _ => scene
+                .attached()
+                .get(&body.name)
+                .map_or(&[], |attached| &attached.object.shapes),
         };
-        let solid = solids.sized(&body.solid, shapes, size, before).map_err(no_solid(&body.name, size))?;
+        let solid = solids
+            .sized(&body.solid, shapes, size, before)
+            .map_err(no_solid(&body.name, size))?;
         let sized = body.sized(robot, size, solid);
         *facing = bodies.len();
         bodies.push(sized);
@@ -286,5 +346,9 @@ fn add_sized(
 }
 
 fn no_solid(name: &str, size: Size) -> impl FnOnce(MeshError) -> CollisionModelError {
-    move |source| CollisionModelError::Scale { name: name.to_owned(), scale: size.scale, source }
+    move |source| CollisionModelError::Scale {
+        name: name.to_owned(),
+        scale: size.scale,
+        source,
+    }
 }

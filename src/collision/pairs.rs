@@ -38,29 +38,48 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    fn new(robot: &RobotModel, bodies: &[Body], moving: Vec<BodyPair>, standing: Vec<BodyPair>) -> Self {
-        let is_hollow = |pair: &BodyPair| bodies[pair.a].solid.hollow || bodies[pair.b].solid.hollow;
-        let hollow = (0..moving.len()).filter(|&index| is_hollow(&moving[index])).collect();
-        let pairs = Self { moving: moving.into(), standing: standing.into(), hollow, close: Vec::new() };
+    fn new(
+        robot: &RobotModel,
+        bodies: &[Body],
+        moving: Vec<BodyPair>,
+        standing: Vec<BodyPair>,
+    ) -> Self {
+        let is_hollow =
+            |pair: &BodyPair| bodies[pair.a].solid.hollow || bodies[pair.b].solid.hollow;
+        let hollow = (0..moving.len())
+            .filter(|&index| is_hollow(&moving[index]))
+            .collect();
+        let pairs = Self {
+            moving: moving.into(),
+            standing: standing.into(),
+            hollow,
+            close: Vec::new(),
+        };
         pairs.placed(robot, bodies)
     }
 
-    /// The same pairs of bodies that may stand elsewhere. Finds those that each request looks at: of a thousand
-    /// objects far away it should not hear.
+    /// The same pairs of bodies that may stand elsewhere. Finds those that each request looks at:
+    /// of a thousand objects far away it should not hear.
     pub fn placed(&self, robot: &RobotModel, bodies: &[Body]) -> Self {
         let balls: Vec<_> = bodies.iter().map(|body| fixed_ball(robot, body)).collect();
         let is_close = |pair: &BodyPair| match (&balls[pair.a], &balls[pair.b]) {
             (Some(a), Some(b)) => a.center.distance(b.center) <= a.radius + b.radius + TOUCHING_M,
             _ => true,
         };
-        let close = (0..self.standing.len()).filter(|&index| is_close(&self.standing[index])).collect();
-        Self { close, ..self.clone() }
+        let close = (0..self.standing.len())
+            .filter(|&index| is_close(&self.standing[index]))
+            .collect();
+        Self {
+            close,
+            ..self.clone()
+        }
     }
 }
 
 /// Ball in the world around a body that no joint of any kind carries.
 fn fixed_ball(robot: &RobotModel, body: &Body) -> Option<Ball> {
-    let (mut ball, mut at) = (body.ball(), body.link);
+    let mut ball = body.ball();
+    let mut at = body.link;
     while let Some(link) = at {
         let joint = &robot.joints()[link];
         if joint.kind != JointKind::Fixed {
@@ -88,8 +107,15 @@ impl<'a> Rules<'a> {
     /// A pair, padding, touch link or attachment that names neither a link nor an object.
     pub fn new(robot: &'a RobotModel, scene: &'a Scene) -> Result<Self, CollisionModelError> {
         check_frames(robot, scene)?;
-        let (allowed, forbidden) = (HashSet::new(), HashSet::new());
-        let mut rules = Self { robot, scene, numbers: HashMap::new(), allowed, forbidden };
+        let allowed = HashSet::new();
+        let forbidden = HashSet::new();
+        let mut rules = Self {
+            robot,
+            scene,
+            numbers: HashMap::new(),
+            allowed,
+            forbidden,
+        };
         for (a, b) in scene.allowed() {
             let pair = rules.pair(a, b, || format!("allows {a} × {b}"))?;
             rules.allowed.insert(pair);
@@ -117,7 +143,12 @@ impl<'a> Rules<'a> {
         Ok(rules)
     }
 
-    fn pair(&mut self, a: &'a str, b: &'a str, what: impl Fn() -> String) -> Result<(u32, u32), CollisionModelError> {
+    fn pair(
+        &mut self,
+        a: &'a str,
+        b: &'a str,
+        what: impl Fn() -> String,
+    ) -> Result<(u32, u32), CollisionModelError> {
         let mut number = |name: &'a str, beside: &str| {
             if self.robot.link_index(name).is_none() && self.scene.object(name).is_none() {
                 return Err(CollisionModelError::UnknownName {
@@ -135,29 +166,57 @@ impl<'a> Rules<'a> {
     }
 
     fn unknown_link(&self, object: &str, link: &str) -> CollisionModelError {
-        let (object, link, links) = (object.to_owned(), link.to_owned(), self.link_names());
-        CollisionModelError::UnknownLink { object, link, links }
+        let object = object.to_owned();
+        let link = link.to_owned();
+        let links = self.link_names();
+        CollisionModelError::UnknownLink {
+            object,
+            link,
+            links,
+        }
     }
 
     fn link_names(&self) -> String {
-        self.robot.links().iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(", ")
+        self.robot
+            .links()
+            .iter()
+            .map(|link| link.name.as_str())
+            .collect::<Vec<_>>()
+            .join(", ")
     }
 
     fn object_names(&self) -> String {
-        let names: Vec<_> = self.scene.objects().map(|object| object.id.as_str()).collect();
-        if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+        let names: Vec<_> = self
+            .scene
+            .objects()
+            .map(|object| object.id.as_str())
+            .collect();
+        if names.is_empty() {
+            "none".to_owned()
+        } else {
+            names.join(", ")
+        }
     }
 
-    /// The pairs among `bodies`. The first of them are the links' and what they carry: each is checked against
-    /// every other of these, and against obstacles, which are the bodies from `obstacles` on, as the body that
-    /// `facing` has for it.
+    /// The pairs among `bodies`. The first of them are the links' and what they carry: each is
+    /// checked against every other of these, and against obstacles, which are the bodies from
+    /// `obstacles` on, as the body that `facing` has for it.
     pub fn pairs(&self, bodies: &[Body], facing: &[usize], obstacles: usize) -> Pairs {
         // Most scenes have many objects and mention few of them.
         let number = |body: &Body| self.numbers.get(&*body.name).copied();
-        let numbers: Vec<_> =
-            bodies.iter().map(|body| if self.numbers.is_empty() { None } else { number(body) }).collect();
+        let numbers: Vec<_> = bodies
+            .iter()
+            .map(|body| {
+                if self.numbers.is_empty() {
+                    None
+                } else {
+                    number(body)
+                }
+            })
+            .collect();
         let of = |a: usize, b: usize| Some(sorted(numbers[a]?, numbers[b]?));
-        let (mut moving, mut standing) = (Vec::new(), Vec::new());
+        let mut moving = Vec::new();
+        let mut standing = Vec::new();
         for (a, &outer) in facing.iter().enumerate() {
             let body_a = &bodies[a];
             for (b, body_b) in bodies.iter().enumerate().take(facing.len()).skip(a + 1) {
@@ -166,18 +225,38 @@ impl<'a> Rules<'a> {
                     continue;
                 }
                 let ancestor = common_ancestor(self.robot, body_a.link, body_b.link);
-                let motions_above = [body_a.motions_up_to(ancestor), body_b.motions_up_to(ancestor)];
-                let pair = BodyPair { a, b, ancestor, motions_above };
-                if [body_a, body_b].iter().any(|body| moves_below(self.robot, body.link, ancestor)) {
+                let motions_above = [
+                    body_a.motions_up_to(ancestor),
+                    body_b.motions_up_to(ancestor),
+                ];
+                let pair = BodyPair {
+                    a,
+                    b,
+                    ancestor,
+                    motions_above,
+                };
+                if [body_a, body_b]
+                    .iter()
+                    .any(|body| moves_below(self.robot, body.link, ancestor))
+                {
                     moving.push(pair);
                 } else if self.may_stand_wrongly(body_a, body_b, names) {
                     standing.push(pair);
                 }
             }
-            let pairs = if moves_below(self.robot, body_a.link, None) { &mut moving } else { &mut standing };
+            let pairs = if moves_below(self.robot, body_a.link, None) {
+                &mut moving
+            } else {
+                &mut standing
+            };
             for (b, body_b) in bodies.iter().enumerate().skip(obstacles) {
                 if !self.may_touch(body_a, body_b, of(a, b)) {
-                    pairs.push(BodyPair { a: outer, b, ancestor: None, motions_above: [0, 0] });
+                    pairs.push(BodyPair {
+                        a: outer,
+                        b,
+                        ancestor: None,
+                        motions_above: [0, 0],
+                    });
                 }
             }
         }
@@ -197,8 +276,9 @@ impl<'a> Rules<'a> {
         of_robot || names.is_some_and(|names| self.allowed.contains(&names))
     }
 
-    /// Whether two bodies that no joint moves against each other are looked at. A robot's own links are built as
-    /// they are; what somebody placed or attached, or asked to be checked, may be in the wrong place.
+    /// Whether two bodies that no joint moves against each other are looked at. A robot's own links
+    /// are built as they are; what somebody placed or attached, or asked to be checked, may be in
+    /// the wrong place.
     fn may_stand_wrongly(&self, a: &Body, b: &Body, names: Option<(u32, u32)>) -> bool {
         let are_links = a.kind == BodyKind::Link && b.kind == BodyKind::Link;
         !are_links || names.is_some_and(|names| self.forbidden.contains(&names))
@@ -209,9 +289,11 @@ fn sorted(a: u32, b: u32) -> (u32, u32) {
     (a.min(b), a.max(b))
 }
 
-/// Nearest link that both hang on (it may be one of them); `None` is the world, where obstacles are.
+/// Nearest link that both hang on (it may be one of them); `None` is the world, where obstacles
+/// are.
 fn common_ancestor(robot: &RobotModel, a: Option<usize>, b: Option<usize>) -> Option<usize> {
-    let (mut a, mut b) = (a?, b?);
+    let mut a = a?;
+    let mut b = b?;
     // Parents come before children, so the later of the two is never above the other.
     while a != b {
         if a > b {

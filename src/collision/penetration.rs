@@ -1,11 +1,11 @@
 //! How deep two overlapping bodies are in each other: for what people are told, never for a proof.
 //!
-//! The penetration depth of two solids is the least distance by which one must be moved for them to part. Of two convex
-//! bodies (a primitive, or a mesh of no more than 2048 triangles that is convex to 1e-5 of its size) it is given
-//! as it is. Of others it is given from
-//! below: no less than the overlap of any two of their convex pieces, and no less than the way out of one body for a
-//! point of the other, which moves with a ball that lies in there. What is never overstated here: bodies of several
-//! pieces, meshes with hollows, bodies in a mesh.
+//! The penetration depth of two solids is the least distance by which one must be moved for them to
+//! part. Of two convex bodies (a primitive, or a mesh of no more than 2048 triangles that is convex
+//! to 1e-5 of its size) it is given as it is. Of others it is given from below: no less than the
+//! overlap of any two of their convex pieces, and no less than the way out of one body for a point
+//! of the other, which moves with a ball that lies in there. What is never overstated here: bodies
+//! of several pieces, meshes with hollows, bodies in a mesh.
 
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
@@ -21,18 +21,19 @@ use super::solid::Solid;
 use super::tree::{BallTree, Content};
 use crate::math::Vec3;
 
-/// A mesh counts as convex if no corner is farther outside of a neighbour's plane than this, relative to its size:
-/// what six digits of a file do to a cylinder's facets.
+/// A mesh counts as convex if no corner is farther outside of a neighbour's plane than this,
+/// relative to its size: what six digits of a file do to a cylinder's facets.
 const BENT: f64 = 1e-5;
-/// Meshes of more triangles are taken as those that are not convex: each one's plane is tried with every corner.
+/// Meshes of more triangles are taken as those that are not convex: each one's plane is tried with
+/// every corner.
 const MOST_TRIANGLES: usize = 2048;
 /// Points that are asked how deep they are, for each of two bodies.
 const MOST_POINTS: usize = 256;
 /// Digging ends where nothing is deeper by this (m).
 const RESOLUTION_M: f64 = 1e-6;
 
-/// The contact of two bodies that touch or overlap, with the penetration depth; as [`query::closest`] where they are
-/// apart.
+/// The contact of two bodies that touch or overlap, with the penetration depth; as
+/// [`query::closest`] where they are apart.
 pub fn penetration(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
     let seen = query::closest(a, at_a, b, at_b);
     if seen.distance > TOUCHING_M || !(a.solid.hollow || b.solid.hollow) {
@@ -42,43 +43,69 @@ pub fn penetration(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Co
         return exact;
     }
     let of_a = deepest(&a.solid, at_a, &b.solid, at_b);
-    let of_b = deepest(&b.solid, at_b, &a.solid, at_a).map(|contact| Contact { normal: -contact.normal, ..contact });
+    let of_b = deepest(&b.solid, at_b, &a.solid, at_a).map(|contact| Contact {
+        normal: -contact.normal,
+        ..contact
+    });
     let deeper = |a: Contact, b: Contact| if b.distance < a.distance { b } else { a };
     [of_a, of_b].into_iter().flatten().fold(seen, deeper)
 }
 
 fn between_convex(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> Option<Contact> {
     let relative = at_b.inverse_of(at_a);
-    let (a, b) = (hull(a, &relative)?, hull(b, &Transform::IDENTITY)?);
-    let Contact { point_a, point_b, normal, distance } = distance::deepest_of_hulls(&a, &b)?;
+    let a = hull(a, &relative)?;
+    let b = hull(b, &Transform::IDENTITY)?;
+    let Contact {
+        point_a,
+        point_b,
+        normal,
+        distance,
+    } = distance::deepest_of_hulls(&a, &b)?;
     let [point_a, point_b] = [point_a, point_b].map(|point| at_b.point(point));
-    Some(Contact { point_a, point_b, normal: at_b.rotation * normal, distance })
+    Some(Contact {
+        point_a,
+        point_b,
+        normal: at_b.rotation * normal,
+        distance,
+    })
 }
 
 /// A convex solid where `at` places it; `None` for one that is not convex.
 fn hull(solid: &Solid, at: &Transform) -> Option<Hull> {
     let pieces = solid.tree.pieces();
     match pieces {
-        [piece] if !matches!(piece.core, Core::Triangle(..)) => Some(Hull::Piece(piece.transformed(at))),
+        [piece] if !matches!(piece.core, Core::Triangle(..)) => {
+            Some(Hull::Piece(piece.transformed(at)))
+        }
         _ => {
             let (corners, normals) = convex(solid)?;
             let points = corners.into_iter().map(|point| at.point(point)).collect();
-            let normals = normals.into_iter().map(|normal| at.rotation * normal).collect();
-            Some(Hull::Points { points, normals, radius: pieces[0].radius })
+            let normals = normals
+                .into_iter()
+                .map(|normal| at.rotation * normal)
+                .collect();
+            Some(Hull::Points {
+                points,
+                normals,
+                radius: pieces[0].radius,
+            })
         }
     }
 }
 
 /// The corners of a solid that is one convex mesh, and the normals of its triangles.
 fn convex(solid: &Solid) -> Option<(Vec<Vec3>, Vec<Vec3>)> {
-    let (pieces, bent) = (solid.tree.pieces(), BENT * solid.tree.balls()[0].radius);
+    let pieces = solid.tree.pieces();
+    let bent = BENT * solid.tree.balls()[0].radius;
     if solid.is_open || solid.anchors.len() != 1 || pieces.len() > MOST_TRIANGLES {
         return None;
     }
     // A few faces tell of most bodies that are not convex.
     let some = pieces.iter().step_by(pieces.len() / 16 + 1);
     for piece in some {
-        let Core::Triangle(a, b, c) = piece.core else { return None };
+        let Core::Triangle(a, b, c) = piece.core else {
+            return None;
+        };
         let normal = (b - a).cross(c - a).try_normalize()?;
         let above = |normal: Vec3| normal.dot(solid.tree.farthest_along(normal) - a);
         if above(normal).min(above(-normal)) > bent {
@@ -86,19 +113,24 @@ fn convex(solid: &Solid) -> Option<(Vec<Vec3>, Vec<Vec3>)> {
         }
     }
     let mut numbers: HashMap<[u64; 3], usize> = HashMap::new();
-    let (mut corners, mut normals) = (Vec::new(), Vec::new());
+    let mut corners = Vec::new();
+    let mut normals = Vec::new();
     // By edge: a triangle's plane, which faces outwards or inwards, and its third corner.
     let mut waiting: HashMap<[usize; 2], (Vec3, Vec3)> = HashMap::new();
     let mut side = 0.0_f64;
     for piece in pieces {
-        let Core::Triangle(a, b, c) = piece.core else { return None };
+        let Core::Triangle(a, b, c) = piece.core else {
+            return None;
+        };
         let normal = (b - a).cross(c - a).try_normalize()?;
         normals.push(normal);
         let [i, j, k] = [a, b, c].map(|corner| {
-            *numbers.entry(corner.to_array().map(|c| (c + 0.0).to_bits())).or_insert_with(|| {
-                corners.push(corner);
-                corners.len() - 1
-            })
+            *numbers
+                .entry(corner.to_array().map(|c| (c + 0.0).to_bits()))
+                .or_insert_with(|| {
+                    corners.push(corner);
+                    corners.len() - 1
+                })
         });
         for (from, to, on_edge, third) in [(i, j, a, c), (j, k, b, a), (k, i, c, b)] {
             let edge = [from.min(to), from.max(to)];
@@ -121,11 +153,20 @@ fn convex(solid: &Solid) -> Option<(Vec<Vec3>, Vec<Vec3>)> {
     waiting.is_empty().then_some((corners, normals))
 }
 
-/// The deepest points of `inner` in `outer`, as far as they are looked for; `None` where none is in there.
-fn deepest(inner: &Solid, at_inner: &Transform, outer: &Solid, at_outer: &Transform) -> Option<Contact> {
+/// The deepest points of `inner` in `outer`, as far as they are looked for; `None` where none is in
+/// there.
+fn deepest(
+    inner: &Solid,
+    at_inner: &Transform,
+    outer: &Solid,
+    at_outer: &Transform,
+) -> Option<Contact> {
     let relative = at_outer.inverse_of(at_inner);
     let ground = Ground { solid: outer };
-    let mut heap = BinaryHeap::from([Reach { deepest: f64::INFINITY, ball: 0 }]);
+    let mut heap = BinaryHeap::from([Reach {
+        deepest: f64::INFINITY,
+        ball: 0,
+    }]);
     let mut best: Option<(f64, Vec3, Vec3)> = None;
     let mut asked = 0;
     while let Some(Reach { deepest, ball }) = heap.pop() {
@@ -139,7 +180,10 @@ fn deepest(inner: &Solid, at_inner: &Transform, outer: &Solid, at_outer: &Transf
                     let ball = inner.tree.ball(child);
                     asked += 1;
                     let (depth, _) = ground.depth(relative.point(ball.center));
-                    heap.push(Reach { deepest: depth + ball.radius, ball: child });
+                    heap.push(Reach {
+                        deepest: depth + ball.radius,
+                        ball: child,
+                    });
                 }
             }
             Content::Piece(piece) => {
@@ -157,7 +201,12 @@ fn deepest(inner: &Solid, at_inner: &Transform, outer: &Solid, at_outer: &Transf
     }
     let (depth, point, way) = best.filter(|(depth, ..)| *depth > 0.0)?;
     let point = at_outer.point(point);
-    Some(Contact { point_a: point, point_b: point, normal: at_outer.rotation * way, distance: -depth })
+    Some(Contact {
+        point_a: point,
+        point_b: point,
+        normal: at_outer.rotation * way,
+        distance: -depth,
+    })
 }
 
 /// Points of a piece, without its rounding.
@@ -186,7 +235,9 @@ impl PartialOrd for Reach {
 }
 impl Ord for Reach {
     fn cmp(&self, other: &Self) -> Ordering {
-        self.deepest.total_cmp(&other.deepest).then(other.ball.cmp(&self.ball))
+        self.deepest
+            .total_cmp(&other.deepest)
+            .then(other.ball.cmp(&self.ball))
     }
 }
 
@@ -196,12 +247,19 @@ struct Ground<'s> {
 }
 
 impl Ground<'_> {
-    /// At most how far a point is from the outside (m), negative outside; and the unit direction of the way out.
+    /// At most how far a point is from the outside (m), negative outside; and the unit direction of
+    /// the way out.
     fn depth(&self, point: Vec3) -> (f64, Vec3) {
-        let Solid { tree, hollow, is_open, .. } = self.solid;
+        let Solid {
+            tree,
+            hollow,
+            is_open,
+            ..
+        } = self.solid;
         let (piece, on_surface) = nearest(tree, point);
         let offset = on_surface - point;
-        let (away, radius) = (offset.length(), piece.radius);
+        let away = offset.length();
+        let radius = piece.radius;
         // Of a surface that is not closed only the overlap of its triangles is known.
         if *hollow && !is_open && inside::probably_contains(tree, point) {
             return (away + radius, offset.try_normalize().unwrap_or(Vec3::Z));
@@ -250,12 +308,26 @@ fn inner_depth(core: &Core, point: Vec3) -> Option<(f64, Vec3)> {
             let axis = (0..3).min_by(|&a, &b| room[a].total_cmp(&room[b]))?;
             (room[axis], axes.col(axis) * 1.0_f64.copysign(local[axis]))
         }
-        Core::Cylinder { center, axes, half_height, radius } => {
+        Core::Cylinder {
+            center,
+            axes,
+            half_height,
+            radius,
+        } => {
             let local = axes.transpose() * (point - center);
             let across = local.truncate().length();
-            let (up, out) = (half_height - local.z.abs(), radius - across);
-            let outwards = if across > 0.0 { Vec3::new(local.x, local.y, 0.0) / across } else { Vec3::X };
-            if up < out { (up, axes.z_axis * 1.0_f64.copysign(local.z)) } else { (out, axes * outwards) }
+            let up = half_height - local.z.abs();
+            let out = radius - across;
+            let outwards = if across > 0.0 {
+                Vec3::new(local.x, local.y, 0.0) / across
+            } else {
+                Vec3::X
+            };
+            if up < out {
+                (up, axes.z_axis * 1.0_f64.copysign(local.z))
+            } else {
+                (out, axes * outwards)
+            }
         }
     };
     (depth >= 0.0).then_some((depth, way))
@@ -273,40 +345,76 @@ mod tests {
     use crate::testing::vector;
 
     fn body(shape: Shape) -> Body {
-        let shapes = [PlacedShape { pose: Pose::from_parts(Vec3::ZERO, Quat::IDENTITY), shape }];
+        let shapes = [PlacedShape {
+            pose: Pose::from_parts(Vec3::ZERO, Quat::IDENTITY),
+            shape,
+        }];
         let solid = Arc::new(Solid::new(&shapes));
-        let obstacle = Obstacle { id: "solid".into(), pose: Pose::identity(), shapes: Arc::new(shapes) };
+        let obstacle = Obstacle {
+            id: "solid".into(),
+            pose: Pose::identity(),
+            shapes: Arc::new(shapes),
+        };
         Body::of_obstacle(&obstacle, Size::OWN, solid)
     }
 
     fn mesh(text: &str) -> Body {
-        body(Shape::Mesh(Arc::new(mesh_file::read("m.obj", text.as_bytes(), Vec3::ONE).unwrap())))
+        body(Shape::Mesh(Arc::new(
+            mesh_file::read("m.obj", text.as_bytes(), Vec3::ONE).unwrap(),
+        )))
     }
 
     fn cube_mesh() -> Body {
-        let corner = |i: u32| Vec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64) * 0.2 - Vec3::splat(0.1);
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let faces = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-        body(Shape::Mesh(Arc::new(Mesh::new("cube", (0..8).map(corner).collect(), faces).unwrap())))
+        let corner = |i: u32| {
+            Vec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64) * 0.2 - Vec3::splat(0.1)
+        };
+        let quads = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        let faces = quads
+            .iter()
+            .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]])
+            .collect();
+        body(Shape::Mesh(Arc::new(
+            Mesh::new("cube", (0..8).map(corner).collect(), faces).unwrap(),
+        )))
     }
 
     fn at(turn: Vec3, shift: Vec3) -> Transform {
         Transform::from(&Pose::from_parts(shift, quat_exp(turn)))
     }
 
-    /// Least way that parts two cubes, by all directions that can be the least: their faces' and pairs of edges'.
+    /// Least way that parts two cubes, by all directions that can be the least: their faces' and
+    /// pairs of edges'.
     fn cubes_apart(relative: &Transform) -> f64 {
-        let axes = |rotation: crate::math::Mat3| [rotation.x_axis, rotation.y_axis, rotation.z_axis];
-        let (a, b) = (axes(relative.rotation), axes(crate::math::Mat3::IDENTITY));
-        let across = a.iter().flat_map(|a| b.iter().map(|b| a.cross(*b))).filter_map(Vec3::try_normalize);
-        let reach = |axes: &[Vec3; 3], n: Vec3| axes.iter().map(|axis| 0.1 * axis.dot(n).abs()).sum::<f64>();
+        let axes =
+            |rotation: crate::math::Mat3| [rotation.x_axis, rotation.y_axis, rotation.z_axis];
+        let a = axes(relative.rotation);
+        let b = axes(crate::math::Mat3::IDENTITY);
+        let across = a
+            .iter()
+            .flat_map(|a| b.iter().map(|b| a.cross(*b)))
+            .filter_map(Vec3::try_normalize);
+        let reach = |axes: &[Vec3; 3], n: Vec3| {
+            axes.iter().map(|axis| 0.1 * axis.dot(n).abs()).sum::<f64>()
+        };
         let depth = |n: Vec3| reach(&a, n) + reach(&b, n) - n.dot(relative.translation).abs();
-        across.chain(a).chain(b).map(depth).fold(f64::INFINITY, f64::min)
+        across
+            .chain(a)
+            .chain(b)
+            .map(depth)
+            .fold(f64::INFINITY, f64::min)
     }
 
     #[test]
     fn a_cube_of_triangles_is_as_deep_as_a_box_and_as_the_closed_form() {
-        let (cube, cuboid) = (cube_mesh(), body(Shape::cuboid(Vec3::splat(0.2)).unwrap()));
+        let cube = cube_mesh();
+        let cuboid = body(Shape::cuboid(Vec3::splat(0.2)).unwrap());
         let mut rng = fastrand::Rng::with_seed(5);
         let mut deep = 0;
         for _ in 0..1000 {
@@ -318,13 +426,28 @@ mod tests {
             deep += usize::from(exact > 0.0);
             for (a, b) in [(&cube, &cube), (&cube, &cuboid), (&cuboid, &cube)] {
                 let seen = penetration(a, &placed, b, &Transform::IDENTITY);
-                assert_eq!(seen.distance <= TOUCHING_M, exact > 0.0, "{seen:?}, {exact}");
-                assert!(exact < 0.0 || (seen.distance + exact).abs() < 1e-7, "{seen:?}, {exact}");
+                assert_eq!(
+                    seen.distance <= TOUCHING_M,
+                    exact > 0.0,
+                    "{seen:?}, {exact}"
+                );
+                assert!(
+                    exact < 0.0 || (seen.distance + exact).abs() < 1e-7,
+                    "{seen:?}, {exact}"
+                );
             }
         }
         assert!(deep > 300, "{deep}");
-        let seen = penetration(&cube, &at(Vec3::ZERO, Vec3::new(-0.1, 0.01, 0.02)), &cube, &Transform::IDENTITY);
-        assert!((seen.distance + 0.1).abs() < 1e-9 && (seen.normal + Vec3::X).length() < 1e-6, "{seen:?}");
+        let seen = penetration(
+            &cube,
+            &at(Vec3::ZERO, Vec3::new(-0.1, 0.01, 0.02)),
+            &cube,
+            &Transform::IDENTITY,
+        );
+        assert!(
+            (seen.distance + 0.1).abs() < 1e-9 && (seen.normal + Vec3::X).length() < 1e-6,
+            "{seen:?}"
+        );
     }
 
     /// An L of walls 50 mm thick, drawn as polygons.
@@ -334,11 +457,25 @@ mod tests {
 
     #[test]
     fn in_a_mesh_with_a_hollow_no_depth_is_overstated() {
-        let (bracket, ball) = (mesh(BRACKET), body(Shape::sphere(0.02).unwrap()));
+        let bracket = mesh(BRACKET);
+        let ball = body(Shape::sphere(0.02).unwrap());
         let depth = |x: f64, y: f64| {
-            let seen = penetration(&ball, &at(Vec3::ZERO, Vec3::new(x, y, 0.05)), &bracket, &Transform::IDENTITY);
-            let turned = penetration(&bracket, &Transform::IDENTITY, &ball, &at(Vec3::ZERO, Vec3::new(x, y, 0.05)));
-            assert!((seen.distance - turned.distance).abs() < 1e-12 && (seen.normal + turned.normal).length() < 1e-9);
+            let seen = penetration(
+                &ball,
+                &at(Vec3::ZERO, Vec3::new(x, y, 0.05)),
+                &bracket,
+                &Transform::IDENTITY,
+            );
+            let turned = penetration(
+                &bracket,
+                &Transform::IDENTITY,
+                &ball,
+                &at(Vec3::ZERO, Vec3::new(x, y, 0.05)),
+            );
+            assert!(
+                (seen.distance - turned.distance).abs() < 1e-12
+                    && (seen.normal + turned.normal).length() < 1e-9
+            );
             -seen.distance
         };
         // In the notch; touching a wall from there; its centre 5 mm, and half way, in the wall.
@@ -346,13 +483,31 @@ mod tests {
         assert!((depth(0.069, 0.2) - 0.001).abs() < 1e-9);
         assert!((depth(0.045, 0.2) - 0.025).abs() < 1e-9);
         assert!((depth(0.024, 0.2) - 0.044).abs() < 1e-9);
-        // A cube over both walls is a point's way out of it, no less than half of what would part them.
+        // A cube over both walls is a point's way out of it, no less than half of what would part
+        // them.
         let cube = cube_mesh();
-        let seen = penetration(&cube, &at(Vec3::ZERO, Vec3::new(0.1, 0.12, 0.05)), &bracket, &Transform::IDENTITY);
-        assert!(-seen.distance > 0.02 && -seen.distance <= 0.05 + 1e-9, "{seen:?}");
+        let seen = penetration(
+            &cube,
+            &at(Vec3::ZERO, Vec3::new(0.1, 0.12, 0.05)),
+            &bracket,
+            &Transform::IDENTITY,
+        );
+        assert!(
+            -seen.distance > 0.02 && -seen.distance <= 0.05 + 1e-9,
+            "{seen:?}"
+        );
         // All of it inside.
-        let room = mesh(&BRACKET.replace("v .05 .05", "v .3 .3").replace(".05 ", ".3 "));
-        let seen = penetration(&ball, &at(Vec3::ZERO, Vec3::new(0.15, 0.15, 0.05)), &room, &Transform::IDENTITY);
+        let room = mesh(
+            &BRACKET
+                .replace("v .05 .05", "v .3 .3")
+                .replace(".05 ", ".3 "),
+        );
+        let seen = penetration(
+            &ball,
+            &at(Vec3::ZERO, Vec3::new(0.15, 0.15, 0.05)),
+            &room,
+            &Transform::IDENTITY,
+        );
         assert!((seen.distance + 0.07).abs() < 1e-9, "{seen:?}");
     }
 }

@@ -52,21 +52,50 @@ impl Piece {
         let along = pose.rotation * Vec3::Z;
         let (core, radius) = match &placed.shape {
             Shape::Sphere { radius } => (Core::Point(pose.translation), *radius),
-            Shape::Capsule { radius, half_length } => {
+            Shape::Capsule {
+                radius,
+                half_length,
+            } => {
                 let half = along * *half_length;
-                (Core::Segment(pose.translation - half, pose.translation + half), *radius)
+                (
+                    Core::Segment(pose.translation - half, pose.translation + half),
+                    *radius,
+                )
             }
             Shape::Box { half_extents } => {
                 let axes = Mat3::from_quat(pose.rotation);
-                (Core::Box { center: pose.translation, axes, half: *half_extents }, 0.0)
+                (
+                    Core::Box {
+                        center: pose.translation,
+                        axes,
+                        half: *half_extents,
+                    },
+                    0.0,
+                )
             }
-            Shape::Cylinder { radius, half_height } => {
-                let (half_height, radius) = (*half_height, *radius);
+            Shape::Cylinder {
+                radius,
+                half_height,
+            } => {
+                let half_height = *half_height;
+                let radius = *radius;
                 let axes = Mat3::from_quat(pose.rotation);
-                (Core::Cylinder { center: pose.translation, axes, half_height, radius }, 0.0)
+                (
+                    Core::Cylinder {
+                        center: pose.translation,
+                        axes,
+                        half_height,
+                        radius,
+                    },
+                    0.0,
+                )
             }
             Shape::Mesh(mesh) => {
-                let vertices: Vec<Vec3> = mesh.vertices().iter().map(|v| pose.transform_point(*v)).collect();
+                let vertices: Vec<Vec3> = mesh
+                    .vertices()
+                    .iter()
+                    .map(|v| pose.transform_point(*v))
+                    .collect();
                 // The inside test counts on triangles that face outwards.
                 let inwards = mesh.signed_volume() < 0.0;
                 pieces.extend(mesh.triangles().iter().map(|t| {
@@ -74,7 +103,10 @@ impl Piece {
                     if inwards {
                         std::mem::swap(&mut b, &mut c);
                     }
-                    Self { core: Core::Triangle(a, b, c), radius: 0.0 }
+                    Self {
+                        core: Core::Triangle(a, b, c),
+                        radius: 0.0,
+                    }
                 }));
                 return;
             }
@@ -100,16 +132,20 @@ impl Piece {
     /// The square of [`Self::farthest`] (m²): of a triangle it needs no root.
     pub fn farthest_squared(&self, from: Vec3) -> f64 {
         match self.core {
-            Core::Triangle(a, b, c) if self.radius == 0.0 => {
-                a.distance_squared(from).max(b.distance_squared(from)).max(c.distance_squared(from))
-            }
+            Core::Triangle(a, b, c) if self.radius == 0.0 => a
+                .distance_squared(from)
+                .max(b.distance_squared(from))
+                .max(c.distance_squared(from)),
             _ => self.farthest(from).powi(2),
         }
     }
 
     /// The piece as seen from the frame in which `pose` places its body.
     pub fn transformed(&self, pose: &Transform) -> Self {
-        Self { core: self.core.transformed(pose), radius: self.radius }
+        Self {
+            core: self.core.transformed(pose),
+            radius: self.radius,
+        }
     }
 }
 
@@ -120,8 +156,15 @@ impl Core {
             Self::Point(a) => a.distance(from),
             Self::Segment(a, b) => a.distance(from).max(b.distance(from)),
             Self::Triangle(a, b, c) => a.distance(from).max(b.distance(from)).max(c.distance(from)),
-            Self::Box { center, axes, half } => ((axes.transpose() * (from - center)).abs() + half).length(),
-            Self::Cylinder { center, axes, half_height, radius } => {
+            Self::Box { center, axes, half } => {
+                ((axes.transpose() * (from - center)).abs() + half).length()
+            }
+            Self::Cylinder {
+                center,
+                axes,
+                half_height,
+                radius,
+            } => {
                 let local = axes.transpose() * (from - center);
                 (local.z.abs() + half_height).hypot(local.truncate().length() + radius)
             }
@@ -135,10 +178,22 @@ impl Core {
             Self::Point(a) => Self::Point(place(a)),
             Self::Segment(a, b) => Self::Segment(place(a), place(b)),
             Self::Triangle(a, b, c) => Self::Triangle(place(a), place(b), place(c)),
-            Self::Box { center, axes, half } => Self::Box { center: place(center), axes: pose.rotation * axes, half },
-            Self::Cylinder { center, axes, half_height, radius } => {
-                Self::Cylinder { center: place(center), axes: pose.rotation * axes, half_height, radius }
-            }
+            Self::Box { center, axes, half } => Self::Box {
+                center: place(center),
+                axes: pose.rotation * axes,
+                half,
+            },
+            Self::Cylinder {
+                center,
+                axes,
+                half_height,
+                radius,
+            } => Self::Cylinder {
+                center: place(center),
+                axes: pose.rotation * axes,
+                half_height,
+                radius,
+            },
         }
     }
 
@@ -150,15 +205,32 @@ impl Core {
             Self::Triangle(a, b, c) => further(further(a, b, direction), c, direction),
             Self::Box { center, axes, half } => {
                 let signs = axes.transpose() * direction;
-                center + axes * Vec3::new(half.x.copysign(signs.x), half.y.copysign(signs.y), half.z.copysign(signs.z))
+                center
+                    + axes
+                        * Vec3::new(
+                            half.x.copysign(signs.x),
+                            half.y.copysign(signs.y),
+                            half.z.copysign(signs.z),
+                        )
             }
-            Self::Cylinder { center, axes, half_height, radius } => {
-                // In the cylinder's own axes: beside its axis a direction is all rounding, and a rim made
-                // of that in the world's axes would leave the lid's plane.
+            Self::Cylinder {
+                center,
+                axes,
+                half_height,
+                radius,
+            } => {
+                // In the cylinder's own axes: beside its axis a direction is all rounding, and a
+                // rim made of that in the world's axes would leave the lid's plane.
                 let local = axes.transpose() * direction;
                 let across = local.truncate().length();
                 let stretch = if across > 0.0 { radius / across } else { 0.0 };
-                center + axes * Vec3::new(local.x * stretch, local.y * stretch, half_height.copysign(local.z))
+                center
+                    + axes
+                        * Vec3::new(
+                            local.x * stretch,
+                            local.y * stretch,
+                            half_height.copysign(local.z),
+                        )
             }
         }
     }
@@ -179,22 +251,32 @@ pub struct Transform {
 
 impl Transform {
     /// No motion at all.
-    pub const IDENTITY: Self = Self { rotation: Mat3::IDENTITY, translation: Vec3::ZERO };
+    pub const IDENTITY: Self = Self {
+        rotation: Mat3::IDENTITY,
+        translation: Vec3::ZERO,
+    };
 
     /// Moves a point.
     pub fn point(&self, p: Vec3) -> Vec3 {
         self.rotation * p + self.translation
     }
 
-    /// `self · other`: where `other`, given in this frame, is in the frame that this one is given in.
+    /// `self · other`: where `other`, given in this frame, is in the frame that this one is given
+    /// in.
     pub fn of(&self, other: &Self) -> Self {
-        Self { rotation: self.rotation * other.rotation, translation: self.point(other.translation) }
+        Self {
+            rotation: self.rotation * other.rotation,
+            translation: self.point(other.translation),
+        }
     }
 
     /// `self⁻¹ · other`: other's frame as seen from this one.
     pub fn inverse_of(&self, other: &Self) -> Self {
         let back = self.rotation.transpose();
-        Self { rotation: back * other.rotation, translation: back * (other.translation - self.translation) }
+        Self {
+            rotation: back * other.rotation,
+            translation: back * (other.translation - self.translation),
+        }
     }
 
     /// Brings a point back into the body's frame.
@@ -205,7 +287,10 @@ impl Transform {
 
 impl From<&Pose> for Transform {
     fn from(pose: &Pose) -> Self {
-        Self { rotation: Mat3::from_quat(pose.rotation), translation: pose.translation }
+        Self {
+            rotation: Mat3::from_quat(pose.rotation),
+            translation: pose.translation,
+        }
     }
 }
 
@@ -214,19 +299,31 @@ mod tests {
     use super::*;
     use crate::math::quat_exp;
 
-    /// A normal beside the axis once gave a point a tenth of a millimetre inside the lid, and with it a gap
-    /// above the distance; an axis a rounding away from unit length, one a radius above the lid.
+    /// A normal beside the axis once gave a point a tenth of a millimetre inside the lid, and with
+    /// it a gap above the distance; an axis a rounding away from unit length, one a radius above
+    /// the lid.
     #[test]
     fn the_support_of_a_cylinder_lies_on_its_rim_however_close_the_direction_is_to_the_axis() {
         for turn in [Vec3::new(0.7, -1.1, 0.4), Vec3::ZERO, Vec3::Z * 0.3] {
             let axes = Mat3::from_quat(quat_exp(turn)) * (1.0 + 2.0 * f64::EPSILON);
-            let core = Core::Cylinder { center: Vec3::ZERO, axes, half_height: 0.141, radius: 0.154 };
+            let core = Core::Cylinder {
+                center: Vec3::ZERO,
+                axes,
+                half_height: 0.141,
+                radius: 0.154,
+            };
             for tilt in [0.0, 1e-16, 1e-14, 1.2e-12, 5.7e-12, 1e-9, 1e-3, 1.0] {
                 let support = core.support(axes.z_axis + axes.x_axis * tilt);
                 let along = support.dot(axes.z_axis);
                 let across = (support - axes.z_axis * along).length();
-                assert!((along - 0.141).abs() < 1e-12, "tilt {tilt}: {along} along the axis");
-                assert!((across - 0.154).abs() < 1e-12 || across < 1e-12, "tilt {tilt}: {across} across");
+                assert!(
+                    (along - 0.141).abs() < 1e-12,
+                    "tilt {tilt}: {along} along the axis"
+                );
+                assert!(
+                    (across - 0.154).abs() < 1e-12 || across < 1e-12,
+                    "tilt {tilt}: {across} across"
+                );
             }
         }
     }

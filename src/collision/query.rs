@@ -15,7 +15,11 @@ pub const TOUCHING_M: f64 = 1e-9;
 pub fn closest(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
     // Surfaces first: whether a point is inside a mesh takes all of its triangles.
     let surfaces = between_surfaces(a, at_a, b, at_b);
-    if surfaces.distance <= TOUCHING_M { surfaces } else { enclosed(a, at_a, b, at_b).unwrap_or(surfaces) }
+    if surfaces.distance <= TOUCHING_M {
+        surfaces
+    } else {
+        enclosed(a, at_a, b, at_b).unwrap_or(surfaces)
+    }
 }
 
 /// The same where neither body is inside of the other, as along a proved path.
@@ -23,10 +27,14 @@ pub fn between_surfaces(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) 
     surface_contact(a, at_a, b, at_b, f64::INFINITY)
 }
 
-/// Points of two surfaces no farther apart than 1 + [`NEARLY`] times the closest, much cheaper for meshes: for
-/// directions, where a proof decides afterwards.
+/// Points of two surfaces no farther apart than 1 + [`NEARLY`] times the closest, much cheaper for
+/// meshes: for directions, where a proof decides afterwards.
 pub fn nearly_closest(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
-    let rules = Rules { share: 1.0 / (1.0 + NEARLY), any_overlap_will_do: true, measure: distance::approach_within };
+    let rules = Rules {
+        share: 1.0 / (1.0 + NEARLY),
+        any_overlap_will_do: true,
+        measure: distance::approach_within,
+    };
     search(a, at_a, b, at_b, f64::INFINITY, rules)
 }
 
@@ -36,14 +44,30 @@ pub const NEARLY: f64 = 0.05;
 /// The contact of two bodies that touch or overlap; `None` where they are apart.
 pub fn overlap(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option<Contact> {
     let contact = surface_contact(a, at_a, b, at_b, 2.0 * TOUCHING_M);
-    if contact.distance <= TOUCHING_M { Some(contact) } else { enclosed(a, at_a, b, at_b) }
+    if contact.distance <= TOUCHING_M {
+        Some(contact)
+    } else {
+        enclosed(a, at_a, b, at_b)
+    }
 }
 
-/// Closest points of two surfaces, if they are closer than `within`; else a contact at that distance.
+/// Closest points of two surfaces, if they are closer than `within`; else a contact at that
+/// distance.
 fn surface_contact(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform, within: f64) -> Contact {
     // Among the overlapping triangles of two meshes none is the deepest in a useful sense.
     let any_overlap_will_do = a.solid.hollow && b.solid.hollow;
-    search(a, at_a, b, at_b, within, Rules { share: 1.0, any_overlap_will_do, measure: distance::contact_within })
+    search(
+        a,
+        at_a,
+        b,
+        at_b,
+        within,
+        Rules {
+            share: 1.0,
+            any_overlap_will_do,
+            measure: distance::contact_within,
+        },
+    )
 }
 
 /// What a search is content with.
@@ -56,10 +80,28 @@ struct Rules {
     measure: fn(&Piece, &Piece, f64) -> Option<Contact>,
 }
 
-fn search(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform, within: f64, rules: Rules) -> Contact {
+fn search(
+    a: &Body,
+    at_a: &Transform,
+    b: &Body,
+    at_b: &Transform,
+    within: f64,
+    rules: Rules,
+) -> Contact {
     let relative = at_b.inverse_of(at_a);
-    let far = Contact { point_a: Vec3::ZERO, point_b: Vec3::ZERO, normal: Vec3::Z, distance: within };
-    let mut search = Search { a: &a.solid.tree, b: &b.solid.tree, relative, best: far, rules };
+    let far = Contact {
+        point_a: Vec3::ZERO,
+        point_b: Vec3::ZERO,
+        normal: Vec3::Z,
+        distance: within,
+    };
+    let mut search = Search {
+        a: &a.solid.tree,
+        b: &b.solid.tree,
+        relative,
+        best: far,
+        rules,
+    };
     search.descend(0, 0);
     let best = search.best;
     Contact {
@@ -81,28 +123,35 @@ struct Search<'a> {
 
 impl Search<'_> {
     fn ball_gap(&self, a: u32, b: u32) -> f64 {
-        let (a, b) = (self.a.ball(a), self.b.ball(b));
+        let a = self.a.ball(a);
+        let b = self.b.ball(b);
         self.relative.point(a.center).distance(b.center) - a.radius - b.radius
     }
 
-    /// At most the distance of a ball and a piece, where one of the two balls is over a single piece: around a long
-    /// thin triangle it is all air.
+    /// At most the distance of a ball and a piece, where one of the two balls is over a single
+    /// piece: around a long thin triangle it is all air.
     fn piece_gap(&self, a: &Ball, b: &Ball) -> f64 {
-        let (pieces_a, pieces_b) = (self.a.leaf(a), self.b.leaf(b));
+        let pieces_a = self.a.leaf(a);
+        let pieces_b = self.b.leaf(b);
         if let Some(piece) = pieces_b {
             let center = self.relative.point(a.center);
-            return distance::closest_on(&piece.core, center).distance(center) - piece.radius - a.radius;
+            return distance::closest_on(&piece.core, center).distance(center)
+                - piece.radius
+                - a.radius;
         }
-        let Some(piece) = pieces_a else { return f64::NEG_INFINITY };
+        let Some(piece) = pieces_a else {
+            return f64::NEG_INFINITY;
+        };
         let center = self.relative.inverse_point(b.center);
         distance::closest_on(&piece.core, center).distance(center) - piece.radius - b.radius
     }
 
-    /// The gap of two balls along the direction of the deepest overlap so far; a ball over a single piece of B is
-    /// that piece. No overlap is deeper than minus its gap along any direction.
+    /// The gap of two balls along the direction of the deepest overlap so far; a ball over a single
+    /// piece of B is that piece. No overlap is deeper than minus its gap along any direction.
     fn shallow_gap(&self, a: u32, b: u32) -> f64 {
         let normal = self.best.normal;
-        let (ball_a, ball_b) = (self.a.ball(a), self.b.ball(b));
+        let ball_a = self.a.ball(a);
+        let ball_b = self.b.ball(b);
         let nearest_a = normal.dot(self.relative.point(ball_a.center)) - ball_a.radius;
         let farthest_b = match self.b.leaf(ball_b) {
             Some(piece) => normal.dot(piece.core.support(normal)) + piece.radius,
@@ -120,9 +169,13 @@ impl Search<'_> {
         if self.best.distance < 0.0 && self.shallow_gap(a, b) >= self.best.distance {
             return;
         }
-        let (ball_a, ball_b) = (*self.a.ball(a), *self.b.ball(b));
+        let ball_a = *self.a.ball(a);
+        let ball_b = *self.b.ball(b);
         let nearer_than = self.rules.share * self.best.distance;
-        if nearer_than > 0.0 && nearer_than.is_finite() && self.piece_gap(&ball_a, &ball_b) >= nearer_than {
+        if nearer_than > 0.0
+            && nearer_than.is_finite()
+            && self.piece_gap(&ball_a, &ball_b) >= nearer_than
+        {
             return;
         }
         match children(&ball_a, &ball_b) {
@@ -130,23 +183,34 @@ impl Search<'_> {
                 let piece_a = self.a.pieces()[i as usize].transformed(&self.relative);
                 let piece_b = &self.b.pieces()[j as usize];
                 let is_overlap = self.best.distance < 0.0;
-                if is_overlap && distance::gap_along(&piece_a, piece_b, self.best.normal) >= self.best.distance {
+                if is_overlap
+                    && distance::gap_along(&piece_a, piece_b, self.best.normal)
+                        >= self.best.distance
+                {
                     return;
                 }
                 let contact = (self.rules.measure)(&piece_a, piece_b, self.best.distance);
-                if let Some(contact) = contact.filter(|contact| contact.distance < self.best.distance) {
+                if let Some(contact) =
+                    contact.filter(|contact| contact.distance < self.best.distance)
+                {
                     self.best = contact;
                 }
             }
             Split::A(left, right) => {
-                let (near, far) =
-                    if self.ball_gap(left, b) <= self.ball_gap(right, b) { (left, right) } else { (right, left) };
+                let (near, far) = if self.ball_gap(left, b) <= self.ball_gap(right, b) {
+                    (left, right)
+                } else {
+                    (right, left)
+                };
                 self.descend(near, b);
                 self.descend(far, b);
             }
             Split::B(left, right) => {
-                let (near, far) =
-                    if self.ball_gap(a, left) <= self.ball_gap(a, right) { (left, right) } else { (right, left) };
+                let (near, far) = if self.ball_gap(a, left) <= self.ball_gap(a, right) {
+                    (left, right)
+                } else {
+                    (right, left)
+                };
                 self.descend(a, near);
                 self.descend(a, far);
             }
@@ -170,7 +234,9 @@ pub fn children(a: &Ball, b: &Ball) -> Split {
         (Content::Piece(i), Content::Piece(j)) => Split::Neither(i, j),
         (Content::Balls(left, right), Content::Piece(_)) => Split::A(left, right),
         (Content::Piece(_), Content::Balls(left, right)) => Split::B(left, right),
-        (Content::Balls(left, right), Content::Balls(..)) if a.radius >= b.radius => Split::A(left, right),
+        (Content::Balls(left, right), Content::Balls(..)) if a.radius >= b.radius => {
+            Split::A(left, right)
+        }
         (_, Content::Balls(left, right)) => Split::B(left, right),
     }
 }
@@ -178,14 +244,24 @@ pub fn children(a: &Ball, b: &Ball) -> Split {
 /// A part of one body that lies wholly inside a mesh of the other.
 pub fn enclosed(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option<Contact> {
     let inside = |outer: &Body, at_outer: &Transform, inner: &Body, at_inner: &Transform| {
-        let anchors = inner.solid.anchors.iter().map(|anchor| at_inner.point(*anchor));
-        let mut hits = anchors.filter(|p| outer.solid.hollow && contains(&outer.solid, at_outer.inverse_point(*p)));
+        let anchors = inner
+            .solid
+            .anchors
+            .iter()
+            .map(|anchor| at_inner.point(*anchor));
+        let mut hits = anchors
+            .filter(|p| outer.solid.hollow && contains(&outer.solid, at_outer.inverse_point(*p)));
         hits.next()
     };
     let point = inside(b, at_b, a, at_a).or_else(|| inside(a, at_a, b, at_b))?;
     let surface = surface_contact(a, at_a, b, at_b, f64::INFINITY);
     let depth = surface.distance.abs().max(TOUCHING_M);
-    Some(Contact { point_a: point, point_b: point, normal: surface.normal, distance: -depth })
+    Some(Contact {
+        point_a: point,
+        point_b: point,
+        normal: surface.normal,
+        distance: -depth,
+    })
 }
 
 #[cfg(test)]
@@ -201,9 +277,16 @@ mod tests {
     use crate::testing::wedge;
 
     fn solid(shape: Shape, at: Vec3) -> Body {
-        let shapes = [PlacedShape { pose: Pose::from_parts(at, Quat::IDENTITY), shape }];
+        let shapes = [PlacedShape {
+            pose: Pose::from_parts(at, Quat::IDENTITY),
+            shape,
+        }];
         let solid = Arc::new(Solid::new(&shapes));
-        let obstacle = Obstacle { id: "solid".into(), pose: Pose::identity(), shapes: Arc::new(shapes) };
+        let obstacle = Obstacle {
+            id: "solid".into(),
+            pose: Pose::identity(),
+            shapes: Arc::new(shapes),
+        };
         Body::of_obstacle(&obstacle, Size::OWN, solid)
     }
 
@@ -246,24 +329,45 @@ mod tests {
                 // Balls hang free above the roof, whose middle is pressed in.
                 for (gap, touches) in [(-1e-6, true), (5e-10, true), (5e-9, false)] {
                     let seen = overlap(&at(gap), &HERE, &lower, &HERE).is_some();
-                    let rim_only = lower.solid.hollow && matches!(upper, Shape::Sphere { .. } | Shape::Capsule { .. });
-                    assert_eq!(seen, touches && !rim_only, "{upper:?}, {gap} m above {lower:?}");
+                    let rim_only = lower.solid.hollow
+                        && matches!(upper, Shape::Sphere { .. } | Shape::Capsule { .. });
+                    assert_eq!(
+                        seen,
+                        touches && !rim_only,
+                        "{upper:?}, {gap} m above {lower:?}"
+                    );
                 }
             }
         }
     }
 
-    /// A pose that is not a number once gave distance 0 and "not intersecting": it must not get this far.
+    /// A pose that is not a number once gave distance 0 and "not intersecting": it must not get
+    /// this far.
     #[test]
     fn a_pose_that_is_not_finite_is_refused_before_any_query() {
         for bad in [f64::NAN, f64::INFINITY] {
             let here = Quat::IDENTITY;
             let turned = Quat::from_xyzw(bad, 0.0, 0.0, 1.0);
-            for pose in [Pose::from_parts(Vec3::X * bad, here), Pose::from_parts(Vec3::ZERO, turned)] {
-                let shapes = Arc::new([PlacedShape { pose, shape: Shape::sphere(0.1).unwrap() }]);
-                let obstacle = Obstacle { id: "crate".into(), pose: Pose::identity(), shapes };
+            for pose in [
+                Pose::from_parts(Vec3::X * bad, here),
+                Pose::from_parts(Vec3::ZERO, turned),
+            ] {
+                let shapes = Arc::new([PlacedShape {
+                    pose,
+                    shape: Shape::sphere(0.1).unwrap(),
+                }]);
+                let obstacle = Obstacle {
+                    id: "crate".into(),
+                    pose: Pose::identity(),
+                    shapes,
+                };
                 let refused = Scene::new("scene", vec![obstacle], vec![], vec![]);
-                assert!(refused.unwrap_err().to_string().starts_with("object \"crate\": pose is "));
+                assert!(
+                    refused
+                        .unwrap_err()
+                        .to_string()
+                        .starts_with("object \"crate\": pose is ")
+                );
             }
         }
     }

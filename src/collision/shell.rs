@@ -1,5 +1,5 @@
-//! The convex hull of a solid, a little too large: some of its outermost points, and how far it reaches beyond
-//! them.
+//! The convex hull of a solid, a little too large: some of its outermost points, and how far it
+//! reaches beyond them.
 
 use serde::{Deserialize, Serialize};
 
@@ -32,38 +32,61 @@ impl Shell {
         if tree.pieces().len() > MOST_PIECES {
             return None;
         }
-        let mut corners: Vec<_> = (0..CORNERS).map(|index| tree.farthest_along(direction(index, CORNERS))).collect();
+        let mut corners: Vec<_> = (0..CORNERS)
+            .map(|index| tree.farthest_along(direction(index, CORNERS)))
+            .collect();
         sort_out(&mut corners);
-        let (mut points, mut round) = (Vec::new(), 0.0_f64);
+        let mut points = Vec::new();
+        let mut round = 0.0_f64;
         for piece in tree.pieces() {
             round = round.max(piece.radius + outline(&piece.core, &mut points));
         }
         sort_out(&mut points);
-        let mut beyond: Vec<_> =
-            points.into_iter().map(|point| (distance::from_hull(&corners, point), point)).collect();
+        let mut beyond: Vec<_> = points
+            .into_iter()
+            .map(|point| (distance::from_hull(&corners, point), point))
+            .collect();
         beyond.sort_by(|a, b| b.0.total_cmp(&a.0));
-        // Those that are farthest from the hull, or could not be measured well, become corners themselves.
+        // Those that are farthest from the hull, or could not be measured well, become corners
+        // themselves.
         let farther = beyond.len().min(MORE_CORNERS);
-        corners.extend(beyond.drain(..farther).filter(|(distance, _)| *distance > ROUNDING_M).map(|(_, point)| point));
+        corners.extend(
+            beyond
+                .drain(..farther)
+                .filter(|(distance, _)| *distance > ROUNDING_M)
+                .map(|(_, point)| point),
+        );
         sort_out(&mut corners);
         let slack = beyond.first().map_or(0.0, |(distance, _)| *distance);
-        Some(Self { corners, slack: slack + round + ROUNDING_M })
+        Some(Self {
+            corners,
+            slack: slack + round + ROUNDING_M,
+        })
     }
 
     /// The shell of the same solid, thicker by `padding` (m).
     #[must_use]
     pub fn padded(&self, padding: f64) -> Self {
-        Self { corners: self.corners.clone(), slack: self.slack + padding }
+        Self {
+            corners: self.corners.clone(),
+            slack: self.slack + padding,
+        }
     }
 
-    /// Direction from B's shell to A's, which `relative` places in B's frame; `None` where they overlap.
+    /// Direction from B's shell to A's, which `relative` places in B's frame; `None` where they
+    /// overlap.
     pub fn direction(a: &Self, relative: &Transform, b: &Self) -> Option<Vec3> {
         distance::direction_between(&a.corners, relative, &b.corners)
     }
 
-    /// At least the farthest that any point of the solid gets along `direction`, times its length (m).
+    /// At least the farthest that any point of the solid gets along `direction`, times its length
+    /// (m).
     pub fn farthest_along(&self, direction: Vec3) -> f64 {
-        let farthest = self.corners.iter().map(|corner| corner.dot(direction)).fold(f64::NEG_INFINITY, f64::max);
+        let farthest = self
+            .corners
+            .iter()
+            .map(|corner| corner.dot(direction))
+            .fold(f64::NEG_INFINITY, f64::max);
         farthest + direction.length() * self.slack
     }
 }
@@ -75,13 +98,20 @@ pub(super) fn outline(core: &Core, points: &mut Vec<Vec3>) -> f64 {
         Core::Segment(a, b) => points.extend([a, b]),
         Core::Triangle(a, b, c) => points.extend([a, b, c]),
         Core::Box { center, axes, half } => {
-            let signs = (0..8).map(|corner: u32| [1, 2, 4].map(|bit| if corner & bit == 0 { 1.0 } else { -1.0 }));
+            let signs = (0..8)
+                .map(|corner: u32| [1, 2, 4].map(|bit| if corner & bit == 0 { 1.0 } else { -1.0 }));
             points.extend(signs.map(|signs| center + axes * (half * Vec3::from_array(signs))));
         }
-        Core::Cylinder { center, axes, half_height, radius } => {
+        Core::Cylinder {
+            center,
+            axes,
+            half_height,
+            radius,
+        } => {
             for index in 0..RIM {
                 let (sine, cosine) = (std::f64::consts::TAU * index as f64 / RIM as f64).sin_cos();
-                let rim = |height| center + axes * Vec3::new(radius * cosine, radius * sine, height);
+                let rim =
+                    |height| center + axes * Vec3::new(radius * cosine, radius * sine, height);
                 points.extend([rim(half_height), rim(-half_height)]);
             }
             return radius * (1.0 - (std::f64::consts::PI / RIM as f64).cos());
@@ -100,7 +130,11 @@ pub(super) fn direction(index: usize, count: usize) -> Vec3 {
 }
 
 fn sort_out(points: &mut Vec<Vec3>) {
-    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
+    points.sort_unstable_by(|a, b| {
+        a.x.total_cmp(&b.x)
+            .then(a.y.total_cmp(&b.y))
+            .then(a.z.total_cmp(&b.z))
+    });
     points.dedup();
 }
 
@@ -112,16 +146,24 @@ mod tests {
     #[test]
     fn a_shell_encloses_its_solid_and_not_much_more() {
         let (count, mut rng) = cases(300);
-        let (mut slack, mut size) = (0.0, 0.0);
+        let mut slack = 0.0;
+        let mut size = 0.0;
         for _ in 0..count {
             let model = testing::model(&mut rng);
             for body in model.bodies() {
                 let shell = body.solid.shell.as_ref().unwrap();
                 let directions: Vec<_> = (0..50).map(|_| testing::vector(&mut rng, 1.0)).collect();
                 let pieces = body.solid.tree.pieces();
-                for (piece, &along) in pieces.iter().flat_map(|piece| directions.iter().map(move |d| (piece, d))) {
-                    let farthest = along.dot(piece.core.support(along)) + along.length() * piece.radius;
-                    assert!(farthest <= shell.farthest_along(along), "{farthest} along {along}");
+                for (piece, &along) in pieces
+                    .iter()
+                    .flat_map(|piece| directions.iter().map(move |d| (piece, d)))
+                {
+                    let farthest =
+                        along.dot(piece.core.support(along)) + along.length() * piece.radius;
+                    assert!(
+                        farthest <= shell.farthest_along(along),
+                        "{farthest} along {along}"
+                    );
                 }
                 let round = pieces.iter().map(|piece| piece.radius).fold(0.0, f64::max);
                 slack += shell.slack - round;

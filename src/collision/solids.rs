@@ -1,4 +1,5 @@
-//! The solids of a model, by what they were made of, so that the next scene's model takes over what stays.
+//! The solids of a model, by what they were made of, so that the next scene's model takes over what
+//! stays.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -14,8 +15,8 @@ use crate::shape::{MeshError, PlacedShape};
 pub struct Solids {
     /// One for each link that has shapes.
     links: Arc<[Option<Arc<Solid>>]>,
-    /// By where an object's shapes are in memory, which costs nothing to compare. The shapes are kept, so nothing
-    /// else can be there.
+    /// By where an object's shapes are in memory, which costs nothing to compare. The shapes are
+    /// kept, so nothing else can be there.
     by_place: HashMap<usize, Made>,
     /// By content: equal shapes that were read twice.
     by_content: HashMap<u64, Arc<Solid>>,
@@ -40,21 +41,37 @@ struct Sized {
 impl Solids {
     /// Those of a robot's links.
     pub fn of_links(robot: &RobotModel) -> Self {
-        let solid = |shapes: &[PlacedShape]| (!shapes.is_empty()).then(|| Arc::new(Solid::new(shapes)));
-        let links = robot.links().iter().map(|link| solid(&link.shapes)).collect();
-        Self { links, ..Self::default() }
+        let solid =
+            |shapes: &[PlacedShape]| (!shapes.is_empty()).then(|| Arc::new(Solid::new(shapes)));
+        let links = robot
+            .links()
+            .iter()
+            .map(|link| solid(&link.shapes))
+            .collect();
+        Self {
+            links,
+            ..Self::default()
+        }
     }
 
     /// Those of a robot's links as they were made before; `None` if they are not this robot's.
     pub fn with_links(robot: &RobotModel, links: Vec<Option<Solid>>) -> Option<Self> {
-        let is_of = |(link, solid): (&Link, &Option<Solid>)| link.shapes.is_empty() == solid.is_none();
-        let fits = links.len() == robot.links().len() && robot.links().iter().zip(&links).all(is_of);
-        fits.then(|| Self { links: links.into_iter().map(|solid| solid.map(Arc::new)).collect(), ..Self::default() })
+        let is_of =
+            |(link, solid): (&Link, &Option<Solid>)| link.shapes.is_empty() == solid.is_none();
+        let fits =
+            links.len() == robot.links().len() && robot.links().iter().zip(&links).all(is_of);
+        fits.then(|| Self {
+            links: links.into_iter().map(|solid| solid.map(Arc::new)).collect(),
+            ..Self::default()
+        })
     }
 
     /// Those of a robot's links, with no object yet.
     pub fn links_only(&self) -> Self {
-        Self { links: self.links.clone(), ..Self::default() }
+        Self {
+            links: self.links.clone(),
+            ..Self::default()
+        }
     }
 
     /// Those of all links.
@@ -67,14 +84,20 @@ impl Solids {
         self.links[link].clone()
     }
 
-    /// The solid of an object's shapes, of which there is at least one: taken from `before` if it is there.
+    /// The solid of an object's shapes, of which there is at least one: taken from `before` if it
+    /// is there.
     pub fn object(&mut self, shapes: &Arc<[PlacedShape]>, before: &Self) -> Arc<Solid> {
         let place = Arc::as_ptr(shapes).cast::<PlacedShape>() as usize;
         if let Some(made) = self.by_place.get(&place) {
             return made.solid.clone();
         }
-        let known = before.by_place.get(&place).filter(|made| Arc::ptr_eq(&made.shapes, shapes));
-        let made = known.cloned().unwrap_or_else(|| self.read_again(shapes, before));
+        let known = before
+            .by_place
+            .get(&place)
+            .filter(|made| Arc::ptr_eq(&made.shapes, shapes));
+        let made = known
+            .cloned()
+            .unwrap_or_else(|| self.read_again(shapes, before));
         let solid = made.solid.clone();
         self.by_content.insert(made.content, solid.clone());
         self.by_place.insert(place, made);
@@ -87,12 +110,22 @@ impl Solids {
             hasher.shape(shape);
         }
         let content = hasher.finish();
-        let known = self.by_content.get(&content).or_else(|| before.by_content.get(&content));
-        let solid = known.cloned().unwrap_or_else(|| Arc::new(Solid::new(shapes)));
-        Made { shapes: shapes.clone(), content, solid }
+        let known = self
+            .by_content
+            .get(&content)
+            .or_else(|| before.by_content.get(&content));
+        let solid = known
+            .cloned()
+            .unwrap_or_else(|| Arc::new(Solid::new(shapes)));
+        Made {
+            shapes: shapes.clone(),
+            content,
+            solid,
+        }
     }
 
-    /// The solid of shapes, of which `bare` is the plain one, at another size: taken from `before` if it is there.
+    /// The solid of shapes, of which `bare` is the plain one, at another size: taken from `before`
+    /// if it is there.
     ///
     /// # Errors
     /// A mesh that the scale leaves without an area.
@@ -106,11 +139,17 @@ impl Solids {
         if size == Size::OWN {
             return Ok(bare.clone());
         }
-        let key = (Arc::as_ptr(bare) as usize, [size.scale, size.padding].map(f64::to_bits));
+        let key = (
+            Arc::as_ptr(bare) as usize,
+            [size.scale, size.padding].map(f64::to_bits),
+        );
         let known = self.sized.get(&key).or_else(|| before.sized.get(&key));
         let sized = match known.filter(|sized| Arc::ptr_eq(&sized.bare, bare)) {
             Some(known) => known.clone(),
-            None => Sized { bare: bare.clone(), solid: Arc::new(resized(bare, shapes, size)?) },
+            None => Sized {
+                bare: bare.clone(),
+                solid: Arc::new(resized(bare, shapes, size)?),
+            },
         };
         let solid = sized.solid.clone();
         self.sized.insert(key, sized);
@@ -118,11 +157,22 @@ impl Solids {
     }
 }
 
-fn resized(bare: &Solid, shapes: &[PlacedShape], Size { scale, padding }: Size) -> Result<Solid, MeshError> {
+fn resized(
+    bare: &Solid,
+    shapes: &[PlacedShape],
+    Size { scale, padding }: Size,
+) -> Result<Solid, MeshError> {
     if scale == 1.0 {
         return Ok(bare.padded(padding));
     }
-    let shapes = shapes.iter().map(|shape| shape.scaled(scale)).collect::<Result<Vec<_>, _>>()?;
+    let shapes = shapes
+        .iter()
+        .map(|shape| shape.scaled(scale))
+        .collect::<Result<Vec<_>, _>>()?;
     let solid = Solid::new(&shapes);
-    Ok(if padding > 0.0 { solid.padded(padding) } else { solid })
+    Ok(if padding > 0.0 {
+        solid.padded(padding)
+    } else {
+        solid
+    })
 }

@@ -32,9 +32,11 @@ pub struct BallTree {
     balls: Vec<Ball>,
 }
 
-/// Steps of the centre towards the farthest point; the radius is within a few per cent of the best after these.
+/// Steps of the centre towards the farthest point; the radius is within a few per cent of the best
+/// after these.
 const CENTERING_STEPS: usize = 10;
-/// Pieces among which each step looks for the farthest; of more, as many lead and are joined by those left outside.
+/// Pieces among which each step looks for the farthest; of more, as many lead and are joined by
+/// those left outside.
 const LEADERS: usize = 512;
 /// How often the farthest of all pieces joins the leaders.
 const ROUNDS: usize = 4;
@@ -46,19 +48,34 @@ impl BallTree {
     pub fn new(pieces: Vec<Piece>) -> Self {
         let mut balls = Vec::with_capacity(2 * pieces.len());
         // Pieces are large: only their numbers and centres are sorted.
-        let number = |(index, piece): (usize, &Piece)| Place { center: piece.center(), piece: index as u32 };
+        let number = |(index, piece): (usize, &Piece)| Place {
+            center: piece.center(),
+            piece: index as u32,
+        };
         let mut places: Vec<Place> = pieces.iter().enumerate().map(number).collect();
         build(&pieces, &mut places, 0, &mut balls);
-        let pieces = places.iter().map(|place| pieces[place.piece as usize]).collect();
+        let pieces = places
+            .iter()
+            .map(|place| pieces[place.piece as usize])
+            .collect();
         Self { pieces, balls }
     }
 
     /// The tree of the same pieces, all of them thicker by `padding` (m).
     #[must_use]
     pub fn padded(&self, padding: f64) -> Self {
-        let thicker = |piece: &Piece| Piece { radius: piece.radius + padding, ..*piece };
-        let wider = |ball: &Ball| Ball { radius: (ball.radius + padding) * (1.0 + ROUNDING), ..*ball };
-        Self { pieces: self.pieces.iter().map(thicker).collect(), balls: self.balls.iter().map(wider).collect() }
+        let thicker = |piece: &Piece| Piece {
+            radius: piece.radius + padding,
+            ..*piece
+        };
+        let wider = |ball: &Ball| Ball {
+            radius: (ball.radius + padding) * (1.0 + ROUNDING),
+            ..*ball
+        };
+        Self {
+            pieces: self.pieces.iter().map(thicker).collect(),
+            balls: self.balls.iter().map(wider).collect(),
+        }
     }
 
     /// The pieces, in tree order.
@@ -91,8 +108,11 @@ impl BallTree {
             }
             Content::Balls(left, right) => {
                 let length = direction.length();
-                let reach = |ball: u32| direction.dot(self.ball(ball).center) + length * self.ball(ball).radius;
-                let (mut first, mut second) = ((reach(left), left), (reach(right), right));
+                let reach = |ball: u32| {
+                    direction.dot(self.ball(ball).center) + length * self.ball(ball).radius
+                };
+                let mut first = (reach(left), left);
+                let mut second = (reach(right), right);
                 if second.0 > first.0 {
                     (first, second) = (second, first);
                 }
@@ -121,11 +141,16 @@ struct Place {
     piece: u32,
 }
 
-/// Appends the ball over `places` (the first of which is number `first`) and all below it; returns its index.
+/// Appends the ball over `places` (the first of which is number `first`) and all below it; returns
+/// its index.
 fn build(pieces: &[Piece], places: &mut [Place], first: u32, balls: &mut Vec<Ball>) -> u32 {
     let (center, radius) = enclosing_ball(pieces, places);
     let index = balls.len() as u32;
-    balls.push(Ball { center, radius, content: Content::Piece(first) });
+    balls.push(Ball {
+        center,
+        radius,
+        content: Content::Piece(first),
+    });
     if places.len() > 1 {
         let axis = widest_axis(places);
         let half = places.len() / 2;
@@ -139,23 +164,30 @@ fn build(pieces: &[Piece], places: &mut [Place], first: u32, balls: &mut Vec<Bal
 }
 
 fn widest_axis(places: &[Place]) -> usize {
-    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let mut low = Vec3::INFINITY;
+    let mut high = Vec3::NEG_INFINITY;
     for place in places {
         low = low.min(place.center);
         high = high.max(place.center);
     }
     let size = high - low;
-    (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0)
+    (0..3)
+        .max_by(|&a, &b| size[a].total_cmp(&size[b]))
+        .unwrap_or(0)
 }
 
-/// Nearly smallest enclosing ball. Of many pieces a few lead: the ball around them is taken, and the piece that
-/// is farthest outside it joins them. The radius is measured over all pieces at the centre taken, so it encloses
-/// whatever led there.
+/// Nearly smallest enclosing ball. Of many pieces a few lead: the ball around them is taken, and
+/// the piece that is farthest outside it joins them. The radius is measured over all pieces at the
+/// centre taken, so it encloses whatever led there.
 fn enclosing_ball(pieces: &[Piece], places: &[Place]) -> (Vec3, f64) {
     if places.len() <= 2 * LEADERS {
         return walk(pieces, places);
     }
-    let mut leaders: Vec<Place> = places.iter().step_by(places.len() / LEADERS).copied().collect();
+    let mut leaders: Vec<Place> = places
+        .iter()
+        .step_by(places.len() / LEADERS)
+        .copied()
+        .collect();
     let mut best = (Vec3::ZERO, f64::INFINITY);
     for _ in 0..ROUNDS {
         let center = walk(pieces, &leaders).0;
@@ -168,8 +200,8 @@ fn enclosing_ball(pieces: &[Piece], places: &[Place]) -> (Vec3, f64) {
     (best.0, best.1 * (1.0 + ROUNDING))
 }
 
-/// The centre walks towards the farthest piece by ever smaller steps (Bădoiu and Clarkson, 2003); gives the best
-/// centre on the way and the radius there.
+/// The centre walks towards the farthest piece by ever smaller steps (Bădoiu and Clarkson, 2003);
+/// gives the best centre on the way and the radius there.
 fn walk(pieces: &[Piece], places: &[Place]) -> (Vec3, f64) {
     let mut center = places.iter().map(|place| place.center).sum::<Vec3>() / places.len() as f64;
     let mut best = (center, f64::INFINITY);
@@ -186,11 +218,13 @@ fn walk(pieces: &[Piece], places: &[Place]) -> (Vec3, f64) {
 
 /// The piece that reaches farthest from a point, and how far that is (m).
 fn farthest(pieces: &[Piece], places: &[Place], from: Vec3) -> (Place, f64) {
-    let (mut best, mut square) = (places[0], -1.0);
+    let mut best = places[0];
+    let mut square = -1.0;
     for place in places {
         let reach = pieces[place.piece as usize].farthest_squared(from);
         if reach > square {
-            (best, square) = (*place, reach);
+            best = *place;
+            square = reach;
         }
     }
     (best, square.sqrt())
@@ -202,18 +236,26 @@ mod tests {
     use crate::collision::piece::Core;
     use crate::testing::vector;
 
-    /// Every ball of a body of many pieces holds all that is below it, and the first is nearly the smallest.
+    /// Every ball of a body of many pieces holds all that is below it, and the first is nearly the
+    /// smallest.
     #[test]
     fn balls_enclose_the_pieces_below_them_however_few_of_them_led() {
         let mut rng = fastrand::Rng::with_seed(7);
         let triangle = |rng: &mut fastrand::Rng| {
             let corner = vector(rng, 1.0).normalize_or_zero() * 0.3;
-            let (b, c) = (corner + vector(rng, 0.01), corner + vector(rng, 0.01));
-            Piece { core: Core::Triangle(corner, b, c), radius: 0.0 }
+            let b = corner + vector(rng, 0.01);
+            let c = corner + vector(rng, 0.01);
+            Piece {
+                core: Core::Triangle(corner, b, c),
+                radius: 0.0,
+            }
         };
         let mut pieces: Vec<Piece> = (0..5000).map(|_| triangle(&mut rng)).collect();
         // A spike that few would meet by chance.
-        pieces[3333] = Piece { core: Core::Triangle(Vec3::X * 0.3, Vec3::X * 0.6, Vec3::Y * 0.3), radius: 0.0 };
+        pieces[3333] = Piece {
+            core: Core::Triangle(Vec3::X * 0.3, Vec3::X * 0.6, Vec3::Y * 0.3),
+            radius: 0.0,
+        };
         let tree = BallTree::new(pieces.clone());
         for ball in tree.balls() {
             let mut below = vec![ball.content];
@@ -229,8 +271,15 @@ mod tests {
                 }
             }
         }
-        let mut held: Vec<_> = tree.pieces().iter().map(|piece| piece.center().to_array().map(f64::to_bits)).collect();
-        let mut given: Vec<_> = pieces.iter().map(|piece| piece.center().to_array().map(f64::to_bits)).collect();
+        let mut held: Vec<_> = tree
+            .pieces()
+            .iter()
+            .map(|piece| piece.center().to_array().map(f64::to_bits))
+            .collect();
+        let mut given: Vec<_> = pieces
+            .iter()
+            .map(|piece| piece.center().to_array().map(f64::to_bits))
+            .collect();
         held.sort_unstable();
         given.sort_unstable();
         assert!(held == given, "every piece is there once");

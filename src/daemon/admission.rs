@@ -34,29 +34,48 @@ impl Doorkeeper<'_> {
     ///
     /// # Errors
     /// A refusal, with a retry hint where waiting helps.
-    pub(super) fn admit(&mut self, header: &RequestHeader, now_ns: u64) -> Result<Snapshot, Refusal> {
+    pub(super) fn admit(
+        &mut self,
+        header: &RequestHeader,
+        now_ns: u64,
+    ) -> Result<Snapshot, Refusal> {
         if self.is_draining {
             let message = "the daemon is stopping; send again to the next one".to_owned();
-            return Err(Refusal { code: Code::Overloaded.into(), message, retry_after_ms: RETRY_LOADING_MS });
+            return Err(Refusal {
+                code: Code::Overloaded.into(),
+                message,
+                retry_after_ms: RETRY_LOADING_MS,
+            });
         }
         if self.waiting >= self.most_waiting {
             return Err(self.overloaded("as many as may wait"));
         }
         // What comes to nothing is not begun, so that what others wait for comes to something.
-        let is_hopeless =
-            self.wait_ns > 0 && header.deadline_ns != 0 && header.deadline_ns <= now_ns.saturating_add(self.wait_ns);
+        let is_hopeless = self.wait_ns > 0
+            && header.deadline_ns != 0
+            && header.deadline_ns <= now_ns.saturating_add(self.wait_ns);
         if is_hopeless {
             return Err(self.overloaded("too many for this one's deadline"));
         }
-        let snapshot = self.store.snapshot(&wanted(header)).map_err(|error| self.not_there(header, &error))?;
+        let snapshot = self
+            .store
+            .snapshot(&wanted(header))
+            .map_err(|error| self.not_there(header, &error))?;
         check_layout(header, &snapshot)?;
         Ok(snapshot)
     }
 
     fn overloaded(&self, why: &str) -> Refusal {
         let retry_after_ms = (self.wait_ns / 1_000_000).clamp(1, RETRY_MOST_MS) as u32;
-        let message = format!("{} requests wait already, {why}; send again in {retry_after_ms} ms", self.waiting);
-        Refusal { code: Code::Overloaded.into(), message, retry_after_ms }
+        let message = format!(
+            "{} requests wait already, {why}; send again in {retry_after_ms} ms",
+            self.waiting
+        );
+        Refusal {
+            code: Code::Overloaded.into(),
+            message,
+            retry_after_ms,
+        }
     }
 
     /// What is unknown may just be on its way.
@@ -76,5 +95,9 @@ impl Doorkeeper<'_> {
 /// The refusal of what names a label whose files are being read.
 pub(super) fn being_loaded() -> Refusal {
     let message = format!("its files are being read; send again in {RETRY_LOADING_MS} ms");
-    Refusal { code: Code::Loading.into(), message, retry_after_ms: RETRY_LOADING_MS }
+    Refusal {
+        code: Code::Loading.into(),
+        message,
+        retry_after_ms: RETRY_LOADING_MS,
+    }
 }

@@ -35,7 +35,8 @@ struct Account {
     over_quota: u64,
     dropped: u64,
     computed_ns: u64,
-    /// Computing time that it may still have (ns), where its share is limited; counted up as time passes.
+    /// Computing time that it may still have (ns), where its share is limited; counted up as time
+    /// passes.
     left_ns: i64,
     seen_ns: u64,
     latency: Times,
@@ -54,8 +55,13 @@ impl Rate {
     fn turn(&mut self, now_ns: u64) {
         let second = now_ns / 1_000_000_000;
         if second != self.second {
-            self.before = if second == self.second + 1 { self.count } else { 0 };
-            (self.second, self.count) = (second, 0);
+            self.before = if second == self.second + 1 {
+                self.count
+            } else {
+                0
+            };
+            self.second = second;
+            self.count = 0;
         }
     }
 
@@ -73,7 +79,11 @@ impl Rate {
 impl Clients {
     /// Nobody yet.
     pub(super) fn new(quota: Quota, workers: usize) -> Self {
-        Self { quota, workers: workers as f64, accounts: HashMap::new() }
+        Self {
+            quota,
+            workers: workers as f64,
+            accounts: HashMap::new(),
+        }
     }
 
     /// A request came; it has this many bytes and is counted until [`Self::left`].
@@ -108,9 +118,21 @@ impl Clients {
         checked
     }
 
-    /// A request that was let in before and had [`Self::left`] is worked on again: it is counted, whatever the quota.
-    pub(super) fn enter_again(&mut self, client: u128, pid: impl FnOnce() -> u32, bytes: usize, now_ns: u64) {
-        let new = || Account { pid: pid(), left_ns: BURST_NS, seen_ns: now_ns, ..Account::default() };
+    /// A request that was let in before and had [`Self::left`] is worked on again: it is counted,
+    /// whatever the quota.
+    pub(super) fn enter_again(
+        &mut self,
+        client: u128,
+        pid: impl FnOnce() -> u32,
+        bytes: usize,
+        now_ns: u64,
+    ) {
+        let new = || Account {
+            pid: pid(),
+            left_ns: BURST_NS,
+            seen_ns: now_ns,
+            ..Account::default()
+        };
         let account = self.accounts.entry(client).or_insert_with(new);
         account.in_flight += 1;
         account.bytes += bytes;
@@ -137,8 +159,16 @@ impl Clients {
     }
 
     /// A client got a final answer, `latency_ns` after its request came.
-    pub(super) fn answered(&mut self, client: u128, header: &ResponseHeader, latency_ns: u64, now_ns: u64) {
-        let Some(account) = self.accounts.get_mut(&client) else { return };
+    pub(super) fn answered(
+        &mut self,
+        client: u128,
+        header: &ResponseHeader,
+        latency_ns: u64,
+        now_ns: u64,
+    ) {
+        let Some(account) = self.accounts.get_mut(&client) else {
+            return;
+        };
         if header.code == i32::from(Code::Success) {
             account.served += 1;
         } else {
@@ -165,14 +195,18 @@ impl Clients {
 
     /// Forgets those that have been away for long.
     pub(super) fn forget(&mut self, now_ns: u64) {
-        self.accounts.retain(|_, account| account.in_flight > 0 || now_ns < account.seen_ns + REMEMBERED_NS);
+        self.accounts
+            .retain(|_, account| account.in_flight > 0 || now_ns < account.seen_ns + REMEMBERED_NS);
     }
 
     /// What people are shown, those that had most first.
     pub(super) fn summaries(&mut self, now_ns: u64) -> Vec<ClientSummary> {
         let quota = self.quota;
-        let mut summaries: Vec<_> =
-            self.accounts.iter_mut().map(|(id, account)| account.summary(*id, &quota, now_ns)).collect();
+        let mut summaries: Vec<_> = self
+            .accounts
+            .iter_mut()
+            .map(|(id, account)| account.summary(*id, &quota, now_ns))
+            .collect();
         summaries.sort_by_key(|client| (std::cmp::Reverse(client.computed_ns), client.pid));
         summaries
     }
@@ -182,26 +216,41 @@ impl Account {
     fn refill(&mut self, share: f64, now_ns: u64) {
         let passed_ns = now_ns.saturating_sub(self.seen_ns);
         self.seen_ns = now_ns;
-        self.left_ns = self.left_ns.saturating_add((passed_ns as f64 * share) as i64).min(BURST_NS);
+        self.left_ns = self
+            .left_ns
+            .saturating_add((passed_ns as f64 * share) as i64)
+            .min(BURST_NS);
     }
 
     fn check(&self, quota: &Quota, workers: f64, bytes: usize) -> Result<(), Refusal> {
         let refuse = |what: String, retry_after_ms: u32| {
-            Err(Refusal { code: Code::Quota.into(), message: what, retry_after_ms: retry_after_ms.max(RETRY_MS) })
+            Err(Refusal {
+                code: Code::Quota.into(),
+                message: what,
+                retry_after_ms: retry_after_ms.max(RETRY_MS),
+            })
         };
         if self.in_flight >= quota.in_flight {
-            let text = format!("{} requests of this client are in flight, as many as it may have", self.in_flight);
+            let text = format!(
+                "{} requests of this client are in flight, as many as it may have",
+                self.in_flight
+            );
             return refuse(text, RETRY_MS);
         }
         if self.bytes + bytes > quota.bytes {
-            let (held, most) = (self.bytes, quota.bytes);
-            let text =
-                format!("this request of {bytes} bytes and {held} in flight are more than the {most} of a client");
+            let held = self.bytes;
+            let most = quota.bytes;
+            let text = format!(
+                "this request of {bytes} bytes and {held} in flight are more than the {most} of a client"
+            );
             return refuse(text, RETRY_MS);
         }
         if quota.cpu_share < 1.0 && self.left_ns < 0 {
             let wait_ns = -self.left_ns as f64 / (quota.cpu_share * workers);
-            let text = format!("this client has had its {:.0} % of the workers' time", quota.cpu_share * 100.0);
+            let text = format!(
+                "this client has had its {:.0} % of the workers' time",
+                quota.cpu_share * 100.0
+            );
             return refuse(text, (wait_ns / 1e6).ceil() as u32);
         }
         Ok(())
@@ -236,35 +285,80 @@ mod tests {
 
     #[test]
     fn each_quota_refuses_at_its_bound_and_lets_in_again() {
-        let mut clients = Clients::new(Quota { in_flight: 2, bytes: 100, cpu_share: 1.0 }, 1);
-        let enter = |clients: &mut Clients, client, bytes| clients.enter(client, || 7, bytes, SECOND);
+        let mut clients = Clients::new(
+            Quota {
+                in_flight: 2,
+                bytes: 100,
+                cpu_share: 1.0,
+            },
+            1,
+        );
+        let enter =
+            |clients: &mut Clients, client, bytes| clients.enter(client, || 7, bytes, SECOND);
         assert_eq!(enter(&mut clients, 1, 60), Ok(()));
         let refusal = enter(&mut clients, 1, 60).unwrap_err();
         assert_eq!(refusal.code, i32::from(Code::Quota));
-        assert!(refusal.message.contains("60 bytes") && refusal.retry_after_ms > 0, "{refusal:?}");
+        assert!(
+            refusal.message.contains("60 bytes") && refusal.retry_after_ms > 0,
+            "{refusal:?}"
+        );
         assert_eq!(enter(&mut clients, 1, 40), Ok(()));
-        assert!(enter(&mut clients, 1, 0).unwrap_err().message.starts_with("2 requests"));
+        assert!(
+            enter(&mut clients, 1, 0)
+                .unwrap_err()
+                .message
+                .starts_with("2 requests")
+        );
         assert_eq!(enter(&mut clients, 2, 60), Ok(()), "another client's");
         clients.left(1, 60);
         assert_eq!(enter(&mut clients, 1, 0), Ok(()));
-        let summary = clients.summaries(SECOND).into_iter().find(|client| client.client_id.ends_with('1')).unwrap();
-        assert_eq!((summary.received, summary.over_quota, summary.in_flight, summary.bytes), (5, 2, 2, 40));
+        let summary = clients
+            .summaries(SECOND)
+            .into_iter()
+            .find(|client| client.client_id.ends_with('1'))
+            .unwrap();
+        assert_eq!(
+            (
+                summary.received,
+                summary.over_quota,
+                summary.in_flight,
+                summary.bytes
+            ),
+            (5, 2, 2, 40)
+        );
     }
 
     #[test]
     fn a_share_of_the_workers_comes_back_with_time() {
-        let mut clients = Clients::new(Quota { in_flight: 2, bytes: 100, cpu_share: 0.25 }, 2);
+        let mut clients = Clients::new(
+            Quota {
+                in_flight: 2,
+                bytes: 100,
+                cpu_share: 0.25,
+            },
+            2,
+        );
         clients.enter(1, || 7, 0, SECOND).unwrap();
         clients.left(1, 0);
         clients.computed(1, SECOND);
         let refusal = clients.enter(1, || 7, 0, SECOND).unwrap_err();
-        assert_eq!(refusal.retry_after_ms, 1000, "half a second of computing at half a worker: {refusal:?}");
+        assert_eq!(
+            refusal.retry_after_ms, 1000,
+            "half a second of computing at half a worker: {refusal:?}"
+        );
         assert_eq!(clients.enter(1, || 7, 0, 2 * SECOND), Ok(()));
     }
 
     #[test]
     fn who_is_away_is_forgotten_unless_something_runs() {
-        let mut clients = Clients::new(Quota { in_flight: 2, bytes: 100, cpu_share: 1.0 }, 1);
+        let mut clients = Clients::new(
+            Quota {
+                in_flight: 2,
+                bytes: 100,
+                cpu_share: 1.0,
+            },
+            1,
+        );
         clients.enter(1, || 7, 0, 0).unwrap();
         clients.enter(2, || 8, 0, 0).unwrap();
         clients.left(2, 0);

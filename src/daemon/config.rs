@@ -15,8 +15,8 @@ use super::live::check_address;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// Instance to serve: `name`, `name:/root`, or empty for the default one. `--instance` and `TAUT_INSTANCE` go
-    /// before it.
+    /// Instance to serve: `name`, `name:/root`, or empty for the default one. `--instance` and
+    /// `TAUT_INSTANCE` go before it.
     pub instance: String,
     /// Worker threads; 0 = as many as there are cores.
     pub workers: usize,
@@ -26,20 +26,22 @@ pub struct Config {
     pub queue: usize,
     /// What one client may have.
     pub quota: Quota,
-    /// Where Prometheus reads, such as 127.0.0.1:9464: an address of this machine only. Nowhere if it is missing.
+    /// Where Prometheus reads, such as 127.0.0.1:9464: an address of this machine only. Nowhere if
+    /// it is missing.
     pub metrics: Option<SocketAddr>,
-    /// Where the page is served that shows what runs and the last answers, such as 127.0.0.1:8642: an address of this
-    /// machine only. Nowhere if it is missing; `--http` goes before it.
+    /// Where the page is served that shows what runs and the last answers, such as 127.0.0.1:8642:
+    /// an address of this machine only. Nowhere if it is missing; `--http` goes before it.
     pub http: Option<SocketAddr>,
-    /// Status messages per second, at least 2: the second that follows a client's death ends its connection.
+    /// Status messages per second, at least 2: the second that follows a client's death ends its
+    /// connection.
     pub status_rate_hz: f64,
-    /// Folder that keeps robots and scenes while no daemon runs; the default one (see [`super::state`]) where it is
-    /// missing, nothing is kept where it is empty.
+    /// Folder that keeps robots and scenes while no daemon runs; the default one (see
+    /// [`super::state`]) where it is missing, nothing is kept where it is empty.
     pub state: Option<PathBuf>,
     /// How long the daemon may give no sign of life before its supervisor restarts it (s).
     pub watchdog_s: f64,
-    /// Lets a request with [`super::worker::PANIC_SEED`] panic and one with [`super::worker::HANG_SEED`] hang until it
-    /// is told to stop. For tests only.
+    /// Lets a request with [`super::worker::PANIC_SEED`] panic and one with
+    /// [`super::worker::HANG_SEED`] hang until it is told to stop. For tests only.
     pub fault_injection: bool,
     /// Robots to load.
     pub robots: Vec<RobotConfig>,
@@ -57,14 +59,18 @@ pub struct Quota {
     pub in_flight: usize,
     /// Bytes of its requests in flight.
     pub bytes: usize,
-    /// Share of the workers' time over some seconds, beyond which its requests are refused; 1 = no limit, others
-    /// get their turn all the same.
+    /// Share of the workers' time over some seconds, beyond which its requests are refused; 1 = no
+    /// limit, others get their turn all the same.
     pub cpu_share: f64,
 }
 
 impl Default for Quota {
     fn default() -> Self {
-        Self { in_flight: ACTIVE_REQUESTS_PER_CLIENT, bytes: 4 * MAX_PAYLOAD, cpu_share: 1.0 }
+        Self {
+            in_flight: ACTIVE_REQUESTS_PER_CLIENT,
+            bytes: 4 * MAX_PAYLOAD,
+            cpu_share: 1.0,
+        }
     }
 }
 
@@ -158,12 +164,19 @@ impl Config {
     /// Reads a configuration.
     ///
     /// # Errors
-    /// A file that cannot be read, an unknown entry, or a value out of its range, with line and valid entries.
+    /// A file that cannot be read, an unknown entry, or a value out of its range, with line and
+    /// valid entries.
     pub fn read(file: &Path) -> Result<Self, FileError> {
-        let refuse = |text: String| FileError::Content { file: file.to_owned(), text };
-        let text = std::fs::read_to_string(file)
-            .map_err(|error| FileError::Unreadable { file: file.to_owned(), reason: error.to_string() })?;
-        let config: Self = toml::from_str(&text).map_err(|error| refuse(one_line(&text, &error)))?;
+        let refuse = |text: String| FileError::Content {
+            file: file.to_owned(),
+            text,
+        };
+        let text = std::fs::read_to_string(file).map_err(|error| FileError::Unreadable {
+            file: file.to_owned(),
+            reason: error.to_string(),
+        })?;
+        let config: Self =
+            toml::from_str(&text).map_err(|error| refuse(one_line(&text, &error)))?;
         let mut config = config.checked().map_err(refuse)?;
         config.start_names_at(file.parent().unwrap_or(Path::new("")));
         Ok(config)
@@ -180,39 +193,67 @@ impl Config {
     fn checked(self) -> Result<Self, String> {
         let clearance = self.clearance_m;
         if !(clearance.is_finite() && clearance > 0.0) {
-            return Err(format!("clearance_m is {clearance}; it must be finite and greater than 0"));
+            return Err(format!(
+                "clearance_m is {clearance}; it must be finite and greater than 0"
+            ));
         }
         if !(2.0..=50.0).contains(&self.status_rate_hz) {
-            return Err(format!("status_rate_hz is {}; valid: 2 to 50", self.status_rate_hz));
+            return Err(format!(
+                "status_rate_hz is {}; valid: 2 to 50",
+                self.status_rate_hz
+            ));
         }
         if !(1.0..=3600.0).contains(&self.watchdog_s) {
-            return Err(format!("watchdog_s is {}; valid: 1 to 3600", self.watchdog_s));
+            return Err(format!(
+                "watchdog_s is {}; valid: 1 to 3600",
+                self.watchdog_s
+            ));
         }
         if !(1..=65_536).contains(&self.queue) {
             return Err(format!("queue is {}; valid: 1 to 65536", self.queue));
         }
-        let Quota { in_flight, bytes, cpu_share } = self.quota;
+        let Quota {
+            in_flight,
+            bytes,
+            cpu_share,
+        } = self.quota;
         if !(1..=ACTIVE_REQUESTS_PER_CLIENT).contains(&in_flight) {
-            return Err(format!("quota.in_flight is {in_flight}; valid: 1 to {ACTIVE_REQUESTS_PER_CLIENT}"));
+            return Err(format!(
+                "quota.in_flight is {in_flight}; valid: 1 to {ACTIVE_REQUESTS_PER_CLIENT}"
+            ));
         }
         if bytes < MAX_PAYLOAD {
-            return Err(format!("quota.bytes is {bytes}; valid: at least {MAX_PAYLOAD}, one request"));
+            return Err(format!(
+                "quota.bytes is {bytes}; valid: at least {MAX_PAYLOAD}, one request"
+            ));
         }
         if !(cpu_share > 0.0 && cpu_share <= 1.0) {
-            return Err(format!("quota.cpu_share is {cpu_share}; valid: more than 0, at most 1"));
+            return Err(format!(
+                "quota.cpu_share is {cpu_share}; valid: more than 0, at most 1"
+            ));
         }
         if let Some(address) = self.metrics.filter(|address| !address.ip().is_loopback()) {
-            return Err(format!("metrics is {address}; valid: an address of this machine, such as 127.0.0.1:9464"));
+            return Err(format!(
+                "metrics is {address}; valid: an address of this machine, such as 127.0.0.1:9464"
+            ));
         }
-        self.http.map_or(Ok(()), |address| check_address("http", address))?;
+        self.http
+            .map_or(Ok(()), |address| check_address("http", address))?;
         if self.workers > 1024 {
-            return Err(format!("workers is {}; valid: 0 (one per core) to 1024", self.workers));
+            return Err(format!(
+                "workers is {}; valid: 0 (one per core) to 1024",
+                self.workers
+            ));
         }
         Ok(self)
     }
 
     fn start_names_at(&mut self, folder: &Path) {
-        if let Some(state) = self.state.as_mut().filter(|state| !state.as_os_str().is_empty()) {
+        if let Some(state) = self
+            .state
+            .as_mut()
+            .filter(|state| !state.as_os_str().is_empty())
+        {
             *state = folder.join(&*state);
         }
         for robot in &mut self.robots {
@@ -247,7 +288,9 @@ impl RobotConfig {
 
 /// What TOML says is wrong, with the line, without the picture.
 fn one_line(text: &str, error: &toml::de::Error) -> String {
-    let line = error.span().map_or(0, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+    let line = error.span().map_or(0, |span| {
+        text[..span.start.min(text.len())].matches('\n').count() + 1
+    });
     format!("line {line}: {}", error.message().replace('\n', " "))
 }
 
@@ -261,7 +304,10 @@ mod tests {
         assert_eq!((config.queue, config.worker_count() > 0), (256, true));
         let text = "workers = 2\n\n[[scenes]]\nlabel = \"a\"\nfile = \"b\"\nclearence = 3\n";
         let error = one_line(text, &toml::from_str::<Config>(text).unwrap_err());
-        assert!(error.starts_with("line 6: unknown field `clearence`") && !error.contains('\n'), "{error}");
+        assert!(
+            error.starts_with("line 6: unknown field `clearence`") && !error.contains('\n'),
+            "{error}"
+        );
         for (text, part) in [
             ("queue = 0", "1 to 65536"),
             ("clearance_m = nan", "finite"),
@@ -271,7 +317,10 @@ mod tests {
             ("http = '0.0.0.0:8642'", "of this machine"),
             ("quota = { cpu_share = 0.0 }", "more than 0"),
         ] {
-            let error = toml::from_str::<Config>(text).unwrap().checked().unwrap_err();
+            let error = toml::from_str::<Config>(text)
+                .unwrap()
+                .checked()
+                .unwrap_err();
             assert!(error.contains(part), "{error}");
         }
     }

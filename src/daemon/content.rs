@@ -1,11 +1,14 @@
-//! Robots and scenes as plain data, for files: the journal's and those of recorded runs. Meshes stand apart, by hash.
+//! Robots and scenes as plain data, for files: the journal's and those of recorded runs. Meshes
+//! stand apart, by hash.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use taut::math::{Pose, Vec3};
-use taut::robot::{JointDescription, LinkDescription, RobotDescription, RobotModel, Semantics, VirtualJoint};
+use taut::robot::{
+    JointDescription, LinkDescription, RobotDescription, RobotModel, Semantics, VirtualJoint,
+};
 use taut::scene::{AttachedObject, Obstacle, Scene, SceneDescription};
 use taut::shape::{Mesh, PlacedShape, Shape};
 use taut::warning::Warning;
@@ -34,27 +37,59 @@ impl ShapeRecord {
         let shape = match placed.shape {
             Shape::Sphere { radius } => Kind::Sphere { radius },
             Shape::Box { half_extents } => Kind::Box { half_extents },
-            Shape::Cylinder { radius, half_height } => Kind::Cylinder { radius, half_height },
-            Shape::Capsule { radius, half_length } => Kind::Capsule { radius, half_length },
+            Shape::Cylinder {
+                radius,
+                half_height,
+            } => Kind::Cylinder {
+                radius,
+                half_height,
+            },
+            Shape::Capsule {
+                radius,
+                half_length,
+            } => Kind::Capsule {
+                radius,
+                half_length,
+            },
             Shape::Mesh(ref mesh) => Kind::Mesh { hash: mesh.hash() },
             ref other => return Err(format!("a shape that cannot be kept: {other:?}")),
         };
-        Ok(Self { pose: placed.pose, shape })
+        Ok(Self {
+            pose: placed.pose,
+            shape,
+        })
     }
 
     fn restore(&self, find: &mut FindMesh) -> Result<PlacedShape, String> {
         let shape = match self.shape {
             Kind::Sphere { radius } => Shape::Sphere { radius },
             Kind::Box { half_extents } => Shape::Box { half_extents },
-            Kind::Cylinder { radius, half_height } => Shape::Cylinder { radius, half_height },
-            Kind::Capsule { radius, half_length } => Shape::Capsule { radius, half_length },
+            Kind::Cylinder {
+                radius,
+                half_height,
+            } => Shape::Cylinder {
+                radius,
+                half_height,
+            },
+            Kind::Capsule {
+                radius,
+                half_length,
+            } => Shape::Capsule {
+                radius,
+                half_length,
+            },
             Kind::Mesh { hash } => Shape::Mesh(find(hash)?),
         };
-        Ok(PlacedShape { pose: self.pose, shape })
+        Ok(PlacedShape {
+            pose: self.pose,
+            shape,
+        })
     }
 }
 
-fn records<'a>(shapes: impl IntoIterator<Item = &'a PlacedShape>) -> Result<Vec<ShapeRecord>, String> {
+fn records<'a>(
+    shapes: impl IntoIterator<Item = &'a PlacedShape>,
+) -> Result<Vec<ShapeRecord>, String> {
     shapes.into_iter().map(ShapeRecord::of).collect()
 }
 
@@ -80,20 +115,47 @@ pub(super) struct RobotRecord {
 impl RobotRecord {
     pub(super) fn of(robot: &RobotModel) -> Result<Self, String> {
         // Named one by one, so that nothing a description gains is forgotten here.
-        let RobotDescription { name, links, joints, virtual_joint, variables, semantics, allowed_collisions, warnings } =
-            robot.description().clone();
-        let links = links.into_iter().map(|link| Ok((link.name, records(&link.collision)?)));
+        let RobotDescription {
+            name,
+            links,
+            joints,
+            virtual_joint,
+            variables,
+            semantics,
+            allowed_collisions,
+            warnings,
+        } = robot.description().clone();
+        let links = links
+            .into_iter()
+            .map(|link| Ok((link.name, records(&link.collision)?)));
         let links = links.collect::<Result<_, String>>()?;
         let found = robot.warnings().to_vec();
-        Ok(Self { name, links, joints, virtual_joint, variables, semantics, allowed_collisions, warnings, found })
+        Ok(Self {
+            name,
+            links,
+            joints,
+            virtual_joint,
+            variables,
+            semantics,
+            allowed_collisions,
+            warnings,
+            found,
+        })
     }
 
     /// The model, checked as when it was first made.
     pub(super) fn restore(self, find: &mut FindMesh) -> Result<RobotModel, String> {
         let link = |(name, shapes): (String, Vec<ShapeRecord>)| {
-            Ok(LinkDescription { name, collision: restored(&shapes, find)? })
+            Ok(LinkDescription {
+                name,
+                collision: restored(&shapes, find)?,
+            })
         };
-        let links = self.links.into_iter().map(link).collect::<Result<_, String>>()?;
+        let links = self
+            .links
+            .into_iter()
+            .map(link)
+            .collect::<Result<_, String>>()?;
         let model = RobotModel::new(RobotDescription {
             name: self.name,
             links,
@@ -105,7 +167,11 @@ impl RobotRecord {
             warnings: self.warnings,
         });
         let model = model.map_err(|error| error.to_string())?;
-        let more = self.found.into_iter().filter(|warning| !model.warnings().contains(warning)).collect();
+        let more = self
+            .found
+            .into_iter()
+            .filter(|warning| !model.warnings().contains(warning))
+            .collect();
         Ok(model.with_warnings(more))
     }
 }
@@ -119,11 +185,19 @@ struct ObjectRecord {
 
 impl ObjectRecord {
     fn of(object: &Obstacle) -> Result<Self, String> {
-        Ok(Self { id: object.id.clone(), pose: object.pose, shapes: records(object.shapes.iter())? })
+        Ok(Self {
+            id: object.id.clone(),
+            pose: object.pose,
+            shapes: records(object.shapes.iter())?,
+        })
     }
 
     fn restore(self, find: &mut FindMesh) -> Result<Obstacle, String> {
-        Ok(Obstacle { id: self.id, pose: self.pose, shapes: restored(&self.shapes, find)?.into() })
+        Ok(Obstacle {
+            id: self.id,
+            pose: self.pose,
+            shapes: restored(&self.shapes, find)?.into(),
+        })
     }
 }
 
@@ -151,24 +225,44 @@ pub(super) struct SceneRecord {
     found: Vec<Warning>,
 }
 
-/// Objects that went elsewhere: their numbers among all objects, those that stand first, and their poses.
+/// Objects that went elsewhere: their numbers among all objects, those that stand first, and their
+/// poses.
 pub(super) type Moves = Vec<(u32, Pose)>;
 
 impl SceneRecord {
     pub(super) fn of(scene: &Scene) -> Result<Self, String> {
         let attached = scene.attached().iter().map(|attached| {
-            let AttachedObject { link_name, object, touch_links } = attached;
-            let (link_name, touch_links) = (link_name.clone(), touch_links.clone());
-            Ok(AttachedRecord { link_name, object: ObjectRecord::of(object)?, touch_links })
+            let AttachedObject {
+                link_name,
+                object,
+                touch_links,
+            } = attached;
+            let link_name = link_name.clone();
+            let touch_links = touch_links.clone();
+            Ok(AttachedRecord {
+                link_name,
+                object: ObjectRecord::of(object)?,
+                touch_links,
+            })
         });
         Ok(Self {
             name: scene.name().to_owned(),
-            obstacles: scene.obstacles().iter().map(ObjectRecord::of).collect::<Result<_, _>>()?,
+            obstacles: scene
+                .obstacles()
+                .iter()
+                .map(ObjectRecord::of)
+                .collect::<Result<_, _>>()?,
             attached: attached.collect::<Result<_, String>>()?,
             padding: scene.padded().map(named).collect(),
             scale: scene.scaled().map(named).collect(),
-            frames: scene.frames().map(|(name, pose)| named((name, *pose))).collect(),
-            subframes: scene.subframes().map(|(object, name, pose)| (pair((object, name)), *pose)).collect(),
+            frames: scene
+                .frames()
+                .map(|(name, pose)| named((name, *pose)))
+                .collect(),
+            subframes: scene
+                .subframes()
+                .map(|(object, name, pose)| (pair((object, name)), *pose))
+                .collect(),
             worlds: scene.worlds().map(pair).collect(),
             allowed: scene.allowed().map(pair).collect(),
             forbidden: scene.forbidden().map(pair).collect(),
@@ -186,7 +280,9 @@ impl SceneRecord {
                 Some(index) => {
                     let attached = self.attached.get_mut(index);
                     &mut attached
-                        .ok_or_else(|| format!("object number {} moves, there is none", index + standing))?
+                        .ok_or_else(|| {
+                            format!("object number {} moves, there is none", index + standing)
+                        })?
                         .object
                 }
             };
@@ -197,10 +293,22 @@ impl SceneRecord {
 
     /// The scene, checked as when it was first made.
     pub(super) fn restore(self, find: &mut FindMesh) -> Result<Scene, String> {
-        let obstacles = self.obstacles.into_iter().map(|object| object.restore(find)).collect::<Result<_, _>>()?;
+        let obstacles = self
+            .obstacles
+            .into_iter()
+            .map(|object| object.restore(find))
+            .collect::<Result<_, _>>()?;
         let attached = self.attached.into_iter().map(|attached| {
-            let AttachedRecord { link_name, object, touch_links } = attached;
-            Ok(AttachedObject { link_name, object: object.restore(find)?, touch_links })
+            let AttachedRecord {
+                link_name,
+                object,
+                touch_links,
+            } = attached;
+            Ok(AttachedObject {
+                link_name,
+                object: object.restore(find)?,
+                touch_links,
+            })
         });
         let mut description = SceneDescription {
             name: self.name,
@@ -216,7 +324,11 @@ impl SceneRecord {
             warnings: Vec::new(),
         };
         let scene = Scene::of(description.clone()).map_err(|error| error.to_string())?;
-        description.warnings = self.found.into_iter().filter(|warning| !scene.warnings().contains(warning)).collect();
+        description.warnings = self
+            .found
+            .into_iter()
+            .filter(|warning| !scene.warnings().contains(warning))
+            .collect();
         match description.warnings.is_empty() {
             true => Ok(scene),
             false => Scene::of(description).map_err(|error| error.to_string()),
@@ -233,7 +345,9 @@ fn pair((a, b): (&str, &str)) -> (String, String) {
 }
 
 /// The meshes of a robot or scene.
-pub(super) fn meshes<'a>(shapes: impl Iterator<Item = &'a PlacedShape>) -> impl Iterator<Item = &'a Arc<Mesh>> {
+pub(super) fn meshes<'a>(
+    shapes: impl Iterator<Item = &'a PlacedShape>,
+) -> impl Iterator<Item = &'a Arc<Mesh>> {
     shapes.filter_map(|placed| match &placed.shape {
         Shape::Mesh(mesh) => Some(mesh),
         _ => None,
@@ -245,15 +359,27 @@ pub(super) type MeshParts = (String, Vec<Vec3>, Vec<[u32; 3]>, Vec<Warning>);
 
 /// A mesh as plain data.
 pub(super) fn mesh_parts(mesh: &Mesh) -> MeshParts {
-    (mesh.name().to_owned(), mesh.vertices().to_vec(), mesh.triangles().to_vec(), mesh.warnings().to_vec())
+    (
+        mesh.name().to_owned(),
+        mesh.vertices().to_vec(),
+        mesh.triangles().to_vec(),
+        mesh.warnings().to_vec(),
+    )
 }
 
 /// The mesh again; one that has not this hash is refused.
-pub(super) fn restore_mesh((name, vertices, triangles, warnings): MeshParts, hash: u64) -> Result<Mesh, String> {
-    let mesh = Mesh::restore(name, vertices, triangles, warnings).map_err(|error| error.to_string())?;
+pub(super) fn restore_mesh(
+    (name, vertices, triangles, warnings): MeshParts,
+    hash: u64,
+) -> Result<Mesh, String> {
+    let mesh =
+        Mesh::restore(name, vertices, triangles, warnings).map_err(|error| error.to_string())?;
     match mesh.hash() == hash {
         true => Ok(mesh),
-        false => Err(format!("its content has hash {:016x}, not {hash:016x}", mesh.hash())),
+        false => Err(format!(
+            "its content has hash {:016x}, not {hash:016x}",
+            mesh.hash()
+        )),
     }
 }
 
@@ -271,8 +397,9 @@ pub(super) fn moves_between(before: &Scene, after: &Scene) -> Option<Moves> {
         && before.forbidden().eq(after.forbidden())
         && before.warnings() == after.warnings();
     let attached = before.attached().iter().zip(after.attached());
-    let same_carriers =
-        |(a, b): (&AttachedObject, &AttachedObject)| a.link_name == b.link_name && a.touch_links == b.touch_links;
+    let same_carriers = |(a, b): (&AttachedObject, &AttachedObject)| {
+        a.link_name == b.link_name && a.touch_links == b.touch_links
+    };
     if !same_lists || !attached.into_iter().all(same_carriers) {
         return None;
     }

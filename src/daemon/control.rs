@@ -17,8 +17,8 @@ use super::keep::{Acknowledgement, Changed, reply};
 use super::loader::{Source, Task, Work};
 use super::metrics;
 use super::translate::{
-    ReadRobot, describe, frame_refusal, robot_files, robot_summary, scene_state, scene_summary, selected_label,
-    store_refusal,
+    ReadRobot, describe, frame_refusal, robot_files, robot_summary, scene_state, scene_summary,
+    selected_label, store_refusal,
 };
 
 /// Longest label, in bytes.
@@ -28,23 +28,53 @@ impl EventLoop {
     /// Takes control messages; tells whether more may be waiting.
     pub(super) fn receive_controls(&mut self) -> Result<bool, ServerError> {
         for _ in 0..ROUND {
-            let Some(control) = self.server.receive_control()? else { return Ok(false) };
+            let Some(control) = self.server.receive_control()? else {
+                return Ok(false);
+            };
             match control.message() {
-                Ok(ControlRequest::LoadRobot { label, source, replace }) => {
-                    self.load(control, label, Purpose::Load { replace }, Source::Robot(robot_files(source)));
+                Ok(ControlRequest::LoadRobot {
+                    label,
+                    source,
+                    replace,
+                }) => {
+                    self.load(
+                        control,
+                        label,
+                        Purpose::Load { replace },
+                        Source::Robot(robot_files(source)),
+                    );
                 }
                 Ok(ControlRequest::SelectVariables { label, variables }) => {
                     self.select_variables(control, &label, variables);
                 }
-                Ok(ControlRequest::LoadScene { label, json, base_dir, replace }) => {
+                Ok(ControlRequest::LoadScene {
+                    label,
+                    json,
+                    base_dir,
+                    replace,
+                }) => {
                     let file = file_of(&label, base_dir);
-                    self.load(control, label, Purpose::Load { replace }, Source::Scene(json, file));
+                    self.load(
+                        control,
+                        label,
+                        Purpose::Load { replace },
+                        Source::Scene(json, file),
+                    );
                 }
-                Ok(ControlRequest::DiffScene { label, json, base_dir, base_version }) => {
+                Ok(ControlRequest::DiffScene {
+                    label,
+                    json,
+                    base_dir,
+                    base_version,
+                }) => {
                     let file = file_of(&label, base_dir);
                     self.diff_scene(control, label, base_version, json, file)?;
                 }
-                Ok(ControlRequest::ShowScene { label, version, base_version }) => {
+                Ok(ControlRequest::ShowScene {
+                    label,
+                    version,
+                    base_version,
+                }) => {
                     self.show_scene(control, &label, version, base_version);
                 }
                 Ok(ControlRequest::Record { file }) => self.record(control, file),
@@ -52,7 +82,10 @@ impl EventLoop {
                 Ok(ControlRequest::Bundle { id, file }) => self.bundle(control, &id, file),
                 Ok(ControlRequest::UnloadRobot { label }) => self.unload_robot(control, label)?,
                 Ok(ControlRequest::UnloadScene { label }) => self.unload_scene(control, label)?,
-                Ok(message) => reply(control, &self.control(message).unwrap_or_else(ControlReply::Refused)),
+                Ok(message) => reply(
+                    control,
+                    &self.control(message).unwrap_or_else(ControlReply::Refused),
+                ),
                 Err(refusal) => reply(control, &ControlReply::Refused(refusal)),
             }
         }
@@ -63,23 +96,33 @@ impl EventLoop {
     fn control(&mut self, message: ControlRequest) -> Result<ControlReply, Refusal> {
         match message {
             ControlRequest::Describe { label } => {
-                let robot = self.store.robot(&label).map_err(|error| match self.loading.contains(&label_id(&label)) {
-                    true => being_loaded(),
-                    false => store_refusal(&error),
+                let robot = self.store.robot(&label).map_err(|error| {
+                    match self.loading.contains(&label_id(&label)) {
+                        true => being_loaded(),
+                        false => store_refusal(&error),
+                    }
                 });
                 robot.map(|entry| ControlReply::Robot(Box::new(describe(&label, entry))))
             }
             ControlRequest::List => Ok(ControlReply::Listing(self.listing())),
             ControlRequest::Stats => Ok(ControlReply::Stats(self.stats())),
-            ControlRequest::Clients => Ok(ControlReply::Clients(self.clients.summaries(monotonic_ns()))),
+            ControlRequest::Clients => Ok(ControlReply::Clients(
+                self.clients.summaries(monotonic_ns()),
+            )),
             ControlRequest::Stories { id } => Ok(ControlReply::Stories(self.stories.find(&id))),
             ControlRequest::Shutdown => {
                 self.drain();
                 Ok(ControlReply::Done)
             }
-            ControlRequest::PinScene { label, version, pinned } => self.pin_scene(&label, version, pinned),
+            ControlRequest::PinScene {
+                label,
+                version,
+                pinned,
+            } => self.pin_scene(&label, version, pinned),
             other => {
-                let text = format!("this daemon does not know {other:?}; use client and daemon of the same release");
+                let text = format!(
+                    "this daemon does not know {other:?}; use client and daemon of the same release"
+                );
                 Err(Refusal::new(Code::MalformedRequest, text))
             }
         }
@@ -91,7 +134,11 @@ impl EventLoop {
             return Ok(());
         }
         self.recheck_watches(label_id(&label));
-        let told = Acknowledgement { control: Some(control), answer: ControlReply::Done, event: None };
+        let told = Acknowledgement {
+            control: Some(control),
+            answer: ControlReply::Done,
+            event: None,
+        };
         self.keep(&Changed::Robot(label), told)
     }
 
@@ -105,26 +152,49 @@ impl EventLoop {
         };
         self.recheck_watches(entry.id);
         let event = Some(scene_event(SceneEventKind::Deleted, &entry));
-        let told = Acknowledgement { control: Some(control), answer: ControlReply::Done, event };
+        let told = Acknowledgement {
+            control: Some(control),
+            answer: ControlReply::Done,
+            event,
+        };
         self.keep(&Changed::Scene(label), told)
     }
 
     /// Gives something to the loader; the reply comes when it is read.
-    pub(super) fn load(&mut self, control: IncomingControl, label: String, purpose: Purpose, source: Source) {
+    pub(super) fn load(
+        &mut self,
+        control: IncomingControl,
+        label: String,
+        purpose: Purpose,
+        source: Source,
+    ) {
         if label.is_empty() || label.len() > LABEL_MAX {
             let text = format!("a label of {} bytes; valid: 1 to {LABEL_MAX}", label.len());
-            return reply(control, &ControlReply::Refused(Refusal::new(Code::MalformedRequest, text)));
+            return reply(
+                control,
+                &ControlReply::Refused(Refusal::new(Code::MalformedRequest, text)),
+            );
         }
         if let Source::Robot(files) = &source
             && !files.urdf.is_absolute()
         {
             let text = format!("{}: name files by absolute paths", files.urdf.display());
-            return reply(control, &ControlReply::Refused(Refusal::new(Code::MalformedRequest, text)));
+            return reply(
+                control,
+                &ControlReply::Refused(Refusal::new(Code::MalformedRequest, text)),
+            );
         }
         if matches!(purpose, Purpose::Load { .. }) {
             self.loading.insert(label_id(&label));
         }
-        self.hand_over(control, Work::Read { label, purpose, source });
+        self.hand_over(
+            control,
+            Work::Read {
+                label,
+                purpose,
+                source,
+            },
+        );
     }
 
     /// Has a loaded robot made with these variables only.
@@ -132,7 +202,12 @@ impl EventLoop {
         match self.store.whole(label) {
             Ok(alone) => {
                 let selected = selected_label(label, &variables);
-                self.load(control, selected, Purpose::Load { replace: true }, Source::Variables(alone, variables));
+                self.load(
+                    control,
+                    selected,
+                    Purpose::Load { replace: true },
+                    Source::Variables(alone, variables),
+                );
             }
             Err(error) => reply(control, &ControlReply::Refused(store_refusal(&error))),
         }
@@ -161,7 +236,12 @@ impl EventLoop {
 
     /// Takes what the loader has read into the store.
     pub(super) fn finish_load(&mut self, loaded: Loaded) -> Result<(), ServerError> {
-        let Loaded { token, label, purpose, content } = loaded;
+        let Loaded {
+            token,
+            label,
+            purpose,
+            content,
+        } = loaded;
         if matches!(purpose, Purpose::Load { .. }) {
             self.loading.remove(&label_id(&label));
         }
@@ -182,7 +262,14 @@ impl EventLoop {
                 if event.is_some() || matches!(changed, Changed::Robot(_)) {
                     self.recheck_watches(label_id(label));
                 }
-                self.keep(&changed, Acknowledgement { control, answer, event })
+                self.keep(
+                    &changed,
+                    Acknowledgement {
+                        control,
+                        answer,
+                        event,
+                    },
+                )
             }
             Err(refusal) => {
                 tracing::info!(label, code = refusal.code, "not taken: {}", refusal.message);
@@ -206,16 +293,32 @@ impl EventLoop {
             Purpose::Change { base_version } => (true, base_version),
         };
         match content {
-            Content::Robot(ReadRobot { robot, weights, alone, is_new }) => {
-                self.store.insert_robot(label, robot, weights, replace).map_err(refuse)?;
+            Content::Robot(ReadRobot {
+                robot,
+                weights,
+                alone,
+                is_new,
+            }) => {
+                self.store
+                    .insert_robot(label, robot, weights, replace)
+                    .map_err(refuse)?;
                 self.store.take_alone(alone, is_new);
                 let described = describe(label, self.store.robot(label).map_err(refuse)?);
-                Ok((Changed::Robot(label.to_owned()), ControlReply::Robot(Box::new(described)), None))
+                Ok((
+                    Changed::Robot(label.to_owned()),
+                    ControlReply::Robot(Box::new(described)),
+                    None,
+                ))
             }
             Content::Diff(diff) => {
                 let scene = self.changed_scene(label, base_version, &diff)?;
-                // What is odd about shapes is known where they came, and looking at all of them takes its time.
-                let summary = if diff.may_be_odd() { scene_summary } else { scene_state };
+                // What is odd about shapes is known where they came, and looking at all of them
+                // takes its time.
+                let summary = if diff.may_be_odd() {
+                    scene_summary
+                } else {
+                    scene_state
+                };
                 self.insert_scene(label, scene, replace, summary)
             }
             Content::Scene(scene) => {
@@ -232,21 +335,36 @@ impl EventLoop {
         replace: bool,
         summary: fn(&str, &SceneEntry) -> SceneSummary,
     ) -> Result<(Changed, ControlReply, Option<SceneEvent>), Refusal> {
-        let change = self.store.insert_scene(label, scene, replace).map_err(|error| store_refusal(&error))?;
-        let entry = self.store.scene(label).map_err(|error| store_refusal(&error))?;
+        let change = self
+            .store
+            .insert_scene(label, scene, replace)
+            .map_err(|error| store_refusal(&error))?;
+        let entry = self
+            .store
+            .scene(label)
+            .map_err(|error| store_refusal(&error))?;
         let event = match change {
             Change::Created => Some(scene_event(SceneEventKind::Created, entry)),
             Change::Replaced => Some(scene_event(SceneEventKind::Changed, entry)),
             Change::Unchanged => None,
         };
-        Ok((Changed::Scene(label.to_owned()), ControlReply::Scene(summary(label, entry)), event))
+        Ok((
+            Changed::Scene(label.to_owned()),
+            ControlReply::Scene(summary(label, entry)),
+            event,
+        ))
     }
 
     fn listing(&self) -> Listing {
-        let (robots, scenes) = (self.store.robots().iter(), self.store.scenes().iter());
+        let robots = self.store.robots().iter();
+        let scenes = self.store.scenes().iter();
         Listing {
-            robots: robots.map(|(label, entry)| robot_summary(label, entry)).collect(),
-            scenes: scenes.map(|(label, entry)| scene_summary(label, entry)).collect(),
+            robots: robots
+                .map(|(label, entry)| robot_summary(label, entry))
+                .collect(),
+            scenes: scenes
+                .map(|(label, entry)| scene_summary(label, entry))
+                .collect(),
         }
     }
 

@@ -113,12 +113,22 @@ pub(super) struct Events {
 }
 
 impl EventSender {
-    /// A sender and the I/O thread's end. There are at most as many events as jobs, loads and workers, so the
-    /// channel needs no bound of its own.
+    /// A sender and the I/O thread's end. There are at most as many events as jobs, loads and
+    /// workers, so the channel needs no bound of its own.
     pub(super) fn new(waker: Waker) -> (Self, Events) {
         let (sender, receiver) = unbounded();
         let sleeps = Arc::new(AtomicBool::new(false));
-        (Self { channel: sender, waker, sleeps: sleeps.clone() }, Events { channel: receiver, sleeps })
+        (
+            Self {
+                channel: sender,
+                waker,
+                sleeps: sleeps.clone(),
+            },
+            Events {
+                channel: receiver,
+                sleeps,
+            },
+        )
     }
 
     /// Sends an event. Once the I/O thread has ended nobody needs it any more.
@@ -137,7 +147,8 @@ impl Events {
         self.channel.try_recv().ok()
     }
 
-    /// Announces a sleep; false if an event is there already, which nobody would wake the sleeper for.
+    /// Announces a sleep; false if an event is there already, which nobody would wake the sleeper
+    /// for.
     pub(super) fn may_sleep(&self) -> bool {
         self.sleeps.store(true, Ordering::SeqCst);
         self.channel.is_empty()

@@ -1,4 +1,5 @@
-//! The I/O thread: receives, hands to workers, sends. It never computes and never waits for a client.
+//! The I/O thread: receives, hands to workers, sends. It never computes and never waits for a
+//! client.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
@@ -66,7 +67,8 @@ pub(super) struct EventLoop {
     pub(super) next_status_ns: u64,
     pub(super) is_draining: bool,
     pub(super) janitor_was_slow: bool,
-    /// Last: requests and the janitor hold its node, and only the last to go can leave nothing behind.
+    /// Last: requests and the janitor hold its node, and only the last to go can leave nothing
+    /// behind.
     pub(super) server: Server,
 }
 
@@ -78,7 +80,11 @@ impl EventLoop {
     pub(super) fn run(&mut self) -> Result<(), ServerError> {
         let mut is_flooded = false;
         while !(self.is_draining && self.open.is_empty() && self.keeping.is_idle()) {
-            let patience = if is_flooded || !self.events.may_sleep() { Duration::ZERO } else { self.patience() };
+            let patience = if is_flooded || !self.events.may_sleep() {
+                Duration::ZERO
+            } else {
+                self.patience()
+            };
             self.server.wait(patience)?;
             self.events.woke();
             self.handle_events()?;
@@ -103,7 +109,11 @@ impl EventLoop {
 
     /// How long nothing needs to be done unless somebody calls.
     fn patience(&self) -> Duration {
-        let next = self.schedule.next_deadline_ns().unwrap_or(u64::MAX).min(self.next_status_ns);
+        let next = self
+            .schedule
+            .next_deadline_ns()
+            .unwrap_or(u64::MAX)
+            .min(self.next_status_ns);
         Duration::from_nanos(next.saturating_sub(monotonic_ns()))
     }
 
@@ -141,7 +151,9 @@ impl EventLoop {
         }
         let is_slow = self.janitor.busy_for() > JANITOR_PATIENCE;
         if is_slow && !self.janitor_was_slow {
-            tracing::error!("cleaning up after dead clients hangs; restart the daemon when convenient");
+            tracing::error!(
+                "cleaning up after dead clients hangs; restart the daemon when convenient"
+            );
         }
         self.janitor_was_slow = is_slow;
         Ok(())
@@ -161,10 +173,17 @@ impl EventLoop {
             ..StatusRecord::default()
         };
         for (entry, robot) in status.robot.iter_mut().zip(self.store.robots().values()) {
-            *entry = RobotEntry { id: robot.id, hash: robot.robot.hash() };
+            *entry = RobotEntry {
+                id: robot.id,
+                hash: robot.robot.hash(),
+            };
         }
         for (entry, scene) in status.scene.iter_mut().zip(self.store.scenes().values()) {
-            *entry = SceneEntry { id: scene.id, hash: scene.scene.hash(), version: scene.version };
+            *entry = SceneEntry {
+                id: scene.id,
+                hash: scene.scene.hash(),
+                version: scene.version,
+            };
         }
         self.metrics.made(self.store.made());
         self.metrics.enter(&mut status);

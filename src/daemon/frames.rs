@@ -1,5 +1,5 @@
-//! Records in a file: each with its length and checksum, one after the other. Whoever writes one hands it to the system
-//! in one piece, so that only the last can be half there.
+//! Records in a file: each with its length and checksum, one after the other. Whoever writes one
+//! hands it to the system in one piece, so that only the last can be half there.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -21,7 +21,10 @@ pub(super) struct Contents<T> {
 
 impl<T> Default for Contents<T> {
     fn default() -> Self {
-        Self { records: Vec::new(), torn: 0 }
+        Self {
+            records: Vec::new(),
+            torn: 0,
+        }
     }
 }
 
@@ -29,13 +32,18 @@ impl<T> Default for Contents<T> {
 ///
 /// # Errors
 /// Where it is damaged, and how.
-pub(super) fn parse<T: DeserializeOwned>(bytes: &[u8], start: usize) -> Result<Contents<T>, String> {
+pub(super) fn parse<T: DeserializeOwned>(
+    bytes: &[u8],
+    start: usize,
+) -> Result<Contents<T>, String> {
     let mut rest = &bytes[start..];
     let mut records = Vec::new();
     while let Some((header, after)) = rest.split_first_chunk::<HEADER>() {
         let place = bytes.len() - rest.len();
         let length = u32::from_le_bytes([header[0], header[1], header[2], header[3]]) as usize;
-        let Some(payload) = after.get(..length) else { break };
+        let Some(payload) = after.get(..length) else {
+            break;
+        };
         let damaged = |how: &str| format!("at byte {place}: {how}");
         if header[4..] != checksum(payload) {
             return Err(damaged("a checksum is wrong"));
@@ -48,7 +56,10 @@ pub(super) fn parse<T: DeserializeOwned>(bytes: &[u8], start: usize) -> Result<C
         }
         rest = &after[length..];
     }
-    Ok(Contents { records, torn: rest.len() })
+    Ok(Contents {
+        records,
+        torn: rest.len(),
+    })
 }
 
 fn checksum(payload: &[u8]) -> [u8; 8] {
@@ -64,7 +75,10 @@ pub(super) fn encode<T: Serialize>(record: &T, bytes: &mut Vec<u8>) -> Result<()
     let payload = bincode::serde::encode_to_vec(record, bincode::config::standard());
     let payload = payload.map_err(|error| error.to_string())?;
     if payload.len() > RECORD_MAX {
-        return Err(format!("a record of {} bytes, at most {RECORD_MAX} are kept", payload.len()));
+        return Err(format!(
+            "a record of {} bytes, at most {RECORD_MAX} are kept",
+            payload.len()
+        ));
     }
     bytes.extend((payload.len() as u32).to_le_bytes());
     bytes.extend(checksum(&payload));

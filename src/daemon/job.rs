@@ -42,21 +42,35 @@ pub(super) struct Job {
 }
 
 impl Job {
-    /// Hash of what is asked for: equal for requests that differ in id and deadline only. Not for keeping.
+    /// Hash of what is asked for: equal for requests that differ in id and deadline only. Not for
+    /// keeping.
     pub(super) fn content(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
         (self.snapshot.robot.hash(), self.snapshot.scene_hash).hash(&mut hasher);
         format!("{:?}", self.settings).hash(&mut hasher);
-        self.path.as_flat().iter().for_each(|number| number.to_bits().hash(&mut hasher));
+        self.path
+            .as_flat()
+            .iter()
+            .for_each(|number| number.to_bits().hash(&mut hasher));
         hasher.finish()
     }
 
-    /// When it is answered without having been begun. Of a model that is still made its client hears before the
-    /// deadline, so that it hears at all.
+    /// When it is answered without having been begun. Of a model that is still made its client
+    /// hears before the deadline, so that it hears at all.
     pub(super) fn last_ns(&self) -> Option<u64> {
         let deadline_ns = self.deadline_ns?;
-        let before_ns = deadline_ns.saturating_sub(self.received_ns).min(8 * MOST_BEFORE_NS) / 8;
-        Some(deadline_ns - if self.snapshot.model.is_ready() { 0 } else { before_ns })
+        let before_ns = deadline_ns
+            .saturating_sub(self.received_ns)
+            .min(8 * MOST_BEFORE_NS)
+            / 8;
+        Some(
+            deadline_ns
+                - if self.snapshot.model.is_ready() {
+                    0
+                } else {
+                    before_ns
+                },
+        )
     }
 
     /// Whether its time is over.
@@ -81,13 +95,17 @@ pub(super) struct StopFlag(AtomicU8);
 impl StopFlag {
     /// Asks the job to end; the first cause stays. Tells whether this was it.
     pub(super) fn set(&self, cause: StopCause) -> bool {
-        self.0.compare_exchange(0, cause as u8 + 1, Ordering::Relaxed, Ordering::Relaxed).is_ok()
+        self.0
+            .compare_exchange(0, cause as u8 + 1, Ordering::Relaxed, Ordering::Relaxed)
+            .is_ok()
     }
 
     /// Why the job is to end, if it is.
     pub(super) fn get(&self) -> Option<StopCause> {
         use StopCause::*;
         let set = usize::from(self.0.load(Ordering::Relaxed)).checked_sub(1)?;
-        [Deadline, Cancelled, FinishedEarly, Shutdown].get(set).copied()
+        [Deadline, Cancelled, FinishedEarly, Shutdown]
+            .get(set)
+            .copied()
     }
 }

@@ -1,8 +1,9 @@
 //! Changes of the store: told to their client, and to everybody who listens, once they are kept.
 //!
-//! A change is served from the moment it is made, and acknowledged when the journal has it. Where the journal cannot
-//! be written (a full disk), the change stays, for listeners already hear of it, and its client is told
-//! RESOURCE_EXHAUSTED: made, but not kept. The next change that is kept keeps all of those before it too.
+//! A change is served from the moment it is made, and acknowledged when the journal has it. Where
+//! the journal cannot be written (a full disk), the change stays, for listeners already hear of it,
+//! and its client is told RESOURCE_EXHAUSTED: made, but not kept. The next change that is kept
+//! keeps all of those before it too.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -56,7 +57,11 @@ pub(super) struct KeptUpTo {
 impl Keeping {
     /// Keeps with these two; the default keeps nothing.
     pub(super) fn new(journal: Sender<Entry>, prepared: Sender<Arc<PreparedModel>>) -> Self {
-        Self { journal: Some(journal), prepared: Some(prepared), ..Self::default() }
+        Self {
+            journal: Some(journal),
+            prepared: Some(prepared),
+            ..Self::default()
+        }
     }
 
     /// Whether every change is acknowledged.
@@ -76,9 +81,15 @@ impl Keeping {
 
 impl EventLoop {
     /// Keeps a change that was made to the store, then tells of it.
-    pub(super) fn keep(&mut self, changed: &Changed, told: Acknowledgement) -> Result<(), ServerError> {
+    pub(super) fn keep(
+        &mut self,
+        changed: &Changed,
+        told: Acknowledgement,
+    ) -> Result<(), ServerError> {
         let (key, content) = self.named(changed);
-        let Some(journal) = &self.keeping.journal else { return self.tell(told) };
+        let Some(journal) = &self.keeping.journal else {
+            return self.tell(told);
+        };
         if let (Content::Robot(robot, _), Some(prepared)) = (&content, &self.keeping.prepared)
             && let Some(alone) = self.store.alone(robot)
         {
@@ -87,7 +98,14 @@ impl EventLoop {
         self.keeping.tickets += 1;
         let ticket = self.keeping.tickets;
         // The thread lives until this sender is gone.
-        let _ = journal.send(Entry::Changed(ticket, key, State { content, configured: false }));
+        let _ = journal.send(Entry::Changed(
+            ticket,
+            key,
+            State {
+                content,
+                configured: false,
+            },
+        ));
         self.keeping.waiting.push_back((ticket, told));
         Ok(())
     }
@@ -97,21 +115,35 @@ impl EventLoop {
         match changed {
             Changed::Robot(label) => {
                 let robot = self.store.robots().get(label);
-                let content = robot.map(|entry| Content::Robot(entry.robot.clone(), entry.weights.clone()));
-                ((Kind::Robot, label.clone()), content.unwrap_or(Content::Gone))
+                let content =
+                    robot.map(|entry| Content::Robot(entry.robot.clone(), entry.weights.clone()));
+                (
+                    (Kind::Robot, label.clone()),
+                    content.unwrap_or(Content::Gone),
+                )
             }
             Changed::Scene(label) => {
                 let scene = self.store.scenes().get(label);
                 let content = scene.map(|entry| Content::Scene(entry.version, entry.scene.clone()));
-                ((Kind::Scene, label.clone()), content.unwrap_or(Content::Gone))
+                (
+                    (Kind::Scene, label.clone()),
+                    content.unwrap_or(Content::Gone),
+                )
             }
         }
     }
 
     /// Tells of the changes that the journal has dealt with.
     pub(super) fn kept(&mut self, kept: &KeptUpTo) -> Result<(), ServerError> {
-        while self.keeping.waiting.front().is_some_and(|(ticket, _)| *ticket <= kept.ticket) {
-            let Some((_, mut told)) = self.keeping.waiting.pop_front() else { break };
+        while self
+            .keeping
+            .waiting
+            .front()
+            .is_some_and(|(ticket, _)| *ticket <= kept.ticket)
+        {
+            let Some((_, mut told)) = self.keeping.waiting.pop_front() else {
+                break;
+            };
             if let Some(reason) = &kept.failure {
                 let text = format!(
                     "the change is made, but a daemon that is started again would not know it: {reason}; free space there and send it again"

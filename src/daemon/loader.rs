@@ -57,8 +57,8 @@ pub(super) enum Source {
     Diff(String, PathBuf),
 }
 
-/// The way to the loader's threads. Diffs and texts have one of their own: a change to a scene that is in use must not
-/// wait until some robot is read.
+/// The way to the loader's threads. Diffs and texts have one of their own: a change to a scene that
+/// is in use must not wait until some robot is read.
 pub(super) struct Loader {
     models: Sender<Task>,
     diffs: Sender<Task>,
@@ -76,7 +76,10 @@ impl Loader {
     pub(super) fn send(&self, task: Task) {
         let is_model = matches!(
             &task.work,
-            Work::Read { source: Source::Robot(_) | Source::Variables(..) | Source::Scene(..), .. }
+            Work::Read {
+                source: Source::Robot(_) | Source::Variables(..) | Source::Scene(..),
+                ..
+            }
         );
         let tasks = if is_model { &self.models } else { &self.diffs };
         // Its thread reads until this is dropped.
@@ -84,35 +87,52 @@ impl Loader {
     }
 }
 
-/// A thread that reads what it is sent. One client has one control request at a time, so the channel needs no bound
-/// of its own.
+/// A thread that reads what it is sent. One client has one control request at a time, so the
+/// channel needs no bound of its own.
 fn thread(name: &str, events: EventSender) -> std::io::Result<(Sender<Task>, JoinHandle<()>)> {
     let (tasks, receiver) = unbounded::<Task>();
-    let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || {
-        for task in receiver {
-            let token = task.token;
-            events.send(match task.work {
-                Work::Read { label, purpose, source } => {
-                    let content = read(&source);
-                    Event::Loaded(Box::new(Loaded { token, label, purpose, content }))
-                }
-                Work::Write { answer, scene, base } => {
-                    let answer = match guarded(|| scene_text(&scene, base.as_deref())) {
-                        Ok(json) => ControlReply::SceneText(SceneText { json, ..answer }),
-                        Err(refusal) => ControlReply::Refused(refusal),
-                    };
-                    Event::Written { token, answer }
-                }
-            });
-        }
-    })?;
+    let thread = std::thread::Builder::new()
+        .name(name.to_owned())
+        .spawn(move || {
+            for task in receiver {
+                let token = task.token;
+                events.send(match task.work {
+                    Work::Read {
+                        label,
+                        purpose,
+                        source,
+                    } => {
+                        let content = read(&source);
+                        Event::Loaded(Box::new(Loaded {
+                            token,
+                            label,
+                            purpose,
+                            content,
+                        }))
+                    }
+                    Work::Write {
+                        answer,
+                        scene,
+                        base,
+                    } => {
+                        let answer = match guarded(|| scene_text(&scene, base.as_deref())) {
+                            Ok(json) => ControlReply::SceneText(SceneText { json, ..answer }),
+                            Err(refusal) => ControlReply::Refused(refusal),
+                        };
+                        Event::Written { token, answer }
+                    }
+                });
+            }
+        })?;
     Ok((tasks, thread))
 }
 
 fn read(source: &Source) -> Result<Content, Refusal> {
     guarded(|| match source {
         Source::Robot(files) => robot_of(files).map(Content::Robot),
-        Source::Variables(alone, variables) => selected(alone, variables.clone()).map(Content::Robot),
+        Source::Variables(alone, variables) => {
+            selected(alone, variables.clone()).map(Content::Robot)
+        }
         Source::Scene(text, file) => scene_of(text, file).map(Content::Scene),
         Source::Diff(text, file) => diff_of(text, file).map(Content::Diff),
     })

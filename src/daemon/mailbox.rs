@@ -4,8 +4,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use taut_ipc::wire::ResponseHeader;
 
-/// One per worker and used again for every job: an improvement that the I/O thread has not fetched yet is
-/// overwritten, because only the newest is worth sending, and memory stays as it is.
+/// One per worker and used again for every job: an improvement that the I/O thread has not fetched
+/// yet is overwritten, because only the newest is worth sending, and memory stays as it is.
 #[derive(Default)]
 pub(super) struct Mailbox {
     state: Mutex<State>,

@@ -50,7 +50,12 @@ impl Default for Times {
     fn default() -> Self {
         // 10 µs to 5 s.
         let histogram = Histogram::new(exponential_buckets(1e-5, 2.0, 20));
-        Self { last: Vec::new(), next: 0, histogram, percentiles: None }
+        Self {
+            last: Vec::new(),
+            next: 0,
+            histogram,
+            percentiles: None,
+        }
     }
 }
 
@@ -72,7 +77,12 @@ impl Times {
         *self.percentiles.get_or_insert_with(|| {
             let mut sorted = self.last.clone();
             sorted.sort_unstable();
-            let at = |part: f64| sorted.get((sorted.len() as f64 * part) as usize).copied().unwrap_or(0);
+            let at = |part: f64| {
+                sorted
+                    .get((sorted.len() as f64 * part) as usize)
+                    .copied()
+                    .unwrap_or(0)
+            };
             [at(0.5), at(0.99)]
         })
     }
@@ -105,21 +115,57 @@ impl Metrics {
 
     fn registered(&self) -> Registry {
         let mut registry = Registry::with_prefix("taut");
-        registry.register("requests_received", "Requests received", self.received.clone());
-        registry.register("requests_ended", "Final responses by code", self.ended.clone());
-        registry.register("requests_cancelled", "Requests whose client cancelled or vanished", self.cancelled.clone());
-        registry.register("worker_panics", "Requests on which the core panicked", self.panics.clone());
-        registry.register("job_pauses", "Jobs that made room for others", self.pauses.clone());
-        registry.register("requests_running", "Requests being worked on", self.running.clone());
+        registry.register(
+            "requests_received",
+            "Requests received",
+            self.received.clone(),
+        );
+        registry.register(
+            "requests_ended",
+            "Final responses by code",
+            self.ended.clone(),
+        );
+        registry.register(
+            "requests_cancelled",
+            "Requests whose client cancelled or vanished",
+            self.cancelled.clone(),
+        );
+        registry.register(
+            "worker_panics",
+            "Requests on which the core panicked",
+            self.panics.clone(),
+        );
+        registry.register(
+            "job_pauses",
+            "Jobs that made room for others",
+            self.pauses.clone(),
+        );
+        registry.register(
+            "requests_running",
+            "Requests being worked on",
+            self.running.clone(),
+        );
         registry.register("requests_queued", "Requests that wait", self.queued.clone());
         registry.register("clients", "Connected clients", self.clients.clone());
         registry.register("scenes", "Scenes loaded", self.scenes.clone());
-        registry.register("robots_made", "Robots whose solids were made since the start", self.robots_made.clone());
-        registry.register("models_made", "Robots and scenes put together since the start", self.models_made.clone());
+        registry.register(
+            "robots_made",
+            "Robots whose solids were made since the start",
+            self.robots_made.clone(),
+        );
+        registry.register(
+            "models_made",
+            "Robots and scenes put together since the start",
+            self.models_made.clone(),
+        );
         let times = [
             ("queue", "Time that requests waited", &self.queue),
             ("compute", "Time that requests were computed", &self.compute),
-            ("latency", "Time from request to final response, in the daemon", &self.latency),
+            (
+                "latency",
+                "Time from request to final response, in the daemon",
+                &self.latency,
+            ),
         ];
         for (name, help, times) in times {
             registry.register_with_unit(name, help, Unit::Seconds, times.histogram.clone());
@@ -159,7 +205,9 @@ impl Metrics {
     }
 
     fn ended_with(&self, code: Code) -> u64 {
-        self.ended.get(&[("code", code.name())]).map_or(0, |counter| counter.get())
+        self.ended
+            .get(&[("code", code.name())])
+            .map_or(0, |counter| counter.get())
     }
 
     /// A final response this long after its request.
@@ -178,12 +226,17 @@ impl Metrics {
         monotonic_ns().saturating_sub(self.started_ns)
     }
 
-    /// Enters the counters into a status message, and the message's numbers into what Prometheus reads.
+    /// Enters the counters into a status message, and the message's numbers into what Prometheus
+    /// reads.
     pub(super) fn enter(&mut self, status: &mut StatusRecord) {
         status.uptime_ns = self.uptime_ns();
         status.received = self.received.get();
         status.answered = self.ended_with(Code::Success);
-        status.refused = Code::ALL.iter().map(|code| self.ended_with(*code)).sum::<u64>() - status.answered;
+        status.refused = Code::ALL
+            .iter()
+            .map(|code| self.ended_with(*code))
+            .sum::<u64>()
+            - status.answered;
         status.overloaded = self.ended_with(Code::Overloaded) + self.ended_with(Code::Quota);
         status.cancelled = self.cancelled.get();
         status.timed_out = self.ended_with(Code::TimedOut);
@@ -203,7 +256,8 @@ impl Metrics {
         self.models_made.set(count(&made.models));
     }
 
-    /// Percentiles of the time from request to final response, pauses, and how often models were made, by name.
+    /// Percentiles of the time from request to final response, pauses, and how often models were
+    /// made, by name.
     pub(super) fn more(&mut self) -> [(String, f64); 5] {
         let [p50, p99] = self.latency.percentiles();
         let more = [

@@ -1,7 +1,8 @@
 //! The shell around the core: `taut serve`. Start reading in [`event_loop`].
 //!
-//! One thread owns every port and the store; it never computes and never waits for a client. Workers run the
-//! core, loaders read files, a journal writes what has to last; all hand back [`event::Event`]s.
+//! One thread owns every port and the store; it never computes and never waits for a client.
+//! Workers run the core, loaders read files, a journal writes what has to last; all hand back
+//! [`event::Event`]s.
 
 mod admission;
 mod clients;

@@ -1,6 +1,6 @@
-//! Link solids of robots with meshes, made once and kept on disk: they are most of what a large robot takes to warm
-//! up. A file is used only if it was written by this very program for this very robot and is whole; else the solids
-//! are made anew.
+//! Link solids of robots with meshes, made once and kept on disk: they are most of what a large
+//! robot takes to warm up. A file is used only if it was written by this very program for this very
+//! robot and is whole; else the solids are made anew.
 
 use std::collections::BTreeSet;
 use std::os::unix::fs::MetadataExt;
@@ -22,7 +22,8 @@ const CHECKSUM: usize = 32;
 #[derive(Clone)]
 pub(super) struct Prepared {
     folder: PathBuf,
-    /// Changes with every build of this program: another one may make other solids of the same robot.
+    /// Changes with every build of this program: another one may make other solids of the same
+    /// robot.
     build: String,
 }
 
@@ -30,9 +31,14 @@ impl Prepared {
     /// The files in a state folder.
     pub(super) fn new(state: &Path) -> Self {
         let meta = std::env::current_exe().and_then(std::fs::metadata);
-        let of_file =
-            meta.map_or_else(|_| String::new(), |m| format!("{:x}-{:x}-{:x}", m.len(), m.mtime(), m.mtime_nsec()));
-        Self { folder: state.join("prepared"), build: format!("{}-{of_file}", env!("CARGO_PKG_VERSION")) }
+        let of_file = meta.map_or_else(
+            |_| String::new(),
+            |m| format!("{:x}-{:x}-{:x}", m.len(), m.mtime(), m.mtime_nsec()),
+        );
+        Self {
+            folder: state.join("prepared"),
+            build: format!("{}-{of_file}", env!("CARGO_PKG_VERSION")),
+        }
     }
 
     /// Whether it is worth a file.
@@ -45,7 +51,8 @@ impl Prepared {
         self.folder.join(format!("{robot:016x}-{}", self.build))
     }
 
-    /// The model of a robot with nothing around it, of solids that were kept; `None` where there are none to trust.
+    /// The model of a robot with nothing around it, of solids that were kept; `None` where there
+    /// are none to trust.
     pub(super) fn find(&self, robot: &Arc<RobotModel>) -> Option<Arc<CollisionModel>> {
         if !Self::has_meshes(robot) {
             return None;
@@ -53,10 +60,14 @@ impl Prepared {
         let bytes = std::fs::read(self.file(robot.hash())).ok()?;
         let (checksum, payload) = bytes.split_first_chunk::<CHECKSUM>()?;
         if Sha256::digest(payload)[..] != checksum[..] {
-            tracing::warn!("solids kept for robot {} are damaged and made anew", robot.name());
+            tracing::warn!(
+                "solids kept for robot {} are damaged and made anew",
+                robot.name()
+            );
             return None;
         }
-        let (links, _) = bincode::serde::decode_from_slice::<Vec<Option<Solid>>, _>(payload, config()).ok()?;
+        let (links, _) =
+            bincode::serde::decode_from_slice::<Vec<Option<Solid>>, _>(payload, config()).ok()?;
         CollisionModel::of_links(robot.clone(), links).map(Arc::new)
     }
 
@@ -68,9 +79,12 @@ impl Prepared {
             return Ok(());
         }
         // Requests that need it wait for it as this does.
-        let Ok(alone) = alone.get() else { return Ok(()) };
+        let Ok(alone) = alone.get() else {
+            return Ok(());
+        };
         let links: Vec<Option<&Solid>> = alone.link_solids().collect();
-        let payload = bincode::serde::encode_to_vec(&links, config()).map_err(std::io::Error::other)?;
+        let payload =
+            bincode::serde::encode_to_vec(&links, config()).map_err(std::io::Error::other)?;
         let new = self.folder.join("new");
         std::fs::create_dir_all(&self.folder)?;
         std::fs::write(&new, [&Sha256::digest(&payload)[..], &payload].concat())?;
@@ -80,7 +94,11 @@ impl Prepared {
     /// Removes the files of other robots and other builds.
     fn retain(&self, robots: &BTreeSet<u64>) {
         let used: BTreeSet<PathBuf> = robots.iter().map(|robot| self.file(*robot)).collect();
-        for entry in std::fs::read_dir(&self.folder).into_iter().flatten().flatten() {
+        for entry in std::fs::read_dir(&self.folder)
+            .into_iter()
+            .flatten()
+            .flatten()
+        {
             if !used.contains(&entry.path()) {
                 // One that stays takes room and does no harm.
                 let _ = std::fs::remove_file(entry.path());
@@ -88,8 +106,8 @@ impl Prepared {
         }
     }
 
-    /// Starts the thread that makes files: of `robots` first, and removes all others. It ends when the sender is
-    /// dropped.
+    /// Starts the thread that makes files: of `robots` first, and removes all others. It ends when
+    /// the sender is dropped.
     pub(super) fn start(
         self,
         robots: Vec<Arc<PreparedModel>>,
@@ -125,18 +143,38 @@ mod tests {
 
     fn robot() -> Arc<RobotModel> {
         let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
-        let mesh = Mesh::new("part", corners, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]).unwrap();
-        let collision = vec![PlacedShape { pose: Pose::identity(), shape: Shape::Mesh(Arc::new(mesh)) }];
-        let links = vec![LinkDescription { name: "base".into(), collision }];
-        Arc::new(RobotModel::new(RobotDescription { links, ..RobotDescription::default() }).unwrap())
+        let mesh = Mesh::new(
+            "part",
+            corners,
+            vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
+        )
+        .unwrap();
+        let collision = vec![PlacedShape {
+            pose: Pose::identity(),
+            shape: Shape::Mesh(Arc::new(mesh)),
+        }];
+        let links = vec![LinkDescription {
+            name: "base".into(),
+            collision,
+        }];
+        Arc::new(
+            RobotModel::new(RobotDescription {
+                links,
+                ..RobotDescription::default()
+            })
+            .unwrap(),
+        )
     }
 
     #[test]
     fn solids_come_back_as_they_were_made_and_nothing_else_is_taken() {
         let folder = tempfile::tempdir().unwrap();
-        let (prepared, robot) = (Prepared::new(folder.path()), robot());
+        let prepared = Prepared::new(folder.path());
+        let robot = robot();
         assert!(prepared.find(&robot).is_none());
-        prepared.keep(&PreparedModel::alone(robot.clone(), Arc::default())).unwrap();
+        prepared
+            .keep(&PreparedModel::alone(robot.clone(), Arc::default()))
+            .unwrap();
         let made = CollisionModel::new(robot.clone(), Arc::new(Scene::default())).unwrap();
         let found = prepared.find(&robot).unwrap();
         assert_eq!(format!("{found:?}"), format!("{made:?}"));
@@ -153,7 +191,10 @@ mod tests {
         assert!(prepared.find(&robot).is_none());
         std::fs::write(&file, &whole).unwrap();
         assert!(prepared.find(&robot).is_some());
-        let other = Prepared { build: "another".into(), ..prepared.clone() };
+        let other = Prepared {
+            build: "another".into(),
+            ..prepared.clone()
+        };
         assert!(other.find(&robot).is_none());
         prepared.retain(&BTreeSet::new());
         assert!(!file.exists());

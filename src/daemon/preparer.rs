@@ -1,4 +1,5 @@
-//! Threads that make collision models before their first request is computed, so that nobody else waits for them.
+//! Threads that make collision models before their first request is computed, so that nobody else
+//! waits for them.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -19,7 +20,8 @@ pub(super) type ToPrepare = Sender<Arc<PreparedModel>>;
 pub(super) fn start(schedule: &Arc<Schedule>) -> std::io::Result<(ToPrepare, Vec<JoinHandle<()>>)> {
     let (models, receiver) = unbounded();
     let threads = (0..THREADS).map(|index| {
-        let (receiver, schedule) = (receiver.clone(), Arc::clone(schedule));
+        let receiver = receiver.clone();
+        let schedule = Arc::clone(schedule);
         let thread = std::thread::Builder::new().name(format!("taut-preparer-{index}"));
         thread.spawn(move || prepare(&receiver, &schedule))
     });

@@ -1,5 +1,5 @@
-//! Signs of life for whoever watches over the daemon: systemd, or `taut serve --supervise`. Both are told by the
-//! same messages (`sd_notify`).
+//! Signs of life for whoever watches over the daemon: systemd, or `taut serve --supervise`. Both
+//! are told by the same messages (`sd_notify`).
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -12,8 +12,8 @@ use sd_notify::NotifyState;
 /// How often a sign of life is given.
 const INTERVAL: Duration = Duration::from_millis(500);
 
-/// Counts the rounds of the I/O thread. A thread of its own tells of them: a watcher that does not read may keep
-/// that one waiting.
+/// Counts the rounds of the I/O thread. A thread of its own tells of them: a watcher that does not
+/// read may keep that one waiting.
 pub(super) struct Pulse {
     beats: Arc<AtomicU64>,
     // Its end ends the thread.
@@ -21,11 +21,14 @@ pub(super) struct Pulse {
 }
 
 impl Pulse {
-    /// Tells that the daemon is ready and, as long as the I/O thread beats, that it is alive. Without a watcher
-    /// there is no thread.
+    /// Tells that the daemon is ready and, as long as the I/O thread beats, that it is alive.
+    /// Without a watcher there is no thread.
     pub(super) fn start() -> std::io::Result<(Self, Option<JoinHandle<()>>)> {
         let (until, ended) = bounded(0);
-        let pulse = Self { beats: Arc::default(), until: Some(until) };
+        let pulse = Self {
+            beats: Arc::default(),
+            until: Some(until),
+        };
         if std::env::var_os("NOTIFY_SOCKET").is_none() {
             return Ok((pulse, None));
         }

@@ -1,4 +1,5 @@
-//! A request's way through the I/O thread: let in or refused, given to the workers, told of each improvement, ended.
+//! A request's way through the I/O thread: let in or refused, given to the workers, told of each
+//! improvement, ended.
 
 use std::sync::Arc;
 
@@ -36,7 +37,9 @@ impl EventLoop {
     /// Takes requests; tells whether more may be waiting.
     pub(super) fn receive_requests(&mut self) -> Result<bool, ServerError> {
         for _ in 0..ROUND {
-            let Some(request) = self.server.receive()? else { return Ok(false) };
+            let Some(request) = self.server.receive()? else {
+                return Ok(false);
+            };
             self.metrics.received();
             let number = self.next_number();
             if let Err((request, refusal)) = self.take(number, request) {
@@ -47,30 +50,42 @@ impl EventLoop {
     }
 
     /// Lets a request in and gives it to the workers.
-    fn take(&mut self, number: u64, request: IncomingRequest) -> Result<(), (Box<IncomingRequest>, Refusal)> {
+    fn take(
+        &mut self,
+        number: u64,
+        request: IncomingRequest,
+    ) -> Result<(), (Box<IncomingRequest>, Refusal)> {
         let now_ns = monotonic_ns();
-        let (client, bytes) = (request.client_id(), request.payload().len());
-        let (server, janitor) = (&self.server, &self.janitor);
+        let client = request.client_id();
+        let bytes = request.payload().len();
+        let server = &self.server;
+        let janitor = &self.janitor;
         let met = || {
             janitor.look();
             server.client_pid(client)
         };
         let entered = self.clients.enter(client, met, bytes, now_ns);
-        self.stories.begin(number, story(&self.store, &request, self.clients.pid(client), now_ns));
+        self.stories.begin(
+            number,
+            story(&self.store, &request, self.clients.pid(client), now_ns),
+        );
         match entered {
             Ok(()) => self.enqueue(number, request, None),
             Err(refusal) => Err((Box::new(request), refusal)),
         }
     }
 
-    /// Gives a request to the workers that is counted already; `was_proved` where it is a watch that was let in before.
+    /// Gives a request to the workers that is counted already; `was_proved` where it is a watch
+    /// that was let in before.
     pub(super) fn enqueue(
         &mut self,
         number: u64,
         request: IncomingRequest,
         was_proved: Option<bool>,
     ) -> Result<(), (Box<IncomingRequest>, Refusal)> {
-        let (now_ns, client, bytes) = (monotonic_ns(), request.client_id(), request.payload().len());
+        let now_ns = monotonic_ns();
+        let client = request.client_id();
+        let bytes = request.payload().len();
         let job = match self.job(number, &request, now_ns, was_proved.is_some()) {
             Ok(job) => job,
             Err(refusal) => {
@@ -78,20 +93,37 @@ impl EventLoop {
                 return Err((Box::new(request), refusal));
             }
         };
-        let (scene_id, scene_version) = (job.snapshot.scene_id, job.snapshot.scene_version);
+        let scene_id = job.snapshot.scene_id;
+        let scene_version = job.snapshot.scene_version;
         tracing::debug!(request = job.request_id, job = number, "taken");
         if let Some(story) = self.stories.of(number) {
             story.scene_version = scene_version;
         }
         let waiting = self.schedule.waiting();
-        self.stories.tell(number, || format!("let in, {waiting} wait"));
+        self.stories
+            .tell(number, || format!("let in, {waiting} wait"));
         let stop = job.stop.clone();
         let received_ns = now_ns;
         let question = self.recorder.asked(&job);
-        let open = OpenRequest { request, stop, bytes, received_ns, scene_id, scene_version, question, was_proved };
+        let open = OpenRequest {
+            request,
+            stop,
+            bytes,
+            received_ns,
+            scene_id,
+            scene_version,
+            question,
+            was_proved,
+        };
         self.open.insert(number, open);
-        if let Some(preparer) = self.preparer.as_ref().filter(|_| !job.snapshot.model.is_ready()) {
-            self.stories.tell(number, || "waits until robot and scene are put together".to_owned());
+        if let Some(preparer) = self
+            .preparer
+            .as_ref()
+            .filter(|_| !job.snapshot.model.is_ready())
+        {
+            self.stories.tell(number, || {
+                "waits until robot and scene are put together".to_owned()
+            });
             // It ends after this loop only.
             let _ = preparer.send(job.snapshot.model.clone());
         }
@@ -99,25 +131,39 @@ impl EventLoop {
         Ok(())
     }
 
-    fn job(&mut self, id: u64, request: &IncomingRequest, received_ns: u64, is_again: bool) -> Result<Job, Refusal> {
-        let mut view = request.view().map_err(|error| Refusal::new(error.code(), error.to_string()))?;
+    fn job(
+        &mut self,
+        id: u64,
+        request: &IncomingRequest,
+        received_ns: u64,
+        is_again: bool,
+    ) -> Result<Job, Refusal> {
+        let mut view = request
+            .view()
+            .map_err(|error| Refusal::new(error.code(), error.to_string()))?;
         watch::check(&view.header)?;
         if is_again {
             watch::follow(&mut view.header);
         }
-        let (client, header) = (request.client_id(), &view.header);
+        let client = request.client_id();
+        let header = &view.header;
         let deadline_ns = Some(header.deadline_ns).filter(|deadline| *deadline != 0);
         let mut doorkeeper = Doorkeeper {
             store: &mut self.store,
             loading: &self.loading,
             waiting: self.schedule.waiting(),
             // A watch that is in already is not turned away.
-            most_waiting: if is_again { usize::MAX } else { self.queue_limit },
+            most_waiting: if is_again {
+                usize::MAX
+            } else {
+                self.queue_limit
+            },
             wait_ns: self.schedule.wait_ns(client, header.priority, deadline_ns),
             is_draining: self.is_draining,
         };
         let snapshot = doorkeeper.admit(header, received_ns)?;
-        let (settings, path) = translate::settings_and_path(&view, &snapshot, self.default_clearance_m)?;
+        let (settings, path) =
+            translate::settings_and_path(&view, &snapshot, self.default_clearance_m)?;
         let job = Job {
             id,
             request_id: header.request_id,
@@ -140,15 +186,26 @@ impl EventLoop {
             return Asked::default();
         }
         let label = |id| self.store.label(id).unwrap_or_default().to_owned();
-        Asked { robot: label(header.robot_id), scene: label(header.scene_id), pid: self.clients.pid(client) }
+        Asked {
+            robot: label(header.robot_id),
+            scene: label(header.scene_id),
+            pid: self.clients.pid(client),
+        }
     }
 
     pub(super) fn refuse(&mut self, number: u64, request: IncomingRequest, refusal: &Refusal) {
         let client = request.client_id();
-        tracing::info!(request = request.header().request_id, code = refusal.code, "refused: {}", refusal.message);
+        tracing::info!(
+            request = request.header().request_id,
+            code = refusal.code,
+            "refused: {}",
+            refusal.message
+        );
         self.metrics.ended(refusal.code);
         self.clients.refused(client);
-        self.stories.end(number, refusal.code, || format!("refused: {}", refusal.message));
+        self.stories.end(number, refusal.code, || {
+            format!("refused: {}", refusal.message)
+        });
         let code = Code::try_from(refusal.code).unwrap_or(Code::MalformedRequest);
         if let Err(error) = request.refuse(code, &refusal.message, refusal.retry_after_ms) {
             tracing::warn!("a refusal was not sent: {error}");
@@ -156,34 +213,63 @@ impl EventLoop {
     }
 
     pub(super) fn send_improvement(&mut self, worker: usize) {
-        let Some(mailbox) = self.mailboxes.get(worker).cloned() else { return };
+        let Some(mailbox) = self.mailboxes.get(worker).cloned() else {
+            return;
+        };
         mailbox.fetch(|progress: &Progress| {
-            let Some(open) = self.open.get_mut(&progress.job) else { return };
+            let Some(open) = self.open.get_mut(&progress.job) else {
+                return;
+            };
             let mut header = progress.header;
             header.flags |= superseded(&self.store, open);
-            let body = taut_ipc::wire::ResponseBody { path: &progress.path, ..Default::default() };
+            let body = taut_ipc::wire::ResponseBody {
+                path: &progress.path,
+                ..Default::default()
+            };
             self.stories.tell(progress.job, || {
-                format!("shorter: {:.6} after {} iterations", header.length_after, header.iterations)
+                format!(
+                    "shorter: {:.6} after {} iterations",
+                    header.length_after, header.iterations
+                )
             });
             if let Err(error) = open.request.send(&header, &body) {
-                tracing::warn!(request = open.request.header().request_id, "an improvement was not sent: {error}");
+                tracing::warn!(
+                    request = open.request.header().request_id,
+                    "an improvement was not sent: {error}"
+                );
             }
         });
     }
 
     pub(super) fn finish(&mut self, answered: Answered) {
-        let Answered { job, reply, way, pauses, crashed } = answered;
+        let Answered {
+            job,
+            reply,
+            way,
+            pauses,
+            crashed,
+        } = answered;
         if let Some(content) = crashed {
             self.metrics.panicked();
             self.poison.crashed(content);
         }
         self.metrics.timed(&reply.header);
-        let Some(open) = self.open.get(&job) else { return };
-        self.clients.computed(open.request.client_id(), reply.header.compute_ns);
-        self.recorder.answered(&open.question, Answer { reply: reply.clone(), way });
+        let Some(open) = self.open.get(&job) else {
+            return;
+        };
+        self.clients
+            .computed(open.request.client_id(), reply.header.compute_ns);
+        self.recorder.answered(
+            &open.question,
+            Answer {
+                reply: reply.clone(),
+                way,
+            },
+        );
         if pauses > 0 {
             self.metrics.paused(pauses);
-            self.stories.tell(job, || format!("made room for others {pauses} times"));
+            self.stories
+                .tell(job, || format!("made room for others {pauses} times"));
         }
         match self.close_request(job) {
             Some(open) if watch::is_watch(&open.request) => self.watched(job, open, reply),
@@ -207,11 +293,20 @@ impl EventLoop {
         let latency_ns = now_ns.saturating_sub(open.received_ns);
         self.metrics.ended(reply.header.code);
         self.metrics.answered_after(latency_ns);
-        self.clients.answered(open.request.client_id(), &reply.header, latency_ns, now_ns);
-        self.stories.end(job, reply.header.code, || story::ending(&reply.header));
+        self.clients
+            .answered(open.request.client_id(), &reply.header, latency_ns, now_ns);
+        self.stories
+            .end(job, reply.header.code, || story::ending(&reply.header));
         let request = open.request.header().request_id;
-        tracing::debug!(request, code = reply.header.code, compute_ns = reply.header.compute_ns, "answered");
-        let Err(error) = open.request.send(&reply.header, &reply.body()) else { return };
+        tracing::debug!(
+            request,
+            code = reply.header.code,
+            compute_ns = reply.header.compute_ns,
+            "answered"
+        );
+        let Err(error) = open.request.send(&reply.header, &reply.body()) else {
+            return;
+        };
         tracing::warn!(request, "the answer was not sent: {error}");
         let code = match error {
             SendError::TooLarge(_) | SendError::NoMemory(_) => Code::ResourceExhausted,
@@ -223,24 +318,38 @@ impl EventLoop {
         }
     }
 
-    /// Ends the jobs whose client is gone, and asks those to end whose client wants the best so far.
+    /// Ends the jobs whose client is gone, and asks those to end whose client wants the best so
+    /// far.
     pub(super) fn end_abandoned(&mut self) {
         self.end_abandoned_watches();
-        let gone: Vec<u64> =
-            self.open.iter().filter(|(_, open)| !open.request.is_connected()).map(|(job, _)| *job).collect();
+        let gone: Vec<u64> = self
+            .open
+            .iter()
+            .filter(|(_, open)| !open.request.is_connected())
+            .map(|(job, _)| *job)
+            .collect();
         for job in gone {
             // Dropping the request frees the client's slot at once; the worker ends on its own.
-            let Some(open) = self.close_request(job) else { continue };
+            let Some(open) = self.close_request(job) else {
+                continue;
+            };
             self.stop(job, &open.stop, StopCause::Cancelled);
             self.schedule.remove(job);
             self.metrics.cancelled();
             self.clients.cancelled(open.request.client_id());
             self.recorder.abandoned(&open.question);
-            self.stories.end(job, Code::Preempted.into(), || "cancelled: the client dropped it or is gone".to_owned());
+            self.stories.end(job, Code::Preempted.into(), || {
+                "cancelled: the client dropped it or is gone".to_owned()
+            });
             tracing::debug!(request = open.request.header().request_id, "cancelled");
         }
-        let hinted = self.open.iter().filter(|(_, open)| open.request.has_disconnect_hint());
-        let hinted: Vec<(u64, Arc<StopFlag>)> = hinted.map(|(job, open)| (*job, open.stop.clone())).collect();
+        let hinted = self
+            .open
+            .iter()
+            .filter(|(_, open)| open.request.has_disconnect_hint());
+        let hinted: Vec<(u64, Arc<StopFlag>)> = hinted
+            .map(|(job, open)| (*job, open.stop.clone()))
+            .collect();
         for (job, stop) in hinted {
             if let Some(job) = self.schedule.remove(job) {
                 self.answer_untouched(&job, StopCause::FinishedEarly);
@@ -276,7 +385,13 @@ impl EventLoop {
         };
         reply.header.queue_ns = monotonic_ns().saturating_sub(job.received_ns);
         if let Some(open) = self.close_request(job.id) {
-            self.recorder.answered(&open.question, Answer { reply: reply.clone(), way: Way::Untouched });
+            self.recorder.answered(
+                &open.question,
+                Answer {
+                    reply: reply.clone(),
+                    way: Way::Untouched,
+                },
+            );
             self.send_final(job.id, open, reply);
         }
     }
@@ -290,7 +405,9 @@ impl EventLoop {
         for job in self.schedule.take_all() {
             self.answer_untouched(&job, StopCause::Shutdown);
         }
-        self.open.iter().for_each(|(job, open)| self.stop(*job, &open.stop, StopCause::Shutdown));
+        self.open
+            .iter()
+            .for_each(|(job, open)| self.stop(*job, &open.stop, StopCause::Shutdown));
         self.end_watches();
     }
 }
@@ -298,5 +415,9 @@ impl EventLoop {
 /// The flag of an answer whose scene is no longer what its label names.
 pub(super) fn superseded(store: &ModelStore, open: &OpenRequest) -> u32 {
     let is_newest = store.scene_version(open.scene_id) == Some(open.scene_version);
-    if is_newest { 0 } else { ResponseFlags::SUPERSEDED }
+    if is_newest {
+        0
+    } else {
+        ResponseFlags::SUPERSEDED
+    }
 }

@@ -1,7 +1,8 @@
 //! What a daemon begins with: what the last one had, and what the configuration names.
 //!
-//! After a daemon that was killed, every label names what it named. After one that ended in order, labels that no
-//! client has changed are read again from the configuration's files. Versions of scenes go on in both cases.
+//! After a daemon that was killed, every label names what it named. After one that ended in order,
+//! labels that no client has changed are read again from the configuration's files. Versions of
+//! scenes go on in both cases.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
@@ -34,7 +35,8 @@ pub(super) struct Beginning {
     pub configured: BTreeSet<Key>,
 }
 
-/// Restores what was kept and loads what the configuration names besides; `out` gets a line for each.
+/// Restores what was kept and loads what the configuration names besides; `out` gets a line for
+/// each.
 ///
 /// # Errors
 /// A file of the configuration that cannot be used.
@@ -45,19 +47,47 @@ pub(super) fn begin(
     out: &mut dyn Write,
 ) -> Result<Beginning, DaemonError> {
     if kept.torn > 0 {
-        tracing::warn!("the last change before the daemon died was half written, acknowledged to nobody: dropped");
+        tracing::warn!(
+            "the last change before the daemon died was half written, acknowledged to nobody: dropped"
+        );
     }
-    let (store, live, configured) = (ModelStore::new(label_id), BTreeMap::new(), BTreeSet::new());
-    let versions = kept.states.iter().filter_map(|((_, label), state)| match &state.as_ref().ok()?.content {
-        Content::Scene(version, scene) => Some((label.clone(), (*version, scene.hash()))),
-        _ => None,
-    });
-    let begun = Beginning { store, live, configured };
-    let (versions, restored, was_killed) = (versions.collect(), BTreeSet::new(), !kept.ended);
-    let mut start = Start { versions, restored, was_killed, begun, prepared, out };
+    let store = ModelStore::new(label_id);
+    let live = BTreeMap::new();
+    let configured = BTreeSet::new();
+    let versions =
+        kept.states
+            .iter()
+            .filter_map(|((_, label), state)| match &state.as_ref().ok()?.content {
+                Content::Scene(version, scene) => Some((label.clone(), (*version, scene.hash()))),
+                _ => None,
+            });
+    let begun = Beginning {
+        store,
+        live,
+        configured,
+    };
+    let versions = versions.collect();
+    let restored = BTreeSet::new();
+    let was_killed = !kept.ended;
+    let mut start = Start {
+        versions,
+        restored,
+        was_killed,
+        begun,
+        prepared,
+        out,
+    };
     for (key, state) in kept.states {
-        let is_kept = state.as_ref().map_or(true, |state| !(kept.ended && state.configured));
-        let is_gone = matches!(&state, Ok(State { content: Content::Gone, .. }));
+        let is_kept = state
+            .as_ref()
+            .map_or(true, |state| !(kept.ended && state.configured));
+        let is_gone = matches!(
+            &state,
+            Ok(State {
+                content: Content::Gone,
+                ..
+            })
+        );
         if is_kept && !(kept.ended && is_gone) {
             start.restore(key, state)?;
         }
@@ -66,7 +96,8 @@ pub(super) fn begin(
     Ok(start.begun)
 }
 
-/// Changes that were made and not written yet when a daemon was killed, at most: each has its client waiting.
+/// Changes that were made and not written yet when a daemon was killed, at most: each has its
+/// client waiting.
 const MOST_LOST: u64 = (MAX_CLIENTS * CONTROL_REQUESTS_PER_CLIENT) as u64;
 
 struct Start<'a> {
@@ -86,26 +117,50 @@ impl Start<'_> {
         let start = Instant::now();
         let label = &key.1;
         let state = state.unwrap_or_else(|reason| {
-            let what = if key.0 == Kind::Robot { "robot" } else { "scene" };
-            tracing::error!("{what} {label} is not restored, and not served until it is loaded again: {reason}");
-            State { content: Content::Gone, configured: false }
+            let what = if key.0 == Kind::Robot {
+                "robot"
+            } else {
+                "scene"
+            };
+            tracing::error!(
+                "{what} {label} is not restored, and not served until it is loaded again: {reason}"
+            );
+            State {
+                content: Content::Gone,
+                configured: false,
+            }
         });
         match &state.content {
             Content::Robot(robot, weights) => {
-                let taken = self.begun.store.insert_robot(label, robot.clone(), weights.clone(), false);
+                let taken =
+                    self.begun
+                        .store
+                        .insert_robot(label, robot.clone(), weights.clone(), false);
                 taken.map_err(|error| stored(&error))?;
                 if let Some(alone) = self.prepared.and_then(|prepared| prepared.find(robot)) {
                     self.begun.store.take_alone(alone, false);
                 }
-                say(self.out, &format!("{}  restored", robot_line(label, robot, start)));
+                say(
+                    self.out,
+                    &format!("{}  restored", robot_line(label, robot, start)),
+                );
             }
             Content::Scene(version, scene) => {
-                let taken = self.begun.store.restore_scene(label, scene.clone(), *version);
+                let taken = self
+                    .begun
+                    .store
+                    .restore_scene(label, scene.clone(), *version);
                 taken.map_err(|error| stored(&error))?;
                 if self.was_killed {
-                    self.begun.store.skip_versions(label, MOST_LOST).map_err(|error| stored(&error))?;
+                    self.begun
+                        .store
+                        .skip_versions(label, MOST_LOST)
+                        .map_err(|error| stored(&error))?;
                 }
-                say(self.out, &format!("{}  restored", scene_line(label, *version, scene)));
+                say(
+                    self.out,
+                    &format!("{}  restored", scene_line(label, *version, scene)),
+                );
             }
             Content::Gone => {}
         }
@@ -161,7 +216,10 @@ impl Start<'_> {
 
     /// Whether neither label is the configuration's to say.
     fn is_restored(&mut self, robot: &str, scene: &str) -> bool {
-        let keys = [(Kind::Robot, robot.to_owned()), (Kind::Scene, scene.to_owned())];
+        let keys = [
+            (Kind::Robot, robot.to_owned()),
+            (Kind::Scene, scene.to_owned()),
+        ];
         let is_restored = keys.iter().all(|key| self.restored.contains(key));
         if is_restored {
             self.begun.configured.extend(keys);
@@ -177,9 +235,17 @@ impl Start<'_> {
         start: Instant,
     ) -> Result<(), DaemonError> {
         let read = translate::prepared(description, urdf).map_err(|refusal| refused(&refusal))?;
-        let ReadRobot { robot, weights, alone, is_new } = read;
+        let ReadRobot {
+            robot,
+            weights,
+            alone,
+            is_new,
+        } = read;
         let line = robot_line(label, &robot, start);
-        let taken = self.begun.store.insert_robot(label, robot.clone(), weights.clone(), false);
+        let taken = self
+            .begun
+            .store
+            .insert_robot(label, robot.clone(), weights.clone(), false);
         taken.map_err(|error| stored(&error))?;
         self.begun.store.take_alone(alone, is_new);
         self.remember(Kind::Robot, label, Content::Robot(robot, weights));
@@ -194,7 +260,10 @@ impl Start<'_> {
             Some((version, _)) => version + 1,
             None => 1,
         };
-        let taken = self.begun.store.restore_scene(label, scene.clone(), version);
+        let taken = self
+            .begun
+            .store
+            .restore_scene(label, scene.clone(), version);
         taken.map_err(|error| stored(&error))?;
         let line = scene_line(label, version, &scene);
         self.remember(Kind::Scene, label, Content::Scene(version, scene));
@@ -203,14 +272,26 @@ impl Start<'_> {
     }
 
     fn remember(&mut self, kind: Kind, label: &str, content: Content) {
-        self.begun.live.insert((kind, label.to_owned()), State { content, configured: true });
+        self.begun.live.insert(
+            (kind, label.to_owned()),
+            State {
+                content,
+                configured: true,
+            },
+        );
     }
 
-    /// Makes the collision model of a problem now, so that its first request need not. A client may have unloaded
-    /// one of the two.
+    /// Makes the collision model of a problem now, so that its first request need not. A client may
+    /// have unloaded one of the two.
     fn warm(&mut self, robot: &str, scene: &str) -> Result<(), DaemonError> {
-        let wanted = Wanted { robot_id: label_id(robot), scene_id: label_id(scene), ..Wanted::default() };
-        let Ok(snapshot) = self.begun.store.snapshot(&wanted) else { return Ok(()) };
+        let wanted = Wanted {
+            robot_id: label_id(robot),
+            scene_id: label_id(scene),
+            ..Wanted::default()
+        };
+        let Ok(snapshot) = self.begun.store.snapshot(&wanted) else {
+            return Ok(());
+        };
         match snapshot.model.get() {
             Ok(_) => Ok(()),
             Err(error) => Err(refused(&model_refusal(error, &snapshot.robot))),
@@ -219,7 +300,10 @@ impl Start<'_> {
 }
 
 fn refused(error: &Refusal) -> DaemonError {
-    DaemonError::Model { code: error.code, message: error.message.clone() }
+    DaemonError::Model {
+        code: error.code,
+        message: error.message.clone(),
+    }
 }
 
 fn stored(error: &StoreError) -> DaemonError {
@@ -229,7 +313,11 @@ fn stored(error: &StoreError) -> DaemonError {
 fn robot_line(label: &str, robot: &RobotModel, start: Instant) -> String {
     let shapes = || robot.links().iter().flat_map(|link| &link.shapes);
     let triangles: usize = shapes().map(|placed| triangles(&placed.shape)).sum();
-    let bodies = robot.links().iter().filter(|link| !link.shapes.is_empty()).count();
+    let bodies = robot
+        .links()
+        .iter()
+        .filter(|link| !link.shapes.is_empty())
+        .count();
     format!(
         "robot {label}  {} dof  {bodies} links  {triangles} triangles  hash {:016x}  warm in {:.0} ms",
         robot.space().nv(),
@@ -247,7 +335,10 @@ fn triangles(shape: &Shape) -> usize {
 
 fn scene_line(label: &str, version: u64, scene: &Scene) -> String {
     let objects = scene.obstacles().len() + scene.attached().len();
-    format!("scene {label} v{version}  {objects} objects  hash {:016x}", scene.hash())
+    format!(
+        "scene {label} v{version}  {objects} objects  hash {:016x}",
+        scene.hash()
+    )
 }
 
 /// Prints a line of the start. A daemon whose terminal is gone serves all the same.

@@ -15,13 +15,14 @@ use super::keep::reply;
 use super::loader::{Source, Work};
 use super::translate::{name_refusal, scene_refusal, scene_summary, store_refusal, worlds};
 
-/// Longest diff (bytes) that the I/O thread reads by itself. That takes it less than a hop to another thread and back
-/// takes on a busy machine, and a MOVE, of which there may be hundreds a second, never waits behind a diff that
-/// reads meshes.
+/// Longest diff (bytes) that the I/O thread reads by itself. That takes it less than a hop to
+/// another thread and back takes on a busy machine, and a MOVE, of which there may be hundreds a
+/// second, never waits behind a diff that reads meshes.
 const SHORT_DIFF: usize = 16 * 1024;
 
 impl EventLoop {
-    /// Changes a scene: at once where the diff is short and names no mesh file, else when the loader has read it.
+    /// Changes a scene: at once where the diff is short and names no mesh file, else when the
+    /// loader has read it.
     pub(super) fn diff_scene(
         &mut self,
         control: IncomingControl,
@@ -31,12 +32,24 @@ impl EventLoop {
         file: PathBuf,
     ) -> Result<(), ServerError> {
         let purpose = Purpose::Change { base_version };
-        let read = if json.len() <= SHORT_DIFF { short_diff(&json).transpose() } else { None };
+        let read = if json.len() <= SHORT_DIFF {
+            short_diff(&json).transpose()
+        } else {
+            None
+        };
         match read {
             Some(diff) => {
                 let content = diff.map(Content::Diff).map_err(|error| {
-                    let Refusal { code, message, retry_after_ms } = scene_refusal(&error);
-                    Refusal { code, message: format!("{}: {message}", file.display()), retry_after_ms }
+                    let Refusal {
+                        code,
+                        message,
+                        retry_after_ms,
+                    } = scene_refusal(&error);
+                    Refusal {
+                        code,
+                        message: format!("{}: {message}", file.display()),
+                        retry_after_ms,
+                    }
                 });
                 self.take_content(Some(control), &label, purpose, content)
             }
@@ -54,14 +67,24 @@ impl EventLoop {
         base_version: u64,
         diff: &SceneDiff,
     ) -> Result<Arc<Scene>, Refusal> {
-        let base = self.store.base_scene(label, base_version).map_err(|error| store_refusal(&error))?;
-        let scene = diff.apply_among(base, &worlds(&self.store)).map_err(|error| scene_refusal(&error))?;
+        let base = self
+            .store
+            .base_scene(label, base_version)
+            .map_err(|error| store_refusal(&error))?;
+        let scene = diff
+            .apply_among(base, &worlds(&self.store))
+            .map_err(|error| scene_refusal(&error))?;
         name_refusal(diff, &scene, &self.store)?;
         Ok(Arc::new(scene))
     }
 
     /// Pins a version or lets it go.
-    pub(super) fn pin_scene(&mut self, label: &str, version: u64, pinned: bool) -> Result<ControlReply, Refusal> {
+    pub(super) fn pin_scene(
+        &mut self,
+        label: &str,
+        version: u64,
+        pinned: bool,
+    ) -> Result<ControlReply, Refusal> {
         let entry = match pinned {
             true => self.store.pin_scene(label, version),
             false => self.store.unpin_scene(label, version),
@@ -71,17 +94,30 @@ impl EventLoop {
     }
 
     /// Has a version written as text, or what leads to it from another one.
-    pub(super) fn show_scene(&mut self, control: IncomingControl, label: &str, version: u64, base_version: u64) {
+    pub(super) fn show_scene(
+        &mut self,
+        control: IncomingControl,
+        label: &str,
+        version: u64,
+        base_version: u64,
+    ) {
         match self.shown_scenes(label, version, base_version) {
             Ok(work) => self.hand_over(control, work),
             Err(error) => reply(control, &ControlReply::Refused(store_refusal(&error))),
         }
     }
 
-    fn shown_scenes(&self, label: &str, version: u64, base_version: u64) -> Result<Work, StoreError> {
+    fn shown_scenes(
+        &self,
+        label: &str,
+        version: u64,
+        base_version: u64,
+    ) -> Result<Work, StoreError> {
         let newest = self.store.scene(label)?.version;
         let scene = self.store.scene_at(label, version)?.clone();
-        let base = (base_version != 0).then(|| self.store.scene_at(label, base_version).cloned()).transpose()?;
+        let base = (base_version != 0)
+            .then(|| self.store.scene_at(label, base_version).cloned())
+            .transpose()?;
         let answer = SceneText {
             label: label.to_owned(),
             version: if version == 0 { newest } else { version },
@@ -89,12 +125,20 @@ impl EventLoop {
             base_version,
             ..SceneText::default()
         };
-        Ok(Work::Write { answer, scene, base })
+        Ok(Work::Write {
+            answer,
+            scene,
+            base,
+        })
     }
 }
 
 /// The diff of a text that names no mesh file.
 fn short_diff(json: &str) -> Result<Option<SceneDiff>, SceneError> {
     let file = DiffFile::parse(json)?;
-    if file.names_mesh_files() { Ok(None) } else { SceneDiff::try_from(file).map(Some) }
+    if file.names_mesh_files() {
+        Ok(None)
+    } else {
+        SceneDiff::try_from(file).map(Some)
+    }
 }

@@ -4,7 +4,8 @@ use prometheus_client::encoding::text;
 use prometheus_client::registry::Registry;
 use tiny_http::{Header, Request, Response};
 
-const CONTENT_TYPE: &str = "Content-Type: application/openmetrics-text; version=1.0.0; charset=utf-8";
+const CONTENT_TYPE: &str =
+    "Content-Type: application/openmetrics-text; version=1.0.0; charset=utf-8";
 
 /// Answers `/metrics`.
 pub(super) fn answer(request: Request, registry: &Registry) {

@@ -91,7 +91,8 @@ fn system(what: &'static str) -> impl Fn(std::io::Error) -> DaemonError {
     move |source| DaemonError::System { what, source }
 }
 
-/// Serves an instance until SIGINT, SIGTERM or a client's shutdown; `out` gets the lines of the start.
+/// Serves an instance until SIGINT, SIGTERM or a client's shutdown; `out` gets the lines of the
+/// start.
 ///
 /// # Errors
 /// What could not be loaded or opened, or a port that stopped working.
@@ -103,7 +104,13 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
     let (disk, kept) = match state::folder(config, instance)? {
         Some(folder) => {
             let (journal, kept) = journal::open(&folder)?;
-            (Some(Disk { journal, prepared: Prepared::new(&folder) }), kept)
+            (
+                Some(Disk {
+                    journal,
+                    prepared: Prepared::new(&folder),
+                }),
+                kept,
+            )
         }
         None => (None, Kept::default()),
     };
@@ -112,11 +119,21 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
     if let Some(page) = &threads.page {
         say(out, &format!("page at http://{}/", page.address()));
     }
-    let (name, workers) = (instance.name(), config.worker_count());
+    let name = instance.name();
+    let workers = config.worker_count();
     if let Some(scrape) = &threads.scrape {
-        say(out, &format!("metrics at http://{}/metrics", scrape.address()));
+        say(
+            out,
+            &format!("metrics at http://{}/metrics", scrape.address()),
+        );
     }
-    say(out, &format!("serving instance {name}  {workers} workers  clearance {} mm", config.clearance_m * 1e3));
+    say(
+        out,
+        &format!(
+            "serving instance {name}  {workers} workers  clearance {} mm",
+            config.clearance_m * 1e3
+        ),
+    );
     let served = event_loop.run();
     event_loop.close();
     threads.join();
@@ -129,7 +146,8 @@ struct Disk {
     prepared: Prepared,
 }
 
-/// Every thread besides the I/O thread. Each can wake it, which keeps its ports open: they have to end before it.
+/// Every thread besides the I/O thread. Each can wake it, which keeps its ports open: they have to
+/// end before it.
 struct Threads {
     signals: Handle,
     joined: Vec<JoinHandle<()>>,
@@ -143,7 +161,8 @@ impl Threads {
         drop(self.scrape);
         drop(self.page);
         for thread in self.joined {
-            // Workers and loader catch their panics; one that ended all the same has nothing to say here.
+            // Workers and loader catch their panics; one that ended all the same has nothing to say
+            // here.
             let _ = thread.join();
         }
     }
@@ -157,7 +176,8 @@ fn assemble(
 ) -> Result<(EventLoop, Threads), DaemonError> {
     let server = Server::create(instance)?;
     let (events, receiver) = EventSender::new(server.waker());
-    let (signals, signal_thread) = stop_on_signals(events.clone()).map_err(system("signal handler"))?;
+    let (signals, signal_thread) =
+        stop_on_signals(events.clone()).map_err(system("signal handler"))?;
     let waker = server.waker();
     let janitor = Janitor::start(instance, move |_| waker.wake()).map_err(system("thread"))?;
     let (loader, loader_threads) = Loader::start(&events).map_err(system("thread"))?;
@@ -170,12 +190,17 @@ fn assemble(
     let mut keeping = Keeping::default();
     if let Some(Disk { journal, prepared }) = disk {
         // A file that may not grow is then an error like a full disk, not the end.
-        signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false))).map_err(system("signal handler"))?;
+        signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)))
+            .map_err(system("signal handler"))?;
         let events = events.clone();
         let told = move |ticket, failure| events.send(Event::Kept(KeptUpTo { ticket, failure }));
         let started = journal.start(begun.live, begun.configured, Box::new(told));
         let (entries, thread) = started.map_err(system("thread"))?;
-        let robots = begun.store.robots().values().filter_map(|entry| begun.store.alone(&entry.robot).cloned());
+        let robots = begun
+            .store
+            .robots()
+            .values()
+            .filter_map(|entry| begun.store.alone(&entry.robot).cloned());
         let robots = robots.collect();
         let (to_prepare, preparing) = prepared.start(robots).map_err(system("thread"))?;
         keeping = Keeping::new(entries, to_prepare);
@@ -190,21 +215,33 @@ fn assemble(
     for index in 0..schedule::threads(workers) {
         let mailbox = Arc::default();
         mailboxes.push(Arc::clone(&mailbox));
-        let (schedule, events) = (schedule.clone(), events.clone());
-        let (live, fault_injection) = (live.clone(), config.fault_injection);
-        let worker = Worker { index, schedule, mailbox, events, live, fault_injection };
+        let schedule = schedule.clone();
+        let events = events.clone();
+        let live = live.clone();
+        let fault_injection = config.fault_injection;
+        let worker = Worker {
+            index,
+            schedule,
+            mailbox,
+            events,
+            live,
+            fault_injection,
+        };
         joined.push(worker.start().map_err(system("thread"))?);
     }
     let metrics = Metrics::new();
     let scrape = config.metrics.map(|address| {
         let registry = metrics.registry();
-        Web::start(address, "taut-metrics", move |request| scrape::answer(request, &registry))
+        Web::start(address, "taut-metrics", move |request| {
+            scrape::answer(request, &registry)
+        })
     });
     let scrape = scrape.transpose().map_err(system("address for metrics"))?;
-    let page = config
-        .http
-        .zip(live.clone())
-        .map(|(address, live)| Web::start(address, "taut-page", move |request| live::answer(request, &live)));
+    let page = config.http.zip(live.clone()).map(|(address, live)| {
+        Web::start(address, "taut-page", move |request| {
+            live::answer(request, &live)
+        })
+    });
     let page = page.transpose().map_err(system("address for the page"))?;
     let event_loop = EventLoop {
         server,
@@ -236,17 +273,27 @@ fn assemble(
         is_draining: false,
         janitor_was_slow: false,
     };
-    Ok((event_loop, Threads { signals, joined, scrape, page }))
+    Ok((
+        event_loop,
+        Threads {
+            signals,
+            joined,
+            scrape,
+            page,
+        },
+    ))
 }
 
 /// The thread ends when the handle is closed.
 fn stop_on_signals(events: EventSender) -> std::io::Result<(Handle, JoinHandle<()>)> {
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     let handle = signals.handle();
-    let thread = std::thread::Builder::new().name("taut-signals".into()).spawn(move || {
-        for _ in signals.forever() {
-            events.send(Event::Stop);
-        }
-    })?;
+    let thread = std::thread::Builder::new()
+        .name("taut-signals".into())
+        .spawn(move || {
+            for _ in signals.forever() {
+                events.send(Event::Stop);
+            }
+        })?;
     Ok((handle, thread))
 }

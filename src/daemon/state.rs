@@ -21,9 +21,10 @@ pub enum StateError {
 
 /// The folder of a configuration and an instance; `None` if nothing is to be kept.
 ///
-/// By default an instance with a root of its own keeps in `state` below it, and goes as a whole with its root.
-/// Others keep below the service's state folder (`STATE_DIRECTORY`, from systemd), else the user's
-/// (`XDG_STATE_HOME`, else `~/.local/state`, there in `taut`), under the instance's name.
+/// By default an instance with a root of its own keeps in `state` below it, and goes as a whole
+/// with its root. Others keep below the service's state folder (`STATE_DIRECTORY`, from systemd),
+/// else the user's (`XDG_STATE_HOME`, else `~/.local/state`, there in `taut`), under the instance's
+/// name.
 ///
 /// # Errors
 /// No folder is known.
@@ -34,7 +35,11 @@ pub fn folder(config: &Config, instance: &Instance) -> Result<Option<PathBuf>, S
     if *instance != Instance::named(instance.name())? {
         return Ok(Some(instance.root().join("state")));
     }
-    let absolute = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let absolute = |name: &str| {
+        std::env::var_os(name)
+            .map(PathBuf::from)
+            .filter(|path| path.is_absolute())
+    };
     let base = absolute("STATE_DIRECTORY")
         .or_else(|| Some(absolute("XDG_STATE_HOME")?.join("taut")))
         .or_else(|| Some(absolute("HOME")?.join(".local/state/taut")));

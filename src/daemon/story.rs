@@ -33,7 +33,10 @@ impl Stories {
     /// Something happened to it.
     pub(super) fn tell(&mut self, number: u64, what: impl FnOnce() -> String) {
         let Some(story) = self.of(number) else { return };
-        let event = StoryEvent { after_ns: monotonic_ns().saturating_sub(story.received_ns), what: what() };
+        let event = StoryEvent {
+            after_ns: monotonic_ns().saturating_sub(story.received_ns),
+            what: what(),
+        };
         if story.events.len() == EVENTS {
             story.events.remove(EVENTS / 2);
             story.left_out += 1;
@@ -52,19 +55,26 @@ impl Stories {
     /// Its story, to enter facts.
     pub(super) fn of(&mut self, number: u64) -> Option<&mut Story> {
         // Numbers grow.
-        let index = self.stories.binary_search_by_key(&number, |(number, _)| *number).ok()?;
+        let index = self
+            .stories
+            .binary_search_by_key(&number, |(number, _)| *number)
+            .ok()?;
         Some(&mut self.stories[index].1)
     }
 
-    /// Stories of the requests whose id in hexadecimal digits is this, or starts or ends with it, the newest first.
-    /// Clients choose ids: two may choose the same.
+    /// Stories of the requests whose id in hexadecimal digits is this, or starts or ends with it,
+    /// the newest first. Clients choose ids: two may choose the same.
     pub(super) fn find(&self, id: &str) -> Vec<Story> {
         let id = id.trim_start_matches("0x").to_ascii_lowercase();
         let is_meant = |story: &Story| {
             let full = format!("{:016x}", story.request_id);
             full.starts_with(&id) || full.ends_with(&id)
         };
-        let meant = self.stories.iter().rev().filter(|(_, story)| is_meant(story));
+        let meant = self
+            .stories
+            .iter()
+            .rev()
+            .filter(|(_, story)| is_meant(story));
         meant.map(|(_, story)| story.clone()).take(TOLD).collect()
     }
 }
@@ -72,14 +82,21 @@ impl Stories {
 /// The beginning: what a request's header says.
 pub(super) fn story(store: &ModelStore, request: &IncomingRequest, pid: u32, now_ns: u64) -> Story {
     let header = request.header();
-    let label = |id: u64| store.label(id).map_or_else(|| format!("id {id:016x}"), str::to_owned);
+    let label = |id: u64| {
+        store
+            .label(id)
+            .map_or_else(|| format!("id {id:016x}"), str::to_owned)
+    };
     Story {
         request_id: header.request_id,
         pid,
         received_ns: now_ns,
         robot: label(header.robot_id),
         scene: label(header.scene_id),
-        mode: Mode::try_from(header.mode).map_or_else(|_| format!("mode {}", header.mode), |mode| format!("{mode:?}")),
+        mode: Mode::try_from(header.mode).map_or_else(
+            |_| format!("mode {}", header.mode),
+            |mode| format!("{mode:?}"),
+        ),
         waypoints: header.waypoints,
         variables: header.variables,
         priority: header.priority,
@@ -91,8 +108,8 @@ pub(super) fn story(store: &ModelStore, request: &IncomingRequest, pid: u32, now
 /// The end: what the final response says.
 pub(super) fn ending(header: &ResponseHeader) -> String {
     let code = Code::try_from(header.code).map_or("?", Code::name);
-    let termination =
-        Termination::try_from(header.termination).map_or_else(|_| "?".to_owned(), |why| format!("{why:?}"));
+    let termination = Termination::try_from(header.termination)
+        .map_or_else(|_| "?".to_owned(), |why| format!("{why:?}"));
     format!(
         "{code}, ended by {termination}: {:.6} to {:.6}, waited {:.3} ms, computed {:.3} ms, {} iterations, {} tests",
         header.length_before,
@@ -112,7 +129,13 @@ mod tests {
     fn old_stories_and_middles_of_long_ones_make_room() {
         let mut stories = Stories::default();
         for number in 0..REMEMBERED as u64 + 3 {
-            stories.begin(number, Story { request_id: number, ..Story::default() });
+            stories.begin(
+                number,
+                Story {
+                    request_id: number,
+                    ..Story::default()
+                },
+            );
         }
         assert!(stories.find("0000000000000002").is_empty());
         for event in 0..EVENTS + 5 {
@@ -120,6 +143,9 @@ mod tests {
         }
         let story = stories.find("0000000000000003").pop().unwrap();
         assert_eq!((story.events.len(), story.left_out), (EVENTS, 5));
-        assert_eq!((&*story.events[0].what, &*story.events[EVENTS - 1].what), ("0", "28"));
+        assert_eq!(
+            (&*story.events[0].what, &*story.events[EVENTS - 1].what),
+            ("0", "28")
+        );
     }
 }

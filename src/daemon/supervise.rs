@@ -1,7 +1,9 @@
-//! `taut serve --supervise`: a small process that starts the daemon again whenever it dies or hangs.
+//! `taut serve --supervise`: a small process that starts the daemon again whenever it dies or
+//! hangs.
 //!
-//! It waits for its child's end, for signals and for signs of life, and does nothing else. The daemon is told whose
-//! child it is and goes when that one goes, so that no daemon is left without a supervisor.
+//! It waits for its child's end, for signals and for signs of life, and does nothing else. The
+//! daemon is told whose child it is and goes when that one goes, so that no daemon is left without
+//! a supervisor.
 
 use std::ffi::OsString;
 use std::io::Read;
@@ -24,7 +26,8 @@ use taut_ipc::{Instance, InstanceError};
 const QUICK: Duration = Duration::from_secs(10);
 /// Quick deaths in a row after which it is not started again.
 const MOST_QUICK: u32 = 5;
-/// Pause after the second quick death in a row; it doubles with each. After the first there is none.
+/// Pause after the second quick death in a row; it doubles with each. After the first there is
+/// none.
 const PAUSE: Duration = Duration::from_millis(100);
 /// How long a daemon may take to be ready.
 const START: Duration = Duration::from_secs(120);
@@ -70,7 +73,10 @@ impl SuperviseError {
 }
 
 fn system<E: Into<std::io::Error>>(what: &'static str) -> impl Fn(E) -> SuperviseError {
-    move |error| SuperviseError::System { what, source: error.into() }
+    move |error| SuperviseError::System {
+        what,
+        source: error.into(),
+    }
 }
 
 /// Binds a daemon to its supervisor: it is asked to end when that one goes.
@@ -78,17 +84,26 @@ fn system<E: Into<std::io::Error>>(what: &'static str) -> impl Fn(E) -> Supervis
 /// # Errors
 /// [`SuperviseError::Orphan`] if it has gone already.
 pub fn bind_to_supervisor(pid: u32) -> Result<(), SuperviseError> {
-    set_parent_process_death_signal(Some(Signal::TERM)).map_err(system("signal at a parent's death"))?;
+    set_parent_process_death_signal(Some(Signal::TERM))
+        .map_err(system("signal at a parent's death"))?;
     let parent = getppid().map_or(0, |parent| parent.as_raw_nonzero().get() as u32);
-    if parent == pid { Ok(()) } else { Err(SuperviseError::Orphan(pid)) }
+    if parent == pid {
+        Ok(())
+    } else {
+        Err(SuperviseError::Orphan(pid))
+    }
 }
 
-/// Starts this program with `arguments`, and again whenever it dies or gives no sign of life for `patience`, until
-/// it ends in order or by a signal to the supervisor. Gives its exit code.
+/// Starts this program with `arguments`, and again whenever it dies or gives no sign of life for
+/// `patience`, until it ends in order or by a signal to the supervisor. Gives its exit code.
 ///
 /// # Errors
 /// [`SuperviseError::GaveUp`], or what the system refuses.
-pub fn supervise(instance: &Instance, arguments: &[OsString], patience: Duration) -> Result<u8, SuperviseError> {
+pub fn supervise(
+    instance: &Instance,
+    arguments: &[OsString],
+    patience: Duration,
+) -> Result<u8, SuperviseError> {
     instance.prepare()?;
     let mut supervisor = Supervisor::new(instance, patience)?;
     let mut quick = 0;
@@ -102,7 +117,11 @@ pub fn supervise(instance: &Instance, arguments: &[OsString], patience: Duration
         if supervisor.starts == 1 && !end.was_ready && end.status.code().is_some() {
             return Ok(exit_code(end.status));
         }
-        quick = if started.elapsed() < QUICK { quick + 1 } else { 0 };
+        quick = if started.elapsed() < QUICK {
+            quick + 1
+        } else {
+            0
+        };
         let last = end.describe();
         if quick >= MOST_QUICK {
             return Err(SuperviseError::GaveUp { last });
@@ -154,21 +173,34 @@ impl Supervisor {
         let (signals, sender) = UnixStream::pair().map_err(system("socket"))?;
         for signal in [SIGTERM, SIGINT] {
             let sender = sender.try_clone().map_err(system("socket"))?;
-            signal_hook::low_level::pipe::register(signal, sender).map_err(system("signal handler"))?;
+            signal_hook::low_level::pipe::register(signal, sender)
+                .map_err(system("signal handler"))?;
         }
         signals.set_nonblocking(true).map_err(system("socket"))?;
         remove_stale(instance.root());
-        let socket = instance.root().join(format!("{SOCKET}{}", std::process::id()));
+        let socket = instance
+            .root()
+            .join(format!("{SOCKET}{}", std::process::id()));
         let signs = UnixDatagram::bind(&socket).map_err(system("socket"))?;
         signs.set_nonblocking(true).map_err(system("socket"))?;
-        Ok(Self { patience, signals, signs, socket, is_stopping: false, starts: 0 })
+        Ok(Self {
+            patience,
+            signals,
+            signs,
+            socket,
+            is_stopping: false,
+            starts: 0,
+        })
     }
 
     /// One life of the daemon.
     fn run(&mut self, arguments: &[OsString]) -> Result<End, SuperviseError> {
         let program = std::env::current_exe().map_err(system("path of this program"))?;
         let mut command = Command::new(program);
-        command.args(arguments).arg("--supervised-by").arg(std::process::id().to_string());
+        command
+            .args(arguments)
+            .arg("--supervised-by")
+            .arg(std::process::id().to_string());
         command.env("NOTIFY_SOCKET", &self.socket);
         let mut child = command.spawn().map_err(system("process"))?;
         self.starts += 1;
@@ -179,16 +211,25 @@ impl Supervisor {
         }
         let status = child.wait().map_err(system("end of the daemon"))?;
         let (was_ready, hung) = ended?;
-        Ok(End { status, was_ready, hung })
+        Ok(End {
+            status,
+            was_ready,
+            hung,
+        })
     }
 
     /// Waits for the end of a daemon; tells whether it was ready once, and whether it hung.
     fn watch(&mut self, child: &Child) -> Result<(bool, bool), SuperviseError> {
-        let process = pidfd_open(Pid::from_child(child), PidfdFlags::empty()).map_err(system("pidfd"))?;
-        let (mut was_ready, mut hung) = (false, false);
+        let process =
+            pidfd_open(Pid::from_child(child), PidfdFlags::empty()).map_err(system("pidfd"))?;
+        let mut was_ready = false;
+        let mut hung = false;
         let mut until = Instant::now() + START;
         loop {
-            let happened = self.wait(Some(&process), until.saturating_duration_since(Instant::now()))?;
+            let happened = self.wait(
+                Some(&process),
+                until.saturating_duration_since(Instant::now()),
+            )?;
             if happened.signal {
                 self.is_stopping = true;
                 let _ = pidfd_send_signal(&process, Signal::TERM);
@@ -219,20 +260,31 @@ impl Supervisor {
     fn pause(&mut self, pause: Duration) -> Result<(), SuperviseError> {
         let end = Instant::now() + pause;
         while !self.is_stopping && Instant::now() < end {
-            self.is_stopping = self.wait(None, end.saturating_duration_since(Instant::now()))?.signal;
+            self.is_stopping = self
+                .wait(None, end.saturating_duration_since(Instant::now()))?
+                .signal;
         }
         Ok(())
     }
 
-    fn wait(&mut self, process: Option<&OwnedFd>, timeout: Duration) -> Result<Happened, SuperviseError> {
+    fn wait(
+        &mut self,
+        process: Option<&OwnedFd>,
+        timeout: Duration,
+    ) -> Result<Happened, SuperviseError> {
         let timeout = Timespec::try_from(timeout).ok();
-        let mut watched = vec![PollFd::new(&self.signals, PollFlags::IN), PollFd::new(&self.signs, PollFlags::IN)];
+        let mut watched = vec![
+            PollFd::new(&self.signals, PollFlags::IN),
+            PollFd::new(&self.signs, PollFlags::IN),
+        ];
         watched.extend(process.map(|process| PollFd::new(process, PollFlags::IN)));
         match poll(&mut watched, timeout.as_ref()) {
             Ok(_) | Err(rustix::io::Errno::INTR) => {}
             Err(error) => return Err(system("poll")(error)),
         }
-        let end = watched.get(2).is_some_and(|process| !process.revents().is_empty());
+        let end = watched
+            .get(2)
+            .is_some_and(|process| !process.revents().is_empty());
         let mut bytes = [0; 256];
         let signal = matches!((&self.signals).read(&mut bytes), Ok(1..));
         let mut sign = false;
@@ -266,12 +318,17 @@ const SOCKET: &str = "supervisor-";
 
 /// Removes the sockets of supervisors that were killed.
 fn remove_stale(root: &Path) {
-    let Ok(entries) = std::fs::read_dir(root) else { return };
+    let Ok(entries) = std::fs::read_dir(root) else {
+        return;
+    };
     for entry in entries.flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        let pid = name.strip_prefix(SOCKET).and_then(|pid| Pid::from_raw(pid.parse().ok()?));
+        let pid = name
+            .strip_prefix(SOCKET)
+            .and_then(|pid| Pid::from_raw(pid.parse().ok()?));
         if pid.is_some_and(|pid| {
-            pid.as_raw_nonzero().get() as u32 == std::process::id() || test_kill_process(pid).is_err()
+            pid.as_raw_nonzero().get() as u32 == std::process::id()
+                || test_kill_process(pid).is_err()
         }) {
             let _ = std::fs::remove_file(entry.path());
         }

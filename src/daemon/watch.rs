@@ -1,13 +1,16 @@
 //! Watches: paths that are checked again whenever their scene changes, or their robot.
 //!
-//! A watch is a request whose stream stays open. Each check is an ordinary job, which comes from the request as the
-//! first one did, on its client's account; between two checks the request waits here, costs no worker anything and
-//! is not counted. The client hears the first verdict, and each one that differs from the last.
+//! A watch is a request whose stream stays open. Each check is an ordinary job, which comes from
+//! the request as the first one did, on its client's account; between two checks the request waits
+//! here, costs no worker anything and is not counted. The client hears the first verdict, and each
+//! one that differs from the last.
 
 use taut_ipc::control::Refusal;
 use taut_ipc::monotonic_ns;
 use taut_ipc::server::IncomingRequest;
-use taut_ipc::wire::{Code, Mode, RequestFlags, RequestHeader, ResponseFlags, SceneEvent, SceneEventKind, Status};
+use taut_ipc::wire::{
+    Code, Mode, RequestFlags, RequestHeader, ResponseFlags, SceneEvent, SceneEventKind, Status,
+};
 
 use super::event_loop::EventLoop;
 use super::requests::{OpenRequest, superseded};
@@ -31,27 +34,46 @@ pub(super) fn check(header: &RequestHeader) -> Result<(), Refusal> {
         return Ok(());
     }
     let text = if header.mode != u32::from(Mode::Check) {
-        format!("mode {} with the flag watch; valid: {}, check", header.mode, u32::from(Mode::Check))
+        format!(
+            "mode {} with the flag watch; valid: {}, check",
+            header.mode,
+            u32::from(Mode::Check)
+        )
     } else if header.deadline_ns != 0 {
-        format!("deadline_ns {} with the flag watch, which ends when it is dropped; valid: 0", header.deadline_ns)
+        format!(
+            "deadline_ns {} with the flag watch, which ends when it is dropped; valid: 0",
+            header.deadline_ns
+        )
     } else {
         return Ok(());
     };
     Err(Refusal::new(Code::MalformedRequest, text))
 }
 
-/// After the first check, a watch is about the newest version, whatever its client expected at first.
+/// After the first check, a watch is about the newest version, whatever its client expected at
+/// first.
 pub(super) fn follow(header: &mut RequestHeader) {
-    (header.scene_hash, header.scene_version) = (0, 0);
+    header.scene_hash = 0;
+    header.scene_version = 0;
 }
 
 impl EventLoop {
-    /// Checks the paths again that are watched in this scene or with this robot. Where it is gone, they end.
+    /// Checks the paths again that are watched in this scene or with this robot. Where it is gone,
+    /// they end.
     pub(super) fn recheck_watches(&mut self, label_id: u64) {
-        let about =
-            |watch: &Watch| [watch.request.header().scene_id, watch.request.header().robot_id].contains(&label_id);
-        let about: Vec<u64> =
-            self.watches.iter().filter(|(_, watch)| about(watch)).map(|(number, _)| *number).collect();
+        let about = |watch: &Watch| {
+            [
+                watch.request.header().scene_id,
+                watch.request.header().robot_id,
+            ]
+            .contains(&label_id)
+        };
+        let about: Vec<u64> = self
+            .watches
+            .iter()
+            .filter(|(_, watch)| about(watch))
+            .map(|(number, _)| *number)
+            .collect();
         for number in about {
             if let Some(watch) = self.watches.remove(&number) {
                 self.recheck(number, watch);
@@ -61,14 +83,18 @@ impl EventLoop {
 
     fn recheck(&mut self, number: u64, watch: Watch) {
         let Watch { request, is_proved } = watch;
-        let (client, bytes, server) = (request.client_id(), request.payload().len(), &self.server);
-        self.clients.enter_again(client, || server.client_pid(client), bytes, monotonic_ns());
+        let client = request.client_id();
+        let bytes = request.payload().len();
+        let server = &self.server;
+        self.clients
+            .enter_again(client, || server.client_pid(client), bytes, monotonic_ns());
         if let Err((request, refusal)) = self.enqueue(number, request, Some(is_proved)) {
             self.refuse(number, *request, &refusal);
         }
     }
 
-    /// A watched path has been checked: tells its client if the verdict is another one, and watches on.
+    /// A watched path has been checked: tells its client if the verdict is another one, and watches
+    /// on.
     pub(super) fn watched(&mut self, number: u64, mut open: OpenRequest, reply: Reply) {
         // Without a path, the reply says why the check cannot be made, now or later.
         if self.is_draining || open.request.has_disconnect_hint() || reply.header.waypoints == 0 {
@@ -76,10 +102,19 @@ impl EventLoop {
         }
         let is_proved = reply.header.flags & ResponseFlags::PROVED != 0;
         let version = open.scene_version;
-        self.stories.tell(number, || format!("watched: in version {version} {}", story::ending(&reply.header)));
-        let told = open.was_proved == Some(is_proved) || self.tell_watch(&mut open, reply, is_proved);
+        self.stories.tell(number, || {
+            format!(
+                "watched: in version {version} {}",
+                story::ending(&reply.header)
+            )
+        });
+        let told =
+            open.was_proved == Some(is_proved) || self.tell_watch(&mut open, reply, is_proved);
         // What could not be told is told after the next check.
-        let watch = Watch { request: open.request, is_proved: if told { is_proved } else { !is_proved } };
+        let watch = Watch {
+            request: open.request,
+            is_proved: if told { is_proved } else { !is_proved },
+        };
         if self.store.scene_version(open.scene_id) == Some(version) {
             self.watches.insert(number, watch);
         } else {
@@ -111,7 +146,10 @@ impl EventLoop {
                 ..SceneEvent::default()
             };
             if let Err(error) = self.server.publish_scene_event(&event) {
-                tracing::warn!(request, "that a watched path became unsafe was not published: {error}");
+                tracing::warn!(
+                    request,
+                    "that a watched path became unsafe was not published: {error}"
+                );
             }
         }
         true
@@ -119,20 +157,31 @@ impl EventLoop {
 
     /// Ends the watches whose client is gone, or wants no more.
     pub(super) fn end_abandoned_watches(&mut self) {
-        let gone: Vec<u64> =
-            self.watches.extract_if(.., |_, watch| !watch.request.is_connected()).map(|(number, _)| number).collect();
+        let gone: Vec<u64> = self
+            .watches
+            .extract_if(.., |_, watch| !watch.request.is_connected())
+            .map(|(number, _)| number)
+            .collect();
         for number in gone {
             self.metrics.cancelled();
-            self.stories.end(number, Code::Preempted.into(), || "the client dropped the watch or is gone".to_owned());
+            self.stories.end(number, Code::Preempted.into(), || {
+                "the client dropped the watch or is gone".to_owned()
+            });
         }
-        let ended: Vec<_> = self.watches.extract_if(.., |_, watch| watch.request.has_disconnect_hint()).collect();
+        let ended: Vec<_> = self
+            .watches
+            .extract_if(.., |_, watch| watch.request.has_disconnect_hint())
+            .collect();
         self.end(ended, "the client wants no more");
     }
 
     /// Ends all that wait.
     pub(super) fn end_watches(&mut self) {
         let watches = std::mem::take(&mut self.watches);
-        self.end(watches, "the daemon is stopping; send again to the next one");
+        self.end(
+            watches,
+            "the daemon is stopping; send again to the next one",
+        );
     }
 
     fn end(&mut self, watches: impl IntoIterator<Item = (u64, Watch)>, why: &str) {

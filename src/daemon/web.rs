@@ -19,12 +19,16 @@ impl Web {
         thread: &str,
         answer: impl Fn(Request) + Send + 'static,
     ) -> std::io::Result<Self> {
-        let server = Server::http(address).map_err(|error| std::io::Error::other(error.to_string()))?;
+        let server =
+            Server::http(address).map_err(|error| std::io::Error::other(error.to_string()))?;
         let server = Arc::new(server);
         let serving = Arc::clone(&server);
         let named = std::thread::Builder::new().name(thread.to_owned());
         let thread = named.spawn(move || serving.incoming_requests().for_each(answer))?;
-        Ok(Self { server, thread: Some(thread) })
+        Ok(Self {
+            server,
+            thread: Some(thread),
+        })
     }
 
     /// Where it serves: a port of 0 was one of the system's choice.

@@ -18,16 +18,16 @@ use super::translate::{self, Lengths};
 
 /// With `fault_injection` in the configuration, a request with this seed panics. For tests.
 pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
-/// With `fault_injection`, a request with this seed stays at its first improvement until it is told to stop: work
-/// that lasts, however fast the optimizers become. For tests.
+/// With `fault_injection`, a request with this seed stays at its first improvement until it is told
+/// to stop: work that lasts, however fast the optimizers become. For tests.
 pub const HANG_SEED: u64 = 0x4a46_4a46_4a46_4a46;
 
-/// Time (ns) between two improvements that a client is told of: each wakes two processes, and only the newest is worth
-/// it. The first and the last are told at once.
+/// Time (ns) between two improvements that a client is told of: each wakes two processes, and only
+/// the newest is worth it. The first and the last are told at once.
 const TELL_NS: u64 = 2_000_000;
 
-/// Time (ns) after which a worker lets threads go first that wait for its core, the I/O thread and clients: they take
-/// microseconds, and would wait out its time slice of milliseconds.
+/// Time (ns) after which a worker lets threads go first that wait for its core, the I/O thread and
+/// clients: they take microseconds, and would wait out its time slice of milliseconds.
 const GIVE_WAY_NS: u64 = 1_000_000;
 
 /// One worker thread's own things.
@@ -49,7 +49,9 @@ pub(super) struct Worker {
 impl Worker {
     /// Starts the thread; it ends when the schedule is closed and nothing waits.
     pub(super) fn start(self) -> std::io::Result<JoinHandle<()>> {
-        std::thread::Builder::new().name(format!("taut-worker-{}", self.index)).spawn(move || self.work())
+        std::thread::Builder::new()
+            .name(format!("taut-worker-{}", self.index))
+            .spawn(move || self.work())
     }
 
     fn work(self) {
@@ -57,8 +59,12 @@ impl Worker {
         while let Some((job, turn)) = self.schedule.take(self.index) {
             let turn = Cell::new(turn);
             self.show(|live| live.begin(&job));
-            let computed = (!job.is_expired(monotonic_ns())).then(|| self.compute(&job, &turn, &mut workspace));
-            if let Some((outcome, code)) = computed.as_ref().and_then(|computed| computed.outcome.as_ref()) {
+            let computed = (!job.is_expired(monotonic_ns()))
+                .then(|| self.compute(&job, &turn, &mut workspace));
+            if let Some((outcome, code)) = computed
+                .as_ref()
+                .and_then(|computed| computed.outcome.as_ref())
+            {
                 self.show(|live| live.answered(&job, outcome, *code));
             }
             self.show(|live| live.ended(job.id));
@@ -71,12 +77,23 @@ impl Worker {
                 None => (translate::expired(&job.snapshot, &job.path), Way::Untouched),
             };
             if panicked {
-                tracing::error!(request = job.request_id, worker = self.index, "{}", reply.message());
+                tracing::error!(
+                    request = job.request_id,
+                    worker = self.index,
+                    "{}",
+                    reply.message()
+                );
             }
             reply.header.compute_ns = turn.computed_ns;
             reply.header.queue_ns = passed_ns.saturating_sub(turn.computed_ns);
             let crashed = panicked.then(|| job.content());
-            let answered = Answered { job: job.id, reply, way, pauses: turn.pauses, crashed };
+            let answered = Answered {
+                job: job.id,
+                reply,
+                way,
+                pauses: turn.pauses,
+                crashed,
+            };
             self.events.send(Event::Answered(Box::new(answered)));
         }
     }
@@ -95,11 +112,17 @@ impl Worker {
 
     /// Computes a job, tells of its improvements on the way, and makes room for others.
     fn compute(&self, job: &Job, turn: &Cell<Turn>, workspace: &mut Workspace) -> Computed {
-        let over = |now_ns| job.stop.get().or_else(|| job.is_expired(now_ns).then_some(StopCause::Deadline));
-        // The only place between two iterations where the outside comes in: others may go first, or it is over.
+        let over = |now_ns| {
+            job.stop
+                .get()
+                .or_else(|| job.is_expired(now_ns).then_some(StopCause::Deadline))
+        };
+        // The only place between two iterations where the outside comes in: others may go first, or
+        // it is over.
         let asked_to_stop = |now_ns| {
             over(now_ns).or_else(|| {
-                let (mut at, cause) = (turn.get(), Cell::new(None));
+                let mut at = turn.get();
+                let cause = Cell::new(None);
                 self.schedule.make_room(&mut at, now_ns, || {
                     cause.set(over(monotonic_ns()));
                     cause.get().is_some()
@@ -129,7 +152,8 @@ impl Worker {
             let lengths = lengths.of(improvement.length);
             self.show(|live| live.improved(job.id, lengths[0], improvement.length));
             let header = translate::progress(&job.snapshot, &improvement, lengths);
-            self.mailbox.put(job.id, &header, improvement.path.as_flat());
+            self.mailbox
+                .put(job.id, &header, improvement.path.as_flat());
             told.waits.set(true);
             let now_ns = monotonic_ns();
             if told.is_due(now_ns) {

@@ -1,4 +1,5 @@
-//! What the columns of a file are for a robot: people record more than joints, and write units beside their names.
+//! What the columns of a file are for a robot: people record more than joints, and write units
+//! beside their names.
 
 use std::collections::BTreeSet;
 
@@ -20,9 +21,21 @@ const TIMES: [&str; 12] = [
     "rosbagtimestamp",
 ];
 /// Units that numbers here are in.
-const UNITS: [&str; 9] = ["rad", "radian", "radians", "m", "metre", "metres", "meter", "meters", "-"];
+const UNITS: [&str; 9] = [
+    "rad", "radian", "radians", "m", "metre", "metres", "meter", "meters", "-",
+];
 /// Units that people write and numbers here are not in.
-const OTHER_UNITS: [&str; 9] = ["deg", "degree", "degrees", "°", "mm", "millimetres", "millimeters", "cm", "turns"];
+const OTHER_UNITS: [&str; 9] = [
+    "deg",
+    "degree",
+    "degrees",
+    "°",
+    "mm",
+    "millimetres",
+    "millimeters",
+    "cm",
+    "turns",
+];
 
 /// Place and name of each column that is a variable, and a warning where others are not read.
 pub(super) type Found = (Vec<(usize, String)>, Option<String>);
@@ -36,44 +49,87 @@ pub(super) struct Names {
 impl Names {
     /// Any of the variables of a robot may be a column.
     pub fn of_description(robot: &RobotDescription) -> Self {
-        let joints = robot.joints.iter().map(|joint| (joint.name.as_str(), joint.kind));
-        let all = robot.virtual_joint.iter().map(|joint| (joint.name.as_str(), joint.kind)).chain(joints);
-        Self::new(all.clone().flat_map(|(name, kind)| kind.variable_names(name)).collect(), all)
+        let joints = robot
+            .joints
+            .iter()
+            .map(|joint| (joint.name.as_str(), joint.kind));
+        let all = robot
+            .virtual_joint
+            .iter()
+            .map(|joint| (joint.name.as_str(), joint.kind))
+            .chain(joints);
+        Self::new(
+            all.clone()
+                .flat_map(|(name, kind)| kind.variable_names(name))
+                .collect(),
+            all,
+        )
     }
 
     /// Only the variables of a path may.
     pub fn of_model(robot: &RobotModel) -> Self {
-        let joints = robot.joints().iter().map(|joint| (joint.name.as_str(), joint.kind));
-        Self::new(robot.variables().iter().map(|variable| variable.name.clone()).collect(), joints)
+        let joints = robot
+            .joints()
+            .iter()
+            .map(|joint| (joint.name.as_str(), joint.kind));
+        Self::new(
+            robot
+                .variables()
+                .iter()
+                .map(|variable| variable.name.clone())
+                .collect(),
+            joints,
+        )
     }
 
     /// Only these may, of a robot that has these joints besides, which never move.
     pub fn of_variables(variables: &[Variable], fixed: &[String]) -> Self {
         let fixed = fixed.iter().map(|name| (name.as_str(), JointKind::Fixed));
-        Self::new(variables.iter().map(|variable| variable.name.clone()).collect(), fixed)
+        Self::new(
+            variables
+                .iter()
+                .map(|variable| variable.name.clone())
+                .collect(),
+            fixed,
+        )
     }
 
     fn new<'a>(movable: Vec<String>, joints: impl Iterator<Item = (&'a str, JointKind)>) -> Self {
         let fixed = joints.filter(|(_, kind)| *kind == JointKind::Fixed);
-        Self { movable, fixed: fixed.map(|(name, _)| name.to_owned()).collect() }
+        Self {
+            movable,
+            fixed: fixed.map(|(name, _)| name.to_owned()).collect(),
+        }
     }
 
     /// The columns that are variables.
     ///
     /// # Errors
-    /// A column that is none and has no meaning here, with the valid names; one in a unit that is not read.
+    /// A column that is none and has no meaning here, with the valid names; one in a unit that is
+    /// not read.
     pub fn columns(&self, columns: &[String]) -> Result<Found, String> {
-        let (mut found, mut others) = (Vec::new(), Vec::new());
+        let mut found = Vec::new();
+        let mut others = Vec::new();
         for (place, column) in columns.iter().enumerate() {
             match self.meaning(column)? {
                 Some(name) => found.push((place, name)),
                 None => others.push(column.as_str()),
             }
         }
-        if let Some(twice) = (1..found.len()).find(|&i| found[..i].iter().any(|(_, name)| *name == found[i].1)) {
-            return Err(format!("column {:?} is there twice; names must be unique", found[twice].1));
+        if let Some(twice) =
+            (1..found.len()).find(|&i| found[..i].iter().any(|(_, name)| *name == found[i].1))
+        {
+            return Err(format!(
+                "column {:?} is there twice; names must be unique",
+                found[twice].1
+            ));
         }
-        let warning = || format!("columns that no joint moves by are not read: {}", others.join(", "));
+        let warning = || {
+            format!(
+                "columns that no joint moves by are not read: {}",
+                others.join(", ")
+            )
+        };
         let warning = (!others.is_empty()).then(warning);
         Ok((found, warning))
     }
@@ -85,7 +141,9 @@ impl Names {
             if self.movable.iter().any(|known| known == name) {
                 return match unit.filter(|_| name != column) {
                     Some(unit) if OTHER_UNITS.contains(&unit.to_lowercase().as_str()) => {
-                        Err(format!("column {column:?} is in {unit}; numbers are read in rad and m: convert them"))
+                        Err(format!(
+                            "column {column:?} is in {unit}; numbers are read in rad and m: convert them"
+                        ))
                     }
                     _ => Ok(Some(name.to_owned())),
                 };
@@ -100,7 +158,9 @@ impl Names {
                 "line 1 must name the columns, it has the number {column}; add a header row of: {valid}"
             ));
         }
-        Err(format!("column {column:?} is no variable of the robot; valid: {valid}"))
+        Err(format!(
+            "column {column:?} is no variable of the robot; valid: {valid}"
+        ))
     }
 }
 
@@ -112,13 +172,26 @@ pub(super) fn is_time(name: &str) -> bool {
 
 /// A header without its quotes, and the unit in brackets behind it.
 fn split_unit(column: &str) -> (&str, Option<&str>) {
-    let quoted = |quote: char| column.strip_prefix(quote).and_then(|rest| rest.strip_suffix(quote));
-    let column = quoted('\'').or_else(|| quoted('"')).unwrap_or(column).trim();
+    let quoted = |quote: char| {
+        column
+            .strip_prefix(quote)
+            .and_then(|rest| rest.strip_suffix(quote))
+    };
+    let column = quoted('\'')
+        .or_else(|| quoted('"'))
+        .unwrap_or(column)
+        .trim();
     for (open, close) in [('[', ']'), ('(', ')')] {
-        if let Some((name, unit)) = column.strip_suffix(close).and_then(|rest| rest.rsplit_once(open)) {
+        if let Some((name, unit)) = column
+            .strip_suffix(close)
+            .and_then(|rest| rest.rsplit_once(open))
+        {
             let unit = unit.trim();
-            let is_unit =
-                UNITS.iter().chain(&OTHER_UNITS).chain(&["s", "ms", "ns"]).any(|u| unit.eq_ignore_ascii_case(u));
+            let is_unit = UNITS
+                .iter()
+                .chain(&OTHER_UNITS)
+                .chain(&["s", "ms", "ns"])
+                .any(|u| unit.eq_ignore_ascii_case(u));
             if is_unit && !name.trim().is_empty() {
                 return (name.trim(), Some(unit));
             }
@@ -132,8 +205,15 @@ mod tests {
     use super::*;
 
     fn names() -> Names {
-        let joints = [("j1", JointKind::Revolute), ("8", JointKind::Prismatic), ("mount", JointKind::Fixed)];
-        Names::new(vec!["j1".to_owned(), "8".to_owned(), "joint (left)".to_owned()], joints.into_iter())
+        let joints = [
+            ("j1", JointKind::Revolute),
+            ("8", JointKind::Prismatic),
+            ("mount", JointKind::Fixed),
+        ];
+        Names::new(
+            vec!["j1".to_owned(), "8".to_owned(), "joint (left)".to_owned()],
+            joints.into_iter(),
+        )
     }
 
     fn columns(header: &str) -> Result<Vec<(usize, String)>, String> {
@@ -145,20 +225,32 @@ mod tests {
     fn recorded_columns_are_told_from_joints() {
         let found = columns("time [s],j1 [rad],mount,'8',joint (left),Timestamp").unwrap();
         let expected = [(1, "j1"), (3, "8"), (4, "joint (left)")];
-        assert_eq!(found, expected.map(|(place, name)| (place, name.to_owned())));
-        let (_, warning) = names().columns(&["t".to_owned(), "j1".to_owned(), "mount".to_owned()]).unwrap();
+        assert_eq!(
+            found,
+            expected.map(|(place, name)| (place, name.to_owned()))
+        );
+        let (_, warning) = names()
+            .columns(&["t".to_owned(), "j1".to_owned(), "mount".to_owned()])
+            .unwrap();
         assert!(warning.unwrap().ends_with("t, mount"));
         assert_eq!(names().columns(&["j1".to_owned()]).unwrap().1, None);
     }
 
     #[test]
     fn what_no_column_can_be_is_refused_with_the_valid_ones() {
-        for (header, part) in
-            [("j1,elbow", "\"elbow\""), ("j1 (deg)", "in deg"), ("0.5,8", "the number 0.5"), ("j1,j1 [rad]", "twice")]
-        {
+        for (header, part) in [
+            ("j1,elbow", "\"elbow\""),
+            ("j1 (deg)", "in deg"),
+            ("0.5,8", "the number 0.5"),
+            ("j1,j1 [rad]", "twice"),
+        ] {
             let error = columns(header).unwrap_err();
             assert!(error.contains(part), "{error}");
         }
-        assert!(columns("elbow").unwrap_err().contains("valid: j1, 8, joint (left)"));
+        assert!(
+            columns("elbow")
+                .unwrap_err()
+                .contains("valid: j1, 8, joint (left)")
+        );
     }
 }

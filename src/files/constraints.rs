@@ -1,5 +1,5 @@
-//! What planning requests, trajectories and problems say besides a path: nothing that a path would have to keep to, or
-//! could meet, is left out unseen.
+//! What planning requests, trajectories and problems say besides a path: nothing that a path would
+//! have to keep to, or could meet, is left out unseen.
 
 use crate::scene::Filled;
 use crate::scene::scene_file::refuse_constraints;
@@ -9,7 +9,9 @@ use crate::scene::scene_file::refuse_constraints;
 /// # Errors
 /// There is such a thing.
 pub(super) fn check_constraints<const N: usize>(fields: [(&str, Filled); N]) -> Result<(), String> {
-    let check = |(field, constraints)| refuse_constraints(field, constraints).map_err(|error| error.to_string());
+    let check = |(field, constraints)| {
+        refuse_constraints(field, constraints).map_err(|error| error.to_string())
+    };
     fields.into_iter().try_for_each(check)
 }
 
@@ -18,8 +20,13 @@ pub(super) fn check_constraints<const N: usize>(fields: [(&str, Filled); N]) -> 
 /// # Errors
 /// It has one of these constraints.
 pub(super) fn check_goal<const N: usize>(fields: [(&str, Filled); N]) -> Result<(), String> {
-    match fields.iter().find(|(_, constraints)| !constraints.is_empty()) {
+    match fields
+        .iter()
+        .find(|(_, constraints)| !constraints.is_empty())
+    {
         None => Ok(()),
-        Some((field, _)) => Err(format!("its goal_constraints have {field}; only goals in joint space are read")),
+        Some((field, _)) => Err(format!(
+            "its goal_constraints have {field}; only goals in joint space are read"
+        )),
     }
 }

@@ -88,14 +88,21 @@ pub struct Reader {
 impl Reader {
     /// A reader that finds `package://` names with `packages`.
     pub fn new(packages: Packages) -> Self {
-        Self { packages, meshes: HashMap::new() }
+        Self {
+            packages,
+            meshes: HashMap::new(),
+        }
     }
 
     /// Reads a robot. Its virtual joint is the SRDF's; without an SRDF its root is fixed.
     ///
     /// # Errors
     /// A file that cannot be read, or is no URDF or SRDF.
-    pub fn robot(&mut self, urdf: &Path, srdf: Option<&Path>) -> Result<RobotDescription, FileError> {
+    pub fn robot(
+        &mut self,
+        urdf: &Path,
+        srdf: Option<&Path>,
+    ) -> Result<RobotDescription, FileError> {
         self.robot_with(urdf, srdf, &BTreeMap::new())
     }
 
@@ -110,15 +117,24 @@ impl Reader {
         let packages = self.packages.with(packages);
         let folder = folder_of(urdf);
         let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder);
-        let mut robot =
-            urdf::parse(&text, &mut meshes).map_err(|source| FileError::Robot { file: urdf.to_owned(), source })?;
-        robot.warnings.extend(odd.into_iter().map(|text| Warning::cosmetic("text", text)));
+        let mut robot = urdf::parse(&text, &mut meshes).map_err(|source| FileError::Robot {
+            file: urdf.to_owned(),
+            source,
+        })?;
+        robot
+            .warnings
+            .extend(odd.into_iter().map(|text| Warning::cosmetic("text", text)));
         if let Some(srdf) = srdf {
             let (text, odd) = text::read_xml(srdf)?;
             let (semantics, warnings) =
-                srdf::parse(&text, &robot).map_err(|source| FileError::Robot { file: srdf.to_owned(), source })?;
+                srdf::parse(&text, &robot).map_err(|source| FileError::Robot {
+                    file: srdf.to_owned(),
+                    source,
+                })?;
             let odd = odd.into_iter().map(|text| Warning::cosmetic("text", text));
-            let warnings = odd.chain(warnings).map(|warning| warning.reworded(format!("SRDF: {warning}")));
+            let warnings = odd
+                .chain(warnings)
+                .map(|warning| warning.reworded(format!("SRDF: {warning}")));
             robot.warnings.extend(warnings);
             robot.virtual_joint = semantics.virtual_joint.clone();
             robot.semantics = Some(semantics);
@@ -126,8 +142,8 @@ impl Reader {
         Ok(robot)
     }
 
-    /// Reads a scene file (JSON, YAML or MoveIt's `.scene` text), or the scene of a problem file. Meshes are found
-    /// beside it.
+    /// Reads a scene file (JSON, YAML or MoveIt's `.scene` text), or the scene of a problem file.
+    /// Meshes are found beside it.
     ///
     /// # Errors
     /// A file that cannot be read or holds no scene.
@@ -135,11 +151,16 @@ impl Reader {
         self.selected_scene(file, None)
     }
 
-    /// The same; of several problems of VAMP's, the scene of the one that is `selected` as `SET:INDEX`.
+    /// The same; of several problems of VAMP's, the scene of the one that is `selected` as
+    /// `SET:INDEX`.
     ///
     /// # Errors
     /// As [`Self::scene`], and a file that does not have what is selected.
-    pub fn selected_scene(&mut self, file: &Path, selected: Option<&str>) -> Result<Scene, FileError> {
+    pub fn selected_scene(
+        &mut self,
+        file: &Path,
+        selected: Option<&str>,
+    ) -> Result<Scene, FileError> {
         let text = read_text(file)?;
         let text = translated(&text, file, selected)?.unwrap_or(text);
         self.scene_of_text(&text, file)
@@ -159,10 +180,14 @@ impl Reader {
             scene: SceneFile,
         }
         if is_moveit_scene(text, file) {
-            return moveit_scene::parse(text).map_err(|source| FileError::Scene { file: file.to_owned(), source });
+            return moveit_scene::parse(text).map_err(|source| FileError::Scene {
+                file: file.to_owned(),
+                source,
+            });
         }
         // A first look tells the two apart, so that what is then wrong is said of the right one.
-        let is_problem = serde_json::from_str::<Probe>(text).is_ok_and(|probe| probe.scene.is_some());
+        let is_problem =
+            serde_json::from_str::<Probe>(text).is_ok_and(|probe| probe.scene.is_some());
         let scene = match is_problem {
             true => serde_json::from_str::<Holder>(text).map(|holder| holder.scene),
             false => serde_json::from_str(text),
@@ -182,7 +207,10 @@ impl Reader {
         let packages = self.packages.clone();
         let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder_of(file));
         let diff = DiffFile::parse(text).and_then(|diff| diff.build(&mut meshes));
-        diff.map_err(|source| FileError::Scene { file: file.to_owned(), source })
+        diff.map_err(|source| FileError::Scene {
+            file: file.to_owned(),
+            source,
+        })
     }
 
     fn build_scene(
@@ -193,29 +221,47 @@ impl Reader {
     ) -> Result<Scene, FileError> {
         let packages = self.packages.with(packages);
         let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder_of(file));
-        scene.build(&mut meshes).map_err(|source| FileError::Scene { file: file.to_owned(), source })
+        scene.build(&mut meshes).map_err(|source| FileError::Scene {
+            file: file.to_owned(),
+            source,
+        })
     }
 
     /// Reads a mesh once per scale. `name` is the file as the robot or scene in `folder` calls it.
-    fn mesh(&mut self, name: &str, scale: Vec3, packages: &Packages, folder: &Path) -> Result<Arc<Mesh>, MeshError> {
-        let refuse = |reason: String| MeshError::Unreadable { name: name.to_owned(), reason };
+    fn mesh(
+        &mut self,
+        name: &str,
+        scale: Vec3,
+        packages: &Packages,
+        folder: &Path,
+    ) -> Result<Arc<Mesh>, MeshError> {
+        let refuse = |reason: String| MeshError::Unreadable {
+            name: name.to_owned(),
+            reason,
+        };
         let file = packages.resolve(name, folder).map_err(refuse)?;
         let key = (file, scale.to_array().map(f64::to_bits));
         if let Some(mesh) = self.meshes.get(&key) {
             return Ok(mesh.clone());
         }
-        let bytes = std::fs::read(&key.0).map_err(|error| refuse(format!("{}: {error}", key.0.display())))?;
+        let bytes = std::fs::read(&key.0)
+            .map_err(|error| refuse(format!("{}: {error}", key.0.display())))?;
         let mesh = Arc::new(mesh_file::read(name, &bytes, scale)?);
         self.meshes.insert(key, mesh.clone());
         Ok(mesh)
     }
 }
 
-/// Whether a scene is MoveIt's text: its file says so, or it has objects as only that has. A text that was sent
-/// to another process has lost its file's name.
+/// Whether a scene is MoveIt's text: its file says so, or it has objects as only that has. A text
+/// that was sent to another process has lost its file's name.
 fn is_moveit_scene(text: &str, file: &Path) -> bool {
-    let is_json = text.trim_start_matches('\u{feff}').trim_start().starts_with('{');
-    let named = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("scene"));
+    let is_json = text
+        .trim_start_matches('\u{feff}')
+        .trim_start()
+        .starts_with('{');
+    let named = file
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("scene"));
     !is_json && (named || text.lines().any(|line| line.starts_with('*')))
 }
 
@@ -227,8 +273,13 @@ pub fn scene_text(file: &Path) -> Result<String, FileError> {
     selected_scene_text(file, None)
 }
 
-/// The JSON of a scene in another form: YAML, or the problem of VAMP's that is selected; `None` where it is in none.
-fn translated(text: &str, file: &Path, selected: Option<&str>) -> Result<Option<String>, FileError> {
+/// The JSON of a scene in another form: YAML, or the problem of VAMP's that is selected; `None`
+/// where it is in none.
+fn translated(
+    text: &str,
+    file: &Path,
+    selected: Option<&str>,
+) -> Result<Option<String>, FileError> {
     let translated = if yaml::is_yaml(file) {
         Some(planning_scene::json(text))
     } else if vamp::is_problems(text) {
@@ -236,10 +287,14 @@ fn translated(text: &str, file: &Path, selected: Option<&str>) -> Result<Option<
     } else {
         None
     };
-    translated.transpose().map_err(|text| FileError::Content { file: file.to_owned(), text })
+    translated.transpose().map_err(|text| FileError::Content {
+        file: file.to_owned(),
+        text,
+    })
 }
 
-/// The same as [`scene_text`]; of several problems of VAMP's, the scene of the one that is `selected` as `SET:INDEX`.
+/// The same as [`scene_text`]; of several problems of VAMP's, the scene of the one that is
+/// `selected` as `SET:INDEX`.
 ///
 /// # Errors
 /// As [`scene_text`], and a file that does not have what is selected.
@@ -248,7 +303,9 @@ pub fn selected_scene_text(file: &Path, selected: Option<&str>) -> Result<String
     if let Some(translated) = translated(&text, file, selected)? {
         return Ok(translated);
     }
-    let scene = serde_json::from_str::<serde_json::Value>(&text).ok().and_then(|value| value.get("scene").cloned());
+    let scene = serde_json::from_str::<serde_json::Value>(&text)
+        .ok()
+        .and_then(|value| value.get("scene").cloned());
     // Floats keep their bits on the way through a value.
     Ok(scene.map_or(text, |scene| scene.to_string()))
 }
@@ -258,11 +315,17 @@ pub fn selected_scene_text(file: &Path, selected: Option<&str>) -> Result<String
 /// # Errors
 /// YAML that is no diff.
 pub fn diff_text(text: String, file: &Path) -> Result<String, FileError> {
-    let is_json = text.trim_start_matches('\u{feff}').trim_start().starts_with(['{', '[']);
+    let is_json = text
+        .trim_start_matches('\u{feff}')
+        .trim_start()
+        .starts_with(['{', '[']);
     if !yaml::is_yaml(file) && (is_json || text.trim().is_empty()) {
         return Ok(text);
     }
-    planning_scene::diff_json(&text).map_err(|text| FileError::Content { file: file.to_owned(), text })
+    planning_scene::diff_json(&text).map_err(|text| FileError::Content {
+        file: file.to_owned(),
+        text,
+    })
 }
 
 /// Folder that the relative names in a file start from.

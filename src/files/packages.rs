@@ -17,16 +17,25 @@ pub struct Packages {
 impl Packages {
     /// Packages by name, and nothing else.
     pub fn new(named: BTreeMap<String, PathBuf>) -> Self {
-        Self { named, ..Self::default() }
+        Self {
+            named,
+            ..Self::default()
+        }
     }
 
     /// Packages by name, then those of `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH`.
     pub fn with_environment(named: BTreeMap<String, PathBuf>) -> Self {
         let entries = |variable: &str| match std::env::var_os(variable) {
-            Some(value) => std::env::split_paths(&value).filter(|entry| !entry.as_os_str().is_empty()).collect(),
+            Some(value) => std::env::split_paths(&value)
+                .filter(|entry| !entry.as_os_str().is_empty())
+                .collect(),
             None => Vec::new(),
         };
-        Self { named, ros: entries("ROS_PACKAGE_PATH"), ament: entries("AMENT_PREFIX_PATH") }
+        Self {
+            named,
+            ros: entries("ROS_PACKAGE_PATH"),
+            ament: entries("AMENT_PREFIX_PATH"),
+        }
     }
 
     /// The same, with more packages by name, which go first.
@@ -50,14 +59,22 @@ impl Packages {
     }
 
     fn find(&self, name: &str, folder: &Path) -> Result<PathBuf, String> {
-        let packaged = name.strip_prefix("package://").or_else(|| name.strip_prefix("model://"));
+        let packaged = name
+            .strip_prefix("package://")
+            .or_else(|| name.strip_prefix("model://"));
         let Some(packaged) = packaged else {
             let file = folder.join(of_file_address(name));
-            return if file.is_file() { Ok(file) } else { Err(format!("there is no file {}", file.display())) };
+            return if file.is_file() {
+                Ok(file)
+            } else {
+                Err(format!("there is no file {}", file.display()))
+            };
         };
         let (package, rest) = packaged.split_once('/').unwrap_or((packaged, ""));
         let Some(inner) = inside(rest) else {
-            return Err(format!("{rest:?} is not in package {package:?}; name the package that it is in"));
+            return Err(format!(
+                "{rest:?} is not in package {package:?}; name the package that it is in"
+            ));
         };
         let candidates = self.candidates(package, &inner, folder);
         candidates.iter().find(|file| file.is_file()).cloned().ok_or_else(|| {
@@ -77,20 +94,29 @@ impl Packages {
             return vec![named.join(rest)];
         }
         // A folder of that name is the package itself; any other may hold it.
-        let in_or_below = |entry: &Path| match entry.file_name().is_some_and(|name| name == package) {
+        let in_or_below = |entry: &Path| match entry.file_name().is_some_and(|name| name == package)
+        {
             true => vec![entry.join(rest), entry.join(package).join(rest)],
             false => vec![entry.join(package).join(rest)],
         };
         let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
         let ros = self.ros.iter().flat_map(|entry| in_or_below(entry));
-        let ament = self.ament.iter().map(|entry| entry.join("share").join(package).join(rest));
-        ros.chain(ament).chain(absolute.ancestors().flat_map(in_or_below)).collect()
+        let ament = self
+            .ament
+            .iter()
+            .map(|entry| entry.join("share").join(package).join(rest));
+        ros.chain(ament)
+            .chain(absolute.ancestors().flat_map(in_or_below))
+            .collect()
     }
 }
 
-/// The path in `file:///x`, `file://localhost/x`, `file:/x`, or in `file://x` and `file:x`, which are relative.
+/// The path in `file:///x`, `file://localhost/x`, `file:/x`, or in `file://x` and `file:x`, which
+/// are relative.
 fn of_file_address(name: &str) -> &str {
-    let Some(path) = name.strip_prefix("file:") else { return name };
+    let Some(path) = name.strip_prefix("file:") else {
+        return name;
+    };
     let path = path.strip_prefix("//").unwrap_or(path);
     match path.strip_prefix("localhost") {
         Some(rest) if rest.starts_with('/') => rest,
@@ -117,7 +143,10 @@ fn unescaped(name: &str) -> Option<String> {
     let mut bytes = parts.next()?.as_bytes().to_vec();
     let mut is_escaped = false;
     for part in parts {
-        match part.get(..2).and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
+        match part
+            .get(..2)
+            .and_then(|digits| u8::from_str_radix(digits, 16).ok())
+        {
             Some(byte) => {
                 bytes.push(byte);
                 bytes.extend_from_slice(&part.as_bytes()[2..]);
@@ -161,16 +190,25 @@ mod tests {
         std::fs::write(folder.path().join("secret.stl"), "").unwrap();
         let packages = Packages::new([("p".to_owned(), folder.path().join("p"))].into());
         let find = |name: &str| packages.resolve(name, folder.path());
-        for name in
-            ["package://p/my meshes/a.STL", "package://p//my%20meshes/a.STL", "package://p/x/../my meshes/./a.STL"]
-        {
+        for name in [
+            "package://p/my meshes/a.STL",
+            "package://p//my%20meshes/a.STL",
+            "package://p/x/../my meshes/./a.STL",
+        ] {
             assert!(find(name).is_ok(), "{name}: {:?}", find(name));
         }
         let outside = folder.path().join("secret.stl").display().to_string();
-        for name in [format!("package://p/{outside}"), format!("package://p//{outside}")] {
+        for name in [
+            format!("package://p/{outside}"),
+            format!("package://p//{outside}"),
+        ] {
             assert!(find(&name).is_err(), "{name}");
         }
-        for name in ["package://p/../secret.stl", "package://p/x/../../secret.stl", "package://p/%2e%2e/secret.stl"] {
+        for name in [
+            "package://p/../secret.stl",
+            "package://p/x/../../secret.stl",
+            "package://p/%2e%2e/secret.stl",
+        ] {
             let error = find(name).unwrap_err();
             assert!(error.contains("package \"p\""), "{error}");
         }

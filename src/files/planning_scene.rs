@@ -1,4 +1,5 @@
-//! Scenes and diffs as YAML: ours, or MoveIt's planning scenes as `ros2 topic echo` and MotionBenchMaker write them.
+//! Scenes and diffs as YAML: ours, or MoveIt's planning scenes as `ros2 topic echo` and
+//! MotionBenchMaker write them.
 
 use super::yaml;
 use crate::scene::diff_file::DiffFile;
@@ -14,7 +15,10 @@ pub(super) fn json(text: &str) -> Result<String, String> {
         1 => serde_json::to_string(&documents.swap_remove(0)).map_err(|error| error.to_string()),
         0 => Err("it holds no YAML document; a scene is one".to_owned()),
         count => {
-            let lines: Vec<String> = yaml::document_lines(text).iter().map(usize::to_string).collect();
+            let lines: Vec<String> = yaml::document_lines(text)
+                .iter()
+                .map(usize::to_string)
+                .collect();
             let lines = lines.join(", ");
             Err(format!(
                 "it holds {count} YAML documents (from lines {lines}); a scene is one: keep the one that is meant"

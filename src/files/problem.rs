@@ -24,7 +24,8 @@ pub enum Geometry {
     Spheres,
 }
 
-/// A problem, read and checked, except that the path may still be refused against the robot's limits.
+/// A problem, read and checked, except that the path may still be refused against the robot's
+/// limits.
 #[derive(Clone, Debug)]
 pub struct Problem {
     /// The file it was read from.
@@ -170,15 +171,29 @@ impl Kind {
         if super::table::is_csv(file) || super::yaml::is_yaml(file) {
             return Ok(Self::BarePath);
         }
-        let refuse = |error| FileError::Content { file: file.to_owned(), text: format!("not a JSON file: {error}") };
+        let refuse = |error| FileError::Content {
+            file: file.to_owned(),
+            text: format!("not a JSON file: {error}"),
+        };
         let probe: Probe = serde_json::from_str(&read_text(file)?).map_err(refuse)?;
         if probe.problems.is_some() {
             return Ok(Self::Several);
         }
-        let has_spheres = matches!(probe.robot, Some(ProbeRobot::Files { spherized_urdf: Some(_) }));
+        let has_spheres = matches!(
+            probe.robot,
+            Some(ProbeRobot::Files {
+                spherized_urdf: Some(_)
+            })
+        );
         // An answer is a path for whoever goes on with it.
-        let is_problem = probe.format.is_some_and(|format| format != super::result::RESULT_FORMAT);
-        Ok(if is_problem { Self::Problem { has_spheres } } else { Self::BarePath })
+        let is_problem = probe
+            .format
+            .is_some_and(|format| format != super::result::RESULT_FORMAT);
+        Ok(if is_problem {
+            Self::Problem { has_spheres }
+        } else {
+            Self::BarePath
+        })
     }
 }
 
@@ -188,12 +203,18 @@ impl Reader {
     /// # Errors
     /// A file that cannot be read or says something wrong; `Spheres` where the problem has none.
     pub fn problem(&mut self, file: &Path, geometry: Geometry) -> Result<Problem, FileError> {
-        let refuse = |text: String| FileError::Content { file: file.to_owned(), text };
+        let refuse = |text: String| FileError::Content {
+            file: file.to_owned(),
+            text,
+        };
         let text = read_text(file)?;
-        let parsed: ProblemFile =
-            serde_json::from_str(&text).map_err(|error| refuse(format!("not a problem file: {error}")))?;
+        let parsed: ProblemFile = serde_json::from_str(&text)
+            .map_err(|error| refuse(format!("not a problem file: {error}")))?;
         if parsed.format != FORMAT {
-            return Err(refuse(format!("its format is {:?}; valid: {FORMAT:?}", parsed.format)));
+            return Err(refuse(format!(
+                "its format is {:?}; valid: {FORMAT:?}",
+                parsed.format
+            )));
         }
         check_constraints([
             ("path_constraints", parsed.path_constraints),
@@ -203,9 +224,21 @@ impl Reader {
         .map_err(refuse)?;
         let path = rows(&parsed.path, parsed.variables.len()).map_err(refuse)?;
         let folder = folder_of(file);
-        let packages = parsed.robot.packages.iter().map(|(name, dir)| (name.clone(), folder.join(dir))).collect();
+        let packages = parsed
+            .robot
+            .packages
+            .iter()
+            .map(|(name, dir)| (name.clone(), folder.join(dir)))
+            .collect();
         let has_spheres = parsed.robot.spherized_urdf.is_some();
-        let robot_files = robot_files(&parsed.robot, parsed.variables, geometry, folder, &packages, &refuse)?;
+        let robot_files = robot_files(
+            &parsed.robot,
+            parsed.variables,
+            geometry,
+            folder,
+            &packages,
+            &refuse,
+        )?;
         let mut robot = self.robot_of(&robot_files)?;
         if let Some(name) = parsed.robot.name {
             robot.name = name;
@@ -224,7 +257,9 @@ impl Reader {
             path_length: parsed.path_length,
             lower_bound: parsed.lower_bound,
             peers: parsed.peers,
-            best_honest_peer: parsed.best_honest_peer.map(|best| (best.name, best.figures)),
+            best_honest_peer: parsed
+                .best_honest_peer
+                .map(|best| (best.name, best.figures)),
             mesh_check: parsed.mesh_check,
         })
     }
@@ -252,7 +287,13 @@ fn robot_files(
         srdf: part.srdf.as_ref().map(|srdf| folder.join(srdf)),
         packages: packages.clone(),
         // The problem decides, whatever the SRDF says.
-        root: RootJoint::Given(part.virtual_joint.as_ref().map(virtual_joint).transpose().map_err(refuse)?),
+        root: RootJoint::Given(
+            part.virtual_joint
+                .as_ref()
+                .map(virtual_joint)
+                .transpose()
+                .map_err(refuse)?,
+        ),
         variables: Some(variables),
         allowed_collisions,
     })
@@ -264,8 +305,10 @@ impl Problem {
     /// # Errors
     /// What [`RobotModel::new`] refuses, with the robot's file.
     pub fn model(&self) -> Result<RobotModel, FileError> {
-        RobotModel::new(self.robot.clone())
-            .map_err(|source| FileError::Robot { file: self.robot_files.urdf.clone(), source })
+        RobotModel::new(self.robot.clone()).map_err(|source| FileError::Robot {
+            file: self.robot_files.urdf.clone(),
+            source,
+        })
     }
 }
 
@@ -277,22 +320,40 @@ fn virtual_joint(part: &VirtualJointPart) -> Result<VirtualJoint, String> {
         "fixed" => (JointKind::Fixed, 0),
         other => {
             let valid = "fixed, planar, floating";
-            return Err(format!("virtual joint {name:?} has the type {other:?}; valid types: {valid}"));
+            return Err(format!(
+                "virtual joint {name:?} has the type {other:?}; valid types: {valid}"
+            ));
         }
     };
     let bounds = part.position_bounds.len();
     if bounds != 0 && bounds != translations {
         let text = format!("virtual joint {name:?} has {bounds} position_bounds");
-        return Err(format!("{text}; a {} joint has {translations} translations", part.kind));
+        return Err(format!(
+            "{text}; a {} joint has {translations} translations",
+            part.kind
+        ));
     }
     let parent_frame = part.parent_frame.clone();
-    Ok(VirtualJoint { name: name.clone(), kind, position_bounds: part.position_bounds.clone(), parent_frame })
+    Ok(VirtualJoint {
+        name: name.clone(),
+        kind,
+        position_bounds: part.position_bounds.clone(),
+        parent_frame,
+    })
 }
 
 /// Rows of `columns` finite numbers as a path.
 fn rows(rows: &[Vec<f64>], columns: usize) -> Result<path::Path, String> {
-    if let Some((index, row)) = rows.iter().enumerate().find(|(_, row)| row.len() != columns) {
-        return Err(format!("path row {index} has {} numbers, \"variables\" names {columns} columns", row.len()));
+    if let Some((index, row)) = rows
+        .iter()
+        .enumerate()
+        .find(|(_, row)| row.len() != columns)
+    {
+        return Err(format!(
+            "path row {index} has {} numbers, \"variables\" names {columns} columns",
+            row.len()
+        ));
     }
-    path::Path::from_rows(columns, rows.concat()).ok_or_else(|| "the path is empty; it needs a waypoint".to_owned())
+    path::Path::from_rows(columns, rows.concat())
+        .ok_or_else(|| "the path is empty; it needs a waypoint".to_owned())
 }

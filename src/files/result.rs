@@ -1,4 +1,5 @@
-//! Result files, `taut-result/1`: an answer with all that is needed to look at it, check it or go on with it.
+//! Result files, `taut-result/1`: an answer with all that is needed to look at it, check it or go
+//! on with it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,8 +16,8 @@ use crate::warning::Warning;
 /// What a result file calls itself.
 pub const RESULT_FORMAT: &str = "taut-result/1";
 
-/// An answer. Lengths are in the metric of `weights`, distances in metres, times in seconds; segments and waypoints
-/// count from 0.
+/// An answer. Lengths are in the metric of `weights`, distances in metres, times in seconds;
+/// segments and waypoints count from 0.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ResultFile {
@@ -26,7 +27,8 @@ pub struct ResultFile {
     pub name: String,
     /// Optimizer that was asked for.
     pub mode: String,
-    /// Which of the robot's models was taken: `given`, `spheres`, or `loaded` where the daemon had it.
+    /// Which of the robot's models was taken: `given`, `spheres`, or `loaded` where the daemon had
+    /// it.
     pub geometry: String,
     /// Whether `path` is proved.
     pub proved: bool,
@@ -108,7 +110,8 @@ pub struct ResultFile {
     pub certificate: Option<Certificate>,
 }
 
-/// A corridor: every pair keeps `floor_m` at any q with Σ reach_m |q − p| ≤ slack_m around a p of the segment.
+/// A corridor: every pair keeps `floor_m` at any q with Σ reach_m |q − p| ≤ slack_m around a p of
+/// the segment.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ResultCorridor {
     /// What every pair keeps (m).
@@ -122,7 +125,8 @@ pub struct ResultCorridor {
 /// A velocity coordinate of a corridor.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ResultCoordinate {
-    /// The variable that it belongs to; for the three of a rotation, each of the quaternion's first three.
+    /// The variable that it belongs to; for the three of a rotation, each of the quaternion's first
+    /// three.
     pub variable: String,
     /// `line`, `circle`, or one of the three of a `rotation` vector.
     pub kind: String,
@@ -139,12 +143,14 @@ pub struct ResultFloor {
     pub floor_m: f64,
 }
 
-/// An angle column whose numbers were written anew, because a step of more than half a turn means the short way round.
+/// An angle column whose numbers were written anew, because a step of more than half a turn means
+/// the short way round.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ResultTurns {
     /// Name of the column.
     pub variable: String,
-    /// Whole turns from the goal in `path_before` to the one in `path`; 0 where only numbers before it moved.
+    /// Whole turns from the goal in `path_before` to the one in `path`; 0 where only numbers before
+    /// it moved.
     pub turns: i64,
 }
 
@@ -239,8 +245,8 @@ pub struct SceneSource {
     pub hash: String,
     /// The absolute path of its file, where it came from one.
     pub file: Option<PathBuf>,
-    /// What is in it, meshes included: what the answer is about, whatever file and label name by now. `None` where the
-    /// daemon could not give it any more.
+    /// What is in it, meshes included: what the answer is about, whatever file and label name by
+    /// now. `None` where the daemon could not give it any more.
     pub content: Option<SceneFile>,
 }
 
@@ -248,10 +254,10 @@ impl ResultFile {
     /// What an outcome says; name, code, times, subject and input are the caller's to add.
     pub fn of(outcome: &Outcome) -> Self {
         let nearest = outcome.nearest.as_ref();
-        let floors = outcome
-            .floors_lowered
-            .iter()
-            .map(|floor| ResultFloor { bodies: floor.bodies.clone(), floor_m: floor.floor_m });
+        let floors = outcome.floors_lowered.iter().map(|floor| ResultFloor {
+            bodies: floor.bodies.clone(),
+            floor_m: floor.floor_m,
+        });
         Self {
             format: RESULT_FORMAT.to_owned(),
             proved: outcome.proved,
@@ -265,7 +271,9 @@ impl ResultFile {
             pinched: outcome.pinched.clone(),
             turned: outcome.turned.iter().map(Into::into).collect(),
             searched_m: nearest.map(|nearest| nearest.searched_m),
-            smallest_clearance: nearest.and_then(|nearest| nearest.smallest.as_ref()).map(Into::into),
+            smallest_clearance: nearest
+                .and_then(|nearest| nearest.smallest.as_ref())
+                .map(Into::into),
             contacts: nearest.map(|nearest| nearest.contacts.iter().map(Into::into).collect()),
             iterations: outcome.iterations,
             work: outcome.work,
@@ -289,22 +297,38 @@ impl ResultFile {
     /// # Errors
     /// A file that cannot be read, or is no result.
     pub fn read(file: &Path) -> Result<Self, FileError> {
-        let refuse = |text: String| FileError::Content { file: file.to_owned(), text };
-        let next = "write one with `taut shorten … --out RESULT.json` or `taut check … --format json`";
+        let refuse = |text: String| FileError::Content {
+            file: file.to_owned(),
+            text,
+        };
+        let next =
+            "write one with `taut shorten … --out RESULT.json` or `taut check … --format json`";
         let result: Self = serde_json::from_str(&read_text(file)?)
             .map_err(|error| refuse(format!("not a result file: {error}; {next}")))?;
         if result.format != RESULT_FORMAT {
-            return Err(refuse(format!("its format is {:?}; valid: {RESULT_FORMAT:?}; {next}", result.format)));
+            return Err(refuse(format!(
+                "its format is {:?}; valid: {RESULT_FORMAT:?}; {next}",
+                result.format
+            )));
         }
         let columns = result.variables.len();
-        let is_table = |rows: &[Vec<f64>]| !rows.is_empty() && rows.iter().all(|row| row.len() == columns);
+        let is_table =
+            |rows: &[Vec<f64>]| !rows.is_empty() && rows.iter().all(|row| row.len() == columns);
         if !is_table(&result.path) || !is_table(&result.path_before) {
-            return Err(refuse(format!("path or path_before has rows of other than its {columns} variables, or none")));
+            return Err(refuse(format!(
+                "path or path_before has rows of other than its {columns} variables, or none"
+            )));
         }
         let segments = result.path.len().saturating_sub(1).max(1);
-        if let Some(slack) = result.corridor.as_ref().map(|corridor| corridor.slack_m.len()).filter(|n| *n != segments)
+        if let Some(slack) = result
+            .corridor
+            .as_ref()
+            .map(|corridor| corridor.slack_m.len())
+            .filter(|n| *n != segments)
         {
-            return Err(refuse(format!("its corridor has {slack} segments, its path {segments}")));
+            return Err(refuse(format!(
+                "its corridor has {slack} segments, its path {segments}"
+            )));
         }
         Ok(result)
     }
@@ -317,7 +341,11 @@ impl ResultFile {
 
 /// The lines of those warnings that are meant.
 pub fn texts(warnings: &[Warning], is_meant: impl Fn(&Warning) -> bool) -> Vec<String> {
-    warnings.iter().filter(|warning| is_meant(warning)).map(Warning::to_string).collect()
+    warnings
+        .iter()
+        .filter(|warning| is_meant(warning))
+        .map(Warning::to_string)
+        .collect()
 }
 
 /// The waypoints of a path.
@@ -340,14 +368,27 @@ impl From<&PathContact> for ResultContact {
 
 impl From<&ColumnTurns> for ResultTurns {
     fn from(turned: &ColumnTurns) -> Self {
-        Self { variable: turned.variable.clone(), turns: turned.turns }
+        Self {
+            variable: turned.variable.clone(),
+            turns: turned.turns,
+        }
     }
 }
 
 impl From<&StageShare> for ResultShare {
     fn from(share: &StageShare) -> Self {
-        let StageShare { stage, gain, work, iterations } = *share;
-        Self { stage: stage.name().to_owned(), gain, iterations, work }
+        let StageShare {
+            stage,
+            gain,
+            work,
+            iterations,
+        } = *share;
+        Self {
+            stage: stage.name().to_owned(),
+            gain,
+            iterations,
+            work,
+        }
     }
 }
 

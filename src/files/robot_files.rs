@@ -38,8 +38,8 @@ pub enum RootJoint {
 }
 
 impl RobotFiles {
-    /// The same by absolute paths, for a process that was started elsewhere, with more packages where it has none of
-    /// their names.
+    /// The same by absolute paths, for a process that was started elsewhere, with more packages
+    /// where it has none of their names.
     #[must_use]
     pub fn absolute(&self, packages: &BTreeMap<String, PathBuf>) -> Self {
         let absolute = |file: &PathBuf| std::path::absolute(file).unwrap_or_else(|_| file.clone());
@@ -47,7 +47,9 @@ impl RobotFiles {
         Self {
             urdf: absolute(&self.urdf),
             srdf: self.srdf.as_ref().map(absolute),
-            packages: named.map(|(name, folder)| (name.clone(), absolute(folder))).collect(),
+            packages: named
+                .map(|(name, folder)| (name.clone(), absolute(folder)))
+                .collect(),
             ..self.clone()
         }
     }
@@ -61,7 +63,11 @@ impl Reader {
     pub fn robot_of(&mut self, files: &RobotFiles) -> Result<RobotDescription, FileError> {
         let mut robot = self.robot_with(&files.urdf, files.srdf.as_deref(), &files.packages)?;
         if let RootJoint::Given(joint) = &files.root {
-            let of_srdf = robot.virtual_joint.take().map(|joint| joint.parent_frame).unwrap_or_default();
+            let of_srdf = robot
+                .virtual_joint
+                .take()
+                .map(|joint| joint.parent_frame)
+                .unwrap_or_default();
             robot.virtual_joint.clone_from(joint);
             // Who says how the root moves need not repeat what the world is called.
             if let Some(joint) = &mut robot.virtual_joint
@@ -70,7 +76,9 @@ impl Reader {
                 joint.parent_frame = of_srdf;
             }
         }
-        robot.allowed_collisions.clone_from(&files.allowed_collisions);
+        robot
+            .allowed_collisions
+            .clone_from(&files.allowed_collisions);
         robot.variables.clone_from(&files.variables);
         Ok(robot)
     }
@@ -82,7 +90,11 @@ impl Reader {
     pub fn visuals(&mut self, files: &RobotFiles) -> Result<(Vec<Visual>, Vec<String>), FileError> {
         let (text, _) = text::read_xml(&files.urdf)?;
         let packages = self.packages.with(&files.packages);
-        let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder_of(&files.urdf));
-        urdf::visuals(&text, &mut meshes).map_err(|source| FileError::Robot { file: files.urdf.clone(), source })
+        let mut meshes =
+            |name: &str, scale| self.mesh(name, scale, &packages, folder_of(&files.urdf));
+        urdf::visuals(&text, &mut meshes).map_err(|source| FileError::Robot {
+            file: files.urdf.clone(),
+            source,
+        })
     }
 }

@@ -4,23 +4,32 @@ use std::path::{Path, PathBuf};
 
 use super::{folder_of, text};
 
-/// Folders in which an SRDF is looked for, from the URDF's, as packages of robots and MoveIt's configurations have it.
+/// Folders in which an SRDF is looked for, from the URDF's, as packages of robots and MoveIt's
+/// configurations have it.
 const FOLDERS: [&str; 4] = ["srdf", "config", "../srdf", "../config"];
 
-/// The SRDF of a URDF: one of the same file name beside it; else one of that name, or of the robot's own, in `srdf/` or
-/// `config/` there or one folder up. An SRDF of another name may switch off what another check needs, so it is not taken.
+/// The SRDF of a URDF: one of the same file name beside it; else one of that name, or of the
+/// robot's own, in `srdf/` or `config/` there or one folder up. An SRDF of another name may switch
+/// off what another check needs, so it is not taken.
 pub fn srdf_of(urdf: &Path) -> Option<PathBuf> {
     let beside = urdf.with_extension("srdf");
     if beside.is_file() {
         return Some(beside);
     }
     let stem = urdf.file_stem()?.to_str()?.to_owned();
-    let places: Vec<PathBuf> = FOLDERS.iter().map(|folder| folder_of(urdf).join(folder)).collect();
+    let places: Vec<PathBuf> = FOLDERS
+        .iter()
+        .map(|folder| folder_of(urdf).join(folder))
+        .collect();
     if !places.iter().any(|folder| folder.is_dir()) {
         return None;
     }
     let names = [Some(stem), robot_name(urdf)].into_iter().flatten();
-    let files = names.flat_map(|name| places.iter().map(move |folder| folder.join(format!("{name}.srdf"))));
+    let files = names.flat_map(|name| {
+        places
+            .iter()
+            .map(move |folder| folder.join(format!("{name}.srdf")))
+    });
     files.into_iter().find(|file| file.is_file())
 }
 
@@ -44,11 +53,19 @@ mod tests {
             file
         };
         let same = |found: Option<PathBuf>, file: &Path| {
-            assert_eq!(found.unwrap().canonicalize().unwrap(), file.canonicalize().unwrap());
+            assert_eq!(
+                found.unwrap().canonicalize().unwrap(),
+                file.canonicalize().unwrap()
+            );
         };
         let urdf = write("p/urdf/arm.urdf", "panda");
         assert_eq!(srdf_of(&urdf), None);
-        for other in ["p/urdf/other.srdf", "p/config/other.srdf", "arm.srdf", "p/urdf/panda.srdf"] {
+        for other in [
+            "p/urdf/other.srdf",
+            "p/config/other.srdf",
+            "arm.srdf",
+            "p/urdf/panda.srdf",
+        ] {
             write(other, "panda");
             assert_eq!(srdf_of(&urdf), None, "{other}");
         }

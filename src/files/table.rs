@@ -23,7 +23,8 @@ pub struct PathTable {
     start: Start,
 }
 
-/// How far a held joint may be from where a message has it (m or rad): what printing leaves of a number.
+/// How far a held joint may be from where a message has it (m or rad): what printing leaves of a
+/// number.
 const HELD_TOLERANCE: f64 = 1e-6;
 
 #[derive(Deserialize)]
@@ -35,12 +36,13 @@ struct JsonTable {
 }
 
 impl PathTable {
-    /// Reads `{"variables": [names], "path": [[numbers]]}`, which problem and result files are too, CSV with a header
-    /// row (`.csv`; lines that start with `#` are comments), or the positions of a trajectory (`.yaml`, or JSON with
-    /// its fields).
+    /// Reads `{"variables": [names], "path": [[numbers]]}`, which problem and result files are too,
+    /// CSV with a header row (`.csv`; lines that start with `#` are comments), or the positions of
+    /// a trajectory (`.yaml`, or JSON with its fields).
     ///
     /// # Errors
-    /// A file that cannot be read, is neither, or has a row that is too short, too long or no number.
+    /// A file that cannot be read, is neither, or has a row that is too short, too long or no
+    /// number.
     pub fn read(file: &Path) -> Result<Self, FileError> {
         let text = read_text(file)?;
         let parsed = if is_csv(file) {
@@ -50,16 +52,35 @@ impl PathTable {
         } else {
             parse_json(&text)
         };
-        let (variables, rows) = parsed.map_err(|text| FileError::Content { file: file.to_owned(), text })?;
-        Ok(Self { file: file.to_owned(), variables, rows, warnings: Vec::new(), start: Vec::new() })
+        let (variables, rows) = parsed.map_err(|text| FileError::Content {
+            file: file.to_owned(),
+            text,
+        })?;
+        Ok(Self {
+            file: file.to_owned(),
+            variables,
+            rows,
+            warnings: Vec::new(),
+            start: Vec::new(),
+        })
     }
 
     fn of_trajectory(file: &Path, text: &str) -> Result<Self, FileError> {
-        let refuse = |text: String| FileError::Content { file: file.to_owned(), text };
-        let (variables, points, start) = trajectory::parse(text, yaml::is_yaml(file)).map_err(refuse)?;
+        let refuse = |text: String| FileError::Content {
+            file: file.to_owned(),
+            text,
+        };
+        let (variables, points, start) =
+            trajectory::parse(text, yaml::is_yaml(file)).map_err(refuse)?;
         let rows = points.into_iter().map(|point| point.positions).collect();
         let (variables, rows) = checked(variables, rows).map_err(refuse)?;
-        Ok(Self { file: file.to_owned(), variables, rows, warnings: Vec::new(), start })
+        Ok(Self {
+            file: file.to_owned(),
+            variables,
+            rows,
+            warnings: Vec::new(),
+            start,
+        })
     }
 
     /// The straight line from start to goal of one of VAMP's problems, `selected` as `SET:INDEX`.
@@ -70,8 +91,17 @@ impl PathTable {
         let text = read_text(file)?;
         let parsed = vamp::Problem::select(&text, selected).and_then(|problem| problem.path());
         let checked = parsed.and_then(|(variables, rows)| checked(variables, rows));
-        let (variables, rows) = checked.map_err(|text| FileError::Content { file: file.to_owned(), text })?;
-        Ok(Self { file: file.to_owned(), variables, rows, warnings: Vec::new(), start: Vec::new() })
+        let (variables, rows) = checked.map_err(|text| FileError::Content {
+            file: file.to_owned(),
+            text,
+        })?;
+        Ok(Self {
+            file: file.to_owned(),
+            variables,
+            rows,
+            warnings: Vec::new(),
+            start: Vec::new(),
+        })
     }
 
     /// Column names in the file's order.
@@ -79,12 +109,15 @@ impl PathTable {
         &self.variables
     }
 
-    /// Refuses a path whose own message has joints elsewhere than where they are held: it would be proved for another
-    /// robot.
+    /// Refuses a path whose own message has joints elsewhere than where they are held: it would be
+    /// proved for another robot.
     ///
     /// # Errors
     /// Those joints, and how to hold them there.
-    pub fn check_held<'a>(&self, held: impl Iterator<Item = (&'a str, f64)>) -> Result<(), FileError> {
+    pub fn check_held<'a>(
+        &self,
+        held: impl Iterator<Item = (&'a str, f64)>,
+    ) -> Result<(), FileError> {
         let differs = |(name, value): (&'a str, f64)| {
             let (_, start) = self.start.iter().rev().find(|(known, _)| known == name)?;
             ((start - value).abs() > HELD_TOLERANCE).then(|| format!("{name}={start}"))
@@ -97,7 +130,10 @@ impl PathTable {
             "its start state has joints that the path does not move elsewhere than where they are held; hold them there: --hold {}",
             elsewhere.join(" --hold ")
         );
-        Err(FileError::Content { file: self.file.clone(), text })
+        Err(FileError::Content {
+            file: self.file.clone(),
+            text,
+        })
     }
 
     /// What of the file is not read, a line each.
@@ -105,8 +141,8 @@ impl PathTable {
         &self.warnings
     }
 
-    /// The columns that are variables of the robot, whichever of its variables paths have; times and columns of fixed
-    /// joints are left out.
+    /// The columns that are variables of the robot, whichever of its variables paths have; times
+    /// and columns of fixed joints are left out.
     ///
     /// # Errors
     /// A column that is no variable of the robot, with the names that it has.
@@ -115,17 +151,24 @@ impl PathTable {
     }
 
     fn of_names(mut self, names: &Names) -> Result<Self, FileError> {
-        let refuse = |text: String| FileError::Content { file: self.file.clone(), text };
+        let refuse = |text: String| FileError::Content {
+            file: self.file.clone(),
+            text,
+        };
         let (found, warning) = names.columns(&self.variables).map_err(refuse)?;
         for (index, row) in self.rows.iter_mut().enumerate() {
             *row = found.iter().map(|(place, _)| row[*place]).collect();
             // A time may be no number, until the robot has a joint of that name.
             if let Some(bad) = row.iter().position(|value| !value.is_finite()) {
-                return Err(refuse(format!("row {index}, column {:?} is not a finite number", found[bad].1)));
+                return Err(refuse(format!(
+                    "row {index}, column {:?} is not a finite number",
+                    found[bad].1
+                )));
             }
         }
         self.variables = found.into_iter().map(|(_, name)| name).collect();
-        self.warnings.extend(warning.map(|text| Warning::cosmetic("columns", text)));
+        self.warnings
+            .extend(warning.map(|text| Warning::cosmetic("columns", text)));
         Ok(self)
     }
 
@@ -133,7 +176,11 @@ impl PathTable {
     ///
     /// # Errors
     /// As [`Self::for_robot`].
-    pub fn for_variables(self, variables: &[Variable], fixed: &[String]) -> Result<Self, FileError> {
+    pub fn for_variables(
+        self,
+        variables: &[Variable],
+        fixed: &[String],
+    ) -> Result<Self, FileError> {
         self.of_names(&Names::of_variables(variables, fixed))
     }
 
@@ -143,10 +190,18 @@ impl PathTable {
     /// A column that the robot does not have, or one that is missing, with the names that it has.
     pub fn into_path(self, variables: &[Variable]) -> Result<path::Path, FileError> {
         let table = self.for_variables(variables, &[])?;
-        let refuse = |text: String| FileError::Content { file: table.file.clone(), text };
+        let refuse = |text: String| FileError::Content {
+            file: table.file.clone(),
+            text,
+        };
         let order = order(&table.variables, variables).map_err(refuse)?;
-        let numbers = table.rows.iter().flat_map(|row| order.iter().map(|&column| row[column])).collect();
-        path::Path::from_rows(variables.len(), numbers).ok_or_else(|| refuse("the robot has no variables".to_owned()))
+        let numbers = table
+            .rows
+            .iter()
+            .flat_map(|row| order.iter().map(|&column| row[column]))
+            .collect();
+        path::Path::from_rows(variables.len(), numbers)
+            .ok_or_else(|| refuse("the robot has no variables".to_owned()))
     }
 }
 
@@ -157,8 +212,20 @@ impl PathTable {
 pub(super) fn order(columns: &[String], variables: &[Variable]) -> Result<Vec<usize>, String> {
     let position = |variable: &Variable| {
         let found = columns.iter().position(|name| *name == variable.name);
-        let known = || variables.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", ");
-        found.ok_or_else(|| format!("column {:?} is missing; the robot needs {}", variable.name, known()))
+        let known = || {
+            variables
+                .iter()
+                .map(|v| v.name.as_str())
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        found.ok_or_else(|| {
+            format!(
+                "column {:?} is missing; the robot needs {}",
+                variable.name,
+                known()
+            )
+        })
     };
     variables.iter().map(position).collect()
 }
@@ -181,34 +248,60 @@ fn is_trajectory(text: &str) -> bool {
 
 /// Whether a path file is CSV, by its name.
 pub(super) fn is_csv(file: &Path) -> bool {
-    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
+    file.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
 type Parsed = Result<(Vec<String>, Vec<Vec<f64>>), String>;
 
 fn parse_json(text: &str) -> Parsed {
     let expected = r#"not a path: a path is {"variables": [names], "path": [[numbers], …]}, or a .csv or .yaml file"#;
-    let table: JsonTable = serde_json::from_str(text).map_err(|error| format!("{expected}: {error}"))?;
+    let table: JsonTable =
+        serde_json::from_str(text).map_err(|error| format!("{expected}: {error}"))?;
     check_constraints([("path_constraints", table.path_constraints)])?;
     let columns = table.variables.len();
-    if let Some((index, row)) = table.path.iter().enumerate().find(|(_, row)| row.len() != columns) {
-        return Err(format!("path row {index} has {} numbers, \"variables\" names {columns} columns", row.len()));
+    if let Some((index, row)) = table
+        .path
+        .iter()
+        .enumerate()
+        .find(|(_, row)| row.len() != columns)
+    {
+        return Err(format!(
+            "path row {index} has {} numbers, \"variables\" names {columns} columns",
+            row.len()
+        ));
     }
     checked(table.variables, table.path)
 }
 
-/// Columns are parted by commas, or where the header has none by semicolons or tabs; numbers then may have a comma.
+/// Columns are parted by commas, or where the header has none by semicolons or tabs; numbers then
+/// may have a comma.
 fn parse_csv(text: &str) -> Parsed {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let lines = || text.lines().filter(|line| !line.trim().is_empty());
-    let first = lines().find(|line| !line.starts_with('#')).unwrap_or_default();
-    let delimiter = [',', ';', '\t'].into_iter().find(|mark| first.contains(*mark)).unwrap_or(',');
+    let first = lines()
+        .find(|line| !line.starts_with('#'))
+        .unwrap_or_default();
+    let delimiter = [',', ';', '\t']
+        .into_iter()
+        .find(|mark| first.contains(*mark))
+        .unwrap_or(',');
     let mut reader = csv::ReaderBuilder::new();
-    let reader = reader.comment(Some(b'#')).delimiter(delimiter as u8).trim(csv::Trim::All).flexible(true);
+    let reader = reader
+        .comment(Some(b'#'))
+        .delimiter(delimiter as u8)
+        .trim(csv::Trim::All)
+        .flexible(true);
     let mut reader = reader.has_headers(false).from_reader(text.as_bytes());
-    let mut records = reader.records().map(|record| record.map_err(|error| error.to_string())).peekable();
+    let mut records = reader
+        .records()
+        .map(|record| record.map_err(|error| error.to_string()))
+        .peekable();
 
-    let header = records.peek().cloned().unwrap_or_else(|| Ok(csv::StringRecord::new()))?;
+    let header = records
+        .peek()
+        .cloned()
+        .unwrap_or_else(|| Ok(csv::StringRecord::new()))?;
     // NumPy writes the names as a comment above the numbers.
     let above = lines().take_while(|line| line.starts_with('#')).last();
     let above = above.and_then(|line| names_in_comment(line, delimiter, &header));
@@ -230,11 +323,19 @@ fn parse_csv(text: &str) -> Parsed {
 
 /// The names in a comment above rows of numbers, one for each.
 fn names_in_comment(line: &str, delimiter: char, first: &csv::StringRecord) -> Option<Vec<String>> {
-    let names: Vec<String> = line.trim_start_matches('#').split(delimiter).map(|name| name.trim().to_owned()).collect();
+    let names: Vec<String> = line
+        .trim_start_matches('#')
+        .split(delimiter)
+        .map(|name| name.trim().to_owned())
+        .collect();
     let are_numbers = first.iter().all(|field| field.parse::<f64>().is_ok());
-    let are_names = names.iter().all(|name| !name.is_empty() && !name.contains(char::is_whitespace));
-    let is_one_word = names.len() == 1 && line.trim_start_matches('#').trim().parse::<f64>().is_err();
-    (are_numbers && are_names && names.len() == first.len() && (names.len() > 1 || is_one_word)).then_some(names)
+    let are_names = names
+        .iter()
+        .all(|name| !name.is_empty() && !name.contains(char::is_whitespace));
+    let is_one_word =
+        names.len() == 1 && line.trim_start_matches('#').trim().parse::<f64>().is_err();
+    (are_numbers && are_names && names.len() == first.len() && (names.len() > 1 || is_one_word))
+        .then_some(names)
 }
 
 fn csv_row(
@@ -244,17 +345,33 @@ fn csv_row(
     has_decimal_commas: bool,
 ) -> Result<Vec<f64>, String> {
     let line = record.position().map_or(0, csv::Position::line);
-    let end = usize::from(has_end && record.len() > variables.len() && record.iter().next_back() == Some(""));
+    let end = usize::from(
+        has_end && record.len() > variables.len() && record.iter().next_back() == Some(""),
+    );
     if record.len() - end != variables.len() {
-        return Err(format!("line {line} has {} numbers, the header names {}", record.len() - end, variables.len()));
+        return Err(format!(
+            "line {line} has {} numbers, the header names {}",
+            record.len() - end,
+            variables.len()
+        ));
     }
     let number = |(word, name): (&str, &String)| {
-        let word_in_points = if has_decimal_commas { word.replace(',', ".") } else { word.to_owned() };
-        match word_in_points.parse::<f64>().ok().filter(|value| value.is_finite()) {
+        let word_in_points = if has_decimal_commas {
+            word.replace(',', ".")
+        } else {
+            word.to_owned()
+        };
+        match word_in_points
+            .parse::<f64>()
+            .ok()
+            .filter(|value| value.is_finite())
+        {
             Some(value) => Ok(value),
             // Whether it is a joint after all, the robot decides.
             None if columns::is_time(name) => Ok(f64::NAN),
-            None => Err(format!("line {line}, column {name:?}: {word:?} is not a finite number")),
+            None => Err(format!(
+                "line {line}, column {name:?}: {word:?} is not a finite number"
+            )),
         }
     };
     record.iter().zip(variables).map(number).collect()
@@ -262,7 +379,10 @@ fn csv_row(
 
 fn checked(variables: Vec<String>, rows: Vec<Vec<f64>>) -> Parsed {
     if let Some(index) = (1..variables.len()).find(|&i| variables[..i].contains(&variables[i])) {
-        return Err(format!("column {:?} is there twice; names must be unique", variables[index]));
+        return Err(format!(
+            "column {:?} is there twice; names must be unique",
+            variables[index]
+        ));
     }
     if rows.is_empty() {
         return Err("the path is empty; it needs a waypoint".to_owned());

@@ -1,4 +1,5 @@
-//! Bytes of a file as text: the encoding that a byte order mark, an XML declaration or the bytes themselves tell.
+//! Bytes of a file as text: the encoding that a byte order mark, an XML declaration or the bytes
+//! themselves tell.
 
 use std::path::Path;
 
@@ -13,7 +14,10 @@ use super::FileError;
 pub(super) fn read(file: &Path) -> Result<String, FileError> {
     let bytes = bytes(file)?;
     let encoding = Encoding::for_bom(&bytes).map_or(UTF_8, |(encoding, _)| encoding);
-    decoded(&bytes, encoding).map_err(|text| FileError::Content { file: file.to_owned(), text })
+    decoded(&bytes, encoding).map_err(|text| FileError::Content {
+        file: file.to_owned(),
+        text,
+    })
 }
 
 /// The text of an XML file, in whatever encoding it says it has; and what is odd about that.
@@ -22,11 +26,17 @@ pub(super) fn read(file: &Path) -> Result<String, FileError> {
 /// A file that cannot be read, or is not in the encoding that it says.
 pub(super) fn read_xml(file: &Path) -> Result<(String, Option<String>), FileError> {
     let bytes = bytes(file)?;
-    xml(&bytes).map_err(|text| FileError::Content { file: file.to_owned(), text })
+    xml(&bytes).map_err(|text| FileError::Content {
+        file: file.to_owned(),
+        text,
+    })
 }
 
 fn bytes(file: &Path) -> Result<Vec<u8>, FileError> {
-    std::fs::read(file).map_err(|error| FileError::Unreadable { file: file.to_owned(), reason: error.to_string() })
+    std::fs::read(file).map_err(|error| FileError::Unreadable {
+        file: file.to_owned(),
+        reason: error.to_string(),
+    })
 }
 
 fn xml(bytes: &[u8]) -> Result<(String, Option<String>), String> {
@@ -47,12 +57,18 @@ fn xml(bytes: &[u8]) -> Result<(String, Option<String>), String> {
         })?,
     };
     // A declaration in plain letters cannot be one of UTF-16.
-    let encoding = if [UTF_16LE, UTF_16BE].contains(&encoding) { UTF_8 } else { encoding };
+    let encoding = if [UTF_16LE, UTF_16BE].contains(&encoding) {
+        UTF_8
+    } else {
+        encoding
+    };
     match decoded(bytes, encoding) {
         Ok(text) => Ok((text, None)),
         // Readers of robots do not look at what a comment is made of.
         Err(error) if encoding == UTF_8 => {
-            let text = format!("{error}; it is read as ISO-8859-1: save it as UTF-8, or declare its encoding");
+            let text = format!(
+                "{error}; it is read as ISO-8859-1: save it as UTF-8, or declare its encoding"
+            );
             Ok((decoded(bytes, WINDOWS_1252)?, Some(text)))
         }
         Err(error) => Err(error),
@@ -68,8 +84,13 @@ fn declared(bytes: &[u8]) -> Option<&[u8]> {
     let end = bytes.windows(2).position(|two| two == b"?>")?;
     let declaration = &bytes[..end];
     let name = b"encoding";
-    let at = declaration.windows(name.len()).position(|word| word == name)?;
-    let rest = declaration[at + name.len()..].trim_ascii_start().strip_prefix(b"=")?.trim_ascii_start();
+    let at = declaration
+        .windows(name.len())
+        .position(|word| word == name)?;
+    let rest = declaration[at + name.len()..]
+        .trim_ascii_start()
+        .strip_prefix(b"=")?
+        .trim_ascii_start();
     let (quote, rest) = rest.split_first()?;
     rest.split(|byte| byte == quote).next()
 }
@@ -97,7 +118,8 @@ mod tests {
     #[test]
     fn an_encoding_is_found_by_mark_declaration_or_bytes() {
         let latin = |text: &str| text.chars().map(|c| c as u8).collect::<Vec<u8>>();
-        let declared = |label: &str| format!("\n<?xml version='1.0' encoding = \"{label}\" ?>{TEXT}");
+        let declared =
+            |label: &str| format!("\n<?xml version='1.0' encoding = \"{label}\" ?>{TEXT}");
         for bytes in [
             TEXT.as_bytes().to_vec(),
             [b"\xef\xbb\xbf", TEXT.as_bytes()].concat(),
@@ -114,8 +136,14 @@ mod tests {
             assert!(text.ends_with(TEXT) && odd.is_none(), "{text:?}, {odd:?}");
         }
         let (text, odd) = xml(&latin(&format!("\n{TEXT}"))).unwrap();
-        assert!(text.ends_with(TEXT) && odd.clone().unwrap().starts_with("line 2 is not UTF-8"), "{odd:?}");
+        assert!(
+            text.ends_with(TEXT) && odd.clone().unwrap().starts_with("line 2 is not UTF-8"),
+            "{odd:?}"
+        );
         let error = xml(&latin(&declared("klingon"))).unwrap_err();
-        assert!(error.contains("\"klingon\"") && error.contains("UTF-8"), "{error}");
+        assert!(
+            error.contains("\"klingon\"") && error.contains("UTF-8"),
+            "{error}"
+        );
     }
 }

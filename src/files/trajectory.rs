@@ -1,5 +1,6 @@
-//! Trajectories as ROS has them: JointTrajectory as YAML or JSON, also inside of MoveIt's RobotTrajectory and
-//! DisplayTrajectory, and planning requests, whose path is the straight line from start to goal.
+//! Trajectories as ROS has them: JointTrajectory as YAML or JSON, also inside of MoveIt's
+//! RobotTrajectory and DisplayTrajectory, and planning requests, whose path is the straight line
+//! from start to goal.
 
 use std::path::{Path, PathBuf};
 
@@ -110,22 +111,44 @@ struct Parts {
 }
 
 impl StartState {
-    /// What it says of the robot that a path does not: refused, since nobody would be told that it was left out.
+    /// What it says of the robot that a path does not: refused, since nobody would be told that it
+    /// was left out.
     fn refuse(&self, of: &str) -> Result<(), String> {
         if !self.attached_collision_objects.is_empty() {
-            let id = |object: &serde_json::Value| Some(object.get("object")?.get("id")?.as_str()?.to_owned());
-            let ids: Vec<String> = self.attached_collision_objects.iter().filter_map(id).collect();
+            let id = |object: &serde_json::Value| {
+                Some(object.get("object")?.get("id")?.as_str()?.to_owned())
+            };
+            let ids: Vec<String> = self
+                .attached_collision_objects
+                .iter()
+                .filter_map(id)
+                .collect();
             let text = "a path does not bring them: put them into the scene and take them out here";
-            return Err(format!("{of} has attached_collision_objects ({}); {text}", ids.join(", ")));
+            return Err(format!(
+                "{of} has attached_collision_objects ({}); {text}",
+                ids.join(", ")
+            ));
         }
-        let MultiDofState { joint_names, transforms } = &self.multi_dof_joint_state;
+        let MultiDofState {
+            joint_names,
+            transforms,
+        } = &self.multi_dof_joint_state;
         let moves = |parts: &Parts| [parts.x, parts.y, parts.z] != [0.0; 3];
-        let is_moved = |transform: &Transform| moves(&transform.translation) || moves(&transform.rotation);
-        match joint_names.iter().zip(transforms).find(|(_, transform)| is_moved(transform)) {
+        let is_moved =
+            |transform: &Transform| moves(&transform.translation) || moves(&transform.rotation);
+        match joint_names
+            .iter()
+            .zip(transforms)
+            .find(|(_, transform)| is_moved(transform))
+        {
             None => Ok(()),
             Some((name, _)) => {
-                let text = format!("give it to the path as columns, or hold it there: --hold {name}/x=VALUE");
-                Err(format!("{of} moves {name} by its multi_dof_joint_state, which is not read; {text}"))
+                let text = format!(
+                    "give it to the path as columns, or hold it there: --hold {name}/x=VALUE"
+                );
+                Err(format!(
+                    "{of} moves {name} by its multi_dof_joint_state, which is not read; {text}"
+                ))
             }
         }
     }
@@ -182,11 +205,19 @@ impl Trajectory {
     /// Reads the one trajectory of a YAML or JSON file.
     ///
     /// # Errors
-    /// A file that cannot be read, holds no trajectory or several, or has a point of the wrong length.
+    /// A file that cannot be read, holds no trajectory or several, or has a point of the wrong
+    /// length.
     pub fn read(file: &Path) -> Result<Self, FileError> {
         let parsed = parse(&read_text(file)?, yaml::is_yaml(file));
-        let (joint_names, points, _) = parsed.map_err(|text| FileError::Content { file: file.to_owned(), text })?;
-        Ok(Self { file: file.to_owned(), joint_names, points })
+        let (joint_names, points, _) = parsed.map_err(|text| FileError::Content {
+            file: file.to_owned(),
+            text,
+        })?;
+        Ok(Self {
+            file: file.to_owned(),
+            joint_names,
+            points,
+        })
     }
 }
 
@@ -207,8 +238,15 @@ impl Trajectory {
         self.of_names(&Names::of_variables(variables, &[]), variables)
     }
 
-    fn of_names(&self, names: &Names, variables: &[Variable]) -> Result<Vec<TrajectoryPoint>, FileError> {
-        let refuse = |text: String| FileError::Content { file: self.file.clone(), text };
+    fn of_names(
+        &self,
+        names: &Names,
+        variables: &[Variable],
+    ) -> Result<Vec<TrajectoryPoint>, FileError> {
+        let refuse = |text: String| FileError::Content {
+            file: self.file.clone(),
+            text,
+        };
         let (found, _) = names.columns(&self.joint_names).map_err(refuse)?;
         let (places, names): (Vec<usize>, Vec<String>) = found.into_iter().unzip();
         let order = table::order(&names, variables).map_err(refuse)?;
@@ -232,10 +270,15 @@ type Parsed = Result<(Vec<String>, Vec<TrajectoryPoint>), String>;
 pub(super) type Start = Vec<(String, f64)>;
 
 /// The one trajectory of a text, and where its message says that the robot stands.
-pub(super) fn parse(text: &str, is_yaml: bool) -> Result<(Vec<String>, Vec<TrajectoryPoint>, Start), String> {
+pub(super) fn parse(
+    text: &str,
+    is_yaml: bool,
+) -> Result<(Vec<String>, Vec<TrajectoryPoint>, Start), String> {
     let messages: Vec<Message> = match is_yaml {
         true => yaml::documents(text)?,
-        false => vec![serde_json::from_str(text).map_err(|error| format!("not a trajectory: {error}"))?],
+        false => {
+            vec![serde_json::from_str(text).map_err(|error| format!("not a trajectory: {error}"))?]
+        }
     };
     let mut found = Vec::new();
     let is_scene = messages.iter().any(|message| message.world.is_some());
@@ -246,7 +289,9 @@ pub(super) fn parse(text: &str, is_yaml: bool) -> Result<(Vec<String>, Vec<Traje
     match found.len() {
         1 => checked(found.swap_remove(0)).map(|(names, points)| (names, points, start)),
         0 if is_scene => Err("it is a planning scene, not a path; give it as --scene".to_owned()),
-        0 => Err("no trajectory: a trajectory has joint_names and points with positions".to_owned()),
+        0 => {
+            Err("no trajectory: a trajectory has joint_names and points with positions".to_owned())
+        }
         many => Err(format!("it holds {many} trajectories; keep one of them")),
     }
 }
@@ -254,9 +299,19 @@ pub(super) fn parse(text: &str, is_yaml: bool) -> Result<(Vec<String>, Vec<Traje
 impl Message {
     /// Where its joints stand at first.
     fn start(&self) -> Start {
-        let states = [&self.start_state, &self.trajectory_start].into_iter().flatten();
-        let joints = states.flat_map(|state| state.joint_state.name.iter().zip(&state.joint_state.position));
-        joints.map(|(name, position)| (name.clone(), *position)).collect()
+        let states = [&self.start_state, &self.trajectory_start]
+            .into_iter()
+            .flatten();
+        let joints = states.flat_map(|state| {
+            state
+                .joint_state
+                .name
+                .iter()
+                .zip(&state.joint_state.position)
+        });
+        joints
+            .map(|(name, position)| (name.clone(), *position))
+            .collect()
     }
 
     fn collect(self, found: &mut Vec<(Vec<String>, Vec<TrajectoryPoint>)>) -> Result<(), String> {
@@ -264,14 +319,22 @@ impl Message {
             ("path_constraints", self.path_constraints),
             ("trajectory_constraints", self.trajectory_constraints),
         ])?;
-        if let Some(MultiDof { joint_names, points }) = self.multi_dof_joint_trajectory
+        if let Some(MultiDof {
+            joint_names,
+            points,
+        }) = self.multi_dof_joint_trajectory
             && !points.is_empty()
         {
             let names = joint_names.join(", ");
             let text = format!("multi_dof_joint_trajectory moves {names}, which is not read here");
-            return Err(format!("{text}; give the path as CSV or JSON with columns such as {names}/trans_x"));
+            return Err(format!(
+                "{text}; give the path as CSV or JSON with columns such as {names}/trans_x"
+            ));
         }
-        for (state, name) in [(&self.start_state, "start_state"), (&self.trajectory_start, "trajectory_start")] {
+        for (state, name) in [
+            (&self.start_state, "start_state"),
+            (&self.trajectory_start, "trajectory_start"),
+        ] {
             state.as_ref().map_or(Ok(()), |state| state.refuse(name))?;
         }
         if let (Some(names), Some(points)) = (self.joint_names, self.points) {
@@ -286,7 +349,9 @@ impl Message {
         match self.trajectory {
             None => {}
             Some(Inner::One(message)) => message.collect(found)?,
-            Some(Inner::Several(messages)) => messages.into_iter().try_for_each(|message| message.collect(found))?,
+            Some(Inner::Several(messages)) => messages
+                .into_iter()
+                .try_for_each(|message| message.collect(found))?,
         }
         Ok(())
     }
@@ -301,19 +366,38 @@ fn straight(start: &JointState, goals: &[Goal]) -> Parsed {
             ("visibility_constraints", goal.visibility_constraints),
         ])
     })?;
-    let constraints = goals.first().map(|goal| goal.joint_constraints.as_slice()).unwrap_or_default();
+    let constraints = goals
+        .first()
+        .map(|goal| goal.joint_constraints.as_slice())
+        .unwrap_or_default();
     if constraints.is_empty() {
-        let text = "its goal_constraints have no joint_constraints; only goals in joint space are read";
+        let text =
+            "its goal_constraints have no joint_constraints; only goals in joint space are read";
         return Err(text.to_owned());
     }
-    let names: Vec<String> = constraints.iter().map(|constraint| constraint.joint_name.clone()).collect();
+    let names: Vec<String> = constraints
+        .iter()
+        .map(|constraint| constraint.joint_name.clone())
+        .collect();
     let position = |name: &String| {
-        let found = start.name.iter().position(|known| known == name).and_then(|index| start.position.get(index));
-        found.copied().ok_or_else(|| format!("its start_state does not say where {name} is, which its goal moves"))
+        let found = start
+            .name
+            .iter()
+            .position(|known| known == name)
+            .and_then(|index| start.position.get(index));
+        found.copied().ok_or_else(|| {
+            format!("its start_state does not say where {name} is, which its goal moves")
+        })
     };
     let from = names.iter().map(position).collect::<Result<_, _>>()?;
-    let to = constraints.iter().map(|constraint| constraint.position).collect();
-    let point = |positions| TrajectoryPoint { positions, ..TrajectoryPoint::default() };
+    let to = constraints
+        .iter()
+        .map(|constraint| constraint.position)
+        .collect();
+    let point = |positions| TrajectoryPoint {
+        positions,
+        ..TrajectoryPoint::default()
+    };
     Ok((names, vec![point(from), point(to)]))
 }
 
@@ -326,11 +410,16 @@ fn checked((names, points): (Vec<String>, Vec<TrajectoryPoint>)) -> Parsed {
         ];
         for (what, list) in lists {
             if list.len() != names.len() && (what == "positions" || !list.is_empty()) {
-                let (got, columns) = (list.len(), names.len());
-                return Err(format!("point {index} has {got} {what}, joint_names names {columns} joints"));
+                let got = list.len();
+                let columns = names.len();
+                return Err(format!(
+                    "point {index} has {got} {what}, joint_names names {columns} joints"
+                ));
             }
             if let Some(value) = list.iter().find(|value| !value.is_finite()) {
-                return Err(format!("point {index} has {value} in its {what}; numbers must be finite"));
+                return Err(format!(
+                    "point {index} has {value} in its {what}; numbers must be finite"
+                ));
             }
         }
     }

@@ -1,4 +1,5 @@
-//! VAMP's problem files: sets of scenes of spheres, cylinders and boxes, each with a start and goals.
+//! VAMP's problem files: sets of scenes of spheres, cylinders and boxes, each with a start and
+//! goals.
 
 use std::collections::BTreeMap;
 
@@ -61,15 +62,20 @@ pub(super) fn is_problems(text: &str) -> bool {
 }
 
 impl Problem {
-    /// The problem of a text that is named `SET:INDEX`, the index as the file has it, or its place in the set from 0.
+    /// The problem of a text that is named `SET:INDEX`, the index as the file has it, or its place
+    /// in the set from 0.
     ///
     /// # Errors
     /// No such file, set or index, with the valid ones.
     pub fn select(text: &str, selection: Option<&str>) -> Result<Self, String> {
-        let file: ProblemFile =
-            serde_json::from_str(text).map_err(|error| format!("not a file of VAMP's problems: {error}"))?;
+        let file: ProblemFile = serde_json::from_str(text)
+            .map_err(|error| format!("not a file of VAMP's problems: {error}"))?;
         let numbers = |entries: &[Entry]| -> Vec<u64> {
-            entries.iter().zip(0..).map(|(entry, place)| entry.index.unwrap_or(place)).collect()
+            entries
+                .iter()
+                .zip(0..)
+                .map(|(entry, place)| entry.index.unwrap_or(place))
+                .collect()
         };
         let sets = file.problems.iter().map(|(set, entries)| {
             let numbers = numbers(entries);
@@ -80,14 +86,23 @@ impl Problem {
         });
         let valid = sets.collect::<Vec<_>>().join(", ");
         let Some(selection) = selection else {
-            return Err(format!("it holds many problems; choose one by --select SET:INDEX: {valid}"));
+            return Err(format!(
+                "it holds many problems; choose one by --select SET:INDEX: {valid}"
+            ));
         };
         let unknown = || format!("it has no problem {selection:?}; valid: {valid}");
         let (set, number) = selection.rsplit_once(':').ok_or_else(unknown)?;
         let number: u64 = number.parse().map_err(|_| unknown())?;
         let entries = file.problems.get(set).ok_or_else(unknown)?;
-        let place = numbers(entries).iter().position(|known| *known == number).ok_or_else(unknown)?;
-        Ok(Self { name: selection.replace(':', "_"), joints: file.joints, entry: entries[place].clone() })
+        let place = numbers(entries)
+            .iter()
+            .position(|known| *known == number)
+            .ok_or_else(unknown)?;
+        Ok(Self {
+            name: selection.replace(':', "_"),
+            joints: file.joints,
+            entry: entries[place].clone(),
+        })
     }
 
     /// The straight line from its start to its first goal.
@@ -98,10 +113,18 @@ impl Problem {
         let goal = self.entry.goals.first().cloned().unwrap_or_default();
         let rows = vec![self.entry.start.clone(), goal];
         if self.joints.is_empty() {
-            return Err("it does not name its joints; give a path of your own with this file as --scene".to_owned());
+            return Err(
+                "it does not name its joints; give a path of your own with this file as --scene"
+                    .to_owned(),
+            );
         }
         match rows.iter().find(|row| row.len() != self.joints.len()) {
-            Some(row) => Err(format!("{} has {} numbers for {} joints", self.name, row.len(), self.joints.len())),
+            Some(row) => Err(format!(
+                "{} has {} numbers for {} joints",
+                self.name,
+                row.len(),
+                self.joints.len()
+            )),
             None => Ok((self.joints.clone(), rows)),
         }
     }
@@ -113,14 +136,24 @@ impl Problem {
     pub fn scene(&self) -> Result<String, String> {
         let mut objects: Vec<Value> = Vec::new();
         let mut known: BTreeMap<String, u32> = BTreeMap::new();
-        let kinds = [("sphere", &self.entry.sphere), ("cylinder", &self.entry.cylinder), ("box", &self.entry.cuboid)];
+        let kinds = [
+            ("sphere", &self.entry.sphere),
+            ("cylinder", &self.entry.cylinder),
+            ("box", &self.entry.cuboid),
+        ];
         for (kind, solids) in kinds {
             for solid in solids {
                 let base = solid.name.clone().unwrap_or_else(|| kind.to_owned());
                 let times = known.entry(base.clone()).or_insert(0);
                 *times += 1;
-                let id = if *times == 1 { base } else { format!("{base}_{times}") };
-                let dimensions = solid.dimensions(kind).ok_or_else(|| format!("{kind} {id:?} lacks its sizes"))?;
+                let id = if *times == 1 {
+                    base
+                } else {
+                    format!("{base}_{times}")
+                };
+                let dimensions = solid
+                    .dimensions(kind)
+                    .ok_or_else(|| format!("{kind} {id:?} lacks its sizes"))?;
                 let [x, y, z, w] = solid.orientation_quat_xyzw;
                 objects.push(json!({
                     "id": id,

@@ -1,7 +1,8 @@
 //! Eight f32 numbers at once: the arithmetic of the filter.
 //!
-//! The instruction set is chosen at run time. Every lane is computed alike on all of them: only IEEE
-//! additions, products, quotients and square roots, never fused, so that no answer depends on the machine.
+//! The instruction set is chosen at run time. Every lane is computed alike on all of them: only
+//! IEEE additions, products, quotients and square roots, never fused, so that no answer depends on
+//! the machine.
 
 mod vectors;
 
@@ -28,7 +29,10 @@ impl Eight for Scalar256b {
     #[inline(always)]
     fn bits(self, mask: m32x8) -> u8 {
         let lanes: [u32; LANES] = pulp::cast(mask);
-        lanes.iter().enumerate().fold(0, |bits, (lane, set)| bits | ((set & 1) as u8) << lane)
+        lanes
+            .iter()
+            .enumerate()
+            .fold(0, |bits, (lane, set)| bits | ((set & 1) as u8) << lane)
     }
     #[inline(always)]
     fn larger(self, a: Packed, b: Packed) -> Packed {
@@ -60,8 +64,8 @@ impl Eight for pulp::x86::V3 {
 pub trait EightWide {
     /// What comes of it.
     type Output;
-    /// Does it. Everything that it calls must be `#[inline(always)]`, closures and array methods are not: what is
-    /// not inlined is compiled without the instruction set.
+    /// Does it. Everything that it calls must be `#[inline(always)]`, closures and array methods
+    /// are not: what is not inlined is compiled without the instruction set.
     fn run<S: Eight>(self, simd: S) -> Self::Output;
 }
 
@@ -129,7 +133,10 @@ impl<S: Eight> Lanes<S> {
     /// The same number in all lanes.
     #[inline(always)]
     pub fn splat(simd: S, value: f32) -> Self {
-        Self { simd, packed: simd.splat_f32s(value) }
+        Self {
+            simd,
+            packed: simd.splat_f32s(value),
+        }
     }
     /// Numbers from memory.
     #[inline(always)]
@@ -163,12 +170,18 @@ impl<S: Eight> Lanes<S> {
     /// The nearest number in [−bound, bound].
     #[inline(always)]
     pub fn clamp(self, bound: f32) -> Self {
-        self.max(Self::splat(self.simd, -bound)).min(Self::splat(self.simd, bound))
+        self.max(Self::splat(self.simd, -bound))
+            .min(Self::splat(self.simd, bound))
     }
     /// Lanes that are at least those of `other`; a lane that is no number is not.
     #[inline(always)]
     pub fn at_least(self, other: Self) -> Mask<S> {
-        Mask { simd: self.simd, mask: self.simd.greater_than_or_equal_f32s(self.packed, other.packed) }
+        Mask {
+            simd: self.simd,
+            mask: self
+                .simd
+                .greater_than_or_equal_f32s(self.packed, other.packed),
+        }
     }
     /// The nearest whole number, for magnitudes below 2²².
     #[inline(always)]
@@ -182,7 +195,10 @@ impl<S: Eight> Mask<S> {
     /// Lanes whose bit is set.
     #[inline(always)]
     pub fn from_bits(simd: S, bits: u8) -> Self {
-        Self { simd, mask: pulp::cast(BITS[bits as usize]) }
+        Self {
+            simd,
+            mask: pulp::cast(BITS[bits as usize]),
+        }
     }
     /// The lanes as bits, lane 0 lowest.
     #[inline(always)]
@@ -192,7 +208,10 @@ impl<S: Eight> Mask<S> {
     /// In both.
     #[inline(always)]
     pub fn and(self, other: Self) -> Self {
-        Self { mask: self.simd.and_m32s(self.mask, other.mask), ..self }
+        Self {
+            mask: self.simd.and_m32s(self.mask, other.mask),
+            ..self
+        }
     }
     /// `yes` where it holds, else `no`.
     #[inline(always)]
@@ -249,8 +268,8 @@ impl<S: Eight> Neg for Lanes<S> {
 
 /// Sine and cosine, for magnitudes below 400; off by at most 3e-7.
 ///
-/// The angle is brought to [−π/2, π/2] by whole multiples of π, whose parity is the sign of both; there
-/// the Taylor series are cut off below the rounding.
+/// The angle is brought to [−π/2, π/2] by whole multiples of π, whose parity is the sign of both;
+/// there the Taylor series are cut off below the rounding.
 #[inline(always)]
 pub fn sin_cos<S: Eight>(angle: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
     // π in three parts, the first two short enough that their products with the multiple are exact.
@@ -301,8 +320,16 @@ mod tests {
             assert_eq!(here, InstructionSet::Portable.run(SinCos(angles)));
             for lane in 0..LANES {
                 let (sine, cosine) = f64::from(angles[lane]).sin_cos();
-                assert!((f64::from(here[0][lane]) - sine).abs() < 3e-7, "sine of {}", angles[lane]);
-                assert!((f64::from(here[1][lane]) - cosine).abs() < 3e-7, "cosine of {}", angles[lane]);
+                assert!(
+                    (f64::from(here[0][lane]) - sine).abs() < 3e-7,
+                    "sine of {}",
+                    angles[lane]
+                );
+                assert!(
+                    (f64::from(here[1][lane]) - cosine).abs() < 3e-7,
+                    "cosine of {}",
+                    angles[lane]
+                );
             }
         }
     }
@@ -331,17 +358,27 @@ mod tests {
         type Output = [[u32; LANES]; 2];
         #[inline(always)]
         fn run<S: Eight>(self, simd: S) -> Self::Output {
-            let (a, b) = (Lanes::new(simd, pulp::cast(self.0)), Lanes::new(simd, pulp::cast(self.1)));
+            let a = Lanes::new(simd, pulp::cast(self.0));
+            let b = Lanes::new(simd, pulp::cast(self.1));
             [pulp::cast(a.max(b).packed), pulp::cast(a.min(b).packed)]
         }
     }
 
-    /// An arithmetic of its own once made proofs differ between machines: of a ball whose centre is in a box
-    /// the approach is 0 / 0.
+    /// An arithmetic of its own once made proofs differ between machines: of a ball whose centre is
+    /// in a box the approach is 0 / 0.
     #[test]
     fn what_is_no_number_is_treated_alike_on_every_instruction_set() {
         let a = [f32::NAN, 1.0, 0.0, -0.0, f32::INFINITY, 2.0, f32::NAN, -1.0];
-        let b = [1.0, f32::NAN, -0.0, 0.0, f32::NAN, 3.0, f32::NAN, f32::NEG_INFINITY];
+        let b = [
+            1.0,
+            f32::NAN,
+            -0.0,
+            0.0,
+            f32::NAN,
+            3.0,
+            f32::NAN,
+            f32::NEG_INFINITY,
+        ];
         let here = InstructionSet::default().run(Extremes(a, b));
         assert_eq!(here, InstructionSet::Portable.run(Extremes(a, b)));
         assert_eq!(f32::from_bits(here[0][0]), 1.0);

@@ -19,12 +19,20 @@ impl<S: Eight> Vectors<S> {
     /// The same vector in all lanes.
     #[inline(always)]
     pub fn splat(simd: S, v: [f32; 3]) -> Self {
-        Self { x: Lanes::splat(simd, v[0]), y: Lanes::splat(simd, v[1]), z: Lanes::splat(simd, v[2]) }
+        Self {
+            x: Lanes::splat(simd, v[0]),
+            y: Lanes::splat(simd, v[1]),
+            z: Lanes::splat(simd, v[2]),
+        }
     }
     /// Vectors from memory.
     #[inline(always)]
     pub fn new(simd: S, v: [Packed; 3]) -> Self {
-        Self { x: Lanes::new(simd, v[0]), y: Lanes::new(simd, v[1]), z: Lanes::new(simd, v[2]) }
+        Self {
+            x: Lanes::new(simd, v[0]),
+            y: Lanes::new(simd, v[1]),
+            z: Lanes::new(simd, v[2]),
+        }
     }
     /// Vectors for memory.
     #[inline(always)]
@@ -56,7 +64,11 @@ impl<S: Eight> Add for Vectors<S> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
+        Self {
+            x: self.x + other.x,
+            y: self.y + other.y,
+            z: self.z + other.z,
+        }
     }
 }
 
@@ -64,7 +76,11 @@ impl<S: Eight> Sub for Vectors<S> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
+        Self {
+            x: self.x - other.x,
+            y: self.y - other.y,
+            z: self.z - other.z,
+        }
     }
 }
 
@@ -72,7 +88,11 @@ impl<S: Eight> Mul<Lanes<S>> for Vectors<S> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, scale: Lanes<S>) -> Self {
-        Self { x: self.x * scale, y: self.y * scale, z: self.z * scale }
+        Self {
+            x: self.x * scale,
+            y: self.y * scale,
+            z: self.z * scale,
+        }
     }
 }
 
@@ -80,7 +100,11 @@ impl<S: Eight> Mul<f32> for Vectors<S> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, scale: f32) -> Self {
-        Self { x: self.x * scale, y: self.y * scale, z: self.z * scale }
+        Self {
+            x: self.x * scale,
+            y: self.y * scale,
+            z: self.z * scale,
+        }
     }
 }
 
@@ -92,12 +116,20 @@ impl<S: Eight> Axes<S> {
     /// The same axes in all lanes.
     #[inline(always)]
     pub fn splat(simd: S, axes: &[[f32; 3]; 3]) -> Self {
-        Self([Vectors::splat(simd, axes[0]), Vectors::splat(simd, axes[1]), Vectors::splat(simd, axes[2])])
+        Self([
+            Vectors::splat(simd, axes[0]),
+            Vectors::splat(simd, axes[1]),
+            Vectors::splat(simd, axes[2]),
+        ])
     }
     /// Axes from memory.
     #[inline(always)]
     pub fn new(simd: S, axes: &[[Packed; 3]; 3]) -> Self {
-        Self([Vectors::new(simd, axes[0]), Vectors::new(simd, axes[1]), Vectors::new(simd, axes[2])])
+        Self([
+            Vectors::new(simd, axes[0]),
+            Vectors::new(simd, axes[1]),
+            Vectors::new(simd, axes[2]),
+        ])
     }
     /// Axes for memory.
     #[inline(always)]
@@ -117,6 +149,10 @@ impl<S: Eight> Axes<S> {
     /// Coordinates of a vector along unit axes.
     #[inline(always)]
     pub fn coordinates(self, v: Vectors<S>) -> Vectors<S> {
-        Vectors { x: self.0[0].dot(v), y: self.0[1].dot(v), z: self.0[2].dot(v) }
+        Vectors {
+            x: self.0[0].dot(v),
+            y: self.0[1].dot(v),
+            z: self.0[2].dot(v),
+        }
     }
 }

@@ -1,4 +1,5 @@
-//! Answers requests in this process as the daemon does, bit for bit: for programs that have no daemon.
+//! Answers requests in this process as the daemon does, bit for bit: for programs that have no
+//! daemon.
 //!
 //! ```
 //! use taut::local::LocalService;
@@ -32,7 +33,10 @@ pub struct LocalService {
 
 impl Default for LocalService {
     fn default() -> Self {
-        Self { store: Mutex::new(ModelStore::new(label_id)), changing: Mutex::default() }
+        Self {
+            store: Mutex::new(ModelStore::new(label_id)),
+            changing: Mutex::default(),
+        }
     }
 }
 
@@ -57,7 +61,10 @@ impl Service for LocalService {
 }
 
 fn crash(what: &str) -> Refusal {
-    Refusal::new(Code::Crash, format!("{what} panicked; report it with the request as a defect"))
+    Refusal::new(
+        Code::Crash,
+        format!("{what} panicked; report it with the request as a defect"),
+    )
 }
 
 impl LocalService {
@@ -66,7 +73,12 @@ impl LocalService {
     }
 
     /// Works on a request and tells of its improvements.
-    fn compute(&self, request: &RequestView<'_>, ending: &Ending, tell: &Tell<'_>) -> Result<Reply, Refusal> {
+    fn compute(
+        &self,
+        request: &RequestView<'_>,
+        ending: &Ending,
+        tell: &Tell<'_>,
+    ) -> Result<Reply, Refusal> {
         let header = &request.header;
         if header.flags & taut_ipc::wire::RequestFlags::WATCH != 0 {
             let text = "a path is watched by a daemon only; check it again after each change";
@@ -75,7 +87,8 @@ impl LocalService {
         let snapshot = self.store().snapshot(&translate::wanted(header));
         let snapshot = snapshot.map_err(|error| translate::store_refusal(&error))?;
         translate::check_layout(header, &snapshot)?;
-        let (settings, path) = translate::settings_and_path(request, &snapshot, Settings::DEFAULT_CLEARANCE_M)?;
+        let (settings, path) =
+            translate::settings_and_path(request, &snapshot, Settings::DEFAULT_CLEARANCE_M)?;
         let model = snapshot.model.get();
         let model = model.map_err(|error| translate::model_refusal(error, &snapshot.robot))?;
         let is_late = || header.deadline_ns != 0 && monotonic_ns() >= header.deadline_ns;
@@ -92,15 +105,31 @@ impl LocalService {
             cause.is_some()
         };
         let mut lengths = Lengths::new(&snapshot, &settings, &path);
-        let mut publish = |improvement: Improvement| improved(&snapshot, &mut lengths, &improvement, tell);
-        let result = optimize::run(model, &path, &settings, &mut Workspace::default(), &mut stop, &mut publish);
+        let mut publish =
+            |improvement: Improvement| improved(&snapshot, &mut lengths, &improvement, tell);
+        let result = optimize::run(
+            model,
+            &path,
+            &settings,
+            &mut Workspace::default(),
+            &mut stop,
+            &mut publish,
+        );
         let outcome = result.map_err(|error| translate::request_refusal(&error))?;
         Ok(translate::answered(&snapshot, &outcome, cause))
     }
 }
 
-fn improved(snapshot: &Snapshot, lengths: &mut Lengths<'_>, improvement: &Improvement<'_>, tell: &Tell<'_>) {
+fn improved(
+    snapshot: &Snapshot,
+    lengths: &mut Lengths<'_>,
+    improvement: &Improvement<'_>,
+    tell: &Tell<'_>,
+) {
     let header = translate::progress(snapshot, improvement, lengths.of(improvement.length));
-    let body = taut_ipc::wire::ResponseBody { path: improvement.path.as_flat(), ..Default::default() };
+    let body = taut_ipc::wire::ResponseBody {
+        path: improvement.path.as_flat(),
+        ..Default::default()
+    };
     tell(&header, &body);
 }

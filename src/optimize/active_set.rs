@@ -1,20 +1,22 @@
 //! The step of the quadratic model under half-spaces: `min_p gᵀp + ½ pᵀHp` subject to `J p ≥ b`.
 //!
-//! The dual active set method of Goldfarb and Idnani (*A numerically stable dual method for solving strictly convex
-//! quadratic programs*, 1983) on the closed form of H⁻¹ ([`Cost::compliance`]): `p = H⁻¹(Jᵀν − g)`, ν ≥ 0, where
-//! only the active rows have ν > 0. It starts from the minimum without rows, takes in the row that is violated most,
-//! and releases a row as soon as its multiplier would change sign. Only `M = J H⁻¹ Jᵀ` is ever looked at, so that
-//! the number of waypoints hardly counts; rows that come later are added to the solution that there is.
+//! The dual active set method of Goldfarb and Idnani (*A numerically stable dual method for solving
+//! strictly convex quadratic programs*, 1983) on the closed form of H⁻¹ ([`Cost::compliance`]):
+//! `p = H⁻¹(Jᵀν − g)`, ν ≥ 0, where only the active rows have ν > 0. It starts from the minimum
+//! without rows, takes in the row that is violated most, and releases a row as soon as its
+//! multiplier would change sign. Only `M = J H⁻¹ Jᵀ` is ever looked at, so that the number of
+//! waypoints hardly counts; rows that come later are added to the solution that there is.
 
 use super::cost::Cost;
 use super::factor::Factor;
 use super::rows::{Row, Rows};
 
-/// A row is violated when its slack is below minus this, in units of the step that one unit of force would make.
+/// A row is violated when its slack is below minus this, in units of the step that one unit of
+/// force would make.
 const VIOLATED: f64 = 1e-10;
 
-/// Of a row that depends on the active ones, this much is left (squared, relative): more than what rounding leaves
-/// where some of these nearly depend on each other.
+/// Of a row that depends on the active ones, this much is left (squared, relative): more than what
+/// rounding leaves where some of these nearly depend on each other.
 const DEPENDENT: f64 = 1e-8;
 
 /// Exchanges for each row, after which rounding is going round in circles.
@@ -64,7 +66,8 @@ impl ActiveSet {
         }
     }
 
-    /// Starts anew with the model of this cost and gradient (one row of nv numbers for each waypoint).
+    /// Starts anew with the model of this cost and gradient (one row of nv numbers for each
+    /// waypoint).
     pub fn begin(&mut self, cost: &Cost<'_>, gradient: &[f64]) {
         self.rows.truncate(0);
         self.gram.clear();
@@ -84,7 +87,10 @@ impl ActiveSet {
 
     /// The rows that hold the step, and their multipliers ν > 0.
     pub fn active(&self) -> impl Iterator<Item = (usize, f64)> {
-        self.active.iter().copied().zip(self.multipliers.iter().copied())
+        self.active
+            .iter()
+            .copied()
+            .zip(self.multipliers.iter().copied())
     }
 
     /// Adds a half-space and returns its number; `None` where no waypoint that may move is in it.
@@ -93,9 +99,11 @@ impl ActiveSet {
         if diagonal <= 0.0 {
             return None;
         }
-        self.gram.extend(self.rows.iter().map(|other| row.coupling(&other, cost)));
+        self.gram
+            .extend(self.rows.iter().map(|other| row.coupling(&other, cost)));
         self.gram.push(diagonal);
-        self.free_slack.push(row.of_step(&self.free_step) - row.right_hand_side);
+        self.free_slack
+            .push(row.of_step(&self.free_step) - row.right_hand_side);
         self.rows.push(row);
         Some(self.rows.len() - 1)
     }
@@ -107,8 +115,9 @@ impl ActiveSet {
         self.rows.set_right_hand_side(row, right_hand_side);
     }
 
-    /// Starts with these rows as active, as far as they are independent and their multipliers positive: those of the
-    /// last path, whose rows were much the same. Call it before any [`Self::solve`].
+    /// Starts with these rows as active, as far as they are independent and their multipliers
+    /// positive: those of the last path, whose rows were much the same. Call it before any
+    /// [`Self::solve`].
     pub fn warm_start(&mut self, rows: impl Iterator<Item = usize>) {
         for row in rows {
             self.fill_column(row);
@@ -118,9 +127,11 @@ impl ActiveSet {
         }
         loop {
             self.multipliers.clear();
-            self.multipliers.extend(self.active.iter().map(|&row| -self.free_slack[row]));
+            self.multipliers
+                .extend(self.active.iter().map(|&row| -self.free_slack[row]));
             self.factor.solve(&mut self.multipliers);
-            let least = (0..self.active.len()).min_by(|&a, &b| self.multipliers[a].total_cmp(&self.multipliers[b]));
+            let least = (0..self.active.len())
+                .min_by(|&a, &b| self.multipliers[a].total_cmp(&self.multipliers[b]));
             match least.filter(|&least| self.multipliers[least] < 0.0) {
                 Some(least) => self.release(least),
                 None => return,
@@ -131,7 +142,8 @@ impl ActiveSet {
     /// Goes on until no row is violated.
     ///
     /// # Errors
-    /// A row that cannot be satisfied together with the active ones; the state is that before it was taken in.
+    /// A row that cannot be satisfied together with the active ones; the state is that before it
+    /// was taken in.
     pub fn solve(&mut self) -> Result<(), Infeasible> {
         for _ in 0..EXCHANGES_PER_ROW * (self.rows.len() + 1) {
             match self.most_violated() {
@@ -150,11 +162,14 @@ impl ActiveSet {
             self.rows.get(*row).add_force(*multiplier, &mut self.force);
         }
         cost.apply_inverse_hessian(&self.force, step);
-        step.iter_mut().zip(&self.free_step).for_each(|(p, free)| *p += free);
+        step.iter_mut()
+            .zip(&self.free_step)
+            .for_each(|(p, free)| *p += free);
     }
 
     fn entry(&self, a: usize, b: usize) -> f64 {
-        let (low, high) = (a.min(b), a.max(b));
+        let low = a.min(b);
+        let high = a.max(b);
         self.gram[high * (high + 1) / 2 + low]
     }
 
@@ -167,7 +182,11 @@ impl ActiveSet {
     }
 
     fn slack(&self, row: usize) -> f64 {
-        let held = self.active.iter().zip(&self.multipliers).map(|(&active, nu)| self.entry(active, row) * nu);
+        let held = self
+            .active
+            .iter()
+            .zip(&self.multipliers)
+            .map(|(&active, nu)| self.entry(active, row) * nu);
         self.free_slack[row] + held.sum::<f64>()
     }
 
@@ -184,19 +203,31 @@ impl ActiveSet {
         worst.0
     }
 
-    /// Raises the multiplier of a row until it is satisfied, releasing those whose multipliers come to 0 on the way.
+    /// Raises the multiplier of a row until it is satisfied, releasing those whose multipliers come
+    /// to 0 on the way.
     fn take_in(&mut self, row: usize, mut slack: f64) -> Result<(), Infeasible> {
         let before = (self.active.clone(), self.multipliers.clone());
-        let (diagonal, mut multiplier) = (self.entry(row, row), 0.0);
+        let diagonal = self.entry(row, row);
+        let mut multiplier = 0.0;
         loop {
             self.fill_column(row);
-            // For each unit of the row's multiplier the others fall by this, and the slack grows by the curvature.
+            // For each unit of the row's multiplier the others fall by this, and the slack grows by
+            // the curvature.
             self.direction.clear();
             self.direction.extend_from_slice(&self.column);
             self.factor.solve(&mut self.direction);
-            let known: f64 = self.direction.iter().zip(&self.column).map(|(u, m)| u * m).sum();
+            let known: f64 = self
+                .direction
+                .iter()
+                .zip(&self.column)
+                .map(|(u, m)| u * m)
+                .sum();
             let curvature = diagonal - known;
-            let whole = if curvature > DEPENDENT * diagonal { -slack / curvature } else { f64::INFINITY };
+            let whole = if curvature > DEPENDENT * diagonal {
+                -slack / curvature
+            } else {
+                f64::INFINITY
+            };
             let blocking = self.blocking().filter(|(_, most)| *most < whole);
             let by = blocking.map_or(whole, |(_, most)| most);
             if by == f64::INFINITY {
@@ -205,7 +236,10 @@ impl ActiveSet {
             }
             multiplier += by;
             slack += by * curvature;
-            self.multipliers.iter_mut().zip(&self.direction).for_each(|(nu, u)| *nu -= by * u);
+            self.multipliers
+                .iter_mut()
+                .zip(&self.direction)
+                .for_each(|(nu, u)| *nu -= by * u);
             let Some((index, _)) = blocking else { break };
             self.release(index);
         }
@@ -220,8 +254,15 @@ impl ActiveSet {
 
     /// The active row whose multiplier comes to 0 first along `direction`, and after how much.
     fn blocking(&self) -> Option<(usize, f64)> {
-        let falling = self.direction.iter().zip(&self.multipliers).enumerate().filter(|(_, (u, _))| **u > 0.0);
-        falling.map(|(index, (u, nu))| (index, nu.max(0.0) / u)).min_by(|a, b| a.1.total_cmp(&b.1))
+        let falling = self
+            .direction
+            .iter()
+            .zip(&self.multipliers)
+            .enumerate()
+            .filter(|(_, (u, _))| **u > 0.0);
+        falling
+            .map(|(index, (u, nu))| (index, nu.max(0.0) / u))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     fn release(&mut self, index: usize) {

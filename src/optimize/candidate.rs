@@ -1,4 +1,5 @@
-//! Candidates of shortcuts: what a part of a path would become with some components moving straight.
+//! Candidates of shortcuts: what a part of a path would become with some components moving
+//! straight.
 
 use std::ops::Range;
 
@@ -6,7 +7,8 @@ use super::progress::Progress;
 use super::task::{SHORTER, columns};
 use crate::validation::SegmentsVerdict;
 
-/// Least gain, as a part of the length, for each waypoint that a candidate adds: waypoints cost time ever after.
+/// Least gain, as a part of the length, for each waypoint that a candidate adds: waypoints cost
+/// time ever after.
 const WORTH_A_WAYPOINT: f64 = 1e-4;
 
 /// A place on the path: a ratio in [0, 1) of a segment, or the last waypoint.
@@ -28,7 +30,8 @@ pub struct Search<'s, 'r, 'm> {
     /// Flat rows that would replace waypoints `replaced`, the two ends of which they repeat.
     candidate: Vec<f64>,
     replaced: Range<usize>,
-    /// What would replace the waypoints from the last of those on, where the candidate ends whole turns away; else empty.
+    /// What would replace the waypoints from the last of those on, where the candidate ends whole
+    /// turns away; else empty.
     tail: Vec<f64>,
     velocity: Vec<f64>,
     ends: [Vec<f64>; 2],
@@ -43,7 +46,10 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         let row = vec![0.0; task.space.nq()];
         let mut search = Self {
             arcs: Vec::new(),
-            moving: components.filter(|component| task.may_move(component)).map(columns).collect(),
+            moving: components
+                .filter(|component| task.may_move(component))
+                .map(columns)
+                .collect(),
             candidate: Vec::new(),
             replaced: 0..0,
             tail: Vec::new(),
@@ -66,8 +72,14 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         let mut arc = 0.0;
         self.arcs.push(arc);
         for i in 1..self.progress.path.len() {
-            let (from, to) = (self.progress.path.waypoint(i - 1), self.progress.path.waypoint(i));
-            arc += self.progress.task.metric.distance(self.progress.task.space, from, to, &mut self.velocity);
+            let from = self.progress.path.waypoint(i - 1);
+            let to = self.progress.path.waypoint(i);
+            arc += self.progress.task.metric.distance(
+                self.progress.task.space,
+                from,
+                to,
+                &mut self.velocity,
+            );
             self.arcs.push(arc);
         }
         self.progress.length = arc;
@@ -79,13 +91,19 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     }
 
     pub fn whole_stretch(&self, stretch: usize) -> (Place, Place) {
-        let mut ends = (0..self.progress.fixed.len()).filter(|&i| self.progress.fixed[i]).skip(stretch);
+        let mut ends = (0..self.progress.fixed.len())
+            .filter(|&i| self.progress.fixed[i])
+            .skip(stretch);
         let mut next = || self.at_waypoint(ends.next().unwrap_or(0));
         (next(), next())
     }
 
     fn at_waypoint(&self, waypoint: usize) -> Place {
-        Place { segment: waypoint, ratio: 0.0, arc: self.arcs[waypoint] }
+        Place {
+            segment: waypoint,
+            ratio: 0.0,
+            arc: self.arcs[waypoint],
+        }
     }
 
     /// Two random places on different segments of one stretch, in order; each is a waypoint with
@@ -95,11 +113,16 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         let segment = self.segment_at(anywhere);
         let start = (0..=segment).rev().find(|&i| self.progress.fixed[i])?;
         let end = (segment + 1..self.progress.fixed.len()).find(|&i| self.progress.fixed[i])?;
-        let other = self.arcs[start] + self.progress.random.f64() * (self.arcs[end] - self.arcs[start]);
+        let other =
+            self.arcs[start] + self.progress.random.f64() * (self.arcs[end] - self.arcs[start]);
         let [from, to] = [anywhere.min(other), anywhere.max(other)].map(|arc| {
             let place = self.place_at(arc);
             let nearest = place.segment + usize::from(place.ratio > 0.5);
-            if self.progress.random.f64() < snapped { self.at_waypoint(nearest) } else { place }
+            if self.progress.random.f64() < snapped {
+                self.at_waypoint(nearest)
+            } else {
+                place
+            }
         });
         let last = to.segment - usize::from(to.ratio == 0.0 && to.segment > 0);
         (from.segment < last).then_some((from, to))
@@ -113,71 +136,113 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     fn place_at(&self, arc: f64) -> Place {
         let segment = self.segment_at(arc);
         let length = self.arcs[segment + 1] - self.arcs[segment];
-        let ratio = if length > 0.0 { (arc - self.arcs[segment]) / length } else { 0.0 };
-        if ratio < 1.0 { Place { segment, ratio, arc } } else { self.at_waypoint(segment + 1) }
+        let ratio = if length > 0.0 {
+            (arc - self.arcs[segment]) / length
+        } else {
+            0.0
+        };
+        if ratio < 1.0 {
+            Place {
+                segment,
+                ratio,
+                arc,
+            }
+        } else {
+            self.at_waypoint(segment + 1)
+        }
     }
 
-    /// Builds the candidate that moves the components `straightened` straight from one place to the other.
+    /// Builds the candidate that moves the components `straightened` straight from one place to the
+    /// other.
     pub fn build(&mut self, (from, to): (Place, Place), straightened: Range<usize>) {
-        let (first, last) = (from.segment, to.segment + usize::from(to.ratio > 0.0));
+        let first = from.segment;
+        let last = to.segment + usize::from(to.ratio > 0.0);
         self.replaced = first..last + 1;
         for (side, place) in [from, to].into_iter().enumerate() {
-            let (start, end) = (place.segment, (place.segment + 1).min(self.progress.path.len() - 1));
+            let start = place.segment;
+            let end = (place.segment + 1).min(self.progress.path.len() - 1);
             self.progress.task.space.difference(
                 self.progress.path.waypoint(end),
                 self.progress.path.waypoint(start),
                 &mut self.velocity,
             );
             let at = &mut self.ends[side];
-            self.progress.task.space.integrate(self.progress.path.waypoint(start), &self.velocity, place.ratio, at);
+            self.progress.task.space.integrate(
+                self.progress.path.waypoint(start),
+                &self.velocity,
+                place.ratio,
+                at,
+            );
             if place.ratio == 0.0 {
                 at.copy_from_slice(self.progress.path.waypoint(start));
             }
         }
         self.candidate.clear();
-        self.candidate.extend_from_slice(self.progress.path.waypoint(first));
+        self.candidate
+            .extend_from_slice(self.progress.path.waypoint(first));
         push_different(&mut self.candidate, &self.ends[0]);
         let is_straight = straightened.len() == self.progress.task.space.components().len();
         if !is_straight {
-            self.progress.task.space.difference(&self.ends[1], &self.ends[0], &mut self.velocity);
+            self.progress
+                .task
+                .space
+                .difference(&self.ends[1], &self.ends[0], &mut self.velocity);
             for waypoint in first + 1..last {
-                self.straighten(waypoint, (self.arcs[waypoint] - from.arc) / (to.arc - from.arc), straightened.clone());
+                self.straighten(
+                    waypoint,
+                    (self.arcs[waypoint] - from.arc) / (to.arc - from.arc),
+                    straightened.clone(),
+                );
             }
         }
         push_different(&mut self.candidate, &self.ends[1]);
         // Both ends stand in it, also where the stretch comes back to where it begins.
         let ends = self.candidate.len() > self.progress.path.nq();
         if !(ends && self.candidate.ends_with(self.progress.path.waypoint(last))) {
-            self.candidate.extend_from_slice(self.progress.path.waypoint(last));
+            self.candidate
+                .extend_from_slice(self.progress.path.waypoint(last));
         }
     }
 
-    /// Adds a waypoint whose components `straightened` are at `ratio` of the straight line, the others as they were.
+    /// Adds a waypoint whose components `straightened` are at `ratio` of the straight line, the
+    /// others as they were.
     fn straighten(&mut self, waypoint: usize, ratio: f64, straightened: Range<usize>) {
-        self.row.copy_from_slice(self.progress.path.waypoint(waypoint));
-        self.progress.task.space.integrate(&self.ends[0], &self.velocity, ratio, &mut self.straight);
+        self.row
+            .copy_from_slice(self.progress.path.waypoint(waypoint));
+        self.progress.task.space.integrate(
+            &self.ends[0],
+            &self.velocity,
+            ratio,
+            &mut self.straight,
+        );
         for columns in &self.moving[straightened] {
             self.row[columns.clone()].copy_from_slice(&self.straight[columns.clone()]);
         }
         push_different(&mut self.candidate, &self.row);
     }
 
-    /// Writes the candidate so that its numbers say how it moves, and says how much shorter it is; `None` where it cannot
-    /// be taken or is not worth it.
+    /// Writes the candidate so that its numbers say how it moves, and says how much shorter it is;
+    /// `None` where it cannot be taken or is not worth it.
     pub fn gain(&mut self) -> Option<f64> {
         if !self.unroll() {
             return None;
         }
         let before = self.arcs[self.replaced.end - 1] - self.arcs[self.replaced.start];
-        let gain = before - self.progress.task.length(&self.candidate, &mut self.velocity);
-        let added = (self.candidate.len() / self.progress.path.nq()).saturating_sub(self.replaced.len());
+        let gain = before
+            - self
+                .progress
+                .task
+                .length(&self.candidate, &mut self.velocity);
+        let added =
+            (self.candidate.len() / self.progress.path.nq()).saturating_sub(self.replaced.len());
         let least = SHORTER.max(WORTH_A_WAYPOINT * added as f64);
         (gain > least * self.length()).then_some(gain)
     }
 
     /// [`Progress::unroll_part`] of the candidate.
     fn unroll(&mut self) -> bool {
-        self.progress.unroll_part(&self.replaced, &mut self.candidate, &mut self.tail)
+        self.progress
+            .unroll_part(&self.replaced, &mut self.candidate, &mut self.tail)
     }
 
     /// Proves the candidate's segments, and those that follow where they move by whole turns.
@@ -190,12 +255,14 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
 
     /// Puts the candidate in its place; `replaced` is then where it lies.
     pub fn accept(&mut self) {
-        self.progress.replace(self.replaced.clone(), &self.candidate, &self.tail);
+        self.progress
+            .replace(self.replaced.clone(), &self.candidate, &self.tail);
         self.replaced.end = self.replaced.start + self.candidate.len() / self.progress.path.nq();
         self.measure();
     }
 
-    /// Whether all components may move: else a straight line moves those that may not otherwise than before.
+    /// Whether all components may move: else a straight line moves those that may not otherwise
+    /// than before.
     pub fn moves_everything(&self) -> bool {
         self.moving.len() == self.progress.task.space.components().len()
     }
@@ -206,15 +273,18 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         self.drop_needless();
     }
 
-    /// Leaves out these waypoints if none is fixed, it gains, and the straight line is proved; says whether.
+    /// Leaves out these waypoints if none is fixed, it gains, and the straight line is proved; says
+    /// whether.
     pub fn leave_out(&mut self, waypoints: Range<usize>) -> bool {
         if self.progress.fixed[waypoints.clone()].contains(&true) {
             return false;
         }
         self.replaced = waypoints.start - 1..waypoints.end + 1;
         self.candidate.clear();
-        self.candidate.extend_from_slice(self.progress.path.waypoint(waypoints.start - 1));
-        self.candidate.extend_from_slice(self.progress.path.waypoint(waypoints.end));
+        self.candidate
+            .extend_from_slice(self.progress.path.waypoint(waypoints.start - 1));
+        self.candidate
+            .extend_from_slice(self.progress.path.waypoint(waypoints.end));
         let leaves = self.gain().is_some() && self.proves() == SegmentsVerdict::Proved;
         if leaves {
             self.accept();
@@ -224,12 +294,14 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
 
     /// Drops those waypoints of the candidate just accepted that the path can do without.
     ///
-    /// Without this, partial shortcuts add waypoints without end, and each makes the next candidate dearer.
+    /// Without this, partial shortcuts add waypoints without end, and each makes the next candidate
+    /// dearer.
     pub fn drop_needless(&mut self) {
         if !self.moves_everything() {
             return;
         }
-        let (mut waypoint, mut end) = (self.replaced.start + 1, self.replaced.end - 1);
+        let mut waypoint = self.replaced.start + 1;
+        let mut end = self.replaced.end - 1;
         while waypoint < end {
             if self.progress.fixed[waypoint] {
                 waypoint += 1;
@@ -237,10 +309,17 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
             }
             self.replaced = waypoint - 1..waypoint + 2;
             self.candidate.clear();
-            self.candidate.extend_from_slice(self.progress.path.waypoint(waypoint - 1));
-            self.candidate.extend_from_slice(self.progress.path.waypoint(waypoint + 1));
-            // What lies on the straight line between its neighbours is dropped too: not longer is enough.
-            let verdict = if self.unroll() { Some(self.proves()) } else { None };
+            self.candidate
+                .extend_from_slice(self.progress.path.waypoint(waypoint - 1));
+            self.candidate
+                .extend_from_slice(self.progress.path.waypoint(waypoint + 1));
+            // What lies on the straight line between its neighbours is dropped too: not longer is
+            // enough.
+            let verdict = if self.unroll() {
+                Some(self.proves())
+            } else {
+                None
+            };
             match verdict {
                 Some(SegmentsVerdict::Proved) => {
                     self.accept();

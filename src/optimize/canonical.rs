@@ -1,4 +1,5 @@
-//! The form of a path that optimizers work on: equal neighbours count as one, quaternions have the norm 1.
+//! The form of a path that optimizers work on: equal neighbours count as one, quaternions have the
+//! norm 1.
 
 use crate::path::Path;
 use crate::robot::{Component, ConfigurationSpace};
@@ -26,7 +27,8 @@ impl Canonical {
                 space.difference(&row, previous, &mut velocity);
                 if velocity.iter().all(|v| *v == 0.0) && !(*last && fixed[index]) {
                     if fixed[index] {
-                        (*last, origins[kept.len() - 1]) = (true, index);
+                        *last = true;
+                        origins[kept.len() - 1] = index;
                     }
                     standing_for.push(kept.len() - 1);
                     continue;
@@ -38,7 +40,12 @@ impl Canonical {
             origins.push(index);
         }
         let path = Path::from_rows(nq, rows).expect("a path has at least one whole row");
-        Self { path, fixed: kept, origins, standing_for }
+        Self {
+            path,
+            fixed: kept,
+            origins,
+            standing_for,
+        }
     }
 }
 

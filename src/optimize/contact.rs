@@ -1,16 +1,19 @@
 //! The gradient with contact half-spaces: the string is pulled taut around what holds it.
 //!
 //! The model is the paper's ([`gradient`](super::gradient)) with three changes.
-//! * The stiffness of each segment is that of the *present* path, λ = 1/length. Then the cost's gradient is the
-//!   length's, and the cost bounds the length from above: a step that lowers it shortens the path, and the loop ends
-//!   at a shortest one, not at a path whose segments keep their ratio.
+//! * The stiffness of each segment is that of the *present* path, λ = 1/length. Then the cost's
+//!   gradient is the length's, and the cost bounds the length from above: a step that lowers it
+//!   shortens the path, and the loop ends at a shortest one, not at a path whose segments keep
+//!   their ratio.
 //! * The rows are half-spaces `j p ≥ 2δ − d` from true closest points
-//!   ([`half_space`](super::half_space)), made anew at each accepted path (`Contacts`) and released where they do
-//!   not push ([`ActiveSet`]).
-//! * A trial that is refused adds a half-space and another is tried, at first of half the step, then of all of it;
-//!   after some refusals in a row less of the step is tried, no more than at which the pair was seen apart.
+//!   ([`half_space`](super::half_space)), made anew at each accepted path (`Contacts`) and released
+//!   where they do not push ([`ActiveSet`]).
+//! * A trial that is refused adds a half-space and another is tried, at first of half the step,
+//!   then of all of it; after some refusals in a row less of the step is tried, no more than at
+//!   which the pair was seen apart.
 //!
-//! Once nothing more is gained, segments that are pushed on their inside get a waypoint there, and it goes on.
+//! Once nothing more is gained, segments that are pushed on their inside get a waypoint there, and
+//! it goes on.
 
 use super::active_set::ActiveSet;
 use super::contacts::{Contacts, Ray};
@@ -21,7 +24,8 @@ use super::progress::Progress;
 use crate::path::Path;
 use crate::validation::SegmentsVerdict;
 
-/// A segment shorter than this part of the path is no stiffer: neighbours that meet do not lock each other.
+/// A segment shorter than this part of the path is no stiffer: neighbours that meet do not lock
+/// each other.
 const SHORTEST_SEGMENT: f64 = 1e-3;
 
 /// Trials from one path.
@@ -30,8 +34,9 @@ const TRIALS: u32 = 24;
 /// Part of the step that is tried first, while the half-spaces are not known yet.
 const FIRST_PART: f64 = 0.5;
 
-/// By how much more of the next step is tried than of one that was accepted: from half of it to all of it in two
-/// trials, so that a path in the open is nearly straight before the first dear refusal.
+/// By how much more of the next step is tried than of one that was accepted: from half of it to all
+/// of it in two trials, so that a path in the open is nearly straight before the first dear
+/// refusal.
 const GROWTH: f64 = 1.7;
 
 /// The smallest part of a step that is tried.
@@ -46,7 +51,8 @@ const SMALL_GAIN: f64 = 2e-4;
 /// Without this gain since the last, new waypoints are not worth their cost.
 const WORTH_REFINING: f64 = 1e-3;
 
-/// No segment shorter than this part of the path is split: micro-segments break the timing of a path.
+/// No segment shorter than this part of the path is split: micro-segments break the timing of a
+/// path.
 const SHORTEST_SPLIT: f64 = 0.04;
 
 /// Pulls the path taut; returns why that ended.
@@ -97,7 +103,8 @@ struct Descent<'s, 'r, 'm> {
 impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     fn new(progress: &'s mut Progress<'r, 'm>) -> Self {
         let task = progress.task;
-        let (path, fixed) = (progress.path.clone(), progress.fixed.clone());
+        let path = progress.path.clone();
+        let fixed = progress.fixed.clone();
         let size = path.len() * task.space.nv();
         Self {
             contacts: Contacts::new(task),
@@ -139,7 +146,9 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
                 return Pulled::Ended(termination);
             }
             self.progress.iterations += 1;
-            let length = self.move_trial(part).filter(|length| self.progress.is_shorter(*length));
+            let length = self
+                .move_trial(part)
+                .filter(|length| self.progress.is_shorter(*length));
             let Some(length) = length else {
                 if part < SMALLEST_PART {
                     break;
@@ -171,22 +180,40 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     fn linearise(&mut self) {
         let task = self.progress.task;
         let rows = self.path.as_flat();
-        self.cost = Cost::with_shortest(task.space, task.metric, rows, &self.fixed, task.moving, SHORTEST_SEGMENT);
-        self.cost.gradient(rows, &mut self.velocity, &mut self.gradient);
+        self.cost = Cost::with_shortest(
+            task.space,
+            task.metric,
+            rows,
+            &self.fixed,
+            task.moving,
+            SHORTEST_SEGMENT,
+        );
+        self.cost
+            .gradient(rows, &mut self.velocity, &mut self.gradient);
         self.set.begin(&self.cost, &self.gradient);
         self.limits.release();
         self.progress.pinched.clear();
-        self.contacts.linearise(&self.path, self.progress.validator.floors(), &self.cost, &mut self.set);
+        self.contacts.linearise(
+            &self.path,
+            self.progress.validator.floors(),
+            &self.cost,
+            &mut self.set,
+        );
     }
 
     /// p ← the minimum of the model under half-spaces and limits.
     fn update_step(&mut self) {
         loop {
             while let Err(infeasible) = self.set.solve() {
-                self.progress.pinched.extend(self.contacts.give_way(infeasible, &mut self.set));
+                self.progress
+                    .pinched
+                    .extend(self.contacts.give_way(infeasible, &mut self.set));
             }
             self.set.step(&self.cost, &mut self.step);
-            if !self.limits.push_left(&mut self.set, &self.cost, self.path.as_flat(), &self.step) {
+            if !self
+                .limits
+                .push_left(&mut self.set, &self.cost, self.path.as_flat(), &self.step)
+            {
                 return;
             }
         }
@@ -202,11 +229,24 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         counts.then(|| task.length(self.trial.as_flat(), &mut self.velocity))
     }
 
-    /// Adds a half-space for what was refused of the trial; returns the part of p at which that pair was seen apart.
+    /// Adds a half-space for what was refused of the trial; returns the part of p at which that
+    /// pair was seen apart.
     fn learn(&mut self, part: f64) -> f64 {
-        let Some(refusal) = self.progress.validator.refusal() else { return part };
-        let ray = Ray { path: &self.path, step: &self.step, part };
-        self.contacts.learn(&refusal, ray, self.progress.validator.floors(), &self.cost, &mut self.set)
+        let Some(refusal) = self.progress.validator.refusal() else {
+            return part;
+        };
+        let ray = Ray {
+            path: &self.path,
+            step: &self.step,
+            part,
+        };
+        self.contacts.learn(
+            &refusal,
+            ray,
+            self.progress.validator.floors(),
+            &self.cost,
+            &mut self.set,
+        )
     }
 
     /// x₀ ← x₁; returns by which part of the length it is shorter.
@@ -218,15 +258,19 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         gain
     }
 
-    /// Gives each segment that is pushed on its inside a waypoint there, so that the path can bend; false where none
-    /// is, or only short ones are.
+    /// Gives each segment that is pushed on its inside a waypoint there, so that the path can bend;
+    /// false where none is, or only short ones are.
     fn refine(&mut self) -> bool {
         let task = self.progress.task;
         let lengths = segment_lengths(task.space, task.metric, self.path.as_flat());
         let waypoints = self.path.len();
         for (segment, ratio) in self.contacts.pushed_inside() {
             if lengths[segment] > SHORTEST_SPLIT * self.progress.length {
-                let middle = task.space.between(self.path.waypoint(segment), self.path.waypoint(segment + 1), ratio);
+                let middle = task.space.between(
+                    self.path.waypoint(segment),
+                    self.path.waypoint(segment + 1),
+                    ratio,
+                );
                 self.path.splice(segment + 1..segment + 1, &middle);
                 self.fixed.insert(segment + 1, false);
                 self.contacts.split(segment, ratio);

@@ -1,4 +1,5 @@
-//! What is known to hold the path: pairs of bodies at ratios of its segments, and their half-spaces.
+//! What is known to hold the path: pairs of bodies at ratios of its segments, and their
+//! half-spaces.
 
 use super::active_set::{ActiveSet, Infeasible};
 use super::cost::Cost;
@@ -40,7 +41,9 @@ struct Contact {
 
 impl Contact {
     fn is_near(&self, other: &Self) -> bool {
-        self.pair == other.pair && self.segment == other.segment && (self.ratio - other.ratio).abs() < SAME_RATIO
+        self.pair == other.pair
+            && self.segment == other.segment
+            && (self.ratio - other.ratio).abs() < SAME_RATIO
     }
 }
 
@@ -85,14 +88,18 @@ impl<'r> Contacts<'r> {
         }
     }
 
-    /// Adds the half-spaces `j p ≥ 2δ − d` of all contacts at the path, and starts from those that pushed last.
+    /// Adds the half-spaces `j p ≥ 2δ − d` of all contacts at the path, and starts from those that
+    /// pushed last.
     pub fn linearise(&mut self, path: &Path, floors: &[f64], cost: &Cost<'_>, set: &mut ActiveSet) {
         self.known.retain(|contact| contact.idle <= IDLE);
         self.owners.clear();
         for index in 0..self.known.len() {
             self.hold(index, path, floors, cost, set);
         }
-        let pushed = self.owners.iter().filter(|(_, contact)| self.known[*contact].idle == 0);
+        let pushed = self
+            .owners
+            .iter()
+            .filter(|(_, contact)| self.known[*contact].idle == 0);
         set.warm_start(pushed.map(|(row, _)| *row));
     }
 
@@ -105,20 +112,35 @@ impl<'r> Contacts<'r> {
         cost: &Cost<'_>,
         set: &mut ActiveSet,
     ) -> Option<usize> {
-        let Contact { pair, segment, ratio, .. } = self.known[index];
+        let Contact {
+            pair,
+            segment,
+            ratio,
+            ..
+        } = self.known[index];
         let [from, to] = [segment, segment + 1].map(|waypoint| path.waypoint(waypoint));
         self.task.space.difference(to, from, &mut self.velocity);
-        self.task.space.integrate(from, &self.velocity, ratio, &mut self.configuration);
+        self.task
+            .space
+            .integrate(from, &self.velocity, ratio, &mut self.configuration);
         let (distance, jacobian) = self.half_space.at(pair, &self.configuration)?;
         let right_hand_side = AIMED_FLOORS * floors[pair] - distance;
-        let row = set.push(cost, Row { segment, ratio, jacobian, right_hand_side })?;
+        let row = set.push(
+            cost,
+            Row {
+                segment,
+                ratio,
+                jacobian,
+                right_hand_side,
+            },
+        )?;
         self.owners.push((row, index));
         Some(row)
     }
 
-    /// Adds a half-space for what is refused of a trial: that of the present path where the contact is new and its
-    /// half-space excludes the trial, else a cutting plane. Returns the largest part of p at which the pair was seen
-    /// apart: at most the trial's.
+    /// Adds a half-space for what is refused of a trial: that of the present path where the contact
+    /// is new and its half-space excludes the trial, else a cutting plane. Returns the largest part
+    /// of p at which the pair was seen apart: at most the trial's.
     pub fn learn(
         &mut self,
         refusal: &SegmentRefusal,
@@ -127,38 +149,72 @@ impl<'r> Contacts<'r> {
         cost: &Cost<'_>,
         set: &mut ActiveSet,
     ) -> f64 {
-        let &SegmentRefusal { pair, segment, t, .. } = refusal;
-        let refused = Contact { pair, segment, ratio: t, idle: 0, push: 0.0 };
-        let known = self.known.iter().position(|contact| contact.is_near(&refused));
+        let &SegmentRefusal {
+            pair, segment, t, ..
+        } = refusal;
+        let refused = Contact {
+            pair,
+            segment,
+            ratio: t,
+            idle: 0,
+            push: 0.0,
+        };
+        let known = self
+            .known
+            .iter()
+            .position(|contact| contact.is_near(&refused));
         let index = known.unwrap_or(self.known.len());
         if known.is_none() {
             self.known.push(refused);
-            let held = self.hold(index, ray.path, floors, cost, set).map(|row| set.rows().get(row));
+            let held = self
+                .hold(index, ray.path, floors, cost, set)
+                .map(|row| set.rows().get(row));
             if held.is_some_and(|row| row.of_step(ray.step) < row.right_hand_side) {
                 return ray.part;
             }
         }
-        let Some(part) = self.last_apart(&refused, ray) else { return 0.0 };
+        let Some(part) = self.last_apart(&refused, ray) else {
+            return 0.0;
+        };
         let (distance, jacobian) = &self.apart;
-        let mut cut = Row { segment, ratio: t, jacobian, right_hand_side: 0.0 };
+        let mut cut = Row {
+            segment,
+            ratio: t,
+            jacobian,
+            right_hand_side: 0.0,
+        };
         cut.right_hand_side = part * cut.of_step(ray.step) + AIMED_FLOORS * floors[pair] - distance;
-        self.owners.extend(set.push(cost, cut).map(|row| (row, index)));
+        self.owners
+            .extend(set.push(cost, cut).map(|row| (row, index)));
         part
     }
 
-    /// The part of p at which the pair is last seen apart on its straight way from x₀ to the trial, with d and j
-    /// there; it is looked for by Newton's steps from where it is apart, and by halving. A half-space from there
-    /// knows the curvature that the one at x₀ does not.
+    /// The part of p at which the pair is last seen apart on its straight way from x₀ to the trial,
+    /// with d and j there; it is looked for by Newton's steps from where it is apart, and by
+    /// halving. A half-space from there knows the curvature that the one at x₀ does not.
     fn last_apart(&mut self, refused: &Contact, ray: Ray<'_>) -> Option<f64> {
-        let &Contact { pair, segment, ratio, .. } = refused;
-        let (mut apart, mut touching, mut tried) = (None, ray.part, ray.part);
+        let &Contact {
+            pair,
+            segment,
+            ratio,
+            ..
+        } = refused;
+        let mut apart = None;
+        let mut touching = ray.part;
+        let mut tried = ray.part;
         for _ in 0..RAY_LOOKS {
             self.place(segment, ratio, Ray { part: tried, ..ray });
             let mut next = None;
             match self.half_space.at(pair, &self.configuration) {
                 None => touching = tried,
                 Some((distance, jacobian)) => {
-                    let rate = Row { segment, ratio, jacobian, right_hand_side: 0.0 }.of_step(ray.step);
+                    let rate = Row {
+                        segment,
+                        ratio,
+                        jacobian,
+                        right_hand_side: 0.0,
+                    }
+                    .of_step(ray.step);
                     self.apart.0 = distance;
                     self.apart.1.clear();
                     self.apart.1.extend_from_slice(jacobian);
@@ -167,7 +223,9 @@ impl<'r> Contacts<'r> {
                         break;
                     }
                     let to_touch = -distance / rate;
-                    let is_ahead = rate < 0.0 && to_touch > 0.1 * (touching - tried) && tried + to_touch < touching;
+                    let is_ahead = rate < 0.0
+                        && to_touch > 0.1 * (touching - tried)
+                        && tried + to_touch < touching;
                     next = is_ahead.then_some(tried + TOWARDS_TOUCH * to_touch);
                 }
             }
@@ -178,17 +236,28 @@ impl<'r> Contacts<'r> {
 
     /// `configuration` ← the one at a ratio of a segment of the ray's path.
     fn place(&mut self, segment: usize, ratio: f64, ray: Ray<'_>) {
-        let (space, nv) = (self.task.space, self.velocity.len());
+        let space = self.task.space;
+        let nv = self.velocity.len();
         for (end, waypoint) in self.ends.iter_mut().zip(segment..) {
-            space.integrate(ray.path.waypoint(waypoint), &ray.step[waypoint * nv..][..nv], ray.part, end);
+            space.integrate(
+                ray.path.waypoint(waypoint),
+                &ray.step[waypoint * nv..][..nv],
+                ray.part,
+                end,
+            );
         }
         space.difference(&self.ends[1], &self.ends[0], &mut self.velocity);
-        space.integrate(&self.ends[0], &self.velocity, ratio, &mut self.configuration);
+        space.integrate(
+            &self.ends[0],
+            &self.velocity,
+            ratio,
+            &mut self.configuration,
+        );
     }
 
-    /// Makes a set that no step satisfies one that some step does: a half-space that asks for more than the path has
-    /// is content with what the path has, and one that asks for that is dropped, so that p = 0 always is a solution.
-    /// Returns the pair that is pinched, if it was a contact's.
+    /// Makes a set that no step satisfies one that some step does: a half-space that asks for more
+    /// than the path has is content with what the path has, and one that asks for that is dropped,
+    /// so that p = 0 always is a solution. Returns the pair that is pinched, if it was a contact's.
     pub fn give_way(&self, Infeasible { row }: Infeasible, set: &mut ActiveSet) -> Option<usize> {
         let asked = set.rows().get(row).right_hand_side;
         set.relax(row, if asked > 0.0 { 0.0 } else { f64::NEG_INFINITY });
@@ -205,24 +274,33 @@ impl<'r> Contacts<'r> {
             if let Some((_, contact)) = self.owners.iter().find(|(owned, _)| *owned == row) {
                 let contact = &mut self.known[*contact];
                 let others = if contact.idle == 0 { contact.push } else { 0.0 };
-                (contact.idle, contact.push) = (0, others + multiplier);
+                contact.idle = 0;
+                contact.push = others + multiplier;
             }
         }
     }
 
-    /// For each segment with contacts that push on its inside, the segment and the ratio of the one that pushes most,
-    /// from the last segment to the first.
+    /// For each segment with contacts that push on its inside, the segment and the ratio of the one
+    /// that pushes most, from the last segment to the first.
     pub fn pushed_inside(&self) -> Vec<(usize, f64)> {
-        let inside = |contact: &&Contact| contact.idle == 0 && SPLIT_INSIDE.contains(&contact.ratio);
+        let inside =
+            |contact: &&Contact| contact.idle == 0 && SPLIT_INSIDE.contains(&contact.ratio);
         let mut pushed: Vec<&Contact> = self.known.iter().filter(inside).collect();
         pushed.sort_by(|a, b| b.segment.cmp(&a.segment).then(b.push.total_cmp(&a.push)));
         pushed.dedup_by_key(|contact| contact.segment);
-        pushed.into_iter().map(|contact| (contact.segment, contact.ratio)).collect()
+        pushed
+            .into_iter()
+            .map(|contact| (contact.segment, contact.ratio))
+            .collect()
     }
 
     /// Moves the contacts to where they are once a segment is split at a ratio.
     pub fn split(&mut self, segment: usize, ratio: f64) {
-        for contact in self.known.iter_mut().filter(|contact| contact.segment >= segment) {
+        for contact in self
+            .known
+            .iter_mut()
+            .filter(|contact| contact.segment >= segment)
+        {
             (contact.segment, contact.ratio) = match contact.segment {
                 at if at > segment => (at + 1, contact.ratio),
                 at if contact.ratio < ratio => (at, contact.ratio / ratio),

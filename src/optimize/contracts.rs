@@ -1,4 +1,5 @@
-//! What an integrator relies on, of every optimizer and wherever it is stopped, on random robots of all joint kinds.
+//! What an integrator relies on, of every optimizer and wherever it is stopped, on random robots of
+//! all joint kinds.
 
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
@@ -23,15 +24,29 @@ struct Run {
 }
 
 /// Runs a request that is stopped at this poll.
-fn run_until(model: &CollisionModel, path: &Path, settings: &Settings, workspace: &mut Workspace, last: u64) -> Run {
-    let (mut published, mut polls) = (Vec::new(), 0);
+fn run_until(
+    model: &CollisionModel,
+    path: &Path,
+    settings: &Settings,
+    workspace: &mut Workspace,
+    last: u64,
+) -> Run {
+    let mut published = Vec::new();
+    let mut polls = 0;
     let mut stop = || {
         polls += 1;
         polls > last
     };
-    let mut publish = |improvement: super::Improvement| published.push((improvement.path.clone(), improvement.length));
-    let outcome = run(model, path, settings, workspace, &mut stop, &mut publish).expect("a valid request");
-    Run { outcome, published, polls }
+    let mut publish = |improvement: super::Improvement| {
+        published.push((improvement.path.clone(), improvement.length))
+    };
+    let outcome =
+        run(model, path, settings, workspace, &mut stop, &mut publish).expect("a valid request");
+    Run {
+        outcome,
+        published,
+        polls,
+    }
 }
 
 fn whole(model: &CollisionModel, path: &Path, settings: &Settings) -> Run {
@@ -45,25 +60,43 @@ fn keeps_its_promises(
     settings: &Settings,
     run: &Run,
 ) -> Result<(), TestCaseError> {
-    let Run { outcome, published, .. } = run;
+    let Run {
+        outcome, published, ..
+    } = run;
     if !outcome.proved {
         prop_assert_eq!(outcome.termination, Termination::Stopped);
-        prop_assert_eq!(&outcome.path, path, "what is not proved is the untouched input");
+        prop_assert_eq!(
+            &outcome.path,
+            path,
+            "what is not proved is the untouched input"
+        );
         prop_assert!(published.is_empty() && outcome.nearest.is_none());
         return Ok(());
     }
     prop_assert!(outcome.length_after <= outcome.length_before);
-    prop_assert!(outcome.nearest.is_none() || outcome.termination != Termination::Stopped, "looked on after the stop");
+    prop_assert!(
+        outcome.nearest.is_none() || outcome.termination != Termination::Stopped,
+        "looked on after the stop"
+    );
     let mut length = outcome.length_before;
     for (better, its_length) in published {
         prop_assert!(*its_length < length, "published paths get strictly shorter");
         length = *its_length;
         keeps_what_it_must(model, path, settings, better)?;
-        prop_assert!(is_proved_afresh(model, better, settings, outcome), "a published path is not provable");
+        prop_assert!(
+            is_proved_afresh(model, better, settings, outcome),
+            "a published path is not provable"
+        );
     }
     let last = published.last().map_or(path, |(best, _)| best);
-    prop_assert!(is_last(last, outcome, length), "the best path is the last one published");
-    prop_assert!(is_proved_afresh(model, &outcome.path, settings, outcome), "the answer is not provable");
+    prop_assert!(
+        is_last(last, outcome, length),
+        "the best path is the last one published"
+    );
+    prop_assert!(
+        is_proved_afresh(model, &outcome.path, settings, outcome),
+        "the answer is not provable"
+    );
     keeps_what_it_must(model, path, settings, &outcome.path)
 }
 
@@ -74,18 +107,33 @@ fn keeps_what_it_must(
     settings: &Settings,
     better: &Path,
 ) -> Result<(), TestCaseError> {
-    let fixed = |i: usize| settings.fixed_waypoints.as_ref().is_some_and(|fixed| fixed[i]);
+    let fixed = |i: usize| {
+        settings
+            .fixed_waypoints
+            .as_ref()
+            .is_some_and(|fixed| fixed[i])
+    };
     let mut rest = better.waypoints();
     for (i, waypoint) in path.waypoints().enumerate() {
         if i == 0 || i + 1 == path.len() || fixed(i) {
-            prop_assert!(rest.any(|row| row == waypoint), "waypoint {i} is gone or out of order");
+            prop_assert!(
+                rest.any(|row| row == waypoint),
+                "waypoint {i} is gone or out of order"
+            );
         }
     }
     prop_assert_eq!(better.waypoint(0), path.waypoint(0));
-    prop_assert_eq!(better.waypoint(better.len() - 1), path.waypoint(path.len() - 1));
+    prop_assert_eq!(
+        better.waypoint(better.len() - 1),
+        path.waypoint(path.len() - 1)
+    );
     for waypoint in better.waypoints() {
         for (x, variable) in waypoint.iter().zip(model.robot().variables()) {
-            prop_assert!((variable.lower..=variable.upper).contains(x), "{} = {x}", variable.name);
+            prop_assert!(
+                (variable.lower..=variable.upper).contains(x),
+                "{} = {x}",
+                variable.name
+            );
         }
     }
     match &settings.moving {
@@ -95,15 +143,36 @@ fn keeps_what_it_must(
 }
 
 /// Whether a validator that knows nothing yet proves the path at the request's floors.
-fn is_proved_afresh(model: &CollisionModel, path: &Path, settings: &Settings, outcome: &Outcome) -> bool {
-    let held: Vec<f64> = model.robot().held().iter().map(|held| held.default).collect();
+fn is_proved_afresh(
+    model: &CollisionModel,
+    path: &Path,
+    settings: &Settings,
+    outcome: &Outcome,
+) -> bool {
+    let held: Vec<f64> = model
+        .robot()
+        .held()
+        .iter()
+        .map(|held| held.default)
+        .collect();
     let mut scratch = Scratch::default();
-    let mut validator = Validator::new(model, model.robot().space(), &held, settings.clearance_m, &mut scratch);
+    let mut validator = Validator::new(
+        model,
+        model.robot().space(),
+        &held,
+        settings.clearance_m,
+        &mut scratch,
+    );
     for lowered in &outcome.floors_lowered {
         let of_name = |pair: &usize| model.pair_names(*pair) == lowered.bodies;
-        (0..model.pairs().len()).filter(of_name).for_each(|pair| validator.set_floor(pair, lowered.floor_m));
+        (0..model.pairs().len())
+            .filter(of_name)
+            .for_each(|pair| validator.set_floor(pair, lowered.floor_m));
     }
-    matches!(path_proof::prove(&mut validator, path, &mut || false), PathVerdict::Proved(_))
+    matches!(
+        path_proof::prove(&mut validator, path, &mut || false),
+        PathVerdict::Proved(_)
+    )
 }
 
 /// The motion of the coordinates that may not move, with what they have travelled at each waypoint.
@@ -116,7 +185,12 @@ struct Still<'a> {
 
 impl<'a> Still<'a> {
     fn new(space: &'a ConfigurationSpace, path: &'a Path, moving: &'a [bool]) -> Self {
-        let mut still = Self { space, path, moving, travelled: vec![0.0] };
+        let mut still = Self {
+            space,
+            path,
+            moving,
+            travelled: vec![0.0],
+        };
         for i in 1..path.len() {
             let step = still.distance(path.waypoint(i - 1), path.waypoint(i));
             still.travelled.push(still.travelled[i - 1] + step);
@@ -127,16 +201,30 @@ impl<'a> Still<'a> {
     fn distance(&self, from: &[f64], to: &[f64]) -> f64 {
         let mut velocity = vec![0.0; self.space.nv()];
         self.space.difference(to, from, &mut velocity);
-        velocity.iter().zip(self.moving).filter(|(_, moves)| !**moves).map(|(v, _)| v * v).sum::<f64>().sqrt()
+        velocity
+            .iter()
+            .zip(self.moving)
+            .filter(|(_, moves)| !**moves)
+            .map(|(v, _)| v * v)
+            .sum::<f64>()
+            .sqrt()
     }
 
     /// Where they are after so much travel.
     fn at(&self, travelled: f64) -> Vec<f64> {
-        let after = self.travelled.partition_point(|&t| t < travelled).clamp(1, self.path.len().max(2) - 1);
+        let after = self
+            .travelled
+            .partition_point(|&t| t < travelled)
+            .clamp(1, self.path.len().max(2) - 1);
         let last = self.path.len() - 1;
-        let (from, to) = (self.path.waypoint((after - 1).min(last)), self.path.waypoint(after.min(last)));
+        let from = self.path.waypoint((after - 1).min(last));
+        let to = self.path.waypoint(after.min(last));
         let step = self.travelled[after.min(last)] - self.travelled[(after - 1).min(last)];
-        let ratio = if step > 0.0 { ((travelled - self.travelled[after - 1]) / step).clamp(0.0, 1.0) } else { 0.0 };
+        let ratio = if step > 0.0 {
+            ((travelled - self.travelled[after - 1]) / step).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         self.space.between(from, to, ratio)
     }
 }
@@ -148,21 +236,36 @@ fn moves_as_before(
     after: &Path,
     moving: &[bool],
 ) -> Result<(), TestCaseError> {
-    let (before, after) = (Still::new(space, before, moving), Still::new(space, after, moving));
+    let before = Still::new(space, before, moving);
+    let after = Still::new(space, after, moving);
     let total = [&before, &after].map(|still| still.travelled.last().copied().unwrap_or(0.0));
-    prop_assert!((total[0] - total[1]).abs() < ROUNDING, "{} of still motion became {}", total[0], total[1]);
+    prop_assert!(
+        (total[0] - total[1]).abs() < ROUNDING,
+        "{} of still motion became {}",
+        total[0],
+        total[1]
+    );
     for (one, other) in [(&before, &after), (&after, &before)] {
         for (waypoint, &travelled) in one.path.waypoints().zip(&one.travelled) {
             let away = one.distance(waypoint, &other.at(travelled));
-            prop_assert!(away < ROUNDING.sqrt() * 1e-2, "{away} off the way after {travelled}");
+            prop_assert!(
+                away < ROUNDING.sqrt() * 1e-2,
+                "{away} off the way after {travelled}"
+            );
         }
     }
     Ok(())
 }
 
-/// Turns of circles and signs of quaternions may differ between the caller's rows and an optimizer's; motions may not.
+/// Turns of circles and signs of quaternions may differ between the caller's rows and an
+/// optimizer's; motions may not.
 fn has_only_lines(model: &CollisionModel) -> bool {
-    model.robot().space().components().iter().all(|component| matches!(component, Component::Line { .. }))
+    model
+        .robot()
+        .space()
+        .components()
+        .iter()
+        .all(|component| matches!(component, Component::Line { .. }))
 }
 
 proptest! {
@@ -218,7 +321,8 @@ proptest! {
         prop_assert_eq!(format!("{first:?}"), format!("{third:?}"));
     }
 
-    /// What is said to be nearest is where it is said to be, on the caller's own path, whose waypoints may repeat.
+    /// What is said to be nearest is where it is said to be, on the caller's own path, whose
+    /// waypoints may repeat.
     #[test]
     fn contacts_are_of_the_path_that_is_returned(seed: u64, mode in 0usize..6) {
         let mode = OPTIMIZERS.get(mode).copied().unwrap_or(Mode::Check);

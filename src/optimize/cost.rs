@@ -1,4 +1,5 @@
-//! The cost of a path: `C(x) = ½ Σ λᵢ ‖W (q_{i+1} ⊖ qᵢ)‖²`, an elastic string through the waypoints.
+//! The cost of a path: `C(x) = ½ Σ λᵢ ‖W (q_{i+1} ⊖ qᵢ)‖²`, an elastic string through the
+//! waypoints.
 //!
 //! λᵢ is the inverse length of segment i of the *input* path, so that the string keeps the ratio of
 //! segment lengths and does not drag waypoints out of narrow passages (Campana, Lamiraux, Laumond,
@@ -13,7 +14,8 @@ use crate::robot::ConfigurationSpace;
 
 /// The cost of all paths with the waypoint count and the fixed waypoints of one input path.
 ///
-/// Velocities of a whole path are flat rows, one of nv numbers for each waypoint, fixed ones included.
+/// Velocities of a whole path are flat rows, one of nv numbers for each waypoint, fixed ones
+/// included.
 #[derive(Clone, Debug)]
 pub struct Cost<'a> {
     space: &'a ConfigurationSpace,
@@ -49,13 +51,20 @@ const SHORTEST_SEGMENT: f64 = 1e-9;
 impl<'a> Cost<'a> {
     /// The cost whose λ come from the path `rows` (flat, nq columns).
     ///
-    /// `fixed` has one entry a waypoint (the first and last are true), `moving` one a velocity coordinate.
-    pub fn new(space: &'a ConfigurationSpace, metric: &Metric, rows: &[f64], fixed: &[bool], moving: &[bool]) -> Self {
+    /// `fixed` has one entry a waypoint (the first and last are true), `moving` one a velocity
+    /// coordinate.
+    pub fn new(
+        space: &'a ConfigurationSpace,
+        metric: &Metric,
+        rows: &[f64],
+        fixed: &[bool],
+        moving: &[bool],
+    ) -> Self {
         Self::with_shortest(space, metric, rows, fixed, moving, SHORTEST_SEGMENT)
     }
 
-    /// The same where a segment shorter than `shortest`, a part of the path's length, is as stiff as one of that
-    /// length.
+    /// The same where a segment shorter than `shortest`, a part of the path's length, is as stiff
+    /// as one of that length.
     pub fn with_shortest(
         space: &'a ConfigurationSpace,
         metric: &Metric,
@@ -66,7 +75,10 @@ impl<'a> Cost<'a> {
     ) -> Self {
         let lengths = segment_lengths(space, metric, rows);
         let shortest = (shortest * lengths.iter().sum::<f64>()).max(f64::MIN_POSITIVE);
-        let lengths: Vec<f64> = lengths.into_iter().map(|length| length.max(shortest)).collect();
+        let lengths: Vec<f64> = lengths
+            .into_iter()
+            .map(|length| length.max(shortest))
+            .collect();
         let squared_weights: Vec<f64> = metric.weights().iter().map(|w| w * w).collect();
         let inverse = |(w, &moves): (&f64, &bool)| if moves { 1.0 / w } else { 0.0 };
         Self {
@@ -93,13 +105,20 @@ impl<'a> Cost<'a> {
         let mut velocity = vec![0.0; self.nv()];
         let energy = |(pair, stiffness): ((&[f64], &[f64]), &f64)| {
             self.space.difference(pair.1, pair.0, &mut velocity);
-            let squares = velocity.iter().zip(&self.squared_weights).map(|(v, w)| w * v * v);
+            let squares = velocity
+                .iter()
+                .zip(&self.squared_weights)
+                .map(|(v, w)| w * v * v);
             0.5 * stiffness * squares.sum::<f64>()
         };
-        segments(rows, self.space.nq()).zip(&self.stiffness).map(energy).sum()
+        segments(rows, self.space.nq())
+            .zip(&self.stiffness)
+            .map(energy)
+            .sum()
     }
 
-    /// Gradient of C at the path `rows`: `W² (λ_{i−1} (qᵢ ⊖ q_{i−1}) − λᵢ (q_{i+1} ⊖ qᵢ))`, 0 at fixed waypoints.
+    /// Gradient of C at the path `rows`: `W² (λ_{i−1} (qᵢ ⊖ q_{i−1}) − λᵢ (q_{i+1} ⊖ qᵢ))`, 0 at
+    /// fixed waypoints.
     ///
     /// Exact on SO(3) too, where the three weights of a rotation are equal.
     pub fn gradient(&self, rows: &[f64], velocity: &mut [f64], gradient: &mut [f64]) {
@@ -120,11 +139,13 @@ impl<'a> Cost<'a> {
         }
     }
 
-    /// `T⁻¹ᵢⱼ = min(sᵢ, sⱼ) (S − max(sᵢ, sⱼ)) / S`: how far waypoint i yields to a unit force on waypoint j.
+    /// `T⁻¹ᵢⱼ = min(sᵢ, sⱼ) (S − max(sᵢ, sⱼ)) / S`: how far waypoint i yields to a unit force on
+    /// waypoint j.
     ///
     /// 0 between waypoints of different strings, and for fixed ones.
     pub fn compliance(&self, i: usize, j: usize) -> f64 {
-        let (a, b) = (&self.nodes[i], &self.nodes[j]);
+        let a = &self.nodes[i];
+        let b = &self.nodes[j];
         if a.string != b.string {
             return 0.0;
         }
@@ -137,20 +158,29 @@ impl<'a> Cost<'a> {
         &self.inverse_weights
     }
 
-    /// `H⁻¹ force` for a force on every waypoint; O(waypoints · nv), by two sweeps along each string.
+    /// `H⁻¹ force` for a force on every waypoint; O(waypoints · nv), by two sweeps along each
+    /// string.
     pub fn apply_inverse_hessian(&self, force: &[f64], out: &mut [f64]) {
         let nv = self.nv();
         for v in 0..nv {
             // (S − sᵢ)/S Σ_{j≤i} sⱼ fⱼ from the left, sᵢ/S Σ_{j>i} (S − sⱼ) fⱼ from the right.
             let mut sum = 0.0;
             for (i, node) in self.nodes.iter().enumerate() {
-                sum = if node.place == 0.0 { 0.0 } else { sum + node.place * force[i * nv + v] };
+                sum = if node.place == 0.0 {
+                    0.0
+                } else {
+                    sum + node.place * force[i * nv + v]
+                };
                 out[i * nv + v] = self.inverse_weights[v] * node.rest() / node.length * sum;
             }
             sum = 0.0;
             for (i, node) in self.nodes.iter().enumerate().rev() {
                 out[i * nv + v] += self.inverse_weights[v] * node.place / node.length * sum;
-                sum = if node.place == 0.0 { 0.0 } else { sum + node.rest() * force[i * nv + v] };
+                sum = if node.place == 0.0 {
+                    0.0
+                } else {
+                    sum + node.rest() * force[i * nv + v]
+                };
             }
         }
     }
@@ -169,19 +199,36 @@ pub fn segment_lengths(space: &ConfigurationSpace, metric: &Metric, rows: &[f64]
 }
 
 /// Length of a path given as flat rows; `velocity` is scratch of nv numbers.
-pub fn length(space: &ConfigurationSpace, metric: &Metric, rows: &[f64], velocity: &mut [f64]) -> f64 {
-    segments(rows, space.nq()).map(|(from, to)| metric.distance(space, from, to, velocity)).sum()
+pub fn length(
+    space: &ConfigurationSpace,
+    metric: &Metric,
+    rows: &[f64],
+    velocity: &mut [f64],
+) -> f64 {
+    segments(rows, space.nq())
+        .map(|(from, to)| metric.distance(space, from, to, velocity))
+        .sum()
 }
 
 fn nodes(rest_lengths: &[f64], fixed: &[bool]) -> Vec<Node> {
     let ends: Vec<usize> = (0..fixed.len()).filter(|&i| fixed[i]).collect();
-    let mut nodes: Vec<Node> = (0..fixed.len()).map(|i| Node { string: i, place: 0.0, length: 1.0 }).collect();
+    let mut nodes: Vec<Node> = (0..fixed.len())
+        .map(|i| Node {
+            string: i,
+            place: 0.0,
+            length: 1.0,
+        })
+        .collect();
     for stretch in ends.windows(2) {
         let string = stretch[0];
         let length: f64 = rest_lengths[string..stretch[1]].iter().sum();
         let mut place = 0.0;
         for i in string..stretch[1] {
-            nodes[i] = Node { string, place, length };
+            nodes[i] = Node {
+                string,
+                place,
+                length,
+            };
             place += rest_lengths[i];
         }
     }
@@ -197,7 +244,13 @@ mod tests {
     #[test]
     fn the_cost_of_the_input_is_half_its_length() {
         for seed in 0..20 {
-            let Instance { space, metric, rows, fixed, moving } = testing::instance(seed, 9);
+            let Instance {
+                space,
+                metric,
+                rows,
+                fixed,
+                moving,
+            } = testing::instance(seed, 9);
             let cost = Cost::new(&space, &metric, &rows, &fixed, &moving);
             let half = 0.5 * segment_lengths(&space, &metric, &rows).iter().sum::<f64>();
             assert!((cost.value(&rows) - half).abs() < 1e-12 * half);
@@ -207,14 +260,24 @@ mod tests {
     #[test]
     fn the_compliance_inverts_the_tridiagonal_matrix_of_each_string() {
         for seed in 0..20 {
-            let Instance { space, metric, rows, fixed, moving } = testing::instance(seed, 9);
+            let Instance {
+                space,
+                metric,
+                rows,
+                fixed,
+                moving,
+            } = testing::instance(seed, 9);
             let cost = Cost::new(&space, &metric, &rows, &fixed, &moving);
-            let tridiagonal = testing::tridiagonal(&segment_lengths(&space, &metric, &rows), &fixed);
+            let tridiagonal =
+                testing::tridiagonal(&segment_lengths(&space, &metric, &rows), &fixed);
             let inverse = tridiagonal.try_inverse().expect("positive definite");
             let free: Vec<usize> = (0..fixed.len()).filter(|&i| !fixed[i]).collect();
             for (a, &i) in free.iter().enumerate() {
                 for (b, &j) in free.iter().enumerate() {
-                    assert!((cost.compliance(i, j) - inverse[(a, b)]).abs() < 1e-11, "seed {seed}: {i} {j}");
+                    assert!(
+                        (cost.compliance(i, j) - inverse[(a, b)]).abs() < 1e-11,
+                        "seed {seed}: {i} {j}"
+                    );
                 }
             }
         }

@@ -22,8 +22,8 @@ impl Factor {
         self.size
     }
 
-    /// Adds the line of M that starts with `column` and ends with `diagonal`, unless it depends on those before it:
-    /// the pivot tells. Says whether it did. O(m²).
+    /// Adds the line of M that starts with `column` and ends with `diagonal`, unless it depends on
+    /// those before it: the pivot tells. Says whether it did. O(m²).
     pub fn append(&mut self, column: &[f64], diagonal: f64) -> bool {
         let start = self.entries.len();
         for (i, coupling) in column.iter().enumerate() {
@@ -31,7 +31,11 @@ impl Factor {
             let entry = (coupling - known) / self.entries[line(i) + i];
             self.entries.push(entry);
         }
-        let pivot = diagonal - self.entries[start..].iter().map(|entry| entry * entry).sum::<f64>();
+        let pivot = diagonal
+            - self.entries[start..]
+                .iter()
+                .map(|entry| entry * entry)
+                .sum::<f64>();
         let independent = diagonal > 0.0 && pivot > DEPENDENT * diagonal;
         if independent {
             self.entries.push(pivot.sqrt());
@@ -48,17 +52,22 @@ impl Factor {
         self.entries.truncate(line(self.size));
     }
 
-    /// Takes a line and its column out of M, by turning the lines below back into a triangle. O(m²).
+    /// Takes a line and its column out of M, by turning the lines below back into a triangle.
+    /// O(m²).
     pub fn remove(&mut self, index: usize) {
         for below in index + 1..self.size {
             // Line `below` moves up; its entry right of the new diagonal is turned away.
-            let (upper, lower) = (line(below) + below - 1, line(below) + below);
-            let (a, b) = (self.entries[upper], self.entries[lower]);
+            let upper = line(below) + below - 1;
+            let lower = line(below) + below;
+            let a = self.entries[upper];
+            let b = self.entries[lower];
             let length = a.hypot(b);
-            let (cosine, sine) = (a / length, b / length);
+            let cosine = a / length;
+            let sine = b / length;
             for row in below..self.size {
                 let at = line(row) + below - 1;
-                let (x, y) = (self.entries[at], self.entries[at + 1]);
+                let x = self.entries[at];
+                let y = self.entries[at + 1];
                 self.entries[at] = cosine * x + sine * y;
                 self.entries[at + 1] = cosine * y - sine * x;
             }
@@ -101,8 +110,12 @@ mod tests {
     /// A random positive definite matrix, dense.
     fn matrix(seed: u64, size: usize) -> Vec<Vec<f64>> {
         let mut random = fastrand::Rng::with_seed(seed);
-        let rows: Vec<Vec<f64>> = (0..size).map(|_| (0..size + 2).map(|_| random.f64() - 0.5).collect()).collect();
-        rows.iter().map(|a| rows.iter().map(|b| dot(a, b)).collect()).collect()
+        let rows: Vec<Vec<f64>> = (0..size)
+            .map(|_| (0..size + 2).map(|_| random.f64() - 0.5).collect())
+            .collect();
+        rows.iter()
+            .map(|a| rows.iter().map(|b| dot(a, b)).collect())
+            .collect()
     }
 
     proptest! {

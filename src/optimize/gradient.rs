@@ -1,10 +1,11 @@
-//! The gradient-based method of Campana, Lamiraux and Laumond (*A gradient-based path optimization method
-//! for motion planning*, Advanced Robotics, 2016): start reading here.
+//! The gradient-based method of Campana, Lamiraux and Laumond (*A gradient-based path optimization
+//! method for motion planning*, Advanced Robotics, 2016): start reading here.
 //!
-//! The path is an elastic string ([`Cost`]). Its quadratic model gives a step towards the shortest path
-//! under the rows found so far; the rows keep bodies that were seen to collide from approaching
-//! ([`CollisionRow`]). The loop tries a cautious part of the step. Where that collides it adds *one* row
-//! and tries the whole step to the new minimum; where the whole step collides, it is cautious again.
+//! The path is an elastic string ([`Cost`]). Its quadratic model gives a step towards the shortest
+//! path under the rows found so far; the rows keep bodies that were seen to collide from
+//! approaching ([`CollisionRow`]). The loop tries a cautious part of the step. Where that collides
+//! it adds *one* row and tries the whole step to the new minimum; where the whole step collides, it
+//! is cautious again.
 //!
 //! Nothing is believed: a path is accepted only when every segment that changed is proved and it is
 //! strictly shorter, so the answer is never worse than the input.
@@ -48,7 +49,10 @@ enum Stride {
 }
 
 impl Stride {
-    const FIRST: Self = Self::Cautious { part: CAUTIOUS_PART, halved: 0 };
+    const FIRST: Self = Self::Cautious {
+        part: CAUTIOUS_PART,
+        halved: 0,
+    };
 
     /// α.
     fn part(self) -> f64 {
@@ -59,8 +63,15 @@ impl Stride {
     }
 
     fn halved(self) -> Option<Self> {
-        let halved = if let Self::Cautious { halved, .. } = self { halved } else { 0 };
-        (halved < HALVINGS).then_some(Self::Cautious { part: self.part() / 2.0, halved: halved + 1 })
+        let halved = if let Self::Cautious { halved, .. } = self {
+            halved
+        } else {
+            0
+        };
+        (halved < HALVINGS).then_some(Self::Cautious {
+            part: self.part() / 2.0,
+            halved: halved + 1,
+        })
     }
 }
 
@@ -93,7 +104,8 @@ pub fn optimize(progress: &mut Progress) -> Termination {
             Trial::Stopped => return Termination::Stopped,
             Trial::Shorter => {
                 descent.accept_trial();
-                // After a whole step there is nothing left under these rows, but where the space is curved.
+                // After a whole step there is nothing left under these rows, but where the space is
+                // curved.
                 if is_last || (stride == Stride::Full && descent.is_at_minimum()) {
                     return Termination::Converged;
                 }
@@ -103,7 +115,8 @@ pub fn optimize(progress: &mut Progress) -> Termination {
                 Some(halved) => stride = halved,
                 None => return Termination::Converged,
             },
-            Trial::Collides { segment } if stride != Stride::Full => match descent.add_row(segment) {
+            Trial::Collides { segment } if stride != Stride::Full => match descent.add_row(segment)
+            {
                 Some(true) => stride = Stride::Full,
                 Some(false) => return Termination::Converged,
                 None => return Termination::Stopped,
@@ -143,8 +156,15 @@ struct Descent<'s, 'r, 'm> {
 
 impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     fn new(progress: &'s mut Progress<'r, 'm>) -> Self {
-        let (task, path) = (progress.task, &progress.path);
-        let cost = Cost::new(task.space, task.metric, path.as_flat(), &progress.fixed, task.moving);
+        let task = progress.task;
+        let path = &progress.path;
+        let cost = Cost::new(
+            task.space,
+            task.metric,
+            path.as_flat(),
+            &progress.fixed,
+            task.moving,
+        );
         let size = path.len() * task.space.nv();
         Self {
             quadratic: QuadraticStep::new(&cost),
@@ -171,10 +191,22 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             return;
         }
         let rows = self.progress.path.as_flat();
-        self.cost.gradient(rows, &mut self.velocity, &mut self.gradient);
-        let (quadratic, count) = (&mut self.quadratic, self.collision_rows);
-        self.largest_part = self.limits.solve(quadratic, count, &self.cost, rows, &self.gradient, &mut self.step);
-        let squares = self.step.chunks_exact(self.velocity.len()).map(|p| self.progress.task.metric.norm(p).powi(2));
+        self.cost
+            .gradient(rows, &mut self.velocity, &mut self.gradient);
+        let quadratic = &mut self.quadratic;
+        let count = self.collision_rows;
+        self.largest_part = self.limits.solve(
+            quadratic,
+            count,
+            &self.cost,
+            rows,
+            &self.gradient,
+            &mut self.step,
+        );
+        let squares = self
+            .step
+            .chunks_exact(self.velocity.len())
+            .map(|p| self.progress.task.metric.norm(p).powi(2));
         self.step_norm = self.largest_part * squares.sum::<f64>().sqrt();
         self.outdated = false;
     }
@@ -187,8 +219,16 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
 
     /// x₁ ← x₀ ⊕ αp; what may not move keeps its bits.
     fn move_trial(&mut self, part: f64) {
-        let Progress { task, path, fixed, .. } = &*self.progress;
-        task.displace(path, fixed, &self.step, part.min(self.largest_part), &mut self.trial);
+        let Progress {
+            task, path, fixed, ..
+        } = &*self.progress;
+        task.displace(
+            path,
+            fixed,
+            &self.step,
+            part.min(self.largest_part),
+            &mut self.trial,
+        );
         self.limits.settle(path, &mut self.trial);
         self.trial_counts = self.progress.unroll(&mut self.trial, &self.progress.fixed);
         self.trial_length = task.length(self.trial.as_flat(), &mut self.velocity);
@@ -200,7 +240,9 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             return Trial::NotShorter;
         }
         match self.progress.prove(self.trial.as_flat()) {
-            SegmentsVerdict::Proved if self.progress.is_shorter(self.trial_length) => Trial::Shorter,
+            SegmentsVerdict::Proved if self.progress.is_shorter(self.trial_length) => {
+                Trial::Shorter
+            }
             SegmentsVerdict::Proved => Trial::NotShorter,
             SegmentsVerdict::Refused(segment) => Trial::Collides { segment },
             SegmentsVerdict::Stopped => Trial::Stopped,
@@ -212,14 +254,19 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         self.outdated = true;
     }
 
-    /// Adds one row for the first collision of a refused segment: false where no independent one is found,
-    /// `None` where stopped.
+    /// Adds one row for the first collision of a refused segment: false where no independent one is
+    /// found, `None` where stopped.
     ///
-    /// Where the row depends on those there are, another is looked for between the free and the colliding
-    /// configuration, by bisection.
+    /// Where the row depends on those there are, another is looked for between the free and the
+    /// colliding configuration, by bisection.
     fn add_row(&mut self, segment: usize) -> Option<bool> {
-        let (from, to) = (self.trial.waypoint(segment), self.trial.waypoint(segment + 1));
-        let mut hit = match self.progress.validator.first_hit(from, to, self.progress.stop) {
+        let from = self.trial.waypoint(segment);
+        let to = self.trial.waypoint(segment + 1);
+        let mut hit = match self
+            .progress
+            .validator
+            .first_hit(from, to, self.progress.stop)
+        {
             SegmentVerdict::Refused(hit) => hit,
             SegmentVerdict::Proved(_) => return Some(false),
             SegmentVerdict::Stopped => return None,
@@ -235,7 +282,11 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
                 return Some(true);
             }
             let middle = self.interpolate(&q_clear, &q_coll, 0.5);
-            match self.progress.validator.segment(&middle, &middle, self.progress.stop) {
+            match self
+                .progress
+                .validator
+                .segment(&middle, &middle, self.progress.stop)
+            {
                 SegmentVerdict::Refused(nearer) => (hit, q_coll) = (nearer, middle),
                 SegmentVerdict::Proved(_) => q_clear = middle,
                 SegmentVerdict::Stopped => return None,
@@ -244,9 +295,26 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         Some(false)
     }
 
-    fn append(&mut self, segment: usize, ratio: f64, hit: &Hit, q_coll: &[f64], q_free: &[f64]) -> bool {
-        let Some(jacobian) = self.collision_row.at(hit, q_coll, q_free) else { return false };
-        let independent = self.quadratic.append(&self.cost, Row { segment, ratio, jacobian, right_hand_side: 0.0 });
+    fn append(
+        &mut self,
+        segment: usize,
+        ratio: f64,
+        hit: &Hit,
+        q_coll: &[f64],
+        q_free: &[f64],
+    ) -> bool {
+        let Some(jacobian) = self.collision_row.at(hit, q_coll, q_free) else {
+            return false;
+        };
+        let independent = self.quadratic.append(
+            &self.cost,
+            Row {
+                segment,
+                ratio,
+                jacobian,
+                right_hand_side: 0.0,
+            },
+        );
         self.collision_rows += usize::from(independent);
         independent
     }

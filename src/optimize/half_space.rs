@@ -1,8 +1,9 @@
 //! Contact half-spaces: what keeps two bodies apart near a configuration, to first order.
 //!
-//! At a configuration the closest points of a pair are a on A and b on B, n the unit vector from b to a, d their
-//! distance. The bodies come closer at the rate `j = nᵀ (J_A(a) − J_B(b))`, so that a displacement p of that
-//! configuration leaves them `d + j p` apart. Unlike the paper's row this needs no contact, and its normal is true.
+//! At a configuration the closest points of a pair are a on A and b on B, n the unit vector from b
+//! to a, d their distance. The bodies come closer at the rate `j = nᵀ (J_A(a) − J_B(b))`, so that a
+//! displacement p of that configuration leaves them `d + j p` apart. Unlike the paper's row this
+//! needs no contact, and its normal is true.
 
 use super::rows::add_point_rows;
 use crate::collision::{CollisionModel, query};
@@ -24,21 +25,40 @@ pub struct HalfSpace<'a> {
 impl<'a> HalfSpace<'a> {
     /// For one model, with the robot's held variables at `held`.
     pub fn new(model: &'a CollisionModel, space: &ConfigurationSpace, held: &'a [f64]) -> Self {
-        Self { model, held, kinematics: Kinematics::default(), jacobian: vec![0.0; space.nv()] }
+        Self {
+            model,
+            held,
+            kinematics: Kinematics::default(),
+            jacobian: vec![0.0; space.nv()],
+        }
     }
 
     /// d and j of a pair at `q`; `None` where the bodies touch or overlap.
     pub fn at(&mut self, pair: usize, q: &[f64]) -> Option<(f64, &[f64])> {
-        let (bodies, pair) = (self.model.bodies(), self.model.pairs()[pair]);
+        let bodies = self.model.bodies();
+        let pair = self.model.pairs()[pair];
         self.kinematics.update(self.model.robot(), q, self.held);
-        let (a, b) = (&bodies[pair.a], &bodies[pair.b]);
-        let contact = query::nearly_closest(a, &a.placed(&self.kinematics), b, &b.placed(&self.kinematics));
+        let a = &bodies[pair.a];
+        let b = &bodies[pair.b];
+        let contact = query::nearly_closest(
+            a,
+            &a.placed(&self.kinematics),
+            b,
+            &b.placed(&self.kinematics),
+        );
         if contact.distance <= SHORTEST_DISTANCE_M {
             return None;
         }
         self.jacobian.fill(0.0);
         let points = [contact.point_a, contact.point_b];
-        add_point_rows(self.model, &self.kinematics, &pair, points, contact.normal, &mut self.jacobian);
+        add_point_rows(
+            self.model,
+            &self.kinematics,
+            &pair,
+            points,
+            contact.normal,
+            &mut self.jacobian,
+        );
         Some((contact.distance, &self.jacobian))
     }
 }
@@ -50,7 +70,8 @@ mod tests {
     use crate::testing;
     use proptest::prelude::*;
 
-    /// Rates on both sides of a kink, or that of another part of a mesh, differ by more (m per rad or m).
+    /// Rates on both sides of a kink, or that of another part of a mesh, differ by more (m per rad
+    /// or m).
     const SMOOTH: f64 = 1e-4;
 
     /// Exact distance of the surfaces of a pair.
@@ -58,7 +79,8 @@ mod tests {
         let mut kinematics = Kinematics::default();
         kinematics.update(model.robot(), q, held);
         let pair = model.pairs()[pair];
-        let (a, b) = (&model.bodies()[pair.a], &model.bodies()[pair.b]);
+        let a = &model.bodies()[pair.a];
+        let b = &model.bodies()[pair.b];
         query::between_surfaces(a, &a.placed(&kinematics), b, &b.placed(&kinematics)).distance
     }
 
@@ -80,7 +102,8 @@ mod tests {
                     continue;
                 };
                 prop_assert!(found >= true_distance - 1e-9 && found <= (1.0 + NEARLY) * true_distance + 1e-9);
-                // Nearly the closest points may be on another part of a mesh, which parts at its own rate.
+                // Nearly the closest points may be on another part of a mesh, which parts at its
+                // own rate.
                 if found > true_distance + 1e-9 || true_distance < 1e-3 {
                     continue;
                 }

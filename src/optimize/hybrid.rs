@@ -1,9 +1,10 @@
 //! The default: waypoints are left out, then contact half-spaces and shortcuts take turns.
 //!
-//! Contact half-spaces pull the path taut around what holds it and end in the nearest local minimum; shortcuts, of
-//! all joints or of one, leap out of it, and know nothing of the slopes. Which goes next is decided by what each
-//! last gained for the work that it took, counted, never timed. Each goes on until it gains nothing more, and then
-//! rests until another has changed the path; when all rest, the run ends.
+//! Contact half-spaces pull the path taut around what holds it and end in the nearest local
+//! minimum; shortcuts, of all joints or of one, leap out of it, and know nothing of the slopes.
+//! Which goes next is decided by what each last gained for the work that it took, counted, never
+//! timed. Each goes on until it gains nothing more, and then rests until another has changed the
+//! path; when all rest, the run ends.
 
 use super::outcome::Termination;
 use super::progress::Progress;
@@ -16,7 +17,11 @@ const WORTHWHILE: f64 = 1e-3;
 type Stage = fn(&mut Progress) -> Termination;
 
 /// In the order in which they go first.
-const STAGES: [Stage; 3] = [contact::optimize, shortcut::partial_briefly, shortcut::random_briefly];
+const STAGES: [Stage; 3] = [
+    contact::optimize,
+    shortcut::partial_briefly,
+    shortcut::random_briefly,
+];
 
 /// What is known of a stage.
 #[derive(Clone, Copy)]
@@ -31,11 +36,18 @@ pub fn optimize(progress: &mut Progress) -> Termination {
     if let Some(termination) = shortcut::leave_out_waypoints(progress) {
         return termination;
     }
-    let mut prospects = [Prospect { rate: f64::INFINITY, rests: false }; STAGES.len()];
+    let mut prospects = [Prospect {
+        rate: f64::INFINITY,
+        rests: false,
+    }; STAGES.len()];
     while let Some(next) = most_promising(&prospects) {
-        let (length, work) = (progress.length, progress.validator.work());
+        let length = progress.length;
+        let work = progress.validator.work();
         let termination = STAGES[next](progress);
-        if !matches!(termination, Termination::Converged | Termination::IterationLimit) {
+        if !matches!(
+            termination,
+            Termination::Converged | Termination::IterationLimit
+        ) {
             return termination;
         }
         if let Some(termination) = shortcut::leave_out_needless(progress) {
@@ -44,7 +56,9 @@ pub fn optimize(progress: &mut Progress) -> Termination {
         let gain = 1.0 - progress.length / length;
         prospects[next].rate = gain / (progress.validator.work() - work).max(1) as f64;
         if gain >= WORTHWHILE {
-            prospects.iter_mut().for_each(|prospect| prospect.rests = false);
+            prospects
+                .iter_mut()
+                .for_each(|prospect| prospect.rests = false);
         }
         // It has just ended because it can gain nothing more by itself.
         prospects[next].rests = true;
@@ -55,5 +69,11 @@ pub fn optimize(progress: &mut Progress) -> Termination {
 /// The stage that does not rest and gained most for its work; of equals, the first.
 fn most_promising(prospects: &[Prospect]) -> Option<usize> {
     let awake = (0..prospects.len()).filter(|&stage| !prospects[stage].rests);
-    awake.reduce(|best, stage| if prospects[stage].rate > prospects[best].rate { stage } else { best })
+    awake.reduce(|best, stage| {
+        if prospects[stage].rate > prospects[best].rate {
+            stage
+        } else {
+            best
+        }
+    })
 }

@@ -54,7 +54,9 @@ pub enum RequestError {
         norm: f64,
     },
     /// Limits exceeded.
-    #[error("waypoint {waypoint}: {variable} is {value}, outside [{lower}, {upper}] by more than {LIMIT_TOLERANCE}")]
+    #[error(
+        "waypoint {waypoint}: {variable} is {value}, outside [{lower}, {upper}] by more than {LIMIT_TOLERANCE}"
+    )]
     Limits {
         /// Waypoint, from 0.
         waypoint: usize,
@@ -148,7 +150,8 @@ pub(super) struct Input {
     pub keep_goal: bool,
     pub held: Vec<f64>,
     pub moving: Vec<bool>,
-    /// The caller's path with each angle's numbers saying how it moves; `None` where they do as they stand.
+    /// The caller's path with each angle's numbers saying how it moves; `None` where they do as
+    /// they stand.
     pub unrolled: Option<Path>,
     /// The path as optimizers take it: unrolled, no equal neighbours, unit quaternions.
     pub path: Path,
@@ -175,17 +178,41 @@ impl Input {
         if !(clearance.is_finite() && clearance >= LEAST_FLOOR_M) {
             return Err(RequestError::Clearance(clearance));
         }
-        let space = if settings.unwrapped { robot.space().unwrapped() } else { robot.space().clone() };
-        let metric = Metric::new(&space, settings.weights.clone().unwrap_or_else(|| reach_weights.to_vec()))?;
+        let space = if settings.unwrapped {
+            robot.space().unwrapped()
+        } else {
+            robot.space().clone()
+        };
+        let metric = Metric::new(
+            &space,
+            settings
+                .weights
+                .clone()
+                .unwrap_or_else(|| reach_weights.to_vec()),
+        )?;
         let held = sized("held values", &settings.held, robot.held().len())?;
-        let held = held.unwrap_or_else(|| robot.held().iter().map(|variable| variable.default).collect());
+        let held = held.unwrap_or_else(|| {
+            robot
+                .held()
+                .iter()
+                .map(|variable| variable.default)
+                .collect()
+        });
         if let Some(bad) = held.iter().position(|value| !value.is_finite()) {
             let variable = robot.held()[bad].name.clone();
-            return Err(RequestError::NotFinite { waypoint: 0, variable, value: held[bad] });
+            return Err(RequestError::NotFinite {
+                waypoint: 0,
+                variable,
+                value: held[bad],
+            });
         }
         let moving = sized("mask of moving coordinates", &settings.moving, space.nv())?;
         let moving = moving.unwrap_or_else(|| vec![true; space.nv()]);
-        let fixed = sized("mask of fixed waypoints", &settings.fixed_waypoints, path.len())?;
+        let fixed = sized(
+            "mask of fixed waypoints",
+            &settings.fixed_waypoints,
+            path.len(),
+        )?;
         let mut fixed = fixed.unwrap_or_else(|| vec![false; path.len()]);
         fixed[0] = true;
         fixed[path.len() - 1] = true;
@@ -195,16 +222,25 @@ impl Input {
         check_motion(robot, &space, path)?;
         let unrolled = space.circles().next().and_then(|_| {
             let mut rows = path.as_flat().to_vec();
-            space.unroll(&mut rows).then(|| Path::from_rows(path.nq(), rows))?
+            space
+                .unroll(&mut rows)
+                .then(|| Path::from_rows(path.nq(), rows))?
         });
         if let Some(unrolled) = unrolled.as_ref().filter(|_| settings.keep_goal) {
             keeps_goal(robot, &space, path, unrolled)?;
         }
         let given = path;
-        let Canonical { path, fixed, origins, standing_for } =
-            Canonical::new(&space, unrolled.as_ref().unwrap_or(given), &fixed);
+        let Canonical {
+            path,
+            fixed,
+            origins,
+            standing_for,
+        } = Canonical::new(&space, unrolled.as_ref().unwrap_or(given), &fixed);
         let stays = origins.iter().zip(&fixed).filter(|(_, fixed)| **fixed);
-        let fixed_rows = stays.flat_map(|(&origin, _)| given.waypoint(origin)).copied().collect();
+        let fixed_rows = stays
+            .flat_map(|(&origin, _)| given.waypoint(origin))
+            .copied()
+            .collect();
         let keep_goal = settings.keep_goal;
         Ok(Self {
             space,
@@ -229,23 +265,38 @@ impl Input {
         self.unrolled.as_ref().unwrap_or(path)
     }
 
-    /// Columns of which the answer says other numbers than the caller, and how many whole turns the goal's is on; 0 where
-    /// it is the same and only numbers before it moved.
+    /// Columns of which the answer says other numbers than the caller, and how many whole turns the
+    /// goal's is on; 0 where it is the same and only numbers before it moved.
     pub fn turned(&self, robot: &RobotModel, path: &Path, answer: &Path) -> Vec<ColumnTurns> {
-        let (goal, end) = (path.waypoint(path.len() - 1), answer.waypoint(answer.len() - 1));
+        let goal = path.waypoint(path.len() - 1);
+        let end = answer.waypoint(answer.len() - 1);
         let column = |q: usize| {
             let turns = turns_between(goal[q], end[q]);
-            let has_moved = turns != 0 || self.given(path).waypoints().zip(path.waypoints()).any(|(a, b)| a[q] != b[q]);
-            has_moved.then(|| ColumnTurns { variable: robot.variables()[q].name.clone(), turns })
+            let has_moved = turns != 0
+                || self
+                    .given(path)
+                    .waypoints()
+                    .zip(path.waypoints())
+                    .any(|(a, b)| a[q] != b[q]);
+            has_moved.then(|| ColumnTurns {
+                variable: robot.variables()[q].name.clone(),
+                turns,
+            })
         };
         self.space.circles().filter_map(column).collect()
     }
 }
 
-/// Distance of the ends of a path: none between them is shorter. Unless the goal's numbers are to stay, a path may end
-/// whole turns away.
-pub fn lower_bound(space: &ConfigurationSpace, metric: &Metric, path: &Path, keep_goal: bool) -> f64 {
-    let (start, goal) = (path.waypoint(0), path.waypoint(path.len() - 1));
+/// Distance of the ends of a path: none between them is shorter. Unless the goal's numbers are to
+/// stay, a path may end whole turns away.
+pub fn lower_bound(
+    space: &ConfigurationSpace,
+    metric: &Metric,
+    path: &Path,
+    keep_goal: bool,
+) -> f64 {
+    let start = path.waypoint(0);
+    let goal = path.waypoint(path.len() - 1);
     let mut velocity = vec![0.0; space.nv()];
     if keep_goal {
         space.unwrapped().difference(goal, start, &mut velocity);
@@ -255,9 +306,17 @@ pub fn lower_bound(space: &ConfigurationSpace, metric: &Metric, path: &Path, kee
     metric.norm(&velocity)
 }
 
-fn sized<T: Clone>(what: &'static str, list: &Option<Vec<T>>, expected: usize) -> Result<Option<Vec<T>>, RequestError> {
+fn sized<T: Clone>(
+    what: &'static str,
+    list: &Option<Vec<T>>,
+    expected: usize,
+) -> Result<Option<Vec<T>>, RequestError> {
     match list {
-        Some(list) if list.len() != expected => Err(RequestError::Count { what, got: list.len(), expected }),
+        Some(list) if list.len() != expected => Err(RequestError::Count {
+            what,
+            got: list.len(),
+            expected,
+        }),
         list => Ok(list.clone()),
     }
 }
@@ -267,43 +326,77 @@ fn check_columns(robot: &RobotModel, path: &Path) -> Result<(), RequestError> {
     if path.nq() == expected {
         return Ok(());
     }
-    let names: Vec<&str> = robot.variables().iter().map(|variable| variable.name.as_str()).collect();
-    let (robot, variables) = (robot.name().to_owned(), names.join(", "));
-    Err(RequestError::Columns { got: path.nq(), expected, robot, variables })
+    let names: Vec<&str> = robot
+        .variables()
+        .iter()
+        .map(|variable| variable.name.as_str())
+        .collect();
+    let robot = robot.name().to_owned();
+    let variables = names.join(", ");
+    Err(RequestError::Columns {
+        got: path.nq(),
+        expected,
+        robot,
+        variables,
+    })
 }
 
 /// A warning for every held variable that the robot cannot hold where it is.
 fn held_outside_limits(robot: &RobotModel, held: &[f64]) -> Vec<Warning> {
     let text = |(variable, value): (&HeldVariable, &f64)| {
-        let HeldVariable { name, lower, upper, hard_lower, hard_upper, .. } = variable;
+        let HeldVariable {
+            name,
+            lower,
+            upper,
+            hard_lower,
+            hard_upper,
+            ..
+        } = variable;
         let outside = |lower: f64, upper: f64| (lower - value).max(value - upper) > LIMIT_TOLERANCE;
         if outside(*hard_lower, *hard_upper) {
             let text = format!("{name} is held at {value}, outside [{hard_lower}, {hard_upper}]");
             return Some(Warning::uncovered(text));
         }
         outside(*lower, *upper).then(|| {
-            Warning::uncovered(format!("{name} is held at {value}, outside its soft limits [{lower}, {upper}]"))
+            Warning::uncovered(format!(
+                "{name} is held at {value}, outside its soft limits [{lower}, {upper}]"
+            ))
         })
     };
     robot.held().iter().zip(held).filter_map(text).collect()
 }
 
-/// Checks every number; returns a warning where limits are exceeded by a little, and one where soft limits are.
+/// Checks every number; returns a warning where limits are exceeded by a little, and one where soft
+/// limits are.
 fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<Warning>, RequestError> {
     let mut worst: Option<(f64, String)> = None;
     for (waypoint, row) in path.waypoints().enumerate() {
         for (variable, &value) in robot.variables().iter().zip(row) {
             let name = || variable.name.clone();
             if !value.is_finite() {
-                return Err(RequestError::NotFinite { waypoint, variable: name(), value });
+                return Err(RequestError::NotFinite {
+                    waypoint,
+                    variable: name(),
+                    value,
+                });
             }
-            let (lower, upper) = (variable.hard_lower, variable.hard_upper);
+            let lower = variable.hard_lower;
+            let upper = variable.hard_upper;
             let outside = (lower - value).max(value - upper);
             if outside > LIMIT_TOLERANCE {
-                return Err(RequestError::Limits { waypoint, variable: name(), value, lower, upper });
+                return Err(RequestError::Limits {
+                    waypoint,
+                    variable: name(),
+                    value,
+                    lower,
+                    upper,
+                });
             }
             if outside > 0.0 && worst.as_ref().is_none_or(|(most, _)| outside > *most) {
-                let text = format!("waypoint {waypoint}: {} is outside its limits by {outside:.1e}", variable.name);
+                let text = format!(
+                    "waypoint {waypoint}: {} is outside its limits by {outside:.1e}",
+                    variable.name
+                );
                 worst = Some((outside, text));
             }
         }
@@ -312,30 +405,52 @@ fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<Warning>, Request
                 let norm = row[q..q + 4].iter().map(|x| x * x).sum::<f64>().sqrt();
                 if (norm - 1.0).abs() > QUATERNION_TOLERANCE {
                     let variable = robot.variables()[q].name.clone();
-                    return Err(RequestError::Quaternion { waypoint, variable, norm });
+                    return Err(RequestError::Quaternion {
+                        waypoint,
+                        variable,
+                        norm,
+                    });
                 }
             }
         }
     }
-    Ok(worst.into_iter().map(|(_, text)| Warning::uncovered(text)).chain(outside_soft_limits(robot, path)).collect())
+    Ok(worst
+        .into_iter()
+        .map(|(_, text)| Warning::uncovered(text))
+        .chain(outside_soft_limits(robot, path))
+        .collect())
 }
 
-/// One warning that names each variable which is somewhere between its soft limits and its limits, and by how much at
-/// most. No optimizer moves it further out.
+/// One warning that names each variable which is somewhere between its soft limits and its limits,
+/// and by how much at most. No optimizer moves it further out.
 fn outside_soft_limits(robot: &RobotModel, path: &Path) -> Option<Warning> {
     let farthest = |(column, variable): (usize, &Variable)| {
         let by = |row: &[f64]| (variable.lower - row[column]).max(row[column] - variable.upper);
         if path.waypoints().all(|row| by(row) <= 0.0) {
             return None;
         }
-        let (waypoint, by) = path.waypoints().map(by).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let Variable { name, lower, upper, .. } = variable;
+        let (waypoint, by) = path
+            .waypoints()
+            .map(by)
+            .enumerate()
+            .max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let Variable {
+            name, lower, upper, ..
+        } = variable;
         (by > 0.0).then(|| {
-            let amount = if by < 1e-3 { format!("{by:.1e}") } else { format!("{by:.3}") };
+            let amount = if by < 1e-3 {
+                format!("{by:.1e}")
+            } else {
+                format!("{by:.3}")
+            };
             format!("{name} by {amount} of [{lower}, {upper}] (waypoint {waypoint})")
         })
     };
-    let soft = robot.variables().iter().enumerate().filter(|(_, variable)| variable.has_soft_limits());
+    let soft = robot
+        .variables()
+        .iter()
+        .enumerate()
+        .filter(|(_, variable)| variable.has_soft_limits());
     let named: Vec<String> = soft.filter_map(farthest).collect();
     let text = "the path leaves soft limits (safety_controller), and is not moved further out";
     (!named.is_empty()).then(|| Warning::uncovered(format!("{text}: {}", named.join(", "))))

@@ -1,9 +1,10 @@
 //! Joint limits as rows of the quadratic step: bounds on single variables at single waypoints.
 //!
-//! A limit never cuts a step that is already computed, which would break the other rows. Where the step
-//! would leave a limit, a row holds that variable at that waypoint at the limit and the step is computed
-//! again; a row that pulls away from its limit is dropped. The primal-dual active set method for bounds
-//! (Hintermüller, Ito, Kunisch 2002) does both at once, and starts from the rows of the last step.
+//! A limit never cuts a step that is already computed, which would break the other rows. Where the
+//! step would leave a limit, a row holds that variable at that waypoint at the limit and the step
+//! is computed again; a row that pulls away from its limit is dropped. The primal-dual active set
+//! method for bounds (Hintermüller, Ito, Kunisch 2002) does both at once, and starts from the rows
+//! of the last step.
 
 use super::active_set::ActiveSet;
 use super::cost::Cost;
@@ -19,8 +20,9 @@ const ROUNDS_AT_ONCE: usize = 12;
 /// Rounds in all; in the later ones a single limit changes at a time, which breaks cycles.
 const ROUNDS: usize = 60;
 
-/// Limits that may hold one step: rows cost the cube of their number, and a path of many thousand waypoints may leave
-/// its limits at each of them. Where more would, the step is cut ([`Limits::largest_part`]).
+/// Limits that may hold one step: rows cost the cube of their number, and a path of many thousand
+/// waypoints may leave its limits at each of them. Where more would, the step is cut
+/// ([`Limits::largest_part`]).
 const MOST_HELD: usize = 512;
 
 /// A step may pass a limit by this much (m or rad): what rounding leaves of a row.
@@ -44,7 +46,8 @@ struct Held {
 }
 
 impl Held {
-    /// The force that the row exerts outwards, towards its limit: H p + g + μ = 0, so μ > 0 pushes down.
+    /// The force that the row exerts outwards, towards its limit: H p + g + μ = 0, so μ > 0 pushes
+    /// down.
     fn pull(&self, multiplier: f64) -> f64 {
         match self.side {
             Side::Lower => multiplier,
@@ -61,7 +64,8 @@ enum Side {
 }
 
 impl Limited {
-    /// How far the variable may still move towards a side from `x` (signed); 0 outside, where it may not move on out.
+    /// How far the variable may still move towards a side from `x` (signed); 0 outside, where it
+    /// may not move on out.
     fn room(&self, side: Side, x: f64) -> f64 {
         match side {
             Side::Lower => (self.lower - x).min(0.0),
@@ -88,7 +92,8 @@ impl Limits {
         let variables = task.model.robot().variables();
         let limited = |component: &Component| match *component {
             Component::Line { q, v } if task.moving[v] => {
-                let (lower, upper) = (variables[q].lower, variables[q].upper);
+                let lower = variables[q].lower;
+                let upper = variables[q].upper;
                 (lower.is_finite() || upper.is_finite()).then_some(Limited { q, v, lower, upper })
             }
             _ => None,
@@ -104,10 +109,11 @@ impl Limits {
         }
     }
 
-    /// Writes the step of the first `collision_rows` rows of `quadratic` and of those limits that hold it;
-    /// `path` is flat rows. Limit rows of the last step are dropped and found again.
+    /// Writes the step of the first `collision_rows` rows of `quadratic` and of those limits that
+    /// hold it; `path` is flat rows. Limit rows of the last step are dropped and found again.
     ///
-    /// Returns the largest part of the step that keeps all limits: 1 unless the rows leave no such step.
+    /// Returns the largest part of the step that keeps all limits: 1 unless the rows leave no such
+    /// step.
     pub fn solve(
         &mut self,
         quadratic: &mut QuadraticStep,
@@ -143,9 +149,17 @@ impl Limits {
         self.active.clear();
     }
 
-    /// Adds a half-space for every limit that the step leaves and that has none yet; false where there is none.
-    pub fn push_left(&mut self, set: &mut ActiveSet, cost: &Cost<'_>, path: &[f64], step: &[f64]) -> bool {
-        let (mut left, active) = (std::mem::take(&mut self.next), &self.active);
+    /// Adds a half-space for every limit that the step leaves and that has none yet; false where
+    /// there is none.
+    pub fn push_left(
+        &mut self,
+        set: &mut ActiveSet,
+        cost: &Cost<'_>,
+        path: &[f64],
+        step: &[f64],
+    ) -> bool {
+        let mut left = std::mem::take(&mut self.next);
+        let active = &self.active;
         left.clear();
         self.for_each_left(path, step, |held, _| {
             if active.len() + left.len() < MOST_HELD && !active.contains(&held) {
@@ -157,7 +171,12 @@ impl Limits {
             let room = variable.room(held.side, path[held.waypoint * self.nq + variable.q]);
             let inwards = if held.side == Side::Lower { 1.0 } else { -1.0 };
             self.unit[variable.v] = inwards;
-            let row = Row { segment: held.waypoint, ratio: 0.0, jacobian: &self.unit, right_hand_side: inwards * room };
+            let row = Row {
+                segment: held.waypoint,
+                ratio: 0.0,
+                jacobian: &self.unit,
+                right_hand_side: inwards * room,
+            };
             set.push(cost, row);
             self.unit[variable.v] = 0.0;
         }
@@ -166,11 +185,16 @@ impl Limits {
         !self.next.is_empty()
     }
 
-    /// Brings what rounding left outside its limits back to them; `from` is the path that the step began at.
+    /// Brings what rounding left outside its limits back to them; `from` is the path that the step
+    /// began at.
     pub fn settle(&self, from: &Path, path: &mut Path) {
         for &waypoint in &self.free {
-            let (from, row) = (from.waypoint(waypoint), path.waypoint_mut(waypoint));
-            for &Limited { q, lower, upper, .. } in &self.limited {
+            let from = from.waypoint(waypoint);
+            let row = path.waypoint_mut(waypoint);
+            for &Limited {
+                q, lower, upper, ..
+            } in &self.limited
+            {
                 row[q] = row[q].clamp(lower.min(from[q]), upper.max(from[q]));
             }
         }
@@ -178,12 +202,19 @@ impl Limits {
 
     /// Appends the rows of the active limits; those that depend on others are dropped.
     fn append_active(&mut self, quadratic: &mut QuadraticStep, cost: &Cost<'_>, path: &[f64]) {
-        let (nq, limited, unit) = (self.nq, &self.limited, &mut self.unit);
+        let nq = self.nq;
+        let limited = &self.limited;
+        let unit = &mut self.unit;
         self.active.retain(|held| {
             let variable = &limited[held.limited];
             unit[variable.v] = 1.0;
             let right_hand_side = variable.room(held.side, path[held.waypoint * nq + variable.q]);
-            let row = Row { segment: held.waypoint, ratio: 0.0, jacobian: unit, right_hand_side };
+            let row = Row {
+                segment: held.waypoint,
+                ratio: 0.0,
+                jacobian: unit,
+                right_hand_side,
+            };
             let independent = quadratic.append(cost, row);
             unit[variable.v] = 0.0;
             independent
@@ -193,7 +224,11 @@ impl Limits {
     /// `next` = the active limits that push inwards, and all that the step leaves.
     fn exchange_all(&mut self, multipliers: &[f64], path: &[f64], step: &[f64]) {
         self.next.clear();
-        let inwards = self.active.iter().zip(multipliers).filter(|(held, multiplier)| held.pull(**multiplier) <= 0.0);
+        let inwards = self
+            .active
+            .iter()
+            .zip(multipliers)
+            .filter(|(held, multiplier)| held.pull(**multiplier) <= 0.0);
         self.next.extend(inwards.map(|(held, _)| *held));
         let mut next = std::mem::take(&mut self.next);
         self.for_each_left(path, step, |held, _| {
@@ -204,8 +239,8 @@ impl Limits {
         self.next = next;
     }
 
-    /// `next` = the active limits and the one that the step leaves furthest; where it leaves none, without
-    /// the one that pulls outwards most.
+    /// `next` = the active limits and the one that the step leaves furthest; where it leaves none,
+    /// without the one that pulls outwards most.
     fn exchange_one(&mut self, multipliers: &[f64], path: &[f64], step: &[f64]) {
         let mut furthest: Option<(Held, f64)> = None;
         self.for_each_left(path, step, |held, by| {
@@ -218,8 +253,15 @@ impl Limits {
             self.next.push(held);
             return;
         }
-        let pulls = self.active.iter().zip(multipliers).map(|(held, multiplier)| held.pull(*multiplier));
-        let strongest = pulls.enumerate().filter(|(_, pull)| *pull > 0.0).max_by(|a, b| a.1.total_cmp(&b.1));
+        let pulls = self
+            .active
+            .iter()
+            .zip(multipliers)
+            .map(|(held, multiplier)| held.pull(*multiplier));
+        let strongest = pulls
+            .enumerate()
+            .filter(|(_, pull)| *pull > 0.0)
+            .max_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((index, _)) = strongest {
             self.next.remove(index);
         }
@@ -229,11 +271,19 @@ impl Limits {
     fn for_each_left(&self, path: &[f64], step: &[f64], mut found: impl FnMut(Held, f64)) {
         for &waypoint in &self.free {
             for (index, limited) in self.limited.iter().enumerate() {
-                let (x, p) = (path[waypoint * self.nq + limited.q], step[waypoint * self.nv + limited.v]);
+                let x = path[waypoint * self.nq + limited.q];
+                let p = step[waypoint * self.nv + limited.v];
                 let side = if p > 0.0 { Side::Upper } else { Side::Lower };
                 let by = p.abs() - limited.room(side, x).abs();
                 if by > ROUNDING {
-                    found(Held { waypoint, limited: index, side }, by);
+                    found(
+                        Held {
+                            waypoint,
+                            limited: index,
+                            side,
+                        },
+                        by,
+                    );
                 }
             }
         }
@@ -242,11 +292,20 @@ impl Limits {
     /// The largest part of the step that leaves no limit.
     pub fn largest_part(&self, path: &[f64], step: &[f64]) -> f64 {
         let mut part = 1.0_f64;
-        self.for_each_left(path, step, |Held { waypoint, limited, side }, _| {
-            let Limited { q, v, .. } = self.limited[limited];
-            let room = self.limited[limited].room(side, path[waypoint * self.nq + q]);
-            part = part.min(room / step[waypoint * self.nv + v]);
-        });
+        self.for_each_left(
+            path,
+            step,
+            |Held {
+                 waypoint,
+                 limited,
+                 side,
+             },
+             _| {
+                let Limited { q, v, .. } = self.limited[limited];
+                let room = self.limited[limited].room(side, path[waypoint * self.nq + q]);
+                part = part.min(room / step[waypoint * self.nv + v]);
+            },
+        );
         part
     }
 }

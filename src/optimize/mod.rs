@@ -33,8 +33,8 @@ mod testing;
 
 pub use input::{LIMIT_TOLERANCE, QUATERNION_TOLERANCE, RequestError, lower_bound};
 pub use outcome::{
-    ColumnTurns, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal, RefusalPlace, Stage, StageShare,
-    Termination,
+    ColumnTurns, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal, RefusalPlace, Stage,
+    StageShare, Termination,
 };
 pub use request::{Workspace, run};
 pub use settings::{Mode, Settings};

@@ -1,17 +1,26 @@
-//! What is nearest along the answer, in the caller's words: names instead of numbers, segments of the caller's path.
+//! What is nearest along the answer, in the caller's words: names instead of numbers, segments of
+//! the caller's path.
 
 use super::outcome::{NearestBodies, PathContact};
 use crate::collision::CollisionModel;
 use crate::validation::{Near, Nearest};
 
-/// The caller's segment of each segment of the form that optimizers work on, given for each of the caller's
-/// waypoints the one that stands for it: segments between equal waypoints are left out there.
+/// The caller's segment of each segment of the form that optimizers work on, given for each of the
+/// caller's waypoints the one that stands for it: segments between equal waypoints are left out
+/// there.
 pub(super) fn segments_of(standing_for: &[usize]) -> Vec<usize> {
-    (1..standing_for.len()).filter(|&next| standing_for[next] > standing_for[next - 1]).map(|next| next - 1).collect()
+    (1..standing_for.len())
+        .filter(|&next| standing_for[next] > standing_for[next - 1])
+        .map(|next| next - 1)
+        .collect()
 }
 
 /// Puts names to what was found. Segments that `segments` does not list are the caller's own.
-pub(super) fn named(model: &CollisionModel, nearest: &Nearest, segments: &[usize]) -> NearestBodies {
+pub(super) fn named(
+    model: &CollisionModel,
+    nearest: &Nearest,
+    segments: &[usize],
+) -> NearestBodies {
     let placed = |near: &Near| PathContact {
         segment: segments.get(near.segment).copied().unwrap_or(near.segment),
         t: near.t,

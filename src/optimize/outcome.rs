@@ -78,7 +78,12 @@ pub struct StageShare {
 impl StageShare {
     /// A stage that has done nothing yet.
     pub fn new(stage: Stage) -> Self {
-        Self { stage, gain: 0.0, work: 0, iterations: 0 }
+        Self {
+            stage,
+            gain: 0.0,
+            work: 0,
+            iterations: 0,
+        }
     }
 }
 
@@ -91,12 +96,14 @@ pub struct LoweredFloor {
     pub floor_m: f64,
 }
 
-/// An angle column whose numbers were written anew, because a step of more than half a turn means the short way round.
+/// An angle column whose numbers were written anew, because a step of more than half a turn means
+/// the short way round.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ColumnTurns {
     /// Name of the variable.
     pub variable: String,
-    /// Whole turns from the given number of the goal to the answer's; 0 where only numbers before it moved.
+    /// Whole turns from the given number of the goal to the answer's; 0 where only numbers before
+    /// it moved.
     pub turns: i64,
 }
 
@@ -105,17 +112,18 @@ pub struct ColumnTurns {
 pub enum RefusalPlace {
     /// The bodies that collide first do so at the first waypoint.
     Start,
-    /// They do so at the last waypoint too, wherever on the path they first meet; or they first meet on the last
-    /// segment, and any bodies collide at its end.
+    /// They do so at the last waypoint too, wherever on the path they first meet; or they first
+    /// meet on the last segment, and any bodies collide at its end.
     Goal,
     /// They do so somewhere between, whatever other bodies do at the end.
     Between,
 }
 
-/// Where and why the input is not proved: the worst thing on it. A collision anywhere goes before what is too close or
-/// not provable anywhere; of all collisions it is the first along the path, to within
-/// [`FINEST`](crate::validation::continuous::FINEST) of its segment. Bodies that get no deeper into each other than
-/// 1 µm may pass as too close. Where the run was stopped, a collision need not be the first.
+/// Where and why the input is not proved: the worst thing on it. A collision anywhere goes before
+/// what is too close or not provable anywhere; of all collisions it is the first along the path, to
+/// within [`FINEST`](crate::validation::continuous::FINEST) of its segment. Bodies that get no
+/// deeper into each other than 1 µm may pass as too close. Where the run was stopped, a collision
+/// need not be the first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
     /// Why.
@@ -132,11 +140,12 @@ pub struct Refusal {
     pub points: [Vec3; 2],
     /// Unit vector from the second body towards the first.
     pub normal: Vec3,
-    /// Penetration depth (m): the least way that parts the bodies is no shorter, and for two convex ones as long;
-    /// negative is a distance.
+    /// Penetration depth (m): the least way that parts the bodies is no shorter, and for two convex
+    /// ones as long; negative is a distance.
     pub depth_m: f64,
-    /// Segment + ratio before which everything is proved at the floors of the answer; 0 where nothing is known. It ends
-    /// at the first thing that is not proved, which may be long before a collision.
+    /// Segment + ratio before which everything is proved at the floors of the answer; 0 where
+    /// nothing is known. It ends at the first thing that is not proved, which may be long before a
+    /// collision.
     pub proved_prefix: f64,
     /// What the person who reads it may do; empty where there is nothing to add.
     pub hint: String,
@@ -166,16 +175,16 @@ pub struct NearestBodies {
     pub searched_m: f64,
     /// The smallest clearance and where it is.
     pub smallest: Option<PathContact>,
-    /// What holds the path: for each pair and each stretch of a segment on which it is nearer than three of its
-    /// floors, the place where it is nearest; in order along the path.
+    /// What holds the path: for each pair and each stretch of a segment on which it is nearer than
+    /// three of its floors, the place where it is nearest; in order along the path.
     pub contacts: Vec<PathContact>,
 }
 
 /// The answer to a request. `path` is always safe to take: proved, or the input itself.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// The shortest path found. No step of an angle column is longer than half a turn. Its ends are bit-equal to the
-    /// input's but for the columns that are [`turned`](Self::turned).
+    /// The shortest path found. No step of an angle column is longer than half a turn. Its ends are
+    /// bit-equal to the input's but for the columns that are [`turned`](Self::turned).
     pub path: Path,
     /// Angle columns whose numbers are not the given ones but whole turns away, in order.
     pub turned: Vec<ColumnTurns>,
@@ -201,11 +210,11 @@ pub struct Outcome {
     pub floor_m: f64,
     /// Pairs with a lowered floor.
     pub floors_lowered: Vec<LoweredFloor>,
-    /// What is nearest along `path`; `None` where it is not proved or not asked for, or time was up before it was
-    /// known.
+    /// What is nearest along `path`; `None` where it is not proved or not asked for, or time was up
+    /// before it was known.
     pub nearest: Option<NearestBodies>,
-    /// Pairs of bodies between which the path is pinched: no step kept all contact half-spaces, so that these gave
-    /// way and the path stays as near there as it was.
+    /// Pairs of bodies between which the path is pinched: no step kept all contact half-spaces, so
+    /// that these gave way and the path stays as near there as it was.
     pub pinched: Vec<[String; 2]>,
     /// Iterations of the optimizer.
     pub iterations: u64,
@@ -217,9 +226,11 @@ pub struct Outcome {
     pub stages: Vec<StageShare>,
     /// How the run ended.
     pub termination: Termination,
-    /// What a person should know of the request; what robot and scene told when they were read is not among it.
+    /// What a person should know of the request; what robot and scene told when they were read is
+    /// not among it.
     pub warnings: Vec<Warning>,
-    /// How far what is executed may stray from `path`; `None` where it is not proved or not asked for.
+    /// How far what is executed may stray from `path`; `None` where it is not proved or not asked
+    /// for.
     pub corridor: Option<crate::validation::Corridor>,
     /// The proof in short; `None` where `path` is not proved.
     pub certificate: Option<crate::validation::Certificate>,

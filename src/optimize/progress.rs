@@ -1,7 +1,8 @@
 //! The best path so far, and what every optimizer needs to better it.
 //!
-//! A step means its numbers ([`configuration`](crate::robot::configuration)): a trial that steps by more than half a
-//! turn means the short way round, and is written as such, with all that follows whole turns on, before it is proved.
+//! A step means its numbers ([`configuration`](crate::robot::configuration)): a trial that steps by
+//! more than half a turn means the short way round, and is written as such, with all that follows
+//! whole turns on, before it is proved.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -12,8 +13,8 @@ use crate::path::Path;
 use crate::robot::configuration::turns_between;
 use crate::validation::{SegmentsVerdict, Validator};
 
-/// One run on one task: optimizers change `path` only to paths that are proved and strictly shorter, or to the same
-/// motion with fewer waypoints.
+/// One run on one task: optimizers change `path` only to paths that are proved and strictly
+/// shorter, or to the same motion with fewer waypoints.
 pub struct Progress<'r, 'm> {
     /// What is asked.
     pub task: &'r Task<'r>,
@@ -37,7 +38,8 @@ pub struct Progress<'r, 'm> {
     stage: Stage,
     /// The stage that found the path.
     pub found_by: Stage,
-    /// Whether every segment is proved: the input's may not be, and then the first shorter paths may not be either.
+    /// Whether every segment is proved: the input's may not be, and then the first shorter paths
+    /// may not be either.
     pub is_proved: bool,
     /// Work, length and iterations at the start of the present stage.
     since: (u64, f64, u64),
@@ -87,7 +89,10 @@ impl<'r, 'm> Progress<'r, 'm> {
         let now = (self.validator.work(), self.length, self.iterations);
         let (work, length, iterations) = self.since;
         if self.stage != Stage::Input {
-            let known = self.shares.iter().position(|share| share.stage == self.stage);
+            let known = self
+                .shares
+                .iter()
+                .position(|share| share.stage == self.stage);
             let index = known.unwrap_or_else(|| {
                 self.shares.push(StageShare::new(self.stage));
                 self.shares.len() - 1
@@ -97,7 +102,8 @@ impl<'r, 'm> Progress<'r, 'm> {
             share.gain += length - now.1;
             share.iterations += now.2 - iterations;
         }
-        (self.stage, self.since) = (stage, now);
+        self.stage = stage;
+        self.since = now;
     }
 
     /// What each stage has done, in the order in which they first came.
@@ -116,8 +122,8 @@ impl<'r, 'm> Progress<'r, 'm> {
         self.length < length * (1.0 - SHORTER)
     }
 
-    /// Writes all of a trial so that its numbers say how it moves; false where it cannot be taken: a rotation of it names
-    /// no way, or the goal must keep its numbers and would not.
+    /// Writes all of a trial so that its numbers say how it moves; false where it cannot be taken:
+    /// a rotation of it names no way, or the goal must keep its numbers and would not.
     pub fn unroll(&self, trial: &mut Path, fixed: &[bool]) -> bool {
         let has_turned = self.task.space.unroll(trial.as_flat_mut());
         if has_turned {
@@ -127,8 +133,8 @@ impl<'r, 'm> Progress<'r, 'm> {
         goal_stays && self.names_its_way(trial.as_flat())
     }
 
-    /// The same for `rows` in the place of the waypoints `range`; where what follows moves by whole turns, `tail` gets
-    /// it, from the last of them on, else nothing.
+    /// The same for `rows` in the place of the waypoints `range`; where what follows moves by whole
+    /// turns, `tail` gets it, from the last of them on, else nothing.
     pub fn unroll_part(&self, range: &Range<usize>, rows: &mut [f64], tail: &mut Vec<f64>) -> bool {
         tail.clear();
         if self.task.space.unroll(rows) {
@@ -137,9 +143,11 @@ impl<'r, 'm> Progress<'r, 'm> {
         (tail.is_empty() || !self.task.keep_goal) && self.names_its_way(rows)
     }
 
-    /// `tail` ← the waypoints from `first` on, as many whole turns on as the last of `rows` is from the first of them.
+    /// `tail` ← the waypoints from `first` on, as many whole turns on as the last of `rows` is from
+    /// the first of them.
     fn turn_tail(&self, first: usize, rows: &mut [f64], tail: &mut Vec<f64>) {
-        let (nq, at) = (self.path.nq(), self.path.waypoint(first));
+        let nq = self.path.nq();
+        let at = self.path.waypoint(first);
         let last = rows.len() - nq;
         for q in self.task.space.circles() {
             let turns = turns_between(at[q], rows[last + q]);
@@ -149,7 +157,10 @@ impl<'r, 'm> Progress<'r, 'm> {
             if tail.is_empty() {
                 tail.extend_from_slice(&self.path.as_flat()[first * nq..]);
             }
-            tail.iter_mut().skip(q).step_by(nq).for_each(|number| *number += turns as f64 * TAU);
+            tail.iter_mut()
+                .skip(q)
+                .step_by(nq)
+                .for_each(|number| *number += turns as f64 * TAU);
         }
         if !tail.is_empty() {
             let known = self.fixed[..first].iter().filter(|fixed| **fixed).count();
@@ -158,10 +169,15 @@ impl<'r, 'm> Progress<'r, 'm> {
         }
     }
 
-    /// Gives the angles of fixed waypoints the caller's numbers and whole turns, exactly; `first` fixed ones come before.
+    /// Gives the angles of fixed waypoints the caller's numbers and whole turns, exactly; `first`
+    /// fixed ones come before.
     fn keep_fixed(&self, rows: &mut [f64], fixed: &[bool], first: usize) {
         let nq = self.path.nq();
-        let fixed_rows = rows.chunks_exact_mut(nq).zip(fixed).filter(|(_, fixed)| **fixed).map(|(row, _)| row);
+        let fixed_rows = rows
+            .chunks_exact_mut(nq)
+            .zip(fixed)
+            .filter(|(_, fixed)| **fixed)
+            .map(|(row, _)| row);
         for (row, given) in fixed_rows.zip(self.task.fixed_rows.chunks_exact(nq).skip(first)) {
             for q in self.task.space.circles() {
                 row[q] = given[q] + turns_between(given[q], row[q]) as f64 * TAU;
@@ -179,17 +195,22 @@ impl<'r, 'm> Progress<'r, 'm> {
     pub fn prove(&mut self, rows: &[f64]) -> SegmentsVerdict {
         let nq = self.path.nq();
         let pairs = rows.chunks_exact(nq).zip(rows.chunks_exact(nq).skip(1));
-        self.validator.segments(pairs.map(|(from, to)| [from, to]), self.stop)
+        self.validator
+            .segments(pairs.map(|(from, to)| [from, to]), self.stop)
     }
 
-    /// Puts `rows`, which are proved, in the place of the waypoints `range`, whose ends they repeat; and `tail`, from the
-    /// last of them on, in the place of what follows, unless it is empty.
+    /// Puts `rows`, which are proved, in the place of the waypoints `range`, whose ends they
+    /// repeat; and `tail`, from the last of them on, in the place of what follows, unless it is
+    /// empty.
     pub fn replace(&mut self, range: Range<usize>, rows: &[f64], tail: &[f64]) {
         let count = rows.len() / self.path.nq();
         if !tail.is_empty() {
             self.path.splice(range.end - 1..self.path.len(), tail);
         }
-        self.fixed.splice(range.start + 1..range.end - 1, std::iter::repeat_n(false, count - 2));
+        self.fixed.splice(
+            range.start + 1..range.end - 1,
+            std::iter::repeat_n(false, count - 2),
+        );
         self.path.splice(range, rows);
     }
 
@@ -212,14 +233,25 @@ impl<'r, 'm> Progress<'r, 'm> {
     /// Tells of the path, which has become shorter, if all of it is proved.
     pub fn publish(&mut self) {
         if !self.is_proved {
-            // Each optimizer proves what it changes; what it left of the input may still not be provable.
-            self.is_proved = self.validator.segments(self.path.segments(), self.stop) == SegmentsVerdict::Proved;
+            // Each optimizer proves what it changes; what it left of the input may still not be
+            // provable.
+            self.is_proved =
+                self.validator.segments(self.path.segments(), self.stop) == SegmentsVerdict::Proved;
         }
         if self.is_proved {
             self.found_by = self.stage;
-            let (path, length, iterations, stage) = (&self.path, self.length, self.iterations, self.stage);
+            let path = &self.path;
+            let length = self.length;
+            let iterations = self.iterations;
+            let stage = self.stage;
             let work = self.validator.work();
-            (self.publish)(Improvement { path, length, iterations, work, stage });
+            (self.publish)(Improvement {
+                path,
+                length,
+                iterations,
+                work,
+                stage,
+            });
         }
     }
 }

@@ -8,13 +8,21 @@ use crate::path::Path;
 use crate::testing;
 use crate::validation::{Scratch, SegmentVerdict, Validator};
 
-pub(super) const OPTIMIZERS: [Mode; 5] =
-    [Mode::Gradient, Mode::RandomShortcut, Mode::PartialShortcut, Mode::Contact, Mode::Hybrid];
+pub(super) const OPTIMIZERS: [Mode; 5] = [
+    Mode::Gradient,
+    Mode::RandomShortcut,
+    Mode::PartialShortcut,
+    Mode::Contact,
+    Mode::Hybrid,
+];
 const CLEARANCE_M: f64 = 1e-3;
 
 /// Random cases of each property; `TAUT_CASES` asks for more.
 pub(super) fn cases() -> u32 {
-    std::env::var("TAUT_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(60)
+    std::env::var("TAUT_CASES")
+        .ok()
+        .and_then(|cases| cases.parse().ok())
+        .unwrap_or(60)
 }
 
 /// A random walk whose every segment is proved; `None` where the robot cannot start or move.
@@ -30,8 +38,16 @@ fn walk(rng: &mut fastrand::Rng, model: &CollisionModel, waypoints: usize) -> Op
             return Path::from_rows(at.len(), rows);
         }
         let to = testing::neighbour(rng, robot, &at);
-        let inside = to.iter().zip(robot.variables()).all(|(x, v)| (v.lower..=v.upper).contains(x));
-        if inside && matches!(validator.segment(&at, &to, &mut || false), SegmentVerdict::Proved(_)) {
+        let inside = to
+            .iter()
+            .zip(robot.variables())
+            .all(|(x, v)| (v.lower..=v.upper).contains(x));
+        if inside
+            && matches!(
+                validator.segment(&at, &to, &mut || false),
+                SegmentVerdict::Proved(_)
+            )
+        {
             rows.extend_from_slice(&to);
             at = to;
         }
@@ -39,7 +55,8 @@ fn walk(rng: &mut fastrand::Rng, model: &CollisionModel, waypoints: usize) -> Op
     None
 }
 
-/// A robot that can move, its path, and the settings for `mode`, some of them with fixed waypoints and coordinates.
+/// A robot that can move, its path, and the settings for `mode`, some of them with fixed waypoints
+/// and coordinates.
 pub(super) fn request(seed: u64, mode: Mode) -> Option<(CollisionModel, Path, Settings)> {
     let mut rng = fastrand::Rng::with_seed(seed);
     let model = testing::model(&mut rng);
@@ -49,9 +66,19 @@ pub(super) fn request(seed: u64, mode: Mode) -> Option<(CollisionModel, Path, Se
     }
     let waypoints = rng.usize(1..9);
     let path = walk(&mut rng, &model, waypoints)?;
-    let mut settings = Settings { mode, seed, clearance_m: CLEARANCE_M, work_budget: 3_000_000, ..Settings::default() };
-    // Links that no joint moves may stand in obstacles: the walk does not see them, the request does.
-    let check = Settings { mode: Mode::Check, ..settings.clone() };
+    let mut settings = Settings {
+        mode,
+        seed,
+        clearance_m: CLEARANCE_M,
+        work_budget: 3_000_000,
+        ..Settings::default()
+    };
+    // Links that no joint moves may stand in obstacles: the walk does not see them, the request
+    // does.
+    let check = Settings {
+        mode: Mode::Check,
+        ..settings.clone()
+    };
     if !answer(&model, &path, &check).0.proved {
         return None;
     }
@@ -80,15 +107,25 @@ fn masks(rng: &mut fastrand::Rng, model: &CollisionModel) -> Vec<bool> {
 
 fn answer(model: &CollisionModel, path: &Path, settings: &Settings) -> (Outcome, Vec<(Path, f64)>) {
     let mut published = Vec::new();
-    let mut take = |improvement: super::Improvement| published.push((improvement.path.clone(), improvement.length));
-    let outcome = run(model, path, settings, &mut Workspace::default(), &mut || false, &mut take);
+    let mut take = |improvement: super::Improvement| {
+        published.push((improvement.path.clone(), improvement.length))
+    };
+    let outcome = run(
+        model,
+        path,
+        settings,
+        &mut Workspace::default(),
+        &mut || false,
+        &mut take,
+    );
     (outcome.expect("a valid request"), published)
 }
 
-/// Whether the answer is the last path that was published, of this length, or that without waypoints that it can do
-/// without.
+/// Whether the answer is the last path that was published, of this length, or that without
+/// waypoints that it can do without.
 pub(super) fn is_last(last: &Path, outcome: &Outcome, length: f64) -> bool {
-    let is_thinned = outcome.path.len() < last.len() && (outcome.length_after - length).abs() <= 1e-8 * length;
+    let is_thinned =
+        outcome.path.len() < last.len() && (outcome.length_after - length).abs() <= 1e-8 * length;
     *last == outcome.path || is_thinned
 }
 

@@ -1,9 +1,9 @@
 //! The step of the quadratic model under linear rows: `min_p gᵀp + ½ pᵀHp` subject to `J p = b`.
 //!
-//! `p = −H⁻¹(g + Jᵀμ)` with `M μ = −(b + J H⁻¹ g)`, `M = J H⁻¹ Jᵀ`. Because H⁻¹ is known in closed form
-//! ([`Cost::compliance`]) an entry of M is a handful of multiplications, whatever the number of
-//! waypoints. The Cholesky factor of M grows by one line for each row, and the pivot of that line tells
-//! whether the row depends on the others.
+//! `p = −H⁻¹(g + Jᵀμ)` with `M μ = −(b + J H⁻¹ g)`, `M = J H⁻¹ Jᵀ`. Because H⁻¹ is known in closed
+//! form ([`Cost::compliance`]) an entry of M is a handful of multiplications, whatever the number
+//! of waypoints. The Cholesky factor of M grows by one line for each row, and the pivot of that
+//! line tells whether the row depends on the others.
 
 use super::cost::Cost;
 use super::factor::Factor;
@@ -24,7 +24,13 @@ impl QuadraticStep {
     pub fn new(cost: &Cost<'_>) -> Self {
         let force = vec![0.0; cost.waypoints() * cost.nv()];
         let rows = Rows::new(cost.nv());
-        Self { rows, factor: Factor::default(), multipliers: Vec::new(), column: Vec::new(), force }
+        Self {
+            rows,
+            factor: Factor::default(),
+            multipliers: Vec::new(),
+            column: Vec::new(),
+            force,
+        }
     }
 
     /// The rows so far.
@@ -41,11 +47,13 @@ impl QuadraticStep {
         self.factor.truncate(count);
     }
 
-    /// Takes one more row unless it depends on those before it, or moves nothing; says whether it did.
+    /// Takes one more row unless it depends on those before it, or moves nothing; says whether it
+    /// did.
     #[must_use]
     pub fn append(&mut self, cost: &Cost<'_>, row: Row<'_>) -> bool {
         self.column.clear();
-        self.column.extend(self.rows.iter().map(|other| row.coupling(&other, cost)));
+        self.column
+            .extend(self.rows.iter().map(|other| row.coupling(&other, cost)));
         let independent = self.factor.append(&self.column, row.coupling(&row, cost));
         if independent {
             self.rows.push(row);
@@ -58,7 +66,8 @@ impl QuadraticStep {
         cost.apply_inverse_hessian(gradient, step);
         self.multipliers.clear();
         for row in self.rows.iter() {
-            self.multipliers.push(-(row.right_hand_side + row.of_step(step)));
+            self.multipliers
+                .push(-(row.right_hand_side + row.of_step(step)));
         }
         self.factor.solve(&mut self.multipliers);
         self.force.copy_from_slice(gradient);
@@ -77,11 +86,21 @@ mod tests {
     use proptest::prelude::*;
 
     /// A random instance with random independent rows, solved; returns the step and its dense twin.
-    fn solved(seed: u64, waypoints: usize, row_count: usize) -> (Instance, QuadraticStep, Vec<f64>, Dense) {
+    fn solved(
+        seed: u64,
+        waypoints: usize,
+        row_count: usize,
+    ) -> (Instance, QuadraticStep, Vec<f64>, Dense) {
         let mut instance = testing::instance(seed, waypoints);
         let input = instance.rows.clone();
         testing::shake(&instance.space, &mut instance.rows, seed);
-        let cost = Cost::new(&instance.space, &instance.metric, &input, &instance.fixed, &instance.moving);
+        let cost = Cost::new(
+            &instance.space,
+            &instance.metric,
+            &input,
+            &instance.fixed,
+            &instance.moving,
+        );
         let nv = instance.space.nv();
         let mut random = fastrand::Rng::with_seed(seed ^ 0x5eed);
         let mut quadratic = QuadraticStep::new(&cost);
@@ -89,10 +108,16 @@ mod tests {
             let jacobian: Vec<f64> = (0..nv).map(|_| random.f64() - 0.5).collect();
             let ratio = if random.bool() { random.f64() } else { 0.0 };
             let segment = random.usize(..waypoints - 1);
-            let row = Row { segment, ratio, jacobian: &jacobian, right_hand_side: random.f64() - 0.5 };
+            let row = Row {
+                segment,
+                ratio,
+                jacobian: &jacobian,
+                right_hand_side: random.f64() - 0.5,
+            };
             let _ = quadratic.append(&cost, row);
         }
-        let (mut velocity, mut gradient) = (vec![0.0; nv], vec![0.0; waypoints * nv]);
+        let mut velocity = vec![0.0; nv];
+        let mut gradient = vec![0.0; waypoints * nv];
         cost.gradient(&instance.rows, &mut velocity, &mut gradient);
         let mut step = vec![f64::NAN; waypoints * nv];
         quadratic.solve(&cost, &gradient, &mut step);
@@ -146,9 +171,15 @@ mod tests {
     fn clarabel_agrees() {
         for seed in 0..8 {
             let (_, _, step, dense) = solved(seed, 7, 4);
-            let expected = dense.step_of_clarabel(Dense::EQUALITIES).expect("independent rows");
+            let expected = dense
+                .step_of_clarabel(Dense::EQUALITIES)
+                .expect("independent rows");
             for (&place, e) in dense.places.iter().zip(&expected) {
-                assert!((step[place] - e).abs() < 1e-6 * (1.0 + e.abs()), "seed {seed}: {} or {e}", step[place]);
+                assert!(
+                    (step[place] - e).abs() < 1e-6 * (1.0 + e.abs()),
+                    "seed {seed}: {} or {e}",
+                    step[place]
+                );
             }
         }
     }
@@ -156,13 +187,35 @@ mod tests {
     #[test]
     fn dropping_rows_leaves_the_factor_of_those_before() {
         let (instance, mut quadratic, step, dense) = solved(5, 8, 4);
-        let cost = Cost::new(&instance.space, &instance.metric, &instance.rows, &instance.fixed, &instance.moving);
+        let cost = Cost::new(
+            &instance.space,
+            &instance.metric,
+            &instance.rows,
+            &instance.fixed,
+            &instance.moving,
+        );
         let mut gradient = vec![0.0; step.len()];
-        dense.places.iter().zip(dense.gradient.iter()).for_each(|(&place, g)| gradient[place] = *g);
+        dense
+            .places
+            .iter()
+            .zip(dense.gradient.iter())
+            .for_each(|(&place, g)| gradient[place] = *g);
         let count = quadratic.rows().len();
         let extra = vec![1.0; instance.space.nv()];
-        let free = instance.fixed.iter().position(|fixed| !fixed).expect("a free waypoint");
-        assert!(quadratic.append(&cost, Row { segment: free, ratio: 0.0, jacobian: &extra, right_hand_side: 0.1 }));
+        let free = instance
+            .fixed
+            .iter()
+            .position(|fixed| !fixed)
+            .expect("a free waypoint");
+        assert!(quadratic.append(
+            &cost,
+            Row {
+                segment: free,
+                ratio: 0.0,
+                jacobian: &extra,
+                right_hand_side: 0.1
+            }
+        ));
         quadratic.truncate(count);
         let mut again = vec![0.0; step.len()];
         quadratic.solve(&cost, &gradient, &mut again);

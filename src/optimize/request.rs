@@ -4,7 +4,9 @@ use std::f64::consts::TAU;
 
 use super::input::{Input, RequestError, lower_bound};
 use super::nearest;
-use super::outcome::{LoweredFloor, Outcome, Refusal, RefusalPlace, Stage, StageShare, Termination};
+use super::outcome::{
+    LoweredFloor, Outcome, Refusal, RefusalPlace, Stage, StageShare, Termination,
+};
 use super::progress::Progress;
 use super::settings::{Mode, Settings};
 use super::task::{Improvement, Task};
@@ -15,7 +17,9 @@ use crate::robot::Kinematics;
 use crate::robot::configuration::turns_between;
 use crate::validation::certificate::Terms;
 use crate::validation::path_proof::{self, PathVerdict};
-use crate::validation::{Certificate, Contact, Corridor, Hit, HitReason, Nearest, Scratch, SegmentProof, Validator};
+use crate::validation::{
+    Certificate, Contact, Corridor, Hit, HitReason, Nearest, Scratch, SegmentProof, Validator,
+};
 
 /// Reusable memory of a worker; every request starts from the same state whatever ran before.
 #[derive(Debug, Default)]
@@ -30,8 +34,8 @@ pub const DEFAULT_WORK_BUDGET: u64 = 200_000_000;
 /// Runs a request.
 ///
 /// `stop` is asked often and ends the run with the best path so far; `publish` gets every strictly
-/// shorter proved path as it is found, each with the ends of the input, bit for bit. Same model, path and
-/// settings give the same answer, bit for bit, as long as `stop` keeps still.
+/// shorter proved path as it is found, each with the ends of the input, bit for bit. Same model,
+/// path and settings give the same answer, bit for bit, as long as `stop` keeps still.
 ///
 /// # Errors
 /// A request that cannot be computed as it stands. A path that collides is no error but an answer.
@@ -45,18 +49,33 @@ pub fn run(
 ) -> Result<Outcome, RequestError> {
     let robot = model.robot();
     let input = Input::new(robot, path, settings, &reach_weights(robot, model.bodies()))?;
-    workspace.kinematics.update(robot, path.waypoint(0), &input.held);
+    workspace
+        .kinematics
+        .update(robot, path.waypoint(0), &input.held);
     if let Some((bodies, contact)) = model.static_contact(&workspace.kinematics) {
         let refusal = standing_overlap(bodies, contact);
-        return Ok(Answer { refusal: Some(refusal), ..Answer::unproved(&input.path) }
-            .into_outcome(model, path, settings, &input));
+        return Ok(Answer {
+            refusal: Some(refusal),
+            ..Answer::unproved(&input.path)
+        }
+        .into_outcome(model, path, settings, &input));
     }
-    let validator = Validator::new(model, &input.space, &input.held, settings.clearance_m, &mut workspace.scratch);
+    let validator = Validator::new(
+        model,
+        &input.space,
+        &input.held,
+        settings.clearance_m,
+        &mut workspace.scratch,
+    );
     let mut validator = validator.with_layers(settings.layers);
     let answer = match model.uncheckable() {
         None => answer(&mut validator, path, settings, &input, stop, publish),
         Some(_) => {
-            let checked = Settings { mode: Mode::Check, contacts: false, ..settings.clone() };
+            let checked = Settings {
+                mode: Mode::Check,
+                contacts: false,
+                ..settings.clone()
+            };
             answer(&mut validator, path, &checked, &input, stop, publish).unproved_still()
         }
     };
@@ -96,10 +115,19 @@ impl Answer {
         }
     }
 
-    /// The same without what was proved, which says nothing of a robot without geometry; a collision stays one.
+    /// The same without what was proved, which says nothing of a robot without geometry; a
+    /// collision stays one.
     fn unproved_still(self) -> Self {
-        let refusal = self.refusal.filter(|refusal| refusal.reason == HitReason::Collision);
-        Self { proofs: None, refusal, lowered: Vec::new(), termination: Termination::Done, ..self }
+        let refusal = self
+            .refusal
+            .filter(|refusal| refusal.reason == HitReason::Collision);
+        Self {
+            proofs: None,
+            refusal,
+            lowered: Vec::new(),
+            termination: Termination::Done,
+            ..self
+        }
     }
 }
 
@@ -118,16 +146,30 @@ fn answer(
         PathVerdict::Stopped => answer.termination = Termination::Stopped,
         PathVerdict::Proved(proofs) => {
             answer.optimize(validator, settings, input, true, stop, &mut publish);
-            // Asked again of the validator, which remembers what it proved: the certificate gets its claims,
-            // and an answer never rests on an optimizer's bookkeeping.
-            answer.proofs = if answer.path == input.path { Some(proofs) } else { proved(validator, &answer.path) };
-            assert!(answer.proofs.is_some(), "an optimizer returned a path that the validator does not prove");
+            // Asked again of the validator, which remembers what it proved: the certificate gets
+            // its claims, and an answer never rests on an optimizer's bookkeeping.
+            answer.proofs = if answer.path == input.path {
+                Some(proofs)
+            } else {
+                proved(validator, &answer.path)
+            };
+            assert!(
+                answer.proofs.is_some(),
+                "an optimizer returned a path that the validator does not prove"
+            );
         }
-        PathVerdict::Refused { segment, hit, proved_prefix } => {
+        PathVerdict::Refused {
+            segment,
+            hit,
+            proved_prefix,
+        } => {
             answer.refusal = Some(refusal(validator, input, segment, &hit, proved_prefix));
-            if hit.reason != HitReason::Collision && !settings.strict && settings.mode != Mode::Check {
-                // Not provable, but nowhere found colliding: optimized all the same. The result counts only if all
-                // of it is proved.
+            if hit.reason != HitReason::Collision
+                && !settings.strict
+                && settings.mode != Mode::Check
+            {
+                // Not provable, but nowhere found colliding: optimized all the same. The result
+                // counts only if all of it is proved.
                 answer.optimize(validator, settings, input, false, stop, &mut publish);
                 answer.proofs = proved(validator, &answer.path);
                 match answer.proofs {
@@ -168,7 +210,11 @@ impl Answer {
         stop: &mut dyn FnMut() -> bool,
         publish: &mut dyn FnMut(Improvement),
     ) {
-        let budget = if settings.work_budget == 0 { DEFAULT_WORK_BUDGET } else { settings.work_budget };
+        let budget = if settings.work_budget == 0 {
+            DEFAULT_WORK_BUDGET
+        } else {
+            settings.work_budget
+        };
         let task = Task {
             model: validator.model(),
             space: &input.space,
@@ -189,7 +235,14 @@ impl Answer {
             Mode::Contact => contact::optimize,
             Mode::Hybrid => hybrid::optimize,
         };
-        let mut progress = Progress::new(&task, self.path.clone(), is_proved, validator, stop, publish);
+        let mut progress = Progress::new(
+            &task,
+            self.path.clone(),
+            is_proved,
+            validator,
+            stop,
+            publish,
+        );
         self.termination = optimizer(&mut progress);
         self.iterations = progress.iterations;
         self.stage = progress.found_by;
@@ -200,14 +253,25 @@ impl Answer {
         self.path = progress.path;
     }
 
-    fn into_outcome(self, model: &CollisionModel, path: &Path, settings: &Settings, input: &Input) -> Outcome {
+    fn into_outcome(
+        self,
+        model: &CollisionModel,
+        path: &Path,
+        settings: &Settings,
+        input: &Input,
+    ) -> Outcome {
         let mut scratch = vec![0.0; input.space.nv()];
-        let mut length = |path: &Path| input.metric.length(&input.space, path.as_flat(), &mut scratch);
+        let mut length = |path: &Path| {
+            input
+                .metric
+                .length(&input.space, path.as_flat(), &mut scratch)
+        };
         let length_before = length(&input.path);
         // Without a waypoint on a straight line the sum may be rounded up.
         let length_after = length(&self.path).min(length_before);
         // Angles far out are rounded by more than the two may differ.
-        let lower_bound = lower_bound(&input.space, &input.metric, path, input.keep_goal).min(length_after);
+        let lower_bound =
+            lower_bound(&input.space, &input.metric, path, input.keep_goal).min(length_after);
         let is_unchanged = self.path == input.path;
         let output = if is_unchanged {
             input.given(path).clone()
@@ -215,10 +279,20 @@ impl Answer {
             Restorer::new(path, input).restore(&self.path).clone()
         };
         let lowered = self.lowered.iter();
-        let floors_lowered: Vec<_> =
-            lowered.map(|&(pair, floor_m)| LoweredFloor { bodies: model.pair_names(pair), floor_m }).collect();
-        let caller_segments = if is_unchanged { nearest::segments_of(&input.standing_for) } else { Vec::new() };
-        let nearest = self.nearest.map(|nearest| nearest::named(model, &nearest, &caller_segments));
+        let floors_lowered: Vec<_> = lowered
+            .map(|&(pair, floor_m)| LoweredFloor {
+                bodies: model.pair_names(pair),
+                floor_m,
+            })
+            .collect();
+        let caller_segments = if is_unchanged {
+            nearest::segments_of(&input.standing_for)
+        } else {
+            Vec::new()
+        };
+        let nearest = self
+            .nearest
+            .map(|nearest| nearest::named(model, &nearest, &caller_segments));
         let named = |lowered: &LoweredFloor| {
             let [a, b] = lowered.bodies.clone();
             (a, b, lowered.floor_m)
@@ -230,7 +304,11 @@ impl Answer {
                 unwrapped: settings.unwrapped,
                 held: settings.held.clone(),
             };
-            let proofs = if is_unchanged { spread(&proofs, &input.standing_for) } else { proofs };
+            let proofs = if is_unchanged {
+                spread(&proofs, &input.standing_for)
+            } else {
+                proofs
+            };
             Certificate::new(model, &output, terms, &proofs)
         });
         let asked = certificate.as_ref().filter(|_| settings.corridor);
@@ -247,13 +325,24 @@ impl Answer {
             lower_bound,
             weights: input.metric.weights().to_vec(),
             clearance_m: settings.clearance_m,
-            floor_m: floors_lowered.iter().map(|lowered| lowered.floor_m).fold(settings.clearance_m, f64::min),
+            floor_m: floors_lowered
+                .iter()
+                .map(|lowered| lowered.floor_m)
+                .fold(settings.clearance_m, f64::min),
             floors_lowered,
             nearest,
-            pinched: self.pinched.iter().map(|&pair| model.pair_names(pair)).collect(),
+            pinched: self
+                .pinched
+                .iter()
+                .map(|&pair| model.pair_names(pair))
+                .collect(),
             iterations: self.iterations,
             work: self.work,
-            stage: if is_unchanged { Stage::Input } else { self.stage },
+            stage: if is_unchanged {
+                Stage::Input
+            } else {
+                self.stage
+            },
             stages: self.stages,
             termination: self.termination,
             warnings: [model.uncovered(), input.warnings.clone()].concat(),
@@ -263,17 +352,26 @@ impl Answer {
     }
 }
 
-/// Proofs of the caller's segments: one between equal waypoints keeps what the segment beside it keeps.
+/// Proofs of the caller's segments: one between equal waypoints keeps what the segment beside it
+/// keeps.
 fn spread(proofs: &[SegmentProof], standing_for: &[usize]) -> Vec<SegmentProof> {
     let of_segment = |ends: &[usize]| match proofs[ends[0].min(proofs.len() - 1)] {
         proof if ends[0] < ends[1] => proof,
-        proof => SegmentProof { intervals: 0, ..proof },
+        proof => SegmentProof {
+            intervals: 0,
+            ..proof
+        },
     };
-    if standing_for.len() < 2 { proofs.to_vec() } else { standing_for.windows(2).map(of_segment).collect() }
+    if standing_for.len() < 2 {
+        proofs.to_vec()
+    } else {
+        standing_for.windows(2).map(of_segment).collect()
+    }
 }
 
-/// Gives waypoints that must stay as they were the caller's bits back: the optimizers' form of a row may differ by the
-/// norm of a quaternion. Angles keep the numbers that were proved, which may be whole turns away.
+/// Gives waypoints that must stay as they were the caller's bits back: the optimizers' form of a
+/// row may differ by the norm of a quaternion. Angles keep the numbers that were proved, which may
+/// be whole turns away.
 struct Restorer {
     /// The optimizers' form of each fixed waypoint and the caller's, in order.
     rows: Vec<(Vec<f64>, Vec<f64>)>,
@@ -283,10 +381,25 @@ struct Restorer {
 
 impl Restorer {
     fn new(path: &Path, input: &Input) -> Self {
-        let originals = input.origins.iter().map(|&origin| path.waypoint(origin).to_vec());
-        let pairs = input.path.waypoints().map(<[f64]>::to_vec).zip(originals).zip(&input.fixed);
-        let rows = pairs.filter(|(_, fixed)| **fixed).map(|(pair, _)| pair).collect();
-        Self { rows, circles: input.space.circles().collect(), buffer: input.path.clone() }
+        let originals = input
+            .origins
+            .iter()
+            .map(|&origin| path.waypoint(origin).to_vec());
+        let pairs = input
+            .path
+            .waypoints()
+            .map(<[f64]>::to_vec)
+            .zip(originals)
+            .zip(&input.fixed);
+        let rows = pairs
+            .filter(|(_, fixed)| **fixed)
+            .map(|(pair, _)| pair)
+            .collect();
+        Self {
+            rows,
+            circles: input.space.circles().collect(),
+            buffer: input.path.clone(),
+        }
     }
 
     fn restore(&mut self, path: &Path) -> &Path {
@@ -319,24 +432,37 @@ impl Restorer {
     }
 
     fn publish(&mut self, improvement: &Improvement, publish: &mut dyn FnMut(Improvement)) {
-        publish(Improvement { path: self.restore(improvement.path), ..*improvement });
+        publish(Improvement {
+            path: self.restore(improvement.path),
+            ..*improvement
+        });
     }
 }
 
-fn refusal(validator: &mut Validator, input: &Input, segment: usize, hit: &Hit, proved_prefix: f64) -> Refusal {
-    let (model, path) = (validator.model(), &input.path);
-    let (start, goal) = (path.waypoint(0), path.waypoint(path.len() - 1));
+fn refusal(
+    validator: &mut Validator,
+    input: &Input,
+    segment: usize,
+    hit: &Hit,
+    proved_prefix: f64,
+) -> Refusal {
+    let model = validator.model();
+    let path = &input.path;
+    let start = path.waypoint(0);
+    let goal = path.waypoint(path.len() - 1);
     let is_on_last_segment = segment + 2 >= path.len();
     let place = if hit.reason != HitReason::Collision {
         RefusalPlace::Between
     } else if validator.touches(hit.pair, start) {
         RefusalPlace::Start
-    } else if validator.touches(hit.pair, goal) || (is_on_last_segment && validator.collides(goal)) {
+    } else if validator.touches(hit.pair, goal) || (is_on_last_segment && validator.collides(goal))
+    {
         RefusalPlace::Goal
     } else {
         RefusalPlace::Between
     };
-    let (from, to) = (path.waypoint(segment), path.waypoint((segment + 1).min(path.len() - 1)));
+    let from = path.waypoint(segment);
+    let to = path.waypoint((segment + 1).min(path.len() - 1));
     let contact = match hit.reason {
         HitReason::Collision => validator.penetration(hit.pair, from, to, hit.t),
         HitReason::TooClose | HitReason::Uncertified => hit.contact,
@@ -345,7 +471,10 @@ fn refusal(validator: &mut Validator, input: &Input, segment: usize, hit: &Hit, 
     let callers = |segment: usize, t: f64| match (segment, t) {
         // Nothing is proved, not even that the robot may stand where it starts.
         (0, 0.0) => 0,
-        _ => segments.get(segment).copied().unwrap_or(input.standing_for.len() - 1),
+        _ => segments
+            .get(segment)
+            .copied()
+            .unwrap_or(input.standing_for.len() - 1),
     };
     let proved_segments = proved_prefix.floor();
     let proved_t = proved_prefix - proved_segments;

@@ -6,7 +6,8 @@ use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
 use crate::validation::Hit;
 
-/// One row: `jᵀ ((1 − s) p_k + s p_{k+1}) = b`, at ratio s of segment k. Fixed waypoints drop out, their p is 0.
+/// One row: `jᵀ ((1 − s) p_k + s p_{k+1}) = b`, at ratio s of segment k. Fixed waypoints drop out,
+/// their p is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row<'a> {
     /// Segment k.
@@ -22,7 +23,10 @@ pub struct Row<'a> {
 impl Row<'_> {
     /// The two waypoints that the row touches, with their spreads 1 − s and s.
     pub fn spread(&self) -> [(usize, f64); 2] {
-        [(self.segment, 1.0 - self.ratio), (self.segment + 1, self.ratio)]
+        [
+            (self.segment, 1.0 - self.ratio),
+            (self.segment + 1, self.ratio),
+        ]
     }
 
     /// `J p` for the step p of a whole path.
@@ -52,8 +56,15 @@ impl Row<'_> {
         if compliance == 0.0 {
             return 0.0;
         }
-        let products = self.jacobian.iter().zip(other.jacobian).zip(cost.inverse_weights());
-        compliance * products.map(|((a, b), inverse)| a * inverse * b).sum::<f64>()
+        let products = self
+            .jacobian
+            .iter()
+            .zip(other.jacobian)
+            .zip(cost.inverse_weights());
+        compliance
+            * products
+                .map(|((a, b), inverse)| a * inverse * b)
+                .sum::<f64>()
     }
 
     /// Adds `Jᵀ multiplier` to a force on every waypoint.
@@ -62,7 +73,9 @@ impl Row<'_> {
         for (waypoint, spread) in self.spread() {
             if spread != 0.0 {
                 let at = &mut force[waypoint * nv..(waypoint + 1) * nv];
-                at.iter_mut().zip(self.jacobian).for_each(|(f, j)| *f += spread * multiplier * j);
+                at.iter_mut()
+                    .zip(self.jacobian)
+                    .for_each(|(f, j)| *f += spread * multiplier * j);
             }
         }
     }
@@ -80,7 +93,10 @@ pub struct Rows {
 impl Rows {
     /// No rows, on velocities of `nv` coordinates.
     pub fn new(nv: usize) -> Self {
-        Self { nv, ..Self::default() }
+        Self {
+            nv,
+            ..Self::default()
+        }
     }
     /// Number of rows.
     pub fn len(&self) -> usize {
@@ -94,7 +110,12 @@ impl Rows {
     pub fn get(&self, index: usize) -> Row<'_> {
         let (segment, ratio) = self.places[index];
         let jacobian = &self.jacobians[index * self.nv..(index + 1) * self.nv];
-        Row { segment, ratio, jacobian, right_hand_side: self.right_hand_sides[index] }
+        Row {
+            segment,
+            ratio,
+            jacobian,
+            right_hand_side: self.right_hand_sides[index],
+        }
     }
     /// The rows in order.
     pub fn iter(&self) -> impl Iterator<Item = Row<'_>> {
@@ -133,15 +154,22 @@ const SHORTEST_DIRECTION_M: f64 = 1e-12;
 impl<'a> CollisionRow<'a> {
     /// For one model, with the robot's held variables at `held`.
     pub fn new(model: &'a CollisionModel, space: &ConfigurationSpace, held: &'a [f64]) -> Self {
-        Self { model, held, kinematics: Kinematics::default(), jacobian: vec![0.0; space.nv()] }
+        Self {
+            model,
+            held,
+            kinematics: Kinematics::default(),
+            jacobian: vec![0.0; space.nv()],
+        }
     }
 
-    /// `uᵀ (J_A(c_A) − J_B(c_B))` at `q_free`: moving along it separates or closes the two contact points.
+    /// `uᵀ (J_A(c_A) − J_B(c_B))` at `q_free`: moving along it separates or closes the two contact
+    /// points.
     ///
-    /// c_A and c_B are the points of bodies A and B that touch at `q_coll` (or are closest there, where the
-    /// segment was refused without touching), carried by their bodies back to `q_free`; u is the unit vector
-    /// between them there. `None` where they do not part. The right-hand side is 0: what touches at `q_coll`
-    /// stays as far apart as at `q_free` (Campana et al. 2016, collision constraint).
+    /// c_A and c_B are the points of bodies A and B that touch at `q_coll` (or are closest there,
+    /// where the segment was refused without touching), carried by their bodies back to `q_free`; u
+    /// is the unit vector between them there. `None` where they do not part. The right-hand side is
+    /// 0: what touches at `q_coll` stays as far apart as at `q_free` (Campana et al. 2016,
+    /// collision constraint).
     pub fn at(&mut self, hit: &Hit, q_coll: &[f64], q_free: &[f64]) -> Option<&[f64]> {
         let robot = self.model.robot();
         let pair = self.model.pairs()[hit.pair];
@@ -149,23 +177,34 @@ impl<'a> CollisionRow<'a> {
         let link = |body: usize| self.model.bodies()[body].link;
         self.kinematics.update(robot, q_coll, self.held);
         let poses = self.kinematics.poses();
-        let local = sides.map(|(body, point)| link(body).map_or(point, |l| poses[l].inverse_transform_point(point)));
+        let local = sides.map(|(body, point)| {
+            link(body).map_or(point, |l| poses[l].inverse_transform_point(point))
+        });
 
         self.kinematics.update(robot, q_free, self.held);
         let poses = self.kinematics.poses();
-        let world = [0, 1].map(|i| link(sides[i].0).map_or(local[i], |l| poses[l].transform_point(local[i])));
+        let world = [0, 1]
+            .map(|i| link(sides[i].0).map_or(local[i], |l| poses[l].transform_point(local[i])));
         let parted: Vec3 = world[0] - world[1];
         if parted.length() <= SHORTEST_DIRECTION_M {
             return None;
         }
         let direction = parted.normalize();
         self.jacobian.fill(0.0);
-        add_point_rows(self.model, &self.kinematics, &pair, world, direction, &mut self.jacobian);
+        add_point_rows(
+            self.model,
+            &self.kinematics,
+            &pair,
+            world,
+            direction,
+            &mut self.jacobian,
+        );
         Some(&self.jacobian)
     }
 }
 
-/// Adds `directionᵀ (J_A(c_A) − J_B(c_B))` to a row of nv numbers, for world points of the bodies of a pair.
+/// Adds `directionᵀ (J_A(c_A) − J_B(c_B))` to a row of nv numbers, for world points of the bodies
+/// of a pair.
 pub fn add_point_rows(
     model: &CollisionModel,
     kinematics: &Kinematics,
@@ -189,16 +228,26 @@ mod tests {
     use proptest::prelude::*;
 
     /// World positions of the two contact points, each carried by its body from `q_coll` to `q`.
-    fn carried(model: &CollisionModel, held: &[f64], hit: &Hit, q_coll: &[f64], q: &[f64]) -> [Vec3; 2] {
+    fn carried(
+        model: &CollisionModel,
+        held: &[f64],
+        hit: &Hit,
+        q_coll: &[f64],
+        q: &[f64],
+    ) -> [Vec3; 2] {
         let pair = model.pairs()[hit.pair];
-        let (mut there, mut here) = (Kinematics::default(), Kinematics::default());
+        let mut there = Kinematics::default();
+        let mut here = Kinematics::default();
         there.update(model.robot(), q_coll, held);
         here.update(model.robot(), q, held);
         let carry = |body: usize, point: Vec3| match model.bodies()[body].link {
             Some(link) => here.poses()[link] * there.poses()[link].inverse_transform_point(point),
             None => point,
         };
-        [carry(pair.a, hit.contact.point_a), carry(pair.b, hit.contact.point_b)]
+        [
+            carry(pair.a, hit.contact.point_a),
+            carry(pair.b, hit.contact.point_b),
+        ]
     }
 
     proptest! {
@@ -242,8 +291,23 @@ mod tests {
         let robot = model.robot();
         let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
         let q = testing::configuration(&mut rng, robot);
-        let contact = Contact { point_a: Vec3::ONE, point_b: Vec3::ONE, normal: Vec3::X, distance: 0.0 };
-        let hit = Hit { reason: HitReason::Collision, t: 0.5, pair: 0, contact, proved_until: 0.0 };
-        assert!(CollisionRow::new(&model, robot.space(), &held).at(&hit, &q, &q).is_none());
+        let contact = Contact {
+            point_a: Vec3::ONE,
+            point_b: Vec3::ONE,
+            normal: Vec3::X,
+            distance: 0.0,
+        };
+        let hit = Hit {
+            reason: HitReason::Collision,
+            t: 0.5,
+            pair: 0,
+            contact,
+            proved_until: 0.0,
+        };
+        assert!(
+            CollisionRow::new(&model, robot.space(), &held)
+                .at(&hit, &q, &q)
+                .is_none()
+        );
     }
 }

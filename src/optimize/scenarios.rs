@@ -20,9 +20,11 @@ use crate::validation::{HitReason, SegmentRefusal};
 const DISCS: [(f64, f64); 3] = [
     // Distances are aimed at two floors, and the last steps gain less than is worth going on for.
     (0.01, 2e-3),
-    // The direction of a corner turns within millimetres: half-spaces hardly say what comes, and the steps get short.
+    // The direction of a corner turns within millimetres: half-spaces hardly say what comes, and
+    // the steps get short.
     (2e-3, 1e-2),
-    // The way round a corner is an arc, and no segment is split that is shorter than 0.04 of the path.
+    // The way round a corner is an arc, and no segment is split that is shorter than 0.04 of the
+    // path.
     (0.2, 5e-3),
 ];
 const CLEARANCE_M: f64 = 1e-4;
@@ -32,30 +34,72 @@ fn disc_among(radius: f64, boxes: &[[f64; 4]]) -> CollisionModel {
     let obstacle = |(index, &[left, low, right, high]): (usize, &[f64; 4])| {
         let shape = Shape::cuboid(Vec3::new(right - left, high - low, 1.0)).expect("a size");
         let middle = Vec3::new(0.5 * (left + right), 0.5 * (low + high), 0.0);
-        Obstacle::new(format!("box{index}"), vec![PlacedShape { pose: Pose::from_translation(middle), shape }])
+        Obstacle::new(
+            format!("box{index}"),
+            vec![PlacedShape {
+                pose: Pose::from_translation(middle),
+                shape,
+            }],
+        )
     };
-    let scene = Scene::new("plane", boxes.iter().enumerate().map(obstacle).collect(), Vec::new(), Vec::new());
-    CollisionModel::new(Arc::new(testing::disc(radius)), Arc::new(scene.expect("boxes"))).expect("a model")
+    let scene = Scene::new(
+        "plane",
+        boxes.iter().enumerate().map(obstacle).collect(),
+        Vec::new(),
+        Vec::new(),
+    );
+    CollisionModel::new(
+        Arc::new(testing::disc(radius)),
+        Arc::new(scene.expect("boxes")),
+    )
+    .expect("a model")
 }
 
 fn shorten(model: &CollisionModel, rows: &[[f64; 2]], mode: Mode) -> Outcome {
     let path = Path::from_rows(2, rows.concat()).expect("whole rows");
-    let settings = Settings { mode, clearance_m: CLEARANCE_M, weights: Some(vec![1.0; 2]), ..Settings::default() };
-    run(model, &path, &settings, &mut Workspace::default(), &mut || false, &mut |_| {}).expect("a valid request")
+    let settings = Settings {
+        mode,
+        clearance_m: CLEARANCE_M,
+        weights: Some(vec![1.0; 2]),
+        ..Settings::default()
+    };
+    run(
+        model,
+        &path,
+        &settings,
+        &mut Workspace::default(),
+        &mut || false,
+        &mut |_| {},
+    )
+    .expect("a valid request")
 }
 
-/// Shortens in both modes that know contacts, and compares with the shortest path that keeps the clearance.
+/// Shortens in both modes that know contacts, and compares with the shortest path that keeps the
+/// clearance.
 fn is_pulled_taut(model: &CollisionModel, rows: &[[f64; 2]], shortest: f64, tolerance: f64) {
     for mode in [Mode::Contact, Mode::Hybrid] {
-        let Outcome { path, proved, length_after, .. } = shorten(model, rows, mode);
+        let Outcome {
+            path,
+            proved,
+            length_after,
+            ..
+        } = shorten(model, rows, mode);
         let longer = length_after / shortest - 1.0;
-        println!("{}: {longer:.6} longer than {shortest}, {} waypoints", mode.name(), path.len());
-        assert!(proved && (0.0..tolerance).contains(&longer), "{}: {longer} longer than {shortest}", mode.name());
+        println!(
+            "{}: {longer:.6} longer than {shortest}, {} waypoints",
+            mode.name(),
+            path.len()
+        );
+        assert!(
+            proved && (0.0..tolerance).contains(&longer),
+            "{}: {longer} longer than {shortest}",
+            mode.name()
+        );
     }
 }
 
-/// Tangent from a place to a circle around a corner, and the arc from the direction `top` on it to where the tangent
-/// touches; the place is seen from the corner under the angle `seen`.
+/// Tangent from a place to a circle around a corner, and the arc from the direction `top` on it to
+/// where the tangent touches; the place is seen from the corner under the angle `seen`.
 fn tangent_and_arc(away: f64, seen: f64, top: f64, radius: f64) -> f64 {
     (away * away - radius * radius).sqrt() + radius * (seen - top - (radius / away).acos())
 }
@@ -66,7 +110,8 @@ fn a_path_is_pulled_taut_around_a_corner() {
         // The corner is at the origin, the box below and left of it.
         let model = disc_among(radius, &[[-2.0, -2.0, 0.0, 0.0]]);
         let from: [f64; 2] = [-1.0, 0.3];
-        let (away, seen) = (from[0].hypot(from[1]), from[1].atan2(from[0]));
+        let away = from[0].hypot(from[1]);
+        let seen = from[1].atan2(from[0]);
         // The ends mirror each other.
         let shortest = 2.0 * tangent_and_arc(away, seen, FRAC_PI_4, radius + CLEARANCE_M);
         let rows = [from, [-0.5, 0.9], [0.8, 0.9], [0.9, -0.4], [0.3, -1.0]];
@@ -79,10 +124,17 @@ fn a_path_is_pulled_taut_around_two_corners() {
     for (radius, tolerance) in DISCS {
         let model = disc_among(radius, &[[-0.5, -2.0, 0.5, 0.0]]);
         let away = 0.5_f64.hypot(1.0);
-        // From the corner at the left the path's end is seen below; over the top the path is straight for a metre.
+        // From the corner at the left the path's end is seen below; over the top the path is
+        // straight for a metre.
         let seen = PI + 1.0_f64.atan2(0.5);
         let shortest = 2.0 * tangent_and_arc(away, seen, FRAC_PI_2, radius + CLEARANCE_M) + 1.0;
-        let rows = [[-1.0, -1.0], [-1.1, 0.6], [0.0, 1.0], [1.2, 0.7], [1.0, -1.0]];
+        let rows = [
+            [-1.0, -1.0],
+            [-1.1, 0.6],
+            [0.0, 1.0],
+            [1.2, 0.7],
+            [1.0, -1.0],
+        ];
         is_pulled_taut(&model, &rows, shortest, tolerance);
     }
 }
@@ -91,9 +143,11 @@ fn a_path_is_pulled_taut_around_two_corners() {
 #[test]
 fn a_split_puts_contacts_where_they_are() {
     let model = disc_among(0.2, &[[-0.5, -2.0, 0.5, 0.0]]);
-    let (space, held) = (model.robot().space(), []);
+    let space = model.robot().space();
+    let held = [];
     let metric = Metric::new(space, vec![1.0; 2]).expect("positive weights");
-    let (fixed, moving) = ([true, false, true], [true; 2]);
+    let fixed = [true, false, true];
+    let moving = [true; 2];
     let task = Task {
         model: &model,
         space,
@@ -106,7 +160,8 @@ fn a_split_puts_contacts_where_they_are() {
         seed: 0,
         work_budget: u64::MAX,
     };
-    let mut path = Path::from_rows(2, [[-1.0, 0.5], [0.0, 0.5], [1.0, 0.5]].concat()).expect("whole rows");
+    let mut path =
+        Path::from_rows(2, [[-1.0, 0.5], [0.0, 0.5], [1.0, 0.5]].concat()).expect("whole rows");
     let floors = vec![CLEARANCE_M; model.pairs().len()];
     let cost = Cost::new(space, &metric, path.as_flat(), &fixed, &moving);
     let mut set = ActiveSet::new(2);
@@ -115,13 +170,36 @@ fn a_split_puts_contacts_where_they_are() {
     let mut contacts = Contacts::new(&task);
     let places = [(0, 0.6), (0, 0.85), (1, 0.3)];
     for (segment, t) in places {
-        let refusal = SegmentRefusal { segment, t, pair: 0, reason: HitReason::Collision };
-        contacts.learn(&refusal, Ray { path: &path, step: &down, part: 1.0 }, &floors, &cost, &mut set);
+        let refusal = SegmentRefusal {
+            segment,
+            t,
+            pair: 0,
+            reason: HitReason::Collision,
+        };
+        contacts.learn(
+            &refusal,
+            Ray {
+                path: &path,
+                step: &down,
+                part: 1.0,
+            },
+            &floors,
+            &cost,
+            &mut set,
+        );
     }
-    assert_eq!(set.rows().len(), places.len(), "each half-space excludes the trial");
+    assert_eq!(
+        set.rows().len(),
+        places.len(),
+        "each half-space excludes the trial"
+    );
     let at = |path: &Path, set: &ActiveSet| -> Vec<Vec<f64>> {
         let place = |row: super::rows::Row| {
-            space.between(path.waypoint(row.segment), path.waypoint(row.segment + 1), row.ratio)
+            space.between(
+                path.waypoint(row.segment),
+                path.waypoint(row.segment + 1),
+                row.ratio,
+            )
         };
         set.rows().iter().map(place).collect()
     };
@@ -131,14 +209,19 @@ fn a_split_puts_contacts_where_they_are() {
         let middle = space.between(path.waypoint(segment), path.waypoint(segment + 1), ratio);
         path.splice(segment + 1..segment + 1, &middle);
         contacts.split(segment, ratio);
-        let fixed: Vec<bool> = (0..path.len()).map(|i| i == 0 || i + 1 == path.len()).collect();
+        let fixed: Vec<bool> = (0..path.len())
+            .map(|i| i == 0 || i + 1 == path.len())
+            .collect();
         let cost = Cost::new(space, &metric, path.as_flat(), &fixed, &moving);
         set.begin(&cost, &vec![0.0; path.len() * 2]);
         contacts.linearise(&path, &floors, &cost, &mut set);
         let after = at(&path, &set);
         assert_eq!(before.len(), after.len());
         for (before, after) in before.iter().zip(&after) {
-            assert!((before[0] - after[0]).hypot(before[1] - after[1]) < 1e-12, "{before:?} went to {after:?}");
+            assert!(
+                (before[0] - after[0]).hypot(before[1] - after[1]) < 1e-12,
+                "{before:?} went to {after:?}"
+            );
         }
     }
 }

@@ -24,8 +24,14 @@ pub enum Mode {
 
 impl Mode {
     /// Every mode, in the order of the wire.
-    pub const ALL: [Self; 6] =
-        [Self::Check, Self::Gradient, Self::RandomShortcut, Self::PartialShortcut, Self::Contact, Self::Hybrid];
+    pub const ALL: [Self; 6] = [
+        Self::Check,
+        Self::Gradient,
+        Self::RandomShortcut,
+        Self::PartialShortcut,
+        Self::Contact,
+        Self::Hybrid,
+    ];
 
     /// Name on the command line and in results.
     pub fn name(self) -> &'static str {
@@ -53,8 +59,8 @@ pub struct Settings {
     pub strict: bool,
     /// Take the columns of continuous joints as they stand instead of as angles on the circle.
     pub unwrapped: bool,
-    /// Keep the goal's numbers to the last bit, also where a path that ends whole turns away is shorter; an input whose
-    /// numbers do not lead there is refused.
+    /// Keep the goal's numbers to the last bit, also where a path that ends whole turns away is
+    /// shorter; an input whose numbers do not lead there is refused.
     pub keep_goal: bool,
     /// Weights of the metric, one per velocity coordinate; `None` = reach weights.
     pub weights: Option<Vec<f64>>,
@@ -68,10 +74,11 @@ pub struct Settings {
     pub held: Option<Vec<f64>>,
     /// Look for what is nearest along the answer once it is proved; costs a few times its proof.
     pub contacts: bool,
-    /// Prove each segment of the answer again at the largest clearance that it keeps, up to 10 cm, for its corridor;
-    /// costs some times its proof.
+    /// Prove each segment of the answer again at the largest clearance that it keeps, up to 10 cm,
+    /// for its corridor; costs some times its proof.
     pub corridor: bool,
-    /// What the validator may use: all of it, but where a measurement wants to know what a layer is worth.
+    /// What the validator may use: all of it, but where a measurement wants to know what a layer is
+    /// worth.
     pub layers: Layers,
 }
 

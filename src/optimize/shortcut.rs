@@ -1,16 +1,17 @@
 //! Shortcuts, the baselines of the paper: straight lines between two random places of the path.
 //!
-//! [`random`] straightens all coordinates at once (Geraerts and Overmars, *Creating high-quality paths for
-//! motion planning*, 2007: "shortcut"), [`partial`] one joint at a time, the others moving as before
-//! ("partial shortcut"). A candidate counts only when every segment that changed is proved and the path
-//! is strictly shorter. It never reaches across a fixed waypoint.
+//! [`random`] straightens all coordinates at once (Geraerts and Overmars, *Creating high-quality
+//! paths for motion planning*, 2007: "shortcut"), [`partial`] one joint at a time, the others
+//! moving as before ("partial shortcut"). A candidate counts only when every segment that changed
+//! is proved and the path is strictly shorter. It never reaches across a fixed waypoint.
 
 use super::candidate::Search;
 use super::outcome::{Stage, Termination};
 use super::progress::Progress;
 use crate::validation::SegmentsVerdict;
 
-/// A candidate that gains less than this part of the length counts as a failure, though it is taken.
+/// A candidate that gains less than this part of the length counts as a failure, though it is
+/// taken.
 const WORTHWHILE: f64 = 3e-4;
 
 /// How often a place of a partial shortcut is moved to the nearest waypoint, where it adds none.
@@ -28,10 +29,18 @@ struct Patience {
 }
 
 /// When nothing else is tried.
-const PATIENT: Patience = Patience { least: 200, per_waypoint: 20, per_component: 10 };
+const PATIENT: Patience = Patience {
+    least: 200,
+    per_waypoint: 20,
+    per_component: 10,
+};
 
 /// When another stage may do better.
-const BRIEF: Patience = Patience { least: 40, per_waypoint: 5, per_component: 4 };
+const BRIEF: Patience = Patience {
+    least: 40,
+    per_waypoint: 5,
+    per_component: 4,
+};
 
 /// Random shortcuts over all coordinates that may move; returns why they ended.
 pub fn random(progress: &mut Progress) -> Termination {
@@ -54,10 +63,11 @@ fn random_with(progress: &mut Progress, patience: Patience) -> Termination {
     })
 }
 
-/// Partial shortcuts: one factor of the configuration space (a joint's angle, a rotation) at a time; returns why
-/// they ended.
+/// Partial shortcuts: one factor of the configuration space (a joint's angle, a rotation) at a
+/// time; returns why they ended.
 ///
-/// Each is first tried over every whole stretch between fixed waypoints, then between random places.
+/// Each is first tried over every whole stretch between fixed waypoints, then between random
+/// places.
 pub fn partial(progress: &mut Progress) -> Termination {
     partial_with(progress, PATIENT)
 }
@@ -70,21 +80,25 @@ pub fn partial_briefly(progress: &mut Progress) -> Termination {
 fn partial_with(progress: &mut Progress, patience: Patience) -> Termination {
     progress.enter(Stage::PartialShortcut);
     let mut search = Search::new(progress);
-    let mut whole: Vec<(usize, usize)> =
-        (0..search.moving.len()).flat_map(|c| (0..search.stretches()).map(move |s| (c, s))).collect();
+    let mut whole: Vec<(usize, usize)> = (0..search.moving.len())
+        .flat_map(|c| (0..search.stretches()).map(move |s| (c, s)))
+        .collect();
     search.run(patience, &mut |search| {
         let (component, places) = match whole.pop() {
             Some((component, stretch)) => (component, search.whole_stretch(stretch)),
             None if search.moving.is_empty() => return None,
-            None => (search.progress.random.usize(..search.moving.len()), search.draw_places(SNAPPED)?),
+            None => (
+                search.progress.random.usize(..search.moving.len()),
+                search.draw_places(SNAPPED)?,
+            ),
         };
         search.build(places, component..component + 1);
         Some(())
     })
 }
 
-/// Leaves out runs of waypoints, long ones first, where the straight line is free; says why the run must end, if it
-/// must.
+/// Leaves out runs of waypoints, long ones first, where the straight line is free; says why the run
+/// must end, if it must.
 pub fn leave_out_waypoints(progress: &mut Progress) -> Option<Termination> {
     progress.enter(Stage::Shortcut);
     let mut search = Search::new(progress);
@@ -106,7 +120,8 @@ pub fn leave_out_waypoints(progress: &mut Progress) -> Option<Termination> {
     None
 }
 
-/// Leaves out waypoints that the path can do without, one by one: also those that only lie on a straight line.
+/// Leaves out waypoints that the path can do without, one by one: also those that only lie on a
+/// straight line.
 pub fn leave_out_needless(progress: &mut Progress) -> Option<Termination> {
     progress.enter(Stage::Shortcut);
     let before = progress.length;
@@ -119,8 +134,13 @@ pub fn leave_out_needless(progress: &mut Progress) -> Option<Termination> {
 }
 
 impl Search<'_, '_, '_> {
-    /// Tries what `propose` builds until nothing is gained any more. `None` proposes nothing, which is a failure.
-    fn run(&mut self, patience: Patience, propose: &mut dyn FnMut(&mut Self) -> Option<()>) -> Termination {
+    /// Tries what `propose` builds until nothing is gained any more. `None` proposes nothing, which
+    /// is a failure.
+    fn run(
+        &mut self,
+        patience: Patience,
+        propose: &mut dyn FnMut(&mut Self) -> Option<()>,
+    ) -> Termination {
         let mut failures = 0;
         if self.progress.path.len() < 3 {
             return Termination::Converged;
@@ -131,7 +151,9 @@ impl Search<'_, '_, '_> {
             }
             self.progress.iterations += 1;
             failures += 1;
-            let Some(gain) = propose(self).and_then(|()| self.gain()) else { continue };
+            let Some(gain) = propose(self).and_then(|()| self.gain()) else {
+                continue;
+            };
             match self.proves() {
                 SegmentsVerdict::Refused(_) => continue,
                 SegmentsVerdict::Stopped => return Termination::Stopped,
@@ -147,7 +169,11 @@ impl Search<'_, '_, '_> {
     }
 
     fn failures(&self, patience: Patience) -> u64 {
-        let (waypoints, components) = (self.progress.path.len() as u64, self.moving.len() as u64);
-        patience.least.max(patience.per_waypoint * waypoints).max(patience.per_component * components)
+        let waypoints = self.progress.path.len() as u64;
+        let components = self.moving.len() as u64;
+        patience
+            .least
+            .max(patience.per_waypoint * waypoints)
+            .max(patience.per_component * components)
     }
 }

@@ -41,18 +41,26 @@ impl Task<'_> {
         cost::length(self.space, self.metric, rows, velocity)
     }
 
-    /// `to` ← `from ⊕ part · step`; fixed waypoints and components that may not move keep their bits.
+    /// `to` ← `from ⊕ part · step`; fixed waypoints and components that may not move keep their
+    /// bits.
     pub fn displace(&self, from: &Path, fixed: &[bool], step: &[f64], part: f64, to: &mut Path) {
         let nv = self.space.nv();
         for (i, is_fixed) in fixed.iter().enumerate() {
-            let (before, after) = (from.waypoint(i), to.waypoint_mut(i));
+            let before = from.waypoint(i);
+            let after = to.waypoint_mut(i);
             if *is_fixed {
                 // A trial before may have moved it by whole turns.
                 after.copy_from_slice(before);
                 continue;
             }
-            self.space.integrate(before, &step[i * nv..(i + 1) * nv], part, after);
-            for still in self.space.components().iter().filter(|component| !self.may_move(component)) {
+            self.space
+                .integrate(before, &step[i * nv..(i + 1) * nv], part, after);
+            for still in self
+                .space
+                .components()
+                .iter()
+                .filter(|component| !self.may_move(component))
+            {
                 let columns = columns(still);
                 after[columns.clone()].copy_from_slice(&before[columns]);
             }

@@ -44,10 +44,16 @@ impl Path {
     pub fn waypoint_mut(&mut self, index: usize) -> &mut [f64] {
         &mut self.rows[index * self.nq..(index + 1) * self.nq]
     }
-    /// Puts `rows`, whole rows end to end, in the place of the waypoints `range`, which may not be all.
+    /// Puts `rows`, whole rows end to end, in the place of the waypoints `range`, which may not be
+    /// all.
     pub fn splice(&mut self, range: std::ops::Range<usize>, rows: &[f64]) {
-        assert!(rows.len().is_multiple_of(self.nq) && (!rows.is_empty() || range.len() < self.len()));
-        self.rows.splice(range.start * self.nq..range.end * self.nq, rows.iter().copied());
+        assert!(
+            rows.len().is_multiple_of(self.nq) && (!rows.is_empty() || range.len() < self.len())
+        );
+        self.rows.splice(
+            range.start * self.nq..range.end * self.nq,
+            rows.iter().copied(),
+        );
     }
     /// The waypoints before and after each segment, in order.
     pub fn segments(&self) -> impl ExactSizeIterator<Item = [&[f64]; 2]> {
@@ -66,7 +72,8 @@ impl Path {
     }
 }
 
-/// The metric of a request: `d(a, b) = ‖W (b ⊖ a)‖`, W diagonal, one weight per velocity coordinate.
+/// The metric of a request: `d(a, b) = ‖W (b ⊖ a)‖`, W diagonal, one weight per velocity
+/// coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metric {
     weights: Vec<f64>,
@@ -103,18 +110,28 @@ pub enum MetricError {
 }
 
 impl Metric {
-    /// Checks weights against the space; the three of a rotation may differ by rounding only (1e-9 of their size).
+    /// Checks weights against the space; the three of a rotation may differ by rounding only (1e-9
+    /// of their size).
     pub fn new(space: &ConfigurationSpace, weights: Vec<f64>) -> Result<Self, MetricError> {
         if weights.len() != space.nv() {
-            return Err(MetricError::Count { got: weights.len(), expected: space.nv() });
+            return Err(MetricError::Count {
+                got: weights.len(),
+                expected: space.nv(),
+            });
         }
         if let Some(index) = weights.iter().position(|w| !(w.is_finite() && *w > 0.0)) {
-            return Err(MetricError::Value { index, value: weights[index] });
+            return Err(MetricError::Value {
+                index,
+                value: weights[index],
+            });
         }
         for component in space.components() {
             if let Component::Rotation { v, .. } = *component {
                 let values = [weights[v], weights[v + 1], weights[v + 2]];
-                if values.iter().any(|w| (w - values[0]).abs() > 1e-9 * values[0]) {
+                if values
+                    .iter()
+                    .any(|w| (w - values[0]).abs() > 1e-9 * values[0])
+                {
                     return Err(MetricError::Rotation { first: v, values });
                 }
             }
@@ -129,11 +146,22 @@ impl Metric {
 
     /// `‖W v‖` of a velocity.
     pub fn norm(&self, velocity: &[f64]) -> f64 {
-        self.weights.iter().zip(velocity).map(|(w, v)| (w * v) * (w * v)).sum::<f64>().sqrt()
+        self.weights
+            .iter()
+            .zip(velocity)
+            .map(|(w, v)| (w * v) * (w * v))
+            .sum::<f64>()
+            .sqrt()
     }
 
     /// Length of one straight segment; `scratch` holds nv numbers.
-    pub fn distance(&self, space: &ConfigurationSpace, from: &[f64], to: &[f64], scratch: &mut [f64]) -> f64 {
+    pub fn distance(
+        &self,
+        space: &ConfigurationSpace,
+        from: &[f64],
+        to: &[f64],
+        scratch: &mut [f64],
+    ) -> f64 {
         space.difference(to, from, scratch);
         self.norm(scratch)
     }
@@ -142,6 +170,8 @@ impl Metric {
     pub fn length(&self, space: &ConfigurationSpace, rows: &[f64], scratch: &mut [f64]) -> f64 {
         let nq = space.nq();
         let rows: Vec<&[f64]> = rows.chunks_exact(nq).collect();
-        rows.windows(2).map(|pair| self.distance(space, pair[0], pair[1], scratch)).sum()
+        rows.windows(2)
+            .map(|pair| self.distance(space, pair[0], pair[1], scratch))
+            .sum()
     }
 }

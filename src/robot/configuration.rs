@@ -4,10 +4,11 @@
 //! a product of lines, circles and rotations (MoveIt's and OMPL's convention): a planar joint is
 //! line × line × circle, a floating one line³ × SO(3).
 //!
-//! **A step means its numbers.** Planners write angles, controllers execute numbers. A step of an angle column moves
-//! as its numbers say up to half a turn and [`ROUNDED_RAD`] (files are rounded: 3.1416). What is longer than that is
-//! an angle written anew, means the shortest arc, and is written as such before anything is proved
-//! ([`ConfigurationSpace::unroll`]): no path that is proved has a longer step.
+//! **A step means its numbers.** Planners write angles, controllers execute numbers. A step of an
+//! angle column moves as its numbers say up to half a turn and [`ROUNDED_RAD`] (files are rounded:
+//! 3.1416). What is longer than that is an angle written anew, means the shortest arc, and is
+//! written as such before anything is proved ([`ConfigurationSpace::unroll`]): no path that is
+//! proved has a longer step.
 
 use std::f64::consts::{PI, TAU};
 
@@ -47,8 +48,8 @@ pub struct ConfigurationSpace {
     nv: usize,
 }
 
-/// How much longer than half a turn a step of an angle column is that still moves as its numbers say (rad); rotations
-/// that are as near to half a turn name no way.
+/// How much longer than half a turn a step of an angle column is that still moves as its numbers
+/// say (rad); rotations that are as near to half a turn name no way.
 pub const ROUNDED_RAD: f64 = 1e-3;
 
 /// The longest step of an angle column that moves as its numbers say (rad).
@@ -60,17 +61,25 @@ const TURNED_RAD: f64 = 1e-6;
 /// An angle further out has too few digits left for whole turns to be told apart (rad).
 pub const FARTHEST_ANGLE_RAD: f64 = 1e9;
 
-/// How an angle column moves from `from` to `to`: as the numbers say up to [`LONGEST_STEP_RAD`] (and what turning them
-/// may have rounded), else the shortest arc.
+/// How an angle column moves from `from` to `to`: as the numbers say up to [`LONGEST_STEP_RAD`]
+/// (and what turning them may have rounded), else the shortest arc.
 pub fn step(from: f64, to: f64) -> f64 {
     let step = to - from;
-    if step.abs() <= LONGEST_STEP_RAD + TURNED_RAD { step } else { shortest_arc(from, to) }
+    if step.abs() <= LONGEST_STEP_RAD + TURNED_RAD {
+        step
+    } else {
+        shortest_arc(from, to)
+    }
 }
 
 /// Whole turns to add to `to` so that the numbers say how the column moves; mostly 0.
 pub fn turns_to_add(from: f64, to: f64) -> f64 {
     let step = to - from;
-    if step.abs() <= LONGEST_STEP_RAD { 0.0 } else { ((shortest_arc(from, to) - step) / TAU).round() }
+    if step.abs() <= LONGEST_STEP_RAD {
+        0.0
+    } else {
+        ((shortest_arc(from, to) - step) / TAU).round()
+    }
 }
 
 /// Whole turns from `from` to `to`, two numbers of one angle.
@@ -117,18 +126,22 @@ impl ConfigurationSpace {
 
     /// Columns of angles on the circle.
     pub fn circles(&self) -> impl Iterator<Item = usize> {
-        self.components.iter().filter_map(|component| match *component {
-            Component::Circle { q, .. } => Some(q),
-            Component::Line { .. } | Component::Rotation { .. } => None,
-        })
+        self.components
+            .iter()
+            .filter_map(|component| match *component {
+                Component::Circle { q, .. } => Some(q),
+                Component::Line { .. } | Component::Rotation { .. } => None,
+            })
     }
 
-    /// Writes angles so that consecutive rows, laid end to end, say by their numbers how they move: from the first
-    /// longer step of a column on, its numbers move by whole turns. Returns whether any did.
+    /// Writes angles so that consecutive rows, laid end to end, say by their numbers how they move:
+    /// from the first longer step of a column on, its numbers move by whole turns. Returns whether
+    /// any did.
     pub fn unroll(&self, rows: &mut [f64]) -> bool {
         let mut has_moved = false;
         for q in self.circles() {
-            let (mut turns, mut before) = (0.0, rows[q]);
+            let mut turns = 0.0;
+            let mut before = rows[q];
             for number in rows.iter_mut().skip(q).step_by(self.nq) {
                 turns += turns_to_add(before, *number);
                 before = *number;
@@ -141,16 +154,18 @@ impl ConfigurationSpace {
         has_moved
     }
 
-    /// First column of a rotation between two configurations that is half a turn, within [`ROUNDED_RAD`]: two ways lead
-    /// there, and the numbers name neither.
+    /// First column of a rotation between two configurations that is half a turn, within
+    /// [`ROUNDED_RAD`]: two ways lead there, and the numbers name neither.
     pub fn half_turn(&self, from: &[f64], to: &[f64]) -> Option<usize> {
-        self.components.iter().find_map(|component| match *component {
-            Component::Rotation { q, .. } => {
-                let cosine: f64 = (q..q + 4).map(|i| from[i] * to[i]).sum();
-                (cosine.abs() < 0.5 * ROUNDED_RAD).then_some(q)
-            }
-            Component::Line { .. } | Component::Circle { .. } => None,
-        })
+        self.components
+            .iter()
+            .find_map(|component| match *component {
+                Component::Rotation { q, .. } => {
+                    let cosine: f64 = (q..q + 4).map(|i| from[i] * to[i]).sum();
+                    (cosine.abs() < 0.5 * ROUNDED_RAD).then_some(q)
+                }
+                Component::Line { .. } | Component::Circle { .. } => None,
+            })
     }
 
     /// Velocity of the shortest motion between two configurations, whatever the numbers say.
@@ -169,7 +184,10 @@ impl ConfigurationSpace {
             Component::Circle { q, v } => Component::Line { q, v },
             other => other,
         };
-        Self { components: self.components.iter().map(line).collect(), ..*self }
+        Self {
+            components: self.components.iter().map(line).collect(),
+            ..*self
+        }
     }
 
     /// `to ⊖ from`: the velocity that leads from `from` to `to` in unit time.
@@ -188,7 +206,8 @@ impl ConfigurationSpace {
 
     /// The configuration at a ratio of the straight segment between two.
     pub fn between(&self, from: &[f64], to: &[f64], ratio: f64) -> Vec<f64> {
-        let (mut velocity, mut at) = (vec![0.0; self.nv], vec![0.0; self.nq]);
+        let mut velocity = vec![0.0; self.nv];
+        let mut at = vec![0.0; self.nq];
         self.difference(to, from, &mut velocity);
         self.integrate(from, &velocity, ratio, &mut at);
         at
@@ -198,7 +217,9 @@ impl ConfigurationSpace {
     pub fn integrate(&self, from: &[f64], velocity: &[f64], t: f64, out: &mut [f64]) {
         for component in &self.components {
             match *component {
-                Component::Line { q, v } | Component::Circle { q, v } => out[q] = from[q] + t * velocity[v],
+                Component::Line { q, v } | Component::Circle { q, v } => {
+                    out[q] = from[q] + t * velocity[v]
+                }
                 Component::Rotation { q, v } => {
                     let turn = Vec3::new(velocity[v], velocity[v + 1], velocity[v + 2]) * t;
                     let rotation = (quat(from, q) * quat_exp(turn)).normalize();
@@ -211,7 +232,12 @@ impl ConfigurationSpace {
 
 /// The quaternion in columns `q..q + 4`.
 pub(crate) fn quat(configuration: &[f64], q: usize) -> Quat {
-    Quat::from_xyzw(configuration[q], configuration[q + 1], configuration[q + 2], configuration[q + 3])
+    Quat::from_xyzw(
+        configuration[q],
+        configuration[q + 1],
+        configuration[q + 2],
+        configuration[q + 3],
+    )
 }
 
 #[cfg(test)]
@@ -237,27 +263,50 @@ mod tests {
         }
         assert!((step(0.0, 6.0) - (6.0 - TAU)).abs() < 1e-15);
         assert!((step(0.0, 3.15) - (3.15 - TAU)).abs() < 1e-15);
-        assert_eq!((turns_to_add(0.0, 6.0), turns_to_add(6.0, 0.0), turns_to_add(1.0, 20.0)), (-1.0, 1.0, -3.0));
+        assert_eq!(
+            (
+                turns_to_add(0.0, 6.0),
+                turns_to_add(6.0, 0.0),
+                turns_to_add(1.0, 20.0)
+            ),
+            (-1.0, 1.0, -3.0)
+        );
     }
 
     #[test]
     fn what_is_unrolled_has_no_longer_step_and_is_the_same_place() {
-        let space = ConfigurationSpace::new(vec![Component::Line { q: 0, v: 0 }, Component::Circle { q: 1, v: 1 }]);
+        let space = ConfigurationSpace::new(vec![
+            Component::Line { q: 0, v: 0 },
+            Component::Circle { q: 1, v: 1 },
+        ]);
         let given = [0.0, 3.1, 9.0, -3.1, 0.0, 3.1, 0.0, 0.0, 0.0, 100.0];
         let mut rows = given;
         assert!(space.unroll(&mut rows));
         assert_eq!(rows[1], 3.1);
         assert!((rows[3] - (TAU - 3.1)).abs() < 1e-12);
-        assert_eq!(rows[5].to_bits(), 3.1_f64.to_bits(), "back at the first turn, back at the same bits");
-        assert!(rows.chunks(2).zip(rows.chunks(2).skip(1)).all(|(a, b)| (b[1] - a[1]).abs() <= LONGEST_STEP_RAD));
-        assert!(rows.iter().zip(&given).all(|(a, b)| ((a - b) / TAU - ((a - b) / TAU).round()).abs() < 1e-12));
+        assert_eq!(
+            rows[5].to_bits(),
+            3.1_f64.to_bits(),
+            "back at the first turn, back at the same bits"
+        );
+        assert!(
+            rows.chunks(2)
+                .zip(rows.chunks(2).skip(1))
+                .all(|(a, b)| (b[1] - a[1]).abs() <= LONGEST_STEP_RAD)
+        );
+        assert!(
+            rows.iter()
+                .zip(&given)
+                .all(|(a, b)| ((a - b) / TAU - ((a - b) / TAU).round()).abs() < 1e-12)
+        );
         assert!(!space.unroll(&mut rows.clone()), "once is enough");
     }
 
     #[test]
     fn rotations_half_a_turn_apart_are_seen() {
         let space = ConfigurationSpace::new(vec![Component::Rotation { q: 0, v: 0 }]);
-        let (rest, half) = ([0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0003]);
+        let rest = [0.0, 0.0, 0.0, 1.0];
+        let half = [0.0, 0.0, 1.0, 0.0003];
         assert_eq!(space.half_turn(&rest, &half), Some(0));
         assert_eq!(space.half_turn(&rest, &[0.0, 0.0, 1.0, -0.0003]), Some(0));
         assert_eq!(space.half_turn(&rest, &[0.0, 0.0, 0.999_999, 0.001]), None);
@@ -273,10 +322,19 @@ mod tests {
         ]);
         let from = [1.0, 3.0, 0.0, 0.0, 0.0, 1.0];
         let to = [-2.0, -3.0, 0.5, 0.5, 0.5, 0.5];
-        let (mut velocity, mut arrived) = ([0.0; 5], [0.0; 6]);
+        let mut velocity = [0.0; 5];
+        let mut arrived = [0.0; 6];
         space.difference(&to, &from, &mut velocity);
         space.integrate(&from, &velocity, 1.0, &mut arrived);
-        assert!((arrived[1] - (TAU - 3.0)).abs() < 1e-12, "continuous past half a turn");
-        assert!(arrived[2..].iter().zip(&to[2..]).all(|(a, b)| (a - b).abs() < 1e-12));
+        assert!(
+            (arrived[1] - (TAU - 3.0)).abs() < 1e-12,
+            "continuous past half a turn"
+        );
+        assert!(
+            arrived[2..]
+                .iter()
+                .zip(&to[2..])
+                .all(|(a, b)| (a - b).abs() < 1e-12)
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! What robot files say, by name and unchecked: the input of [`RobotModel::new`](super::RobotModel::new).
+//! What robot files say, by name and unchecked: the input of
+//! [`RobotModel::new`](super::RobotModel::new).
 
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +19,8 @@ pub struct RobotDescription {
     pub joints: Vec<JointDescription>,
     /// Joint that carries the root link in the world; `None` fixes it at the identity.
     pub virtual_joint: Option<VirtualJoint>,
-    /// Columns of a path, by variable name; `None` takes every movable joint that is not a mimic, in tree order.
+    /// Columns of a path, by variable name; `None` takes every movable joint that is not a mimic,
+    /// in tree order.
     pub variables: Option<Vec<String>>,
     /// What an SRDF adds; `None` where there is none.
     pub semantics: Option<Semantics>,
@@ -54,7 +56,8 @@ pub struct JointDescription {
     pub axis: Vec3,
     /// Lower and upper limit (m or rad); `None` where the file gives none.
     pub limits: Option<(f64, f64)>,
-    /// Limits within those, which the robot's controllers keep (m or rad); `None` where the file gives none.
+    /// Limits within those, which the robot's controllers keep (m or rad); `None` where the file
+    /// gives none.
     pub soft_limits: Option<(f64, f64)>,
     /// The joint that this one copies.
     pub mimic: Option<Mimic>,

@@ -47,7 +47,9 @@ impl JointKind {
             Self::Fixed => &[],
             Self::Revolute | Self::Continuous | Self::Prismatic => return vec![joint.to_owned()],
             Self::Planar => &["x", "y", "theta"],
-            Self::Floating => &["trans_x", "trans_y", "trans_z", "rot_x", "rot_y", "rot_z", "rot_w"],
+            Self::Floating => &[
+                "trans_x", "trans_y", "trans_z", "rot_x", "rot_y", "rot_z", "rot_w",
+            ],
         };
         parts.iter().map(|part| format!("{joint}/{part}")).collect()
     }
@@ -88,7 +90,8 @@ pub struct Joint {
     pub name: String,
     /// How it moves.
     pub kind: JointKind,
-    /// Link that the joint hangs on; `None` is the world (joint 0 only). Always less than the joint's own index.
+    /// Link that the joint hangs on; `None` is the world (joint 0 only). Always less than the
+    /// joint's own index.
     pub parent: Option<usize>,
     /// Pose of the joint's frame at value 0 in the parent link's frame.
     pub origin: Pose,

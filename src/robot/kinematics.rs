@@ -53,7 +53,10 @@ impl Kinematics {
                 JointKind::Planar => {
                     let x = values(joint, q, held);
                     let shift = frame.rotation * Vec3::new(x[0], x[1], 0.0);
-                    Pose::from_parts(frame.translation + shift, frame.rotation * Quat::from_rotation_z(x[2]))
+                    Pose::from_parts(
+                        frame.translation + shift,
+                        frame.rotation * Quat::from_rotation_z(x[2]),
+                    )
                 }
                 JointKind::Floating => {
                     let x = values(joint, q, held);
@@ -81,7 +84,9 @@ impl Kinematics {
                 let frame = self.frames[i];
                 match joint.kind {
                     JointKind::Fixed => {}
-                    JointKind::Revolute | JointKind::Continuous => angular += frame * joint.axis * (factor * v[first]),
+                    JointKind::Revolute | JointKind::Continuous => {
+                        angular += frame * joint.axis * (factor * v[first])
+                    }
                     JointKind::Prismatic => linear += frame * joint.axis * (factor * v[first]),
                     JointKind::Planar => {
                         linear += frame * Vec3::new(v[first], v[first + 1], 0.0);
@@ -89,16 +94,20 @@ impl Kinematics {
                     }
                     JointKind::Floating => {
                         linear += frame * Vec3::new(v[first], v[first + 1], v[first + 2]);
-                        // The rotation vector is in the link's frame, and its own motion leaves it there.
-                        angular += self.poses[i].rotation * Vec3::new(v[first + 3], v[first + 4], v[first + 5]);
+                        // The rotation vector is in the link's frame, and its own motion leaves it
+                        // there.
+                        angular += self.poses[i].rotation
+                            * Vec3::new(v[first + 3], v[first + 4], v[first + 5]);
                     }
                 }
             }
-            (self.angular[i], self.linear[i]) = (angular, linear);
+            self.angular[i] = angular;
+            self.linear[i] = linear;
         }
     }
 
-    /// Adds `sign · directionᵀ J` to `row` (nv numbers), J the Jacobian of the world point `point` fixed to `link`.
+    /// Adds `sign · directionᵀ J` to `row` (nv numbers), J the Jacobian of the world point `point`
+    /// fixed to `link`.
     pub fn add_point_row(
         &self,
         robot: &RobotModel,
@@ -113,14 +122,19 @@ impl Kinematics {
         while let Some(i) = at {
             let joint = &joints[i];
             at = joint.parent;
-            let Some((first, factor)) = rate(joints, joint) else { continue };
-            let (frame, scale) = (self.frames[i], sign * factor);
+            let Some((first, factor)) = rate(joints, joint) else {
+                continue;
+            };
+            let frame = self.frames[i];
+            let scale = sign * factor;
             // Moment of the direction about the joint's origin: u·(ω × arm) = ω·(arm × u).
             let moment = (point - self.poses[i].translation).cross(direction);
             let mut add = |k: usize, value: f64| row[first + k] += scale * value;
             match joint.kind {
                 JointKind::Fixed => {}
-                JointKind::Revolute | JointKind::Continuous => add(0, (frame * joint.axis).dot(moment)),
+                JointKind::Revolute | JointKind::Continuous => {
+                    add(0, (frame * joint.axis).dot(moment))
+                }
                 JointKind::Prismatic => add(0, (frame * joint.axis).dot(direction)),
                 JointKind::Planar => {
                     add(0, (frame * Vec3::X).dot(direction));
@@ -139,11 +153,14 @@ impl Kinematics {
     }
 }
 
-/// First velocity coordinate that moves the joint, and the factor on it; `None` for one that never moves.
+/// First velocity coordinate that moves the joint, and the factor on it; `None` for one that never
+/// moves.
 pub fn rate(joints: &[Joint], joint: &Joint) -> Option<(usize, f64)> {
     match joint.drive {
         Drive::Variable { v, .. } => Some((v, 1.0)),
-        Drive::Mimic { master, multiplier, .. } => match joints[master].drive {
+        Drive::Mimic {
+            master, multiplier, ..
+        } => match joints[master].drive {
             Drive::Variable { v, .. } => Some((v, multiplier)),
             _ => None,
         },
@@ -153,7 +170,11 @@ pub fn rate(joints: &[Joint], joint: &Joint) -> Option<(usize, f64)> {
 
 fn value(joints: &[Joint], joint: &Joint, q: &[f64], held: &[f64]) -> f64 {
     match joint.drive {
-        Drive::Mimic { master, multiplier, offset } => multiplier * values(&joints[master], q, held)[0] + offset,
+        Drive::Mimic {
+            master,
+            multiplier,
+            offset,
+        } => multiplier * values(&joints[master], q, held)[0] + offset,
         _ => values(joint, q, held)[0],
     }
 }

@@ -107,7 +107,10 @@ impl RobotModel {
         let mut joints = Vec::with_capacity(order.0.len());
         for (index, &(link, joint)) in order.0.iter().enumerate() {
             let source = &description.links[link];
-            links.push(Link { name: source.name.clone(), shapes: source.collision.clone() });
+            links.push(Link {
+                name: source.name.clone(),
+                shapes: source.collision.clone(),
+            });
             joints.push(match joint {
                 None => root_joint(&description, columns.drives[index])?,
                 Some(j) => {
@@ -117,9 +120,14 @@ impl RobotModel {
                 }
             });
         }
-        let link_index: HashMap<&str, usize> = links.iter().enumerate().map(|(i, l)| (l.name.as_str(), i)).collect();
+        let link_index: HashMap<&str, usize> = links
+            .iter()
+            .enumerate()
+            .map(|(i, l)| (l.name.as_str(), i))
+            .collect();
         let allowed = allowed_pairs(&description, &joints, &link_index, &mut warnings)?;
-        let (groups, group_states) = groups(&description, &joints, columns.space.nv(), &joint_index)?;
+        let (groups, group_states) =
+            groups(&description, &joints, columns.space.nv(), &joint_index)?;
         let mut model = Self {
             description: kept,
             name: description.name,
@@ -140,7 +148,8 @@ impl RobotModel {
         Ok(model)
     }
 
-    /// What it was made of: a model made of it again is the same, but for warnings found where it was put to use.
+    /// What it was made of: a model made of it again is the same, but for warnings found where it
+    /// was put to use.
     pub fn description(&self) -> &RobotDescription {
         &self.description
     }
@@ -176,8 +185,8 @@ impl RobotModel {
     pub fn group_states(&self) -> &[GroupState] {
         &self.group_states
     }
-    /// Whether the pair of links is left out of every check (SRDF, `allowed_collisions`, or joined by
-    /// one joint where there is no SRDF).
+    /// Whether the pair of links is left out of every check (SRDF, `allowed_collisions`, or joined
+    /// by one joint where there is no SRDF).
     pub fn is_allowed(&self, a: usize, b: usize) -> bool {
         self.allowed.contains(&(a.min(b), a.max(b)))
     }
@@ -219,16 +228,24 @@ impl RobotModel {
                 hasher.shape(shape);
             }
             hasher.text(&joint.name);
-            hasher.text(&format!("{:?}{:?}{:?}", joint.kind, joint.parent, joint.drive));
+            hasher.text(&format!(
+                "{:?}{:?}{:?}",
+                joint.kind, joint.parent, joint.drive
+            ));
             hasher.pose(&joint.origin).floats(&joint.axis.to_array());
         }
         for variable in &self.variables {
-            hasher.text(&variable.name).floats(&[variable.lower, variable.upper]);
+            hasher
+                .text(&variable.name)
+                .floats(&[variable.lower, variable.upper]);
             if variable.has_soft_limits() {
                 hasher.floats(&[variable.hard_lower, variable.hard_upper]);
             }
         }
-        hasher.text(&format!("{:?}{:?}{:?}", self.allowed, self.groups, self.group_states));
+        hasher.text(&format!(
+            "{:?}{:?}{:?}",
+            self.allowed, self.groups, self.group_states
+        ));
         hasher.finish()
     }
 }
@@ -239,7 +256,10 @@ struct Order(Vec<(usize, Option<usize>)>);
 impl Order {
     /// Position of the link called `name` in tree order.
     fn link_position(&self, description: &RobotDescription, name: &str) -> usize {
-        let position = self.0.iter().position(|&(link, _)| description.links[link].name == name);
+        let position = self
+            .0
+            .iter()
+            .position(|&(link, _)| description.links[link].name == name);
         position.expect("topological_order has checked every link name")
     }
 
@@ -247,20 +267,36 @@ impl Order {
     fn joint_index(&self, description: &RobotDescription) -> HashMap<String, usize> {
         let named = |(position, &(_, joint)): (usize, &(usize, Option<usize>))| match joint {
             Some(j) => Some((description.joints[j].name.clone(), position)),
-            None => description.virtual_joint.as_ref().map(|v| (v.name.clone(), position)),
+            None => description
+                .virtual_joint
+                .as_ref()
+                .map(|v| (v.name.clone(), position)),
         };
         self.0.iter().enumerate().filter_map(named).collect()
     }
 }
 
-/// Drops the mimics of fixed joints, which have no value to follow: MoveIt takes such joints for independent.
+/// Drops the mimics of fixed joints, which have no value to follow: MoveIt takes such joints for
+/// independent.
 fn free_of_fixed_leaders(description: &mut RobotDescription) -> Vec<Warning> {
     let fixed = |joint: &&JointDescription| joint.kind == JointKind::Fixed;
-    let fixed: BTreeSet<String> = description.joints.iter().filter(fixed).map(|joint| joint.name.clone()).collect();
+    let fixed: BTreeSet<String> = description
+        .joints
+        .iter()
+        .filter(fixed)
+        .map(|joint| joint.name.clone())
+        .collect();
     let mut warnings = Vec::new();
-    for joint in description.joints.iter_mut().filter(|joint| joint.kind != JointKind::Fixed) {
+    for joint in description
+        .joints
+        .iter_mut()
+        .filter(|joint| joint.kind != JointKind::Fixed)
+    {
         if let Some(mimic) = joint.mimic.take_if(|mimic| fixed.contains(&mimic.joint)) {
-            let text = format!("mimics {:?}, which is fixed; it moves independently", mimic.joint);
+            let text = format!(
+                "mimics {:?}, which is fixed; it moves independently",
+                mimic.joint
+            );
             warnings.push(Warning::uncovered(format!("joint {:?} {text}", joint.name)));
         }
     }
@@ -271,7 +307,10 @@ fn unique<'a>(kind: &'static str, names: impl Iterator<Item = &'a str>) -> Resul
     let mut seen = BTreeSet::new();
     for name in names {
         if !seen.insert(name) {
-            return Err(RobotError::Duplicate { kind, name: name.to_owned() });
+            return Err(RobotError::Duplicate {
+                kind,
+                name: name.to_owned(),
+            });
         }
     }
     Ok(())
@@ -288,11 +327,19 @@ fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
 }
 
 fn topological_order(description: &RobotDescription) -> Result<Order, RobotError> {
-    let (links, joints) = (&description.links, &description.joints);
+    let links = &description.links;
+    let joints = &description.joints;
     let virtual_name = description.virtual_joint.iter().map(|v| v.name.as_str());
     unique("link", links.iter().map(|l| l.name.as_str()))?;
-    unique("joint", joints.iter().map(|j| j.name.as_str()).chain(virtual_name))?;
-    let index: HashMap<&str, usize> = links.iter().enumerate().map(|(i, l)| (l.name.as_str(), i)).collect();
+    unique(
+        "joint",
+        joints.iter().map(|j| j.name.as_str()).chain(virtual_name),
+    )?;
+    let index: HashMap<&str, usize> = links
+        .iter()
+        .enumerate()
+        .map(|(i, l)| (l.name.as_str(), i))
+        .collect();
     let mut carried_by: Vec<Option<usize>> = vec![None; links.len()];
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); links.len()];
     for (j, joint) in joints.iter().enumerate() {
@@ -304,16 +351,23 @@ fn topological_order(description: &RobotDescription) -> Result<Order, RobotError
                 known: list(links.iter().map(|l| l.name.as_str())),
             })
         };
-        let (parent, child) = (known("parent", &joint.parent)?, known("child", &joint.child)?);
+        let parent = known("parent", &joint.parent)?;
+        let child = known("child", &joint.child)?;
         if let Some(other) = carried_by[child] {
-            let (first, second) = (&joints[other].name, &joint.name);
-            let text = format!("link {:?} is the child of two joints, {first:?} and {second:?}", joint.child);
+            let first = &joints[other].name;
+            let second = &joint.name;
+            let text = format!(
+                "link {:?} is the child of two joints, {first:?} and {second:?}",
+                joint.child
+            );
             return Err(RobotError::NotATree(text));
         }
         carried_by[child] = Some(j);
         children[parent].push(j);
     }
-    let roots: Vec<usize> = (0..links.len()).filter(|&l| carried_by[l].is_none()).collect();
+    let roots: Vec<usize> = (0..links.len())
+        .filter(|&l| carried_by[l].is_none())
+        .collect();
     let &[root] = roots.as_slice() else {
         let text = match roots.as_slice() {
             [] if links.is_empty() => "there is no link".to_owned(),
@@ -339,8 +393,13 @@ fn topological_order(description: &RobotDescription) -> Result<Order, RobotError
     }
     if order.len() < links.len() {
         let reached: BTreeSet<usize> = order.iter().map(|&(link, _)| link).collect();
-        let lost = (0..links.len()).filter(|l| !reached.contains(l)).map(|l| links[l].name.as_str());
-        return Err(RobotError::NotATree(format!("a loop that the root does not reach: {}", list(lost))));
+        let lost = (0..links.len())
+            .filter(|l| !reached.contains(l))
+            .map(|l| links[l].name.as_str());
+        return Err(RobotError::NotATree(format!(
+            "a loop that the root does not reach: {}",
+            list(lost)
+        )));
     }
     Ok(Order(order))
 }
@@ -366,25 +425,41 @@ impl Columns {
                 None => JointSource::root(description),
             }
         };
-        let names: Vec<Vec<String>> =
-            (0..order.0.len()).map(|i| source(i).kind.variable_names(source(i).name)).collect();
+        let names: Vec<Vec<String>> = (0..order.0.len())
+            .map(|i| source(i).kind.variable_names(source(i).name))
+            .collect();
         let all = || list(names.iter().flatten().map(String::as_str));
         let listed = match &description.variables {
             Some(listed) => listed.clone(),
-            None => (0..names.len()).filter(|&i| source(i).mimic.is_none()).flat_map(|i| names[i].clone()).collect(),
+            None => (0..names.len())
+                .filter(|&i| source(i).mimic.is_none())
+                .flat_map(|i| names[i].clone())
+                .collect(),
         };
         unique("variable", listed.iter().map(String::as_str))?;
 
         let mut drives = vec![Drive::Fixed; order.0.len()];
-        let (mut components, mut variables) = (Vec::new(), Vec::new());
-        let (mut q, mut v) = (0, 0);
+        let mut components = Vec::new();
+        let mut variables = Vec::new();
+        let mut q = 0;
+        let mut v = 0;
         while q < listed.len() {
             let Some(position) = names.iter().position(|n| n.first() == Some(&listed[q])) else {
                 let known = all();
                 let what = "the list of variables".to_owned();
-                return Err(RobotError::Unknown { what, kind: "variable", name: listed[q].clone(), known });
+                return Err(RobotError::Unknown {
+                    what,
+                    kind: "variable",
+                    name: listed[q].clone(),
+                    known,
+                });
             };
-            let JointSource { name, kind, limits, mimic } = source(position);
+            let JointSource {
+                name,
+                kind,
+                limits,
+                mimic,
+            } = source(position);
             let own = &names[position];
             if listed[q..].len() < own.len() || listed[q..q + own.len()] != own[..] {
                 return Err(RobotError::BadValue {
@@ -394,13 +469,19 @@ impl Columns {
                 });
             }
             if mimic.is_some() {
-                let text = format!("mimic joint {name:?} is listed as a variable and moves independently");
+                let text =
+                    format!("mimic joint {name:?} is listed as a variable and moves independently");
                 warnings.push(Warning::uncovered(text));
             }
             drives[position] = Drive::Variable { q, v };
             push_components(kind, q, v, &mut components);
             for (i, name) in own.iter().enumerate() {
-                let Bounds { lower, upper, hard_lower, hard_upper } = limits.get(i).copied().unwrap_or(Bounds::NONE);
+                let Bounds {
+                    lower,
+                    upper,
+                    hard_lower,
+                    hard_upper,
+                } = limits.get(i).copied().unwrap_or(Bounds::NONE);
                 if lower.is_nan() || upper.is_nan() || lower > upper {
                     return Err(RobotError::BadValue {
                         what: format!("the limits of {name:?}"),
@@ -408,27 +489,53 @@ impl Columns {
                         rule: "they must be numbers, lower ≤ upper",
                     });
                 }
-                variables.push(Variable { name: name.clone(), lower, upper, hard_lower, hard_upper });
+                variables.push(Variable {
+                    name: name.clone(),
+                    lower,
+                    upper,
+                    hard_lower,
+                    hard_upper,
+                });
             }
             q += kind.nq();
             v += kind.nv();
         }
         let mut held: Vec<HeldVariable> = Vec::new();
-        let is_listed: Vec<bool> = drives.iter().map(|d| matches!(d, Drive::Variable { .. })).collect();
+        let is_listed: Vec<bool> = drives
+            .iter()
+            .map(|d| matches!(d, Drive::Variable { .. }))
+            .collect();
         for position in 0..drives.len() {
-            let JointSource { name, kind, mimic, limits } = source(position);
+            let JointSource {
+                name,
+                kind,
+                mimic,
+                limits,
+            } = source(position);
             if is_listed[position] || kind == JointKind::Fixed {
                 if kind == JointKind::Fixed && mimic.is_some() {
-                    warnings
-                        .push(Warning::cosmetic("fixed mimic", format!("mimic on fixed joint {name:?} is ignored")));
+                    warnings.push(Warning::cosmetic(
+                        "fixed mimic",
+                        format!("mimic on fixed joint {name:?} is ignored"),
+                    ));
                 }
                 continue;
             }
             if let Some((master, multiplier, offset)) =
                 resolve_mimic(description, joint_index, position, order, &is_listed)?
             {
-                drives[position] = Drive::Mimic { master, multiplier, offset };
-                if let Some(warning) = as_real_line(&mut components, drives[master], source(master), kind, multiplier) {
+                drives[position] = Drive::Mimic {
+                    master,
+                    multiplier,
+                    offset,
+                };
+                if let Some(warning) = as_real_line(
+                    &mut components,
+                    drives[master],
+                    source(master),
+                    kind,
+                    multiplier,
+                ) {
                     let text = format!("{warning}, since {name:?} follows it");
                     warnings.push(Warning::cosmetic("whole turns", text));
                 }
@@ -437,12 +544,33 @@ impl Columns {
             drives[position] = Drive::Held { first: held.len() };
             for (i, variable) in names[position].iter().enumerate() {
                 // A floating joint at rest is the unit quaternion: its last number is 1.
-                let default = if kind == JointKind::Floating && i == 6 { 1.0 } else { 0.0 };
-                let Bounds { lower, upper, hard_lower, hard_upper } = limits.get(i).copied().unwrap_or(Bounds::NONE);
-                held.push(HeldVariable { name: variable.clone(), default, lower, upper, hard_lower, hard_upper });
+                let default = if kind == JointKind::Floating && i == 6 {
+                    1.0
+                } else {
+                    0.0
+                };
+                let Bounds {
+                    lower,
+                    upper,
+                    hard_lower,
+                    hard_upper,
+                } = limits.get(i).copied().unwrap_or(Bounds::NONE);
+                held.push(HeldVariable {
+                    name: variable.clone(),
+                    default,
+                    lower,
+                    upper,
+                    hard_lower,
+                    hard_upper,
+                });
             }
         }
-        Ok(Self { drives, space: ConfigurationSpace::new(components), variables, held })
+        Ok(Self {
+            drives,
+            space: ConfigurationSpace::new(components),
+            variables,
+            held,
+        })
     }
 }
 
@@ -460,16 +588,36 @@ impl<'a> JointSource<'a> {
             JointKind::Revolute | JointKind::Prismatic => Bounds::of(joint).into_iter().collect(),
             _ => Vec::new(),
         };
-        Self { name: &joint.name, kind: joint.kind, limits, mimic: joint.mimic.as_ref() }
+        Self {
+            name: &joint.name,
+            kind: joint.kind,
+            limits,
+            mimic: joint.mimic.as_ref(),
+        }
     }
 
     fn root(description: &'a RobotDescription) -> Self {
         match &description.virtual_joint {
             Some(v) => {
-                let limits = v.position_bounds.iter().copied().map(Bounds::hard).collect();
-                Self { name: &v.name, kind: v.kind, limits, mimic: None }
+                let limits = v
+                    .position_bounds
+                    .iter()
+                    .copied()
+                    .map(Bounds::hard)
+                    .collect();
+                Self {
+                    name: &v.name,
+                    kind: v.kind,
+                    limits,
+                    mimic: None,
+                }
             }
-            None => Self { name: "world", kind: JointKind::Fixed, limits: Vec::new(), mimic: None },
+            None => Self {
+                name: "world",
+                kind: JointKind::Fixed,
+                limits: Vec::new(),
+                mimic: None,
+            },
         }
     }
 }
@@ -480,7 +628,10 @@ fn push_components(kind: JointKind, q: usize, v: usize, components: &mut Vec<Com
         JointKind::Revolute | JointKind::Prismatic => components.push(Component::Line { q, v }),
         JointKind::Continuous => components.push(Component::Circle { q, v }),
         JointKind::Planar => {
-            components.extend([Component::Line { q, v }, Component::Line { q: q + 1, v: v + 1 }]);
+            components.extend([
+                Component::Line { q, v },
+                Component::Line { q: q + 1, v: v + 1 },
+            ]);
             components.push(Component::Circle { q: q + 2, v: v + 2 });
         }
         JointKind::Floating => {
@@ -490,8 +641,8 @@ fn push_components(kind: JointKind, q: usize, v: usize, components: &mut Vec<Com
     }
 }
 
-/// Takes a continuous joint's numbers as they stand where a joint that follows it is not the same after a whole turn:
-/// the leader then is no angle on the circle but a real line. Says so once.
+/// Takes a continuous joint's numbers as they stand where a joint that follows it is not the same
+/// after a whole turn: the leader then is no angle on the circle but a real line. Says so once.
 fn as_real_line(
     components: &mut [Component],
     leader: Drive,
@@ -499,13 +650,17 @@ fn as_real_line(
     follower: JointKind,
     multiplier: f64,
 ) -> Option<String> {
-    let Drive::Variable { q, v } = leader else { return None };
+    let Drive::Variable { q, v } = leader else {
+        return None;
+    };
     let is_periodic = match follower {
         JointKind::Revolute | JointKind::Continuous => multiplier.fract() == 0.0,
         JointKind::Prismatic => multiplier == 0.0,
         JointKind::Fixed | JointKind::Planar | JointKind::Floating => true,
     };
-    let circle = components.iter_mut().find(|component| **component == Component::Circle { q, v })?;
+    let circle = components
+        .iter_mut()
+        .find(|component| **component == Component::Circle { q, v })?;
     if is_periodic {
         return None;
     }
@@ -521,22 +676,40 @@ fn resolve_mimic(
     order: &Order,
     is_listed: &[bool],
 ) -> Result<Option<(usize, f64, f64)>, RobotError> {
-    let (mut at, mut multiplier, mut offset) = (position, 1.0, 0.0);
+    let mut at = position;
+    let mut multiplier = 1.0;
+    let mut offset = 0.0;
     let single = |kind: JointKind| kind.nq() == 1;
     for _ in 0..=order.0.len() {
-        let Some(joint) = order.0[at].1.map(|j| &description.joints[j]) else { break };
-        let Some(mimic) = joint.mimic.as_ref().filter(|_| !is_listed[at]) else { break };
-        let master = joint_index.get(&mimic.joint).copied().ok_or_else(|| RobotError::Unknown {
-            what: format!("the mimic of joint {:?}", joint.name),
-            kind: "joint",
-            name: mimic.joint.clone(),
-            known: list(description.joints.iter().map(|j| j.name.as_str())),
-        })?;
-        let master_kind = order.0[master].1.map_or(JointKind::Fixed, |j| description.joints[j].kind);
-        if !mimic.multiplier.is_finite() || !mimic.offset.is_finite() || !single(joint.kind) || !single(master_kind) {
+        let Some(joint) = order.0[at].1.map(|j| &description.joints[j]) else {
+            break;
+        };
+        let Some(mimic) = joint.mimic.as_ref().filter(|_| !is_listed[at]) else {
+            break;
+        };
+        let master = joint_index
+            .get(&mimic.joint)
+            .copied()
+            .ok_or_else(|| RobotError::Unknown {
+                what: format!("the mimic of joint {:?}", joint.name),
+                kind: "joint",
+                name: mimic.joint.clone(),
+                known: list(description.joints.iter().map(|j| j.name.as_str())),
+            })?;
+        let master_kind = order.0[master]
+            .1
+            .map_or(JointKind::Fixed, |j| description.joints[j].kind);
+        if !mimic.multiplier.is_finite()
+            || !mimic.offset.is_finite()
+            || !single(joint.kind)
+            || !single(master_kind)
+        {
             return Err(RobotError::BadValue {
                 what: format!("the mimic of joint {:?}", joint.name),
-                value: format!("{} · {:?} + {}", mimic.multiplier, mimic.joint, mimic.offset),
+                value: format!(
+                    "{} · {:?} + {}",
+                    mimic.multiplier, mimic.joint, mimic.offset
+                ),
                 rule: "both joints have one variable, multiplier and offset are finite",
             });
         }
@@ -544,7 +717,10 @@ fn resolve_mimic(
         multiplier *= mimic.multiplier;
         at = master;
         if at == position {
-            return Err(RobotError::NotATree(format!("joint {:?} mimics itself", joint.name)));
+            return Err(RobotError::NotATree(format!(
+                "joint {:?} mimics itself",
+                joint.name
+            )));
         }
     }
     Ok((at != position).then_some((at, multiplier, offset)))
@@ -555,30 +731,52 @@ fn root_joint(description: &RobotDescription, drive: Drive) -> Result<Joint, Rob
         None => ("world".to_owned(), JointKind::Fixed),
         Some(v) => (v.name.clone(), v.kind),
     };
-    if !matches!(kind, JointKind::Fixed | JointKind::Planar | JointKind::Floating) {
+    if !matches!(
+        kind,
+        JointKind::Fixed | JointKind::Planar | JointKind::Floating
+    ) {
         return Err(RobotError::BadValue {
             what: format!("the type of virtual joint {name:?}"),
             value: format!("{kind:?}").to_lowercase(),
             rule: "it must be fixed, planar or floating",
         });
     }
-    Ok(Joint { name, kind, parent: None, origin: Pose::identity(), axis: Vec3::Z, drive })
+    Ok(Joint {
+        name,
+        kind,
+        parent: None,
+        origin: Pose::identity(),
+        axis: Vec3::Z,
+        drive,
+    })
 }
 
-fn checked_joint(joint: &JointDescription, parent: usize, drive: Drive) -> Result<Joint, RobotError> {
+fn checked_joint(
+    joint: &JointDescription,
+    parent: usize,
+    drive: Drive,
+) -> Result<Joint, RobotError> {
     let bad = |what: &str, value: String, rule| RobotError::BadValue {
         what: format!("the {what} of joint {:?}", joint.name),
         value,
         rule,
     };
     if !joint.origin.is_finite() {
-        return Err(bad("origin", format!("{:?}", joint.origin), "it must be finite"));
+        return Err(bad(
+            "origin",
+            format!("{:?}", joint.origin),
+            "it must be finite",
+        ));
     }
     let axis = match joint.kind {
         JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic => {
             let length = joint.axis.length();
             if !length.is_finite() || length < 1e-9 {
-                return Err(bad("axis", format!("{}", joint.axis), "it must be finite and not zero"));
+                return Err(bad(
+                    "axis",
+                    format!("{}", joint.axis),
+                    "it must be finite and not zero",
+                ));
             }
             joint.axis / length
         }
@@ -591,11 +789,22 @@ fn checked_joint(joint: &JointDescription, parent: usize, drive: Drive) -> Resul
     if let Some((lower, upper)) = joint.limits {
         let unlimited = !matches!(joint.kind, JointKind::Revolute | JointKind::Prismatic);
         if !unlimited && (lower.is_nan() || upper.is_nan() || lower > upper) {
-            return Err(bad("limits", format!("[{lower}, {upper}]"), "they must be numbers, lower ≤ upper"));
+            return Err(bad(
+                "limits",
+                format!("[{lower}, {upper}]"),
+                "they must be numbers, lower ≤ upper",
+            ));
         }
     }
     let name = joint.name.clone();
-    Ok(Joint { name, kind: joint.kind, parent: Some(parent), origin: joint.origin, axis, drive })
+    Ok(Joint {
+        name,
+        kind: joint.kind,
+        parent: Some(parent),
+        origin: joint.origin,
+        axis,
+        drive,
+    })
 }
 
 fn allowed_pairs(
@@ -615,7 +824,8 @@ fn allowed_pairs(
                         insert(a, b);
                     }
                     _ => {
-                        let text = format!("the SRDF disables {a} × {b}, not both links of this robot");
+                        let text =
+                            format!("the SRDF disables {a} × {b}, not both links of this robot");
                         warnings.push(Warning::cosmetic("SRDF pair", text));
                     }
                 }
@@ -635,12 +845,15 @@ fn allowed_pairs(
     }
     for (a, b) in &description.allowed_collisions {
         let index = |name: &String| {
-            link_index.get(name.as_str()).copied().ok_or_else(|| RobotError::Unknown {
-                what: format!("the allowed pair {a} × {b}"),
-                kind: "link",
-                name: name.clone(),
-                known: list(description.links.iter().map(|l| l.name.as_str())),
-            })
+            link_index
+                .get(name.as_str())
+                .copied()
+                .ok_or_else(|| RobotError::Unknown {
+                    what: format!("the allowed pair {a} × {b}"),
+                    kind: "link",
+                    name: name.clone(),
+                    known: list(description.links.iter().map(|l| l.name.as_str())),
+                })
         };
         insert(index(a)?, index(b)?);
     }
@@ -655,11 +868,18 @@ fn groups(
     nv: usize,
     joint_index: &HashMap<String, usize>,
 ) -> Result<Groups, RobotError> {
-    let Some(semantics) = &description.semantics else { return Ok(Groups::default()) };
+    let Some(semantics) = &description.semantics else {
+        return Ok(Groups::default());
+    };
     let mut groups = Vec::new();
     for group in &semantics.groups {
         let mut mask = vec![false; nv];
-        for joint in group.joints.iter().filter_map(|name| joint_index.get(name)).map(|&i| &joints[i]) {
+        for joint in group
+            .joints
+            .iter()
+            .filter_map(|name| joint_index.get(name))
+            .map(|&i| &joints[i])
+        {
             if let Drive::Variable { v, .. } = joint.drive {
                 mask[v..v + joint.kind.nv()].fill(true);
             }

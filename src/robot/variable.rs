@@ -7,7 +7,8 @@ use super::description::JointDescription;
 pub struct Variable {
     /// MoveIt's variable name.
     pub name: String,
-    /// Lowest value (m or rad), −∞ where there is none: the greater one of limit and soft limit, as in MoveIt.
+    /// Lowest value (m or rad), −∞ where there is none: the greater one of limit and soft limit, as
+    /// in MoveIt.
     pub lower: f64,
     /// Highest value (m or rad), ∞ where there is none.
     pub upper: f64,
@@ -37,7 +38,13 @@ pub struct HeldVariable {
 impl Variable {
     /// A variable with these limits and no soft ones.
     pub fn within(name: &str, lower: f64, upper: f64) -> Self {
-        Self { name: name.to_owned(), lower, upper, hard_lower: lower, hard_upper: upper }
+        Self {
+            name: name.to_owned(),
+            lower,
+            upper,
+            hard_lower: lower,
+            hard_upper: upper,
+        }
     }
 
     /// Whether it has soft limits within its limits.
@@ -59,12 +66,22 @@ impl Bounds {
     pub const NONE: Self = Self::hard((f64::NEG_INFINITY, f64::INFINITY));
 
     pub const fn hard((lower, upper): (f64, f64)) -> Self {
-        Self { lower, upper, hard_lower: lower, hard_upper: upper }
+        Self {
+            lower,
+            upper,
+            hard_lower: lower,
+            hard_upper: upper,
+        }
     }
 
     pub fn of(joint: &JointDescription) -> Option<Self> {
         let (hard_lower, hard_upper) = joint.limits?;
         let (lower, upper) = joint.soft_limits.unwrap_or((hard_lower, hard_upper));
-        Some(Self { lower: hard_lower.max(lower), upper: hard_upper.min(upper), hard_lower, hard_upper })
+        Some(Self {
+            lower: hard_lower.max(lower),
+            upper: hard_upper.min(upper),
+            hard_lower,
+            hard_upper,
+        })
     }
 }

@@ -24,13 +24,14 @@ pub enum SceneChange {
         /// The shapes, in the object's frame.
         shapes: Vec<PlacedShape>,
     },
-    /// An object goes, wherever it is, and with it every pair, touch link, padding and scale that names it.
+    /// An object goes, wherever it is, and with it every pair, touch link, padding and scale that
+    /// names it.
     Remove {
         /// Object.
         id: String,
     },
-    /// Every object of the world goes, as by [`SceneChange::Remove`]; what links carry stays (MoveIt's REMOVE without
-    /// an id).
+    /// Every object of the world goes, as by [`SceneChange::Remove`]; what links carry stays
+    /// (MoveIt's REMOVE without an id).
     RemoveAll,
     /// An object's frame goes to another place.
     Move {
@@ -64,8 +65,9 @@ pub enum SceneChange {
         /// Added on all sides (m); 0 takes the padding away.
         padding: f64,
     },
-    /// A link's or object's shapes count as so many times as large wherever robot and obstacles meet, each about its
-    /// own centre (a mesh about the mean of its vertices, as in MoveIt); padding comes on top.
+    /// A link's or object's shapes count as so many times as large wherever robot and obstacles
+    /// meet, each about its own centre (a mesh about the mean of its vertices, as in MoveIt);
+    /// padding comes on top.
     Scale {
         /// Link or object.
         name: String,
@@ -88,8 +90,8 @@ pub enum SceneChange {
         /// Its pose in the object's frame; `None` takes it away.
         pose: Option<Pose>,
     },
-    /// The pose of an object of the world is given in a frame that the scene does not know: a robot that is checked in
-    /// the scene has to call the world so.
+    /// The pose of an object of the world is given in a frame that the scene does not know: a robot
+    /// that is checked in the scene has to call the world so.
     World {
         /// Object.
         id: String,
@@ -105,14 +107,17 @@ pub enum SceneChange {
 }
 
 impl Scene {
-    /// The scene after some changes, made one after the other. This one stays as it is; all that no change touches is
-    /// shared, so that a change costs the logarithm of the scene's size.
+    /// The scene after some changes, made one after the other. This one stays as it is; all that no
+    /// change touches is shared, so that a change costs the logarithm of the scene's size.
     ///
     /// # Errors
-    /// A change to an object that is not there, an id that is taken, an object that is attached already or not
-    /// at all, a pose, padding or scale that is none, a frame that is not there.
+    /// A change to an object that is not there, an id that is taken, an object that is attached
+    /// already or not at all, a pose, padding or scale that is none, a frame that is not there.
     pub fn with(&self, changes: impl IntoIterator<Item = SceneChange>) -> Result<Self, SceneError> {
-        let mut scene = Self { warnings: OnceLock::new(), ..self.clone() };
+        let mut scene = Self {
+            warnings: OnceLock::new(),
+            ..self.clone()
+        };
         for change in changes {
             scene.apply(change)?;
         }
@@ -130,22 +135,38 @@ impl Scene {
                 check_shapes(&shapes).map_err(|error| error.of_object(&id))?;
                 self.update("append to", &id, |object| {
                     let shapes = object.shapes.iter().cloned().chain(shapes).collect();
-                    Obstacle { shapes, ..object.clone() }
+                    Obstacle {
+                        shapes,
+                        ..object.clone()
+                    }
                 })
             }
             SceneChange::Remove { id } => self.remove(&id),
             SceneChange::RemoveAll => {
-                let ids: Vec<_> = self.obstacles.iter().map(|object| object.id.clone()).collect();
+                let ids: Vec<_> = self
+                    .obstacles
+                    .iter()
+                    .map(|object| object.id.clone())
+                    .collect();
                 ids.iter().try_for_each(|id| self.remove(id))
             }
             SceneChange::Move { id, pose } => {
                 check_pose(&pose).map_err(|error| error.of_object(&id))?;
                 self.update("move", &id, |object| object.clone().at(pose))
             }
-            SceneChange::Attach { id, link_name, touch_links, pose } => {
+            SceneChange::Attach {
+                id,
+                link_name,
+                touch_links,
+                pose,
+            } => {
                 let object = self.take_standing(&id)?.at(pose);
                 self.worlds.set(id.as_str().into(), None);
-                self.add_attached(AttachedObject { link_name, object, touch_links })
+                self.add_attached(AttachedObject {
+                    link_name,
+                    object,
+                    touch_links,
+                })
             }
             SceneChange::Detach { id, pose } => {
                 let object = self.take_attached(&id)?.object.at(pose);
@@ -154,7 +175,9 @@ impl Scene {
             SceneChange::Pad { name, padding } => self.pad(&name, padding),
             SceneChange::Scale { name, scale } => self.rescale(&name, scale),
             SceneChange::Frame { name, pose } => self.place_frame(&name, pose),
-            SceneChange::Subframe { object, name, pose } => self.place_subframe(&object, &name, pose),
+            SceneChange::Subframe { object, name, pose } => {
+                self.place_subframe(&object, &name, pose)
+            }
             SceneChange::World { id, frame } => self.call_world(&id, frame.as_deref()),
             SceneChange::Allow(a, b) => {
                 self.verdicts.set(&a, &b, Some(Verdict::Allowed));
@@ -199,15 +222,22 @@ impl Scene {
 
     pub(super) fn pad(&mut self, name: &str, padding: f64) -> Result<(), SceneError> {
         if !padding.is_finite() || padding < 0.0 {
-            return Err(SceneError::BadPadding { name: name.to_owned(), value: padding });
+            return Err(SceneError::BadPadding {
+                name: name.to_owned(),
+                value: padding,
+            });
         }
-        self.padding.set(name.into(), (padding != 0.0).then_some(padding));
+        self.padding
+            .set(name.into(), (padding != 0.0).then_some(padding));
         Ok(())
     }
 
     pub(super) fn rescale(&mut self, name: &str, scale: f64) -> Result<(), SceneError> {
         if !SCALES.contains(&scale) {
-            return Err(SceneError::BadScale { name: name.to_owned(), value: scale });
+            return Err(SceneError::BadScale {
+                name: name.to_owned(),
+                value: scale,
+            });
         }
         self.scale.set(name.into(), (scale != 1.0).then_some(scale));
         Ok(())
@@ -224,7 +254,12 @@ impl Scene {
         Ok(())
     }
 
-    pub(super) fn place_subframe(&mut self, object: &str, name: &str, pose: Option<Pose>) -> Result<(), SceneError> {
+    pub(super) fn place_subframe(
+        &mut self,
+        object: &str,
+        name: &str,
+        pose: Option<Pose>,
+    ) -> Result<(), SceneError> {
         if !self.has(object) {
             return Err(self.unknown("place a frame on", object));
         }
@@ -248,8 +283,14 @@ impl Scene {
             return Err(self.unknown("remove", id));
         }
         self.verdicts.forget(id);
-        let touches = |attached: &&AttachedObject| attached.touch_links.iter().any(|name| name == id);
-        let touching: Vec<_> = self.attached.iter().filter(touches).map(|a| a.object.id.clone()).collect();
+        let touches =
+            |attached: &&AttachedObject| attached.touch_links.iter().any(|name| name == id);
+        let touching: Vec<_> = self
+            .attached
+            .iter()
+            .filter(touches)
+            .map(|a| a.object.id.clone())
+            .collect();
         for carried in touching {
             self.attached.update(&carried, |attached| {
                 let mut attached = attached.clone();
@@ -258,7 +299,9 @@ impl Scene {
             });
         }
         let frames: Vec<Arc<str>> = self.subframes_of(id).map(|(name, _)| name.into()).collect();
-        frames.into_iter().for_each(|name| self.subframes.set((id.into(), name), None));
+        frames
+            .into_iter()
+            .for_each(|name| self.subframes.set((id.into(), name), None));
         self.worlds.set(id.into(), None);
         self.padding.set(id.into(), None);
         self.scale.set(id.into(), None);
@@ -275,8 +318,10 @@ impl Scene {
         if self.obstacles.get(id).is_some() {
             self.obstacles.update(id, change);
         } else if self.attached.get(id).is_some() {
-            self.attached
-                .update(id, |attached| AttachedObject { object: change(&attached.object), ..attached.clone() });
+            self.attached.update(id, |attached| AttachedObject {
+                object: change(&attached.object),
+                ..attached.clone()
+            });
         } else {
             return Err(self.unknown(what, id));
         }
@@ -285,25 +330,41 @@ impl Scene {
 
     fn unknown(&self, change: &'static str, id: &str) -> SceneError {
         let known = comma_separated(self.objects().map(|object| object.id.as_str()));
-        SceneError::UnknownObject { change, id: id.to_owned(), known }
+        SceneError::UnknownObject {
+            change,
+            id: id.to_owned(),
+            known,
+        }
     }
 
     fn take_standing(&mut self, id: &str) -> Result<Obstacle, SceneError> {
         if let Some(attached) = self.attached.get(id) {
-            return Err(SceneError::AlreadyAttached { id: id.to_owned(), link_name: attached.link_name.clone() });
+            return Err(SceneError::AlreadyAttached {
+                id: id.to_owned(),
+                link_name: attached.link_name.clone(),
+            });
         }
         self.obstacles.remove(id).ok_or_else(|| {
             let known = comma_separated(self.obstacles.iter().map(|obstacle| obstacle.id.as_str()));
-            SceneError::UnknownObject { change: "attach", id: id.to_owned(), known }
+            SceneError::UnknownObject {
+                change: "attach",
+                id: id.to_owned(),
+                known,
+            }
         })
     }
 
     fn take_attached(&mut self, id: &str) -> Result<AttachedObject, SceneError> {
         self.attached.remove(id).ok_or_else(|| {
-            let (id, known) = (id.to_owned(), comma_separated(self.attached.iter().map(|a| a.object.id.as_str())));
+            let id = id.to_owned();
+            let known = comma_separated(self.attached.iter().map(|a| a.object.id.as_str()));
             match self.obstacles.get(&id) {
                 Some(_) => SceneError::NotAttached { id, known },
-                None => SceneError::UnknownObject { change: "detach", id, known },
+                None => SceneError::UnknownObject {
+                    change: "detach",
+                    id,
+                    known,
+                },
             }
         })
     }

@@ -32,7 +32,9 @@ pub enum SceneError {
         rule: &'static str,
     },
     /// A frame and an object of one name.
-    #[error("{0:?} is the name of a frame and of an object; rename one, poses may be given in either")]
+    #[error(
+        "{0:?} is the name of a frame and of an object; rename one, poses may be given in either"
+    )]
     NameTaken(String),
     /// A pose in a frame that is not there.
     #[error("{frame:?} is no frame of the scene; valid: {valid}")]
@@ -43,7 +45,9 @@ pub enum SceneError {
         valid: String,
     },
     /// Frames that hang on one another.
-    #[error("the frames of {0} hang on one another in a circle; give one of their poses in the world")]
+    #[error(
+        "the frames of {0} hang on one another in a circle; give one of their poses in the world"
+    )]
     FrameCircle(String),
     /// Something that would be left out, were the rest read.
     #[error("{what}: {advice}")]
@@ -78,7 +82,9 @@ pub enum SceneError {
         value: f64,
     },
     /// A scale that leaves no solid.
-    #[error("the scale of {name:?} is {value}; it must be from 0.001 to 1000 (1 leaves sizes as they are)")]
+    #[error(
+        "the scale of {name:?} is {value}; it must be from 0.001 to 1000 (1 leaves sizes as they are)"
+    )]
     BadScale {
         /// Link or object.
         name: String,
@@ -96,7 +102,9 @@ pub enum SceneError {
         known: String,
     },
     /// An object that a link carries already.
-    #[error("object {id:?} is already attached to {link_name:?}; detach it before it is attached to another link")]
+    #[error(
+        "object {id:?} is already attached to {link_name:?}; detach it before it is attached to another link"
+    )]
     AlreadyAttached {
         /// Object.
         id: String,
@@ -112,7 +120,9 @@ pub enum SceneError {
         known: String,
     },
     /// A pose in the world for an object that a link carries.
-    #[error("object {id:?} is attached to {link_name:?}, not in the world; change it in attached_collision_objects")]
+    #[error(
+        "object {id:?} is attached to {link_name:?}, not in the world; change it in attached_collision_objects"
+    )]
     Carried {
         /// Object.
         id: String,
@@ -120,7 +130,9 @@ pub enum SceneError {
         link_name: String,
     },
     /// An object that another link carries.
-    #[error("object {id:?} is attached to {link_name:?}, not to {wanted:?}; name that link, or none")]
+    #[error(
+        "object {id:?} is attached to {link_name:?}, not to {wanted:?}; name that link, or none"
+    )]
     OtherLink {
         /// Object.
         id: String,

@@ -1,15 +1,19 @@
-//! The content hash as it was before versions shared what changes leave: certificates of those days name scenes by it.
+//! The content hash as it was before versions shared what changes leave: certificates of those days
+//! name scenes by it.
 
 use super::{AttachedObject, Obstacle, Scene, Verdict};
 use crate::hash::ContentHasher;
 use crate::math::Pose;
 
 impl Scene {
-    /// Content hash that earlier builds gave the scene; `None` where it has what they did not know (a scale, frames).
-    /// It reads all of the scene.
+    /// Content hash that earlier builds gave the scene; `None` where it has what they did not know
+    /// (a scale, frames). It reads all of the scene.
     pub fn former_hash(&self) -> Option<u64> {
-        let is_newer =
-            [self.frames().next().is_some(), self.subframes().next().is_some(), self.worlds().next().is_some()];
+        let is_newer = [
+            self.frames().next().is_some(),
+            self.subframes().next().is_some(),
+            self.worlds().next().is_some(),
+        ];
         if self.scaled().next().is_some() || is_newer.contains(&true) {
             return None;
         }
@@ -26,7 +30,12 @@ impl Scene {
         if !self.attached.is_empty() {
             hasher.text("attached").count(self.attached.len());
         }
-        for AttachedObject { link_name, object, touch_links } in &self.attached {
+        for AttachedObject {
+            link_name,
+            object,
+            touch_links,
+        } in &self.attached
+        {
             hasher.text(link_name).count(touch_links.len());
             for name in touch_links {
                 hasher.text(name);

@@ -17,11 +17,14 @@ pub(super) enum Reading<'a> {
     Of(&'a str, &'a str),
 }
 
-/// The ways to read a name, the first that is there counts. Older ROS begins names with a slash; ids may hold some.
+/// The ways to read a name, the first that is there counts. Older ROS begins names with a slash;
+/// ids may hold some.
 pub(super) fn readings(name: &str) -> impl Iterator<Item = Reading<'_>> {
     let names = [Some(name), name.strip_prefix('/')].into_iter().flatten();
     names.flat_map(|name| {
-        let parts = name.match_indices('/').map(|(at, _)| Reading::Of(&name[..at], &name[at + 1..]));
+        let parts = name
+            .match_indices('/')
+            .map(|(at, _)| Reading::Of(&name[..at], &name[at + 1..]));
         std::iter::once(Reading::Whole(name)).chain(parts)
     })
 }
@@ -34,8 +37,11 @@ pub fn is_world(name: &str) -> bool {
 /// The frames of a text by name, with their poses in the world.
 pub(super) fn fixed(files: &[FrameFile]) -> Result<BTreeMap<String, Pose>, SceneError> {
     let mut frames = BTreeMap::new();
-    let worlds: Vec<&str> =
-        files.iter().filter(|file| file.given_in() == Some(file.name())).map(FrameFile::name).collect();
+    let worlds: Vec<&str> = files
+        .iter()
+        .filter(|file| file.given_in() == Some(file.name()))
+        .map(FrameFile::name)
+        .collect();
     for file in files {
         check_given_in(file, |name| worlds.contains(&name))?;
         let Some(pose) = file.pose()? else { continue };
@@ -48,7 +54,10 @@ pub(super) fn fixed(files: &[FrameFile]) -> Result<BTreeMap<String, Pose>, Scene
             continue;
         }
         if frames.insert(file.name().to_owned(), pose).is_some() {
-            let text = format!("fixed_frame_transforms has {:?} twice; keep one of them", file.name());
+            let text = format!(
+                "fixed_frame_transforms has {:?} twice; keep one of them",
+                file.name()
+            );
             return Err(SceneError::Syntax(text));
         }
     }
@@ -56,11 +65,16 @@ pub(super) fn fixed(files: &[FrameFile]) -> Result<BTreeMap<String, Pose>, Scene
 }
 
 /// Refuses a frame that is given in another one than the world.
-pub(super) fn check_given_in(file: &FrameFile, is_known: impl Fn(&str) -> bool) -> Result<(), SceneError> {
+pub(super) fn check_given_in(
+    file: &FrameFile,
+    is_known: impl Fn(&str) -> bool,
+) -> Result<(), SceneError> {
     match file.given_in() {
         Some(world) if !is_world(world) && !is_known(world) => {
-            let text =
-                format!("fixed_frame_transforms: {:?} is given in {world:?}, which is not the world", file.name());
+            let text = format!(
+                "fixed_frame_transforms: {:?} is given in {world:?}, which is not the world",
+                file.name()
+            );
             let advice = "a header has the frame's name and child_frame_id the world's, as in MoveIt's messages; without \
                           a header child_frame_id has the frame's name";
             Err(SceneError::Syntax(format!("{text}; {advice}")))
@@ -102,12 +116,20 @@ pub(super) fn place<'a>(
     attached: impl Iterator<Item = &'a str>,
 ) -> Result<Placed, SceneError> {
     let attached: BTreeSet<&str> = attached.collect();
-    let index: HashMap<&str, usize> =
-        given.iter().enumerate().map(|(index, given)| (given.object.id.as_str(), index)).collect();
-    let parents: Vec<Parent> =
-        given.iter().map(|one| parent(one, frames, &given, &index, &attached)).collect::<Result<_, _>>()?;
+    let index: HashMap<&str, usize> = given
+        .iter()
+        .enumerate()
+        .map(|(index, given)| (given.object.id.as_str(), index))
+        .collect();
+    let parents: Vec<Parent> = given
+        .iter()
+        .map(|one| parent(one, frames, &given, &index, &attached))
+        .collect::<Result<_, _>>()?;
     let order = order(&parents).map_err(|circle| {
-        let ids: Vec<String> = circle.iter().map(|&index| format!("{:?}", given[index].object.id)).collect();
+        let ids: Vec<String> = circle
+            .iter()
+            .map(|&index| format!("{:?}", given[index].object.id))
+            .collect();
         SceneError::FrameCircle(ids.join(" → "))
     })?;
     let mut obstacles: Vec<Obstacle> = given.into_iter().map(|given| given.object).collect();
@@ -137,7 +159,11 @@ fn parent(
 ) -> Result<Parent, SceneError> {
     let subframe = |object: &str, name: &str| {
         let parent = *index.get(object)?;
-        let found = given[parent].subframes.iter().rev().find(|(known, _)| known == name)?;
+        let found = given[parent]
+            .subframes
+            .iter()
+            .rev()
+            .find(|(known, _)| known == name)?;
         Some(Parent::Object(parent, Some(found.1)))
     };
     let known = |reading| match reading {
@@ -155,12 +181,20 @@ fn parent(
     }
     let is_carried = |reading| matches!(reading, Reading::Whole(id) | Reading::Of(id, _) if attached.contains(id));
     if readings(&one.frame).any(is_carried) {
-        let (id, frame) = (&one.object.id, &one.frame);
-        let text =
-            format!("object {id:?} is placed by {frame:?}, which a link carries: where it is, the robot decides");
-        return Err(SceneError::Syntax(format!("{text}; attach {id:?} too, or give its pose in the world")));
+        let id = &one.object.id;
+        let frame = &one.frame;
+        let text = format!(
+            "object {id:?} is placed by {frame:?}, which a link carries: where it is, the robot decides"
+        );
+        return Err(SceneError::Syntax(format!(
+            "{text}; attach {id:?} too, or give its pose in the world"
+        )));
     }
-    Ok(if is_world(&one.frame) { Parent::World } else { Parent::Called(one.frame.clone()) })
+    Ok(if is_world(&one.frame) {
+        Parent::World
+    } else {
+        Parent::Called(one.frame.clone())
+    })
 }
 
 /// An order in which each comes after what it is placed by, or those that form a circle.
@@ -170,7 +204,8 @@ fn order(parents: &[Parent]) -> Result<Vec<usize>, Vec<usize>> {
     let mut seen: Vec<Option<usize>> = vec![None; parents.len()];
     let mut done = vec![false; parents.len()];
     for start in 0..parents.len() {
-        let (mut way, mut at) = (Vec::new(), Some(start));
+        let mut way = Vec::new();
+        let mut at = Some(start);
         while let Some(index) = at.filter(|&index| !done[index]) {
             if seen[index] == Some(start) {
                 let first = way.iter().position(|&met| met == index).unwrap_or_default();
@@ -192,14 +227,16 @@ fn order(parents: &[Parent]) -> Result<Vec<usize>, Vec<usize>> {
 }
 
 impl Obstacle {
-    /// The same object where its pose is given in a frame, which has `frame` as its pose in the world.
+    /// The same object where its pose is given in a frame, which has `frame` as its pose in the
+    /// world.
     pub(super) fn in_frame(&self, frame: &Pose) -> Self {
         let settled = self.settled();
         settled.with_frame_at(product(frame, &settled.pose))
     }
 }
 
-/// A pose in a frame, in what that frame is in. Products of many rotations would in time leave unit length.
+/// A pose in a frame, in what that frame is in. Products of many rotations would in time leave unit
+/// length.
 pub(super) fn product(frame: &Pose, pose: &Pose) -> Pose {
     let placed = *frame * *pose;
     Pose::from_parts(placed.translation, placed.rotation.normalize())
@@ -209,11 +246,16 @@ impl Scene {
     /// The pose in the world of a frame that the scene has.
     pub(super) fn known_frame(&self, name: &str) -> Option<Pose> {
         readings(name).find_map(|reading| match reading {
-            Reading::Whole(name) => {
-                self.obstacles.get(name).map(Obstacle::frame).or_else(|| self.frames.get(name).copied())
-            }
+            Reading::Whole(name) => self
+                .obstacles
+                .get(name)
+                .map(Obstacle::frame)
+                .or_else(|| self.frames.get(name).copied()),
             Reading::Of(object, name) => {
-                let on_it = self.subframes_of(object).find(|(known, _)| *known == name)?.1;
+                let on_it = self
+                    .subframes_of(object)
+                    .find(|(known, _)| *known == name)?
+                    .1;
                 Some(product(&self.obstacles.get(object)?.frame(), on_it))
             }
         })

@@ -22,7 +22,8 @@ pub(super) struct WorldFile {
     pub(super) octomap: OctomapFile,
 }
 
-/// `octomap_msgs/OctomapWithPose`, or the octomap itself: all that is read of it is whether it holds anything.
+/// `octomap_msgs/OctomapWithPose`, or the octomap itself: all that is read of it is whether it
+/// holds anything.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct OctomapFile {
     #[serde(default)]
@@ -122,26 +123,44 @@ pub(super) struct MatrixPairs {
 
 impl MatrixFile {
     pub(super) fn is_empty(&self) -> bool {
-        self.entry_names.is_empty() && self.entry_values.is_empty() && self.default_entry_names.is_empty()
+        self.entry_names.is_empty()
+            && self.entry_values.is_empty()
+            && self.default_entry_names.is_empty()
     }
 
-    /// The pairs that may touch, and those that are checked: a matrix goes before what an SRDF disables.
+    /// The pairs that may touch, and those that are checked: a matrix goes before what an SRDF
+    /// disables.
     pub(super) fn pairs(&self) -> Result<MatrixPairs, SceneError> {
-        let (names, mut pairs) = (&self.entry_names, MatrixPairs::default());
-        let refuse = |text: String| SceneError::Syntax(format!("allowed_collision_matrix has {text}"));
+        let names = &self.entry_names;
+        let mut pairs = MatrixPairs::default();
+        let refuse =
+            |text: String| SceneError::Syntax(format!("allowed_collision_matrix has {text}"));
         if self.entry_values.len() != names.len() {
-            return Err(refuse(format!("{} rows for {} names", self.entry_values.len(), names.len())));
+            return Err(refuse(format!(
+                "{} rows for {} names",
+                self.entry_values.len(),
+                names.len()
+            )));
         }
         for (index, Row(row)) in self.entry_values.iter().enumerate() {
             if row.len() != names.len() {
-                let text = format!("{} entries in the row of {}, {} names", row.len(), names[index], names.len());
+                let text = format!(
+                    "{} entries in the row of {}, {} names",
+                    row.len(),
+                    names[index],
+                    names.len()
+                );
                 return Err(refuse(text));
             }
             for (other, is_allowed) in names.iter().zip(row).take(index) {
                 if [other, &names[index]].iter().any(|name| *name == OCTOMAP) {
                     continue;
                 }
-                let list = if *is_allowed { &mut pairs.allowed } else { &mut pairs.forbidden };
+                let list = if *is_allowed {
+                    &mut pairs.allowed
+                } else {
+                    &mut pairs.forbidden
+                };
                 list.push((other.clone(), names[index].clone()));
             }
         }
@@ -150,9 +169,14 @@ impl MatrixFile {
 
     /// What it says and is not followed: it could only leave pairs unchecked.
     pub(super) fn warning(&self) -> Option<String> {
-        let defaults = self.default_entry_names.iter().zip(&self.default_entry_values);
-        let allowed: Vec<&str> =
-            defaults.filter(|(name, value)| **value && *name != OCTOMAP).map(|(name, _)| name.as_str()).collect();
+        let defaults = self
+            .default_entry_names
+            .iter()
+            .zip(&self.default_entry_values);
+        let allowed: Vec<&str> = defaults
+            .filter(|(name, value)| **value && *name != OCTOMAP)
+            .map(|(name, _)| name.as_str())
+            .collect();
         (!allowed.is_empty()).then(|| {
             let names = allowed.join(", ");
             format!(

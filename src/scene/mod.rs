@@ -1,5 +1,5 @@
-//! Scenes: obstacles in the world, objects that links carry, padding and scale, named frames, and the pairs that may
-//! touch. Knows no robot.
+//! Scenes: obstacles in the world, objects that links carry, padding and scale, named frames, and
+//! the pairs that may touch. Knows no robot.
 
 mod change;
 mod diff;
@@ -42,8 +42,8 @@ pub use objects::{Iter, Objects};
 pub(crate) use spelling::with_nearest;
 use table::{Table, Verdict, Verdicts};
 
-/// A scene, checked once when built and never changed: [`Scene::with`] makes another one, which shares with this
-/// one all that the changes leave. Cloning it costs nothing.
+/// A scene, checked once when built and never changed: [`Scene::with`] makes another one, which
+/// shares with this one all that the changes leave. Cloning it costs nothing.
 #[derive(Clone, Debug)]
 pub struct Scene {
     name: Arc<str>,
@@ -70,18 +70,18 @@ pub struct SceneDescription {
     pub obstacles: Vec<Obstacle>,
     /// Objects that links carry.
     pub attached: Vec<AttachedObject>,
-    /// Links and objects that count as thicker by this much (m) wherever robot and obstacles meet. The robot, with
-    /// what it carries, is checked against itself as it is (so does MoveIt).
+    /// Links and objects that count as thicker by this much (m) wherever robot and obstacles meet.
+    /// The robot, with what it carries, is checked against itself as it is (so does MoveIt).
     pub padding: BTreeMap<String, f64>,
-    /// Links and objects whose shapes count as so many times as large wherever robot and obstacles meet, each about
-    /// its own centre; padding comes on top.
+    /// Links and objects whose shapes count as so many times as large wherever robot and obstacles
+    /// meet, each about its own centre; padding comes on top.
     pub scale: BTreeMap<String, f64>,
     /// Poses in the world of named frames, in which poses may be given.
     pub frames: BTreeMap<String, Pose>,
     /// Frames on objects, by the object and their own name, with their poses in the object's frame.
     pub subframes: BTreeMap<(String, String), Pose>,
-    /// What the world is called by objects whose poses are given in a frame that the scene does not know: whatever
-    /// robot is checked in it has to call the world so.
+    /// What the world is called by objects whose poses are given in a frame that the scene does not
+    /// know: whatever robot is checked in it has to call the world so.
     pub worlds: BTreeMap<String, String>,
     /// Pairs of names (links or objects) that may touch.
     pub allowed: Vec<(String, String)>,
@@ -109,14 +109,20 @@ impl Scene {
         allowed: Vec<(String, String)>,
         warnings: Vec<Warning>,
     ) -> Result<Self, SceneError> {
-        Self::of(SceneDescription { name: name.into(), obstacles, allowed, warnings, ..SceneDescription::default() })
+        Self::of(SceneDescription {
+            name: name.into(),
+            obstacles,
+            allowed,
+            warnings,
+            ..SceneDescription::default()
+        })
     }
 
     /// Checks and takes a whole scene. Names of links are checked where scene and robot meet.
     ///
     /// # Errors
-    /// A duplicate id, a name of both a frame and an object, a pose that is not finite or not unit, a padding that is
-    /// no length, a scale that leaves nothing.
+    /// A duplicate id, a name of both a frame and an object, a pose that is not finite or not unit,
+    /// a padding that is no length, a scale that leaves nothing.
     pub fn of(description: SceneDescription) -> Result<Self, SceneError> {
         let mut scene = Self {
             name: description.name.into(),
@@ -153,7 +159,10 @@ impl Scene {
         for (id, world) in &description.worlds {
             scene.call_world(id, Some(world))?;
         }
-        for (pairs, verdict) in [(description.allowed, Verdict::Allowed), (description.forbidden, Verdict::Forbidden)] {
+        for (pairs, verdict) in [
+            (description.allowed, Verdict::Allowed),
+            (description.forbidden, Verdict::Forbidden),
+        ] {
             for (a, b) in pairs {
                 scene.verdicts.set(&a, &b, Some(verdict));
             }
@@ -171,11 +180,15 @@ impl Scene {
     }
     /// All objects, those that stand first.
     pub fn objects(&self) -> impl Iterator<Item = &Obstacle> {
-        self.obstacles.iter().chain(self.attached.iter().map(|attached| &attached.object))
+        self.obstacles
+            .iter()
+            .chain(self.attached.iter().map(|attached| &attached.object))
     }
     /// An object, wherever it is.
     pub fn object(&self, id: &str) -> Option<&Obstacle> {
-        self.obstacles.get(id).or_else(|| self.attached.get(id).map(|attached| &attached.object))
+        self.obstacles
+            .get(id)
+            .or_else(|| self.attached.get(id).map(|attached| &attached.object))
     }
     /// Objects that links carry.
     pub fn attached(&self) -> &Objects<AttachedObject> {
@@ -187,7 +200,9 @@ impl Scene {
     }
     /// Links and objects that are padded, with their padding (m), by name.
     pub fn padded(&self) -> impl Iterator<Item = (&str, f64)> {
-        self.padding.iter().map(|(name, padding)| (&**name, *padding))
+        self.padding
+            .iter()
+            .map(|(name, padding)| (&**name, *padding))
     }
     /// How many times as large a link's or object's shapes count wherever robot and obstacles meet.
     pub fn scale(&self, name: &str) -> f64 {
@@ -203,16 +218,21 @@ impl Scene {
     }
     /// Frames on objects: the object, their name, and their pose in the object's frame.
     pub fn subframes(&self) -> impl Iterator<Item = (&str, &str, &Pose)> {
-        self.subframes.iter().map(|((object, name), pose)| (&**object, &**name, pose))
+        self.subframes
+            .iter()
+            .map(|((object, name), pose)| (&**object, &**name, pose))
     }
     /// Frames on an object by name, with their poses in its frame.
     pub fn subframes_of(&self, id: &str) -> impl Iterator<Item = (&str, &Pose)> {
         let object = Arc::<str>::from(id);
-        let all = self.subframes.from((object.clone(), "".into())).take_while(move |((held, _), _)| *held == object);
+        let all = self
+            .subframes
+            .from((object.clone(), "".into()))
+            .take_while(move |((held, _), _)| *held == object);
         all.map(|((_, name), pose)| (&**name, pose))
     }
-    /// Objects whose poses are given in a frame that the scene does not know, and what that is called: the robot has
-    /// to call the world so.
+    /// Objects whose poses are given in a frame that the scene does not know, and what that is
+    /// called: the robot has to call the world so.
     pub fn worlds(&self) -> impl Iterator<Item = (&str, &str)> {
         self.worlds.iter().map(|(id, world)| (&**id, &**world))
     }
@@ -230,12 +250,19 @@ impl Scene {
     }
 
     fn pairs(&self, wanted: Verdict) -> impl Iterator<Item = (&str, &str)> {
-        self.verdicts.iter().filter(move |(_, _, verdict)| *verdict == wanted).map(|(a, b, _)| (a, b))
+        self.verdicts
+            .iter()
+            .filter(move |(_, _, verdict)| *verdict == wanted)
+            .map(|(a, b, _)| (a, b))
     }
 
     /// The same with more that is odd about the texts that it was made of.
     pub(crate) fn with_warnings(mut self, more: &[Warning]) -> Self {
-        let new: Vec<Warning> = more.iter().filter(|text| !self.of_file.contains(text)).cloned().collect();
+        let new: Vec<Warning> = more
+            .iter()
+            .filter(|text| !self.of_file.contains(text))
+            .cloned()
+            .collect();
         if !new.is_empty() {
             self.of_file = self.of_file.iter().cloned().chain(new).collect();
             self.warnings = OnceLock::new();
@@ -245,12 +272,13 @@ impl Scene {
 
     /// What is odd about its objects and its file, a line each; found when first asked for.
     pub fn warnings(&self) -> &[Warning] {
-        self.warnings.get_or_init(|| [oddities(self.objects()).as_slice(), &*self.of_file].concat())
+        self.warnings
+            .get_or_init(|| [oddities(self.objects()).as_slice(), &*self.of_file].concat())
     }
 
-    /// The pose in the world of what is given in a frame: the world's (`""` or `world`), a named one, that of an object
-    /// which stands, or one on it as `OBJECT/SUBFRAME`. Objects that are placed by it do not follow when the frame
-    /// moves later, as in MoveIt.
+    /// The pose in the world of what is given in a frame: the world's (`""` or `world`), a named
+    /// one, that of an object which stands, or one on it as `OBJECT/SUBFRAME`. Objects that are
+    /// placed by it do not follow when the frame moves later, as in MoveIt.
     ///
     /// # Errors
     /// A frame that is not there; where an attached object is depends on the robot, so it is none.
@@ -264,18 +292,27 @@ impl Scene {
 
     /// The refusal of a frame that is not there; the world has `worlds` as its names too.
     pub fn unknown_frame(&self, frame: &str, worlds: &[String]) -> SceneError {
-        let worlds: String = worlds.iter().map(|world| format!(" or {world:?}")).collect();
+        let worlds: String = worlds
+            .iter()
+            .map(|world| format!(" or {world:?}"))
+            .collect();
         let frames = comma_separated(self.frames().map(|(name, _)| name));
         let objects = comma_separated(self.obstacles.iter().map(|object| object.id.as_str()));
-        let on_objects: Vec<String> = self.subframes().map(|(object, name, _)| format!("{object}/{name}")).collect();
+        let on_objects: Vec<String> = self
+            .subframes()
+            .map(|(object, name, _)| format!("{object}/{name}"))
+            .collect();
         let on_objects = comma_separated(on_objects.iter().map(String::as_str));
         let known = format!("\"\" (the world){worlds}, frames {frames}; objects {objects}");
         let valid = format!("{known}; their sub-frames as OBJECT/SUBFRAME: {on_objects}");
-        SceneError::UnknownFrame { frame: frame.to_owned(), valid }
+        SceneError::UnknownFrame {
+            frame: frame.to_owned(),
+            valid,
+        }
     }
 
-    /// Whether nothing but poses and shapes of obstacles tells two scenes apart, as far as memory that they share
-    /// tells: where it does not, they may still be equal.
+    /// Whether nothing but poses and shapes of obstacles tells two scenes apart, as far as memory
+    /// that they share tells: where it does not, they may still be equal.
     pub(crate) fn lines_up_with(&self, other: &Self) -> bool {
         self.obstacles.lines_up_with(&other.obstacles)
             && self.attached.is(&other.attached)
@@ -286,24 +323,41 @@ impl Scene {
             && self.verdicts.is(&other.verdicts)
     }
 
-    /// Content hash: equal scenes have equal hashes whatever their label and however they were made. The order of
-    /// objects counts, that of anything else does not.
+    /// Content hash: equal scenes have equal hashes whatever their label and however they were
+    /// made. The order of objects counts, that of anything else does not.
     pub fn hash(&self) -> u64 {
         self.hash
     }
 
-    /// With its content hash. A scene is a set of facts (an object, which one it follows, a padding, a pair), and its
-    /// hash is made of their sums: a change takes its own facts out and puts its own in.
+    /// With its content hash. A scene is a set of facts (an object, which one it follows, a
+    /// padding, a pair), and its hash is made of their sums: a change takes its own facts out and
+    /// puts its own in.
     fn finished(mut self) -> Self {
         let mut hasher = ContentHasher::default();
-        let tables = [self.padding.facts(), self.scale.facts(), self.frames.facts(), self.verdicts.facts()];
-        for facts in [self.obstacles.facts(), self.attached.facts()].into_iter().chain(tables) {
+        let tables = [
+            self.padding.facts(),
+            self.scale.facts(),
+            self.frames.facts(),
+            self.verdicts.facts(),
+        ];
+        for facts in [self.obstacles.facts(), self.attached.facts()]
+            .into_iter()
+            .chain(tables)
+        {
             hasher.digest(facts.digest());
         }
         // Scenes without them keep the hash that they had before there were any.
         for (name, facts, is_there) in [
-            ("subframes", self.subframes.facts(), self.subframes.iter().next().is_some()),
-            ("worlds", self.worlds.facts(), self.worlds.iter().next().is_some()),
+            (
+                "subframes",
+                self.subframes.facts(),
+                self.subframes.iter().next().is_some(),
+            ),
+            (
+                "worlds",
+                self.worlds.facts(),
+                self.worlds.iter().next().is_some(),
+            ),
         ] {
             if is_there {
                 hasher.name(name).digest(facts.digest());
@@ -321,13 +375,19 @@ fn oddities<'a>(objects: impl Iterator<Item = &'a Obstacle>) -> Vec<Warning> {
     let mut of_meshes: Vec<(&Warning, Vec<&str>)> = Vec::new();
     for obstacle in objects {
         if obstacle.shapes.is_empty() {
-            let text = format!("object {:?} has no shapes; nothing can collide with it", obstacle.id);
+            let text = format!(
+                "object {:?} has no shapes; nothing can collide with it",
+                obstacle.id
+            );
             found.push(Warning::uncovered(text));
         }
-        let meshes = obstacle.shapes.iter().filter_map(|placed| match &placed.shape {
-            Shape::Mesh(mesh) => Some(mesh),
-            _ => None,
-        });
+        let meshes = obstacle
+            .shapes
+            .iter()
+            .filter_map(|placed| match &placed.shape {
+                Shape::Mesh(mesh) => Some(mesh),
+                _ => None,
+            });
         for warning in meshes.flat_map(|mesh| mesh.warnings()) {
             match of_meshes.iter_mut().find(|(known, _)| *known == warning) {
                 Some((_, users)) if users.contains(&obstacle.id.as_str()) => {}
@@ -336,10 +396,18 @@ fn oddities<'a>(objects: impl Iterator<Item = &'a Obstacle>) -> Vec<Warning> {
             }
         }
     }
-    found.extend(of_meshes.into_iter().map(|(warning, users)| match users.as_slice() {
-        [user] => warning.reworded(format!("object {user:?}: {warning}")),
-        users => warning.reworded(format!("object {:?} and {} more: {warning}", users[0], users.len() - 1)),
-    }));
+    found.extend(
+        of_meshes
+            .into_iter()
+            .map(|(warning, users)| match users.as_slice() {
+                [user] => warning.reworded(format!("object {user:?}: {warning}")),
+                users => warning.reworded(format!(
+                    "object {:?} and {} more: {warning}",
+                    users[0],
+                    users.len() - 1
+                )),
+            }),
+    );
     found
 }
 

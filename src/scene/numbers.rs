@@ -1,4 +1,5 @@
-//! Numbers, points and quaternions as texts have them. A number that is not finite is refused where it stands.
+//! Numbers, points and quaternions as texts have them. A number that is not finite is refused where
+//! it stands.
 
 use std::fmt;
 
@@ -47,7 +48,8 @@ impl<'de> Deserialize<'de> for Point {
                 Ok(Point(list.map(|number| number.0)))
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Point, A::Error> {
-                let PointMessage { x, y, z } = PointMessage::deserialize(MapAccessDeserializer::new(map))?;
+                let PointMessage { x, y, z } =
+                    PointMessage::deserialize(MapAccessDeserializer::new(map))?;
                 Ok(Point([x.0, y.0, z.0]))
             }
         }
@@ -75,7 +77,12 @@ struct QuaternionMessage {
 
 impl Default for Quaternion {
     fn default() -> Self {
-        Self { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }
+        Self {
+            x: 0.0,
+            y: 0.0,
+            z: 0.0,
+            w: 1.0,
+        }
     }
 }
 
@@ -104,8 +111,14 @@ impl<'de> Deserialize<'de> for Quaternion {
                 Ok(Quaternion { x, y, z, w })
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Quaternion, A::Error> {
-                let QuaternionMessage { x, y, z, w } = QuaternionMessage::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(Quaternion { x: x.0, y: y.0, z: z.0, w: w.0 })
+                let QuaternionMessage { x, y, z, w } =
+                    QuaternionMessage::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(Quaternion {
+                    x: x.0,
+                    y: y.0,
+                    z: z.0,
+                    w: w.0,
+                })
             }
         }
         deserializer.deserialize_any(QuaternionVisitor)

@@ -22,7 +22,11 @@ impl<const SCALES: bool> Numbers<SCALES> {
     const FIELD: &'static str = if SCALES { "scale" } else { "padding" };
 
     pub(super) fn of<'a>(numbers: impl Iterator<Item = (&'a str, f64)>) -> Self {
-        Self(numbers.map(|(name, number)| (name.to_owned(), number)).collect())
+        Self(
+            numbers
+                .map(|(name, number)| (name.to_owned(), number))
+                .collect(),
+        )
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -34,7 +38,9 @@ impl<const SCALES: bool> Numbers<SCALES> {
             None => Ok(()),
             Some(before) => {
                 let field = Self::FIELD;
-                Err(E::custom(format!("link_{field} gives {name:?} both {before} and {number}; give it one")))
+                Err(E::custom(format!(
+                    "link_{field} gives {name:?} both {before} and {number}; give it one"
+                )))
             }
         }
     }
@@ -61,13 +67,22 @@ impl<'de, const SCALES: bool> Visitor<'de> for NumbersVisitor<SCALES> {
     type Value = Numbers<SCALES>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (field, unit) = (Numbers::<SCALES>::FIELD, if SCALES { "factors" } else { "lengths (m)" });
-        write!(f, "a list of {{ \"link_name\": …, \"{field}\": … }} or a map from names to {unit}")
+        let field = Numbers::<SCALES>::FIELD;
+        let unit = if SCALES { "factors" } else { "lengths (m)" };
+        write!(
+            f,
+            "a list of {{ \"link_name\": …, \"{field}\": … }} or a map from names to {unit}"
+        )
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
         let mut numbers = Numbers::default();
-        while let Some(Entry { link_name, padding, scale }) = list.next_element()? {
+        while let Some(Entry {
+            link_name,
+            padding,
+            scale,
+        }) = list.next_element()?
+        {
             let number = if SCALES { scale } else { padding };
             let number = number.ok_or_else(|| A::Error::missing_field(Numbers::<SCALES>::FIELD))?;
             numbers.add(link_name, number.0)?;

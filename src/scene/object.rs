@@ -6,10 +6,12 @@ use super::SceneError;
 use crate::math::{Pose, Quat, Vec3};
 use crate::shape::PlacedShape;
 
-/// Quaternions may differ from unit length by this much: a pose that stretches what it places proves nothing.
+/// Quaternions may differ from unit length by this much: a pose that stretches what it places
+/// proves nothing.
 const NORM_TOLERANCE: f64 = 1e-9;
 
-/// The identity as a pose that is set, by its other quaternion: MoveIt takes 0 0 0 1 for one that nobody has set.
+/// The identity as a pose that is set, by its other quaternion: MoveIt takes 0 0 0 1 for one that
+/// nobody has set.
 pub(super) fn set_identity() -> Pose {
     Pose::from_parts(Vec3::ZERO, Quat::from_xyzw(0.0, 0.0, 0.0, -1.0))
 }
@@ -19,9 +21,11 @@ pub(super) fn set_identity() -> Pose {
 pub struct Obstacle {
     /// Name, unique in the scene.
     pub id: String,
-    /// Pose of the object's frame: in the world, or in the frame of the link that carries the object.
+    /// Pose of the object's frame: in the world, or in the frame of the link that carries the
+    /// object.
     pub pose: Pose,
-    /// Its shapes, in the object's frame. Shared by all scenes in which the object has the same shapes.
+    /// Its shapes, in the object's frame. Shared by all scenes in which the object has the same
+    /// shapes.
     pub shapes: Arc<[PlacedShape]>,
 }
 
@@ -39,7 +43,11 @@ pub struct AttachedObject {
 impl Obstacle {
     /// An object whose frame is the world's.
     pub fn new(id: impl Into<String>, shapes: Vec<PlacedShape>) -> Self {
-        Self { id: id.into(), pose: Pose::identity(), shapes: shapes.into() }
+        Self {
+            id: id.into(),
+            pose: Pose::identity(),
+            shapes: shapes.into(),
+        }
     }
 
     /// The same object with its frame elsewhere.
@@ -50,11 +58,15 @@ impl Obstacle {
 
     /// Its shapes in the frame that its pose is given in.
     pub fn placed_shapes(&self) -> impl Iterator<Item = PlacedShape> + '_ {
-        self.shapes.iter().map(|placed| PlacedShape { pose: self.pose * placed.pose, shape: placed.shape.clone() })
+        self.shapes.iter().map(|placed| PlacedShape {
+            pose: self.pose * placed.pose,
+            shape: placed.shape.clone(),
+        })
     }
 
-    /// The pose of the object's frame, by which others are placed and which MOVE places. It is `pose`, but where that
-    /// is not set (the identity) and the object has one shape, that shape's, as MoveIt has it.
+    /// The pose of the object's frame, by which others are placed and which MOVE places. It is
+    /// `pose`, but where that is not set (the identity) and the object has one shape, that shape's,
+    /// as MoveIt has it.
     pub fn frame(&self) -> Pose {
         match &*self.shapes {
             [only] if self.pose == Pose::identity() => only.pose,
@@ -71,8 +83,15 @@ impl Obstacle {
     pub(super) fn settled(&self) -> Self {
         match &*self.shapes {
             [only] if self.is_framed_by_shape() => {
-                let shapes = [PlacedShape { pose: Pose::identity(), shape: only.shape.clone() }];
-                Self { pose: only.pose, shapes: shapes.into(), ..self.clone() }
+                let shapes = [PlacedShape {
+                    pose: Pose::identity(),
+                    shape: only.shape.clone(),
+                }];
+                Self {
+                    pose: only.pose,
+                    shapes: shapes.into(),
+                    ..self.clone()
+                }
             }
             _ => self.clone(),
         }
@@ -86,13 +105,22 @@ impl Obstacle {
     /// The same shapes in a frame whose pose is set, be it the identity.
     pub(super) fn set_at(self, pose: Pose) -> Self {
         let placed = self.at(pose);
-        if placed.is_framed_by_shape() { placed.at(set_identity()) } else { placed.told_plainly() }
+        if placed.is_framed_by_shape() {
+            placed.at(set_identity())
+        } else {
+            placed.told_plainly()
+        }
     }
 
-    /// The same object with the plain identity as its pose where only one shape would make a difference of that.
+    /// The same object with the plain identity as its pose where only one shape would make a
+    /// difference of that.
     pub(super) fn told_plainly(self) -> Self {
         let is_plain = self.shapes.len() == 1 || !is_same(&self.pose, &set_identity());
-        if is_plain { self } else { self.at(Pose::identity()) }
+        if is_plain {
+            self
+        } else {
+            self.at(Pose::identity())
+        }
     }
 
     /// The same object with more shapes in its frame. Of several shapes none makes the frame.
@@ -101,12 +129,15 @@ impl Obstacle {
             return self.clone();
         }
         let settled = self.settled();
-        let (pose, shapes) = (settled.pose, settled.shapes.iter().cloned().chain(shapes).collect());
+        let pose = settled.pose;
+        let shapes = settled.shapes.iter().cloned().chain(shapes).collect();
         Self { shapes, ..settled }.set_at(pose)
     }
 
     pub(super) fn check(&self) -> Result<(), SceneError> {
-        check_pose(&self.pose).and_then(|()| check_shapes(&self.shapes)).map_err(|error| error.of_object(&self.id))
+        check_pose(&self.pose)
+            .and_then(|()| check_shapes(&self.shapes))
+            .map_err(|error| error.of_object(&self.id))
     }
 }
 
@@ -132,33 +163,58 @@ pub(super) struct BadPose {
 impl BadPose {
     pub(super) fn of_object(self, id: &str) -> SceneError {
         let Self { what, value, rule } = self;
-        SceneError::BadPose { id: id.to_owned(), what, value, rule }
+        SceneError::BadPose {
+            id: id.to_owned(),
+            what,
+            value,
+            rule,
+        }
     }
 
     pub(super) fn of_frame(self, name: &str) -> SceneError {
         let Self { what, value, rule } = self;
-        SceneError::BadFrame { name: name.to_owned(), what, value, rule }
+        SceneError::BadFrame {
+            name: name.to_owned(),
+            what,
+            value,
+            rule,
+        }
     }
 }
 
 /// Whether two poses are the same bit by bit.
 pub(super) fn is_same(a: &Pose, b: &Pose) -> bool {
-    let bits =
-        |pose: &Pose| (pose.translation.to_array().map(f64::to_bits), pose.rotation.to_array().map(f64::to_bits));
+    let bits = |pose: &Pose| {
+        (
+            pose.translation.to_array().map(f64::to_bits),
+            pose.rotation.to_array().map(f64::to_bits),
+        )
+    };
     bits(a) == bits(b)
 }
 
 pub(super) fn check_shapes(shapes: &[PlacedShape]) -> Result<(), BadPose> {
-    shapes.iter().try_for_each(|placed| check_pose(&placed.pose))
+    shapes
+        .iter()
+        .try_for_each(|placed| check_pose(&placed.pose))
 }
 
 pub(super) fn check_pose(pose: &Pose) -> Result<(), BadPose> {
     if !pose.is_finite() {
-        return Err(BadPose { what: "pose".to_owned(), value: format!("{pose:?}"), rule: "it must be finite" });
+        return Err(BadPose {
+            what: "pose".to_owned(),
+            value: format!("{pose:?}"),
+            rule: "it must be finite",
+        });
     }
     if (pose.rotation.length() - 1.0).abs() > NORM_TOLERANCE {
-        let (what, value) = ("orientation".to_owned(), pose.rotation.to_string());
-        return Err(BadPose { what, value, rule: "it must be a unit quaternion" });
+        let what = "orientation".to_owned();
+        let value = pose.rotation.to_string();
+        return Err(BadPose {
+            what,
+            value,
+            rule: "it must be a unit quaternion",
+        });
     }
     Ok(())
 }

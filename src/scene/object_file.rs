@@ -27,8 +27,12 @@ pub(super) enum Operation {
 }
 
 impl Operation {
-    const ALL: [(Self, &'static str); 4] =
-        [(Self::Add, "ADD"), (Self::Remove, "REMOVE"), (Self::Append, "APPEND"), (Self::Move, "MOVE")];
+    const ALL: [(Self, &'static str); 4] = [
+        (Self::Add, "ADD"),
+        (Self::Remove, "REMOVE"),
+        (Self::Append, "APPEND"),
+        (Self::Move, "MOVE"),
+    ];
 
     /// Its name in MoveIt's messages.
     pub(super) fn name(self) -> &'static str {
@@ -55,8 +59,12 @@ impl<'de> Deserialize<'de> for Operation {
                 if let &[byte @ 0..=3] = text.as_bytes() {
                     return self.visit_u64(byte.into());
                 }
-                let known = Operation::ALL.iter().find(|(_, name)| name.eq_ignore_ascii_case(text));
-                known.map(|known| known.0).ok_or_else(|| E::invalid_value(de::Unexpected::Str(text), &self))
+                let known = Operation::ALL
+                    .iter()
+                    .find(|(_, name)| name.eq_ignore_ascii_case(text));
+                known
+                    .map(|known| known.0)
+                    .ok_or_else(|| E::invalid_value(de::Unexpected::Str(text), &self))
             }
             fn visit_bytes<E: de::Error>(self, bytes: &[u8]) -> Result<Operation, E> {
                 match bytes {
@@ -66,11 +74,17 @@ impl<'de> Deserialize<'de> for Operation {
             }
             fn visit_i64<E: de::Error>(self, number: i64) -> Result<Operation, E> {
                 let refuse = |_| E::invalid_value(de::Unexpected::Signed(number), &self);
-                u64::try_from(number).map_err(refuse).and_then(|number| self.visit_u64(number))
+                u64::try_from(number)
+                    .map_err(refuse)
+                    .and_then(|number| self.visit_u64(number))
             }
             fn visit_u64<E: de::Error>(self, number: u64) -> Result<Operation, E> {
-                let known = usize::try_from(number).ok().and_then(|number| Operation::ALL.get(number));
-                known.map(|known| known.0).ok_or_else(|| E::invalid_value(de::Unexpected::Unsigned(number), &self))
+                let known = usize::try_from(number)
+                    .ok()
+                    .and_then(|number| Operation::ALL.get(number));
+                known
+                    .map(|known| known.0)
+                    .ok_or_else(|| E::invalid_value(de::Unexpected::Unsigned(number), &self))
             }
         }
         deserializer.deserialize_any(OperationVisitor)
@@ -100,8 +114,8 @@ pub struct ObjectFile {
     pub(super) subframe_names: Vec<String>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) subframe_poses: Vec<PoseFile>,
-    /// Read only to be refused: an infinite plane is no solid here. Written, since a YAML text is read as the JSON that
-    /// is made of it.
+    /// Read only to be refused: an infinite plane is no solid here. Written, since a YAML text is
+    /// read as the JSON that is made of it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) planes: Vec<serde_json::Value>,
     #[serde(default, rename = "plane_poses", skip_serializing)]
@@ -115,26 +129,42 @@ pub struct ObjectFile {
 }
 
 impl ObjectFile {
-    /// An object as text has it: what adds it, then what appends shapes whose place in the order needs that. Without
-    /// `with_meshes`, a mesh has its name and hash only.
+    /// An object as text has it: what adds it, then what appends shapes whose place in the order
+    /// needs that. Without `with_meshes`, a mesh has its name and hash only.
     pub(super) fn of(object: &Obstacle, with_meshes: bool) -> Vec<Self> {
         let mut files = Self::appending(&object.id, &object.shapes, with_meshes);
         // The first of several shapes is not taken for the object's frame.
-        let is_alone = object.shapes.len() > 1 && files[0].shape_count() == 1 && object.pose == Pose::identity();
-        let pose = Some(PoseFile::of(&if is_alone { set_identity() } else { object.pose }));
-        files[0] = Self { operation: Some(Operation::Add), pose, ..files[0].clone() };
+        let is_alone = object.shapes.len() > 1
+            && files[0].shape_count() == 1
+            && object.pose == Pose::identity();
+        let pose = Some(PoseFile::of(&if is_alone {
+            set_identity()
+        } else {
+            object.pose
+        }));
+        files[0] = Self {
+            operation: Some(Operation::Add),
+            pose,
+            ..files[0].clone()
+        };
         files
     }
 
     /// What appends shapes to an object. One text has primitives before meshes; at least one.
     pub(super) fn appending(id: &str, shapes: &[PlacedShape], with_meshes: bool) -> Vec<Self> {
         let is_mesh = |placed: &PlacedShape| matches!(placed.shape, Shape::Mesh(_));
-        let mut runs = shapes.chunk_by(|a, b| is_mesh(b) || !is_mesh(a)).collect::<Vec<_>>();
+        let mut runs = shapes
+            .chunk_by(|a, b| is_mesh(b) || !is_mesh(a))
+            .collect::<Vec<_>>();
         if runs.is_empty() {
             runs.push(&[]);
         }
         let file = |run: &[PlacedShape]| {
-            let mut file = Self { id: id.to_owned(), operation: Some(Operation::Append), ..Self::default() };
+            let mut file = Self {
+                id: id.to_owned(),
+                operation: Some(Operation::Append),
+                ..Self::default()
+            };
             file.set_shapes(run, with_meshes);
             file
         };
@@ -204,7 +234,10 @@ impl ObjectFile {
         match self.is_unplaced() {
             true => Ok(()),
             false => {
-                let text = format!("object {:?} has a pose, which APPEND does not change; MOVE does", self.id);
+                let text = format!(
+                    "object {:?} has a pose, which APPEND does not change; MOVE does",
+                    self.id
+                );
                 Err(SceneError::Syntax(text))
             }
         }
@@ -212,14 +245,26 @@ impl ObjectFile {
 
     /// Frames on it by name, in its own.
     pub(super) fn subframes(&self) -> Result<Vec<(String, Pose)>, SceneError> {
-        let (id, names, poses) = (&self.id, &self.subframe_names, &self.subframe_poses);
+        let id = &self.id;
+        let names = &self.subframe_names;
+        let poses = &self.subframe_poses;
         if names.len() != poses.len() {
-            let (names, poses) = (names.len(), poses.len());
-            let text = format!("object {id:?} has {names} subframe_names and {poses} subframe_poses; each needs one");
+            let names = names.len();
+            let poses = poses.len();
+            let text = format!(
+                "object {id:?} has {names} subframe_names and {poses} subframe_poses; each needs one"
+            );
             return Err(SceneError::Syntax(text));
         }
-        let built = poses.iter().enumerate().map(|(index, pose)| pose.build(id, &format!("subframe_poses[{index}]")));
-        names.iter().zip(built).map(|(name, pose)| Ok((name.clone(), pose?))).collect()
+        let built = poses
+            .iter()
+            .enumerate()
+            .map(|(index, pose)| pose.build(id, &format!("subframe_poses[{index}]")));
+        names
+            .iter()
+            .zip(built)
+            .map(|(name, pose)| Ok((name.clone(), pose?)))
+            .collect()
     }
 
     /// What is odd about its poses, a line each.
@@ -230,12 +275,19 @@ impl ObjectFile {
             ("subframe_poses", &self.subframe_poses),
         ];
         let listed = lists.iter().flat_map(|(name, list)| {
-            list.iter().enumerate().map(move |(index, pose)| (format!("{name}[{index}]"), *pose))
+            list.iter()
+                .enumerate()
+                .map(move |(index, pose)| (format!("{name}[{index}]"), *pose))
         });
         let own = self.pose.map(|pose| ("pose".to_owned(), pose));
-        let unset = own.into_iter().chain(listed).filter(|(_, pose)| pose.is_unturned());
+        let unset = own
+            .into_iter()
+            .chain(listed)
+            .filter(|(_, pose)| pose.is_unturned());
         let text = |what: &str| format!("object {:?}: {}", self.id, not_set(what));
-        unset.map(|(what, _)| Warning::uncovered(text(&what))).collect()
+        unset
+            .map(|(what, _)| Warning::uncovered(text(&what)))
+            .collect()
     }
 
     pub(super) fn build(self, meshes: &mut MeshSource<'_>) -> Result<Obstacle, SceneError> {
@@ -244,13 +296,22 @@ impl ObjectFile {
         Ok(Obstacle::new(self.id, shapes).at(own).told_plainly())
     }
 
-    pub(super) fn shapes(&self, meshes: &mut MeshSource<'_>) -> Result<Vec<PlacedShape>, SceneError> {
+    pub(super) fn shapes(
+        &self,
+        meshes: &mut MeshSource<'_>,
+    ) -> Result<Vec<PlacedShape>, SceneError> {
         let id = &self.id;
         if !self.planes.is_empty() {
-            return Err(SceneError::Syntax(format!("object {id:?} has planes; use a thick box instead")));
+            return Err(SceneError::Syntax(format!(
+                "object {id:?} has planes; use a thick box instead"
+            )));
         }
         for (shapes, count, poses) in [
-            ("primitives", self.primitives.len(), self.primitive_poses.len()),
+            (
+                "primitives",
+                self.primitives.len(),
+                self.primitive_poses.len(),
+            ),
             ("meshes", self.meshes.len(), self.mesh_poses.len()),
         ] {
             if count != poses {
@@ -259,13 +320,24 @@ impl ObjectFile {
             }
         }
         let mut shapes = Vec::new();
-        for (index, (primitive, pose)) in self.primitives.iter().zip(&self.primitive_poses).enumerate() {
+        for (index, (primitive, pose)) in self
+            .primitives
+            .iter()
+            .zip(&self.primitive_poses)
+            .enumerate()
+        {
             let pose = pose.build(id, &format!("primitive_poses[{index}]"))?;
-            shapes.push(PlacedShape { pose, shape: primitive.build(id)? });
+            shapes.push(PlacedShape {
+                pose,
+                shape: primitive.build(id)?,
+            });
         }
         for (index, (mesh, pose)) in self.meshes.iter().zip(&self.mesh_poses).enumerate() {
             let pose = pose.build(id, &format!("mesh_poses[{index}]"))?;
-            shapes.push(PlacedShape { pose, shape: mesh.build(id, meshes)? });
+            shapes.push(PlacedShape {
+                pose,
+                shape: mesh.build(id, meshes)?,
+            });
         }
         Ok(shapes)
     }

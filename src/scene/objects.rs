@@ -1,4 +1,5 @@
-//! Objects in their order, found by id; what a change leaves as it is, the lists before and after it share.
+//! Objects in their order, found by id; what a change leaves as it is, the lists before and after
+//! it share.
 
 use std::ops::{Bound, Index};
 use std::sync::Arc;
@@ -9,8 +10,8 @@ use super::{AttachedObject, Obstacle};
 use crate::hash::{ContentHasher, Digest, FactSum};
 use crate::shape::PlacedShape;
 
-/// Objects of a scene in the order in which they came, found by id. Cloning it costs nothing; changing a clone
-/// costs the logarithm of its length.
+/// Objects of a scene in the order in which they came, found by id. Cloning it costs nothing;
+/// changing a clone costs the logarithm of its length.
 #[derive(Clone, Debug)]
 pub struct Objects<T> {
     in_order: RedBlackTreeMapSync<u64, Held<T>>,
@@ -46,7 +47,10 @@ impl Member for Obstacle {
 impl Member for AttachedObject {
     fn fact(&self, shapes: &Digest) -> Digest {
         let mut hasher = ContentHasher::default();
-        hasher.name("attached").name(&self.link_name).count(self.touch_links.len());
+        hasher
+            .name("attached")
+            .name(&self.link_name)
+            .count(self.touch_links.len());
         for name in &self.touch_links {
             hasher.name(name);
         }
@@ -76,8 +80,13 @@ impl<'a, T> Iterator for Iter<'a, T> {
 
 impl<T> Default for Objects<T> {
     fn default() -> Self {
-        let (in_order, number_of) = (RedBlackTreeMapSync::new_sync(), RedBlackTreeMapSync::new_sync());
-        Self { in_order, number_of, facts: FactSum::default() }
+        let in_order = RedBlackTreeMapSync::new_sync();
+        let number_of = RedBlackTreeMapSync::new_sync();
+        Self {
+            in_order,
+            number_of,
+            facts: FactSum::default(),
+        }
     }
 }
 
@@ -111,7 +120,8 @@ impl<T> Objects<T> {
         self.in_order.get(self.number_of.get(id)?)
     }
 
-    /// Which of two lists' objects came first is told by their numbers, in one list or in one made from it.
+    /// Which of two lists' objects came first is told by their numbers, in one list or in one made
+    /// from it.
     pub(super) fn number(&self, id: &str) -> Option<u64> {
         self.number_of.get(id).copied()
     }
@@ -126,7 +136,8 @@ impl<T> Objects<T> {
         self.in_order.ptr_eq(&other.in_order)
     }
 
-    /// Whether both lists have the same ids in the same order, as far as memory that they share tells.
+    /// Whether both lists have the same ids in the same order, as far as memory that they share
+    /// tells.
     pub(super) fn lines_up_with(&self, other: &Self) -> bool {
         self.number_of.ptr_eq(&other.number_of)
     }
@@ -156,9 +167,15 @@ impl<T: Member + Clone> Objects<T> {
     pub(super) fn remove(&mut self, id: &str) -> Option<T> {
         let number = self.number(id)?;
         let held = self.in_order.get(&number)?.clone();
-        let before = self.in_order.range((Bound::Unbounded, Bound::Excluded(number))).next_back();
+        let before = self
+            .in_order
+            .range((Bound::Unbounded, Bound::Excluded(number)))
+            .next_back();
         let before = before.map(|(_, held)| held.id());
-        let after = self.in_order.range((Bound::Excluded(number), Bound::Unbounded)).next();
+        let after = self
+            .in_order
+            .range((Bound::Excluded(number), Bound::Unbounded))
+            .next();
         self.facts.subtract(&held.fact);
         self.facts.subtract(&succession(before, id));
         if let Some((_, after)) = after {
@@ -172,13 +189,19 @@ impl<T: Member + Clone> Objects<T> {
 
     /// Makes another object of the same id of one, if there is one.
     pub(super) fn update(&mut self, id: &str, change: impl FnOnce(&T) -> T) {
-        let Some((number, held)) = self.number(id).and_then(|number| Some((number, self.in_order.get(&number)?)))
+        let Some((number, held)) = self
+            .number(id)
+            .and_then(|number| Some((number, self.in_order.get(&number)?)))
         else {
             return;
         };
         let object = change(&held.object);
         let is_same = Arc::ptr_eq(&held.object.as_ref().shapes, &object.as_ref().shapes);
-        let shapes = if is_same { held.shapes } else { digest_of_shapes(&object.as_ref().shapes) };
+        let shapes = if is_same {
+            held.shapes
+        } else {
+            digest_of_shapes(&object.as_ref().shapes)
+        };
         let new = Held::new(object, shapes);
         self.facts.subtract(&held.fact);
         self.facts.add(&new.fact);
@@ -195,7 +218,11 @@ impl<T: AsRef<Obstacle>> Held<T> {
 impl<T: Member> Held<T> {
     fn new(object: T, shapes: Digest) -> Self {
         let fact = object.fact(&shapes);
-        Self { object, shapes, fact }
+        Self {
+            object,
+            shapes,
+            fact,
+        }
     }
 }
 
@@ -208,7 +235,8 @@ pub(super) fn digest_of_shapes(shapes: &[PlacedShape]) -> Digest {
     hasher.finish_digest()
 }
 
-/// That an object comes right after another one, or first. Ids are unique, so these facts tell the whole order.
+/// That an object comes right after another one, or first. Ids are unique, so these facts tell the
+/// whole order.
 fn succession(before: Option<&str>, id: &str) -> Digest {
     let mut hasher = ContentHasher::default();
     match before {
@@ -225,7 +253,9 @@ impl<T> Index<usize> for Objects<T> {
 
     fn index(&self, index: usize) -> &T {
         let length = self.len();
-        self.iter().nth(index).unwrap_or_else(|| panic!("index {index} of {length} objects"))
+        self.iter()
+            .nth(index)
+            .unwrap_or_else(|| panic!("index {index} of {length} objects"))
     }
 }
 

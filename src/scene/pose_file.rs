@@ -10,8 +10,8 @@ use crate::math::{Pose, Quat, Vec3};
 
 /// Norms of quaternions may differ from 1 by this much; they are then normalised.
 const NORM_TOLERANCE: f64 = 1e-3;
-/// Quaternions nearer to unit length than this stay as they are, so that a pose that was written reads back bit by
-/// bit: normalising once more could change the last one.
+/// Quaternions nearer to unit length than this stay as they are, so that a pose that was written
+/// reads back bit by bit: normalising once more could change the last one.
 const ROUNDING: f64 = 1e-14;
 
 /// A pose; what is missing is that of the identity.
@@ -20,7 +20,11 @@ const ROUNDING: f64 = 1e-14;
 pub(super) struct PoseFile {
     #[serde(default, alias = "translation")]
     position: Point,
-    #[serde(default, alias = "rotation", skip_serializing_if = "Quaternion::is_identity")]
+    #[serde(
+        default,
+        alias = "rotation",
+        skip_serializing_if = "Quaternion::is_identity"
+    )]
     orientation: Quaternion,
 }
 
@@ -42,12 +46,15 @@ impl HeaderFile {
     }
 
     pub(super) fn of(frame: &str) -> Self {
-        Self { frame_id: frame.to_owned(), ..Self::default() }
+        Self {
+            frame_id: frame.to_owned(),
+            ..Self::default()
+        }
     }
 }
 
-/// A named frame: by its name alone, or as MoveIt's messages have it, where the header has the frame's name and
-/// `child_frame_id` the world's.
+/// A named frame: by its name alone, or as MoveIt's messages have it, where the header has the
+/// frame's name and `child_frame_id` the world's.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FrameFile {
@@ -62,12 +69,20 @@ pub(super) struct FrameFile {
 impl FrameFile {
     pub(super) fn of(name: &str, pose: Option<&Pose>) -> Self {
         let header = HeaderFile::default();
-        Self { header, child_frame_id: name.to_owned(), transform: pose.map(PoseFile::of) }
+        Self {
+            header,
+            child_frame_id: name.to_owned(),
+            transform: pose.map(PoseFile::of),
+        }
     }
 
     /// Its name.
     pub(super) fn name(&self) -> &str {
-        if self.header.is_empty() { &self.child_frame_id } else { &self.header.frame_id }
+        if self.header.is_empty() {
+            &self.child_frame_id
+        } else {
+            &self.header.frame_id
+        }
     }
 
     /// What it is given in, where it says so: a name of the world.
@@ -76,29 +91,49 @@ impl FrameFile {
     }
 
     pub(super) fn pose(&self) -> Result<Option<Pose>, SceneError> {
-        let built = self.transform.map(|transform| transform.build(self.name(), "transform")).transpose();
+        let built = self
+            .transform
+            .map(|transform| transform.build(self.name(), "transform"))
+            .transpose();
         built.map_err(|error| match error {
-            SceneError::BadPose { id: name, what, value, rule } => SceneError::BadFrame { name, what, value, rule },
+            SceneError::BadPose {
+                id: name,
+                what,
+                value,
+                rule,
+            } => SceneError::BadFrame {
+                name,
+                what,
+                value,
+                rule,
+            },
             other => other,
         })
     }
 
     /// What is odd about it.
     pub(super) fn warning(&self) -> Option<String> {
-        let is_unset = self.transform.is_some_and(|transform| transform.is_unturned());
+        let is_unset = self
+            .transform
+            .is_some_and(|transform| transform.is_unturned());
         is_unset.then(|| format!("frame {:?}: {}", self.name(), not_set("transform")))
     }
 }
 
 /// What is said of a quaternion of zeros.
 pub(super) fn not_set(what: &str) -> String {
-    format!("the orientation of its {what} is 0 0 0 0, which is no rotation: read as not set (no turn), as MoveIt does")
+    format!(
+        "the orientation of its {what} is 0 0 0 0, which is no rotation: read as not set (no turn), as MoveIt does"
+    )
 }
 
 impl PoseFile {
     pub(super) fn of(pose: &Pose) -> Self {
         let [x, y, z, w] = pose.rotation.to_array();
-        Self { position: Point(pose.translation.to_array()), orientation: Quaternion { x, y, z, w } }
+        Self {
+            position: Point(pose.translation.to_array()),
+            orientation: Quaternion { x, y, z, w },
+        }
     }
 
     /// Whether its quaternion is 0 0 0 0, as a message's that nobody has set.
@@ -119,7 +154,11 @@ impl PoseFile {
     /// An object's own pose. MoveIt takes zeros for a pose that is set.
     pub(super) fn build_own(&self, id: &str) -> Result<Pose, SceneError> {
         let pose = self.build(id, "pose")?;
-        Ok(if self.is_unturned() && pose == Pose::identity() { set_identity() } else { pose })
+        Ok(if self.is_unturned() && pose == Pose::identity() {
+            set_identity()
+        } else {
+            pose
+        })
     }
 }
 
@@ -127,10 +166,12 @@ pub(super) fn is_unturned(quaternion: [f64; 4]) -> bool {
     quaternion == [0.0; 4]
 }
 
-/// The pose of a position (m) and a quaternion (x, y, z, w) that is of unit length but for rounding, or not set.
+/// The pose of a position (m) and a quaternion (x, y, z, w) that is of unit length but for
+/// rounding, or not set.
 ///
 /// # Errors
-/// A number that is not finite, or a quaternion that is no rotation; `what` of the object `id` it is.
+/// A number that is not finite, or a quaternion that is no rotation; `what` of the object `id` it
+/// is.
 pub(super) fn checked_pose(
     id: &str,
     what: &str,
@@ -139,7 +180,12 @@ pub(super) fn checked_pose(
 ) -> Result<Pose, SceneError> {
     let bad = |part: &str, value, rule| {
         let what = format!("the {part} of its {what}");
-        SceneError::BadPose { id: id.to_owned(), what, value, rule }
+        SceneError::BadPose {
+            id: id.to_owned(),
+            what,
+            value,
+            rule,
+        }
     };
     let position = Vec3::from_array(position);
     if !position.is_finite() {
@@ -154,6 +200,10 @@ pub(super) fn checked_pose(
         let value = format!("x {x}, y {y}, z {z}, w {w} (norm {norm})");
         return Err(bad("orientation", value, "it must be a unit quaternion"));
     }
-    let rotation = if (norm - 1.0).abs() <= ROUNDING { rotation } else { rotation.normalize() };
+    let rotation = if (norm - 1.0).abs() <= ROUNDING {
+        rotation
+    } else {
+        rotation.normalize()
+    };
     Ok(Pose::from_parts(position, rotation))
 }

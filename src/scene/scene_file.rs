@@ -26,17 +26,20 @@
 //! ```
 //! Lengths in metres. `dimensions` are MoveIt's: box x y z; sphere radius; cylinder height, radius;
 //! ours: capsule length of its straight part, radius. `meshes` give `file` and `scale`, with
-//! `mesh_poses`; one with `vertices` and `triangles` is not read from its file. An object's own `pose`, where there is
-//! one, carries all its shapes; where it is not set and there is one shape, that shape's pose is the object's, as in
-//! MoveIt. `link_padding` and `link_scale` may also be maps from names to numbers, and name objects.
+//! `mesh_poses`; one with `vertices` and `triangles` is not read from its file. An object's own
+//! `pose`, where there is one, carries all its shapes; where it is not set and there is one shape,
+//! that shape's pose is the object's, as in MoveIt. `link_padding` and `link_scale` may also be
+//! maps from names to numbers, and name objects.
 //!
-//! A `frame_id` is a name of the world (none, or `world`), a frame of the file, one of its objects, or a sub-frame as
-//! `OBJECT/SUBFRAME` (`subframe_names`, `subframe_poses`), wherever it stands in the file. Any other has to be what
-//! the robot that is checked calls the world: its virtual joint's parent frame, or its root link where that is fixed.
+//! A `frame_id` is a name of the world (none, or `world`), a frame of the file, one of its objects,
+//! or a sub-frame as `OBJECT/SUBFRAME` (`subframe_names`, `subframe_poses`), wherever it stands in
+//! the file. Any other has to be what the robot that is checked calls the world: its virtual
+//! joint's parent frame, or its root link where that is fixed.
 //!
-//! Whole `moveit_msgs/PlanningScene` messages are read too (`world`, `robot_state`, `allowed_collision_matrix`; in
-//! `fixed_frame_transforms` with a header, that has the frame's name and `child_frame_id` the world's). An unknown
-//! field is refused, and so is what would be left out: octomaps, planes, cones, constraints.
+//! Whole `moveit_msgs/PlanningScene` messages are read too (`world`, `robot_state`,
+//! `allowed_collision_matrix`; in `fixed_frame_transforms` with a header, that has the frame's name
+//! and `child_frame_id` the world's). An unknown field is refused, and so is what would be left
+//! out: octomaps, planes, cones, constraints.
 
 use crate::warning::Warning;
 use serde::de::IgnoredAny;
@@ -131,10 +134,11 @@ pub fn parse(text: &str, meshes: &mut MeshSource<'_>) -> Result<Scene, SceneErro
     SceneFile::read(text)?.build(meshes)
 }
 
-/// The text of a scene; [`parse`] makes a scene of the same hash of it. Without `with_meshes`, a mesh has its name and
-/// hash only, and is looked for under that name when the text is read.
+/// The text of a scene; [`parse`] makes a scene of the same hash of it. Without `with_meshes`, a
+/// mesh has its name and hash only, and is looked for under that name when the text is read.
 pub fn text(scene: &Scene, with_meshes: bool) -> String {
-    serde_json::to_string(&SceneFile::of(scene, with_meshes)).expect("a scene holds only names and finite numbers")
+    serde_json::to_string(&SceneFile::of(scene, with_meshes))
+        .expect("a scene holds only names and finite numbers")
 }
 
 impl SceneFile {
@@ -143,7 +147,8 @@ impl SceneFile {
         let pairs = |pairs: &mut dyn Iterator<Item = (&str, &str)>| -> Vec<(String, String)> {
             pairs.map(|(a, b)| (a.to_owned(), b.to_owned())).collect()
         };
-        let attached = |attached: &AttachedObject| AttachedObjectFile::of(scene, attached, with_meshes);
+        let attached =
+            |attached: &AttachedObject| AttachedObjectFile::of(scene, attached, with_meshes);
         let object = |object: &Obstacle| {
             let mut files = ObjectFile::of(object, with_meshes);
             files[0].say_frames(scene, &object.id);
@@ -151,7 +156,10 @@ impl SceneFile {
         };
         Self {
             name: scene.name().to_owned(),
-            fixed_frame_transforms: scene.frames().map(|(name, pose)| FrameFile::of(name, Some(pose))).collect(),
+            fixed_frame_transforms: scene
+                .frames()
+                .map(|(name, pose)| FrameFile::of(name, Some(pose)))
+                .collect(),
             objects: Some(scene.obstacles().iter().flat_map(object).collect()),
             attached_collision_objects: scene.attached().iter().flat_map(attached).collect(),
             allowed_collisions: pairs(&mut scene.allowed()),
@@ -167,7 +175,8 @@ impl SceneFile {
     /// # Errors
     /// No JSON of this form, with line and column, and for an unknown field the nearest known one.
     pub fn read(text: &str) -> Result<Self, SceneError> {
-        serde_json::from_str(text).map_err(|error| SceneError::Syntax(with_nearest(&error.to_string())))
+        serde_json::from_str(text)
+            .map_err(|error| SceneError::Syntax(with_nearest(&error.to_string())))
     }
 
     /// Whether it changes a scene instead of being one.
@@ -177,14 +186,20 @@ impl SceneFile {
 
     /// Whether mesh files have to be read for it.
     pub fn names_mesh_files(&self) -> bool {
-        let (world, state) = (self.world.iter(), self.robot_state.iter());
+        let world = self.world.iter();
+        let state = self.robot_state.iter();
         let attached = state.flat_map(|state| &state.attached_collision_objects);
-        let attached = attached.chain(&self.attached_collision_objects).map(|attached| &attached.object);
-        let objects = world.flat_map(|world| &world.collision_objects).chain(self.objects.iter().flatten());
+        let attached = attached
+            .chain(&self.attached_collision_objects)
+            .map(|attached| &attached.object);
+        let objects = world
+            .flat_map(|world| &world.collision_objects)
+            .chain(self.objects.iter().flatten());
         objects.chain(attached).any(ObjectFile::names_mesh_files)
     }
 
-    /// Puts what MoveIt's message says into the lists of ours, and gives what is odd about it, a line each.
+    /// Puts what MoveIt's message says into the lists of ours, and gives what is odd about it, a
+    /// line each.
     pub(super) fn take_message(&mut self) -> Result<Vec<Warning>, SceneError> {
         for (field, constraints) in [
             ("path_constraints", self.path_constraints),
@@ -198,34 +213,56 @@ impl SceneFile {
         }
         if let Some(world) = self.world.take() {
             world.octomap.check("world.octomap")?;
-            self.objects.get_or_insert_default().extend(world.collision_objects);
+            self.objects
+                .get_or_insert_default()
+                .extend(world.collision_objects);
         }
         if let Some(state) = self.robot_state.take() {
             if self.is_diff() {
-                state.attached_collision_objects.iter().try_for_each(AttachedObjectFile::check_placed)?;
+                state
+                    .attached_collision_objects
+                    .iter()
+                    .try_for_each(AttachedObjectFile::check_placed)?;
             }
-            self.attached_collision_objects.extend(state.attached_collision_objects);
+            self.attached_collision_objects
+                .extend(state.attached_collision_objects);
         }
         let matrix = std::mem::take(&mut self.allowed_collision_matrix);
         let pairs = matrix.pairs()?;
         self.allowed_collisions.extend(pairs.allowed);
         self.forbidden_collisions.extend(pairs.forbidden);
-        let attached = self.attached_collision_objects.iter().map(|attached| &attached.object);
-        let objects = self.objects.iter().flatten().chain(attached).flat_map(ObjectFile::warnings);
-        let frames = self.fixed_frame_transforms.iter().filter_map(FrameFile::warning).map(Warning::uncovered);
-        let defaults = matrix.warning().map(|text| Warning::cosmetic("default entries", text));
+        let attached = self
+            .attached_collision_objects
+            .iter()
+            .map(|attached| &attached.object);
+        let objects = self
+            .objects
+            .iter()
+            .flatten()
+            .chain(attached)
+            .flat_map(ObjectFile::warnings);
+        let frames = self
+            .fixed_frame_transforms
+            .iter()
+            .filter_map(FrameFile::warning)
+            .map(Warning::uncovered);
+        let defaults = matrix
+            .warning()
+            .map(|text| Warning::cosmetic("default entries", text));
         Ok(frames.chain(objects).chain(defaults).collect())
     }
 
     /// Checks every object and builds the scene.
     ///
     /// # Errors
-    /// An object whose sizes, poses or meshes are none; frames that hang on one another; a diff; what would be left
-    /// out.
+    /// An object whose sizes, poses or meshes are none; frames that hang on one another; a diff;
+    /// what would be left out.
     pub fn build(mut self, meshes: &mut MeshSource<'_>) -> Result<Scene, SceneError> {
         if self.is_diff() {
             let text = "it is a diff (is_diff is true), not a whole scene; apply it to the scene that it changes";
-            return Err(SceneError::Syntax(format!("{text}: taut scene apply SCENE FILE")));
+            return Err(SceneError::Syntax(format!(
+                "{text}: taut scene apply SCENE FILE"
+            )));
         }
         let warnings = self.take_message()?;
         let Some(objects) = self.objects else {
@@ -246,16 +283,29 @@ impl SceneFile {
         for entry in self.attached_collision_objects {
             let names = entry.object.subframes()?;
             let id = entry.object.id.clone();
-            subframes.extend(names.into_iter().map(|(name, pose)| ((id.clone(), name), pose)));
+            subframes.extend(
+                names
+                    .into_iter()
+                    .map(|(name, pose)| ((id.clone(), name), pose)),
+            );
             let last = attached.last_mut().map(|attached| &mut attached.object);
             let built = entry.build(meshes, last)?;
             attached.extend(built);
         }
         for object in &given {
             let id = &object.object.id;
-            subframes.extend(object.subframes.iter().map(|(name, pose)| ((id.clone(), name.clone()), *pose)));
+            subframes.extend(
+                object
+                    .subframes
+                    .iter()
+                    .map(|(name, pose)| ((id.clone(), name.clone()), *pose)),
+            );
         }
-        let placed = place(&frames, given, attached.iter().map(|attached| attached.object.id.as_str()))?;
+        let placed = place(
+            &frames,
+            given,
+            attached.iter().map(|attached| attached.object.id.as_str()),
+        )?;
         Scene::of(SceneDescription {
             name: self.name,
             obstacles: placed.obstacles,
@@ -290,16 +340,29 @@ pub fn refuse_constraints(field: &str, constraints: Filled) -> Result<(), SceneE
 impl ObjectFile {
     /// Adds an object of a whole scene to those before it, or appends shapes to the last one.
     fn add_to(self, given: &mut Vec<Given>, meshes: &mut MeshSource<'_>) -> Result<(), SceneError> {
-        let (frame, subframes) = (self.header.frame_id.clone(), self.subframes()?);
+        let frame = self.header.frame_id.clone();
+        let subframes = self.subframes()?;
         match self.added(meshes, given.last_mut().map(|given| &mut given.object))? {
-            Some(object) => given.push(Given { object, frame, subframes }),
-            None => given.last_mut().into_iter().for_each(|last| last.subframes.extend(subframes.clone())),
+            Some(object) => given.push(Given {
+                object,
+                frame,
+                subframes,
+            }),
+            None => given
+                .last_mut()
+                .into_iter()
+                .for_each(|last| last.subframes.extend(subframes.clone())),
         }
         Ok(())
     }
 
-    /// An object of a whole scene, which is only added to; `None` where it appends shapes to the last one.
-    fn added(self, meshes: &mut MeshSource<'_>, last: Option<&mut Obstacle>) -> Result<Option<Obstacle>, SceneError> {
+    /// An object of a whole scene, which is only added to; `None` where it appends shapes to the
+    /// last one.
+    fn added(
+        self,
+        meshes: &mut MeshSource<'_>,
+        last: Option<&mut Obstacle>,
+    ) -> Result<Option<Obstacle>, SceneError> {
         match (self.operation, last) {
             (None | Some(Operation::Add), _) => self.build(meshes).map(Some),
             (Some(Operation::Append), Some(last)) if last.id == self.id => {
@@ -308,7 +371,11 @@ impl ObjectFile {
                 Ok(None)
             }
             (Some(other), _) => {
-                let text = format!("object {:?} has the operation {} in a whole scene", self.id, other.name());
+                let text = format!(
+                    "object {:?} has the operation {} in a whole scene",
+                    self.id,
+                    other.name()
+                );
                 let valid = "valid: ADD, and APPEND right after it; set is_diff and apply it to change a scene";
                 Err(SceneError::Syntax(format!("{text}; {valid}")))
             }
@@ -318,18 +385,26 @@ impl ObjectFile {
 
 impl AttachedObjectFile {
     pub(super) fn new(link_name: String, object: ObjectFile) -> Self {
-        Self { link_name, object, touch_links: Vec::new(), _detach_posture: IgnoredAny, _weight: IgnoredAny }
+        Self {
+            link_name,
+            object,
+            touch_links: Vec::new(),
+            _detach_posture: IgnoredAny,
+            _weight: IgnoredAny,
+        }
     }
 
-    /// Refuses a message by which MoveIt takes an object up, or puts it down, where the robot then is: its pose says
-    /// nothing.
+    /// Refuses a message by which MoveIt takes an object up, or puts it down, where the robot then
+    /// is: its pose says nothing.
     fn check_placed(&self) -> Result<(), SceneError> {
         let (id, what) = match self.object.operation {
             Some(Operation::Add) if !self.object.has_shapes() => (&self.object.id, "taken up"),
             Some(Operation::Remove) => (&self.object.id, "put down"),
             _ => return Ok(()),
         };
-        let text = format!("robot_state: object {id:?} is {what} where the robot then stands, which no scene knows");
+        let text = format!(
+            "robot_state: object {id:?} is {what} where the robot then stands, which no scene knows"
+        );
         let advice = "give it in attached_collision_objects with its pose in the link's frame, or in the world";
         Err(SceneError::Syntax(format!("{text}; {advice}")))
     }
@@ -353,20 +428,37 @@ impl AttachedObjectFile {
         last: Option<&mut Obstacle>,
     ) -> Result<Option<AttachedObject>, SceneError> {
         self.check_frame()?;
-        let Self { link_name, object, touch_links, .. } = self;
-        Ok(object.added(meshes, last)?.map(|object| AttachedObject { link_name, object, touch_links }))
+        let Self {
+            link_name,
+            object,
+            touch_links,
+            ..
+        } = self;
+        Ok(object.added(meshes, last)?.map(|object| AttachedObject {
+            link_name,
+            object,
+            touch_links,
+        }))
     }
 
-    /// Refuses what names no link, or poses in another frame than the link's: taken for poses in that, they would put
-    /// the object elsewhere unseen.
+    /// Refuses what names no link, or poses in another frame than the link's: taken for poses in
+    /// that, they would put the object elsewhere unseen.
     pub(super) fn check_frame(&self) -> Result<(), SceneError> {
-        let (id, link_name, frame) = (&self.object.id, &self.link_name, &self.object.header.frame_id);
+        let id = &self.object.id;
+        let link_name = &self.link_name;
+        let frame = &self.object.header.frame_id;
         if link_name.is_empty() {
-            return Err(SceneError::Syntax(format!("object {id:?} is attached to no link; give its link_name")));
+            return Err(SceneError::Syntax(format!(
+                "object {id:?} is attached to no link; give its link_name"
+            )));
         }
         if !frame.is_empty() && frame != link_name {
-            let text = format!("object {id:?} is attached to {link_name:?}, but its poses are in the frame {frame:?}");
-            return Err(SceneError::Syntax(format!("{text}; give them in the frame of {link_name:?}")));
+            let text = format!(
+                "object {id:?} is attached to {link_name:?}, but its poses are in the frame {frame:?}"
+            );
+            return Err(SceneError::Syntax(format!(
+                "{text}; give them in the frame of {link_name:?}"
+            )));
         }
         Ok(())
     }

@@ -58,14 +58,18 @@ impl<'de> Deserialize<'de> for PrimitiveKind {
     }
 }
 
-/// A mesh: a file, or vertices and triangles, of which the file is then only the name. `resource` and `dimensions`
-/// are robowflex's words.
+/// A mesh: a file, or vertices and triangles, of which the file is then only the name. `resource`
+/// and `dimensions` are robowflex's words.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MeshFile {
     #[serde(default, alias = "resource", skip_serializing_if = "String::is_empty")]
     file: String,
-    #[serde(default = "no_scale", alias = "dimensions", skip_serializing_if = "is_no_scale")]
+    #[serde(
+        default = "no_scale",
+        alias = "dimensions",
+        skip_serializing_if = "is_no_scale"
+    )]
     scale: Point,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) vertices: Vec<Point>,
@@ -89,12 +93,22 @@ impl PrimitiveFile {
         let (kind, dimensions) = match shape {
             Shape::Box { half_extents } => ("box", (*half_extents * 2.0).to_array().to_vec()),
             Shape::Sphere { radius } => ("sphere", vec![*radius]),
-            Shape::Cylinder { radius, half_height } => ("cylinder", vec![half_height * 2.0, *radius]),
-            Shape::Capsule { radius, half_length } => ("capsule", vec![half_length * 2.0, *radius]),
+            Shape::Cylinder {
+                radius,
+                half_height,
+            } => ("cylinder", vec![half_height * 2.0, *radius]),
+            Shape::Capsule {
+                radius,
+                half_length,
+            } => ("capsule", vec![half_length * 2.0, *radius]),
             Shape::Mesh(_) => unreachable!("a mesh is no primitive"),
         };
         let dimensions = dimensions.into_iter().map(Finite).collect();
-        Self { kind: PrimitiveKind(kind.to_owned()), dimensions, _polygon: IgnoredAny }
+        Self {
+            kind: PrimitiveKind(kind.to_owned()),
+            dimensions,
+            _polygon: IgnoredAny,
+        }
     }
 
     pub(super) fn build(&self, id: &str) -> Result<Shape, SceneError> {
@@ -105,39 +119,73 @@ impl PrimitiveFile {
             ("cylinder", &[height, radius]) => Shape::cylinder(height, radius),
             ("capsule", &[length, radius]) => Shape::capsule(length, radius),
             ("cone" | "prism", _) => {
-                let text = format!("object {id:?} has a {}, which is not read; use a cylinder or a mesh", self.kind.0);
+                let text = format!(
+                    "object {id:?} has a {}, which is not read; use a cylinder or a mesh",
+                    self.kind.0
+                );
                 return Err(SceneError::Syntax(text));
             }
             (kind, dimensions) => {
                 let known = "box [x, y, z], sphere [radius], cylinder [height, radius], capsule [length, radius]";
-                let text = format!("object {id:?} has a {kind:?} of {} dimensions; valid: {known}", dimensions.len());
+                let text = format!(
+                    "object {id:?} has a {kind:?} of {} dimensions; valid: {known}",
+                    dimensions.len()
+                );
                 return Err(SceneError::Syntax(text));
             }
         };
-        shape.map_err(|source| SceneError::Shape { id: id.to_owned(), source })
+        shape.map_err(|source| SceneError::Shape {
+            id: id.to_owned(),
+            source,
+        })
     }
 }
 
 impl MeshFile {
     pub(super) fn of(mesh: &Mesh, with_content: bool) -> Self {
-        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+        let mut vertices = Vec::new();
+        let mut triangles = Vec::new();
         if with_content {
-            vertices = mesh.vertices().iter().map(|vertex| Point(vertex.to_array())).collect();
+            vertices = mesh
+                .vertices()
+                .iter()
+                .map(|vertex| Point(vertex.to_array()))
+                .collect();
             triangles = mesh.triangles().iter().copied().map(Corners).collect();
         }
         let hash = Some(format!("{:016x}", mesh.hash()));
-        Self { file: mesh.name().to_owned(), scale: no_scale(), vertices, triangles, hash }
+        Self {
+            file: mesh.name().to_owned(),
+            scale: no_scale(),
+            vertices,
+            triangles,
+            hash,
+        }
     }
 
     pub(super) fn build(&self, id: &str, meshes: &mut MeshSource<'_>) -> Result<Shape, SceneError> {
-        let refuse = |source| SceneError::Mesh { id: id.to_owned(), source };
+        let refuse = |source| SceneError::Mesh {
+            id: id.to_owned(),
+            source,
+        };
         let scale = Vec3::from_array(self.scale.0);
         let mesh = if !self.vertices.is_empty() {
-            let vertices = self.vertices.iter().map(|vertex| Vec3::from_array(vertex.0) * scale).collect();
+            let vertices = self
+                .vertices
+                .iter()
+                .map(|vertex| Vec3::from_array(vertex.0) * scale)
+                .collect();
             let name = if self.file.is_empty() { id } else { &self.file };
-            Mesh::new(name, vertices, self.triangles.iter().map(|corners| corners.0).collect()).map(Arc::new)
+            Mesh::new(
+                name,
+                vertices,
+                self.triangles.iter().map(|corners| corners.0).collect(),
+            )
+            .map(Arc::new)
         } else if self.file.is_empty() {
-            let text = format!("object {id:?} has a mesh of nothing; give its file, or its vertices and triangles");
+            let text = format!(
+                "object {id:?} has a mesh of nothing; give its file, or its vertices and triangles"
+            );
             return Err(SceneError::Syntax(text));
         } else {
             meshes(&self.file, scale)
@@ -146,8 +194,13 @@ impl MeshFile {
         let found = format!("{:016x}", mesh.hash());
         match &self.hash {
             Some(wanted) if *wanted != found => {
-                let reason = format!("its content has hash {found}, not {wanted}; give the mesh that is meant");
-                Err(refuse(MeshError::Unreadable { name: self.file.clone(), reason }))
+                let reason = format!(
+                    "its content has hash {found}, not {wanted}; give the mesh that is meant"
+                );
+                Err(refuse(MeshError::Unreadable {
+                    name: self.file.clone(),
+                    reason,
+                }))
             }
             _ => Ok(Shape::Mesh(mesh)),
         }

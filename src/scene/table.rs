@@ -40,7 +40,10 @@ pub(super) struct Table<K: Ord, V> {
 
 impl<K: Ord, V> Default for Table<K, V> {
     fn default() -> Self {
-        Self { values: RedBlackTreeMapSync::new_sync(), facts: FactSum::default() }
+        Self {
+            values: RedBlackTreeMapSync::new_sync(),
+            facts: FactSum::default(),
+        }
     }
 }
 
@@ -167,7 +170,11 @@ impl Verdicts {
         }
         let pair = pair(a, b);
         for (name, partner) in [(&pair.0, &pair.1), (&pair.1, &pair.0)] {
-            let mut partners = self.partners.get(name).cloned().unwrap_or_else(RedBlackTreeSetSync::new_sync);
+            let mut partners = self
+                .partners
+                .get(name)
+                .cloned()
+                .unwrap_or_else(RedBlackTreeSetSync::new_sync);
             match verdict {
                 Some(_) => partners.insert_mut(partner.clone()),
                 None => {
@@ -180,16 +187,26 @@ impl Verdicts {
                 self.partners.insert_mut(name.clone(), partners);
             }
         }
-        let told = |verdict| Told { verdict, number: self.told, is_turned: a > b };
+        let told = |verdict| Told {
+            verdict,
+            number: self.told,
+            is_turned: a > b,
+        };
         self.of_pairs.set(pair, verdict.map(told));
         self.told += 1;
     }
 
     /// Pairs of a verdict as they were told, one after the other.
     pub fn as_told(&self, verdict: Verdict) -> Vec<(&str, &str)> {
-        let mut all: Vec<_> = self.of_pairs.iter().filter(|(_, told)| told.verdict == verdict).collect();
+        let mut all: Vec<_> = self
+            .of_pairs
+            .iter()
+            .filter(|(_, told)| told.verdict == verdict)
+            .collect();
         all.sort_by_key(|(_, told)| told.number);
-        all.into_iter().map(|(pair, told)| told.names(pair)).collect()
+        all.into_iter()
+            .map(|(pair, told)| told.names(pair))
+            .collect()
     }
 
     /// Says nothing any more of the pairs that a name is in.

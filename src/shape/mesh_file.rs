@@ -1,5 +1,5 @@
-//! Mesh files: bytes of an STL, OBJ or DAE file to a [`Mesh`], exactly as it stands, never made convex. Coordinates
-//! are f64 from the text on.
+//! Mesh files: bytes of an STL, OBJ or DAE file to a [`Mesh`], exactly as it stands, never made
+//! convex. Coordinates are f64 from the text on.
 
 use std::path::Path;
 
@@ -11,30 +11,56 @@ use crate::math::Vec3;
 /// `scale` multiplies the coordinates [m per unit of the file]; an odd number of negative factors
 /// mirrors the mesh.
 ///
-/// A polygon of more than three corners is cut into triangles: a convex one from its first corner, any other by ears,
-/// whichever corner comes first. Which of them it is, its corners say as the file has them, before any node or `scale`:
-/// a quad that is not flat may be convex in one and not in the other, and the file has to mean one shape.
+/// A polygon of more than three corners is cut into triangles: a convex one from its first corner,
+/// any other by ears, whichever corner comes first. Which of them it is, its corners say as the
+/// file has them, before any node or `scale`: a quad that is not flat may be convex in one and not
+/// in the other, and the file has to mean one shape.
 ///
 /// # Errors
-/// Another format than STL, OBJ or DAE, a file that is cut short or cannot be decoded, one that holds surfaces that are
-/// no polygons, one without a triangle that has an area, a scale that is zero or not finite.
+/// Another format than STL, OBJ or DAE, a file that is cut short or cannot be decoded, one that
+/// holds surfaces that are no polygons, one without a triangle that has an area, a scale that is
+/// zero or not finite.
 pub fn read(name: &str, bytes: &[u8], scale: Vec3) -> Result<Mesh, MeshError> {
-    let refuse = |reason: String| MeshError::Unreadable { name: name.to_owned(), reason };
+    let refuse = |reason: String| MeshError::Unreadable {
+        name: name.to_owned(),
+        reason,
+    };
     if !scale.is_finite() || scale.to_array().contains(&0.0) {
-        return Err(refuse(format!("its scale is {scale}; every factor must be finite and not 0")));
+        return Err(refuse(format!(
+            "its scale is {scale}; every factor must be finite and not 0"
+        )));
     }
-    let extension = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let extension = Path::new(name)
+        .extension()
+        .and_then(|e| e.to_str())
+        .unwrap_or_default()
+        .to_ascii_lowercase();
     let surface = match extension.as_str() {
         "stl" => stl::read(bytes),
         "obj" => obj::read(bytes),
         "dae" => collada::read(bytes),
-        other => Err(format!("{other:?} is no mesh format; valid formats: stl, obj, dae")),
+        other => Err(format!(
+            "{other:?} is no mesh format; valid formats: stl, obj, dae"
+        )),
     };
     let mut surface = surface.map_err(refuse)?;
-    surface.vertices.iter_mut().for_each(|vertex| *vertex *= scale);
+    surface
+        .vertices
+        .iter_mut()
+        .for_each(|vertex| *vertex *= scale);
     // An odd number of negative factors turns the triangles over.
-    if scale.to_array().into_iter().filter(|factor| *factor < 0.0).count() % 2 == 1 {
-        surface.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    if scale
+        .to_array()
+        .into_iter()
+        .filter(|factor| *factor < 0.0)
+        .count()
+        % 2
+        == 1
+    {
+        surface
+            .triangles
+            .iter_mut()
+            .for_each(|triangle| triangle.swap(1, 2));
     }
     let words = surface.words();
     Ok(Mesh::new(name, surface.vertices, surface.triangles)?.with_warnings(words))
@@ -42,8 +68,13 @@ pub fn read(name: &str, bytes: &[u8], scale: Vec3) -> Result<Mesh, MeshError> {
 
 /// A coordinate of a text file.
 pub(super) fn number(word: &str) -> Result<f64, String> {
-    let advice = if word.contains(',') { "; the decimal sign must be a point" } else { "" };
-    word.parse().map_err(|_| format!("{word:?} is no number{advice}"))
+    let advice = if word.contains(',') {
+        "; the decimal sign must be a point"
+    } else {
+        ""
+    };
+    word.parse()
+        .map_err(|_| format!("{word:?} is no number{advice}"))
 }
 
 #[cfg(test)]
@@ -52,10 +83,14 @@ mod tests {
 
     /// Corners of a tetrahedron's four triangles, seen from outside counter-clockwise.
     const FACES: [[[f32; 3]; 3]; 4] = {
-        let (o, x, y, z) = ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+        let o = [0.0, 0.0, 0.0];
+        let x = [1.0, 0.0, 0.0];
+        let y = [0.0, 1.0, 0.0];
+        let z = [0.0, 0.0, 1.0];
         [[o, y, x], [o, x, z], [o, z, y], [x, y, z]]
     };
-    const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng a\nf 1 3 2\nf 1 2 4\ng b\nf 1 4 3\nf 2 3 4\n";
+    const OBJ: &str =
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng a\nf 1 3 2\nf 1 2 4\ng b\nf 1 4 3\nf 2 3 4\n";
 
     fn written_stl(header: &str, faces: &[[[f32; 3]; 3]]) -> Vec<u8> {
         let mut bytes = header.as_bytes().to_vec();
@@ -77,11 +112,16 @@ mod tests {
                 face.iter().map(vertex).collect::<String>()
             )
         };
-        format!("solid t\n{}endsolid t\n", faces.iter().map(facet).collect::<String>())
+        format!(
+            "solid t\n{}endsolid t\n",
+            faces.iter().map(facet).collect::<String>()
+        )
     }
 
     fn refusal(name: &str, bytes: &[u8]) -> String {
-        read(name, bytes, Vec3::ONE).expect_err("must be refused").to_string()
+        read(name, bytes, Vec3::ONE)
+            .expect_err("must be refused")
+            .to_string()
     }
 
     #[test]
@@ -93,7 +133,11 @@ mod tests {
             ("a.obj", OBJ.as_bytes().to_vec()),
         ] {
             let mesh = read(name, &bytes, Vec3::ONE).unwrap();
-            assert_eq!((mesh.vertices().len(), mesh.triangles().len()), (4, 4), "{name}");
+            assert_eq!(
+                (mesh.vertices().len(), mesh.triangles().len()),
+                (4, 4),
+                "{name}"
+            );
             assert!(mesh.warnings().is_empty(), "{:?}", mesh.warnings());
         }
     }
@@ -103,12 +147,22 @@ mod tests {
         let whole = written_stl("solid", &FACES);
         assert_eq!(whole.len(), 284);
         let text = refusal("cup.stl", &whole[..270]);
-        assert!(text.contains("cup.stl") && text.contains("4 triangles need 284 bytes, the file has 270"), "{text}");
+        assert!(
+            text.contains("cup.stl")
+                && text.contains("4 triangles need 284 bytes, the file has 270"),
+            "{text}"
+        );
         let text = refusal("cup.stl", &written_stl("", &FACES)[..60]);
-        assert!(text.contains("at least 84 bytes, the file has 60"), "{text}");
+        assert!(
+            text.contains("at least 84 bytes, the file has 60"),
+            "{text}"
+        );
         let written = text_stl(&FACES);
         let text = refusal("cup.stl", &written.as_bytes()[..written.len() / 2]);
-        assert!(text.contains("cup.stl") && text.contains("text STL"), "{text}");
+        assert!(
+            text.contains("cup.stl") && text.contains("text STL"),
+            "{text}"
+        );
         let mut longer = whole.clone();
         longer.extend([0; 50]);
         assert!(refusal("cup.stl", &longer).contains("longer than it says"));
@@ -117,9 +171,16 @@ mod tests {
     #[test]
     fn a_file_without_an_area_is_refused() {
         let flat = [[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]];
-        for bytes in [written_stl("", &[]), written_stl("", &flat), text_stl(&[]).into_bytes()] {
+        for bytes in [
+            written_stl("", &[]),
+            written_stl("", &flat),
+            text_stl(&[]).into_bytes(),
+        ] {
             let text = refusal("cup.stl", &bytes);
-            assert!(text.contains("cup.stl") && text.contains("no triangle with an area"), "{text}");
+            assert!(
+                text.contains("cup.stl") && text.contains("no triangle with an area"),
+                "{text}"
+            );
         }
         assert!(refusal("cup.obj", b"v 0 0 0\n").contains("no triangle"));
     }
@@ -133,7 +194,12 @@ mod tests {
         assert!(refusal("cup.stl", &written_stl("", &nan)).contains("not finite"));
         let bytes = written_stl("", &FACES);
         for scale in [Vec3::ZERO, Vec3::new(1.0, f64::NAN, 1.0)] {
-            assert!(read("cup.stl", &bytes, scale).unwrap_err().to_string().contains("scale"));
+            assert!(
+                read("cup.stl", &bytes, scale)
+                    .unwrap_err()
+                    .to_string()
+                    .contains("scale")
+            );
         }
     }
 
@@ -150,7 +216,11 @@ mod tests {
         let warning = |faces: &[[[f32; 3]; 3]], scale| {
             let mesh = read("cup.stl", &written_stl("", faces), scale).unwrap();
             assert!(mesh.warnings().iter().all(|text| text.contains("cup.stl")));
-            mesh.warnings().iter().map(|text| text.to_string()).collect::<Vec<_>>().join("; ")
+            mesh.warnings()
+                .iter()
+                .map(|text| text.to_string())
+                .collect::<Vec<_>>()
+                .join("; ")
         };
         assert!(warning(&FACES, Vec3::splat(100.0)).contains("100.0 × 100.0 × 100.0 m"));
         assert!(warning(&FACES[..3], Vec3::ONE).contains("3 of 6 edges"));
@@ -165,14 +235,20 @@ mod tests {
     fn every_dialect_of_text_stl_gives_the_same_solid() {
         let plain = text_stl(&FACES);
         let wanted = solid("a.stl", &plain).hash();
-        let two = plain.replacen("endfacet\nfacet", "endfacet\nendsolid one\nsolid the second facet\nfacet", 1);
+        let two = plain.replacen(
+            "endfacet\nfacet",
+            "endfacet\nendsolid one\nsolid the second facet\nfacet",
+            1,
+        );
         for text in [
             plain.to_uppercase(),
             plain.replace('\n', "\r\n"),
             plain.replace('\n', " "),
             plain.replace('\n', "\n\t  ").trim_end().to_owned(),
             plain.replace("solid t", "solid"),
-            plain.replace("solid t", "solid made with a facet normal of care").replace("endsolid made", "endsolid"),
+            plain
+                .replace("solid t", "solid made with a facet normal of care")
+                .replace("endsolid made", "endsolid"),
             plain.replace("normal 0 0 0", "normal nan -1.#IND 0"),
             plain.replace(" normal 0 0 0", ""),
             plain.replace("endloop\n", "").replace("endfacet\n", ""),
@@ -190,22 +266,57 @@ mod tests {
     fn text_stl_that_is_odd_is_refused_with_its_line() {
         let plain = text_stl(&FACES);
         for (old, new, parts) in [
-            ("vertex 1 0 0", "vertex 1,0 0 0", ["line 6", "\"1,0\"", "must be a point"]),
-            ("vertex 1 0 0", "vertx 1 0 0", ["line 6", "\"vertx\"", "endfacet"]),
-            ("vertex 1 0 0", "vertex 1 0", ["line 7", "\"endloop\"", "no number"]),
-            ("vertex 1 0 0", "vertex 1 0 0 0", ["line 6", "\"0\"", "no word"]),
-            ("vertex 1 0 0\n", "", ["line 6", "facet of 2 corners", "missing"]),
-            ("endsolid t\n", "", ["cut short", "endsolid", "add that line"]),
+            (
+                "vertex 1 0 0",
+                "vertex 1,0 0 0",
+                ["line 6", "\"1,0\"", "must be a point"],
+            ),
+            (
+                "vertex 1 0 0",
+                "vertx 1 0 0",
+                ["line 6", "\"vertx\"", "endfacet"],
+            ),
+            (
+                "vertex 1 0 0",
+                "vertex 1 0",
+                ["line 7", "\"endloop\"", "no number"],
+            ),
+            (
+                "vertex 1 0 0",
+                "vertex 1 0 0 0",
+                ["line 6", "\"0\"", "no word"],
+            ),
+            (
+                "vertex 1 0 0\n",
+                "",
+                ["line 6", "facet of 2 corners", "missing"],
+            ),
+            (
+                "endsolid t\n",
+                "",
+                ["cut short", "endsolid", "add that line"],
+            ),
         ] {
             let text = refusal("cup.stl", plain.replacen(old, new, 1).as_bytes());
-            assert!(parts.iter().all(|part| text.contains(part)), "{text:?} lacks one of {parts:?}");
+            assert!(
+                parts.iter().all(|part| text.contains(part)),
+                "{text:?} lacks one of {parts:?}"
+            );
         }
-        let text = refusal("cup.stl", plain.replacen("vertex 1 0 0", "vertex inf 0 0", 1).as_bytes());
+        let text = refusal(
+            "cup.stl",
+            plain
+                .replacen("vertex 1 0 0", "vertex inf 0 0", 1)
+                .as_bytes(),
+        );
         assert!(text.contains("not finite"), "{text}");
         assert!(refusal("cup.stl", b"").contains("the file has 0"));
         let mut none = written_stl("solid", &FACES);
         none[80..84].fill(0);
-        assert!(refusal("cup.stl", &none).contains("longer than it says: 0 triangles need 84 bytes, the file has 284"));
+        assert!(
+            refusal("cup.stl", &none)
+                .contains("longer than it says: 0 triangles need 84 bytes, the file has 284")
+        );
     }
 
     #[test]
@@ -226,9 +337,16 @@ mod tests {
             OBJ.replace("v 1 0 0", "v 1 0 0 1.0")
                 .replace("v 0 1 0", "v 0 1 0 0.5 0.25 1")
                 .replace("v 0 0 1", "v 0 0 1 1 1 1 1"),
-            format!("mtllib a b.mtl\no thing\ns off\nusemtl red\n{}", OBJ.replace("g b", "usemtl blue\no \u{fffd}")),
+            format!(
+                "mtllib a b.mtl\no thing\ns off\nusemtl red\n{}",
+                OBJ.replace("g b", "usemtl blue\no \u{fffd}")
+            ),
             // Faces before vertices.
-            format!("{}{}", &OBJ[OBJ.find("g a").unwrap()..], &OBJ[..OBJ.find("g a").unwrap()]),
+            format!(
+                "{}{}",
+                &OBJ[OBJ.find("g a").unwrap()..],
+                &OBJ[..OBJ.find("g a").unwrap()]
+            ),
         ] {
             let mesh = solid("a.Obj", &text);
             assert_eq!(mesh.hash(), wanted, "{text}");
@@ -242,7 +360,11 @@ mod tests {
     #[test]
     fn what_an_obj_has_besides_polygons_is_counted_or_refused() {
         let mesh = solid("cup.obj", &format!("{OBJ}l 1 2\nl 2 3\np 1\nf 1 2\n"));
-        let warnings: Vec<&str> = mesh.warnings().iter().map(|warning| warning.text()).collect();
+        let warnings: Vec<&str> = mesh
+            .warnings()
+            .iter()
+            .map(|warning| warning.text())
+            .collect();
         assert_eq!(
             warnings,
             [
@@ -251,7 +373,10 @@ mod tests {
         );
         let crossing = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3 4\n";
         assert!(
-            solid("cup.obj", crossing).warnings().iter().any(|text| text.contains("1 polygons that cross themselves"))
+            solid("cup.obj", crossing)
+                .warnings()
+                .iter()
+                .any(|text| text.contains("1 polygons that cross themselves"))
         );
         for (line, parts) in [
             ("surf 0 1 0 1 1 2 3 4", ["line 11", "\"surf\"", "free-form"]),
@@ -268,7 +393,10 @@ mod tests {
             ("f 1 2 99999999999", ["line 11", "99999999999", ""]),
         ] {
             let text = refusal("cup.obj", format!("{OBJ}{line}\n").as_bytes());
-            assert!(parts.iter().all(|part| text.contains(part)), "{text:?} lacks one of {parts:?}");
+            assert!(
+                parts.iter().all(|part| text.contains(part)),
+                "{text:?} lacks one of {parts:?}"
+            );
         }
         assert!(refusal("cup.obj", b"v\x00 0\x00").contains("no text in UTF-8"));
     }
@@ -277,7 +405,12 @@ mod tests {
     #[test]
     fn a_quad_is_cut_as_the_file_has_it_whatever_scales_it() {
         let text = "v 0 0 -5\nv 1 0 9\nv 1 1 -7\nv 0 1 -1\nf 1 2 3 4\n";
-        let cut = |text: &str, scale| read("a.obj", text.as_bytes(), scale).unwrap().triangles().to_vec();
+        let cut = |text: &str, scale| {
+            read("a.obj", text.as_bytes(), scale)
+                .unwrap()
+                .triangles()
+                .to_vec()
+        };
         let flatter = Vec3::new(1.0, 1.0, 0.1);
         assert_eq!(cut(text, flatter), cut(text, Vec3::ONE));
         let flat = "v 0 0 -0.5\nv 1 0 0.9\nv 1 1 -0.7\nv 0 1 -0.1\nf 1 2 3 4\n";
@@ -306,19 +439,42 @@ mod tests {
     /// A cube far from the origin keeps its size in formats of text: f32 has steps of 0.5 there.
     #[test]
     fn coordinates_of_text_are_f64() {
-        let at = |[x, y, z]: [f32; 3]| [400321.65 + 0.2 * f64::from(x), 5812345.78 + 0.2 * f64::from(y), f64::from(z)];
-        let line =
-            |word: &str, corner: [f32; 3]| at(corner).iter().fold(word.to_owned(), |line, c| format!("{line} {c}"));
-        let facet = |face: &[[f32; 3]; 3]| {
-            format!("facet normal 0 0 0 outer loop {} endloop endfacet\n", face.map(|c| line("vertex", c)).join(" "))
+        let at = |[x, y, z]: [f32; 3]| {
+            [
+                400321.65 + 0.2 * f64::from(x),
+                5812345.78 + 0.2 * f64::from(y),
+                f64::from(z),
+            ]
         };
-        let stl = format!("solid\n{}endsolid\n", FACES.iter().map(facet).collect::<String>());
-        let corners: String = FACES.iter().flatten().map(|corner| line("v", *corner) + "\n").collect();
+        let line = |word: &str, corner: [f32; 3]| {
+            at(corner)
+                .iter()
+                .fold(word.to_owned(), |line, c| format!("{line} {c}"))
+        };
+        let facet = |face: &[[f32; 3]; 3]| {
+            format!(
+                "facet normal 0 0 0 outer loop {} endloop endfacet\n",
+                face.map(|c| line("vertex", c)).join(" ")
+            )
+        };
+        let stl = format!(
+            "solid\n{}endsolid\n",
+            FACES.iter().map(facet).collect::<String>()
+        );
+        let corners: String = FACES
+            .iter()
+            .flatten()
+            .map(|corner| line("v", *corner) + "\n")
+            .collect();
         let obj = corners + "f 1 2 3\nf 4 5 6\nf 7 8 9\nf 10 11 12\n";
         for (name, text) in [("a.stl", stl), ("a.obj", obj)] {
             let mesh = solid(name, &text);
             assert!(mesh.has_inside() && mesh.vertices().len() == 4, "{name}");
-            assert!((mesh.signed_volume() - 0.04 / 6.0).abs() < 1e-10, "{name}: {}", mesh.signed_volume());
+            assert!(
+                (mesh.signed_volume() - 0.04 / 6.0).abs() < 1e-10,
+                "{name}: {}",
+                mesh.signed_volume()
+            );
         }
     }
 }

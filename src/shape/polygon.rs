@@ -1,10 +1,11 @@
-//! Polygons as triangles. A convex one is cut from its first corner, as assimp, coal and trimesh cut it: where its
-//! corners are not in one plane, the cut is part of the shape. Any other is cut by ears, the same ones whichever of its
-//! corners comes first.
+//! Polygons as triangles. A convex one is cut from its first corner, as assimp, coal and trimesh
+//! cut it: where its corners are not in one plane, the cut is part of the shape. Any other is cut
+//! by ears, the same ones whichever of its corners comes first.
 //!
-//! Convex is what turns one way, and once around, as seen along the polygon's own normal (Newell's). Repeated corners
-//! and corners on a straight side change nothing about that: they make triangles without an area. A polygon that
-//! crosses itself has no inside: it is filled as far as ears go, the rest from one corner, and this is said.
+//! Convex is what turns one way, and once around, as seen along the polygon's own normal
+//! (Newell's). Repeated corners and corners on a straight side change nothing about that: they make
+//! triangles without an area. A polygon that crosses itself has no inside: it is filled as far as
+//! ears go, the rest from one corner, and this is said.
 
 use std::f64::consts::PI;
 
@@ -28,19 +29,32 @@ pub(super) struct Filled {
 /// # Errors
 /// A polygon that is not convex and has more than [`MOST_CORNERS`] corners.
 pub(super) fn fill(corners: &[Vec3]) -> Result<Filled, String> {
-    let fan = |crosses| Filled { triangles: (2..corners.len()).map(|at| [0, at - 1, at]).collect(), crosses };
+    let fan = |crosses| Filled {
+        triangles: (2..corners.len()).map(|at| [0, at - 1, at]).collect(),
+        crosses,
+    };
     if corners.len() <= 3 {
         return Ok(fan(false));
     }
     let count = corners.len();
     let first = least_rotation(corners);
     // From here on nothing depends on the corner that comes first.
-    let rotated: Vec<Vec3> = corners[first..].iter().chain(&corners[..first]).copied().collect();
+    let rotated: Vec<Vec3> = corners[first..]
+        .iter()
+        .chain(&corners[..first])
+        .copied()
+        .collect();
     let Some(flat) = flatten(&rotated) else {
         let area = |t: [Vec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]).length() > 0.0;
-        return Ok(fan((2..count).any(|at| area([corners[0], corners[at - 1], corners[at]]))));
+        return Ok(fan(
+            (2..count).any(|at| area([corners[0], corners[at - 1], corners[at]]))
+        ));
     };
-    let straight = STRAIGHT * flat.iter().map(|p| p[0] * p[0] + p[1] * p[1]).fold(0.0, f64::max);
+    let straight = STRAIGHT
+        * flat
+            .iter()
+            .map(|p| p[0] * p[0] + p[1] * p[1])
+            .fold(0.0, f64::max);
     if is_convex(&flat, straight) {
         return Ok(fan(false));
     }
@@ -51,12 +65,15 @@ pub(super) fn fill(corners: &[Vec3]) -> Result<Filled, String> {
         ));
     }
     let mut filled = cut_ears(&flat, straight);
-    filled.triangles.iter_mut().for_each(|triangle| *triangle = triangle.map(|at| (at + first) % count));
+    filled
+        .triangles
+        .iter_mut()
+        .for_each(|triangle| *triangle = triangle.map(|at| (at + first) % count));
     Ok(filled)
 }
 
-/// Where the least of all sequences begins that the same corners make from another one on (Booth's question, asked
-/// simply: few corners are equal).
+/// Where the least of all sequences begins that the same corners make from another one on (Booth's
+/// question, asked simply: few corners are equal).
 fn least_rotation(corners: &[Vec3]) -> usize {
     let key = |at: usize| corners[at % corners.len()].to_array().map(|c| c + 0.0);
     let is_less = |a: usize, b: usize| {
@@ -66,32 +83,56 @@ fn least_rotation(corners: &[Vec3]) -> usize {
     (1..corners.len()).fold(0, |best, at| if is_less(at, best) { at } else { best })
 }
 
-/// The corners along the polygon's normal, turning counter-clockwise; `None` where it has no normal.
+/// The corners along the polygon's normal, turning counter-clockwise; `None` where it has no
+/// normal.
 fn flatten(corners: &[Vec3]) -> Option<Vec<[f64; 2]>> {
     // Newell's normal is right for polygons that are not convex, or not quite flat.
     let next = corners.iter().cycle().skip(1);
     let origin = corners[0];
-    let normal: Vec3 = corners.iter().zip(next).map(|(a, b)| (*a - origin).cross(*b - origin)).sum();
-    let largest = corners.iter().map(|corner| (*corner - origin).length_squared()).fold(0.0, f64::max);
-    let (x, y) = Some(normal).filter(|n| n.length() > STRAIGHT * largest)?.try_normalize()?.any_orthonormal_pair();
+    let normal: Vec3 = corners
+        .iter()
+        .zip(next)
+        .map(|(a, b)| (*a - origin).cross(*b - origin))
+        .sum();
+    let largest = corners
+        .iter()
+        .map(|corner| (*corner - origin).length_squared())
+        .fold(0.0, f64::max);
+    let (x, y) = Some(normal)
+        .filter(|n| n.length() > STRAIGHT * largest)?
+        .try_normalize()?
+        .any_orthonormal_pair();
     // The pair may turn either way about the normal.
     let y = if x.cross(y).dot(normal) < 0.0 { -y } else { y };
-    Some(corners.iter().map(|corner| [(*corner - origin).dot(x), (*corner - origin).dot(y)]).collect())
+    Some(
+        corners
+            .iter()
+            .map(|corner| [(*corner - origin).dot(x), (*corner - origin).dot(y)])
+            .collect(),
+    )
 }
 
 /// Whether the outline turns left or not at all, and once around.
 fn is_convex(flat: &[[f64; 2]], straight: f64) -> bool {
-    let mut sides: Vec<[f64; 2]> =
-        flat.iter().zip(flat.iter().cycle().skip(1)).map(|(a, b)| [b[0] - a[0], b[1] - a[1]]).collect();
+    let mut sides: Vec<[f64; 2]> = flat
+        .iter()
+        .zip(flat.iter().cycle().skip(1))
+        .map(|(a, b)| [b[0] - a[0], b[1] - a[1]])
+        .collect();
     sides.retain(|side| *side != [0.0; 2]);
     let mut around = 0.0;
     for (a, b) in sides.iter().zip(sides.iter().cycle().skip(1)) {
-        let (cross, dot) = (a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]);
+        let cross = a[0] * b[1] - a[1] * b[0];
+        let dot = a[0] * b[0] + a[1] * b[1];
         if cross < -straight {
             return false;
         }
         // Straight on, or straight back: a spike is no convex corner.
-        around += if cross <= straight && dot < 0.0 { PI } else { cross.max(0.0).atan2(dot) };
+        around += if cross <= straight && dot < 0.0 {
+            PI
+        } else {
+            cross.max(0.0).atan2(dot)
+        };
     }
     around < 3.0 * PI
 }
@@ -99,7 +140,8 @@ fn is_convex(flat: &[[f64; 2]], straight: f64) -> bool {
 fn cut_ears(flat: &[[f64; 2]], straight: f64) -> Filled {
     let mut left: Vec<usize> = (0..flat.len()).collect();
     let mut triangles = Vec::with_capacity(flat.len() - 2);
-    let (mut at, mut refused) = (0, 0);
+    let mut at = 0;
+    let mut refused = 0;
     while left.len() > 3 && refused < left.len() {
         if is_ear(flat, &left, at) {
             triangles.push(around(&left, at));
@@ -119,7 +161,11 @@ fn cut_ears(flat: &[[f64; 2]], straight: f64) -> Filled {
 }
 
 fn around(left: &[usize], at: usize) -> [usize; 3] {
-    [left[(at + left.len() - 1) % left.len()], left[at], left[(at + 1) % left.len()]]
+    [
+        left[(at + left.len() - 1) % left.len()],
+        left[at],
+        left[(at + 1) % left.len()],
+    ]
 }
 
 /// Whether the triangle at a corner lies inside the polygon, with no other corner in it.
@@ -160,14 +206,22 @@ mod tests {
     }
 
     fn from_corner(corners: &[Vec3], start: usize) -> Vec<Vec3> {
-        corners.iter().cycle().skip(start).take(corners.len()).copied().collect()
+        corners
+            .iter()
+            .cycle()
+            .skip(start)
+            .take(corners.len())
+            .copied()
+            .collect()
     }
 
     /// The triangles as sets of places, each from its least corner.
     fn places(corners: &[Vec3]) -> Vec<[[f64; 3]; 3]> {
         let place = |t: [usize; 3]| {
             let mut corners = t.map(|i| corners[i].to_array());
-            let least = (0..3).min_by(|&a, &b| corners[a].partial_cmp(&corners[b]).unwrap()).unwrap();
+            let least = (0..3)
+                .min_by(|&a, &b| corners[a].partial_cmp(&corners[b]).unwrap())
+                .unwrap();
             corners.rotate_left(least);
             corners
         };
@@ -180,20 +234,38 @@ mod tests {
     #[test]
     fn a_polygon_is_filled_to_its_outline_whatever_its_form_and_place() {
         let arrow = [[0.0, 0.0], [2.0, 1.0], [0.0, 2.0], [0.5, 1.0]];
-        let comb = [[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [3.0, 2.0], [3.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        let comb = [
+            [0.0, 0.0],
+            [4.0, 0.0],
+            [4.0, 2.0],
+            [3.0, 2.0],
+            [3.0, 1.0],
+            [1.0, 1.0],
+            [1.0, 2.0],
+            [0.0, 2.0],
+        ];
         let edge = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]];
         for (outline, area) in [(&arrow[..], 1.5), (&comb[..], 6.0), (&edge[..], 2.0)] {
             for turn in [Vec3::ZERO, Vec3::new(1.0, -2.0, 0.5), Vec3::X * PI] {
                 let rotation = quat_exp(turn);
-                let placed = |p: &[f64; 2]| rotation * Vec3::new(p[0], p[1], 0.3) + Vec3::new(5.0, 1.0, -2.0);
+                let placed = |p: &[f64; 2]| {
+                    rotation * Vec3::new(p[0], p[1], 0.3) + Vec3::new(5.0, 1.0, -2.0)
+                };
                 let corners: Vec<Vec3> = outline.iter().map(placed).collect();
                 for start in 0..outline.len() {
                     let corners = from_corner(&corners, start);
-                    let (parts, normal) = (areas(&corners), rotation * Vec3::Z);
+                    let parts = areas(&corners);
+                    let normal = rotation * Vec3::Z;
                     assert_eq!(parts.len(), corners.len() - 2);
                     let filled: f64 = parts.iter().map(|part| part.length()).sum();
-                    assert!((filled - area).abs() < 1e-12, "{outline:?} from {start}: {filled}");
-                    assert!(parts.iter().all(|part| part.dot(normal) >= -1e-14), "turned over: {outline:?}");
+                    assert!(
+                        (filled - area).abs() < 1e-12,
+                        "{outline:?} from {start}: {filled}"
+                    );
+                    assert!(
+                        parts.iter().all(|part| part.dot(normal) >= -1e-14),
+                        "turned over: {outline:?}"
+                    );
                 }
             }
         }
@@ -207,25 +279,32 @@ mod tests {
         for _ in 0..400 {
             let count = rng.usize(4..14);
             let at = |i: usize, rng: &mut fastrand::Rng| {
-                let (sine, cosine) = (2.0 * PI * (i as f64 + 0.8 * rng.f64()) / count as f64).sin_cos();
+                let (sine, cosine) =
+                    (2.0 * PI * (i as f64 + 0.8 * rng.f64()) / count as f64).sin_cos();
                 Vec3::new(cosine, sine, 0.0) * (0.05 + rng.f64())
             };
             let outline: Vec<Vec3> = (0..count).map(|i| at(i, &mut rng)).collect();
-            let (rotation, shift) =
-                (quat_exp(crate::testing::vector(&mut rng, 3.0)), crate::testing::vector(&mut rng, 9.0));
-            let area: f64 = (0..count).map(|i| outline[i].cross(outline[(i + 1) % count]).z / 2.0).sum();
+            let rotation = quat_exp(crate::testing::vector(&mut rng, 3.0));
+            let shift = crate::testing::vector(&mut rng, 9.0);
+            let area: f64 = (0..count)
+                .map(|i| outline[i].cross(outline[(i + 1) % count]).z / 2.0)
+                .sum();
             let mut corners: Vec<Vec3> = outline.iter().map(|p| rotation * *p + shift).collect();
             if rng.bool() {
                 let twice = rng.usize(0..count);
                 corners.insert(twice, corners[twice]);
             }
             let parts: f64 = areas(&corners).iter().map(|part| part.length()).sum();
-            assert!((parts - area).abs() < 1e-11, "{parts} of {area}: {outline:?}");
+            assert!(
+                (parts - area).abs() < 1e-11,
+                "{parts} of {area}: {outline:?}"
+            );
             let of_convex = is_convex(&flatten(&corners).unwrap(), 1e-14);
             if !of_convex {
                 concave += 1;
                 let first = places(&corners);
-                (1..corners.len()).for_each(|start| assert_eq!(places(&from_corner(&corners, start)), first));
+                (1..corners.len())
+                    .for_each(|start| assert_eq!(places(&from_corner(&corners, start)), first));
             }
         }
         assert!(concave > 200, "{concave} of 400");
@@ -233,19 +312,37 @@ mod tests {
 
     #[test]
     fn a_convex_polygon_is_a_fan_from_its_first_corner_even_where_it_is_bent() {
-        let bent = [Vec3::ZERO, Vec3::new(1.0, 0.0, 0.5), Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.0, 1.0, 0.5)];
+        let bent = [
+            Vec3::ZERO,
+            Vec3::new(1.0, 0.0, 0.5),
+            Vec3::new(1.0, 1.0, 0.0),
+            Vec3::new(0.0, 1.0, 0.5),
+        ];
         for start in 0..4 {
             assert_eq!(filled(&from_corner(&bent, start)), [[0, 1, 2], [0, 2, 3]]);
         }
-        let straight = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]];
+        let straight = [
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [2.0, 0.0],
+            [2.0, 0.0],
+            [2.0, 1.0],
+            [0.0, 1.0],
+        ];
         let straight = straight.map(|[x, y]| Vec3::new(x, y, 1.0));
-        assert_eq!(filled(&straight), [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]);
+        assert_eq!(
+            filled(&straight),
+            [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]
+        );
     }
 
     #[test]
     fn what_has_no_inside_still_gives_triangles_and_says_so() {
         assert!(filled(&[Vec3::ZERO, Vec3::X]).is_empty());
-        assert_eq!(filled(&[Vec3::ZERO, Vec3::X, Vec3::X * 2.0, Vec3::X * 3.0]).len(), 2);
+        assert_eq!(
+            filled(&[Vec3::ZERO, Vec3::X, Vec3::X * 2.0, Vec3::X * 3.0]).len(),
+            2
+        );
         let even = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(1.0, 1.0, 0.0)];
         let uneven = [Vec3::ZERO, Vec3::X * 3.0, Vec3::Y, Vec3::new(1.0, 1.0, 0.0)];
         for corners in [even, uneven] {
@@ -253,7 +350,8 @@ mod tests {
             assert!(filled.triangles.len() == 2 && filled.crosses, "{corners:?}");
         }
         let many = |count: usize| {
-            let tooth = |i: usize| Vec3::new(i as f64, if i.is_multiple_of(2) { 0.0 } else { 1.0 }, 0.0);
+            let tooth =
+                |i: usize| Vec3::new(i as f64, if i.is_multiple_of(2) { 0.0 } else { 1.0 }, 0.0);
             let mut corners: Vec<Vec3> = (0..count).map(tooth).collect();
             corners.push(Vec3::new(0.0, 5.0, 0.0));
             fill(&corners).map(|filled| filled.triangles.len())

@@ -1,9 +1,10 @@
 //! Which way the triangles of a surface face, and whether it has an inside.
 //!
-//! Files say it by the order of corners, and often say it wrongly: some triangles the other way round, every triangle
-//! twice with both orders (a two-sided sheet), a part inside out. Where the surface itself tells, the order is mended:
-//! neighbours face the same way, and a closed part faces outwards unless it is a cavity, which lies within another. The
-//! mended surface, mended again, stays as it is.
+//! Files say it by the order of corners, and often say it wrongly: some triangles the other way
+//! round, every triangle twice with both orders (a two-sided sheet), a part inside out. Where the
+//! surface itself tells, the order is mended: neighbours face the same way, and a closed part faces
+//! outwards unless it is a cavity, which lies within another. The mended surface, mended again,
+//! stays as it is.
 
 use std::collections::HashMap;
 
@@ -29,13 +30,20 @@ const NO_VOLUME: f64 = 1e-12;
 /// Whether triangles enclose no volume.
 pub(super) fn is_flat(vertices: &[Vec3], triangles: &[[u32; 3]]) -> bool {
     let corners = triangles.iter().flatten().map(|&i| vertices[i as usize]);
-    let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| {
+        (l.min(v), h.max(v))
+    });
     volume(vertices, triangles.iter()).abs() <= NO_VOLUME * (high - low).length().powi(3)
 }
 
 /// Volume that triangles enclose (m³); negative where they face inwards.
-pub(super) fn volume<'t>(vertices: &[Vec3], mut triangles: impl Iterator<Item = &'t [u32; 3]>) -> f64 {
-    let Some(first) = triangles.next() else { return 0.0 };
+pub(super) fn volume<'t>(
+    vertices: &[Vec3],
+    mut triangles: impl Iterator<Item = &'t [u32; 3]>,
+) -> f64 {
+    let Some(first) = triangles.next() else {
+        return 0.0;
+    };
     let origin = vertices[first[0] as usize];
     let six_fold = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|i| vertices[i as usize] - origin);
@@ -56,7 +64,11 @@ pub(super) fn mend(vertices: &[Vec3], triangles: &mut Vec<[u32; 3]>, edges: &Edg
         let patches = Patches::of(triangles);
         patches.face_one_way(triangles);
         patches.face_outwards(vertices, triangles);
-        mended.turned = before.iter().zip(&*triangles).filter(|(before, after)| before != after).count();
+        mended.turned = before
+            .iter()
+            .zip(&*triangles)
+            .filter(|(before, after)| before != after)
+            .count();
     }
     mended
 }
@@ -68,8 +80,8 @@ fn unordered([a, b, c]: [u32; 3]) -> ([u32; 3], bool) {
     (sorted, [[a, b, c], [b, c, a], [c, a, b]].contains(&sorted))
 }
 
-/// Leaves one of each triangle that comes several times in one order, if that closes the surface (two solids may share
-/// a face); of those in both orders, both, unless they close a surface.
+/// Leaves one of each triangle that comes several times in one order, if that closes the surface
+/// (two solids may share a face); of those in both orders, both, unless they close a surface.
 fn single_out(triangles: &mut Vec<[u32; 3]>, mended: &mut Mended) {
     let mut seen: HashMap<[u32; 3], [usize; 2]> = HashMap::new();
     let mut once = triangles.clone();
@@ -86,15 +98,20 @@ fn single_out(triangles: &mut Vec<[u32; 3]>, mended: &mut Mended) {
     let both: Vec<[u32; 3]> = triangles
         .iter()
         .copied()
-        .filter(|&triangle| unordered(triangle).1 && seen[&unordered(triangle).0].iter().all(|times| *times > 0))
+        .filter(|&triangle| {
+            unordered(triangle).1 && seen[&unordered(triangle).0].iter().all(|times| *times > 0)
+        })
         .collect();
     let patches = Patches::by_edges(&both, |_| true);
     let mut open = vec![false; both.len()];
     for edge in patches.edges.chunk_by(|a, b| a.edge == b.edge) {
         open[patches.of[edge[0].triangle]] |= edge.len() % 2 == 1;
     }
-    let closed: HashMap<[u32; 3], bool> =
-        both.iter().enumerate().map(|(at, &triangle)| (unordered(triangle).0, !open[patches.of[at]])).collect();
+    let closed: HashMap<[u32; 3], bool> = both
+        .iter()
+        .enumerate()
+        .map(|(at, &triangle)| (unordered(triangle).0, !open[patches.of[at]]))
+        .collect();
     mended.doubled = closed.values().filter(|is_closed| **is_closed).count();
     mended.sheets = closed.len() - mended.doubled;
     triangles.retain(|&triangle| {
@@ -130,7 +147,9 @@ fn join(parent: &mut [usize], members: impl Iterator<Item = usize>) {
     let mut one = None;
     for member in members {
         let root_of_member = root(parent, member);
-        let least = one.map_or(root_of_member, |other: usize| root(parent, other).min(root_of_member));
+        let least = one.map_or(root_of_member, |other: usize| {
+            root(parent, other).min(root_of_member)
+        });
         if let Some(other) = one {
             let other = root(parent, other);
             parent[other] = least;
@@ -166,21 +185,30 @@ impl Patches {
         let sides = |(triangle, &[a, b, c]): (usize, &[u32; 3])| {
             [(a, b), (b, c), (c, a)].map(|(from, to)| {
                 let edge = [from.min(to), from.max(to)];
-                Side { edge, triangle, is_forward: from < to }
+                Side {
+                    edge,
+                    triangle,
+                    is_forward: from < to,
+                }
             })
         };
         let mut edges: Vec<Side> = triangles.iter().enumerate().flat_map(sides).collect();
         edges.sort_unstable();
         let mut parent: Vec<usize> = (0..triangles.len()).collect();
-        for edge in edges.chunk_by(|a, b| a.edge == b.edge).filter(|edge| joins(edge.len())) {
+        for edge in edges
+            .chunk_by(|a, b| a.edge == b.edge)
+            .filter(|edge| joins(edge.len()))
+        {
             join(&mut parent, edge.iter().map(|side| side.triangle));
         }
-        let of = (0..triangles.len()).map(|triangle| root(&mut parent, triangle)).collect();
+        let of = (0..triangles.len())
+            .map(|triangle| root(&mut parent, triangle))
+            .collect();
         Self { edges, of }
     }
 
-    /// Turns triangles over so that those of a patch face the same way, as most of them did; a patch in which that
-    /// cannot be stays as it is.
+    /// Turns triangles over so that those of a patch face the same way, as most of them did; a
+    /// patch in which that cannot be stays as it is.
     fn face_one_way(&self, triangles: &mut [[u32; 3]]) {
         let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); triangles.len()];
         for edge in self.edges.chunk_by(|a, b| a.edge == b.edge) {
@@ -196,7 +224,9 @@ impl Patches {
                 continue;
             }
             turned[first] = Some(false);
-            let (mut patch, mut next, mut can_be) = (vec![first], 0, true);
+            let mut patch = vec![first];
+            let mut next = 0;
+            let mut can_be = true;
             while let Some(&triangle) = patch.get(next) {
                 next += 1;
                 for &(other, agree) in &neighbours[triangle] {
@@ -210,32 +240,57 @@ impl Patches {
                     }
                 }
             }
-            let count = patch.iter().filter(|triangle| turned[**triangle] == Some(true)).count();
+            let count = patch
+                .iter()
+                .filter(|triangle| turned[**triangle] == Some(true))
+                .count();
             let most = 2 * count > patch.len();
-            for triangle in patch.into_iter().filter(|triangle| can_be && (turned[*triangle] == Some(true)) != most) {
+            for triangle in patch
+                .into_iter()
+                .filter(|triangle| can_be && (turned[*triangle] == Some(true)) != most)
+            {
                 triangles[triangle].swap(1, 2);
             }
         }
     }
 
-    /// Turns closed patches over that face the other way than the whole, unless they lie within it: cavities.
+    /// Turns closed patches over that face the other way than the whole, unless they lie within it:
+    /// cavities.
     fn face_outwards(&self, vertices: &[Vec3], triangles: &mut [[u32; 3]]) {
         let mut members: HashMap<usize, Vec<usize>> = HashMap::new();
-        self.of.iter().enumerate().for_each(|(triangle, patch)| members.entry(*patch).or_default().push(triangle));
-        let mut closed: Vec<Patch> =
-            members.into_values().filter_map(|members| Patch::closed(vertices, triangles, members)).collect();
+        self.of
+            .iter()
+            .enumerate()
+            .for_each(|(triangle, patch)| members.entry(*patch).or_default().push(triangle));
+        let mut closed: Vec<Patch> = members
+            .into_values()
+            .filter_map(|members| Patch::closed(vertices, triangles, members))
+            .collect();
         closed.sort_by_key(|patch| patch.members[0]);
-        let sign = closed.iter().map(|patch| patch.volume).sum::<f64>().signum();
-        let (facing, other): (Vec<Patch>, Vec<Patch>) =
-            closed.into_iter().partition(|patch| patch.volume * sign >= 0.0);
+        let sign = closed
+            .iter()
+            .map(|patch| patch.volume)
+            .sum::<f64>()
+            .signum();
+        let (facing, other): (Vec<Patch>, Vec<Patch>) = closed
+            .into_iter()
+            .partition(|patch| patch.volume * sign >= 0.0);
         for patch in other {
             let point = vertices[triangles[patch.members[0]][0] as usize];
-            let around =
-                facing.iter().filter(|outer| outer.low.cmple(patch.low).all() && patch.high.cmple(outer.high).all());
-            let around = around.flat_map(|outer| &outer.members).map(|&triangle| triangles[triangle]);
-            let angle: f64 = around.map(|t| solid_angle(t.map(|i| vertices[i as usize] - point))).sum();
+            let around = facing.iter().filter(|outer| {
+                outer.low.cmple(patch.low).all() && patch.high.cmple(outer.high).all()
+            });
+            let around = around
+                .flat_map(|outer| &outer.members)
+                .map(|&triangle| triangles[triangle]);
+            let angle: f64 = around
+                .map(|t| solid_angle(t.map(|i| vertices[i as usize] - point)))
+                .sum();
             if angle.abs() < 2.0 * std::f64::consts::PI {
-                patch.members.iter().for_each(|&triangle| triangles[triangle].swap(1, 2));
+                patch
+                    .members
+                    .iter()
+                    .for_each(|&triangle| triangles[triangle].swap(1, 2));
             }
         }
     }
@@ -251,20 +306,32 @@ struct Patch {
 
 impl Patch {
     fn closed(vertices: &[Vec3], triangles: &[[u32; 3]], members: Vec<usize>) -> Option<Self> {
-        let own: Vec<[u32; 3]> = members.iter().map(|&triangle| triangles[triangle]).collect();
+        let own: Vec<[u32; 3]> = members
+            .iter()
+            .map(|&triangle| triangles[triangle])
+            .collect();
         let edges = Edges::of(&own);
         if edges.open + edges.turned > 0 {
             return None;
         }
         let corners = own.iter().flatten().map(|&i| vertices[i as usize]);
-        let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        Some(Self { members, volume: volume(vertices, own.iter()), low, high })
+        let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| {
+            (l.min(v), h.max(v))
+        });
+        Some(Self {
+            members,
+            volume: volume(vertices, own.iter()),
+            low,
+            high,
+        })
     }
 }
 
 /// Signed solid angle of a triangle seen from the origin (van Oosterom and Strackee, 1983).
 pub fn solid_angle([a, b, c]: [Vec3; 3]) -> f64 {
-    let (la, lb, lc) = (a.length(), b.length(), c.length());
+    let la = a.length();
+    let lb = b.length();
+    let lc = c.length();
     let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
     2.0 * a.dot(b.cross(c)).atan2(denominator)
 }
@@ -276,9 +343,20 @@ mod tests {
 
     /// A box with one corner at `low`, facing outwards.
     fn cuboid(low: Vec3, size: Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-        let corner = |i: u32| low + Vec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64) * size;
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let faces = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+        let corner =
+            |i: u32| low + Vec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64) * size;
+        let quads = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        let faces = quads
+            .iter()
+            .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]])
+            .collect();
         ((0..8).map(corner).collect(), faces)
     }
 
@@ -287,7 +365,8 @@ mod tests {
     }
 
     fn joined(parts: &[(Vec<Vec3>, Vec<[u32; 3]>)]) -> Mesh {
-        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+        let mut vertices = Vec::new();
+        let mut triangles = Vec::new();
         for (corners, faces) in parts {
             let first = vertices.len() as u32;
             vertices.extend(corners);
@@ -296,11 +375,20 @@ mod tests {
         Mesh::new("cup", vertices, triangles).unwrap()
     }
 
-    /// The mesh, made again of what it was made to, is the same: what is sent and kept has the same hash.
+    /// The mesh, made again of what it was made to, is the same: what is sent and kept has the same
+    /// hash.
     fn assert_settled(mesh: &Mesh) {
         let again = Mesh::new("cup", mesh.vertices().to_vec(), mesh.triangles().to_vec()).unwrap();
-        assert_eq!((again.hash(), again.has_inside()), (mesh.hash(), mesh.has_inside()));
-        let kept = Mesh::restore("cup".into(), mesh.vertices().to_vec(), mesh.triangles().to_vec(), Vec::new());
+        assert_eq!(
+            (again.hash(), again.has_inside()),
+            (mesh.hash(), mesh.has_inside())
+        );
+        let kept = Mesh::restore(
+            "cup".into(),
+            mesh.vertices().to_vec(),
+            mesh.triangles().to_vec(),
+            Vec::new(),
+        );
         assert_eq!(kept.unwrap().has_inside(), mesh.has_inside());
     }
 
@@ -309,9 +397,15 @@ mod tests {
         let (vertices, faces) = cuboid(Vec3::ZERO, Vec3::ONE);
         for seed in 0..64_u64 {
             let mut rng = fastrand::Rng::with_seed(seed);
-            let mixed = faces.iter().map(|&[a, b, c]| if rng.bool() { [a, c, b] } else { [a, b, c] }).collect();
+            let mixed = faces
+                .iter()
+                .map(|&[a, b, c]| if rng.bool() { [a, c, b] } else { [a, b, c] })
+                .collect();
             let mesh = Mesh::new("cup", vertices.clone(), mixed).unwrap();
-            assert!(mesh.has_inside() && (mesh.signed_volume().abs() - 1.0).abs() < 1e-12, "seed {seed}");
+            assert!(
+                mesh.has_inside() && (mesh.signed_volume().abs() - 1.0).abs() < 1e-12,
+                "seed {seed}"
+            );
             assert_settled(&mesh);
         }
     }
@@ -322,20 +416,31 @@ mod tests {
         let both = [faces.clone(), over(&faces)].concat();
         let mesh = Mesh::new("cup", vertices.clone(), both).unwrap();
         assert!(mesh.has_inside() && mesh.triangles().len() == 12);
-        assert!(mesh.warnings()[0].contains("12 triangles twice") && mesh.warnings()[0].contains("solid"), "{mesh:?}");
+        assert!(
+            mesh.warnings()[0].contains("12 triangles twice")
+                && mesh.warnings()[0].contains("solid"),
+            "{mesh:?}"
+        );
         assert_settled(&mesh);
         let lid = [faces[..2].to_vec(), over(&faces[..2])].concat();
         let mesh = Mesh::new("cup", vertices.clone(), lid).unwrap();
         assert!(!mesh.has_inside() && mesh.triangles().len() == 4);
         assert!(
-            mesh.warnings()[0].contains("2 triangles twice") && mesh.warnings()[0].contains("no inside"),
+            mesh.warnings()[0].contains("2 triangles twice")
+                && mesh.warnings()[0].contains("no inside"),
             "{mesh:?}"
         );
         assert_settled(&mesh);
         // A solid in which a two-sided shelf stands stays a solid.
-        let shelf = (vec![Vec3::splat(0.2), Vec3::splat(0.4), Vec3::new(0.2, 0.4, 0.2)], vec![[0, 1, 2], [0, 2, 1]]);
+        let shelf = (
+            vec![Vec3::splat(0.2), Vec3::splat(0.4), Vec3::new(0.2, 0.4, 0.2)],
+            vec![[0, 1, 2], [0, 2, 1]],
+        );
         let mesh = joined(&[(vertices, faces), shelf]);
-        assert!(mesh.has_inside() && mesh.triangles().len() == 14, "{mesh:?}");
+        assert!(
+            mesh.has_inside() && mesh.triangles().len() == 14,
+            "{mesh:?}"
+        );
         assert_settled(&mesh);
     }
 
@@ -344,11 +449,17 @@ mod tests {
         let (vertices, faces) = cuboid(Vec3::ZERO, Vec3::ONE);
         let beside = cuboid(Vec3::X, Vec3::ONE);
         let mesh = joined(&[(vertices.clone(), faces.clone()), beside]);
-        assert!(mesh.has_inside() && (mesh.signed_volume() - 2.0).abs() < 1e-12, "{mesh:?}");
+        assert!(
+            mesh.has_inside() && (mesh.signed_volume() - 2.0).abs() < 1e-12,
+            "{mesh:?}"
+        );
         assert_settled(&mesh);
         let stray = [faces.clone(), faces[3..4].to_vec()].concat();
         let mesh = Mesh::new("cup", vertices, stray).unwrap();
-        assert!(mesh.has_inside() && mesh.triangles().len() == 12, "{mesh:?}");
+        assert!(
+            mesh.has_inside() && mesh.triangles().len() == 12,
+            "{mesh:?}"
+        );
     }
 
     #[test]
@@ -356,12 +467,20 @@ mod tests {
         let outer = cuboid(Vec3::ZERO, Vec3::ONE);
         let (vertices, faces) = cuboid(Vec3::splat(0.25), Vec3::splat(0.5));
         let hollow = joined(&[outer.clone(), (vertices, over(&faces))]);
-        assert!(hollow.has_inside() && hollow.warnings().is_empty(), "{:?}", hollow.warnings());
+        assert!(
+            hollow.has_inside() && hollow.warnings().is_empty(),
+            "{:?}",
+            hollow.warnings()
+        );
         assert!((hollow.signed_volume() - 0.875).abs() < 1e-12);
         let (vertices, faces) = cuboid(Vec3::splat(2.0), Vec3::splat(0.5));
         let beside = joined(&[outer, (vertices, over(&faces))]);
         assert!((beside.signed_volume() - 1.125).abs() < 1e-12);
-        assert!(beside.warnings()[0].contains("no cavities, 12 triangles"), "{:?}", beside.warnings());
+        assert!(
+            beside.warnings()[0].contains("no cavities, 12 triangles"),
+            "{:?}",
+            beside.warnings()
+        );
         assert_settled(&beside);
     }
 
@@ -373,21 +492,38 @@ mod tests {
             let out = Vec3::new(turn.cos(), turn.sin(), 0.0);
             out + (out * (turn / 2.0).cos() + Vec3::Z * (turn / 2.0).sin()) * (0.3 * side)
         };
-        let vertices: Vec<Vec3> = (0..count).flat_map(|i| [rim(i, -1.0), rim(i, 1.0)]).collect();
+        let vertices: Vec<Vec3> = (0..count)
+            .flat_map(|i| [rim(i, -1.0), rim(i, 1.0)])
+            .collect();
         let quad = |i: u32| {
             let [a, b] = [2 * i, 2 * i + 1];
             // After one turn the band comes back with its sides changed.
-            let [c, d] = if i + 1 < count { [2 * i + 2, 2 * i + 3] } else { [1, 0] };
+            let [c, d] = if i + 1 < count {
+                [2 * i + 2, 2 * i + 3]
+            } else {
+                [1, 0]
+            };
             [[a, b, d], [a, d, c]]
         };
         let band = Mesh::new("cup", vertices, (0..count).flat_map(quad).collect()).unwrap();
         assert!(!band.has_inside());
-        assert!(band.warnings().iter().any(|text| text.contains("opposite ways") && text.contains("no turning")));
+        assert!(
+            band.warnings()
+                .iter()
+                .any(|text| text.contains("opposite ways") && text.contains("no turning"))
+        );
         assert_settled(&band);
         let (vertices, faces) = cuboid(Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0));
         let mut distinct = vertices;
-        distinct.iter_mut().enumerate().for_each(|(i, v)| *v += Vec3::X * 1e-3 * (i as f64) * v.y);
+        distinct
+            .iter_mut()
+            .enumerate()
+            .for_each(|(i, v)| *v += Vec3::X * 1e-3 * (i as f64) * v.y);
         let flat = Mesh::new("cup", distinct, faces).unwrap();
-        assert!(!flat.has_inside() && flat.warnings()[0].contains("encloses no volume"), "{:?}", flat.warnings());
+        assert!(
+            !flat.has_inside() && flat.warnings()[0].contains("encloses no volume"),
+            "{:?}",
+            flat.warnings()
+        );
     }
 }

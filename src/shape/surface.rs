@@ -32,10 +32,18 @@ impl Surface {
             self.leave_out("polygons of fewer than three corners");
             return Ok(());
         }
-        let places: Vec<Vec3> = corners.iter().map(|&corner| self.vertices[corner as usize]).collect();
+        let places: Vec<Vec3> = corners
+            .iter()
+            .map(|&corner| self.vertices[corner as usize])
+            .collect();
         let filled = polygon::fill(&places)?;
         self.crossing += usize::from(filled.crosses);
-        self.triangles.extend(filled.triangles.into_iter().map(|triangle| triangle.map(|at| corners[at])));
+        self.triangles.extend(
+            filled
+                .triangles
+                .into_iter()
+                .map(|triangle| triangle.map(|at| corners[at])),
+        );
         Ok(())
     }
 
@@ -61,8 +69,15 @@ impl Surface {
             ));
         }
         if !self.without_surface.is_empty() {
-            let counted: Vec<_> = self.without_surface.iter().map(|(what, count)| format!("{count} {what}")).collect();
-            words.push(format!("has {}; they have no surface and are left out", counted.join(", ")));
+            let counted: Vec<_> = self
+                .without_surface
+                .iter()
+                .map(|(what, count)| format!("{count} {what}"))
+                .collect();
+            words.push(format!(
+                "has {}; they have no surface and are left out",
+                counted.join(", ")
+            ));
         }
         words
     }

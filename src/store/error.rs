@@ -45,7 +45,9 @@ pub enum StoreError {
         known: String,
     },
     /// The label names other content than the request expects.
-    #[error("{kind} {label:?} has hash {held:016x}, the request is for {wanted:016x}; describe it again")]
+    #[error(
+        "{kind} {label:?} has hash {held:016x}, the request is for {wanted:016x}; describe it again"
+    )]
     HashConflict {
         /// Robot or scene.
         kind: &'static str,
@@ -57,7 +59,9 @@ pub enum StoreError {
         held: u64,
     },
     /// A diff against a version that is not the newest.
-    #[error("scene {label:?} has version {held}, the diff is against version {wanted}; make it against the newest")]
+    #[error(
+        "scene {label:?} has version {held}, the diff is against version {wanted}; make it against the newest"
+    )]
     VersionConflict {
         /// The label.
         label: String,
@@ -67,7 +71,9 @@ pub enum StoreError {
         held: u64,
     },
     /// A version that is not kept, or never was.
-    #[error("scene {label:?} has no version {wanted} any more, or not yet; it has version {kept}; 0 is the newest")]
+    #[error(
+        "scene {label:?} has no version {wanted} any more, or not yet; it has version {kept}; 0 is the newest"
+    )]
     UnknownVersion {
         /// The label.
         label: String,
@@ -95,7 +101,9 @@ pub enum StoreError {
         pinned: String,
     },
     /// As many versions are pinned as may be.
-    #[error("scene {label:?} has {MOST_PINNED} pinned versions, which is the most: {pinned}; unpin one")]
+    #[error(
+        "scene {label:?} has {MOST_PINNED} pinned versions, which is the most: {pinned}; unpin one"
+    )]
     TooManyPinned {
         /// The label.
         label: String,
@@ -106,7 +114,12 @@ pub enum StoreError {
 
 impl StoreError {
     pub(super) fn taken(kind: &'static str, label: &str, held: u64, new: u64) -> Self {
-        Self::LabelTaken { kind, label: label.to_owned(), held, new }
+        Self::LabelTaken {
+            kind,
+            label: label.to_owned(),
+            held,
+            new,
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! What stays loaded: robots and scenes by label, and the collision models made of them.
 //!
-//! A label is a name of exactly one content. Requests get a [`Snapshot`], which nothing that is loaded or
-//! unloaded later changes.
+//! A label is a name of exactly one content. Requests get a [`Snapshot`], which nothing that is
+//! loaded or unloaded later changes.
 
 mod error;
 mod prepared;
@@ -71,7 +71,8 @@ pub struct Snapshot {
     pub weights: Arc<[f64]>,
     /// The scene.
     pub scene: Arc<Scene>,
-    /// Robot and scene together; made of contents as these, which may have come with other warnings.
+    /// Robot and scene together; made of contents as these, which may have come with other
+    /// warnings.
     pub model: Arc<PreparedModel>,
     /// Id of the scene's label.
     pub scene_id: u64,
@@ -95,18 +96,36 @@ pub enum Change {
 impl ModelStore {
     /// An empty store whose labels have these ids.
     pub fn new(id_of: fn(&str) -> u64) -> Self {
-        let (robots, scenes) = (BTreeMap::new(), BTreeMap::new());
-        let (retired, labels) = (Retired::default(), HashMap::new());
-        let (models, alone, made) = (HashMap::new(), HashMap::new(), Arc::default());
-        Self { id_of, robots, scenes, retired, labels, models, alone, made }
+        let robots = BTreeMap::new();
+        let scenes = BTreeMap::new();
+        let retired = Retired::default();
+        let labels = HashMap::new();
+        let models = HashMap::new();
+        let alone = HashMap::new();
+        let made = Arc::default();
+        Self {
+            id_of,
+            robots,
+            scenes,
+            retired,
+            labels,
+            models,
+            alone,
+            made,
+        }
     }
 
-    /// Takes the model of a robot with nothing around it; models with scenes then take its solids over. `is_new` if
-    /// its solids were made for this.
+    /// Takes the model of a robot with nothing around it; models with scenes then take its solids
+    /// over. `is_new` if its solids were made for this.
     pub fn take_alone(&mut self, model: Arc<CollisionModel>, is_new: bool) {
-        self.made.robots.fetch_add(u64::from(is_new), Ordering::Relaxed);
+        self.made
+            .robots
+            .fetch_add(u64::from(is_new), Ordering::Relaxed);
         let hash = model.robot().hash();
-        self.alone.insert(hash, Arc::new(PreparedModel::ready(model, self.made.clone())));
+        self.alone.insert(
+            hash,
+            Arc::new(PreparedModel::ready(model, self.made.clone())),
+        );
     }
 
     /// A loaded robot with nothing around it.
@@ -150,7 +169,8 @@ impl ModelStore {
         };
         let alone = || Arc::new(PreparedModel::alone(robot.clone(), self.made.clone()));
         self.alone.entry(robot.hash()).or_insert_with(alone);
-        self.robots.insert(label.to_owned(), RobotEntry { id, robot, weights });
+        self.robots
+            .insert(label.to_owned(), RobotEntry { id, robot, weights });
         self.drop_unused();
         Ok(change)
     }
@@ -160,12 +180,18 @@ impl ModelStore {
     ///
     /// # Errors
     /// As [`Self::insert_robot`].
-    pub fn insert_scene(&mut self, label: &str, scene: Arc<Scene>, replace: bool) -> Result<Change, StoreError> {
+    pub fn insert_scene(
+        &mut self,
+        label: &str,
+        scene: Arc<Scene>,
+        replace: bool,
+    ) -> Result<Change, StoreError> {
         let id = self.take_id(label)?;
         let change = match self.scenes.get_mut(label) {
             None => {
                 let version = self.retired.first_version(id);
-                self.scenes.insert(label.to_owned(), SceneEntry::new(id, version, scene));
+                self.scenes
+                    .insert(label.to_owned(), SceneEntry::new(id, version, scene));
                 Change::Created
             }
             Some(entry) if entry.scene.hash() == scene.hash() => return Ok(Change::Unchanged),
@@ -175,7 +201,14 @@ impl ModelStore {
                 self.follow(before, &scene);
                 Change::Replaced
             }
-            Some(entry) => return Err(StoreError::taken("scene", label, entry.scene.hash(), scene.hash())),
+            Some(entry) => {
+                return Err(StoreError::taken(
+                    "scene",
+                    label,
+                    entry.scene.hash(),
+                    scene.hash(),
+                ));
+            }
         };
         self.drop_unused();
         Ok(change)
@@ -184,14 +217,29 @@ impl ModelStore {
     /// Takes a scene that an earlier store had under a label, at the version that it had there.
     ///
     /// # Errors
-    /// [`StoreError::LabelTaken`] if the label names other content; [`StoreError::SameId`] if another label has the same
-    /// id.
-    pub fn restore_scene(&mut self, label: &str, scene: Arc<Scene>, version: u64) -> Result<(), StoreError> {
+    /// [`StoreError::LabelTaken`] if the label names other content; [`StoreError::SameId`] if
+    /// another label has the same id.
+    pub fn restore_scene(
+        &mut self,
+        label: &str,
+        scene: Arc<Scene>,
+        version: u64,
+    ) -> Result<(), StoreError> {
         let id = self.take_id(label)?;
-        if let Some(entry) = self.scenes.get(label).filter(|entry| entry.scene.hash() != scene.hash()) {
-            return Err(StoreError::taken("scene", label, entry.scene.hash(), scene.hash()));
+        if let Some(entry) = self
+            .scenes
+            .get(label)
+            .filter(|entry| entry.scene.hash() != scene.hash())
+        {
+            return Err(StoreError::taken(
+                "scene",
+                label,
+                entry.scene.hash(),
+                scene.hash(),
+            ));
         }
-        self.scenes.insert(label.to_owned(), SceneEntry::new(id, version.max(1), scene));
+        self.scenes
+            .insert(label.to_owned(), SceneEntry::new(id, version.max(1), scene));
         Ok(())
     }
 
@@ -204,25 +252,32 @@ impl ModelStore {
         Ok(())
     }
 
-    /// The newest version of a scene, for a change to it; that has to be `base_version` unless this is 0.
+    /// The newest version of a scene, for a change to it; that has to be `base_version` unless this
+    /// is 0.
     ///
     /// # Errors
-    /// [`StoreError::UnknownScene`]; [`StoreError::VersionConflict`] if the newest is another version.
+    /// [`StoreError::UnknownScene`]; [`StoreError::VersionConflict`] if the newest is another
+    /// version.
     pub fn base_scene(&self, label: &str, base_version: u64) -> Result<&Arc<Scene>, StoreError> {
         let entry = self.scene(label)?;
         if base_version != 0 && base_version != entry.version {
-            let (label, held) = (label.to_owned(), entry.version);
-            return Err(StoreError::VersionConflict { label, wanted: base_version, held });
+            let label = label.to_owned();
+            let held = entry.version;
+            return Err(StoreError::VersionConflict {
+                label,
+                wanted: base_version,
+                held,
+            });
         }
         Ok(&entry.scene)
     }
 
-    /// Keeps a version of a scene, 0 being the newest, until it is unpinned. As long as there is one, the scene
-    /// cannot be unloaded.
+    /// Keeps a version of a scene, 0 being the newest, until it is unpinned. As long as there is
+    /// one, the scene cannot be unloaded.
     ///
     /// # Errors
-    /// [`StoreError::UnknownScene`]; [`StoreError::UnknownVersion`] if the version is not kept any more;
-    /// [`StoreError::TooManyPinned`].
+    /// [`StoreError::UnknownScene`]; [`StoreError::UnknownVersion`] if the version is not kept any
+    /// more; [`StoreError::TooManyPinned`].
     pub fn pin_scene(&mut self, label: &str, version: u64) -> Result<&SceneEntry, StoreError> {
         self.entry_mut(label)?.pin(label, version)?;
         self.scene(label)
@@ -243,19 +298,25 @@ impl ModelStore {
     /// # Errors
     /// [`StoreError::UnknownRobot`].
     pub fn remove_robot(&mut self, label: &str) -> Result<RobotEntry, StoreError> {
-        let removed = self.robots.remove(label).ok_or_else(|| self.unknown_robot(format!("{label:?}")))?;
+        let removed = self
+            .robots
+            .remove(label)
+            .ok_or_else(|| self.unknown_robot(format!("{label:?}")))?;
         self.drop_unused();
         Ok(removed)
     }
 
-    /// Forgets a scene with all its versions; snapshots keep theirs. Its label goes on counting if it is loaded
-    /// again.
+    /// Forgets a scene with all its versions; snapshots keep theirs. Its label goes on counting if
+    /// it is loaded again.
     ///
     /// # Errors
     /// [`StoreError::UnknownScene`]; [`StoreError::Pinned`] while a version is pinned.
     pub fn remove_scene(&mut self, label: &str) -> Result<SceneEntry, StoreError> {
         self.scene(label)?.check_unpinned(label)?;
-        let removed = self.scenes.remove(label).ok_or_else(|| self.unknown_scene(format!("{label:?}")))?;
+        let removed = self
+            .scenes
+            .remove(label)
+            .ok_or_else(|| self.unknown_scene(format!("{label:?}")))?;
         self.retired.retire(removed.id, removed.version);
         self.drop_unused();
         Ok(removed)
@@ -276,7 +337,9 @@ impl ModelStore {
     /// # Errors
     /// [`StoreError::UnknownRobot`].
     pub fn robot(&self, label: &str) -> Result<&RobotEntry, StoreError> {
-        self.robots.get(label).ok_or_else(|| self.unknown_robot(format!("{label:?}")))
+        self.robots
+            .get(label)
+            .ok_or_else(|| self.unknown_robot(format!("{label:?}")))
     }
 
     /// A scene by label.
@@ -284,7 +347,9 @@ impl ModelStore {
     /// # Errors
     /// [`StoreError::UnknownScene`].
     pub fn scene(&self, label: &str) -> Result<&SceneEntry, StoreError> {
-        self.scenes.get(label).ok_or_else(|| self.unknown_scene(format!("{label:?}")))
+        self.scenes
+            .get(label)
+            .ok_or_else(|| self.unknown_scene(format!("{label:?}")))
     }
 
     /// A version of a scene that is kept; 0 is the newest.
@@ -293,7 +358,9 @@ impl ModelStore {
     /// [`StoreError::UnknownScene`]; [`StoreError::UnknownVersion`].
     pub fn scene_at(&self, label: &str, version: u64) -> Result<&Arc<Scene>, StoreError> {
         let entry = self.scene(label)?;
-        entry.at(version).ok_or_else(|| entry.unknown(label, version))
+        entry
+            .at(version)
+            .ok_or_else(|| entry.unknown(label, version))
     }
 
     /// The label with this id.
@@ -306,23 +373,33 @@ impl ModelStore {
         Some(self.scenes.get(self.labels.get(&id)?)?.version)
     }
 
-    /// What a request is computed with. Cheap: the collision model is made by whoever asks it first.
+    /// What a request is computed with. Cheap: the collision model is made by whoever asks it
+    /// first.
     ///
     /// # Errors
-    /// [`StoreError::UnknownRobot`], [`StoreError::UnknownScene`], [`StoreError::HashConflict`] where a label names
-    /// other content than is wanted, [`StoreError::UnknownVersion`] where that version is not kept.
+    /// [`StoreError::UnknownRobot`], [`StoreError::UnknownScene`], [`StoreError::HashConflict`]
+    /// where a label names other content than is wanted, [`StoreError::UnknownVersion`] where that
+    /// version is not kept.
     pub fn snapshot(&mut self, wanted: &Wanted) -> Result<Snapshot, StoreError> {
         let label = self.labels.get(&wanted.robot_id);
-        let Some((robot_label, robot)) = label.and_then(|label| self.robots.get_key_value(label)) else {
+        let Some((robot_label, robot)) = label.and_then(|label| self.robots.get_key_value(label))
+        else {
             return Err(self.unknown_robot(format!("of id {:016x}", wanted.robot_id)));
         };
         let label = self.labels.get(&wanted.scene_id);
-        let Some((scene_label, entry)) = label.and_then(|label| self.scenes.get_key_value(label)) else {
+        let Some((scene_label, entry)) = label.and_then(|label| self.scenes.get_key_value(label))
+        else {
             return Err(self.unknown_scene(format!("of id {:016x}", wanted.scene_id)));
         };
         check_hash("robot", robot_label, wanted.robot_hash, robot.robot.hash())?;
-        let scene_version = if wanted.scene_version == 0 { entry.version } else { wanted.scene_version };
-        let scene = entry.at(scene_version).ok_or_else(|| entry.unknown(scene_label, scene_version))?;
+        let scene_version = if wanted.scene_version == 0 {
+            entry.version
+        } else {
+            wanted.scene_version
+        };
+        let scene = entry
+            .at(scene_version)
+            .ok_or_else(|| entry.unknown(scene_label, scene_version))?;
         check_hash("scene", scene_label, wanted.scene_hash, scene.hash())?;
         let key = (robot.robot.hash(), scene.hash());
         let new = || {
@@ -333,15 +410,28 @@ impl ModelStore {
         };
         let model = self.models.entry(key).or_insert_with(new).clone();
         let scene_hash = key.1;
-        let (weights, scene_id) = (robot.weights.clone(), wanted.scene_id);
-        let (robot, scene) = (robot.robot.clone(), scene.clone());
-        Ok(Snapshot { robot, weights, scene, model, scene_id, scene_hash, scene_version })
+        let weights = robot.weights.clone();
+        let scene_id = wanted.scene_id;
+        let robot = robot.robot.clone();
+        let scene = scene.clone();
+        Ok(Snapshot {
+            robot,
+            weights,
+            scene,
+            model,
+            scene_id,
+            scene_hash,
+            scene_version,
+        })
     }
 
-    /// Whoever asks for a model of the next version gets it from the one before, where there is one.
+    /// Whoever asks for a model of the next version gets it from the one before, where there is
+    /// one.
     fn follow(&mut self, before: u64, scene: &Arc<Scene>) {
         let of_before = self.models.iter().filter(|((_, hash), _)| *hash == before);
-        let next = of_before.map(|((robot, _), model)| (*robot, Arc::new(PreparedModel::after(model, scene.clone()))));
+        let next = of_before.map(|((robot, _), model)| {
+            (*robot, Arc::new(PreparedModel::after(model, scene.clone())))
+        });
         for (robot, model) in next.collect::<Vec<_>>() {
             self.models.entry((robot, scene.hash())).or_insert(model);
         }
@@ -357,7 +447,10 @@ impl ModelStore {
     fn take_id(&mut self, label: &str) -> Result<u64, StoreError> {
         let id = (self.id_of)(label);
         match self.labels.get(&id) {
-            Some(other) if other != label => Err(StoreError::SameId { label: label.to_owned(), other: other.clone() }),
+            Some(other) if other != label => Err(StoreError::SameId {
+                label: label.to_owned(),
+                other: other.clone(),
+            }),
             Some(_) => Ok(id),
             None => {
                 self.labels.insert(id, label.to_owned());
@@ -366,29 +459,47 @@ impl ModelStore {
         }
     }
 
-    /// Forgets collision models and ids of what is no longer loaded. An old version that a request names gets its
-    /// model anew; one that is pinned keeps it.
+    /// Forgets collision models and ids of what is no longer loaded. An old version that a request
+    /// names gets its model anew; one that is pinned keeps it.
     fn drop_unused(&mut self) {
-        let robots: Vec<u64> = self.robots.values().map(|entry| entry.robot.hash()).collect();
+        let robots: Vec<u64> = self
+            .robots
+            .values()
+            .map(|entry| entry.robot.hash())
+            .collect();
         let scenes: HashSet<u64> = self.scenes.values().flat_map(SceneEntry::warm).collect();
         self.alone.retain(|robot, _| robots.contains(robot));
-        self.models.retain(|(robot, scene), _| robots.contains(robot) && scenes.contains(scene));
-        let (robots, scenes) = (&self.robots, &self.scenes);
-        self.labels.retain(|_, label| robots.contains_key(label) || scenes.contains_key(label));
+        self.models
+            .retain(|(robot, scene), _| robots.contains(robot) && scenes.contains(scene));
+        let robots = &self.robots;
+        let scenes = &self.scenes;
+        self.labels
+            .retain(|_, label| robots.contains_key(label) || scenes.contains_key(label));
     }
 
     fn unknown_robot(&self, asked: String) -> StoreError {
-        StoreError::UnknownRobot { asked, known: error::list(self.robots.keys()) }
+        StoreError::UnknownRobot {
+            asked,
+            known: error::list(self.robots.keys()),
+        }
     }
 
     fn unknown_scene(&self, asked: String) -> StoreError {
-        StoreError::UnknownScene { asked, known: error::list(self.scenes.keys()) }
+        StoreError::UnknownScene {
+            asked,
+            known: error::list(self.scenes.keys()),
+        }
     }
 }
 
 fn check_hash(kind: &'static str, label: &str, wanted: u64, held: u64) -> Result<(), StoreError> {
     if wanted != 0 && wanted != held {
-        return Err(StoreError::HashConflict { kind, label: label.to_owned(), wanted, held });
+        return Err(StoreError::HashConflict {
+            kind,
+            label: label.to_owned(),
+            wanted,
+            held,
+        });
     }
     Ok(())
 }

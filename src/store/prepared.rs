@@ -18,8 +18,8 @@ pub struct Made {
 
 /// The collision model of a robot and a scene, made when it is first asked for.
 ///
-/// The store's owner never computes, so it hands out the promise; of several threads that ask at once, one makes
-/// the model and the others wait for it.
+/// The store's owner never computes, so it hands out the promise; of several threads that ask at
+/// once, one makes the model and the others wait for it.
 #[derive(Debug)]
 pub struct PreparedModel {
     robot: Arc<RobotModel>,
@@ -56,31 +56,54 @@ impl PreparedModel {
         }
     }
 
-    /// A robot with nothing around it that is made when somebody first needs its solids; counted in `made`.
+    /// A robot with nothing around it that is made when somebody first needs its solids; counted in
+    /// `made`.
     pub fn alone(robot: Arc<RobotModel>, made: Arc<Made>) -> Self {
-        Self { made, ..Self::new(robot, Arc::new(Scene::default())) }
+        Self {
+            made,
+            ..Self::new(robot, Arc::new(Scene::default()))
+        }
     }
 
     /// One that is made already.
     pub fn ready(model: Arc<CollisionModel>, made: Arc<Made>) -> Self {
-        let (robot, scene) = (model.robot().clone(), model.scene().clone());
-        Self { model: OnceLock::from(Ok(model)), made, ..Self::new(robot, scene) }
+        let robot = model.robot().clone();
+        let scene = model.scene().clone();
+        Self {
+            model: OnceLock::from(Ok(model)),
+            made,
+            ..Self::new(robot, scene)
+        }
     }
 
-    /// The same robot with a later version of the scene. It is made from the previous one's model if that is ready by
-    /// now, else from what that one would be made from, else anew: always to the same bits. However many versions
-    /// follow each other, each holds one model of an earlier one at most, and none once its own is made.
+    /// The same robot with a later version of the scene. It is made from the previous one's model
+    /// if that is ready by now, else from what that one would be made from, else anew: always to
+    /// the same bits. However many versions follow each other, each holds one model of an earlier
+    /// one at most, and none once its own is made.
     pub fn after(previous: &Self, scene: Arc<Scene>) -> Self {
-        let ready = previous.model.get().and_then(|made| made.as_ref().ok()).cloned();
+        let ready = previous
+            .model
+            .get()
+            .and_then(|made| made.as_ref().ok())
+            .cloned();
         let earlier = ready.map_or_else(|| previous.earlier().clone(), Earlier::Scene);
         let made = previous.made.clone();
-        Self { earlier: Mutex::new(earlier), made, ..Self::new(previous.robot.clone(), scene) }
+        Self {
+            earlier: Mutex::new(earlier),
+            made,
+            ..Self::new(previous.robot.clone(), scene)
+        }
     }
 
     /// The robot of a model with nothing around it, and a scene.
     pub fn of(alone: Arc<Self>, scene: Arc<Scene>) -> Self {
-        let (robot, made) = (alone.robot.clone(), alone.made.clone());
-        Self { earlier: Mutex::new(Earlier::Alone(alone)), made, ..Self::new(robot, scene) }
+        let robot = alone.robot.clone();
+        let made = alone.made.clone();
+        Self {
+            earlier: Mutex::new(Earlier::Alone(alone)),
+            made,
+            ..Self::new(robot, scene)
+        }
     }
 
     /// The robot.
@@ -98,7 +121,9 @@ impl PreparedModel {
     /// # Errors
     /// What [`CollisionModel::new`] refuses.
     pub fn get(&self) -> Result<&Arc<CollisionModel>, &CollisionModelError> {
-        self.model.get_or_init(|| self.make().map(Arc::new)).as_ref()
+        self.model
+            .get_or_init(|| self.make().map(Arc::new))
+            .as_ref()
     }
 
     fn make(&self) -> Result<CollisionModel, CollisionModelError> {
@@ -149,7 +174,14 @@ mod tests {
         let id = scene.objects().next().expect("an object").id.clone();
         let moved = |scene: &Scene, x: f64| {
             let pose = Pose::from_translation(Vec3::X * x);
-            Arc::new(scene.with([SceneChange::Move { id: id.clone(), pose }]).unwrap())
+            Arc::new(
+                scene
+                    .with([SceneChange::Move {
+                        id: id.clone(),
+                        pose,
+                    }])
+                    .unwrap(),
+            )
         };
         let first = PreparedModel::new(robot.clone(), scene.clone());
         let solid = |model: &PreparedModel| model.get().unwrap().bodies()[0].solid.clone();
@@ -159,10 +191,16 @@ mod tests {
         let third = PreparedModel::after(&second, moved(&scene, 2.0));
         drop((first, second));
         assert!(held.upgrade().is_some() && !third.is_ready());
-        assert!(Arc::ptr_eq(&solid(&third), &of_first), "it is made from the first");
+        assert!(
+            Arc::ptr_eq(&solid(&third), &of_first),
+            "it is made from the first"
+        );
         assert!(held.upgrade().is_none(), "the first is let go");
         let anew = CollisionModel::new(robot, moved(&scene, 2.0)).unwrap();
-        assert_eq!(format!("{:?}", third.get().unwrap().bodies()), format!("{:?}", anew.bodies()));
+        assert_eq!(
+            format!("{:?}", third.get().unwrap().bodies()),
+            format!("{:?}", anew.bodies())
+        );
     }
 
     #[test]
@@ -170,10 +208,23 @@ mod tests {
         let (robot, scene, _) = testing::two_scenes(&mut fastrand::Rng::with_seed(9));
         let made = Arc::new(Made::default());
         let alone = Arc::new(PreparedModel::alone(robot, made.clone()));
-        let models: Vec<_> = (0..3).map(|_| PreparedModel::of(alone.clone(), scene.clone())).collect();
-        std::thread::scope(|threads| models.iter().for_each(|model| drop(threads.spawn(|| model.get().is_ok()))));
+        let models: Vec<_> = (0..3)
+            .map(|_| PreparedModel::of(alone.clone(), scene.clone()))
+            .collect();
+        std::thread::scope(|threads| {
+            models
+                .iter()
+                .for_each(|model| drop(threads.spawn(|| model.get().is_ok())))
+        });
         let solid = |model: &PreparedModel| model.get().unwrap().bodies()[0].solid.clone();
-        assert!(models.iter().all(|model| Arc::ptr_eq(&solid(model), &solid(&alone))));
-        assert_eq!([&made.robots, &made.models].map(|count| count.load(Ordering::Relaxed)), [1, 3]);
+        assert!(
+            models
+                .iter()
+                .all(|model| Arc::ptr_eq(&solid(model), &solid(&alone)))
+        );
+        assert_eq!(
+            [&made.robots, &made.models].map(|count| count.load(Ordering::Relaxed)),
+            [1, 3]
+        );
     }
 }

@@ -7,8 +7,17 @@ fn id_of(label: &str) -> u64 {
 }
 
 fn robot(link: &str) -> Arc<RobotModel> {
-    let links = vec![LinkDescription { name: link.to_owned(), collision: Vec::new() }];
-    Arc::new(RobotModel::new(RobotDescription { links, ..RobotDescription::default() }).unwrap())
+    let links = vec![LinkDescription {
+        name: link.to_owned(),
+        collision: Vec::new(),
+    }];
+    Arc::new(
+        RobotModel::new(RobotDescription {
+            links,
+            ..RobotDescription::default()
+        })
+        .unwrap(),
+    )
 }
 
 fn scene(object: &str) -> Arc<Scene> {
@@ -18,28 +27,57 @@ fn scene(object: &str) -> Arc<Scene> {
 
 fn store() -> ModelStore {
     let mut store = ModelStore::new(id_of);
-    assert_eq!(store.insert_robot("arm", robot("a"), Arc::new([]), false), Ok(Change::Created));
-    assert_eq!(store.insert_scene("cell", scene("table"), false), Ok(Change::Created));
+    assert_eq!(
+        store.insert_robot("arm", robot("a"), Arc::new([]), false),
+        Ok(Change::Created)
+    );
+    assert_eq!(
+        store.insert_scene("cell", scene("table"), false),
+        Ok(Change::Created)
+    );
     store
 }
 
 fn wanted() -> Wanted {
-    Wanted { robot_id: id_of("arm"), scene_id: id_of("cell"), ..Wanted::default() }
+    Wanted {
+        robot_id: id_of("arm"),
+        scene_id: id_of("cell"),
+        ..Wanted::default()
+    }
 }
 
 #[test]
 fn a_label_names_one_content_until_replacing_is_asked_for() {
     let mut store = store();
-    assert_eq!(store.insert_robot("arm", robot("a"), Arc::new([]), false), Ok(Change::Unchanged));
-    let error = store.insert_robot("arm", robot("b"), Arc::new([]), false).unwrap_err();
-    assert!(matches!(error, StoreError::LabelTaken { kind: "robot", .. }), "{error}");
-    let error = store.insert_scene("cell", scene("shelf"), false).unwrap_err();
-    assert!(matches!(error, StoreError::LabelTaken { kind: "scene", .. }), "{error}");
+    assert_eq!(
+        store.insert_robot("arm", robot("a"), Arc::new([]), false),
+        Ok(Change::Unchanged)
+    );
+    let error = store
+        .insert_robot("arm", robot("b"), Arc::new([]), false)
+        .unwrap_err();
+    assert!(
+        matches!(error, StoreError::LabelTaken { kind: "robot", .. }),
+        "{error}"
+    );
+    let error = store
+        .insert_scene("cell", scene("shelf"), false)
+        .unwrap_err();
+    assert!(
+        matches!(error, StoreError::LabelTaken { kind: "scene", .. }),
+        "{error}"
+    );
     assert_eq!(store.scene_version(id_of("cell")), Some(1));
-    assert_eq!(store.insert_scene("cell", scene("shelf"), true), Ok(Change::Replaced));
+    assert_eq!(
+        store.insert_scene("cell", scene("shelf"), true),
+        Ok(Change::Replaced)
+    );
     assert_eq!(store.scene_version(id_of("cell")), Some(2));
     // "rma" has the sum of "arm".
-    assert!(matches!(store.insert_scene("rma", scene("x"), false), Err(StoreError::SameId { .. })));
+    assert!(matches!(
+        store.insert_scene("rma", scene("x"), false),
+        Err(StoreError::SameId { .. })
+    ));
 }
 
 #[test]
@@ -47,7 +85,10 @@ fn a_snapshot_outlives_what_it_was_taken_from() {
     let mut store = store();
     let old = store.snapshot(&wanted()).unwrap();
     assert!(!old.model.is_ready());
-    assert!(Arc::ptr_eq(&old.model, &store.snapshot(&wanted()).unwrap().model));
+    assert!(Arc::ptr_eq(
+        &old.model,
+        &store.snapshot(&wanted()).unwrap().model
+    ));
     store.insert_scene("cell", scene("shelf"), true).unwrap();
     let new = store.snapshot(&wanted()).unwrap();
     assert_eq!((old.scene_version, new.scene_version), (1, 2));
@@ -62,16 +103,62 @@ fn a_snapshot_outlives_what_it_was_taken_from() {
 fn what_is_not_there_or_not_the_same_is_refused() {
     let mut store = store();
     let mut refused = |wanted: Wanted| store.snapshot(&wanted).unwrap_err();
-    let error = refused(Wanted { robot_id: 1, ..wanted() });
-    assert!(matches!(&error, StoreError::UnknownRobot { known, .. } if known == "arm"), "{error}");
-    assert!(matches!(refused(Wanted { scene_id: 0, ..wanted() }), StoreError::UnknownScene { .. }));
+    let error = refused(Wanted {
+        robot_id: 1,
+        ..wanted()
+    });
+    assert!(
+        matches!(&error, StoreError::UnknownRobot { known, .. } if known == "arm"),
+        "{error}"
+    );
+    assert!(matches!(
+        refused(Wanted {
+            scene_id: 0,
+            ..wanted()
+        }),
+        StoreError::UnknownScene { .. }
+    ));
     // A scene's label is no robot's.
-    assert!(matches!(refused(Wanted { robot_id: id_of("cell"), ..wanted() }), StoreError::UnknownRobot { .. }));
-    assert!(matches!(refused(Wanted { robot_hash: 1, ..wanted() }), StoreError::HashConflict { .. }));
-    assert!(matches!(refused(Wanted { scene_hash: 1, ..wanted() }), StoreError::HashConflict { .. }));
-    assert!(matches!(refused(Wanted { scene_version: 2, ..wanted() }), StoreError::UnknownVersion { .. }));
-    assert!(store.snapshot(&Wanted { scene_version: 1, ..wanted() }).is_ok());
-    assert!(matches!(store.remove_scene("none"), Err(StoreError::UnknownScene { .. })));
+    assert!(matches!(
+        refused(Wanted {
+            robot_id: id_of("cell"),
+            ..wanted()
+        }),
+        StoreError::UnknownRobot { .. }
+    ));
+    assert!(matches!(
+        refused(Wanted {
+            robot_hash: 1,
+            ..wanted()
+        }),
+        StoreError::HashConflict { .. }
+    ));
+    assert!(matches!(
+        refused(Wanted {
+            scene_hash: 1,
+            ..wanted()
+        }),
+        StoreError::HashConflict { .. }
+    ));
+    assert!(matches!(
+        refused(Wanted {
+            scene_version: 2,
+            ..wanted()
+        }),
+        StoreError::UnknownVersion { .. }
+    ));
+    assert!(
+        store
+            .snapshot(&Wanted {
+                scene_version: 1,
+                ..wanted()
+            })
+            .is_ok()
+    );
+    assert!(matches!(
+        store.remove_scene("none"),
+        Err(StoreError::UnknownScene { .. })
+    ));
 }
 
 /// The cell with one object after another, one version each.
@@ -90,33 +177,70 @@ fn the_last_versions_are_kept_and_older_ones_only_while_they_are_pinned() {
     let mut store = store_of_versions(2);
     store.pin_scene("cell", 1).unwrap();
     for version in 3..=last + 5 {
-        store.insert_scene("cell", scene(&format!("object {version}")), true).unwrap();
+        store
+            .insert_scene("cell", scene(&format!("object {version}")), true)
+            .unwrap();
     }
     let entry = store.scene("cell").unwrap();
     assert_eq!((entry.version, entry.kept_from()), (last + 5, 5));
     assert_eq!(entry.pinned().iter().copied().collect::<Vec<_>>(), [1]);
-    let named = |store: &mut ModelStore, version| store.snapshot(&Wanted { scene_version: version, ..wanted() });
-    for (version, object) in [(1, "table".to_owned()), (5, "object 5".to_owned()), (0, format!("object {}", last + 5))]
-    {
+    let named = |store: &mut ModelStore, version| {
+        store.snapshot(&Wanted {
+            scene_version: version,
+            ..wanted()
+        })
+    };
+    for (version, object) in [
+        (1, "table".to_owned()),
+        (5, "object 5".to_owned()),
+        (0, format!("object {}", last + 5)),
+    ] {
         let snapshot = named(&mut store, version).unwrap();
-        assert_eq!(snapshot.scene_hash, scene(&object).hash(), "version {version}");
-        assert_eq!(store.scene_at("cell", version).unwrap().hash(), scene(&object).hash());
+        assert_eq!(
+            snapshot.scene_hash,
+            scene(&object).hash(),
+            "version {version}"
+        );
+        assert_eq!(
+            store.scene_at("cell", version).unwrap().hash(),
+            scene(&object).hash()
+        );
     }
     let error = named(&mut store, 2).unwrap_err();
     let kept = format!("1, 5 to {}", last + 5);
     assert!(
-        matches!(&error, StoreError::UnknownVersion { wanted: 2, .. }) && error.to_string().contains(&kept),
+        matches!(&error, StoreError::UnknownVersion { wanted: 2, .. })
+            && error.to_string().contains(&kept),
         "{error}"
     );
     // The hash that a request names is that of the version it names.
-    let both = Wanted { scene_version: 5, scene_hash: scene("table").hash(), ..wanted() };
-    assert!(matches!(store.snapshot(&both), Err(StoreError::HashConflict { .. })));
+    let both = Wanted {
+        scene_version: 5,
+        scene_hash: scene("table").hash(),
+        ..wanted()
+    };
+    assert!(matches!(
+        store.snapshot(&both),
+        Err(StoreError::HashConflict { .. })
+    ));
 
-    assert!(matches!(store.remove_scene("cell"), Err(StoreError::Pinned { .. })));
-    assert!(matches!(store.unpin_scene("cell", 5), Err(StoreError::NotPinned { version: 5, .. })));
+    assert!(matches!(
+        store.remove_scene("cell"),
+        Err(StoreError::Pinned { .. })
+    ));
+    assert!(matches!(
+        store.unpin_scene("cell", 5),
+        Err(StoreError::NotPinned { version: 5, .. })
+    ));
     store.unpin_scene("cell", 1).unwrap();
-    assert!(named(&mut store, 1).is_err(), "older than the last ones and no longer pinned");
-    assert!(matches!(store.pin_scene("cell", 1), Err(StoreError::UnknownVersion { .. })));
+    assert!(
+        named(&mut store, 1).is_err(),
+        "older than the last ones and no longer pinned"
+    );
+    assert!(matches!(
+        store.pin_scene("cell", 1),
+        Err(StoreError::UnknownVersion { .. })
+    ));
     assert!(store.remove_scene("cell").is_ok());
 }
 
@@ -127,7 +251,10 @@ fn pins_are_bounded() {
         store.pin_scene("cell", version).unwrap();
     }
     assert!(store.pin_scene("cell", 2).is_ok(), "it is pinned already");
-    assert!(matches!(store.pin_scene("cell", 1), Err(StoreError::TooManyPinned { .. })));
+    assert!(matches!(
+        store.pin_scene("cell", 1),
+        Err(StoreError::TooManyPinned { .. })
+    ));
 }
 
 #[test]
@@ -136,7 +263,9 @@ fn models_are_kept_of_the_newest_and_the_pinned_versions_only() {
     store.pin_scene("cell", 1).unwrap();
     for version in 2..20 {
         store.snapshot(&wanted()).unwrap();
-        store.insert_scene("cell", scene(&format!("object {version}")), true).unwrap();
+        store
+            .insert_scene("cell", scene(&format!("object {version}")), true)
+            .unwrap();
     }
     store.snapshot(&wanted()).unwrap();
     assert_eq!(store.models.len(), 2);
@@ -162,17 +291,36 @@ fn a_label_never_names_two_contents_by_one_version() {
 #[test]
 fn a_diff_has_to_be_against_the_newest_version() {
     let store = store_of_versions(3);
-    assert_eq!(store.base_scene("cell", 0).unwrap().hash(), store.base_scene("cell", 3).unwrap().hash());
+    assert_eq!(
+        store.base_scene("cell", 0).unwrap().hash(),
+        store.base_scene("cell", 3).unwrap().hash()
+    );
     let error = store.base_scene("cell", 2).unwrap_err();
-    assert!(matches!(error, StoreError::VersionConflict { wanted: 2, held: 3, .. }), "{error}");
-    assert!(error.to_string().contains("version 3") && error.to_string().contains("version 2"), "{error}");
+    assert!(
+        matches!(
+            error,
+            StoreError::VersionConflict {
+                wanted: 2,
+                held: 3,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    assert!(
+        error.to_string().contains("version 3") && error.to_string().contains("version 2"),
+        "{error}"
+    );
 }
 
 #[test]
 fn a_restored_scene_goes_on_counting_where_it_was() {
     let mut store = store();
     store.restore_scene("old", scene("a"), 7).unwrap();
-    assert!(matches!(store.restore_scene("old", scene("b"), 9), Err(StoreError::LabelTaken { .. })));
+    assert!(matches!(
+        store.restore_scene("old", scene("b"), 9),
+        Err(StoreError::LabelTaken { .. })
+    ));
     store.insert_scene("old", scene("b"), true).unwrap();
     let entry = store.scene("old").unwrap();
     assert_eq!((entry.version, entry.kept_from()), (8, 7));
@@ -186,5 +334,8 @@ fn versions_that_may_have_been_given_are_left_out() {
     store.insert_scene("cell", scene("shelf"), true).unwrap();
     assert_eq!(store.scene_version(id_of("cell")), Some(12));
     assert!(store.scene_at("cell", 1).is_ok() && store.scene_at("cell", 11).is_err());
-    assert!(matches!(store.skip_versions("hall", 1), Err(StoreError::UnknownScene { .. })));
+    assert!(matches!(
+        store.skip_versions("hall", 1),
+        Err(StoreError::UnknownScene { .. })
+    ));
 }

@@ -1,4 +1,5 @@
-//! The versions of one scene: the newest, the last ones before it, and those that somebody has pinned.
+//! The versions of one scene: the newest, the last ones before it, and those that somebody has
+//! pinned.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
@@ -30,12 +31,23 @@ pub struct SceneEntry {
 
 impl SceneEntry {
     pub(super) fn new(id: u64, version: u64, scene: Arc<Scene>) -> Self {
-        Self { id, version, scene, next: version + 1, older: BTreeMap::new(), pinned: BTreeSet::new() }
+        Self {
+            id,
+            version,
+            scene,
+            next: version + 1,
+            older: BTreeMap::new(),
+            pinned: BTreeSet::new(),
+        }
     }
 
     /// The scene at a version that is kept; 0 is the newest.
     pub fn at(&self, version: u64) -> Option<&Arc<Scene>> {
-        if version == 0 || version == self.version { Some(&self.scene) } else { self.older.get(&version) }
+        if version == 0 || version == self.version {
+            Some(&self.scene)
+        } else {
+            self.older.get(&version)
+        }
     }
 
     /// Versions that are pinned.
@@ -78,7 +90,10 @@ impl SceneEntry {
             return Err(self.unknown(label, version));
         }
         if self.pinned.len() >= MOST_PINNED && !self.pinned.contains(&version) {
-            return Err(StoreError::TooManyPinned { label: label.to_owned(), pinned: ranges(&self.pinned) });
+            return Err(StoreError::TooManyPinned {
+                label: label.to_owned(),
+                pinned: ranges(&self.pinned),
+            });
         }
         self.pinned.insert(version);
         Ok(())
@@ -87,7 +102,11 @@ impl SceneEntry {
     pub(super) fn unpin(&mut self, label: &str, version: u64) -> Result<(), StoreError> {
         let version = if version == 0 { self.version } else { version };
         if !self.pinned.remove(&version) {
-            return Err(StoreError::NotPinned { label: label.to_owned(), version, pinned: ranges(&self.pinned) });
+            return Err(StoreError::NotPinned {
+                label: label.to_owned(),
+                version,
+                pinned: ranges(&self.pinned),
+            });
         }
         self.drop_old();
         Ok(())
@@ -96,20 +115,31 @@ impl SceneEntry {
     /// What a request for a version that is not kept is told.
     pub(super) fn unknown(&self, label: &str, wanted: u64) -> StoreError {
         let kept = self.older.keys().copied().chain([self.version]).collect();
-        StoreError::UnknownVersion { label: label.to_owned(), wanted, kept: ranges(&kept) }
+        StoreError::UnknownVersion {
+            label: label.to_owned(),
+            wanted,
+            kept: ranges(&kept),
+        }
     }
 
     /// The refusal of what would lose pinned versions.
     pub(super) fn check_unpinned(&self, label: &str) -> Result<(), StoreError> {
         match self.pinned.is_empty() {
             true => Ok(()),
-            false => Err(StoreError::Pinned { label: label.to_owned(), pinned: ranges(&self.pinned) }),
+            false => Err(StoreError::Pinned {
+                label: label.to_owned(),
+                pinned: ranges(&self.pinned),
+            }),
         }
     }
 
     fn drop_old(&mut self) {
         let first = self.version.saturating_sub(LAST_VERSIONS as u64);
-        let old: Vec<u64> = self.older.range(..first).map(|(version, _)| *version).collect();
+        let old: Vec<u64> = self
+            .older
+            .range(..first)
+            .map(|(version, _)| *version)
+            .collect();
         for version in old.iter().filter(|version| !self.pinned.contains(version)) {
             self.older.remove(version);
         }
@@ -130,10 +160,15 @@ fn ranges(numbers: &BTreeSet<u64>) -> String {
         1 => format!("{first}, {last}"),
         _ => format!("{first} to {last}"),
     });
-    if runs.is_empty() { "none".to_owned() } else { text.collect::<Vec<_>>().join(", ") }
+    if runs.is_empty() {
+        "none".to_owned()
+    } else {
+        text.collect::<Vec<_>>().join(", ")
+    }
 }
 
-/// The last versions of labels that are unloaded, so that a label never names two contents by one version.
+/// The last versions of labels that are unloaded, so that a label never names two contents by one
+/// version.
 #[derive(Debug, Default)]
 pub(super) struct Retired {
     last: HashMap<u64, u64>,
@@ -150,7 +185,11 @@ impl Retired {
     /// Remembers a label that is unloaded.
     pub(super) fn retire(&mut self, id: u64, version: u64) {
         if self.last.len() >= MOST_RETIRED {
-            self.floor = self.last.drain().map(|(_, version)| version).fold(self.floor, u64::max);
+            self.floor = self
+                .last
+                .drain()
+                .map(|(_, version)| version)
+                .fold(self.floor, u64::max);
         }
         self.last.insert(id, version);
     }

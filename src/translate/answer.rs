@@ -11,8 +11,9 @@ use crate::warning::{self, Warning};
 use serde::{Deserialize, Serialize};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{
-    self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalReason,
-    RefusalRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status, TurnedColumn, WarningRecord,
+    self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair,
+    RefusalReason, RefusalRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status,
+    TurnedColumn, WarningRecord,
 };
 
 use super::records::{self, Names, stage};
@@ -97,7 +98,8 @@ pub fn code_of(outcome: &Outcome, cause: Option<StopCause>) -> Code {
             RefusalPlace::Between => Code::InvalidMotionPlan,
         },
         None if outcome.uncheckable.is_some() => Code::Uncertified,
-        // Nor is it known of an input that is not provable whether the optimizer would have found a path that is.
+        // Nor is it known of an input that is not provable whether the optimizer would have found a
+        // path that is.
         _ if outcome.termination == Termination::Stopped => match cause {
             None | Some(StopCause::Deadline) => Code::TimedOut,
             Some(_) => Code::Preempted,
@@ -108,7 +110,9 @@ pub fn code_of(outcome: &Outcome, cause: Option<StopCause>) -> Code {
 
 fn termination(outcome: &Outcome, cause: Option<StopCause>) -> wire::Termination {
     match outcome.termination {
-        Termination::Done if outcome.refusal.is_some() || outcome.uncheckable.is_some() => wire::Termination::Refused,
+        Termination::Done if outcome.refusal.is_some() || outcome.uncheckable.is_some() => {
+            wire::Termination::Refused
+        }
         Termination::Done => wire::Termination::Checked,
         Termination::Converged => wire::Termination::Converged,
         Termination::IterationLimit => wire::Termination::IterationLimit,
@@ -135,7 +139,11 @@ fn header(snapshot: &Snapshot, path: &Path) -> ResponseHeader {
 }
 
 /// Header of an improvement. Its clearance and floor come with the final response.
-pub fn progress(snapshot: &Snapshot, improvement: &Improvement, lengths: [f64; 3]) -> ResponseHeader {
+pub fn progress(
+    snapshot: &Snapshot,
+    improvement: &Improvement,
+    lengths: [f64; 3],
+) -> ResponseHeader {
     let [length_before, length_after, lower_bound] = lengths;
     ResponseHeader {
         status: Status::Progress.into(),
@@ -157,7 +165,10 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
     let mut names = Names::default();
     // First, so that however many pairs are named there is room for them.
     let warnings = records::warnings(&told(snapshot, outcome), &mut names);
-    let refusal = outcome.refusal.as_ref().map(|hit| records::refusal(hit, outcome, &mut names));
+    let refusal = outcome
+        .refusal
+        .as_ref()
+        .map(|hit| records::refusal(hit, outcome, &mut names));
     let reason = match &outcome.refusal {
         Some(hit) => records::reason(hit.reason),
         None if outcome.uncheckable.is_some() => RefusalReason::NoGeometry,
@@ -170,14 +181,23 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
         code: code_of(outcome, cause).into(),
         termination: termination(outcome, cause).into(),
         refusal_reason: reason.into(),
-        flags: if outcome.proved { ResponseFlags::PROVED } else { 0 },
+        flags: if outcome.proved {
+            ResponseFlags::PROVED
+        } else {
+            0
+        },
         stage: stage(outcome.stage).into(),
         length_before: outcome.length_before,
         length_after: outcome.length_after,
         lower_bound: outcome.lower_bound,
-        clearance_m: certificate.map_or(0.0, |certificate| certificate.clearance_m().unwrap_or(f64::INFINITY)),
+        clearance_m: certificate.map_or(0.0, |certificate| {
+            certificate.clearance_m().unwrap_or(f64::INFINITY)
+        }),
         floor_m: outcome.floor_m,
-        searched_m: outcome.nearest.as_ref().map_or(0.0, |nearest| nearest.searched_m),
+        searched_m: outcome
+            .nearest
+            .as_ref()
+            .map_or(0.0, |nearest| nearest.searched_m),
         iterations: outcome.iterations,
         work: outcome.work,
         pairs: outcome.pairs as u64,
@@ -188,9 +208,17 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
         certificate: certificate.map(records::segments).unwrap_or_default(),
         head: certificate.map(|certificate| records::head(certificate, &outcome.path)),
         lowered,
-        contacts: outcome.nearest.as_ref().map(|nearest| records::contacts(nearest, &mut names)).unwrap_or_default(),
+        contacts: outcome
+            .nearest
+            .as_ref()
+            .map(|nearest| records::contacts(nearest, &mut names))
+            .unwrap_or_default(),
         stages: records::stages(outcome),
-        reach: outcome.corridor.as_ref().map(|corridor| corridor.reach.clone()).unwrap_or_default(),
+        reach: outcome
+            .corridor
+            .as_ref()
+            .map(|corridor| corridor.reach.clone())
+            .unwrap_or_default(),
         pinched: records::pinched(outcome, &mut names),
         turned: records::turned(outcome, &snapshot.robot),
         refusal,
@@ -198,21 +226,29 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
         names: names.text,
         message: message(outcome),
     };
-    Reply { header, sections: Arc::new(sections) }
+    Reply {
+        header,
+        sections: Arc::new(sections),
+    }
 }
 
-/// The final response of a job whose deadline is about to pass while robot and scene are still put together, for
-/// `waited_ms` by now; `scene` is the scene's label.
+/// The final response of a job whose deadline is about to pass while robot and scene are still put
+/// together, for `waited_ms` by now; `scene` is the scene's label.
 pub fn loading(snapshot: &Snapshot, scene: &str, waited_ms: u64) -> Reply {
     let retry_after_ms = waited_ms.clamp(LEAST_RETRY_MS, MOST_RETRY_MS) as u32;
     let robot = snapshot.robot.name();
     let message = format!(
         "robot {robot} and scene {scene} are still put together, {waited_ms} ms after the request came, and its deadline is over; send again in {retry_after_ms} ms"
     );
-    refused(Refusal { code: Code::Loading.into(), message, retry_after_ms })
+    refused(Refusal {
+        code: Code::Loading.into(),
+        message,
+        retry_after_ms,
+    })
 }
 
-/// The final response of a job whose deadline passed while it waited: the input, nothing computed, lengths 0.
+/// The final response of a job whose deadline passed while it waited: the input, nothing computed,
+/// lengths 0.
 pub fn expired(snapshot: &Snapshot, path: &Path) -> Reply {
     untouched(
         snapshot,
@@ -223,24 +259,45 @@ pub fn expired(snapshot: &Snapshot, path: &Path) -> Reply {
     )
 }
 
-/// The final response of a job that a stopping daemon, or a client that wants an answer now, took from the queue.
+/// The final response of a job that a stopping daemon, or a client that wants an answer now, took
+/// from the queue.
 pub fn preempted(snapshot: &Snapshot, path: &Path, cause: StopCause) -> Reply {
     let termination = match cause {
         StopCause::FinishedEarly => wire::Termination::FinishedEarly,
         _ => wire::Termination::Cancelled,
     };
-    untouched(snapshot, path, Code::Preempted, termination, "ended before it was begun")
+    untouched(
+        snapshot,
+        path,
+        Code::Preempted,
+        termination,
+        "ended before it was begun",
+    )
 }
 
-fn untouched(snapshot: &Snapshot, path: &Path, code: Code, termination: wire::Termination, message: &str) -> Reply {
+fn untouched(
+    snapshot: &Snapshot,
+    path: &Path,
+    code: Code,
+    termination: wire::Termination,
+    message: &str,
+) -> Reply {
     let header = ResponseHeader {
         status: Status::Final.into(),
         code: code.into(),
         termination: termination.into(),
         ..header(snapshot, path)
     };
-    let (path, message) = (path.as_flat().to_vec(), message.to_owned());
-    Reply { header, sections: Arc::new(Sections { path, message, ..Sections::default() }) }
+    let path = path.as_flat().to_vec();
+    let message = message.to_owned();
+    Reply {
+        header,
+        sections: Arc::new(Sections {
+            path,
+            message,
+            ..Sections::default()
+        }),
+    }
 }
 
 /// The final response that only says why not.
@@ -252,12 +309,22 @@ pub fn refused(refusal: Refusal) -> Reply {
         termination: wire::Termination::Refused.into(),
         ..ResponseHeader::default()
     };
-    Reply { header, sections: Arc::new(Sections { message: refusal.message, ..Sections::default() }) }
+    Reply {
+        header,
+        sections: Arc::new(Sections {
+            message: refusal.message,
+            ..Sections::default()
+        }),
+    }
 }
 
 /// What a person should know of robot, scene and request.
 fn told(snapshot: &Snapshot, outcome: &Outcome) -> Vec<Warning> {
-    let of_files = snapshot.robot.warnings().iter().chain(snapshot.scene.warnings());
+    let of_files = snapshot
+        .robot
+        .warnings()
+        .iter()
+        .chain(snapshot.scene.warnings());
     let shared = shared_names(&snapshot.robot, &snapshot.scene);
     warning::told(of_files.chain(&shared).chain(&outcome.warnings))
 }
@@ -265,5 +332,6 @@ fn told(snapshot: &Snapshot, outcome: &Outcome) -> Vec<Warning> {
 /// The hint of a refusal, or why nothing can be proved.
 fn message(outcome: &Outcome) -> String {
     let hint = outcome.refusal.as_ref().map(|hit| hit.hint.clone());
-    hint.or_else(|| outcome.uncheckable.clone()).unwrap_or_default()
+    hint.or_else(|| outcome.uncheckable.clone())
+        .unwrap_or_default()
 }

@@ -38,11 +38,31 @@ pub fn request_header(settings: &Settings) -> RequestHeader {
         Mode::Contact => wire::Mode::Contact,
         Mode::Hybrid => wire::Mode::Hybrid,
     };
-    let strict = if settings.strict { RequestFlags::STRICT } else { 0 };
-    let unwrapped = if settings.unwrapped { RequestFlags::UNWRAPPED } else { 0 };
-    let keep_goal = if settings.keep_goal { RequestFlags::KEEP_GOAL } else { 0 };
-    let without_contacts = if settings.contacts { 0 } else { RequestFlags::WITHOUT_CONTACTS };
-    let corridor = if settings.corridor { RequestFlags::CORRIDOR } else { 0 };
+    let strict = if settings.strict {
+        RequestFlags::STRICT
+    } else {
+        0
+    };
+    let unwrapped = if settings.unwrapped {
+        RequestFlags::UNWRAPPED
+    } else {
+        0
+    };
+    let keep_goal = if settings.keep_goal {
+        RequestFlags::KEEP_GOAL
+    } else {
+        0
+    };
+    let without_contacts = if settings.contacts {
+        0
+    } else {
+        RequestFlags::WITHOUT_CONTACTS
+    };
+    let corridor = if settings.corridor {
+        RequestFlags::CORRIDOR
+    } else {
+        0
+    };
     RequestHeader {
         mode: mode.into(),
         flags: strict | unwrapped | keep_goal | without_contacts | corridor,
@@ -54,7 +74,8 @@ pub fn request_header(settings: &Settings) -> RequestHeader {
     }
 }
 
-/// The outcome that a final response about a path of `robot` tells of. `weights` are those of the request's metric.
+/// The outcome that a final response about a path of `robot` tells of. `weights` are those of the
+/// request's metric.
 ///
 /// # Errors
 /// A refusal, or a response that contradicts itself.
@@ -66,14 +87,24 @@ pub fn outcome(
 ) -> Result<(Outcome, Code), AnswerError> {
     let header = &view.header;
     let Some(path) = Path::from_rows((header.variables as usize).max(1), view.path.to_vec()) else {
-        let (message, retry_after_ms) = (view.message.to_owned(), header.retry_after_ms);
-        return Err(AnswerError::Refused { code: view.code, message, retry_after_ms });
+        let message = view.message.to_owned();
+        let retry_after_ms = header.retry_after_ms;
+        return Err(AnswerError::Refused {
+            code: view.code,
+            message,
+            retry_after_ms,
+        });
     };
-    let lowered: Vec<LoweredFloor> =
-        view.lowered_pairs.iter().map(|pair| sections::lowered(pair, view)).collect::<Result<_, _>>()?;
+    let lowered: Vec<LoweredFloor> = view
+        .lowered_pairs
+        .iter()
+        .map(|pair| sections::lowered(pair, view))
+        .collect::<Result<_, _>>()?;
     let turned = sections::turned(view, robot)?;
     let certificate = sections::certificate(view, settings, &path, &lowered)?;
-    let corridor = certificate.as_ref().and_then(|certificate| sections::corridor(view, certificate));
+    let corridor = certificate
+        .as_ref()
+        .and_then(|certificate| sections::corridor(view, certificate));
     let outcome = Outcome {
         path,
         proved: view.is_proved(),
@@ -109,6 +140,8 @@ fn termination(termination: wire::Termination) -> Termination {
         Wire::Converged => Termination::Converged,
         Wire::WorkBudget => Termination::WorkBudget,
         Wire::IterationLimit => Termination::IterationLimit,
-        Wire::Running | Wire::Deadline | Wire::Cancelled | Wire::FinishedEarly => Termination::Stopped,
+        Wire::Running | Wire::Deadline | Wire::Cancelled | Wire::FinishedEarly => {
+            Termination::Stopped
+        }
     }
 }

@@ -36,21 +36,31 @@ pub struct ReadRobot {
 /// # Errors
 /// A file that cannot be read, or is no robot.
 pub fn robot_of(files: &RobotFiles) -> Result<ReadRobot, Refusal> {
-    let description = reader().robot_of(files).map_err(|error| file_refusal(&error))?;
+    let description = reader()
+        .robot_of(files)
+        .map_err(|error| file_refusal(&error))?;
     prepared(description, &files.urdf)
 }
 
-/// The robot of a description, with a warning for each pair of links that collides as it stands where its SRDF
-/// disables none, and its default weights, which depend on its own bodies only.
+/// The robot of a description, with a warning for each pair of links that collides as it stands
+/// where its SRDF disables none, and its default weights, which depend on its own bodies only.
 ///
 /// # Errors
 /// A description that makes no robot.
 pub fn prepared(description: RobotDescription, urdf: &Path) -> Result<ReadRobot, Refusal> {
-    let refuse = |source| file_refusal(&FileError::Robot { file: urdf.to_owned(), source });
+    let refuse = |source| {
+        file_refusal(&FileError::Robot {
+            file: urdf.to_owned(),
+            source,
+        })
+    };
     let robot = Arc::new(RobotModel::new(description).map_err(refuse)?);
     let alone = CollisionModel::new(robot.clone(), Arc::new(Scene::default()));
     let alone = alone.map_err(|error| model_refusal(&error, &robot))?;
-    Ok(ReadRobot { is_new: true, ..looked_at(robot, alone) })
+    Ok(ReadRobot {
+        is_new: true,
+        ..looked_at(robot, alone)
+    })
 }
 
 /// A loaded robot with these variables only, of the same solids.
@@ -58,11 +68,18 @@ pub fn prepared(description: RobotDescription, urdf: &Path) -> Result<ReadRobot,
 /// # Errors
 /// Variables that it does not have, or not all of a joint's.
 pub fn selected(alone: &PreparedModel, variables: Vec<String>) -> Result<ReadRobot, Refusal> {
-    let model = alone.get().map_err(|error| model_refusal(error, alone.robot()))?;
-    let description = RobotDescription { variables: Some(variables), ..alone.robot().description().clone() };
+    let model = alone
+        .get()
+        .map_err(|error| model_refusal(error, alone.robot()))?;
+    let description = RobotDescription {
+        variables: Some(variables),
+        ..alone.robot().description().clone()
+    };
     let refuse = |error: RobotError| Refusal::new(Code::InvalidRobotState, error.to_string());
     let robot = Arc::new(RobotModel::new(description).map_err(refuse)?);
-    let alone = model.with_robot(robot.clone()).map_err(|error| model_refusal(&error, &robot))?;
+    let alone = model
+        .with_robot(robot.clone())
+        .map_err(|error| model_refusal(&error, &robot))?;
     Ok(looked_at(robot, alone))
 }
 
@@ -74,8 +91,17 @@ pub fn selected_label(label: &str, variables: &[String]) -> String {
 fn looked_at(robot: Arc<RobotModel>, alone: CollisionModel) -> ReadRobot {
     let weights = reach_weights(&robot, alone.bodies()).into();
     let more = neutral_warnings(&alone);
-    let robot = if more.is_empty() { robot } else { Arc::new(RobotModel::clone(&robot).with_warnings(more)) };
-    ReadRobot { robot, weights, alone: Arc::new(alone), is_new: false }
+    let robot = if more.is_empty() {
+        robot
+    } else {
+        Arc::new(RobotModel::clone(&robot).with_warnings(more))
+    };
+    ReadRobot {
+        robot,
+        weights,
+        alone: Arc::new(alone),
+        is_new: false,
+    }
 }
 
 /// A scene of this text. Messages call it `file`, and its meshes are found beside that.
@@ -83,7 +109,10 @@ fn looked_at(robot: Arc<RobotModel>, alone: CollisionModel) -> ReadRobot {
 /// # Errors
 /// A text that is no scene, a mesh that cannot be read.
 pub fn scene_of(text: &str, file: &Path) -> Result<Arc<Scene>, Refusal> {
-    reader().scene_of_text(text, file).map(Arc::new).map_err(|error| file_refusal(&error))
+    reader()
+        .scene_of_text(text, file)
+        .map(Arc::new)
+        .map_err(|error| file_refusal(&error))
 }
 
 /// A diff of this text, as [`scene_of`].
@@ -91,7 +120,9 @@ pub fn scene_of(text: &str, file: &Path) -> Result<Arc<Scene>, Refusal> {
 /// # Errors
 /// A text that is no diff, a mesh that cannot be read.
 pub fn diff_of(text: &str, file: &Path) -> Result<SceneDiff, Refusal> {
-    reader().diff_of_text(text, file).map_err(|error| file_refusal(&error))
+    reader()
+        .diff_of_text(text, file)
+        .map_err(|error| file_refusal(&error))
 }
 
 /// A scene's text, or that of the diff which makes it of `base`.
@@ -101,6 +132,7 @@ pub fn diff_of(text: &str, file: &Path) -> Result<SceneDiff, Refusal> {
 pub fn scene_text(scene: &Scene, base: Option<&Scene>) -> Result<String, Refusal> {
     match base {
         None => Ok(scene_file::text(scene, true)),
-        Some(base) => diff_file::text(base, &base.changes_to(scene), true).map_err(|error| scene_refusal(&error)),
+        Some(base) => diff_file::text(base, &base.changes_to(scene), true)
+            .map_err(|error| scene_refusal(&error)),
     }
 }

@@ -15,21 +15,30 @@ pub struct Lengths<'a> {
 impl<'a> Lengths<'a> {
     /// Of a request whose settings have weights.
     pub fn new(snapshot: &'a Snapshot, settings: &'a Settings, path: &'a Path) -> Self {
-        Self { snapshot, settings, path, known: None }
+        Self {
+            snapshot,
+            settings,
+            path,
+            known: None,
+        }
     }
 
     /// Length before, this length, and the lower bound.
     pub fn of(&mut self, length: f64) -> [f64; 3] {
-        let [before, bound] = *self
-            .known
-            .get_or_insert_with(|| input_lengths(self.snapshot, self.settings, self.path).unwrap_or_default());
+        let [before, bound] = *self.known.get_or_insert_with(|| {
+            input_lengths(self.snapshot, self.settings, self.path).unwrap_or_default()
+        });
         [before, length, bound]
     }
 }
 
 fn input_lengths(snapshot: &Snapshot, settings: &Settings, path: &Path) -> Option<[f64; 2]> {
     let space = snapshot.robot.space();
-    let space = if settings.unwrapped { space.unwrapped() } else { space.clone() };
+    let space = if settings.unwrapped {
+        space.unwrapped()
+    } else {
+        space.clone()
+    };
     let metric = Metric::new(&space, settings.weights.clone()?).ok()?;
     let mut scratch = vec![0.0; space.nv()];
     let bound = lower_bound(&space, &metric, path, settings.keep_goal);

@@ -1,5 +1,5 @@
-//! The only place that sees wire and domain types together; the daemon and programs that answer requests in their own
-//! process say the same by it.
+//! The only place that sees wire and domain types together; the daemon and programs that answer
+//! requests in their own process say the same by it.
 
 mod answer;
 mod client;
@@ -10,12 +10,16 @@ mod records;
 mod request;
 mod sections;
 
-pub use answer::{Reply, StopCause, answered, code_of, expired, loading, preempted, progress, refused};
+pub use answer::{
+    Reply, StopCause, answered, code_of, expired, loading, preempted, progress, refused,
+};
 pub use client::{AnswerError, outcome, request_header};
-pub use contents::{ReadRobot, diff_of, prepared, robot_of, scene_of, scene_text, selected, selected_label};
+pub use contents::{
+    ReadRobot, diff_of, prepared, robot_of, scene_of, scene_text, selected, selected_label,
+};
 pub use lengths::Lengths;
 pub use models::{
-    describe, file_refusal, frame_refusal, model_refusal, name_refusal, robot_files, robot_source, robot_summary,
-    scene_refusal, scene_state, scene_summary, store_refusal, worlds,
+    describe, file_refusal, frame_refusal, model_refusal, name_refusal, robot_files, robot_source,
+    robot_summary, scene_refusal, scene_state, scene_summary, store_refusal, worlds,
 };
 pub use request::{check_layout, request_refusal, settings_and_path, wanted};

@@ -13,8 +13,8 @@ use crate::store::{ModelStore, RobotEntry, SceneEntry, StoreError};
 use crate::warning;
 use crate::warning::Warning;
 use taut_ipc::control::{
-    self, GroupDescription, Refusal, RobotDescription, RobotSource, RobotSummary, SceneSummary, VariableDescription,
-    VirtualJointKind,
+    self, GroupDescription, Refusal, RobotDescription, RobotSource, RobotSummary, SceneSummary,
+    VariableDescription, VirtualJointKind,
 };
 use taut_ipc::wire::Code;
 
@@ -59,7 +59,11 @@ pub fn robot_source(files: &RobotFiles) -> RobotSource {
     RobotSource {
         urdf: absolute(&files.urdf),
         srdf: files.srdf.as_ref().map(absolute),
-        packages: files.packages.iter().map(|(name, folder)| (name.clone(), absolute(folder))).collect(),
+        packages: files
+            .packages
+            .iter()
+            .map(|(name, folder)| (name.clone(), absolute(folder)))
+            .collect(),
         virtual_joint: match &files.root {
             RootJoint::OfSrdf => None,
             RootJoint::Given(joint) => Some(virtual_joint(joint.as_ref())),
@@ -79,8 +83,12 @@ fn virtual_joint(joint: Option<&VirtualJoint>) -> control::VirtualJoint {
     control::VirtualJoint {
         name: joint.map(|joint| joint.name.clone()).unwrap_or_default(),
         kind,
-        parent_frame: joint.map(|joint| joint.parent_frame.clone()).unwrap_or_default(),
-        position_bounds: joint.map(|joint| joint.position_bounds.clone()).unwrap_or_default(),
+        parent_frame: joint
+            .map(|joint| joint.parent_frame.clone())
+            .unwrap_or_default(),
+        position_bounds: joint
+            .map(|joint| joint.position_bounds.clone())
+            .unwrap_or_default(),
     }
 }
 
@@ -93,10 +101,22 @@ pub fn describe(label: &str, entry: &RobotEntry) -> RobotDescription {
         robot_hash: robot.hash(),
         layout_hash: robot.layout_hash(),
         variables: variables(robot),
-        held_variables: robot.held().iter().map(|variable| variable.name.clone()).collect(),
-        held_values: robot.held().iter().map(|variable| variable.default).collect(),
+        held_variables: robot
+            .held()
+            .iter()
+            .map(|variable| variable.name.clone())
+            .collect(),
+        held_values: robot
+            .held()
+            .iter()
+            .map(|variable| variable.default)
+            .collect(),
         fixed_joints: fixed_joints(robot),
-        groups: robot.groups().iter().map(|(name, moving)| group(robot, name, moving)).collect(),
+        groups: robot
+            .groups()
+            .iter()
+            .map(|(name, moving)| group(robot, name, moving))
+            .collect(),
         nq: robot.space().nq() as u32,
         nv: robot.space().nv() as u32,
         weights: entry.weights.to_vec(),
@@ -106,7 +126,11 @@ pub fn describe(label: &str, entry: &RobotEntry) -> RobotDescription {
 
 fn fixed_joints(robot: &RobotModel) -> Vec<String> {
     // Joint 0 holds the root in the world; it is nobody's but ours.
-    let fixed = robot.joints().iter().skip(1).filter(|joint| joint.kind == JointKind::Fixed);
+    let fixed = robot
+        .joints()
+        .iter()
+        .skip(1)
+        .filter(|joint| joint.kind == JointKind::Fixed);
     fixed.map(|joint| joint.name.clone()).collect()
 }
 
@@ -125,7 +149,8 @@ fn variables(robot: &RobotModel) -> Vec<VariableDescription> {
         };
         for variable in &mut variables[columns] {
             variable.continuous = matches!(component, Component::Circle { .. });
-            (variable.coordinate, variable.coordinates) = (first as u32, coordinates);
+            variable.coordinate = first as u32;
+            variable.coordinates = coordinates;
         }
     }
     variables
@@ -135,18 +160,28 @@ fn group(robot: &RobotModel, name: &str, moving: &[bool]) -> GroupDescription {
     let mut variables = Vec::new();
     for component in robot.space().components() {
         match *component {
-            Component::Line { q, v } | Component::Circle { q, v } if moving[v] => variables.push(q as u32),
+            Component::Line { q, v } | Component::Circle { q, v } if moving[v] => {
+                variables.push(q as u32)
+            }
             Component::Rotation { q, v } if moving[v] => variables.extend(q as u32..q as u32 + 4),
             _ => {}
         }
     }
-    GroupDescription { name: name.to_owned(), variables }
+    GroupDescription {
+        name: name.to_owned(),
+        variables,
+    }
 }
 
 /// A robot in a listing.
 pub fn robot_summary(label: &str, entry: &RobotEntry) -> RobotSummary {
     let nq = entry.robot.space().nq() as u32;
-    RobotSummary { label: label.to_owned(), robot_id: entry.id, robot_hash: entry.robot.hash(), nq }
+    RobotSummary {
+        label: label.to_owned(),
+        robot_id: entry.id,
+        robot_hash: entry.robot.hash(),
+        nq,
+    }
 }
 
 /// A scene in a listing.
@@ -155,9 +190,18 @@ pub fn scene_summary(label: &str, entry: &SceneEntry) -> SceneSummary {
         let text = format!("object {id:?}: its frame {frame:?} is none of the scene's");
         Warning::uncovered(format!("{text}; robots in it have to call the world so"))
     });
-    let warnings: Vec<Warning> = entry.scene.warnings().iter().cloned().chain(worlds).collect();
+    let warnings: Vec<Warning> = entry
+        .scene
+        .warnings()
+        .iter()
+        .cloned()
+        .chain(worlds)
+        .collect();
     let warnings = texts(&warning::told(&warnings), |_| true);
-    SceneSummary { warnings, ..scene_state(label, entry) }
+    SceneSummary {
+        warnings,
+        ..scene_state(label, entry)
+    }
 }
 
 /// The same without a look at what is odd about its objects.
@@ -186,8 +230,9 @@ pub fn store_refusal(error: &StoreError) -> Refusal {
     Refusal::new(code, error.to_string())
 }
 
-/// The refusal of a diff that names a link which no loaded robot has, or what is neither such a link nor an object of
-/// the scene that the diff makes. Where no robot is loaded, nothing is known of links.
+/// The refusal of a diff that names a link which no loaded robot has, or what is neither such a
+/// link nor an object of the scene that the diff makes. Where no robot is loaded, nothing is known
+/// of links.
 ///
 /// # Errors
 /// The refusal.
@@ -197,9 +242,13 @@ pub fn name_refusal(diff: &SceneDiff, scene: &Scene, store: &ModelStore) -> Resu
         return Ok(());
     }
     let is_link = |name: &str| robots().any(|robot| robot.link_index(name).is_some());
-    let is_object = |name: &str| scene.obstacles().get(name).is_some() || scene.attached().get(name).is_some();
+    let is_object =
+        |name: &str| scene.obstacles().get(name).is_some() || scene.attached().get(name).is_some();
     let links = || {
-        let names: BTreeSet<&str> = robots().flat_map(|robot| robot.links()).map(|link| link.name.as_str()).collect();
+        let names: BTreeSet<&str> = robots()
+            .flat_map(|robot| robot.links())
+            .map(|link| link.name.as_str())
+            .collect();
         listed(names.into_iter())
     };
     if let Some(name) = diff.links().find(|name| !is_link(name)) {
@@ -208,29 +257,43 @@ pub fn name_refusal(diff: &SceneDiff, scene: &Scene, store: &ModelStore) -> Resu
     }
     if let Some(name) = diff.names().find(|name| !is_link(name) && !is_object(name)) {
         let objects = listed(scene.objects().map(|object| object.id.as_str()));
-        let text = format!("{name:?} is neither an object of the scene nor a link of a loaded robot");
-        return Err(Refusal::new(Code::InvalidObjectName, format!("{text}; objects: {objects}; links: {}", links())));
+        let text =
+            format!("{name:?} is neither an object of the scene nor a link of a loaded robot");
+        return Err(Refusal::new(
+            Code::InvalidObjectName,
+            format!("{text}; objects: {objects}; links: {}", links()),
+        ));
     }
     Ok(())
 }
 
 /// What robots call the world.
 pub fn worlds(store: &ModelStore) -> Vec<String> {
-    let names: BTreeSet<String> = store.robots().values().flat_map(|entry| entry.robot.worlds()).collect();
+    let names: BTreeSet<String> = store
+        .robots()
+        .values()
+        .flat_map(|entry| entry.robot.worlds())
+        .collect();
     names.into_iter().collect()
 }
 
-/// The refusal of a scene whose frames are those of no loaded robot. Where none is loaded, nothing is known of that.
+/// The refusal of a scene whose frames are those of no loaded robot. Where none is loaded, nothing
+/// is known of that.
 ///
 /// # Errors
 /// The refusal.
 pub fn frame_refusal(scene: &Scene, store: &ModelStore) -> Result<(), Refusal> {
     let mut refused: Option<(bool, Refusal)> = None;
     for entry in store.robots().values() {
-        let Err(error) = check_frames(&entry.robot, scene) else { return Ok(()) };
+        let Err(error) = check_frames(&entry.robot, scene) else {
+            return Ok(());
+        };
         // The robot that has a link of that name is the one that was meant.
         let is_meant = matches!(error, CollisionModelError::FrameOfLink { .. });
-        if refused.as_ref().is_none_or(|(was_meant, _)| is_meant && !was_meant) {
+        if refused
+            .as_ref()
+            .is_none_or(|(was_meant, _)| is_meant && !was_meant)
+        {
             refused = Some((is_meant, model_refusal(&error, &entry.robot)));
         }
     }
@@ -272,8 +335,8 @@ pub fn file_refusal(error: &FileError) -> Refusal {
     Refusal::new(code, error.to_string())
 }
 
-/// The refusal of a robot and a scene that do not go together: a pair of names one of which does not
-/// exist. Beside a link the missing one is taken for an object, beside an object for a link.
+/// The refusal of a robot and a scene that do not go together: a pair of names one of which does
+/// not exist. Beside a link the missing one is taken for an object, beside an object for a link.
 pub fn model_refusal(error: &CollisionModelError, robot: &RobotModel) -> Refusal {
     let code = match error {
         CollisionModelError::UnknownName { beside, .. } => {

@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
-use crate::optimize::{self, ColumnTurns, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal as Hit};
+use crate::optimize::{
+    self, ColumnTurns, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal as Hit,
+};
 use crate::path::Path;
 use crate::robot::RobotModel;
 use crate::validation::{Certificate, HitReason, SegmentClaim};
@@ -10,8 +12,8 @@ use crate::warning::Warning;
 use sha2::{Digest, Sha256};
 use taut_ipc::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_WARNINGS, MAX_WARNINGS_TEXT};
 use taut_ipc::wire::{
-    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalReason, RefusalRecord, Stage,
-    StageRecord, TextSpan, TurnedColumn, WarningKind, WarningRecord,
+    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalReason,
+    RefusalRecord, Stage, StageRecord, TextSpan, TurnedColumn, WarningKind, WarningRecord,
 };
 
 /// Collects names of bodies, each once, as far as the section holds them.
@@ -45,20 +47,32 @@ pub(super) fn warnings(warnings: &[Warning], names: &mut Names) -> Vec<WarningRe
     let mut records = Vec::with_capacity(warnings.len());
     for (index, warning) in warnings.iter().enumerate() {
         let text = &warning.text()[..warning.text().floor_char_boundary(WARNING_MAX)];
-        let is_full = names.text.len() + text.len() > MAX_WARNINGS_TEXT || index + 1 == MAX_WARNINGS;
+        let is_full =
+            names.text.len() + text.len() > MAX_WARNINGS_TEXT || index + 1 == MAX_WARNINGS;
         if is_full && index + 1 < warnings.len() {
-            let rest = format!("{} warnings more than an answer holds; see `taut describe`", warnings.len() - index);
+            let rest = format!(
+                "{} warnings more than an answer holds; see `taut describe`",
+                warnings.len() - index
+            );
             records.push(record_of(WarningKind::Uncovered, &rest, names));
             break;
         }
-        let kind = if warning.is_uncovered() { WarningKind::Uncovered } else { WarningKind::Cosmetic };
+        let kind = if warning.is_uncovered() {
+            WarningKind::Uncovered
+        } else {
+            WarningKind::Cosmetic
+        };
         records.push(record_of(kind, text, names));
     }
     records
 }
 
 fn record_of(kind: WarningKind, text: &str, names: &mut Names) -> WarningRecord {
-    WarningRecord { kind: kind.into(), reserved: 0, text: TextSpan::push(&mut names.text, text) }
+    WarningRecord {
+        kind: kind.into(),
+        reserved: 0,
+        text: TextSpan::push(&mut names.text, text),
+    }
 }
 
 /// The same reason on the wire.
@@ -72,8 +86,14 @@ pub(super) fn reason(reason: HitReason) -> RefusalReason {
 
 /// Where and why the input is refused.
 pub(super) fn refusal(hit: &Hit, outcome: &Outcome, names: &mut Names) -> RefusalRecord {
-    let [body_a, body_b] = hit.bodies.each_ref().map(|name| names.span(name).unwrap_or_default());
-    let floor = outcome.floors_lowered.iter().find(|lowered| lowered.bodies == hit.bodies);
+    let [body_a, body_b] = hit
+        .bodies
+        .each_ref()
+        .map(|name| names.span(name).unwrap_or_default());
+    let floor = outcome
+        .floors_lowered
+        .iter()
+        .find(|lowered| lowered.bodies == hit.bodies);
     let proved_segments = hit.proved_prefix.floor();
     RefusalRecord {
         body_a,
@@ -94,9 +114,18 @@ pub(super) fn refusal(hit: &Hit, outcome: &Outcome, names: &mut Names) -> Refusa
 pub(super) fn lowered(outcome: &Outcome, names: &mut Names) -> Vec<LoweredPair> {
     let record = |floor: &LoweredFloor| {
         let [a, b] = &floor.bodies;
-        Some(LoweredPair { body_a: names.span(a)?, body_b: names.span(b)?, floor_m: floor.floor_m })
+        Some(LoweredPair {
+            body_a: names.span(a)?,
+            body_b: names.span(b)?,
+            floor_m: floor.floor_m,
+        })
     };
-    outcome.floors_lowered.iter().map_while(record).take(MAX_RECORDS).collect()
+    outcome
+        .floors_lowered
+        .iter()
+        .map_while(record)
+        .take(MAX_RECORDS)
+        .collect()
 }
 
 /// What the certificate claims of each segment.
@@ -116,7 +145,11 @@ pub(super) fn head(certificate: &Certificate, path: &Path) -> CertificateHead {
         checker_version: certificate.checker_version,
         segments: certificate.segments.len() as u32,
         clearance_m: certificate.clearance_m,
-        intervals: certificate.segments.iter().map(|claim| u64::from(claim.intervals)).sum(),
+        intervals: certificate
+            .segments
+            .iter()
+            .map(|claim| u64::from(claim.intervals))
+            .sum(),
     }
 }
 
@@ -129,7 +162,10 @@ pub(super) fn path_hash(path: &[f64]) -> [u64; 4] {
     let digest = hasher.finalize();
     let mut numbers = [0; 4];
     for (number, bytes) in numbers.iter_mut().zip(digest.chunks_exact(8)) {
-        *number = bytes.iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte));
+        *number = bytes
+            .iter()
+            .rev()
+            .fold(0, |number, byte| number << 8 | u64::from(*byte));
     }
     numbers
 }
@@ -150,20 +186,44 @@ pub(super) fn contacts(nearest: &NearestBodies, names: &mut Names) -> Vec<Active
             normal: contact.normal.to_array(),
         })
     };
-    nearest.smallest.iter().chain(&nearest.contacts).map_while(record).take(MAX_RECORDS).collect()
+    nearest
+        .smallest
+        .iter()
+        .chain(&nearest.contacts)
+        .map_while(record)
+        .take(MAX_RECORDS)
+        .collect()
 }
 
 /// Pairs between which the path is pinched.
 pub(super) fn pinched(outcome: &Outcome, names: &mut Names) -> Vec<PinchedPair> {
-    let record = |[a, b]: &[String; 2]| Some(PinchedPair { body_a: names.span(a)?, body_b: names.span(b)? });
-    outcome.pinched.iter().map_while(record).take(MAX_RECORDS).collect()
+    let record = |[a, b]: &[String; 2]| {
+        Some(PinchedPair {
+            body_a: names.span(a)?,
+            body_b: names.span(b)?,
+        })
+    };
+    outcome
+        .pinched
+        .iter()
+        .map_while(record)
+        .take(MAX_RECORDS)
+        .collect()
 }
 
 /// Angle columns whose numbers are not the given ones.
 pub(super) fn turned(outcome: &Outcome, robot: &RobotModel) -> Vec<TurnedColumn> {
-    let column = |name: &str| robot.variables().iter().position(|variable| variable.name == name);
+    let column = |name: &str| {
+        robot
+            .variables()
+            .iter()
+            .position(|variable| variable.name == name)
+    };
     let record = |turned: &ColumnTurns| {
-        Some(TurnedColumn { column: column(&turned.variable)? as u32, turns: turned.turns as i32 })
+        Some(TurnedColumn {
+            column: column(&turned.variable)? as u32,
+            turns: turned.turns as i32,
+        })
     };
     outcome.turned.iter().filter_map(record).collect()
 }

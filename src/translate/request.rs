@@ -31,8 +31,8 @@ pub fn wanted(header: &RequestHeader) -> Wanted {
     }
 }
 
-/// Whether the request is made for the columns that the robot has: by position they would be silently wrong for another
-/// maker's robot of the same name.
+/// Whether the request is made for the columns that the robot has: by position they would be
+/// silently wrong for another maker's robot of the same name.
 ///
 /// # Errors
 /// The refusal.
@@ -41,7 +41,12 @@ pub fn check_layout(header: &RequestHeader, snapshot: &Snapshot) -> Result<(), R
     if header.layout_hash == layout {
         return Ok(());
     }
-    let names: Vec<&str> = snapshot.robot.variables().iter().map(|variable| variable.name.as_str()).collect();
+    let names: Vec<&str> = snapshot
+        .robot
+        .variables()
+        .iter()
+        .map(|variable| variable.name.as_str())
+        .collect();
     let text = format!(
         "the request has layout hash {:016x}, the robot {layout:016x}: columns {}; describe the robot and send in its order",
         header.layout_hash,
@@ -50,8 +55,8 @@ pub fn check_layout(header: &RequestHeader, snapshot: &Snapshot) -> Result<(), R
     Err(Refusal::new(Code::InvalidRobotState, text))
 }
 
-/// Copies a request out of shared memory, once, and translates the copy. The path's numbers are not checked yet;
-/// the core does that.
+/// Copies a request out of shared memory, once, and translates the copy. The path's numbers are not
+/// checked yet; the core does that.
 ///
 /// # Errors
 /// A refusal with the bad value and the valid ones.
@@ -60,20 +65,38 @@ pub fn settings_and_path(
     snapshot: &Snapshot,
     default_clearance_m: f64,
 ) -> Result<(Arc<Settings>, Arc<Path>), Refusal> {
-    let (header, robot) = (&view.header, &snapshot.robot);
+    let header = &view.header;
+    let robot = &snapshot.robot;
     let nq = robot.space().nq();
     if header.variables as usize != nq {
-        let names: Vec<&str> = robot.variables().iter().map(|variable| variable.name.as_str()).collect();
-        let text = format!("the path has {} columns, the robot has {nq}: {}", header.variables, names.join(", "));
+        let names: Vec<&str> = robot
+            .variables()
+            .iter()
+            .map(|variable| variable.name.as_str())
+            .collect();
+        let text = format!(
+            "the path has {} columns, the robot has {nq}: {}",
+            header.variables,
+            names.join(", ")
+        );
         return Err(Refusal::new(Code::InvalidRobotState, text));
     }
     let path = Path::from_rows(nq, view.path.to_vec());
-    let path = path.ok_or_else(|| Refusal::new(Code::MalformedRequest, "the path is empty; it needs a waypoint"))?;
+    let path = path.ok_or_else(|| {
+        Refusal::new(
+            Code::MalformedRequest,
+            "the path is empty; it needs a waypoint",
+        )
+    })?;
     let listed = |numbers: &[f64]| (!numbers.is_empty()).then(|| numbers.to_vec());
     let settings = Settings {
         mode: mode(view.mode),
         seed: header.seed,
-        clearance_m: if header.clearance_m == 0.0 { default_clearance_m } else { header.clearance_m },
+        clearance_m: if header.clearance_m == 0.0 {
+            default_clearance_m
+        } else {
+            header.clearance_m
+        },
         strict: header.flags & RequestFlags::STRICT != 0,
         unwrapped: header.flags & RequestFlags::UNWRAPPED != 0,
         keep_goal: header.flags & RequestFlags::KEEP_GOAL != 0,
@@ -103,7 +126,12 @@ fn mask(name: &str, bytes: &[u8]) -> Result<Option<Vec<bool>>, Refusal> {
             Err(Refusal::new(Code::MalformedRequest, text))
         }
     };
-    bytes.iter().enumerate().map(entry).collect::<Result<_, _>>().map(Some)
+    bytes
+        .iter()
+        .enumerate()
+        .map(entry)
+        .collect::<Result<_, _>>()
+        .map(Some)
 }
 
 /// Which velocity coordinates may move: the mask of variables, else the group, else all.
@@ -119,9 +147,20 @@ fn moving(view: &RequestView, robot: &RobotModel) -> Result<Option<Vec<bool>>, R
     match groups.get(group as usize) {
         Some((_, moving)) => Ok(Some(moving.clone())),
         None => {
-            let names: Vec<String> = groups.iter().enumerate().map(|(i, (name, _))| format!("{name} {i}")).collect();
-            let valid = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-            Err(Refusal::new(Code::InvalidGroupName, format!("the robot has no group {group}; valid: {valid}")))
+            let names: Vec<String> = groups
+                .iter()
+                .enumerate()
+                .map(|(i, (name, _))| format!("{name} {i}"))
+                .collect();
+            let valid = if names.is_empty() {
+                "none".to_owned()
+            } else {
+                names.join(", ")
+            };
+            Err(Refusal::new(
+                Code::InvalidGroupName,
+                format!("the robot has no group {group}; valid: {valid}"),
+            ))
         }
     }
 }
@@ -135,8 +174,9 @@ fn coordinates(robot: &RobotModel, columns: &[bool]) -> Result<Vec<bool>, Refusa
             Component::Rotation { q, v } => {
                 if columns[q..q + 4].iter().any(|column| *column != columns[q]) {
                     let name = &robot.variables()[q].name;
-                    let text =
-                        format!("group_mask splits the quaternion that starts at {name}; its four move together");
+                    let text = format!(
+                        "group_mask splits the quaternion that starts at {name}; its four move together"
+                    );
                     return Err(Refusal::new(Code::MalformedRequest, text));
                 }
                 moving[v..v + 3].fill(columns[q]);
@@ -149,7 +189,9 @@ fn coordinates(robot: &RobotModel, columns: &[bool]) -> Result<Vec<bool>, Refusa
 /// The refusal of a request that the core cannot compute.
 pub fn request_refusal(error: &RequestError) -> Refusal {
     let code = match error {
-        RequestError::Metric(_) | RequestError::Count { .. } | RequestError::Clearance(_) => Code::MalformedRequest,
+        RequestError::Metric(_) | RequestError::Count { .. } | RequestError::Clearance(_) => {
+            Code::MalformedRequest
+        }
         _ => Code::InvalidRobotState,
     };
     Refusal::new(code, error.to_string())

@@ -2,7 +2,8 @@
 
 use crate::math::Vec3;
 use crate::optimize::{
-    self, ColumnTurns, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, Settings, StageShare,
+    self, ColumnTurns, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, Settings,
+    StageShare,
 };
 use crate::path::Path;
 use crate::validation::corridor;
@@ -10,8 +11,8 @@ use crate::validation::{Certificate, Corridor, HitReason, SegmentClaim};
 use crate::warning::Warning;
 use taut_ipc::control::RobotDescription;
 use taut_ipc::wire::{
-    self, ActiveContact, Code, RefusalReason, ResponseView, Stage, StageRecord, TextSpan, TurnedColumn, WarningKind,
-    WarningRecord, WireError,
+    self, ActiveContact, Code, RefusalReason, ResponseView, Stage, StageRecord, TextSpan,
+    TurnedColumn, WarningKind, WarningRecord, WireError,
 };
 
 use super::client::AnswerError;
@@ -27,13 +28,21 @@ fn names(view: &ResponseView, spans: [TextSpan; 2]) -> Result<[String; 2], WireE
 }
 
 /// A pair with a lowered floor.
-pub(super) fn lowered(pair: &wire::LoweredPair, view: &ResponseView) -> Result<LoweredFloor, WireError> {
-    Ok(LoweredFloor { bodies: names(view, [pair.body_a, pair.body_b])?, floor_m: pair.floor_m })
+pub(super) fn lowered(
+    pair: &wire::LoweredPair,
+    view: &ResponseView,
+) -> Result<LoweredFloor, WireError> {
+    Ok(LoweredFloor {
+        bodies: names(view, [pair.body_a, pair.body_b])?,
+        floor_m: pair.floor_m,
+    })
 }
 
 /// Where and why the input is refused.
 pub(super) fn refusal(view: &ResponseView, hint: String) -> Result<Option<Refusal>, WireError> {
-    let Some(record) = view.refusal else { return Ok(None) };
+    let Some(record) = view.refusal else {
+        return Ok(None);
+    };
     let reason = match RefusalReason::try_from(view.header.refusal_reason)? {
         RefusalReason::None | RefusalReason::NoGeometry => return Ok(None),
         RefusalReason::Collision => HitReason::Collision,
@@ -66,7 +75,9 @@ pub(super) fn certificate(
     path: &Path,
     lowered: &[LoweredFloor],
 ) -> Result<Option<Certificate>, AnswerError> {
-    let Some(head) = view.certificate_head else { return Ok(None) };
+    let Some(head) = view.certificate_head else {
+        return Ok(None);
+    };
     if head.path_hash != path_hash(path.as_flat()) {
         return Err(AnswerError::OtherPath);
     }
@@ -74,7 +85,13 @@ pub(super) fn certificate(
         clearance_m: Some(segment.clearance_m).filter(|clearance| clearance.is_finite()),
         intervals: segment.intervals,
     };
-    let named = |floor: &LoweredFloor| (floor.bodies[0].clone(), floor.bodies[1].clone(), floor.floor_m);
+    let named = |floor: &LoweredFloor| {
+        (
+            floor.bodies[0].clone(),
+            floor.bodies[1].clone(),
+            floor.floor_m,
+        )
+    };
     let certificate = Certificate {
         checker_version: head.checker_version,
         path_hash: path.hash(),
@@ -94,7 +111,11 @@ pub(super) fn certificate(
 pub(super) fn corridor(view: &ResponseView, certificate: &Certificate) -> Option<Corridor> {
     let reach = view.reach.to_vec();
     let slack_m = corridor::slack_m(certificate);
-    (!reach.is_empty()).then(|| Corridor { floor_m: certificate.floor_m(), reach, slack_m })
+    (!reach.is_empty()).then(|| Corridor {
+        floor_m: certificate.floor_m(),
+        reach,
+        slack_m,
+    })
 }
 
 /// What is nearest along the path; `None` where it was not looked for.
@@ -114,11 +135,21 @@ pub(super) fn nearest(view: &ResponseView) -> Result<Option<NearestBodies>, Wire
         })
     };
     let smallest = view.active_contacts.first().map(contact).transpose()?;
-    let contacts = view.active_contacts.iter().skip(1).map(contact).collect::<Result<_, _>>()?;
-    Ok(Some(NearestBodies { searched_m, smallest, contacts }))
+    let contacts = view
+        .active_contacts
+        .iter()
+        .skip(1)
+        .map(contact)
+        .collect::<Result<_, _>>()?;
+    Ok(Some(NearestBodies {
+        searched_m,
+        smallest,
+        contacts,
+    }))
 }
 
-/// What a person should know beside the verdict. Each stands for itself: who sent it has counted the others like it.
+/// What a person should know beside the verdict. Each stands for itself: who sent it has counted
+/// the others like it.
 pub(super) fn warnings(view: &ResponseView) -> Result<Vec<Warning>, WireError> {
     let warning = |record: &WarningRecord| -> Result<Warning, WireError> {
         let text = record.text.of(view.names)?;
@@ -132,20 +163,33 @@ pub(super) fn warnings(view: &ResponseView) -> Result<Vec<Warning>, WireError> {
 
 /// Why nothing can be proved of the robot.
 pub(super) fn uncheckable(view: &ResponseView) -> Result<Option<String>, WireError> {
-    let is_without = RefusalReason::try_from(view.header.refusal_reason)? == RefusalReason::NoGeometry;
+    let is_without =
+        RefusalReason::try_from(view.header.refusal_reason)? == RefusalReason::NoGeometry;
     Ok(is_without.then(|| view.message.to_owned()))
 }
 
 /// Pairs between which the path is pinched.
 pub(super) fn pinched(view: &ResponseView) -> Result<Vec<[String; 2]>, WireError> {
-    view.pinched_pairs.iter().map(|pair| names(view, [pair.body_a, pair.body_b])).collect()
+    view.pinched_pairs
+        .iter()
+        .map(|pair| names(view, [pair.body_a, pair.body_b]))
+        .collect()
 }
 
 /// Angle columns whose numbers are not the given ones.
-pub(super) fn turned(view: &ResponseView, robot: &RobotDescription) -> Result<Vec<ColumnTurns>, WireError> {
+pub(super) fn turned(
+    view: &ResponseView,
+    robot: &RobotDescription,
+) -> Result<Vec<ColumnTurns>, WireError> {
     let column = |record: &TurnedColumn| match robot.variables.get(record.column as usize) {
-        Some(variable) => Ok(ColumnTurns { variable: variable.name.clone(), turns: record.turns.into() }),
-        None => Err(WireError::UnknownValue { field: "column", value: record.column.into() }),
+        Some(variable) => Ok(ColumnTurns {
+            variable: variable.name.clone(),
+            turns: record.turns.into(),
+        }),
+        None => Err(WireError::UnknownValue {
+            field: "column",
+            value: record.column.into(),
+        }),
     };
     view.turned_columns.iter().map(column).collect()
 }
@@ -154,7 +198,12 @@ pub(super) fn turned(view: &ResponseView, robot: &RobotDescription) -> Result<Ve
 pub(super) fn stages(view: &ResponseView) -> Result<Vec<StageShare>, WireError> {
     let share = |record: &StageRecord| {
         let stage = stage(Stage::try_from(record.stage)?);
-        Ok(StageShare { stage, gain: record.gain, work: record.work, iterations: record.iterations })
+        Ok(StageShare {
+            stage,
+            gain: record.gain,
+            work: record.work,
+            iterations: record.iterations,
+        })
     };
     view.stages.iter().map(share).collect()
 }

@@ -1,8 +1,9 @@
 //! The proof in short: what was proved, of what, by which checker, and by how much.
 //!
-//! Anyone can make a certificate, so it counts only as far as the [reference checker](super::reference) finds
-//! it true. The digest is no signature: it shows that numbers were changed after the proof, even where they
-//! would still be true, and does not keep anybody from computing it anew.
+//! Anyone can make a certificate, so it counts only as far as the [reference
+//! checker](super::reference) finds it true. The digest is no signature: it shows that numbers were
+//! changed after the proof, even where they would still be true, and does not keep anybody from
+//! computing it anew.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,8 +14,8 @@ use crate::path::Path;
 
 /// Raised whenever the checker proves or refuses anything differently.
 pub const CHECKER_VERSION: u32 = 3;
-/// From this checker version on a step of an angle column means its numbers, and no proved path has one of more than
-/// half a turn; before, every step meant the shortest arc.
+/// From this checker version on a step of an angle column means its numbers, and no proved path has
+/// one of more than half a turn; before, every step meant the shortest arc.
 pub const FIRST_BY_NUMBERS: u32 = 3;
 /// Certificates of this checker version and later carry a digest.
 pub const FIRST_WITH_DIGEST: u32 = 2;
@@ -43,7 +44,8 @@ pub struct Certificate {
     /// Values of the robot's held variables (m or rad); `None` = their defaults.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held: Option<Vec<f64>>,
-    /// One claim per segment of the path, also of one that does not move; a path of one waypoint has one.
+    /// One claim per segment of the path, also of one that does not move; a path of one waypoint
+    /// has one.
     pub segments: Vec<SegmentClaim>,
     /// [`Self::content`] when it was made; `None` before checker version [`FIRST_WITH_DIGEST`].
     #[serde(default, skip_serializing_if = "Option::is_none", with = "hex_or_none")]
@@ -53,7 +55,8 @@ pub struct Certificate {
 /// What is claimed of one segment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SegmentClaim {
-    /// Distance that every pair keeps on the segment (m); `None` where there is nothing to collide with.
+    /// Distance that every pair keeps on the segment (m); `None` where there is nothing to collide
+    /// with.
     pub clearance_m: Option<f64>,
     /// Intervals of the proof.
     pub intervals: u32,
@@ -74,12 +77,22 @@ pub(crate) struct Terms {
 
 impl Certificate {
     /// Certificate of a path proved with these results, one per segment.
-    pub(crate) fn new(model: &CollisionModel, path: &Path, terms: Terms, proofs: &[SegmentProof]) -> Self {
+    pub(crate) fn new(
+        model: &CollisionModel,
+        path: &Path,
+        terms: Terms,
+        proofs: &[SegmentProof],
+    ) -> Self {
         let claim = |proof: &SegmentProof| SegmentClaim {
             clearance_m: proof.clearance_m.is_finite().then_some(proof.clearance_m),
             intervals: proof.intervals,
         };
-        let Terms { clearance_m, lowered, unwrapped, held } = terms;
+        let Terms {
+            clearance_m,
+            lowered,
+            unwrapped,
+            held,
+        } = terms;
         Self {
             checker_version: CHECKER_VERSION,
             path_hash: path.hash(),
@@ -97,31 +110,49 @@ impl Certificate {
 
     /// Smallest clearance claimed of any segment (m); `None` where nothing comes near.
     pub fn clearance_m(&self) -> Option<f64> {
-        self.segments.iter().filter_map(|segment| segment.clearance_m).min_by(f64::total_cmp)
+        self.segments
+            .iter()
+            .filter_map(|segment| segment.clearance_m)
+            .min_by(f64::total_cmp)
     }
 
     /// Smallest floor of any pair (m).
     pub fn floor_m(&self) -> f64 {
-        self.lowered.iter().map(|(.., floor)| *floor).fold(self.clearance_m, f64::min)
+        self.lowered
+            .iter()
+            .map(|(.., floor)| *floor)
+            .fold(self.clearance_m, f64::min)
     }
 
     /// The same with the digest of what it says now.
     #[must_use]
     pub fn sealed(self) -> Self {
-        Self { digest: Some(self.content()), ..self }
+        Self {
+            digest: Some(self.content()),
+            ..self
+        }
     }
 
     /// Hash of everything but the digest, by the exact bits of its numbers.
     pub fn content(&self) -> u64 {
         let mut hasher = ContentHasher::default();
-        for number in [u64::from(self.checker_version), self.path_hash, self.robot_hash, self.scene_hash] {
+        for number in [
+            u64::from(self.checker_version),
+            self.path_hash,
+            self.robot_hash,
+            self.scene_hash,
+        ] {
             hasher.text(&format!("{number:016x}"));
         }
         hasher.floats(&[self.clearance_m]);
         for (a, b, floor) in &self.lowered {
             hasher.text(a).text(b).floats(&[*floor]);
         }
-        hasher.text(if self.unwrapped { "unwrapped" } else { "wrapped" });
+        hasher.text(if self.unwrapped {
+            "unwrapped"
+        } else {
+            "wrapped"
+        });
         match &self.held {
             Some(held) => hasher.text("held").floats(held),
             None => hasher.text("defaults"),
@@ -160,7 +191,9 @@ mod hex_or_none {
         }
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u64>, D::Error> {
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<u64>, D::Error> {
         super::hex::deserialize(deserializer).map(Some)
     }
 }

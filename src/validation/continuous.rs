@@ -1,14 +1,15 @@
-//! The certified check of segments: intervals, eight at a time, and lists of undecided pairs that shrink on
-//! the way down.
+//! The certified check of segments: intervals, eight at a time, and lists of undecided pairs that
+//! shrink on the way down.
 //!
-//! A segment is cut into intervals; eight of them, of whatever segments, are looked at together by the
-//! [filter](super::rake). What it does not prove is undecided. Where it saw an undecided pair at least 1.5
-//! floors apart in the middle, the interval is split; where not, the exact bodies decide: a lower bound of
-//! the distance over the whole interval reaches the pair's floor → the pair is done; the bodies touch in the
-//! middle → collision; they are closer than 1.5 floors → too close; otherwise it is split. Parts of a split
-//! interval look only at the pairs that are undecided there. These are at least 1.5 floors apart in the
-//! middle, so they end when their displacement bound falls to half a floor: everything clearer than 1.5
-//! floors is proved, everything proved is at least one floor clear.
+//! A segment is cut into intervals; eight of them, of whatever segments, are looked at together by
+//! the [filter](super::rake). What it does not prove is undecided. Where it saw an undecided pair
+//! at least 1.5 floors apart in the middle, the interval is split; where not, the exact bodies
+//! decide: a lower bound of the distance over the whole interval reaches the pair's floor → the
+//! pair is done; the bodies touch in the middle → collision; they are closer than 1.5 floors → too
+//! close; otherwise it is split. Parts of a split interval look only at the pairs that are
+//! undecided there. These are at least 1.5 floors apart in the middle, so they end when their
+//! displacement bound falls to half a floor: everything clearer than 1.5 floors is proved,
+//! everything proved is at least one floor clear.
 
 use std::collections::{HashMap, VecDeque};
 use std::ops::RangeInclusive;
@@ -19,7 +20,9 @@ use super::ledger::Ledger;
 use super::rake::RakeScratch;
 use super::segment_motion::SegmentMotion;
 use super::undecided::{Interval, List, Segments};
-use super::{Hit, HitReason, Layers, Queries, SegmentProof, SegmentRefusal, SegmentVerdict, SegmentsVerdict};
+use super::{
+    Hit, HitReason, Layers, Queries, SegmentProof, SegmentRefusal, SegmentVerdict, SegmentsVerdict,
+};
 use crate::collision::CollisionModel;
 use crate::collision::query::TOUCHING_M;
 use crate::lanes::{InstructionSet, LANES};
@@ -29,7 +32,8 @@ use crate::robot::{ConfigurationSpace, Kinematics};
 /// Width to which [`Validator::first_hit`] narrows a refusal down.
 pub const FINEST: f64 = 1.0 / 2048.0;
 
-/// Intervals that one pair at a lowered floor may take on one segment before it counts as not provable.
+/// Intervals that one pair at a lowered floor may take on one segment before it counts as not
+/// provable.
 pub const LOWERED_FLOOR_INTERVALS: u32 = 100_000;
 
 /// A proof is tried only of bodies that are this many floors apart in the middle of an interval.
@@ -52,7 +56,8 @@ pub struct Scratch {
     pub(super) slots: Vec<u32>,
     pub(super) queue: VecDeque<Interval>,
     pub(super) floors: Floors,
-    /// Distances that a search for the nearest bodies looks for, while it lasts in the place of the floors.
+    /// Distances that a search for the nearest bodies looks for, while it lasts in the place of the
+    /// floors.
     pub(super) wide: Floors,
     /// What this request's validator has proved.
     pub(super) ledger: Ledger,
@@ -72,7 +77,11 @@ enum Found {
 /// What came of one segment.
 pub(super) enum Attempt {
     Proved(SegmentProof),
-    Refused { t: f64, pair: usize, reason: HitReason },
+    Refused {
+        t: f64,
+        pair: usize,
+        reason: HitReason,
+    },
     Stopped,
 }
 
@@ -92,7 +101,8 @@ pub struct Validator<'a> {
 }
 
 impl<'a> Validator<'a> {
-    /// A validator whose floors are all `clearance` (m); `held` are the values of the robot's held variables.
+    /// A validator whose floors are all `clearance` (m); `held` are the values of the robot's held
+    /// variables.
     pub fn new(
         model: &'a CollisionModel,
         space: &'a ConfigurationSpace,
@@ -102,7 +112,8 @@ impl<'a> Validator<'a> {
     ) -> Self {
         let pairs = model.pairs().len();
         scratch.floors.reset(pairs, clearance);
-        // A slot counts only where the merged list agrees: what an earlier request left does no harm.
+        // A slot counts only where the merged list agrees: what an earlier request left does no
+        // harm.
         scratch.slots.resize(pairs, 0);
         scratch.ledger.clear();
         scratch.directions.clear();
@@ -158,18 +169,28 @@ impl<'a> Validator<'a> {
     /// The same by layer.
     pub fn queries(&self) -> Queries {
         let RakeScratch { far, near, .. } = self.scratch.rake;
-        Queries { far, near, exact: self.exact }
+        Queries {
+            far,
+            near,
+            exact: self.exact,
+        }
     }
     /// The model that is checked.
     pub fn model(&self) -> &'a CollisionModel {
         self.model
     }
 
-    /// Proves the straight segment between two configurations, or refuses it as soon as anything is found.
+    /// Proves the straight segment between two configurations, or refuses it as soon as anything is
+    /// found.
     ///
     /// Intervals are looked at from wide to narrow, so that a refusal is much cheaper than a proof.
     /// `stop` is asked at every eight intervals, and within them where the search is long.
-    pub fn segment(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> SegmentVerdict {
+    pub fn segment(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> SegmentVerdict {
         if let Some(proof) = self.known(from, to) {
             return SegmentVerdict::Proved(proof);
         }
@@ -177,15 +198,20 @@ impl<'a> Validator<'a> {
         self.add(from, to);
         match self.search(stop) {
             Found::Nothing => SegmentVerdict::Proved(self.scratch.segments.proofs[0]),
-            Found::Refusal(interval, pair, reason) => {
-                SegmentVerdict::Refused(Hit { proved_until: 0.0, ..self.hit(&interval, pair, reason) })
-            }
+            Found::Refusal(interval, pair, reason) => SegmentVerdict::Refused(Hit {
+                proved_until: 0.0,
+                ..self.hit(&interval, pair, reason)
+            }),
             Found::Stopped => SegmentVerdict::Stopped,
         }
     }
 
     /// The same without the contact of a refusal, which may cost more than finding the place.
-    pub(super) fn attempt(&mut self, [from, to]: [&[f64]; 2], stop: &mut dyn FnMut() -> bool) -> Attempt {
+    pub(super) fn attempt(
+        &mut self,
+        [from, to]: [&[f64]; 2],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Attempt {
         if let Some(proof) = self.known(from, to) {
             return Attempt::Proved(proof);
         }
@@ -193,15 +219,19 @@ impl<'a> Validator<'a> {
         self.add(from, to);
         match self.search(stop) {
             Found::Nothing => Attempt::Proved(self.scratch.segments.proofs[0]),
-            Found::Refusal(interval, pair, reason) => Attempt::Refused { t: interval.middle, pair, reason },
+            Found::Refusal(interval, pair, reason) => Attempt::Refused {
+                t: interval.middle,
+                pair,
+                reason,
+            },
             Found::Stopped => Attempt::Stopped,
         }
     }
 
-    /// Whether [`Self::segment`] would prove each of several segments, all looked at together: eight intervals of
-    /// whatever segments at once, and wide ones before narrow ones. Proofs are remembered for
-    /// [`Self::segment`]. Cheaper than asking that for a verdict, because a refusal's exact contact often costs
-    /// more than finding the refusal.
+    /// Whether [`Self::segment`] would prove each of several segments, all looked at together:
+    /// eight intervals of whatever segments at once, and wide ones before narrow ones. Proofs are
+    /// remembered for [`Self::segment`]. Cheaper than asking that for a verdict, because a
+    /// refusal's exact contact often costs more than finding the refusal.
     pub fn segments<'q>(
         &mut self,
         segments: impl Iterator<Item = [&'q [f64]; 2]>,
@@ -218,7 +248,12 @@ impl<'a> Validator<'a> {
             Found::Nothing => SegmentsVerdict::Proved,
             Found::Refusal(interval, pair, reason) => {
                 let segment = self.scratch.segments.numbers[interval.segment];
-                self.scratch.refusal = Some(SegmentRefusal { segment, t: interval.middle, pair, reason });
+                self.scratch.refusal = Some(SegmentRefusal {
+                    segment,
+                    t: interval.middle,
+                    pair,
+                    reason,
+                });
                 SegmentsVerdict::Refused(segment)
             }
             Found::Stopped => SegmentsVerdict::Stopped,
@@ -231,7 +266,12 @@ impl<'a> Validator<'a> {
     }
 
     /// The same of one segment; `None` where stopped.
-    pub fn proves(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> Option<bool> {
+    pub fn proves(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<bool> {
         match self.segments([[from, to]].into_iter(), stop) {
             SegmentsVerdict::Proved => Some(true),
             SegmentsVerdict::Refused(_) => Some(false),
@@ -240,7 +280,10 @@ impl<'a> Validator<'a> {
     }
 
     pub(super) fn known(&self, from: &[f64], to: &[f64]) -> Option<SegmentProof> {
-        self.layers.reuse.then(|| self.scratch.ledger.get(from, to)).flatten()
+        self.layers
+            .reuse
+            .then(|| self.scratch.ledger.get(from, to))
+            .flatten()
     }
 
     /// Looks at all that is queued, wide intervals first; remembers the segments if all are proved.
@@ -252,7 +295,10 @@ impl<'a> Validator<'a> {
             };
             if let Some((lane, pair, reason)) = examined.refused {
                 // They are not proved: see `remember_proved`.
-                rake[..count].iter().rev().for_each(|interval| self.scratch.queue.push_front(*interval));
+                rake[..count]
+                    .iter()
+                    .rev()
+                    .for_each(|interval| self.scratch.queue.push_front(*interval));
                 return Found::Refusal(rake[lane], pair, reason);
             }
             for (interval, undecided) in rake.iter().zip(&examined.undecided) {
@@ -269,10 +315,29 @@ impl<'a> Validator<'a> {
             return;
         }
         let nq = self.space.nq();
-        let Scratch { segments, queue, ledger, .. } = &mut *self.scratch;
-        let mut open = vec![false; if queue.is_empty() { 0 } else { segments.proofs.len() }];
-        queue.iter().for_each(|interval| open[interval.segment] = true);
-        for (number, (ends, proof)) in segments.ends.chunks((2 * nq).max(1)).zip(&segments.proofs).enumerate() {
+        let Scratch {
+            segments,
+            queue,
+            ledger,
+            ..
+        } = &mut *self.scratch;
+        let mut open = vec![
+            false;
+            if queue.is_empty() {
+                0
+            } else {
+                segments.proofs.len()
+            }
+        ];
+        queue
+            .iter()
+            .for_each(|interval| open[interval.segment] = true);
+        for (number, (ends, proof)) in segments
+            .ends
+            .chunks((2 * nq).max(1))
+            .zip(&segments.proofs)
+            .enumerate()
+        {
             if !open.get(number).is_some_and(|is_open| *is_open) {
                 ledger.insert(&ends[..nq], &ends[nq..], *proof);
             }
@@ -285,7 +350,9 @@ impl<'a> Validator<'a> {
         let mut rake = [Interval::default(); LANES];
         let mut count = 0;
         while count < LANES {
-            let Some(next) = queue.front().filter(|next| count == 0 || next.pairs.is_all() == rake[0].pairs.is_all())
+            let Some(next) = queue
+                .front()
+                .filter(|next| count == 0 || next.pairs.is_all() == rake[0].pairs.is_all())
             else {
                 break;
             };
@@ -296,12 +363,18 @@ impl<'a> Validator<'a> {
         (rake, count)
     }
 
-    /// The same verdict as [`Self::segment`], but a refusal is the first along the segment, found to
-    /// [`FINEST`]: everything before its `proved_until` is proved.
-    pub fn first_hit(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> SegmentVerdict {
+    /// The same verdict as [`Self::segment`], but a refusal is the first along the segment, found
+    /// to [`FINEST`]: everything before its `proved_until` is proved.
+    pub fn first_hit(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> SegmentVerdict {
         self.begin();
         self.add(from, to);
-        // A stack on which what is farthest left is next; a hit makes all that waits to its right idle.
+        // A stack on which what is farthest left is next; a hit makes all that waits to its right
+        // idle.
         self.scratch.queue.make_contiguous().reverse();
         let mut earliest = None;
         while let Some(interval) = self.scratch.queue.pop_back() {
@@ -313,8 +386,15 @@ impl<'a> Validator<'a> {
                 earliest = Some((interval, pair, reason));
                 self.scratch.queue.clear();
                 let half = interval.half / 2.0;
-                let left = Interval { middle: interval.middle - half, half, pairs: list.pairs, ..interval };
-                self.scratch.queue.extend(Some(left).filter(|left| left.half > FINEST));
+                let left = Interval {
+                    middle: interval.middle - half,
+                    half,
+                    pairs: list.pairs,
+                    ..interval
+                };
+                self.scratch
+                    .queue
+                    .extend(Some(left).filter(|left| left.half > FINEST));
             } else {
                 self.scratch.queue.extend(interval.split(list).rev());
             }
@@ -341,16 +421,21 @@ impl<'a> Validator<'a> {
         scratch.floors.begin();
     }
 
-    /// Adds a segment to those at hand, and its first intervals to the queue; returns the size of its motion (rad).
+    /// Adds a segment to those at hand, and its first intervals to the queue; returns the size of
+    /// its motion (rad).
     pub(super) fn add(&mut self, from: &[f64], to: &[f64]) -> f64 {
-        let (filter, segments) = (self.model.filter(), &mut self.scratch.segments);
+        let filter = self.model.filter();
+        let segments = &mut self.scratch.segments;
         segments.velocity.resize(self.space.nv(), 0.0);
         self.space.difference(to, from, &mut segments.velocity);
-        segments.lanes.push(&filter.skeleton, from, &segments.velocity, self.held);
+        segments
+            .lanes
+            .push(&filter.skeleton, from, &segments.velocity, self.held);
         segments.ends.extend_from_slice(from);
         segments.ends.extend_from_slice(to);
-        let is_outside =
-            |(q, range): &(usize, RangeInclusive<f64>)| !range.contains(&from[*q]) || !range.contains(&to[*q]);
+        let is_outside = |(q, range): &(usize, RangeInclusive<f64>)| {
+            !range.contains(&from[*q]) || !range.contains(&to[*q])
+        };
         segments.is_unconfined |= filter.confines.iter().any(is_outside);
         let segment = segments.proofs.len();
         segments.proofs.push(SegmentProof::EMPTY);
@@ -359,16 +444,35 @@ impl<'a> Validator<'a> {
         let half = 0.5 / count;
         for part in 0..count as usize {
             let middle = half * (2 * part + 1) as f64;
-            self.scratch.queue.push_back(Interval { segment, middle, half, pairs: List::All });
+            self.scratch.queue.push_back(Interval {
+                segment,
+                middle,
+                half,
+                pairs: List::All,
+            });
         }
         motion
     }
 
     fn hit(&mut self, interval: &Interval, pair: usize, reason: HitReason) -> Hit {
         self.place(interval);
-        let contact = self.scratch.motion.contact(self.model, &self.model.pairs()[pair]);
-        // What decided may have seen another part of the bodies; the closest points have the last word.
-        let reason = if contact.distance <= TOUCHING_M { HitReason::Collision } else { reason };
-        Hit { reason, t: interval.middle, pair, contact, proved_until: interval.middle - interval.half }
+        let contact = self
+            .scratch
+            .motion
+            .contact(self.model, &self.model.pairs()[pair]);
+        // What decided may have seen another part of the bodies; the closest points have the last
+        // word.
+        let reason = if contact.distance <= TOUCHING_M {
+            HitReason::Collision
+        } else {
+            reason
+        };
+        Hit {
+            reason,
+            t: interval.middle,
+            pair,
+            contact,
+            proved_until: interval.middle - interval.half,
+        }
     }
 }

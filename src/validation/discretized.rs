@@ -1,5 +1,5 @@
-//! The check that others make: configurations along the path, none in between. It proves nothing; it is
-//! here to be compared with, on the same kernels.
+//! The check that others make: configurations along the path, none in between. It proves nothing;
+//! it is here to be compared with, on the same kernels.
 
 use super::continuous::Validator;
 use super::rake::Sampling;
@@ -8,9 +8,9 @@ use crate::path::Path;
 use crate::robot::lane_kinematics::LaneInterval;
 
 impl Validator<'_> {
-    /// Whether the filter sees every configuration free that lies `step` (rad of joint-space motion;
-    /// translations are divided by the robot's reach) or less after the one before; eight at a time, and no
-    /// further than the first eight of which one is not free.
+    /// Whether the filter sees every configuration free that lies `step` (rad of joint-space
+    /// motion; translations are divided by the robot's reach) or less after the one before; eight
+    /// at a time, and no further than the first eight of which one is not free.
     ///
     /// For robots and scenes of balls, boxes and capsules that is the whole of a sampled check.
     pub fn samples_are_free(&mut self, path: &Path, step: f64) -> bool {
@@ -22,7 +22,11 @@ impl Validator<'_> {
             let samples = (motion / step).ceil().max(1.0);
             for sample in 0..samples as usize {
                 let middle = (sample + 1) as f64 / samples;
-                intervals[count] = LaneInterval { segment: segment - 1, middle, half: 0.0 };
+                intervals[count] = LaneInterval {
+                    segment: segment - 1,
+                    middle,
+                    half: 0.0,
+                };
                 count += 1;
                 if count == LANES {
                     if !self.rake_is_free(intervals) {

@@ -9,8 +9,8 @@ use crate::collision::filter::REMOTE_M;
 use crate::lanes::{EightWide, LANES};
 use crate::robot::lane_kinematics::LaneInterval;
 
-/// What the filter sees closer than this (m) is decided exactly whatever its floor: some times what the filter
-/// rounds in a room of some metres.
+/// What the filter sees closer than this (m) is decided exactly whatever its floor: some times what
+/// the filter rounds in a room of some metres.
 const EXACT_BELOW_M: f64 = 2e-5;
 
 /// When an interval has been looked at enough.
@@ -31,8 +31,8 @@ pub(super) struct Examined {
 }
 
 impl Validator<'_> {
-    /// Decides what can be decided on intervals that look at the same pairs; the pairs left over become a
-    /// list for each interval. `None` where stopped.
+    /// Decides what can be decided on intervals that look at the same pairs; the pairs left over
+    /// become a list for each interval. `None` where stopped.
     pub(super) fn examine(
         &mut self,
         rake: &[Interval],
@@ -46,7 +46,9 @@ impl Validator<'_> {
         for (lane, interval) in rake.iter().enumerate() {
             let proof = &mut self.scratch.segments.proofs[interval.segment];
             proof.intervals += 1;
-            proof.clearance_m = proof.clearance_m.min(f64::from(self.scratch.rake.kept[lane]));
+            proof.clearance_m = proof
+                .clearance_m
+                .min(f64::from(self.scratch.rake.kept[lane]));
         }
         let mut examined = Examined::default();
         // Nearest first: if anything is refused, it is most likely there.
@@ -54,11 +56,16 @@ impl Validator<'_> {
             && let Some((entry, lane)) = self.most_likely_refused()
             && let Some(reason) = self.settle(&rake[lane], entry, lane, stop)?
         {
-            examined.refused = Some((lane, self.scratch.rake.unproved[entry].pair as usize, reason));
+            examined.refused = Some((
+                lane,
+                self.scratch.rake.unproved[entry].pair as usize,
+                reason,
+            ));
             return Some(examined);
         }
         for (lane, interval) in rake.iter().enumerate() {
-            let (first, mut excess) = (self.scratch.lists.len(), 0.0_f32);
+            let first = self.scratch.lists.len();
+            let mut excess = 0.0_f32;
             for entry in 0..self.scratch.rake.unproved.len() {
                 if self.scratch.rake.unproved[entry].lanes >> lane & 1 == 0 {
                     continue;
@@ -70,7 +77,10 @@ impl Validator<'_> {
                     excess = excess.max(unproved.excess[lane]);
                 }
                 if let Some(reason) = reason {
-                    examined.refused = examined.refused.or(Some((lane, unproved.pair as usize, reason)));
+                    examined.refused =
+                        examined
+                            .refused
+                            .or(Some((lane, unproved.pair as usize, reason)));
                     if until == Until::FirstRefusal {
                         return Some(examined);
                     }
@@ -78,7 +88,10 @@ impl Validator<'_> {
             }
             // Also of what is no number, two parts.
             let parts = excess.ceil().max(2.0).min(LANES as f32) as usize;
-            examined.undecided[lane] = Undecided { pairs: List::Of(first, self.scratch.lists.len()), parts };
+            examined.undecided[lane] = Undecided {
+                pairs: List::Of(first, self.scratch.lists.len()),
+                parts,
+            };
         }
         Some(examined)
     }
@@ -86,10 +99,18 @@ impl Validator<'_> {
     /// Runs the filter on up to eight intervals.
     pub(super) fn filter(&mut self, rake: &[Interval]) {
         let lanes = ((1_u16 << rake.len()) - 1) as u8;
-        let Scratch { rake: filter, lists, merged, slots, .. } = &mut *self.scratch;
+        let Scratch {
+            rake: filter,
+            lists,
+            merged,
+            slots,
+            ..
+        } = &mut *self.scratch;
         merged.clear();
         for (lane, interval) in rake.iter().enumerate() {
-            let List::Of(first, last) = interval.pairs else { break };
+            let List::Of(first, last) = interval.pairs else {
+                break;
+            };
             for &pair in &lists[first..last] {
                 let slot = &mut slots[pair as usize];
                 match merged.get_mut(*slot as usize) {
@@ -103,15 +124,31 @@ impl Validator<'_> {
         }
         if !self.layers.filter {
             return match rake[0].pairs {
-                List::All => filter.leave((0..self.model.pairs().len() as u32).map(|pair| (pair, lanes))),
+                List::All => {
+                    filter.leave((0..self.model.pairs().len() as u32).map(|pair| (pair, lanes)))
+                }
                 List::Of(..) => filter.leave(merged.iter().copied()),
             };
         }
         let interval = |lane: usize| {
-            let Interval { segment, middle, half, .. } = rake[lane.min(rake.len() - 1)];
-            LaneInterval { segment, middle, half }
+            let Interval {
+                segment,
+                middle,
+                half,
+                ..
+            } = rake[lane.min(rake.len() - 1)];
+            LaneInterval {
+                segment,
+                middle,
+                half,
+            }
         };
-        self.run(Proving, std::array::from_fn(interval), lanes, rake[0].pairs.is_all());
+        self.run(
+            Proving,
+            std::array::from_fn(interval),
+            lanes,
+            rake[0].pairs.is_all(),
+        );
     }
 
     /// Runs the filter's kernel, proving or sampling.
@@ -124,15 +161,34 @@ impl Validator<'_> {
         all_pairs: bool,
     ) {
         let margin = self.margin;
-        let Scratch { rake: scratch, segments, merged, floors, .. } = &mut *self.scratch;
+        let Scratch {
+            rake: scratch,
+            segments,
+            merged,
+            floors,
+            ..
+        } = &mut *self.scratch;
         let pairs = match all_pairs {
-            true => Pairs::All { with_remote: segments.is_unconfined || margin * floors.highest() >= REMOTE_M },
+            true => Pairs::All {
+                with_remote: segments.is_unconfined || margin * floors.highest() >= REMOTE_M,
+            },
             false => Pairs::Of(merged),
         };
         let filter = self.model.filter();
-        let (segments, highest_floor, floors) = (&segments.lanes, floors.highest(), floors.all());
-        let rake =
-            Rake { filter, space: self.space, segments, intervals, lanes, pairs, floors, highest_floor, scratch };
+        let segments = &segments.lanes;
+        let highest_floor = floors.highest();
+        let floors = floors.all();
+        let rake = Rake {
+            filter,
+            space: self.space,
+            segments,
+            intervals,
+            lanes,
+            pairs,
+            floors,
+            highest_floor,
+            scratch,
+        };
         self.instructions.run(what(rake));
     }
 
@@ -143,15 +199,17 @@ impl Validator<'_> {
         for (entry, unproved) in self.scratch.rake.unproved.iter().enumerate() {
             for lane in (0..LANES).filter(|lane| unproved.lanes >> lane & 1 == 1) {
                 if unproved.gap[lane] < least {
-                    (nearest, least) = (Some((entry, lane)), unproved.gap[lane]);
+                    nearest = Some((entry, lane));
+                    least = unproved.gap[lane];
                 }
             }
         }
         nearest
     }
 
-    /// Settles one undecided pair on one interval, exactly if the filter saw it too near to be split
-    /// unseen; a pair that is proved leaves the lane. `None` where stopped, `Some(reason)` where refused.
+    /// Settles one undecided pair on one interval, exactly if the filter saw it too near to be
+    /// split unseen; a pair that is proved leaves the lane. `None` where stopped, `Some(reason)`
+    /// where refused.
     pub(super) fn settle(
         &mut self,
         interval: &Interval,
@@ -184,10 +242,15 @@ impl Validator<'_> {
 
     /// Stands all bodies where they are in the middle of an interval.
     pub(super) fn place(&mut self, interval: &Interval) {
-        let Scratch { motion, segments, .. } = &mut *self.scratch;
+        let Scratch {
+            motion, segments, ..
+        } = &mut *self.scratch;
         let nq = self.space.nq();
         let (from, to) = segments.ends[2 * nq * interval.segment..][..2 * nq].split_at(nq);
-        if segments.exact.is_none_or(|(segment, _)| segment != interval.segment) {
+        if segments
+            .exact
+            .is_none_or(|(segment, _)| segment != interval.segment)
+        {
             motion.begin(self.model, self.space, from, to, self.held);
             segments.exact = Some((interval.segment, None));
         }
@@ -202,10 +265,21 @@ impl Validator<'_> {
         self.scratch.floors.spend(pair) > LOWERED_FLOOR_INTERVALS
     }
 
-    pub(super) fn decide(&mut self, pair: usize, half: f64, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
-        let (model, motion, floor) = (self.model, &self.scratch.motion, self.floors()[pair]);
+    pub(super) fn decide(
+        &mut self,
+        pair: usize,
+        half: f64,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> IntervalVerdict {
+        let model = self.model;
+        let motion = &self.scratch.motion;
+        let floor = self.floors()[pair];
         let mut interval = motion.pair_interval(model, &model.pairs()[pair], half, floor);
-        interval.too_close = if self.seeks_contact { f64::NEG_INFINITY } else { self.margin * floor };
+        interval.too_close = if self.seeks_contact {
+            f64::NEG_INFINITY
+        } else {
+            self.margin * floor
+        };
         if !self.layers.along_normal {
             interval.bend = f64::INFINITY;
         }

@@ -1,10 +1,11 @@
-//! Where a segment first collides, whatever is merely too close on it: a collision anywhere is worse than anything
-//! that cannot be proved.
+//! Where a segment first collides, whatever is merely too close on it: a collision anywhere is
+//! worse than anything that cannot be proved.
 //!
-//! The search is the proof of [`continuous`](super::continuous) with another question: not whether every pair keeps
-//! its floor, but whether any gets deeper into each other than [`UNSEEN_DEPTH_M`]. Only contact in the middle of an
-//! interval refuses, and an interval that no pair gets as deep on is done. What lies to the left of a contact is
-//! looked at first, so that the earliest is found without a look at what follows it.
+//! The search is the proof of [`continuous`](super::continuous) with another question: not whether
+//! every pair keeps its floor, but whether any gets deeper into each other than [`UNSEEN_DEPTH_M`].
+//! Only contact in the middle of an interval refuses, and an interval that no pair gets as deep on
+//! is done. What lies to the left of a contact is looked at first, so that the earliest is found
+//! without a look at what follows it.
 
 use super::continuous::{FINEST, Validator};
 use super::examine::Until;
@@ -41,13 +42,24 @@ pub(super) enum FirstContact {
 }
 
 impl Validator<'_> {
-    /// The first contact on a segment, to within [`FINEST`]. Floors and what is proved stay as they are.
-    pub(super) fn first_contact(&mut self, [from, to]: [&[f64]; 2], stop: &mut dyn FnMut() -> bool) -> FirstContact {
-        self.seeking_contact(-UNSEEN_DEPTH_M, |validator| validator.earliest_contact(from, to, stop))
+    /// The first contact on a segment, to within [`FINEST`]. Floors and what is proved stay as they
+    /// are.
+    pub(super) fn first_contact(
+        &mut self,
+        [from, to]: [&[f64]; 2],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> FirstContact {
+        self.seeking_contact(-UNSEEN_DEPTH_M, |validator| {
+            validator.earliest_contact(from, to, stop)
+        })
     }
 
     /// With this in the place of every floor (m), and nothing refused but contact.
-    pub(super) fn seeking_contact<T>(&mut self, floor: f64, seek: impl FnOnce(&mut Self) -> T) -> T {
+    pub(super) fn seeking_contact<T>(
+        &mut self,
+        floor: f64,
+        seek: impl FnOnce(&mut Self) -> T,
+    ) -> T {
         let mut wide = std::mem::take(&mut self.scratch.wide);
         wide.reset(self.model.pairs().len(), floor);
         let floors: Floors = std::mem::replace(&mut self.scratch.floors, wide);
@@ -59,10 +71,16 @@ impl Validator<'_> {
         found
     }
 
-    fn earliest_contact(&mut self, from: &[f64], to: &[f64], stop: &mut dyn FnMut() -> bool) -> FirstContact {
+    fn earliest_contact(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> FirstContact {
         self.begin();
         self.add(from, to);
-        let (mut earliest, mut looks) = (None, 0);
+        let mut earliest = None;
+        let mut looks = 0;
         // The queue is in order along the segment, and so are the lanes.
         while !self.scratch.queue.is_empty() {
             let (rake, count) = self.next_rake();
@@ -73,7 +91,10 @@ impl Validator<'_> {
             let mut left = &rake[..count];
             if let Some((lane, pair, _)) = examined.refused {
                 let interval = rake[lane];
-                earliest = Some(Touch { t: interval.middle, pair });
+                earliest = Some(Touch {
+                    t: interval.middle,
+                    pair,
+                });
                 left = &rake[..lane];
                 self.scratch.queue.clear();
                 let half = interval.half / 2.0;
@@ -93,10 +114,23 @@ impl Validator<'_> {
     }
 
     /// Puts intervals that follow each other before all others, but for those that need no look.
-    fn queue_first(&mut self, parts: impl DoubleEndedIterator<Item = Interval>, earliest: Option<Touch>, looks: usize) {
-        let narrowest = if looks < MOST_INTERVALS { NARROWEST } else { FINEST / 2.0 };
+    fn queue_first(
+        &mut self,
+        parts: impl DoubleEndedIterator<Item = Interval>,
+        earliest: Option<Touch>,
+        looks: usize,
+    ) {
+        let narrowest = if looks < MOST_INTERVALS {
+            NARROWEST
+        } else {
+            FINEST / 2.0
+        };
         let before = earliest.map_or(f64::INFINITY, |touch| touch.t - FINEST);
-        let is_wanted = |part: &Interval| part.half >= narrowest && part.middle - part.half < before;
-        parts.rev().filter(is_wanted).for_each(|part| self.scratch.queue.push_front(part));
+        let is_wanted =
+            |part: &Interval| part.half >= narrowest && part.middle - part.half < before;
+        parts
+            .rev()
+            .filter(is_wanted)
+            .for_each(|part| self.scratch.queue.push_front(part));
     }
 }

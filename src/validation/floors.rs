@@ -1,7 +1,7 @@
 //! Distances that pairs must keep: one for almost all, others for a few.
 //!
-//! A scene of a thousand objects makes ten thousand pairs. Only what was set is ever undone, so that a request
-//! that does not come near them does not pay for them.
+//! A scene of a thousand objects makes ten thousand pairs. Only what was set is ever undone, so
+//! that a request that does not come near them does not pay for them.
 
 /// Floors of all pairs of a model.
 #[derive(Debug, Default)]
@@ -61,12 +61,15 @@ impl Floors {
     pub(super) fn begin(&mut self) {
         self.set.iter_mut().for_each(|(_, spent)| *spent = 0);
     }
-    /// Counts an interval against a pair; how many it has spent, 0 for a pair whose floor is not lowered.
+    /// Counts an interval against a pair; how many it has spent, 0 for a pair whose floor is not
+    /// lowered.
     pub(super) fn spend(&mut self, pair: usize) -> u32 {
         if self.all[pair] >= self.common {
             return 0;
         }
-        let Some((_, spent)) = self.set.iter_mut().find(|(known, _)| *known == pair) else { return 0 };
+        let Some((_, spent)) = self.set.iter_mut().find(|(known, _)| *known == pair) else {
+            return 0;
+        };
         *spent += 1;
         *spent
     }
@@ -79,13 +82,26 @@ mod tests {
     #[test]
     fn nothing_of_an_earlier_request_is_left() {
         let mut floors = Floors::default();
-        for (pairs, common) in [(3, 1e-3), (5, 1e-3), (2, 1e-3), (6, 1e-3), (4, 2e-3), (4, 1e-3)] {
+        for (pairs, common) in [
+            (3, 1e-3),
+            (5, 1e-3),
+            (2, 1e-3),
+            (6, 1e-3),
+            (4, 2e-3),
+            (4, 1e-3),
+        ] {
             floors.reset(pairs, common);
-            assert_eq!((floors.all(), floors.highest()), (vec![common; pairs].as_slice(), common));
+            assert_eq!(
+                (floors.all(), floors.highest()),
+                (vec![common; pairs].as_slice(), common)
+            );
             assert_eq!(floors.lowered().count(), 0);
             floors.set(pairs - 1, common / 4.0);
             floors.set(0, common * 2.0);
-            assert_eq!(floors.lowered().collect::<Vec<_>>(), [(pairs - 1, common / 4.0)]);
+            assert_eq!(
+                floors.lowered().collect::<Vec<_>>(),
+                [(pairs - 1, common / 4.0)]
+            );
             assert_eq!((floors.highest(), floors.spend(0)), (common * 2.0, 0));
             assert_eq!([floors.spend(pairs - 1), floors.spend(pairs - 1)], [1, 2]);
             floors.begin();

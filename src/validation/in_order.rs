@@ -9,8 +9,8 @@ use super::path_proof::ends;
 use crate::path::Path;
 
 impl Validator<'_> {
-    /// Proves these segments of a path together, and appends the proofs of those before the first that is refused;
-    /// the number of that one, or the end of the range. `None` where stopped.
+    /// Proves these segments of a path together, and appends the proofs of those before the first
+    /// that is refused; the number of that one, or the end of the range. `None` where stopped.
     pub(super) fn prove_in_order(
         &mut self,
         path: &Path,
@@ -32,15 +32,25 @@ impl Validator<'_> {
         let mut added = segments.numbers.iter().zip(&segments.proofs).peekable();
         for number in range.start..end {
             let [from, to] = ends(path, number);
-            let proof = added.next_if(|(of, _)| **of == number).map(|(_, proof)| *proof);
-            proofs.push(proof.or_else(|| self.known(from, to)).expect("a segment is looked at or known"));
+            let proof = added
+                .next_if(|(of, _)| **of == number)
+                .map(|(_, proof)| *proof);
+            proofs.push(
+                proof
+                    .or_else(|| self.known(from, to))
+                    .expect("a segment is looked at or known"),
+            );
         }
         self.remember_proved();
         Some(end)
     }
 
-    /// Looks at the segments at hand; the first that is refused, if any is. What follows it stays in the queue.
-    pub(super) fn first_refused(&mut self, stop: &mut dyn FnMut() -> bool) -> Option<Option<usize>> {
+    /// Looks at the segments at hand; the first that is refused, if any is. What follows it stays
+    /// in the queue.
+    pub(super) fn first_refused(
+        &mut self,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Option<usize>> {
         let mut refused: Option<usize> = None;
         let mut left = Vec::new();
         while !self.scratch.queue.is_empty() {

@@ -1,8 +1,8 @@
 //! One pair of bodies on one interval: proved free, refused, or to be split.
 //!
 //! The search goes down both ball trees at once, in B's frame. Each test is the theorem of
-//! [`motion`](super::motion) for the two convex solids at hand: a ball moves like its centre, so its
-//! radius never meets the angular velocity.
+//! [`motion`](super::motion) for the two convex solids at hand: a ball moves like its centre, so
+//! its radius never meets the angular velocity.
 
 use super::motion::Twist;
 use crate::collision::body::Body;
@@ -13,8 +13,8 @@ use crate::collision::shell::Shell;
 use crate::collision::tree::Ball;
 use crate::math::Vec3;
 
-/// Allowed for the rounding of poses, distances and bounds (m): a thousand times what they amount to in
-/// a world of a kilometre.
+/// Allowed for the rounding of poses, distances and bounds (m): a thousand times what they amount
+/// to in a world of a kilometre.
 pub const ROUNDING_M: f64 = 1e-9;
 
 /// Pairs of pieces from which on two bodies are first tried as wholes.
@@ -38,7 +38,8 @@ pub struct PairInterval<'a> {
     pub travel: f64,
     /// Distance to be proved (m).
     pub floor: f64,
-    /// Bodies that are closer than this in the middle are too close; a proof is tried only of others (m).
+    /// Bodies that are closer than this in the middle are too close; a proof is tried only of
+    /// others (m).
     pub too_close: f64,
 }
 
@@ -80,16 +81,19 @@ impl<'a> Looks<'a> {
 }
 
 impl PairInterval<'_> {
-    /// Decides the interval. `direction` is where the bodies lay apart as wholes when they were last looked at, and
-    /// becomes where they do now; a direction that is out of date costs a search, never truth.
+    /// Decides the interval. `direction` is where the bodies lay apart as wholes when they were
+    /// last looked at, and becomes where they do now; a direction that is out of date costs a
+    /// search, never truth.
     pub fn decide(&self, direction: &mut Option<Vec3>, looks: &mut Looks) -> IntervalVerdict {
-        let (tree_a, tree_b) = (&self.a.solid.tree, &self.b.solid.tree);
+        let tree_a = &self.a.solid.tree;
+        let tree_b = &self.b.solid.tree;
         let need = self.floor + ROUNDING_M;
         if tree_a.pieces().len() * tree_b.pieces().len() >= MANY_PAIRS
             && self.kept_by_balls(tree_a.ball(0), tree_b.ball(0)) < need
         {
             looks.count += 1;
-            let mut kept = direction.map_or(f64::NEG_INFINITY, |normal| self.kept_by_wholes(normal));
+            let mut kept =
+                direction.map_or(f64::NEG_INFINITY, |normal| self.kept_by_wholes(normal));
             if kept < need {
                 *direction = self.direction_of_wholes();
                 kept = direction.map_or(f64::NEG_INFINITY, |normal| self.kept_by_wholes(normal));
@@ -101,36 +105,58 @@ impl PairInterval<'_> {
         self.descend(0, 0, looks)
     }
 
-    /// Whether surfaces touch or overlap in the middle; [`IntervalVerdict::Split`] where they do not.
+    /// Whether surfaces touch or overlap in the middle; [`IntervalVerdict::Split`] where they do
+    /// not.
     pub fn touches_in_the_middle(&self, looks: &mut Looks) -> IntervalVerdict {
         let still = Twist::default();
-        let (bend, travel, floor, too_close) = (0.0, 0.0, 0.0, f64::NEG_INFINITY);
-        let middle = PairInterval { twist_a: still, twist_b: still, bend, travel, floor, too_close, ..*self };
+        let bend = 0.0;
+        let travel = 0.0;
+        let floor = 0.0;
+        let too_close = f64::NEG_INFINITY;
+        let middle = PairInterval {
+            twist_a: still,
+            twist_b: still,
+            bend,
+            travel,
+            floor,
+            too_close,
+            ..*self
+        };
         match middle.descend(0, 0, looks) {
             verdict @ (IntervalVerdict::Collision | IntervalVerdict::Stopped) => verdict,
-            IntervalVerdict::Proved(_) | IntervalVerdict::TooClose | IntervalVerdict::Split => IntervalVerdict::Split,
+            IntervalVerdict::Proved(_) | IntervalVerdict::TooClose | IntervalVerdict::Split => {
+                IntervalVerdict::Split
+            }
         }
     }
 
-    /// Unit vector from B's convex hull towards A's in the middle, in B's frame; `None` where they overlap.
+    /// Unit vector from B's convex hull towards A's in the middle, in B's frame; `None` where they
+    /// overlap.
     pub fn direction_of_wholes(&self) -> Option<Vec3> {
-        Shell::direction(self.a.solid.shell.as_ref()?, &self.relative, self.b.solid.shell.as_ref()?)
+        Shell::direction(
+            self.a.solid.shell.as_ref()?,
+            &self.relative,
+            self.b.solid.shell.as_ref()?,
+        )
     }
 
-    /// Distance that the bodies' convex hulls keep on the interval along a unit vector: most meshes that pass each
-    /// other closely never reach into each other's hollows.
+    /// Distance that the bodies' convex hulls keep on the interval along a unit vector: most meshes
+    /// that pass each other closely never reach into each other's hollows.
     ///
-    /// But for the bend, a point p of a body that moves with the half displacements ω and l is at
-    /// p + τ (l + ω × p) for τ in [−1, 1], and along n at (n + τ n × ω)·p + τ n·l. The least of such linear functions
-    /// over A less the greatest over B is concave in τ, so it is least at an end.
+    /// But for the bend, a point p of a body that moves with the half displacements ω and l is at p
+    /// + τ (l + ω × p) for τ in [−1, 1], and along n at (n + τ n × ω)·p + τ n·l. The least of such
+    /// linear functions over A less the greatest over B is concave in τ, so it is least at an end.
     pub fn kept_by_wholes(&self, normal: Vec3) -> f64 {
-        let (Some(a), Some(b)) = (&self.a.solid.shell, &self.b.solid.shell) else { return f64::NEG_INFINITY };
+        let (Some(a), Some(b)) = (&self.a.solid.shell, &self.b.solid.shell) else {
+            return f64::NEG_INFINITY;
+        };
         let gap_at = |end: f64| {
             let along_a = normal + normal.cross(self.twist_a.angular) * end;
             let along_b = normal + normal.cross(self.twist_b.angular) * end;
             let back = self.relative.rotation.transpose() * (-along_a);
             let nearest_a = along_a.dot(self.relative.translation) - a.farthest_along(back);
-            nearest_a - b.farthest_along(along_b) + end * normal.dot(self.twist_a.linear - self.twist_b.linear)
+            nearest_a - b.farthest_along(along_b)
+                + end * normal.dot(self.twist_a.linear - self.twist_b.linear)
         };
         gap_at(-1.0).min(gap_at(1.0)) - self.bend
     }
@@ -139,7 +165,8 @@ impl PairInterval<'_> {
         if looks.is_stopped() {
             return IntervalVerdict::Stopped;
         }
-        let (ball_a, ball_b) = (self.a.solid.tree.ball(a), self.b.solid.tree.ball(b));
+        let ball_a = self.a.solid.tree.ball(a);
+        let ball_b = self.b.solid.tree.ball(b);
         let kept = self.kept_by_balls(ball_a, ball_b);
         if kept >= self.floor + ROUNDING_M {
             return IntervalVerdict::Proved(kept);
@@ -148,19 +175,28 @@ impl PairInterval<'_> {
             Split::Neither(i, j) => self.decide_pieces((ball_a, i as usize), (ball_b, j as usize)),
             Split::A(left, right) => {
                 let first_is_left = self.ball_gap(left, b) <= self.ball_gap(right, b);
-                let (near, far) = if first_is_left { (left, right) } else { (right, left) };
+                let (near, far) = if first_is_left {
+                    (left, right)
+                } else {
+                    (right, left)
+                };
                 both(self.descend(near, b, looks), || self.descend(far, b, looks))
             }
             Split::B(left, right) => {
                 let first_is_left = self.ball_gap(a, left) <= self.ball_gap(a, right);
-                let (near, far) = if first_is_left { (left, right) } else { (right, left) };
+                let (near, far) = if first_is_left {
+                    (left, right)
+                } else {
+                    (right, left)
+                };
                 both(self.descend(a, near, looks), || self.descend(a, far, looks))
             }
         }
     }
 
     fn ball_gap(&self, a: u32, b: u32) -> f64 {
-        let (a, b) = (self.a.solid.tree.ball(a), self.b.solid.tree.ball(b));
+        let a = self.a.solid.tree.ball(a);
+        let b = self.b.solid.tree.ball(b);
         self.relative.point(a.center).distance(b.center) - a.radius - b.radius
     }
 
@@ -170,13 +206,18 @@ impl PairInterval<'_> {
         match (self.a.solid.tree.leaf(a), self.b.solid.tree.leaf(b)) {
             (_, Some(piece)) => {
                 let reach = || reach(b, piece);
-                let Some((normal, gap)) = from_piece(piece, center_a) else { return f64::NEG_INFINITY };
+                let Some((normal, gap)) = from_piece(piece, center_a) else {
+                    return f64::NEG_INFINITY;
+                };
                 gap - a.radius - self.displacement(normal, center_a, 0.0, piece.center(), reach)
             }
             (Some(piece), None) => {
                 let piece = piece.transformed(&self.relative);
-                let Some((outward, gap)) = from_piece(&piece, b.center) else { return f64::NEG_INFINITY };
-                gap - b.radius - self.displacement(-outward, center_a, reach(a, &piece), b.center, || 0.0)
+                let Some((outward, gap)) = from_piece(&piece, b.center) else {
+                    return f64::NEG_INFINITY;
+                };
+                gap - b.radius
+                    - self.displacement(-outward, center_a, reach(a, &piece), b.center, || 0.0)
             }
             (None, None) => {
                 let offset = center_a - b.center;
@@ -190,9 +231,13 @@ impl PairInterval<'_> {
         }
     }
 
-    fn decide_pieces(&self, (ball_a, i): (&Ball, usize), (ball_b, j): (&Ball, usize)) -> IntervalVerdict {
-        let (piece_a, piece_b) =
-            (self.a.solid.tree.pieces()[i].transformed(&self.relative), &self.b.solid.tree.pieces()[j]);
+    fn decide_pieces(
+        &self,
+        (ball_a, i): (&Ball, usize),
+        (ball_b, j): (&Ball, usize),
+    ) -> IntervalVerdict {
+        let piece_a = self.a.solid.tree.pieces()[i].transformed(&self.relative);
+        let piece_b = &self.b.solid.tree.pieces()[j];
         let reaches = (reach(ball_a, &piece_a), reach(ball_b, piece_b));
         // Most pairs of pieces are settled along a direction that costs no search.
         for normal in cheap_normals(&piece_a, piece_b).into_iter().flatten() {
@@ -211,13 +256,24 @@ impl PairInterval<'_> {
         if apart.gap < self.too_close {
             return IntervalVerdict::TooClose;
         }
-        let kept = apart.gap - self.displacement_of_pieces(&piece_a, piece_b, apart.normal, reaches);
-        if kept >= self.floor + ROUNDING_M { IntervalVerdict::Proved(kept) } else { IntervalVerdict::Split }
+        let kept =
+            apart.gap - self.displacement_of_pieces(&piece_a, piece_b, apart.normal, reaches);
+        if kept >= self.floor + ROUNDING_M {
+            IntervalVerdict::Proved(kept)
+        } else {
+            IntervalVerdict::Split
+        }
     }
 
-    /// How much of the gap of two pieces along `normal` the interval can take, with their reaches about
-    /// their middles.
-    fn displacement_of_pieces(&self, a: &Piece, b: &Piece, normal: Vec3, reaches: (f64, f64)) -> f64 {
+    /// How much of the gap of two pieces along `normal` the interval can take, with their reaches
+    /// about their middles.
+    fn displacement_of_pieces(
+        &self,
+        a: &Piece,
+        b: &Piece,
+        normal: Vec3,
+        reaches: (f64, f64),
+    ) -> f64 {
         self.displacement(normal, a.center(), reaches.0, b.center(), || reaches.1)
     }
 
@@ -225,23 +281,46 @@ impl PairInterval<'_> {
     #[cfg(test)]
     pub fn weakest_pieces(&self) -> Option<(f64, f64)> {
         let pieces = |tree: &crate::collision::tree::BallTree| 0..tree.pieces().len();
-        let all = pieces(&self.a.solid.tree).flat_map(|i| pieces(&self.b.solid.tree).map(move |j| (i, j)));
+        let all = pieces(&self.a.solid.tree)
+            .flat_map(|i| pieces(&self.b.solid.tree).map(move |j| (i, j)));
         let piece = |i: usize| self.a.solid.tree.pieces()[i].transformed(&self.relative);
         let reach = |piece: &Piece| piece.core.farthest(piece.center());
         let bounds = all.map(|(i, j)| {
-            let (a, b) = (piece(i), &self.b.solid.tree.pieces()[j]);
+            let a = piece(i);
+            let b = &self.b.solid.tree.pieces()[j];
             let apart = distance::separation(&a, b);
-            (apart.gap, self.displacement_of_pieces(&a, b, apart.normal, (reach(&a), reach(b))))
+            (
+                apart.gap,
+                self.displacement_of_pieces(&a, b, apart.normal, (reach(&a), reach(b))),
+            )
         });
-        bounds.min_by(|x, y| (x.0 - x.1).total_cmp(&(y.0 - y.1))).filter(|(gap, _)| *gap > 1e-6)
+        bounds
+            .min_by(|x, y| (x.0 - x.1).total_cmp(&(y.0 - y.1)))
+            .filter(|(gap, _)| *gap > 1e-6)
     }
 
-    /// D: how much the gap along `normal` can shrink, for solids that reach `radius` about their points.
-    fn displacement(&self, normal: Vec3, a: Vec3, radius_a: f64, b: Vec3, radius_b: impl Fn() -> f64) -> f64 {
+    /// D: how much the gap along `normal` can shrink, for solids that reach `radius` about their
+    /// points.
+    fn displacement(
+        &self,
+        normal: Vec3,
+        a: Vec3,
+        radius_a: f64,
+        b: Vec3,
+        radius_b: impl Fn() -> f64,
+    ) -> f64 {
         let approach = normal.dot(self.twist_a.at(a) - self.twist_b.at(b)).abs();
-        let turn_a = if radius_a > 0.0 { normal.cross(self.twist_a.angular).length() * radius_a } else { 0.0 };
+        let turn_a = if radius_a > 0.0 {
+            normal.cross(self.twist_a.angular).length() * radius_a
+        } else {
+            0.0
+        };
         let still = self.twist_b.angular == Vec3::ZERO;
-        let turn_b = if still { 0.0 } else { normal.cross(self.twist_b.angular).length() * radius_b() };
+        let turn_b = if still {
+            0.0
+        } else {
+            normal.cross(self.twist_b.angular).length() * radius_b()
+        };
         (approach + turn_a + turn_b + self.bend).min(self.travel)
     }
 }
@@ -251,16 +330,26 @@ fn reach(ball: &Ball, piece: &Piece) -> f64 {
     ball.radius - piece.radius
 }
 
-/// Directions that may part two pieces, from B to A: from B's point nearest to A's middle, and the normals
-/// of triangles.
+/// Directions that may part two pieces, from B to A: from B's point nearest to A's middle, and the
+/// normals of triangles.
 fn cheap_normals(a: &Piece, b: &Piece) -> [Option<Vec3>; 3] {
     let middle = a.center();
-    let towards = |normal: Vec3| if normal.dot(middle - b.center()) < 0.0 { -normal } else { normal };
+    let towards = |normal: Vec3| {
+        if normal.dot(middle - b.center()) < 0.0 {
+            -normal
+        } else {
+            normal
+        }
+    };
     let across = |piece: &Piece| match piece.core {
         Core::Triangle(p, q, r) => (q - p).cross(r - p).try_normalize().map(towards),
         _ => None,
     };
-    [from_piece(b, middle).map(|(normal, _)| normal), across(a), across(b)]
+    [
+        from_piece(b, middle).map(|(normal, _)| normal),
+        across(a),
+        across(b),
+    ]
 }
 
 /// Direction from a piece to a point outside of it, and the support gap along it.
@@ -271,7 +360,10 @@ fn from_piece(piece: &Piece, point: Vec3) -> Option<(Vec3, f64)> {
         return None;
     }
     let normal = offset / length;
-    Some((normal, normal.dot(point - piece.core.support(normal)) - piece.radius))
+    Some((
+        normal,
+        normal.dot(point - piece.core.support(normal)) - piece.radius,
+    ))
 }
 
 /// Both must hold: a refusal wins over everything, a split over a proof.

@@ -33,7 +33,9 @@ impl Ledger {
     /// The proof of a segment, if it is remembered.
     pub fn get(&self, from: &[f64], to: &[f64]) -> Option<SegmentProof> {
         let entry = self.entries.get(&key(from, to))?;
-        let ends = self.ends.get(entry.first..entry.first + from.len() + to.len())?;
+        let ends = self
+            .ends
+            .get(entry.first..entry.first + from.len() + to.len())?;
         let (first, second) = ends.split_at(from.len());
         (same(first, from) && same(second, to)).then_some(entry.proof)
     }
@@ -56,7 +58,11 @@ fn same(a: &[f64], b: &[f64]) -> bool {
 
 /// FNV-1a over the words; only a way to find the entry, whose bits are compared.
 fn key(from: &[f64], to: &[f64]) -> u64 {
-    let mix = |hash: u64, x: &f64| (hash ^ x.to_bits()).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(29);
+    let mix = |hash: u64, x: &f64| {
+        (hash ^ x.to_bits())
+            .wrapping_mul(0x0000_0100_0000_01b3)
+            .rotate_left(29)
+    };
     from.iter().chain(to).fold(0xcbf2_9ce4_8422_2325, mix)
 }
 
@@ -67,7 +73,10 @@ mod tests {
     #[test]
     fn only_the_same_bits_in_the_same_order_are_found() {
         let mut ledger = Ledger::default();
-        let proof = SegmentProof { clearance_m: 0.5, intervals: 3 };
+        let proof = SegmentProof {
+            clearance_m: 0.5,
+            intervals: 3,
+        };
         ledger.insert(&[0.0, 1.0], &[2.0, 3.0], proof);
         assert_eq!(ledger.get(&[0.0, 1.0], &[2.0, 3.0]), Some(proof));
         assert_eq!(ledger.get(&[2.0, 3.0], &[0.0, 1.0]), None);
@@ -79,7 +88,10 @@ mod tests {
     #[test]
     fn a_full_ledger_starts_anew() {
         let mut ledger = Ledger::default();
-        let proof = SegmentProof { clearance_m: 0.5, intervals: 1 };
+        let proof = SegmentProof {
+            clearance_m: 0.5,
+            intervals: 1,
+        };
         let row = vec![0.25; CAPACITY];
         ledger.insert(&row, &row, proof);
         ledger.insert(&[1.0], &[2.0], proof);

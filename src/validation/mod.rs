@@ -1,4 +1,5 @@
-//! Certified validation: a segment is proved free for every instant of its motion, never by samples.
+//! Certified validation: a segment is proved free for every instant of its motion, never by
+//! samples.
 
 pub mod certificate;
 pub mod continuous;
@@ -36,8 +37,9 @@ pub use poses::Enclosed;
 
 pub use crate::collision::Contact;
 
-/// What a validator may use; all of it, unless a test or a measurement wants to know what a layer is worth.
-/// Verdicts agree with and without each wherever the clearance is not between 1 and 1.5 floors.
+/// What a validator may use; all of it, unless a test or a measurement wants to know what a layer
+/// is worth. Verdicts agree with and without each wherever the clearance is not between 1 and 1.5
+/// floors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Layers {
     /// The eight-wide filter; without it every pair is decided exactly.
@@ -52,7 +54,12 @@ pub struct Layers {
 
 impl Default for Layers {
     fn default() -> Self {
-        Self { filter: true, along_normal: true, reuse: true, portable_lanes: false }
+        Self {
+            filter: true,
+            along_normal: true,
+            reuse: true,
+            portable_lanes: false,
+        }
     }
 }
 
@@ -89,7 +96,8 @@ pub enum SegmentsVerdict {
     Stopped,
 }
 
-/// Where one of several segments is refused, without the contact, which would cost more than finding the place.
+/// Where one of several segments is refused, without the contact, which would cost more than
+/// finding the place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentRefusal {
     /// The segment, by its number.
@@ -105,7 +113,8 @@ pub struct SegmentRefusal {
 /// A proof, in short.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentProof {
-    /// Distance that every pair keeps on the whole segment (m); at least the smallest floor, ∞ where nothing is near.
+    /// Distance that every pair keeps on the whole segment (m); at least the smallest floor, ∞
+    /// where nothing is near.
     pub clearance_m: f64,
     /// Intervals that the proof is made of.
     pub intervals: u32,
@@ -113,7 +122,10 @@ pub struct SegmentProof {
 
 impl SegmentProof {
     /// Nothing proved yet: no interval, nothing near.
-    const EMPTY: Self = Self { clearance_m: f64::INFINITY, intervals: 0 };
+    const EMPTY: Self = Self {
+        clearance_m: f64::INFINITY,
+        intervals: 0,
+    };
 }
 
 /// Why a segment is not proved.
@@ -149,6 +161,7 @@ pub struct Hit {
     pub pair: usize,
     /// Closest points there.
     pub contact: Contact,
-    /// Everything on the segment before this ratio is proved (0 unless the first hit was asked for).
+    /// Everything on the segment before this ratio is proved (0 unless the first hit was asked
+    /// for).
     pub proved_until: f64,
 }

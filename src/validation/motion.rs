@@ -1,16 +1,16 @@
 //! How far the bodies can move in an interval of a straight segment: the theorem behind the proof.
 //!
-//! On a segment `q(t) = q₀ ⊕ t v`, t ∈ [0, 1], every joint moves at constant speed. For a body X and an
-//! ancestor frame C, let the elementary motions from C to X be l = 1 … n, with angular speed ω_l (0 for a
-//! translation) and `s_l` = ω_l ρ_l for a rotation, ρ_l the farthest that X can be from its axis, or the
-//! speed of a translation. Then in C's frame, per unit t, every point of X
+//! On a segment `q(t) = q₀ ⊕ t v`, t ∈ [0, 1], every joint moves at constant speed. For a body X
+//! and an ancestor frame C, let the elementary motions from C to X be l = 1 … n, with angular speed
+//! ω_l (0 for a translation) and `s_l` = ω_l ρ_l for a rotation, ρ_l the farthest that X can be
+//! from its axis, or the speed of a translation. Then in C's frame, per unit t, every point of X
 //! * moves at most at V = Σ s_l, and
 //! * accelerates at most by A = Σ s_l (ω_l + 2 Σ_{i<l} ω_i).
 //!
-//! For convex A and B, an interval of half width h about m, any unit vector n and the support gap g along
-//! it at m, the distance at every t of the interval is at least g − D with
-//! D = h |n·v_rel| + h (‖n×ω_A‖ R_A + ‖n×ω_B‖ R_B) + ½ h² (A_A + A_B),
-//! v_rel the relative velocity at m of one point of each body, R the radius of the body about that point.
+//! For convex A and B, an interval of half width h about m, any unit vector n and the support gap g
+//! along it at m, the distance at every t of the interval is at least g − D with D = h |n·v_rel| +
+//! h (‖n×ω_A‖ R_A + ‖n×ω_B‖ R_B) + ½ h² (A_A + A_B), v_rel the relative velocity at m of one point
+//! of each body, R the radius of the body about that point.
 
 use crate::collision::body::{Body, ChainMotion, MotionKind, Source};
 use crate::collision::piece::Transform;
@@ -54,20 +54,24 @@ impl MotionBounds {
                 }
                 MotionKind::Axis | MotionKind::Ball => turning * (motion.reach + pushed),
             };
-            let (after, before) = (self.from[k + 1], self.from[k].turning_before);
+            let after = self.from[k + 1];
+            let before = self.from[k].turning_before;
             self.from[k].speed = after.speed + speed;
             self.from[k].acceleration = after.acceleration + speed * (turning + 2.0 * before);
         }
     }
 
-    /// V of the body relative to an ancestor, given how many of its motions act at or above that ancestor.
+    /// V of the body relative to an ancestor, given how many of its motions act at or above that
+    /// ancestor.
     pub fn speed(&self, motions_above: usize) -> f64 {
         self.from.get(motions_above).map_or(0.0, |sums| sums.speed)
     }
 
     /// A of the body relative to that ancestor.
     pub fn acceleration(&self, motions_above: usize) -> f64 {
-        let Some(sums) = self.from.get(motions_above) else { return 0.0 };
+        let Some(sums) = self.from.get(motions_above) else {
+            return 0.0;
+        };
         // What turns at or above the ancestor carries both bodies alike.
         let relative = sums.acceleration - 2.0 * sums.turning_before * sums.speed;
         // The subtraction may lose the last bits of the larger term.
@@ -77,7 +81,9 @@ impl MotionBounds {
 
 /// Velocity of an elementary motion per unit t, by coordinates.
 fn rate(motion: &ChainMotion, velocity: &[f64]) -> Vec3 {
-    let Some(first) = motion.coordinate else { return Vec3::ZERO };
+    let Some(first) = motion.coordinate else {
+        return Vec3::ZERO;
+    };
     let count = match motion.kind {
         MotionKind::Axis => 1,
         MotionKind::Translation(n) => n,
@@ -95,14 +101,22 @@ fn turning_speed(motion: &ChainMotion, velocity: &[f64]) -> f64 {
 
 /// How far a translation gets from its rest value on the segment: at one of the ends.
 fn push(motion: &ChainMotion, from: &[f64], velocity: &[f64], held: &[f64]) -> f64 {
-    let MotionKind::Translation(n) = motion.kind else { return 0.0 };
+    let MotionKind::Translation(n) = motion.kind else {
+        return 0.0;
+    };
     let start = match motion.source {
         Source::Column(q) => vector(&from[q..q + n]),
         Source::Held(i) => vector(&held[i..i + n]),
     };
-    let shift = if n == 1 { Vec3::X * motion.offset } else { Vec3::ZERO };
+    let shift = if n == 1 {
+        Vec3::X * motion.offset
+    } else {
+        Vec3::ZERO
+    };
     let offset = start * motion.factor + shift - motion.rest;
-    offset.length().max((offset + rate(motion, velocity)).length())
+    offset
+        .length()
+        .max((offset + rate(motion, velocity)).length())
 }
 
 fn vector(values: &[f64]) -> Vec3 {
@@ -122,7 +136,10 @@ pub struct Twist {
 impl Twist {
     /// From the velocity of one point of the body.
     pub fn through(angular: Vec3, linear: Vec3, point: Vec3) -> Self {
-        Self { angular, linear: linear - angular.cross(point) }
+        Self {
+            angular,
+            linear: linear - angular.cross(point),
+        }
     }
 
     /// Velocity of the body's point at `p`.
@@ -132,17 +149,26 @@ impl Twist {
 
     /// Motion relative to another body, in the same frame of reference.
     pub fn relative_to(&self, other: &Self) -> Self {
-        Self { angular: self.angular - other.angular, linear: self.linear - other.linear }
+        Self {
+            angular: self.angular - other.angular,
+            linear: self.linear - other.linear,
+        }
     }
 
     /// The same motion in the frame of `place`, whose own motion does not count.
     pub fn seen_from(&self, place: &Transform) -> Self {
         let back = place.rotation.transpose();
-        Self { angular: back * self.angular, linear: back * self.at(place.translation) }
+        Self {
+            angular: back * self.angular,
+            linear: back * self.at(place.translation),
+        }
     }
 
     /// The same, `factor` times as fast.
     pub fn scaled(&self, factor: f64) -> Self {
-        Self { angular: self.angular * factor, linear: self.linear * factor }
+        Self {
+            angular: self.angular * factor,
+            linear: self.linear * factor,
+        }
     }
 }

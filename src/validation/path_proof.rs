@@ -26,10 +26,17 @@ pub enum PathVerdict {
     Stopped,
 }
 
-/// Proves every segment at the validator's floors. A path of one waypoint is a segment that does not move.
-pub fn prove(validator: &mut Validator, path: &Path, stop: &mut dyn FnMut() -> bool) -> PathVerdict {
+/// Proves every segment at the validator's floors. A path of one waypoint is a segment that does
+/// not move.
+pub fn prove(
+    validator: &mut Validator,
+    path: &Path,
+    stop: &mut dyn FnMut() -> bool,
+) -> PathVerdict {
     // All segments together first: where all is well, each is then remembered.
-    if validator.remembers() && validator.segments(path.segments(), stop) == SegmentsVerdict::Stopped {
+    if validator.remembers()
+        && validator.segments(path.segments(), stop) == SegmentsVerdict::Stopped
+    {
         return PathVerdict::Stopped;
     }
     let mut proofs = Vec::with_capacity(segments(path));
@@ -38,7 +45,11 @@ pub fn prove(validator: &mut Validator, path: &Path, stop: &mut dyn FnMut() -> b
         match validator.segment(from, to, stop) {
             SegmentVerdict::Proved(proof) => proofs.push(proof),
             SegmentVerdict::Refused(hit) => {
-                return PathVerdict::Refused { segment, hit, proved_prefix: segment as f64 };
+                return PathVerdict::Refused {
+                    segment,
+                    hit,
+                    proved_prefix: segment as f64,
+                };
             }
             SegmentVerdict::Stopped => return PathVerdict::Stopped,
         }
@@ -46,7 +57,8 @@ pub fn prove(validator: &mut Validator, path: &Path, stop: &mut dyn FnMut() -> b
     PathVerdict::Proved(proofs)
 }
 
-/// The next floor (m) at which a pair may be proved that was seen at this distance; `None` below the last.
+/// The next floor (m) at which a pair may be proved that was seen at this distance; `None` below
+/// the last.
 pub(super) fn lowered_floor(mut floor: f64, distance: f64) -> Option<f64> {
     if floor <= LEAST_FLOOR_M {
         return None;

@@ -22,17 +22,31 @@ impl Validator<'_> {
     /// Closest points of a pair at one configuration, exact, in the world.
     pub fn contact(&mut self, pair: usize, configuration: &[f64]) -> Contact {
         let robot = self.model.robot();
-        self.scratch.kinematics.update(robot, configuration, self.held);
+        self.scratch
+            .kinematics
+            .update(robot, configuration, self.held);
         let BodyPair { a, b, .. } = self.model.pairs()[pair];
-        let (a, b) = (&self.model.bodies()[a], &self.model.bodies()[b]);
-        query::closest(a, &a.placed(&self.scratch.kinematics), b, &b.placed(&self.scratch.kinematics))
+        let a = &self.model.bodies()[a];
+        let b = &self.model.bodies()[b];
+        query::closest(
+            a,
+            &a.placed(&self.scratch.kinematics),
+            b,
+            &b.placed(&self.scratch.kinematics),
+        )
     }
 
     /// Whether a pair touches or overlaps at one configuration: cheaper than the contact.
     pub fn touches(&mut self, pair: usize, configuration: &[f64]) -> bool {
         self.scratch.segments.exact = None;
         let Scratch { motion, .. } = &mut *self.scratch;
-        motion.begin(self.model, self.space, configuration, configuration, self.held);
+        motion.begin(
+            self.model,
+            self.space,
+            configuration,
+            configuration,
+            self.held,
+        );
         motion.place(self.model, self.space, configuration, 0.0, self.held);
         let pair = &self.model.pairs()[pair];
         let interval = motion.pair_interval(self.model, pair, 0.0, 0.0);
@@ -45,37 +59,68 @@ impl Validator<'_> {
         self.contact_and_speed(pair, from, to, t).0
     }
 
-    /// The same, with the speed that the distance changes at most at on the whole segment (m per unit t).
-    pub fn contact_and_speed(&mut self, pair: usize, from: &[f64], to: &[f64], t: f64) -> (Contact, f64) {
+    /// The same, with the speed that the distance changes at most at on the whole segment (m per
+    /// unit t).
+    pub fn contact_and_speed(
+        &mut self,
+        pair: usize,
+        from: &[f64],
+        to: &[f64],
+        t: f64,
+    ) -> (Contact, f64) {
         self.scratch.segments.exact = None;
-        self.scratch.motion.begin(self.model, self.space, from, to, self.held);
-        self.scratch.motion.place(self.model, self.space, from, t, self.held);
+        self.scratch
+            .motion
+            .begin(self.model, self.space, from, to, self.held);
+        self.scratch
+            .motion
+            .place(self.model, self.space, from, t, self.held);
         let pair = &self.model.pairs()[pair];
-        (self.scratch.motion.contact(self.model, pair), self.scratch.motion.speed(pair))
+        (
+            self.scratch.motion.contact(self.model, pair),
+            self.scratch.motion.speed(pair),
+        )
     }
 
-    /// Closest points of a pair at a ratio of a segment, with the penetration depth where it touches or overlaps: for
-    /// people, and dearer than [`Self::contact`].
+    /// Closest points of a pair at a ratio of a segment, with the penetration depth where it
+    /// touches or overlaps: for people, and dearer than [`Self::contact`].
     pub fn penetration(&mut self, pair: usize, from: &[f64], to: &[f64], t: f64) -> Contact {
         self.scratch.segments.exact = None;
-        self.scratch.motion.begin(self.model, self.space, from, to, self.held);
-        self.scratch.motion.place(self.model, self.space, from, t, self.held);
-        self.scratch.motion.penetration(self.model, &self.model.pairs()[pair])
+        self.scratch
+            .motion
+            .begin(self.model, self.space, from, to, self.held);
+        self.scratch
+            .motion
+            .place(self.model, self.space, from, t, self.held);
+        self.scratch
+            .motion
+            .penetration(self.model, &self.model.pairs()[pair])
     }
 
-    /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces meet there,
-    /// and a proof that goes on from such a configuration would be of no worth. Asked once per request, of the
-    /// configuration that everything proved is connected to. `stop` is asked at every pair.
-    pub fn enclosed_at(&mut self, configuration: &[f64], stop: &mut dyn FnMut() -> bool) -> Enclosed {
-        self.scratch.kinematics.update(self.model.robot(), configuration, self.held);
-        let (bodies, kinematics) = (self.model.bodies(), &self.scratch.kinematics);
+    /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces
+    /// meet there, and a proof that goes on from such a configuration would be of no worth. Asked
+    /// once per request, of the configuration that everything proved is connected to. `stop` is
+    /// asked at every pair.
+    pub fn enclosed_at(
+        &mut self,
+        configuration: &[f64],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Enclosed {
+        self.scratch
+            .kinematics
+            .update(self.model.robot(), configuration, self.held);
+        let bodies = self.model.bodies();
+        let kinematics = &self.scratch.kinematics;
         for &index in self.model.hollow_pairs() {
             let pair = &self.model.pairs()[index];
-            let (a, b) = (&bodies[pair.a], &bodies[pair.b]);
+            let a = &bodies[pair.a];
+            let b = &bodies[pair.b];
             if stop() {
                 return Enclosed::Stopped;
             }
-            if let Some(contact) = query::enclosed(a, &a.placed(kinematics), b, &b.placed(kinematics)) {
+            if let Some(contact) =
+                query::enclosed(a, &a.placed(kinematics), b, &b.placed(kinematics))
+            {
                 return Enclosed::Pair(index, contact);
             }
         }

@@ -1,4 +1,5 @@
-//! What the tests of the bound ask a validator: what the filter sees of a segment, and what one pair keeps.
+//! What the tests of the bound ask a validator: what the filter sees of a segment, and what one
+//! pair keeps.
 
 use super::Validator;
 use super::rake::Proving;
@@ -6,7 +7,8 @@ use crate::lanes::LANES;
 use crate::robot::lane_kinematics::LaneInterval;
 
 impl Validator<'_> {
-    /// What the filter leaves undecided of eight intervals of a segment, and what the rest keeps in each lane.
+    /// What the filter leaves undecided of eight intervals of a segment, and what the rest keeps in
+    /// each lane.
     pub(crate) fn filtered(
         &mut self,
         from: &[f64],
@@ -17,7 +19,13 @@ impl Validator<'_> {
         self.add(from, to);
         self.run(Proving, intervals, u8::MAX, true);
         let unproved = &self.scratch.rake.unproved;
-        (unproved.iter().map(|unproved| (unproved.pair, unproved.lanes)).collect(), self.scratch.rake.kept)
+        (
+            unproved
+                .iter()
+                .map(|unproved| (unproved.pair, unproved.lanes))
+                .collect(),
+            self.scratch.rake.kept,
+        )
     }
 
     /// Where the filter sees the frames on eight intervals of a segment.
@@ -36,8 +44,9 @@ impl Validator<'_> {
         self.scratch.segments.lanes.rounding(0)
     }
 
-    /// Support gap and displacement bound of the closest pieces of a pair on one interval, and what its bodies keep
-    /// as wholes, for the tests of the bound; `None` where the pieces are too close for a direction.
+    /// Support gap and displacement bound of the closest pieces of a pair on one interval, and what
+    /// its bodies keep as wholes, for the tests of the bound; `None` where the pieces are too close
+    /// for a direction.
     pub(crate) fn closest_bound(
         &mut self,
         from: &[f64],
@@ -47,12 +56,21 @@ impl Validator<'_> {
         pair: usize,
     ) -> Option<(f64, f64, f64)> {
         self.scratch.segments.exact = None;
-        self.scratch.motion.begin(self.model, self.space, from, to, self.held);
-        self.scratch.motion.place(self.model, self.space, from, middle, self.held);
+        self.scratch
+            .motion
+            .begin(self.model, self.space, from, to, self.held);
+        self.scratch
+            .motion
+            .place(self.model, self.space, from, middle, self.held);
         let floor = self.floors()[pair];
-        let interval = self.scratch.motion.pair_interval(self.model, &self.model.pairs()[pair], half, floor);
+        let interval =
+            self.scratch
+                .motion
+                .pair_interval(self.model, &self.model.pairs()[pair], half, floor);
         let (gap, displacement) = interval.weakest_pieces()?;
-        let wholes = interval.direction_of_wholes().map(|normal| interval.kept_by_wholes(normal));
+        let wholes = interval
+            .direction_of_wholes()
+            .map(|normal| interval.kept_by_wholes(normal));
         Some((gap, displacement, wholes.unwrap_or(f64::NEG_INFINITY)))
     }
 }

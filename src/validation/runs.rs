@@ -1,10 +1,12 @@
-//! Waypoints that follow each other closely, proved as one segment: what planners hand over is often resampled.
+//! Waypoints that follow each other closely, proved as one segment: what planners hand over is
+//! often resampled.
 //!
-//! Let c be the straight segment between the ends of a run of waypoints, and give each waypoint l a place s_l on it, s
-//! growing from 0 to 1. With e_j the largest |w_l − c(s_l)| of column j, no configuration q of the run is farther than
-//! e_j from a place p of c in any column, because between two waypoints both q and p go straight. By
-//! [`reach`](super::reach) every pair is at q at least as far apart as at p, less E = Σ_j reach_j e_j. So a run is
-//! proved by proving c with every floor higher by E.
+//! Let c be the straight segment between the ends of a run of waypoints, and give each waypoint l a
+//! place s_l on it, s growing from 0 to 1. With e_j the largest |w_l − c(s_l)| of column j, no
+//! configuration q of the run is farther than e_j from a place p of c in any column, because
+//! between two waypoints both q and p go straight. By [`reach`](super::reach) every pair is at q at
+//! least as far apart as at p, less E = Σ_j reach_j e_j. So a run is proved by proving c with every
+//! floor higher by E.
 //!
 //! Only for columns that are numbers: on a circle below half a turn, and not for quaternions.
 
@@ -46,12 +48,22 @@ impl<'p> Runs<'p> {
             Component::Circle { q, v } => Some((q, v, MOST_TURN)),
             Component::Rotation { .. } => None,
         };
-        let columns = validator.space.components().iter().map(column).collect::<Option<Vec<_>>>()?;
+        let columns = validator
+            .space
+            .components()
+            .iter()
+            .map(column)
+            .collect::<Option<Vec<_>>>()?;
         let mut ranges = Ranges::none(path.nq());
         path.waypoints().for_each(|waypoint| ranges.add(waypoint));
         let reach = Reach::new(validator.model, validator.held, &ranges, 0.0);
         let most_deviation = DEVIATION * validator.scratch.floors.common();
-        Some(Self { path, reach, columns, most_deviation })
+        Some(Self {
+            path,
+            reach,
+            columns,
+            most_deviation,
+        })
     }
 
     /// E of a run (m).
@@ -59,21 +71,33 @@ impl<'p> Runs<'p> {
         if segments.len() <= 1 {
             return 0.0;
         }
-        let (first, last) = (self.path.waypoint(segments.start), self.path.waypoint(segments.end));
-        if self.columns.iter().any(|&(q, _, most)| (last[q] - first[q]).abs() > most) {
+        let first = self.path.waypoint(segments.start);
+        let last = self.path.waypoint(segments.end);
+        if self
+            .columns
+            .iter()
+            .any(|&(q, _, most)| (last[q] - first[q]).abs() > most)
+        {
             return f64::INFINITY;
         }
         let step = |to: usize| {
-            let (from, to) = (self.path.waypoint(to - 1), self.path.waypoint(to));
-            self.columns.iter().map(|&(q, v, _)| self.reach.all()[v] * (to[q] - from[q]).abs()).sum::<f64>()
+            let from = self.path.waypoint(to - 1);
+            let to = self.path.waypoint(to);
+            self.columns
+                .iter()
+                .map(|&(q, v, _)| self.reach.all()[v] * (to[q] - from[q]).abs())
+                .sum::<f64>()
         };
         let whole: f64 = (segments.start + 1..=segments.end).map(step).sum();
-        let (mut farthest, mut travelled) = (vec![0.0_f64; self.reach.all().len()], 0.0);
+        let mut farthest = vec![0.0_f64; self.reach.all().len()];
+        let mut travelled = 0.0;
         for number in segments.start + 1..segments.end {
             travelled += step(number);
-            let (waypoint, s) = (self.path.waypoint(number), (travelled / whole.max(f64::MIN_POSITIVE)).min(1.0));
+            let waypoint = self.path.waypoint(number);
+            let s = (travelled / whole.max(f64::MIN_POSITIVE)).min(1.0);
             for &(q, v, _) in &self.columns {
-                farthest[v] = farthest[v].max((waypoint[q] - (first[q] + s * (last[q] - first[q]))).abs());
+                farthest[v] =
+                    farthest[v].max((waypoint[q] - (first[q] + s * (last[q] - first[q]))).abs());
             }
         }
         self.reach.cost(&farthest)
@@ -86,7 +110,10 @@ impl<'p> Runs<'p> {
             let segments = segments.start..segments.start + length;
             let deviation = self.deviation(&segments);
             if deviation <= self.most_deviation || length <= 1 {
-                return Run { segments, deviation };
+                return Run {
+                    segments,
+                    deviation,
+                };
             }
             length /= 2;
         }
@@ -94,9 +121,9 @@ impl<'p> Runs<'p> {
 }
 
 impl Validator<'_> {
-    /// Proves the next segments of a path in runs of up to `most`, and appends the proofs of those before the first
-    /// run that is refused; where that begins or, if none is, where they end; and whether one is. `None` where
-    /// stopped.
+    /// Proves the next segments of a path in runs of up to `most`, and appends the proofs of those
+    /// before the first run that is refused; where that begins or, if none is, where they end; and
+    /// whether one is. `None` where stopped.
     pub(super) fn prove_runs(
         &mut self,
         runs: &Runs,
@@ -105,7 +132,8 @@ impl Validator<'_> {
         proofs: &mut Vec<SegmentProof>,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<(usize, bool)> {
-        let (mut at, mut together) = (segments.start, Vec::new());
+        let mut at = segments.start;
+        let mut together = Vec::new();
         while at < segments.end && together.len() < TOGETHER {
             together.push(runs.next(at..segments.end, most));
             at = together[together.len() - 1].segments.end;
@@ -114,23 +142,38 @@ impl Validator<'_> {
         let refused = self.with_floors_raised(raise, |validator| {
             validator.begin();
             for Run { segments, .. } in &together {
-                validator.add(runs.path.waypoint(segments.start), runs.path.waypoint(segments.end));
+                validator.add(
+                    runs.path.waypoint(segments.start),
+                    runs.path.waypoint(segments.end),
+                );
             }
             validator.first_refused(stop)
         })?;
         let proved = &together[..refused.unwrap_or(together.len())];
         for (run, proof) in proved.iter().zip(&self.scratch.segments.proofs) {
             let clearance_m = proof.clearance_m - run.deviation;
-            proofs.extend(run.segments.clone().map(|_| SegmentProof { clearance_m, ..*proof }));
+            proofs.extend(run.segments.clone().map(|_| SegmentProof {
+                clearance_m,
+                ..*proof
+            }));
         }
-        Some((refused.map_or(at, |run| together[run].segments.start), refused.is_some()))
+        Some((
+            refused.map_or(at, |run| together[run].segments.start),
+            refused.is_some(),
+        ))
     }
 
     /// With every floor higher by this (m).
     fn with_floors_raised<T>(&mut self, raise: f64, prove: impl FnOnce(&mut Self) -> T) -> T {
         let mut wide = std::mem::take(&mut self.scratch.wide);
-        wide.reset(self.model.pairs().len(), self.scratch.floors.common() + raise);
-        self.scratch.floors.lowered().for_each(|(pair, floor)| wide.set(pair, floor + raise));
+        wide.reset(
+            self.model.pairs().len(),
+            self.scratch.floors.common() + raise,
+        );
+        self.scratch
+            .floors
+            .lowered()
+            .for_each(|(pair, floor)| wide.set(pair, floor + raise));
         let floors = std::mem::replace(&mut self.scratch.floors, wide);
         let found = prove(self);
         self.scratch.wide = std::mem::replace(&mut self.scratch.floors, floors);

@@ -1,5 +1,5 @@
-//! The bodies of a model as they move along one segment: bounds for all of it, places and velocities at one
-//! of its instants.
+//! The bodies of a model as they move along one segment: bounds for all of it, places and
+//! velocities at one of its instants.
 
 use super::interval::PairInterval;
 use super::motion::{MotionBounds, Twist};
@@ -36,7 +36,8 @@ impl SegmentMotion {
         self.configuration.resize(space.nq(), 0.0);
         self.velocity.resize(space.nv(), 0.0);
         let carried = model.carried_bodies();
-        self.bounds.resize_with(carried.len(), MotionBounds::default);
+        self.bounds
+            .resize_with(carried.len(), MotionBounds::default);
         space.difference(to, from, &mut self.velocity);
         for (bounds, body) in self.bounds.iter_mut().zip(carried) {
             bounds.update(body, from, &self.velocity, held);
@@ -44,18 +45,35 @@ impl SegmentMotion {
     }
 
     /// Places all bodies, with their velocities, at ratio `t` of the segment that starts at `from`.
-    pub fn place(&mut self, model: &CollisionModel, space: &ConfigurationSpace, from: &[f64], t: f64, held: &[f64]) {
+    pub fn place(
+        &mut self,
+        model: &CollisionModel,
+        space: &ConfigurationSpace,
+        from: &[f64],
+        t: f64,
+        held: &[f64],
+    ) {
         let robot = model.robot();
         space.integrate(from, &self.velocity, t, &mut self.configuration);
         self.kinematics.update(robot, &self.configuration, held);
         self.kinematics.update_velocities(robot, &self.velocity);
         let kinematics = &self.kinematics;
         self.placed.clear();
-        self.placed.extend(model.carried_bodies().iter().map(|body| body.placed(kinematics)));
+        self.placed.extend(
+            model
+                .carried_bodies()
+                .iter()
+                .map(|body| body.placed(kinematics)),
+        );
         self.twists.clear();
-        self.twists.extend(kinematics.poses().iter().enumerate().map(|(link, pose)| {
-            Twist::through(kinematics.angular()[link], kinematics.linear()[link], pose.translation)
-        }));
+        self.twists
+            .extend(kinematics.poses().iter().enumerate().map(|(link, pose)| {
+                Twist::through(
+                    kinematics.angular()[link],
+                    kinematics.linear()[link],
+                    pose.translation,
+                )
+            }));
     }
 
     /// The pair on the interval of this half width about the configuration that was placed last.
@@ -67,13 +85,15 @@ impl SegmentMotion {
         floor: f64,
     ) -> PairInterval<'a> {
         let &BodyPair { a, b, ancestor, .. } = pair;
-        let (body_a, body_b) = (&model.bodies()[a], &model.bodies()[b]);
+        let body_a = &model.bodies()[a];
+        let body_b = &model.bodies()[b];
         let carrier = ancestor.map_or(Twist::default(), |link| self.twists[link]);
         let twist = |link: Option<usize>| match link {
             Some(link) => self.twists[link].relative_to(&carrier).scaled(half),
             None => Twist::default(),
         };
-        let (placed_a, placed_b) = (self.placed(model, a), self.placed(model, b));
+        let placed_a = self.placed(model, a);
+        let placed_b = self.placed(model, b);
         let (bend, travel) = self.bend_and_travel(pair, half);
         PairInterval {
             a: body_a,
@@ -95,13 +115,17 @@ impl SegmentMotion {
     /// ½h²(A_A + A_B) and h(V_A + V_B) of a pair.
     fn bend_and_travel(&self, pair: &BodyPair, half: f64) -> (f64, f64) {
         let of = |body: usize, above: usize| {
-            self.bounds.get(body).map_or((0.0, 0.0), |bounds| (bounds.acceleration(above), bounds.speed(above)))
+            self.bounds.get(body).map_or((0.0, 0.0), |bounds| {
+                (bounds.acceleration(above), bounds.speed(above))
+            })
         };
-        let (a, b) = (of(pair.a, pair.motions_above[0]), of(pair.b, pair.motions_above[1]));
+        let a = of(pair.a, pair.motions_above[0]);
+        let b = of(pair.b, pair.motions_above[1]);
         (0.5 * half * half * (a.0 + b.0), half * (a.1 + b.1))
     }
 
-    /// Speed at which the bodies of a pair approach each other at most on the segment (m per unit t).
+    /// Speed at which the bodies of a pair approach each other at most on the segment (m per unit
+    /// t).
     pub fn speed(&self, pair: &BodyPair) -> f64 {
         self.bend_and_travel(pair, 1.0).1
     }
@@ -110,38 +134,58 @@ impl SegmentMotion {
     pub fn contact(&self, model: &CollisionModel, pair: &BodyPair) -> Contact {
         let [a, b] = [pair.a, pair.b];
         let bodies = model.bodies();
-        query::closest(&bodies[a], self.placed(model, a), &bodies[b], self.placed(model, b))
+        query::closest(
+            &bodies[a],
+            self.placed(model, a),
+            &bodies[b],
+            self.placed(model, b),
+        )
     }
 
     /// The same, with the penetration depth of a pair that touches or overlaps.
     pub fn penetration(&self, model: &CollisionModel, pair: &BodyPair) -> Contact {
         let [a, b] = [pair.a, pair.b];
         let bodies = model.bodies();
-        penetration(&bodies[a], self.placed(model, a), &bodies[b], self.placed(model, b))
+        penetration(
+            &bodies[a],
+            self.placed(model, a),
+            &bodies[b],
+            self.placed(model, b),
+        )
     }
 
-    /// Whether a body of a pair has a part wholly inside a mesh of the other where the bodies were placed last.
+    /// Whether a body of a pair has a part wholly inside a mesh of the other where the bodies were
+    /// placed last.
     pub fn is_enclosed(&self, model: &CollisionModel, pair: &BodyPair) -> bool {
         let [(body_a, at_a), (body_b, at_b)] =
             [pair.a, pair.b].map(|body| (&model.bodies()[body], self.placed(model, body)));
         query::enclosed(body_a, at_a, body_b, at_b).is_some()
     }
 
-    /// Distance of a pair that is apart where the bodies were placed last, at most 1 + [`query::NEARLY`] times the
-    /// true one (m).
+    /// Distance of a pair that is apart where the bodies were placed last, at most 1 +
+    /// [`query::NEARLY`] times the true one (m).
     pub fn nearly_apart(&self, model: &CollisionModel, pair: &BodyPair) -> f64 {
         let [a, b] = [pair.a, pair.b];
         let bodies = model.bodies();
-        query::nearly_closest(&bodies[a], self.placed(model, a), &bodies[b], self.placed(model, b)).distance
+        query::nearly_closest(
+            &bodies[a],
+            self.placed(model, a),
+            &bodies[b],
+            self.placed(model, b),
+        )
+        .distance
     }
 
-    /// Closest points of a pair that is apart where the bodies were placed last, exact, in the world, and the rate
-    /// at which the distance grows along the segment (m per unit t).
+    /// Closest points of a pair that is apart where the bodies were placed last, exact, in the
+    /// world, and the rate at which the distance grows along the segment (m per unit t).
     pub fn apart(&self, model: &CollisionModel, pair: &BodyPair) -> (Contact, f64) {
         let bodies = model.bodies();
-        let [(body_a, at_a), (body_b, at_b)] = [pair.a, pair.b].map(|body| (&bodies[body], self.placed(model, body)));
+        let [(body_a, at_a), (body_b, at_b)] =
+            [pair.a, pair.b].map(|body| (&bodies[body], self.placed(model, body)));
         let contact = query::between_surfaces(body_a, at_a, body_b, at_b);
-        let velocity = |link: Option<usize>, point| link.map_or(Vec3::ZERO, |link| self.twists[link].at(point));
+        let velocity = |link: Option<usize>, point| {
+            link.map_or(Vec3::ZERO, |link| self.twists[link].at(point))
+        };
         let apart = velocity(body_a.link, contact.point_a) - velocity(body_b.link, contact.point_b);
         (contact, contact.normal.dot(apart))
     }

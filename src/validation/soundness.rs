@@ -14,7 +14,10 @@ pub(crate) fn cases(short: usize) -> (usize, Rng) {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
     let seed = number("TAUT_SEED").unwrap_or(20_150_423);
     println!("seed {seed}");
-    (number("TAUT_CASES").map_or(short, |n| n as usize), Rng::with_seed(seed))
+    (
+        number("TAUT_CASES").map_or(short, |n| n as usize),
+        Rng::with_seed(seed),
+    )
 }
 
 #[test]
@@ -26,7 +29,11 @@ fn kinematics_agree_with_the_definition() {
         let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
         let mut kinematics = Kinematics::default();
         kinematics.update(&robot, &q, &held);
-        for (pose, expected) in kinematics.poses().iter().zip(testing::link_poses(&robot, &q)) {
+        for (pose, expected) in kinematics
+            .poses()
+            .iter()
+            .zip(testing::link_poses(&robot, &q))
+        {
             let at = expected.translation.vector;
             assert!((pose.translation - crate::math::Vec3::new(at.x, at.y, at.z)).length() < 1e-12);
             let turned = expected.rotation * nalgebra::Vector3::new(0.3, -0.5, 0.8);
@@ -40,7 +47,8 @@ fn kinematics_agree_with_the_definition() {
 #[test]
 fn speed_and_acceleration_bounds_hold_and_are_tight() {
     let (count, mut rng) = cases(300);
-    let (mut ratios, mut cut_refuted) = (Vec::new(), 0);
+    let mut ratios = Vec::new();
+    let mut cut_refuted = 0;
     for _ in 0..count {
         let model = testing::model(&mut rng);
         let robot = model.robot();
@@ -50,18 +58,36 @@ fn speed_and_acceleration_bounds_hold_and_are_tight() {
         robot.space().difference(&to, &from, &mut velocity);
         let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
         for pair in model.pairs() {
-            let (mut bound, mut seen) = (0.0, 0.0);
-            for (body, above) in [(pair.a, pair.motions_above[0]), (pair.b, pair.motions_above[1])] {
+            let mut bound = 0.0;
+            let mut seen = 0.0;
+            for (body, above) in [
+                (pair.a, pair.motions_above[0]),
+                (pair.b, pair.motions_above[1]),
+            ] {
                 let body = &model.bodies()[body];
                 let Some(link) = body.link else { continue };
                 let mut bounds = MotionBounds::default();
                 bounds.update(body, &from, &velocity, &held);
-                let (speed, acceleration) = (bounds.speed(above), bounds.acceleration(above));
-                let points: Vec<_> =
-                    body.solid.tree.pieces().iter().flat_map(surface_points).map(|p| body.place.point(p)).collect();
-                let (fastest, hardest) = sampled_motion(robot, &from, &velocity, link, pair.ancestor, &points);
-                assert!(fastest <= speed * (1.0 + 1e-6) + 1e-6, "speed {fastest} above its bound {speed}");
-                assert!(hardest <= acceleration * (1.0 + 1e-3) + 1e-3, "acceleration {hardest} above {acceleration}");
+                let speed = bounds.speed(above);
+                let acceleration = bounds.acceleration(above);
+                let points: Vec<_> = body
+                    .solid
+                    .tree
+                    .pieces()
+                    .iter()
+                    .flat_map(surface_points)
+                    .map(|p| body.place.point(p))
+                    .collect();
+                let (fastest, hardest) =
+                    sampled_motion(robot, &from, &velocity, link, pair.ancestor, &points);
+                assert!(
+                    fastest <= speed * (1.0 + 1e-6) + 1e-6,
+                    "speed {fastest} above its bound {speed}"
+                );
+                assert!(
+                    hardest <= acceleration * (1.0 + 1e-3) + 1e-3,
+                    "acceleration {hardest} above {acceleration}"
+                );
                 bound += speed;
                 seen += fastest;
             }
@@ -73,21 +99,34 @@ fn speed_and_acceleration_bounds_hold_and_are_tight() {
     }
     ratios.sort_by(f64::total_cmp);
     let median = ratios[ratios.len() / 2];
-    println!("{} pairs, median of bound over fastest point {median:.2}, × 0.8 refuted {cut_refuted}", ratios.len());
+    println!(
+        "{} pairs, median of bound over fastest point {median:.2}, × 0.8 refuted {cut_refuted}",
+        ratios.len()
+    );
     assert!(median <= 3.0, "the bound is valid but of no use: {median}");
-    assert!(cut_refuted > 0, "a bound that can be cut by a fifth has slack to find");
+    assert!(
+        cut_refuted > 0,
+        "a bound that can be cut by a fifth has slack to find"
+    );
 }
 
 /// Points that span a piece.
 pub(super) fn surface_points(piece: &crate::collision::piece::Piece) -> Vec<crate::math::Vec3> {
     let directions = (0..26).map(|i| {
         let i = i + i / 13;
-        crate::math::Vec3::new((i % 3 - 1) as f64, (i / 3 % 3 - 1) as f64, (i / 9 - 1) as f64)
+        crate::math::Vec3::new(
+            (i % 3 - 1) as f64,
+            (i / 3 % 3 - 1) as f64,
+            (i / 9 - 1) as f64,
+        )
     });
-    directions.map(|d| piece.core.support(d) + d.normalize_or_zero() * piece.radius).collect()
+    directions
+        .map(|d| piece.core.support(d) + d.normalize_or_zero() * piece.radius)
+        .collect()
 }
 
-/// Fastest and hardest accelerated of `points` of a link in the frame of `ancestor`, by differences.
+/// Fastest and hardest accelerated of `points` of a link in the frame of `ancestor`, by
+/// differences.
 pub(super) fn sampled_motion(
     robot: &crate::robot::RobotModel,
     from: &[f64],
@@ -103,12 +142,18 @@ pub(super) fn sampled_motion(
         let poses = testing::link_poses(robot, &q);
         let carrier = ancestor.map_or(nalgebra::Isometry3::identity(), |a| poses[a]);
         let relative = carrier.inverse() * poses[link];
-        points.iter().map(|p| relative * nalgebra::Point3::new(p.x, p.y, p.z)).collect()
+        points
+            .iter()
+            .map(|p| relative * nalgebra::Point3::new(p.x, p.y, p.z))
+            .collect()
     };
-    let (mut fastest, mut hardest) = (0.0f64, 0.0f64);
+    let mut fastest = 0.0f64;
+    let mut hardest = 0.0f64;
     for sample in 0..12 {
         let t = f64::from(sample) / 12.0 + step;
-        let (before, here, after) = (positions(t - step), positions(t), positions(t + step));
+        let before = positions(t - step);
+        let here = positions(t);
+        let after = positions(t + step);
         for i in 0..points.len() {
             fastest = fastest.max((after[i] - before[i]).norm() / (2.0 * step));
             let bend = (after[i].coords + before[i].coords) - here[i].coords * 2.0;
@@ -118,14 +163,19 @@ pub(super) fn sampled_motion(
     (fastest, hardest)
 }
 
-/// The theorem itself: whatever an interval is proved to keep, parry finds kept; cut by a fifth it would not be.
+/// The theorem itself: whatever an interval is proved to keep, parry finds kept; cut by a fifth it
+/// would not be.
 #[test]
 fn what_an_interval_keeps_is_kept_and_the_bound_has_teeth() {
     let (count, mut rng) = cases(10_000);
-    let (mut checked, mut refuted, mut refuted_wholes, mut weakest) = (0, 0, 0, f64::INFINITY);
+    let mut checked = 0;
+    let mut refuted = 0;
+    let mut refuted_wholes = 0;
+    let mut weakest = f64::INFINITY;
     for _ in 0..count {
         let model = testing::model(&mut rng);
-        let (robot, oracle) = (model.robot(), Oracle::new(&model));
+        let robot = model.robot();
+        let oracle = Oracle::new(&model);
         let from = testing::configuration(&mut rng, robot);
         let to = testing::neighbour(&mut rng, robot, &from);
         let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
@@ -135,7 +185,9 @@ fn what_an_interval_keeps_is_kept_and_the_bound_has_teeth() {
         let middle = testing::uniform(&mut rng, half, 1.0 - half);
         for pair in 0..model.pairs().len() {
             let bound = validator.closest_bound(&from, &to, middle, half, pair);
-            let Some((gap, displacement, wholes)) = bound else { continue };
+            let Some((gap, displacement, wholes)) = bound else {
+                continue;
+            };
             let least = (0..=16)
                 .map(|i| {
                     let t = middle + half * (f64::from(i) / 8.0 - 1.0);
@@ -150,27 +202,40 @@ fn what_an_interval_keeps_is_kept_and_the_bound_has_teeth() {
             let kept = gap - displacement;
             weakest = weakest.min(least - kept);
             assert!(least > kept - 1e-7, "kept {kept} promised, {least} seen");
-            assert!(least > wholes - 1e-7, "kept {wholes} promised of the wholes, {least} seen");
+            assert!(
+                least > wholes - 1e-7,
+                "kept {wholes} promised of the wholes, {least} seen"
+            );
             checked += 1;
             refuted += usize::from(least < gap - 0.8 * displacement - 2e-5);
             refuted_wholes += usize::from(least < gap - 0.8 * (gap - wholes) - 2e-5);
         }
     }
-    println!("{checked} intervals, closest to the promise {weakest:.2e} m, × 0.8 refuted {refuted}, {refuted_wholes}");
+    println!(
+        "{checked} intervals, closest to the promise {weakest:.2e} m, × 0.8 refuted {refuted}, {refuted_wholes}"
+    );
     assert!(checked > count / 2);
-    assert!(refuted * 200 > checked, "only {refuted} of {checked} refute the bound cut by a fifth");
-    assert!(refuted_wholes * 20 > checked, "only {refuted_wholes} of {checked} refute that of the wholes");
+    assert!(
+        refuted * 200 > checked,
+        "only {refuted} of {checked} refute the bound cut by a fifth"
+    );
+    assert!(
+        refuted_wholes * 20 > checked,
+        "only {refuted_wholes} of {checked} refute that of the wholes"
+    );
 }
 
-/// No proved segment in which the oracle finds the pair closer than its floor; and what keeps clear of
-/// 1.5 floors by the oracle is proved.
+/// No proved segment in which the oracle finds the pair closer than its floor; and what keeps clear
+/// of 1.5 floors by the oracle is proved.
 #[test]
 fn proved_segments_are_free_and_clear_segments_are_proved() {
     let (count, mut rng) = cases(10_000);
-    let (mut proved, mut refused) = (0, 0);
+    let mut proved = 0;
+    let mut refused = 0;
     for _ in 0..count {
         let model = testing::model(&mut rng);
-        let (robot, oracle) = (model.robot(), Oracle::new(&model));
+        let robot = model.robot();
+        let oracle = Oracle::new(&model);
         let from = testing::configuration(&mut rng, robot);
         let to = testing::neighbour(&mut rng, robot, &from);
         let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
@@ -188,11 +253,16 @@ fn proved_segments_are_free_and_clear_segments_are_proved() {
             SegmentVerdict::Proved(proof) => {
                 proved += 1;
                 for i in 0..=60 {
-                    robot.space().integrate(&from, &velocity, f64::from(i) / 60.0, &mut q);
+                    robot
+                        .space()
+                        .integrate(&from, &velocity, f64::from(i) / 60.0, &mut q);
                     for pair in 0..model.pairs().len() {
                         let distance = oracle.pair_distance(&model, pair, &q);
                         let claimed = proof.clearance_m.max(floor);
-                        assert!(distance >= claimed - 1e-7, "{distance} where {claimed} is proved");
+                        assert!(
+                            distance >= claimed - 1e-7,
+                            "{distance} where {claimed} is proved"
+                        );
                     }
                 }
             }
@@ -201,9 +271,15 @@ fn proved_segments_are_free_and_clear_segments_are_proved() {
                 robot.space().integrate(&from, &velocity, hit.t, &mut q);
                 let distance = oracle.pair_distance(&model, hit.pair, &q);
                 // The oracle sees surfaces only: a body inside a mesh is away from it.
-                assert!(distance < 1.5 * floor + 4e-5, "refused ({:?}) at distance {distance}", hit.reason);
+                assert!(
+                    distance < 1.5 * floor + 4e-5,
+                    "refused ({:?}) at distance {distance}",
+                    hit.reason
+                );
                 let first = validator.first_hit(&from, &to, &mut || false);
-                let SegmentVerdict::Refused(first) = first else { panic!("first_hit found nothing") };
+                let SegmentVerdict::Refused(first) = first else {
+                    panic!("first_hit found nothing")
+                };
                 assert!(first.t <= hit.t && first.proved_until <= first.t);
             }
             SegmentVerdict::Stopped => unreachable!("nothing stops it"),
@@ -219,22 +295,40 @@ fn a_pair_far_away_is_proved_by_its_root_balls_alone() {
     let mut rng = Rng::with_seed(7);
     let model = far(&mut rng);
     if let Some(pair) = model.pairs().first() {
-        let (a, b) = (&model.bodies()[pair.a], &model.bodies()[pair.b]);
-        let away = Transform { translation: crate::math::Vec3::X * 100.0, ..Transform::IDENTITY };
+        let a = &model.bodies()[pair.a];
+        let b = &model.bodies()[pair.b];
+        let away = Transform {
+            translation: crate::math::Vec3::X * 100.0,
+            ..Transform::IDENTITY
+        };
         let still = Twist::default();
-        let (floor, too_close) = (1e-3, 1.5e-3);
-        let (bend, travel) = (0.0, 0.0);
-        let interval =
-            PairInterval { a, b, relative: away, twist_a: still, twist_b: still, bend, travel, floor, too_close };
+        let floor = 1e-3;
+        let too_close = 1.5e-3;
+        let bend = 0.0;
+        let travel = 0.0;
+        let interval = PairInterval {
+            a,
+            b,
+            relative: away,
+            twist_a: still,
+            twist_b: still,
+            bend,
+            travel,
+            floor,
+            too_close,
+        };
         let mut never = || false;
         let mut looks = super::interval::Looks::new(&mut never);
-        assert!(matches!(interval.decide(&mut None, &mut looks), super::interval::IntervalVerdict::Proved(_)));
+        assert!(matches!(
+            interval.decide(&mut None, &mut looks),
+            super::interval::IntervalVerdict::Proved(_)
+        ));
         assert_eq!(looks.count, 1);
     }
 }
 
-/// A ball over one long thin triangle is all air: asked of balls alone, a forearm of slivers beside a fine
-/// mesh once took 33 million looks for a proof that takes a hundred thousand.
+/// A ball over one long thin triangle is all air: asked of balls alone, a forearm of slivers beside
+/// a fine mesh once took 33 million looks for a proof that takes a hundred thousand.
 #[test]
 fn long_thin_triangles_are_met_as_triangles_and_not_as_their_balls() {
     use crate::math::{Pose, Vec3};
@@ -246,21 +340,38 @@ fn long_thin_triangles_are_met_as_triangles_and_not_as_their_balls() {
             let z = length * (f64::from(ring) / f64::from(rings) - 0.5);
             Vec3::new(radius * angle.cos(), radius * angle.sin(), z)
         };
-        let vertices = (0..=rings).flat_map(|ring| (0..sides).map(move |side| at(ring, side))).collect();
+        let vertices = (0..=rings)
+            .flat_map(|ring| (0..sides).map(move |side| at(ring, side)))
+            .collect();
         let quad = |ring: u32, side: u32| {
             let next = (side + 1) % sides;
-            let [a, b, c, d] =
-                [ring * sides + side, ring * sides + next, (ring + 1) * sides + next, (ring + 1) * sides + side];
+            let [a, b, c, d] = [
+                ring * sides + side,
+                ring * sides + next,
+                (ring + 1) * sides + next,
+                (ring + 1) * sides + side,
+            ];
             [[a, b, c], [a, c, d]]
         };
-        let triangles = (0..rings).flat_map(|ring| (0..sides).flat_map(move |side| quad(ring, side))).collect();
+        let triangles = (0..rings)
+            .flat_map(|ring| (0..sides).flat_map(move |side| quad(ring, side)))
+            .collect();
         let mesh = Mesh::new("tube", vertices, triangles).unwrap();
-        PlacedShape { pose: Pose::identity(), shape: Shape::Mesh(std::sync::Arc::new(mesh)) }
+        PlacedShape {
+            pose: Pose::identity(),
+            shape: Shape::Mesh(std::sync::Arc::new(mesh)),
+        }
     };
-    let link = |name: &str, shape| LinkDescription { name: name.into(), collision: vec![shape] };
+    let link = |name: &str, shape| LinkDescription {
+        name: name.into(),
+        collision: vec![shape],
+    };
     let description = RobotDescription {
         name: "tubes".into(),
-        links: vec![link("slivers", tube(60, 1, 0.6, 0.05)), link("fine", tube(60, 60, 0.1, 0.05))],
+        links: vec![
+            link("slivers", tube(60, 1, 0.6, 0.05)),
+            link("fine", tube(60, 60, 0.1, 0.05)),
+        ],
         joints: vec![JointDescription {
             name: "turn".into(),
             kind: JointKind::Continuous,
@@ -277,8 +388,11 @@ fn long_thin_triangles_are_met_as_triangles_and_not_as_their_balls() {
         ..RobotDescription::default()
     };
     let robot = std::sync::Arc::new(crate::robot::RobotModel::new(description).unwrap());
-    let model =
-        crate::collision::CollisionModel::new(robot, std::sync::Arc::new(crate::scene::Scene::default())).unwrap();
+    let model = crate::collision::CollisionModel::new(
+        robot,
+        std::sync::Arc::new(crate::scene::Scene::default()),
+    )
+    .unwrap();
     let mut scratch = Scratch::default();
     let mut validator = Validator::new(&model, model.robot().space(), &[], 1e-3, &mut scratch);
     let verdict = validator.segment(&[0.0], &[1.0], &mut || false);
@@ -294,36 +408,59 @@ fn a_raised_floor_is_proved_anew() {
     for _ in 0..200 {
         let model = testing::model(&mut rng);
         let robot = model.robot();
-        let (held, q): (Vec<f64>, _) =
-            (robot.held().iter().map(|h| h.default).collect(), testing::configuration(&mut rng, robot));
+        let (held, q): (Vec<f64>, _) = (
+            robot.held().iter().map(|h| h.default).collect(),
+            testing::configuration(&mut rng, robot),
+        );
         let mut scratch = Scratch::default();
         let mut validator = Validator::new(&model, robot.space(), &held, 1e-3, &mut scratch);
-        if let Some(SegmentProof { clearance_m, .. }) = match validator.segment(&q, &q, &mut || false) {
-            SegmentVerdict::Proved(proof) if proof.clearance_m.is_finite() => Some(proof),
-            _ => None,
-        } {
-            (0..model.pairs().len()).for_each(|pair| validator.set_floor(pair, 3.0 * clearance_m + 10.0));
-            assert!(matches!(validator.segment(&q, &q, &mut || false), SegmentVerdict::Refused(_)));
+        if let Some(SegmentProof { clearance_m, .. }) =
+            match validator.segment(&q, &q, &mut || false) {
+                SegmentVerdict::Proved(proof) if proof.clearance_m.is_finite() => Some(proof),
+                _ => None,
+            }
+        {
+            (0..model.pairs().len())
+                .for_each(|pair| validator.set_floor(pair, 3.0 * clearance_m + 10.0));
+            assert!(matches!(
+                validator.segment(&q, &q, &mut || false),
+                SegmentVerdict::Refused(_)
+            ));
             met += 1;
         }
     }
     assert!(met > 20);
 }
 
-/// Far from the origin the filter's rounding may exceed half a floor: it then sees a pair 1.5 floors apart in the
-/// middle of every interval, however short, and proves none of them. This once went on without an end.
+/// Far from the origin the filter's rounding may exceed half a floor: it then sees a pair 1.5
+/// floors apart in the middle of every interval, however short, and proves none of them. This once
+/// went on without an end.
 #[test]
 fn a_pair_that_rounding_hides_from_the_filter_is_decided_exactly() {
     use crate::math::{Pose, Vec3};
-    use crate::robot::{JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel};
+    use crate::robot::{
+        JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel,
+    };
     use crate::scene::{Obstacle, Scene};
     use crate::shape::{PlacedShape, Shape};
     const FAR: f64 = 500.0;
-    let placed = |shape, at| PlacedShape { pose: Pose::from_translation(at), shape };
-    let link = |name: &str, collision| LinkDescription { name: name.into(), collision };
+    let placed = |shape, at| PlacedShape {
+        pose: Pose::from_translation(at),
+        shape,
+    };
+    let link = |name: &str, collision| LinkDescription {
+        name: name.into(),
+        collision,
+    };
     let description = RobotDescription {
         name: "slider".into(),
-        links: vec![link("rail", vec![]), link("ball", vec![placed(Shape::sphere(0.1).unwrap(), Vec3::ZERO)])],
+        links: vec![
+            link("rail", vec![]),
+            link(
+                "ball",
+                vec![placed(Shape::sphere(0.1).unwrap(), Vec3::ZERO)],
+            ),
+        ],
         joints: vec![JointDescription {
             name: "slide".into(),
             kind: JointKind::Prismatic,
@@ -339,12 +476,17 @@ fn a_pair_that_rounding_hides_from_the_filter_is_decided_exactly() {
     };
     let robot = std::sync::Arc::new(RobotModel::new(description).unwrap());
     for nanometres in (100_000..400_000).step_by(5_000) {
-        let (floor, distance) = (1e-4, f64::from(nanometres) * 1e-9);
-        let floor_below =
-            placed(Shape::cuboid(Vec3::new(2.0, 2.0, 0.2)).unwrap(), Vec3::new(FAR, 0.0, -0.2 - distance));
+        let floor = 1e-4;
+        let distance = f64::from(nanometres) * 1e-9;
+        let floor_below = placed(
+            Shape::cuboid(Vec3::new(2.0, 2.0, 0.2)).unwrap(),
+            Vec3::new(FAR, 0.0, -0.2 - distance),
+        );
         let table = Obstacle::new("table", vec![floor_below]);
         let scene = Scene::new("table", vec![table], Vec::new(), Vec::new()).unwrap();
-        let model = crate::collision::CollisionModel::new(robot.clone(), std::sync::Arc::new(scene)).unwrap();
+        let model =
+            crate::collision::CollisionModel::new(robot.clone(), std::sync::Arc::new(scene))
+                .unwrap();
         let mut scratch = Scratch::default();
         let mut validator = Validator::new(&model, model.robot().space(), &[], floor, &mut scratch);
         let mut asked = 0;
@@ -354,8 +496,14 @@ fn a_pair_that_rounding_hides_from_the_filter_is_decided_exactly() {
         };
         let verdict = validator.segment(&[FAR - 0.1], &[FAR + 0.1], &mut stop);
         match verdict {
-            SegmentVerdict::Proved(proof) => assert!(proof.clearance_m <= distance + 1e-9, "{distance}: {proof:?}"),
-            SegmentVerdict::Refused(hit) => assert!(hit.contact.distance < 1.5 * floor + 1e-9, "{distance}: {hit:?}"),
+            SegmentVerdict::Proved(proof) => assert!(
+                proof.clearance_m <= distance + 1e-9,
+                "{distance}: {proof:?}"
+            ),
+            SegmentVerdict::Refused(hit) => assert!(
+                hit.contact.distance < 1.5 * floor + 1e-9,
+                "{distance}: {hit:?}"
+            ),
             SegmentVerdict::Stopped => panic!("{distance} m apart: no end"),
         }
     }
@@ -365,14 +513,20 @@ fn a_pair_that_rounding_hides_from_the_filter_is_decided_exactly() {
 #[test]
 fn a_refusal_names_a_pair_that_is_too_close_there() {
     let (count, mut rng) = cases(400);
-    let (mut collisions, mut too_close) = (0, 0);
+    let mut collisions = 0;
+    let mut too_close = 0;
     for _ in 0..count {
         let model = testing::model(&mut rng);
         let robot = model.robot();
         let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
         let mut scratch = Scratch::default();
-        let mut validator =
-            Validator::new(&model, robot.space(), &held, testing::uniform(&mut rng, 1e-4, 3e-2), &mut scratch);
+        let mut validator = Validator::new(
+            &model,
+            robot.space(),
+            &held,
+            testing::uniform(&mut rng, 1e-4, 3e-2),
+            &mut scratch,
+        );
         for pair in 0..model.pairs().len() {
             if rng.f64() < 0.1 {
                 validator.set_floor(pair, testing::uniform(&mut rng, 1e-3, 0.1));
@@ -382,7 +536,10 @@ fn a_refusal_names_a_pair_that_is_too_close_there() {
         for i in 0..rng.usize(1..5) {
             rows.push(testing::neighbour(&mut rng, robot, &rows[i]));
         }
-        let segments = || rows.windows(2).map(|ends| [ends[0].as_slice(), ends[1].as_slice()]);
+        let segments = || {
+            rows.windows(2)
+                .map(|ends| [ends[0].as_slice(), ends[1].as_slice()])
+        };
         let verdict = validator.segments(segments(), &mut || false);
         let refusal = validator.refusal();
         match (verdict, refusal) {
@@ -390,13 +547,25 @@ fn a_refusal_names_a_pair_that_is_too_close_there() {
             (SegmentsVerdict::Refused(number), Some(refusal)) => {
                 assert_eq!(number, refusal.segment);
                 assert!((0.0..=1.0).contains(&refusal.t));
-                let SegmentRefusal { segment, t, pair, reason } = refusal;
+                let SegmentRefusal {
+                    segment,
+                    t,
+                    pair,
+                    reason,
+                } = refusal;
                 let floor = validator.floors()[pair];
-                let contact = validator.contact_between(pair, &rows[segment], &rows[segment + 1], t);
-                assert!(contact.distance < 1.5 * floor + 1e-9, "{refusal:?} at {contact:?}, floor {floor}");
+                let contact =
+                    validator.contact_between(pair, &rows[segment], &rows[segment + 1], t);
+                assert!(
+                    contact.distance < 1.5 * floor + 1e-9,
+                    "{refusal:?} at {contact:?}, floor {floor}"
+                );
                 match reason {
                     HitReason::Collision => {
-                        assert!(contact.distance <= crate::collision::query::TOUCHING_M, "{refusal:?} at {contact:?}");
+                        assert!(
+                            contact.distance <= crate::collision::query::TOUCHING_M,
+                            "{refusal:?} at {contact:?}"
+                        );
                         collisions += 1;
                     }
                     HitReason::TooClose => too_close += 1,
@@ -406,9 +575,15 @@ fn a_refusal_names_a_pair_that_is_too_close_there() {
             (verdict, refusal) => panic!("{verdict:?} with {refusal:?}"),
         }
         // Other segments, none: what was refused before is forgotten.
-        assert_eq!(validator.segments(std::iter::empty(), &mut || false), SegmentsVerdict::Proved);
+        assert_eq!(
+            validator.segments(std::iter::empty(), &mut || false),
+            SegmentsVerdict::Proved
+        );
         assert_eq!(validator.refusal(), None);
     }
     println!("{collisions} collisions, {too_close} too close");
-    assert!(collisions > count / 10 && too_close > 5, "{collisions} and {too_close}");
+    assert!(
+        collisions > count / 10 && too_close > 5,
+        "{collisions} and {too_close}"
+    );
 }

@@ -41,11 +41,25 @@ impl List {
 
 impl Interval {
     /// Equal parts from left to right, which look at what is undecided; none where nothing is.
-    pub(super) fn split(&self, undecided: &Undecided) -> impl DoubleEndedIterator<Item = Self> + use<> {
-        let parts = if undecided.pairs.is_empty() { 0 } else { undecided.parts };
-        let (interval, pairs, half) = (*self, undecided.pairs, self.half / parts.max(1) as f64);
+    pub(super) fn split(
+        &self,
+        undecided: &Undecided,
+    ) -> impl DoubleEndedIterator<Item = Self> + use<> {
+        let parts = if undecided.pairs.is_empty() {
+            0
+        } else {
+            undecided.parts
+        };
+        let interval = *self;
+        let pairs = undecided.pairs;
+        let half = self.half / parts.max(1) as f64;
         let start = self.middle - self.half;
-        (0..parts).map(move |part| Self { middle: start + half * (2 * part + 1) as f64, half, pairs, ..interval })
+        (0..parts).map(move |part| Self {
+            middle: start + half * (2 * part + 1) as f64,
+            half,
+            pairs,
+            ..interval
+        })
     }
 }
 

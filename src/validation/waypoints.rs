@@ -1,6 +1,6 @@
-//! A look at the waypoints of a path, which says early that the path collides: the filter at all of them, eight at a
-//! time, then the exact bodies of each pair where the filter saw it nearest. What it finds is a collision, if not the
-//! first; what it does not find, the proof does.
+//! A look at the waypoints of a path, which says early that the path collides: the filter at all of
+//! them, eight at a time, then the exact bodies of each pair where the filter saw it nearest. What
+//! it finds is a collision, if not the first; what it does not find, the proof does.
 
 use super::continuous::Validator;
 use super::interval::IntervalVerdict;
@@ -31,15 +31,17 @@ impl Validator<'_> {
         path.as_ref().and_then(look).flatten().is_some()
     }
 
-    /// The first of the collisions that a look at these waypoints finds. `stop` is asked at every eight, and at every
-    /// exact look; `None` where it said so before any was found.
+    /// The first of the collisions that a look at these waypoints finds. `stop` is asked at every
+    /// eight, and at every exact look; `None` where it said so before any was found.
     pub(super) fn colliding_waypoint(
         &mut self,
         path: &Path,
         waypoints: impl Iterator<Item = usize>,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Option<Colliding>> {
-        self.seeking_contact(0.0, |validator| validator.look_at_waypoints(path, waypoints, stop))
+        self.seeking_contact(0.0, |validator| {
+            validator.look_at_waypoints(path, waypoints, stop)
+        })
     }
 
     fn look_at_waypoints(
@@ -55,25 +57,40 @@ impl Validator<'_> {
             if first.is_some_and(|first| first.waypoint <= at.waypoint) {
                 continue;
             }
-            match if stop() { IntervalVerdict::Stopped } else { self.look_exactly(path, at, stop) } {
+            match if stop() {
+                IntervalVerdict::Stopped
+            } else {
+                self.look_exactly(path, at, stop)
+            } {
                 IntervalVerdict::Stopped => return first.map(Some),
                 IntervalVerdict::Collision => first = Some(at),
-                IntervalVerdict::Proved(_) | IntervalVerdict::TooClose | IntervalVerdict::Split => {}
+                IntervalVerdict::Proved(_) | IntervalVerdict::TooClose | IntervalVerdict::Split => {
+                }
             }
         }
         Some(first)
     }
 
-    fn look_exactly(&mut self, path: &Path, at: Colliding, stop: &mut dyn FnMut() -> bool) -> IntervalVerdict {
+    fn look_exactly(
+        &mut self,
+        path: &Path,
+        at: Colliding,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> IntervalVerdict {
         let waypoint = path.waypoint(at.waypoint);
         self.begin();
         self.add(waypoint, waypoint);
-        self.place(&Interval { segment: 0, middle: 0.0, half: 0.0, pairs: List::All });
+        self.place(&Interval {
+            segment: 0,
+            middle: 0.0,
+            half: 0.0,
+            pairs: List::All,
+        });
         self.decide(at.pair, 0.0, stop)
     }
 
-    /// For each pair that the filter does not prove to be apart everywhere, the waypoint where it sees it nearest.
-    /// `None` where stopped.
+    /// For each pair that the filter does not prove to be apart everywhere, the waypoint where it
+    /// sees it nearest. `None` where stopped.
     fn suspects(
         &mut self,
         path: &Path,
@@ -86,7 +103,9 @@ impl Validator<'_> {
             if stop() {
                 return None;
             }
-            let (mut numbers, mut rake, mut count) = ([0; LANES], [Interval::default(); LANES], 0);
+            let mut numbers = [0; LANES];
+            let mut rake = [Interval::default(); LANES];
+            let mut count = 0;
             self.begin();
             for number in waypoints.by_ref().take(LANES) {
                 self.add(path.waypoint(number), path.waypoint(number));
@@ -99,7 +118,10 @@ impl Validator<'_> {
                 for lane in (0..LANES).filter(|lane| unproved.lanes >> lane & 1 == 1) {
                     let gap = unproved.gap[lane];
                     if known.is_none_or(|known| gap < known.gap) {
-                        let at = Colliding { waypoint: numbers[lane], pair: unproved.pair as usize };
+                        let at = Colliding {
+                            waypoint: numbers[lane],
+                            pair: unproved.pair as usize,
+                        };
                         *known = Some(Suspect { at, gap });
                     }
                 }

@@ -1,6 +1,7 @@
 //! Pictures of answers: a robot, its scene and its paths as a page draws them, and that page.
 //!
-//! `page/` holds the page's sources and what its script makes of them (`page.js`); nothing else is needed to build.
+//! `page/` holds the page's sources and what its script makes of them (`page.js`); nothing else is
+//! needed to build.
 
 mod picture;
 mod shapes;
@@ -14,7 +15,8 @@ const SCRIPT: &str = include_str!("page/page.js");
 
 /// The page of one picture, whole in itself.
 pub(crate) fn page(picture: &Picture) -> String {
-    let data = serde_json::to_string(picture).expect("a picture holds only strings, booleans and numbers");
+    let data =
+        serde_json::to_string(picture).expect("a picture holds only strings, booleans and numbers");
     // No text of a user's may end the element that it stands in.
     filled("still", &data.replace('<', "\\u003c"))
 }
@@ -25,11 +27,18 @@ pub(crate) fn live_page() -> String {
 }
 
 fn filled(kind: &str, data: &str) -> String {
-    let parts = [("@kind@", kind), ("@style@", STYLE), ("@script@", SCRIPT), ("@data@", data)];
+    let parts = [
+        ("@kind@", kind),
+        ("@style@", STYLE),
+        ("@script@", SCRIPT),
+        ("@data@", data),
+    ];
     let mut page = String::with_capacity(HEAD.len() + STYLE.len() + SCRIPT.len() + data.len());
     let mut rest = HEAD;
     for (mark, text) in parts {
-        let (before, after) = rest.split_once(mark).expect("page.html has every mark, in this order");
+        let (before, after) = rest
+            .split_once(mark)
+            .expect("page.html has every mark, in this order");
         page.push_str(before);
         page.push_str(text);
         rest = after;

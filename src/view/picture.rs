@@ -76,13 +76,29 @@ struct Object {
 impl Picture {
     /// Draws.
     pub(crate) fn of(sight: Sight) -> Self {
-        let Sight { mut result, robot, scene, visuals, notes } = sight;
+        let Sight {
+            mut result,
+            robot,
+            scene,
+            visuals,
+            notes,
+        } = sight;
         let mut meshes = Meshes::default();
         let urdf = urdf_text(robot, &visuals, &mut meshes);
         let standing = scene.obstacles().iter().map(|object| (object, None));
-        let carried = scene.attached().iter().map(|attached| (&attached.object, Some(attached.link_name.clone())));
-        let objects = standing.chain(carried).map(|(object, link)| Object::of(object, link, &mut meshes)).collect();
-        let space = if result.subject.unwrapped { robot.space().unwrapped() } else { robot.space().clone() };
+        let carried = scene
+            .attached()
+            .iter()
+            .map(|attached| (&attached.object, Some(attached.link_name.clone())));
+        let objects = standing
+            .chain(carried)
+            .map(|(object, link)| Object::of(object, link, &mut meshes))
+            .collect();
+        let space = if result.subject.unwrapped {
+            robot.space().unwrapped()
+        } else {
+            robot.space().clone()
+        };
         // It is drawn already.
         result.subject.scene.content = None;
         Self {
@@ -100,25 +116,51 @@ impl Picture {
 
 impl Object {
     fn of(object: &Obstacle, link: Option<String>, meshes: &mut Meshes) -> Self {
-        let solids = object.shapes.iter().map(|shape| Solid::of(shape, meshes)).collect();
-        Self { name: object.id.clone(), link, pose: place(&object.pose), solids }
+        let solids = object
+            .shapes
+            .iter()
+            .map(|shape| Solid::of(shape, meshes))
+            .collect();
+        Self {
+            name: object.id.clone(),
+            link,
+            pose: place(&object.pose),
+            solids,
+        }
     }
 }
 
 fn driven(joint: &Joint) -> Option<DrivenJoint> {
-    let Drive::Variable { q, .. } = joint.drive else { return None };
-    Some(DrivenJoint { joint: joint.name.clone(), kind: kind_name(joint.kind), q })
+    let Drive::Variable { q, .. } = joint.drive else {
+        return None;
+    };
+    Some(DrivenJoint {
+        joint: joint.name.clone(),
+        kind: kind_name(joint.kind),
+        q,
+    })
 }
 
 fn held(robot: &RobotModel, result: &ResultFile) -> Vec<HeldJoint> {
     let value = |variable: &taut::robot::HeldVariable| {
-        result.subject.held.get(&variable.name).copied().unwrap_or(variable.default)
+        result
+            .subject
+            .held
+            .get(&variable.name)
+            .copied()
+            .unwrap_or(variable.default)
     };
     let values: Vec<f64> = robot.held().iter().map(value).collect();
     let of = |joint: &Joint| {
-        let Drive::Held { first } = joint.drive else { return None };
+        let Drive::Held { first } = joint.drive else {
+            return None;
+        };
         let values = values[first..first + joint.kind.nq()].to_vec();
-        Some(HeldJoint { joint: joint.name.clone(), kind: kind_name(joint.kind), values })
+        Some(HeldJoint {
+            joint: joint.name.clone(),
+            kind: kind_name(joint.kind),
+            values,
+        })
     };
     robot.joints().iter().filter_map(of).collect()
 }
@@ -126,7 +168,15 @@ fn held(robot: &RobotModel, result: &ResultFile) -> Vec<HeldJoint> {
 fn factor(component: &Component) -> Factor {
     match *component {
         Component::Line { q, v } => Factor { kind: "line", q, v },
-        Component::Circle { q, v } => Factor { kind: "circle", q, v },
-        Component::Rotation { q, v } => Factor { kind: "rotation", q, v },
+        Component::Circle { q, v } => Factor {
+            kind: "circle",
+            q,
+            v,
+        },
+        Component::Rotation { q, v } => Factor {
+            kind: "rotation",
+            q,
+            v,
+        },
     }
 }

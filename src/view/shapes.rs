@@ -51,10 +51,15 @@ impl Meshes {
         let Self { numbers, meshes } = self;
         *numbers.entry(mesh.hash()).or_insert_with(|| {
             let vertices = mesh.vertices().iter().flat_map(|vertex| vertex.to_array());
-            let vertices: Vec<u8> = vertices.flat_map(|number| (number as f32).to_le_bytes()).collect();
+            let vertices: Vec<u8> = vertices
+                .flat_map(|number| (number as f32).to_le_bytes())
+                .collect();
             let corners = mesh.triangles().iter().flatten();
             let triangles: Vec<u8> = corners.flat_map(|corner| corner.to_le_bytes()).collect();
-            meshes.push(MeshBytes { vertices: STANDARD.encode(vertices), triangles: STANDARD.encode(triangles) });
+            meshes.push(MeshBytes {
+                vertices: STANDARD.encode(vertices),
+                triangles: STANDARD.encode(triangles),
+            });
             meshes.len() - 1
         })
     }
@@ -69,19 +74,39 @@ impl Solid {
     /// A shape as the page has it.
     pub(super) fn of(placed: &PlacedShape, meshes: &mut Meshes) -> Self {
         let form = match &placed.shape {
-            Shape::Box { half_extents } => Form::Box { size: (*half_extents * 2.0).to_array() },
+            Shape::Box { half_extents } => Form::Box {
+                size: (*half_extents * 2.0).to_array(),
+            },
             Shape::Sphere { radius } => Form::Sphere { radius: *radius },
-            Shape::Cylinder { radius, half_height } => Form::Cylinder { radius: *radius, length: 2.0 * half_height },
-            Shape::Capsule { radius, half_length } => Form::Capsule { radius: *radius, length: 2.0 * half_length },
-            Shape::Mesh(mesh) => Form::Mesh { mesh: meshes.number(mesh) },
+            Shape::Cylinder {
+                radius,
+                half_height,
+            } => Form::Cylinder {
+                radius: *radius,
+                length: 2.0 * half_height,
+            },
+            Shape::Capsule {
+                radius,
+                half_length,
+            } => Form::Capsule {
+                radius: *radius,
+                length: 2.0 * half_length,
+            },
+            Shape::Mesh(mesh) => Form::Mesh {
+                mesh: meshes.number(mesh),
+            },
             other => unreachable!("no reader makes a {other:?}"),
         };
-        Self { pose: place(&placed.pose), form }
+        Self {
+            pose: place(&placed.pose),
+            form,
+        }
     }
 }
 
 /// A pose as the page has it.
 pub(super) fn place(pose: &Pose) -> Place {
-    let ([x, y, z], [i, j, k, w]) = (pose.translation.to_array(), pose.rotation.to_array());
+    let [x, y, z] = pose.translation.to_array();
+    let [i, j, k, w] = pose.rotation.to_array();
     [x, y, z, i, j, k, w]
 }

@@ -21,8 +21,17 @@ pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
 /// The seed that stays at its first improvement until told to stop.
 pub const HANG_SEED: u64 = 0x4a46_4a46_4a46_4a46;
 
-/// Problems of `config/` that the daemons of the tests have loaded, robot and scene under the problem's name.
-pub const PROBLEMS: [&str; 7] = ["arm_shelf", "arm_window", "corner", "ell_window", "exchange_arms", "rooms", "slalom"];
+/// Problems of `config/` that the daemons of the tests have loaded, robot and scene under the
+/// problem's name.
+pub const PROBLEMS: [&str; 7] = [
+    "arm_shelf",
+    "arm_window",
+    "corner",
+    "ell_window",
+    "exchange_arms",
+    "rooms",
+    "slalom",
+];
 
 /// An instance with its own root and its own names in shared memory; both are gone with it.
 pub struct Place {
@@ -38,7 +47,11 @@ impl Place {
     }
 
     pub fn name(&self) -> String {
-        format!("{}:{}", self.instance.name(), self.instance.root().display())
+        format!(
+            "{}:{}",
+            self.instance.name(),
+            self.instance.root().display()
+        )
     }
 
     /// Writes a file into the folder.
@@ -71,7 +84,10 @@ impl Place {
         let mut rest = None;
         until(beginning, || {
             let text = fs::read_to_string(self.folder.path().join("daemon.out")).unwrap();
-            rest = text.lines().find_map(|line| line.strip_prefix(beginning)).map(str::to_owned);
+            rest = text
+                .lines()
+                .find_map(|line| line.strip_prefix(beginning))
+                .map(str::to_owned);
             rest.is_some()
         });
         rest.unwrap()
@@ -79,7 +95,10 @@ impl Place {
 
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_taut"));
-        command.args(arguments).env("TAUT_INSTANCE", self.name()).env_remove("TAUT_LOG");
+        command
+            .args(arguments)
+            .env("TAUT_INSTANCE", self.name())
+            .env_remove("TAUT_LOG");
         command
     }
 
@@ -145,17 +164,24 @@ pub struct Run {
 impl Run {
     pub fn of(output: Output) -> Self {
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-        Self { exit: output.status.code().unwrap_or(-1), out: text(output.stdout), err: text(output.stderr) }
+        Self {
+            exit: output.status.code().unwrap_or(-1),
+            out: text(output.stdout),
+            err: text(output.stderr),
+        }
     }
 
     pub fn json(&self) -> serde_json::Value {
-        serde_json::from_str(&self.out).unwrap_or_else(|error| panic!("{error}: {} {}", self.out, self.err))
+        serde_json::from_str(&self.out)
+            .unwrap_or_else(|error| panic!("{error}: {} {}", self.out, self.err))
     }
 }
 
 /// A file of `config/`.
 pub fn config(name: &str) -> String {
-    let file: PathBuf = [env!("CARGO_MANIFEST_DIR"), "config", name].iter().collect();
+    let file: PathBuf = [env!("CARGO_MANIFEST_DIR"), "config", name]
+        .iter()
+        .collect();
     file.to_str().unwrap().to_owned()
 }
 
@@ -168,7 +194,10 @@ pub fn problem(name: &str) -> serde_json::Value {
 pub fn until(what: &str, mut so: impl FnMut() -> bool) -> Duration {
     let start = Instant::now();
     while !so() {
-        assert!(start.elapsed() < PATIENCE, "not within {PATIENCE:?}: {what}");
+        assert!(
+            start.elapsed() < PATIENCE,
+            "not within {PATIENCE:?}: {what}"
+        );
         std::thread::sleep(Duration::from_millis(1));
     }
     start.elapsed()
@@ -185,7 +214,12 @@ pub struct Models {
 
 impl Models {
     pub fn of(client: &Client, name: &str) -> Self {
-        let robot = match client.control(&ControlRequest::Describe { label: name.to_owned() }, PATIENCE) {
+        let robot = match client.control(
+            &ControlRequest::Describe {
+                label: name.to_owned(),
+            },
+            PATIENCE,
+        ) {
             Ok(ControlReply::Robot(robot)) => *robot,
             other => panic!("{other:?}"),
         };
@@ -193,10 +227,15 @@ impl Models {
             Ok(ControlReply::Listing(listing)) => listing.scenes,
             other => panic!("{other:?}"),
         };
-        let scene = scenes.into_iter().find(|scene| scene.label == name).unwrap();
+        let scene = scenes
+            .into_iter()
+            .find(|scene| scene.label == name)
+            .unwrap();
         let problem = problem(name);
         let rows = problem["path"].as_array().unwrap().iter();
-        let path = rows.flat_map(|row| row.as_array().unwrap().iter().map(|x| x.as_f64().unwrap())).collect();
+        let path = rows
+            .flat_map(|row| row.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()))
+            .collect();
         Self { robot, scene, path }
     }
 
@@ -207,9 +246,18 @@ impl Models {
     /// The path there and back, until it has so many waypoints: as much work as a test needs.
     pub fn long(&self, waypoints: usize) -> Self {
         let there: Vec<&[f64]> = self.path.chunks(self.nq()).collect();
-        let back: Vec<&[f64]> = there.iter().rev().skip(1).take(there.len() - 2).copied().collect();
+        let back: Vec<&[f64]> = there
+            .iter()
+            .rev()
+            .skip(1)
+            .take(there.len() - 2)
+            .copied()
+            .collect();
         let round = there.iter().chain(&back).cycle().take(waypoints);
-        Self { path: round.flat_map(|row| row.to_vec()).collect(), ..self.clone() }
+        Self {
+            path: round.flat_map(|row| row.to_vec()).collect(),
+            ..self.clone()
+        }
     }
 
     pub fn header(&self) -> RequestHeader {
@@ -242,7 +290,8 @@ impl Models {
     }
 }
 
-/// Work without an end that makes room for nobody: it stays at its first improvement, and others are of a lower class.
+/// Work without an end that makes room for nobody: it stays at its first improvement, and others
+/// are of a lower class.
 pub fn endless(header: &mut RequestHeader) {
     patient(header);
     header.priority = 1;
@@ -250,7 +299,8 @@ pub fn endless(header: &mut RequestHeader) {
 
 /// Work without an end that makes room for others.
 pub fn patient(header: &mut RequestHeader) {
-    (header.mode, header.seed) = (Mode::RandomShortcut.into(), HANG_SEED);
+    header.mode = Mode::RandomShortcut.into();
+    header.seed = HANG_SEED;
 }
 
 pub fn stats(client: &Client) -> Stats {
@@ -265,7 +315,10 @@ pub fn cpu_time(pid: u32) -> Duration {
     let tasks = fs::read_dir(format!("/proc/{pid}/task")).unwrap();
     let spent = tasks.flatten().map(|task| {
         let text = fs::read_to_string(task.path().join("schedstat")).unwrap_or_default();
-        text.split(' ').next().and_then(|ns| ns.parse::<u64>().ok()).unwrap_or(0)
+        text.split(' ')
+            .next()
+            .and_then(|ns| ns.parse::<u64>().ok())
+            .unwrap_or(0)
     });
     Duration::from_nanos(spent.sum())
 }
@@ -275,8 +328,11 @@ pub fn wakes(pid: u32) -> u64 {
     let tasks = fs::read_dir(format!("/proc/{pid}/task")).unwrap();
     let woken = tasks.flatten().map(|task| {
         let text = fs::read_to_string(task.path().join("status")).unwrap_or_default();
-        let line = text.lines().find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"));
-        line.and_then(|count| count.trim().parse::<u64>().ok()).unwrap_or(0)
+        let line = text
+            .lines()
+            .find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"));
+        line.and_then(|count| count.trim().parse::<u64>().ok())
+            .unwrap_or(0)
     });
     woken.sum()
 }

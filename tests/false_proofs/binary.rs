@@ -15,16 +15,28 @@ use super::verdict::Proved;
 /// Runs `taut` to its end.
 fn taut(case: &Case, arguments: &[&Path]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_taut"));
-    command.args(arguments).current_dir(&case.files.folder).env_remove("TAUT_LOG");
+    command
+        .args(arguments)
+        .current_dir(&case.files.folder)
+        .env_remove("TAUT_LOG");
     command.output().expect("the command line starts")
 }
 
 fn asked<'a>(case: &'a Case, verb: &'a str, path: &'a Path) -> Vec<&'a Path> {
-    let mut arguments = vec![Path::new(verb), path, Path::new("--robot"), &case.files.urdf];
+    let mut arguments = vec![
+        Path::new(verb),
+        path,
+        Path::new("--robot"),
+        &case.files.urdf,
+    ];
     if let Some(srdf) = &case.files.srdf {
         arguments.extend([Path::new("--srdf"), srdf]);
     }
-    arguments.extend([Path::new("--scene"), &case.files.scene, Path::new("--local")]);
+    arguments.extend([
+        Path::new("--scene"),
+        &case.files.scene,
+        Path::new("--local"),
+    ]);
     arguments
 }
 
@@ -37,18 +49,32 @@ pub fn check(case: &Case, path: &Path) -> Answer {
 
 /// Shortens a path, and exports the answer; what was proved is what the exported file says.
 pub fn export(case: &Case, path: &Path, ending: &str) -> Answer {
-    let (result, exported) = (case.files.folder.join("result.json"), PathBuf::from(format!("exported.{ending}")));
+    let result = case.files.folder.join("result.json");
+    let exported = PathBuf::from(format!("exported.{ending}"));
     let _ = fs::remove_file(&result);
     let mut arguments = asked(case, "shorten", path);
-    arguments.extend([Path::new("-o"), &result, Path::new("--format"), Path::new("json")]);
+    arguments.extend([
+        Path::new("-o"),
+        &result,
+        Path::new("--format"),
+        Path::new("json"),
+    ]);
     let mut found = answer(case, &taut(case, &arguments), true);
     if let Answer::Proved(proved) = &mut found {
-        let output = taut(case, &[Path::new("export"), &result, Path::new("-o"), &exported]);
+        let output = taut(
+            case,
+            &[Path::new("export"), &result, Path::new("-o"), &exported],
+        );
         if !output.status.success() {
             return Answer::Unread(String::from_utf8_lossy(&output.stderr).into_owned());
         }
-        let text = fs::read_to_string(case.files.folder.join(&exported)).expect("the export is a text");
-        let table = if ending == "csv" { csv(&text) } else { yaml(&text) };
+        let text =
+            fs::read_to_string(case.files.folder.join(&exported)).expect("the export is a text");
+        let table = if ending == "csv" {
+            csv(&text)
+        } else {
+            yaml(&text)
+        };
         proved.rows = ordered(&case.names, table);
     }
     found
@@ -57,30 +83,48 @@ pub fn export(case: &Case, path: &Path, ending: &str) -> Answer {
 fn answer(case: &Case, output: &Output, is_shortened: bool) -> Answer {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     let code = output.status.code().unwrap_or(-1);
-    assert!((0..=3).contains(&code) || (64..=66).contains(&code), "exit code {code}: {said}");
+    assert!(
+        (0..=3).contains(&code) || (64..=66).contains(&code),
+        "exit code {code}: {said}"
+    );
     if code > 3 {
         return Answer::Unread(said);
     }
     let value: Value = serde_json::from_slice(&output.stdout).expect("an answer is JSON");
-    let is_proved = value["proved"].as_bool().expect("it says whether it is proved");
+    let is_proved = value["proved"]
+        .as_bool()
+        .expect("it says whether it is proved");
     assert_eq!(code == 0, is_proved, "the exit code says the same: {said}");
     if !is_proved {
         let reason = value["reason"].as_str().unwrap_or("UNCERTIFIED").to_owned();
-        return Answer::Refused(Refused { reason, collision: None });
+        return Answer::Refused(Refused {
+            reason,
+            collision: None,
+        });
     }
     let text = |value: &Value| value.as_str().expect("a name").to_owned();
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
-    let numbers = |row: &Value| list(row).iter().map(|x| x.as_f64().expect("a number")).collect();
+    let numbers = |row: &Value| {
+        list(row)
+            .iter()
+            .map(|x| x.as_f64().expect("a number"))
+            .collect()
+    };
     let names: Vec<String> = list(&value["variables"]).iter().map(text).collect();
     let rows = list(&value["path"]).iter().map(numbers).collect();
     let lowered = list(&value["floors_lowered"]).into_iter().map(|floor| {
-        ([text(&floor["bodies"][0]), text(&floor["bodies"][1])], floor["floor_m"].as_f64().expect("a floor"))
+        (
+            [text(&floor["bodies"][0]), text(&floor["bodies"][1])],
+            floor["floor_m"].as_f64().expect("a floor"),
+        )
     });
     Answer::Proved(Box::new(Proved {
         rows: ordered(&case.names, (names, rows)),
         clearance_m: value["clearance_m"].as_f64().expect("a clearance"),
         lowered: lowered.collect::<BTreeMap<_, _>>(),
         is_shortened,
-        is_said: list(&value["warnings"]).iter().any(|warning| text(warning).contains(HALF_A_TURN)),
+        is_said: list(&value["warnings"])
+            .iter()
+            .any(|warning| text(warning).contains(HALF_A_TURN)),
     }))
 }

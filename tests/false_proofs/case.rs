@@ -45,8 +45,11 @@ impl Case {
     pub fn new(rng: &mut Rng, theme: Theme, folder: &Path) -> Self {
         let mut made = robot::robot(rng, theme);
         let scene = scene::scene(rng, theme, &made);
-        let within_soft_limits =
-            if theme == Theme::SoftLimits { fill_soft_limits(rng, &mut made, &scene) } else { None };
+        let within_soft_limits = if theme == Theme::SoftLimits {
+            fill_soft_limits(rng, &mut made, &scene)
+        } else {
+            None
+        };
         let written = write::robot::robot(&made);
         let surroundings = write::scene::scene(&made, &scene);
         let write = |name: String, bytes: &[u8]| {
@@ -57,29 +60,56 @@ impl Case {
         for (name, bytes) in written.meshes.iter().chain(&surroundings.meshes) {
             write(name.clone(), bytes);
         }
-        let meshes: Vec<&Mesh> = geometries(&made, &scene).filter_map(Geometry::mesh).collect();
+        let meshes: Vec<&Mesh> = geometries(&made, &scene)
+            .filter_map(Geometry::mesh)
+            .collect();
         for mesh in meshes.iter().filter(|mesh| mesh.format != Format::Inline) {
-            read::mesh::verify(mesh, &write::mesh::bytes(mesh), rng)
-                .unwrap_or_else(|error| panic!("a written {:?} is not what was meant: {error}", mesh.format));
+            read::mesh::verify(mesh, &write::mesh::bytes(mesh), rng).unwrap_or_else(|error| {
+                panic!("a written {:?} is not what was meant: {error}", mesh.format)
+            });
         }
         let files = Files {
             folder: folder.to_owned(),
             urdf: write("robot.urdf".into(), written.urdf.as_bytes()),
-            srdf: written.srdf.map(|text| write("robot.srdf".into(), text.as_bytes())),
-            scene: write(format!("scene.{}", surroundings.ending), surroundings.text.as_bytes()),
+            srdf: written
+                .srdf
+                .map(|text| write("robot.srdf".into(), text.as_bytes())),
+            scene: write(
+                format!("scene.{}", surroundings.ending),
+                surroundings.text.as_bytes(),
+            ),
             diff: surroundings.diff,
         };
         let world = world(&made, &scene);
-        let names = made.robot.columns.iter().map(|column| made.robot.name_of(*column)).collect();
-        let meshes = meshes.iter().map(|mesh| (mesh.format, mesh.column.form)).collect();
-        Self { theme, scene, world, files, names, within_soft_limits, meshes }
+        let names = made
+            .robot
+            .columns
+            .iter()
+            .map(|column| made.robot.name_of(*column))
+            .collect();
+        let meshes = meshes
+            .iter()
+            .map(|mesh| (mesh.format, mesh.column.form))
+            .collect();
+        Self {
+            theme,
+            scene,
+            world,
+            files,
+            names,
+            within_soft_limits,
+            meshes,
+        }
     }
 
     /// A path of those that the case is about, or another.
     pub fn path(&self, rng: &mut Rng) -> Option<Made> {
-        let (world, theme) = (&self.world, self.theme);
+        let world = &self.world;
+        let theme = self.theme;
         let is_special = rng.usize(0..3) < 2;
-        let wants = |rng: &mut Rng, own: Theme| theme == own && is_special || theme == Theme::Mixed && one_in(rng, 8);
+        let wants = |rng: &mut Rng, own: Theme| {
+            theme == own && is_special || theme == Theme::Mixed && one_in(rng, 8)
+        };
         let mut made = if wants(rng, Theme::HalfTurns) {
             path::half_turn(rng, world)
         } else if wants(rng, Theme::Leaders) {
@@ -109,7 +139,13 @@ impl Case {
 
     fn any_path(&self, rng: &mut Rng) -> Option<Made> {
         // Where shapes are in doubt, places where they just touch tell more than ways between them.
-        let shapes = [Theme::Misspelt, Theme::FarMeshes, Theme::Concave, Theme::Warped, Theme::QuaternionOrigins];
+        let shapes = [
+            Theme::Misspelt,
+            Theme::FarMeshes,
+            Theme::Concave,
+            Theme::Warped,
+            Theme::QuaternionOrigins,
+        ];
         let kinds = if shapes.contains(&self.theme) { 6 } else { 10 };
         match rng.usize(0..kinds) {
             0..2 => path::into(rng, &self.world),
@@ -142,13 +178,19 @@ impl Case {
 
     /// Joint kinds that a segment moves.
     pub fn kinds_moved(&self, from: &[f64], to: &[f64]) -> impl Iterator<Item = Kind> {
-        let moved = self.world.robot.columns.iter().enumerate().filter(move |(q, _)| from[*q] != to[*q]);
+        let moved = self
+            .world
+            .robot
+            .columns
+            .iter()
+            .enumerate()
+            .filter(move |(q, _)| from[*q] != to[*q]);
         moved.map(|(_, column)| self.world.robot.joints[column.joint].kind)
     }
 }
 
-/// Makes a path that moves some joints hardly at all, and its ranges the soft limits: what pushes a path away from an
-/// obstacle likes to move those that stood still.
+/// Makes a path that moves some joints hardly at all, and its ranges the soft limits: what pushes a
+/// path away from an obstacle likes to move those that stood still.
 fn fill_soft_limits(rng: &mut Rng, made: &mut robot::Made, scene: &scene::Scene) -> Option<Made> {
     let mut narrow = made.clone();
     for joint in &mut narrow.robot.joints {
@@ -159,35 +201,64 @@ fn fill_soft_limits(rng: &mut Rng, made: &mut robot::Made, scene: &scene::Scene)
     }
     let narrow = world(&narrow, scene);
     // One that something keeps from being straight.
-    let held = |path: &Made| !execute::is_free(&narrow, &path.rows[0], &path.rows[path.rows.len() - 1], 0.0);
-    let walks: Vec<Made> = (0..8).filter_map(|_| path::walk(rng, &narrow, 16, false)).collect();
-    let path = walks.iter().find(|path| held(path)).or(walks.first())?.clone();
+    let held = |path: &Made| {
+        !execute::is_free(&narrow, &path.rows[0], &path.rows[path.rows.len() - 1], 0.0)
+    };
+    let walks: Vec<Made> = (0..8)
+        .filter_map(|_| path::walk(rng, &narrow, 16, false))
+        .collect();
+    let path = walks
+        .iter()
+        .find(|path| held(path))
+        .or(walks.first())?
+        .clone();
     for (q, column) in made.robot.columns.iter().enumerate() {
         let joint = &mut made.robot.joints[column.joint];
         if joint.limits.is_some() {
             let numbers = path.rows.iter().map(|row| row[q]);
-            let range = numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+            let range = numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                (low.min(x), high.max(x))
+            });
             joint.soft_limits = Some(range);
         }
     }
     Some(path)
 }
 
-fn geometries<'a>(made: &'a robot::Made, scene: &'a scene::Scene) -> impl Iterator<Item = &'a Geometry> {
+fn geometries<'a>(
+    made: &'a robot::Made,
+    scene: &'a scene::Scene,
+) -> impl Iterator<Item = &'a Geometry> {
     let links = made.shapes.iter().flatten().map(|shape| &shape.geometry);
-    let objects = scene.objects.iter().chain(scene.attached.iter().map(|held| &held.object));
+    let objects = scene
+        .objects
+        .iter()
+        .chain(scene.attached.iter().map(|held| &held.object));
     links.chain(objects.flat_map(|object| object.shapes.iter().map(|(geometry, _)| geometry)))
 }
 
 /// What robot and scene mean.
 fn world(made: &robot::Made, scene: &scene::Scene) -> World {
     let mut bodies = Vec::new();
-    for (link, shapes) in made.shapes.iter().enumerate().filter(|(_, shapes)| !shapes.is_empty()) {
-        let parts = shapes.iter().flat_map(|shape| shape.geometry.parts(&shape.origin.pose())).collect();
+    for (link, shapes) in made
+        .shapes
+        .iter()
+        .enumerate()
+        .filter(|(_, shapes)| !shapes.is_empty())
+    {
+        let parts = shapes
+            .iter()
+            .flat_map(|shape| shape.geometry.parts(&shape.origin.pose()))
+            .collect();
         bodies.push(Body::new(&made.robot.links[link], Some(link), true, parts));
     }
     for held in &scene.attached {
-        bodies.push(Body::new(&held.object.id, Some(held.link), false, held.object.parts()));
+        bodies.push(Body::new(
+            &held.object.id,
+            Some(held.link),
+            false,
+            held.object.parts(),
+        ));
     }
     for object in &scene.objects {
         bodies.push(Body::new(&object.id, None, false, object.parts()));
@@ -197,9 +268,16 @@ fn world(made: &robot::Made, scene: &scene::Scene) -> World {
     }
     let mut touching = scene.allowed.clone();
     for held in &scene.attached {
-        let names = held.touch_links.iter().map(|link| made.robot.links[*link].clone());
+        let names = held
+            .touch_links
+            .iter()
+            .map(|link| made.robot.links[*link].clone());
         touching.extend(names.map(|link| (held.object.id.clone(), link)));
     }
     let pairs = World::pair_up(&made.robot, &bodies, &touching);
-    World { robot: made.robot.clone(), bodies, pairs }
+    World {
+        robot: made.robot.clone(),
+        bodies,
+        pairs,
+    }
 }

@@ -50,24 +50,38 @@ pub fn load(case: &Case) -> Result<Loaded, String> {
     let mut model = model(case, &mut reader)?;
     if case.theme == Theme::RestContacts {
         // What is offered for the links that touch is done, as people do.
-        let lines: Vec<String> = neutral_warnings(&model).iter().filter_map(|warning| offered(warning)).collect();
+        let lines: Vec<String> = neutral_warnings(&model)
+            .iter()
+            .filter_map(|warning| offered(warning))
+            .collect();
         if !lines.is_empty() {
             let robot = &case.world.robot;
-            let neighbours = (1..robot.links.len()).filter_map(|link| Some((robot.joints[link].parent?, link)));
-            let known = neighbours.map(|(a, b)| write::robot::disabling(&robot.links[a], &robot.links[b]));
+            let neighbours =
+                (1..robot.links.len()).filter_map(|link| Some((robot.joints[link].parent?, link)));
+            let known =
+                neighbours.map(|(a, b)| write::robot::disabling(&robot.links[a], &robot.links[b]));
             let lines: String = known.chain(lines).collect();
             let file = case.files.folder.join("pasted.srdf");
-            fs::write(&file, format!("<robot name=\"random\">{lines}</robot>")).map_err(|error| error.to_string())?;
-            let files = RobotFiles { srdf: Some(file), ..robot_files(case) };
+            fs::write(&file, format!("<robot name=\"random\">{lines}</robot>"))
+                .map_err(|error| error.to_string())?;
+            let files = RobotFiles {
+                srdf: Some(file),
+                ..robot_files(case)
+            };
             model = of_files(case, &files, &mut reader)?;
         }
     }
-    Ok(Loaded { model, workspace: Workspace::default() })
+    Ok(Loaded {
+        model,
+        workspace: Workspace::default(),
+    })
 }
 
 /// The SRDF line at the end of a warning.
 fn offered(warning: &str) -> Option<String> {
-    warning.find("<disable_collisions").map(|at| warning[at..].to_owned())
+    warning
+        .find("<disable_collisions")
+        .map(|at| warning[at..].to_owned())
 }
 
 fn robot_files(case: &Case) -> RobotFiles {
@@ -83,13 +97,23 @@ fn model(case: &Case, reader: &mut Reader) -> Result<CollisionModel, String> {
     of_files(case, &robot_files(case), reader)
 }
 
-fn of_files(case: &Case, files: &RobotFiles, reader: &mut Reader) -> Result<CollisionModel, String> {
+fn of_files(
+    case: &Case,
+    files: &RobotFiles,
+    reader: &mut Reader,
+) -> Result<CollisionModel, String> {
     let robot = reader.robot_of(files).map_err(|error| error.to_string())?;
     let robot = RobotModel::new(robot).map_err(|error| error.to_string())?;
-    let mut scene = reader.scene(&case.files.scene).map_err(|error| error.to_string())?;
+    let mut scene = reader
+        .scene(&case.files.scene)
+        .map_err(|error| error.to_string())?;
     if let Some(diff) = &case.files.diff {
-        let diff = reader.diff_of_text(diff, &case.files.scene).map_err(|error| error.to_string())?;
-        scene = diff.apply_among(&scene, &robot.worlds()).map_err(|error| error.to_string())?;
+        let diff = reader
+            .diff_of_text(diff, &case.files.scene)
+            .map_err(|error| error.to_string())?;
+        scene = diff
+            .apply_among(&scene, &robot.worlds())
+            .map_err(|error| error.to_string())?;
     }
     CollisionModel::new(Arc::new(robot), Arc::new(scene)).map_err(|error| error.to_string())
 }
@@ -107,26 +131,51 @@ impl Loaded {
     }
 
     fn run(&mut self, case: &Case, path: &Path, settings: &Settings) -> Answer {
-        let outcome = run(&self.model, path, settings, &mut self.workspace, &mut || false, &mut |_| {});
+        let outcome = run(
+            &self.model,
+            path,
+            settings,
+            &mut self.workspace,
+            &mut || false,
+            &mut |_| {},
+        );
         let outcome = match outcome {
             Ok(outcome) => outcome,
             Err(error) => return Answer::Unread(error.to_string()),
         };
         if !outcome.proved {
-            let reason = outcome.refusal.as_ref().map_or("UNCERTIFIED", |refusal| refusal.reason.name()).to_owned();
-            let collision = outcome.refusal.filter(|refusal| refusal.reason == HitReason::Collision);
+            let reason = outcome
+                .refusal
+                .as_ref()
+                .map_or("UNCERTIFIED", |refusal| refusal.reason.name())
+                .to_owned();
+            let collision = outcome
+                .refusal
+                .filter(|refusal| refusal.reason == HitReason::Collision);
             let collision = collision.map(|refusal| (refusal.segment, refusal.t, refusal.bodies));
             return Answer::Refused(Refused { reason, collision });
         }
-        let names: Vec<String> = self.model.robot().variables().iter().map(|variable| variable.name.clone()).collect();
+        let names: Vec<String> = self
+            .model
+            .robot()
+            .variables()
+            .iter()
+            .map(|variable| variable.name.clone())
+            .collect();
         let rows = outcome.path.waypoints().map(<[f64]>::to_vec).collect();
-        let lowered = outcome.floors_lowered.iter().map(|lowered| (lowered.bodies.clone(), lowered.floor_m));
+        let lowered = outcome
+            .floors_lowered
+            .iter()
+            .map(|lowered| (lowered.bodies.clone(), lowered.floor_m));
         Answer::Proved(Box::new(Proved {
             rows: super::read::path::ordered(&case.names, (names, rows)),
             clearance_m: outcome.clearance_m,
             lowered: lowered.collect::<BTreeMap<_, _>>(),
             is_shortened: settings.mode != Mode::Check,
-            is_said: outcome.warnings.iter().any(|warning| warning.contains(HALF_A_TURN)),
+            is_said: outcome
+                .warnings
+                .iter()
+                .any(|warning| warning.contains(HALF_A_TURN)),
         }))
     }
 }

@@ -1,13 +1,14 @@
-//! The gate against false proofs: random robots, scenes and paths are written as files, taut says "proved", and what it
-//! hands back is executed number by number, as a controller does, by means that share nothing with taut. Collisions that
-//! it reports are looked at, too.
+//! The gate against false proofs: random robots, scenes and paths are written as files, taut says
+//! "proved", and what it hands back is executed number by number, as a controller does, by means
+//! that share nothing with taut. Collisions that it reports are looked at, too.
 //!
 //! The short form runs with all tests. The long form, a million proved segments:
 //! `TAUT_CASES=16000 TAUT_SEED=$RANDOM cargo test --release --test false_proofs -- --nocapture`.
 //! A case is found again by its number: `TAUT_FIRST=NUMBER TAUT_CASES=1` with the same seed.
 //!
-//! `make` draws a robot, a scene and paths; `write` writes them, `read` reads meshes and exported paths back by readers
-//! of its own. `world` has what the files mean, `execute` moves it and looks (`distance`) how near bodies come.
+//! `make` draws a robot, a scene and paths; `write` writes them, `read` reads meshes and exported
+//! paths back by readers of its own. `world` has what the files mean, `execute` moves it and looks
+//! (`distance`) how near bodies come.
 
 mod binary;
 mod case;
@@ -47,7 +48,8 @@ const SCRATCH: &str = "false_proof";
 /// Paths of a case that are checked, and that are shortened.
 const CHECKED: usize = 12;
 const SHORTENED: usize = 6;
-/// One case of so many also goes through the command line; of every theme, since it has no factor of their number.
+/// One case of so many also goes through the command line; of every theme, since it has no factor
+/// of their number.
 const BY_COMMAND: u64 = 13;
 
 /// Which cases to run.
@@ -62,9 +64,17 @@ struct Plan {
 
 impl Plan {
     fn from_environment() -> Self {
-        let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
+        let number = |name: &str| {
+            std::env::var(name)
+                .ok()
+                .and_then(|text| text.parse::<u64>().ok())
+        };
         let named = std::env::var("TAUT_THEME").ok();
-        let theme = named.map(|name| Theme::ALL.into_iter().find(|theme| format!("{theme:?}") == name));
+        let theme = named.map(|name| {
+            Theme::ALL
+                .into_iter()
+                .find(|theme| format!("{theme:?}") == name)
+        });
         Self {
             cases: number("TAUT_CASES").unwrap_or(CASES),
             seed: number("TAUT_SEED").unwrap_or(SEED),
@@ -74,7 +84,8 @@ impl Plan {
     }
 
     fn theme_of(&self, case: u64) -> Theme {
-        self.theme.unwrap_or(Theme::ALL[(case % Theme::ALL.len() as u64) as usize])
+        self.theme
+            .unwrap_or(Theme::ALL[(case % Theme::ALL.len() as u64) as usize])
     }
 }
 
@@ -82,7 +93,8 @@ impl Plan {
 fn what_is_proved_is_free_when_its_numbers_are_executed() {
     let plan = Plan::from_environment();
     let begun = Instant::now();
-    let (next, all) = (AtomicU64::new(plan.first), Mutex::new(Summary::default()));
+    let next = AtomicU64::new(plan.first);
+    let all = Mutex::new(Summary::default());
     std::thread::scope(|scope| {
         for _ in 0..std::thread::available_parallelism().map_or(1, std::num::NonZero::get) {
             scope.spawn(|| {
@@ -100,8 +112,15 @@ fn what_is_proved_is_free_when_its_numbers_are_executed() {
     });
     let summary = all.into_inner().expect("no thread has panicked");
     let Plan { cases, seed, .. } = plan;
-    println!("{cases} cases of seed {seed}, {}\n{summary}", summary::minutes(begun.elapsed()));
-    assert!(summary.refuted.is_empty(), "{} answers are refuted:\n{summary}", summary.refuted.len());
+    println!(
+        "{cases} cases of seed {seed}, {}\n{summary}",
+        summary::minutes(begun.elapsed())
+    );
+    assert!(
+        summary.refuted.is_empty(),
+        "{} answers are refuted:\n{summary}",
+        summary.refuted.len()
+    );
     if plan.theme.is_none() && cases >= CASES {
         summary.assert_says_something();
     }
@@ -109,17 +128,32 @@ fn what_is_proved_is_free_when_its_numbers_are_executed() {
 
 /// Runs a case; its files stay where something is refuted.
 fn run(plan: &Plan, number: u64, summary: &mut Summary) {
-    let mut rng = Rng::with_seed(plan.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(number));
+    let mut rng = Rng::with_seed(
+        plan.seed
+            .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            .wrapping_add(number),
+    );
     let prefix = format!("{SCRATCH}_{}_{number}_", plan.seed);
-    let scratch = tempfile::Builder::new().prefix(&prefix).tempdir_in(env!("CARGO_TARGET_TMPDIR"));
+    let scratch = tempfile::Builder::new()
+        .prefix(&prefix)
+        .tempdir_in(env!("CARGO_TARGET_TMPDIR"));
     let scratch = scratch.expect("the build's scratch folder can be written");
     let case = Case::new(&mut rng, plan.theme_of(number), scratch.path());
     summary.cases += 1;
-    let mut run = Run { number, case: &case, rng, summary, is_refuted: false };
+    let mut run = Run {
+        number,
+        case: &case,
+        rng,
+        summary,
+        is_refuted: false,
+    };
     match library::load(&case) {
         Ok(loaded) if !case.names.is_empty() => {
             run.in_process(loaded);
-            if number.is_multiple_of(BY_COMMAND) && case.files.diff.is_none() && case.theme != Theme::RestContacts {
+            if number.is_multiple_of(BY_COMMAND)
+                && case.files.diff.is_none()
+                && case.theme != Theme::RestContacts
+            {
                 run.by_command();
             }
         }
@@ -142,22 +176,43 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn in_process(&mut self, mut loaded: library::Loaded) {
-        let checking = Settings { mode: Mode::Check, contacts: false, ..Settings::default() };
+        let checking = Settings {
+            mode: Mode::Check,
+            contacts: false,
+            ..Settings::default()
+        };
         for index in 0..CHECKED {
-            let Some(made) = self.case.path(&mut self.rng) else { continue };
+            let Some(made) = self.case.path(&mut self.rng) else {
+                continue;
+            };
             let file = self.write(&made, index);
             let answer = loaded.ask(self.case, &file, &checking);
             self.judge(Asked::Check, &made, answer);
         }
         for index in CHECKED..CHECKED + SHORTENED {
-            let Some(made) = self.case.long_path(&mut self.rng) else { continue };
+            let Some(made) = self.case.long_path(&mut self.rng) else {
+                continue;
+            };
             let file = self.write(&made, index);
             // What pushes is what leaves soft limits.
             let pushes = self.case.theme == Theme::SoftLimits;
-            let modes = if pushes { &[Mode::Gradient, Mode::Contact, Mode::Hybrid][..] } else { &Mode::ALL[1..] };
+            let modes = if pushes {
+                &[Mode::Gradient, Mode::Contact, Mode::Hybrid][..]
+            } else {
+                &Mode::ALL[1..]
+            };
             let mode = pick(&mut self.rng, modes);
-            let work_budget = if pushes { 10_000 } else { pick(&mut self.rng, &[200, 2_000, 10_000]) };
-            let settings = Settings { mode, seed: self.rng.u64(..), work_budget, ..checking.clone() };
+            let work_budget = if pushes {
+                10_000
+            } else {
+                pick(&mut self.rng, &[200, 2_000, 10_000])
+            };
+            let settings = Settings {
+                mode,
+                seed: self.rng.u64(..),
+                work_budget,
+                ..checking.clone()
+            };
             let answer = loaded.ask(self.case, &file, &settings);
             self.judge(Asked::Shorten, &made, answer);
         }
@@ -165,14 +220,20 @@ impl Run<'_> {
 
     fn by_command(&mut self) {
         for _ in 0..2 {
-            let Some(made) = self.case.path(&mut self.rng) else { continue };
+            let Some(made) = self.case.path(&mut self.rng) else {
+                continue;
+            };
             let file = self.write(&made, 100);
             self.judge(Asked::CommandCheck, &made, binary::check(self.case, &file));
         }
         if let Some(made) = self.case.long_path(&mut self.rng) {
             let file = self.write(&made, 101);
             let ending = if self.rng.bool() { "csv" } else { "yaml" };
-            self.judge(Asked::Export, &made, binary::export(self.case, &file, ending));
+            self.judge(
+                Asked::Export,
+                &made,
+                binary::export(self.case, &file, ending),
+            );
         }
     }
 
@@ -199,7 +260,8 @@ impl Run<'_> {
             Answer::Proved(proved) => {
                 let verdict = verdict::of(self.case, made, &proved);
                 self.found(asked, made, verdict.against.clone());
-                self.summary.proved(self.case, asked, &made.steps, &proved.rows, &verdict);
+                self.summary
+                    .proved(self.case, asked, &made.steps, &proved.rows, &verdict);
             }
         }
     }

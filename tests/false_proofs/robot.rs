@@ -1,6 +1,8 @@
 //! The robot that the files describe, and where its links are at a row of numbers.
 
-use super::pose::{Pose, Quaternion, Rotation, Vector, about, normalised, of_quaternion, of_rpy, scaled};
+use super::pose::{
+    Pose, Quaternion, Rotation, Vector, about, normalised, of_quaternion, of_rpy, scaled,
+};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Kind {
@@ -13,7 +15,13 @@ pub enum Kind {
 }
 
 impl Kind {
-    pub const MOVING: [Self; 5] = [Self::Revolute, Self::Continuous, Self::Prismatic, Self::Planar, Self::Floating];
+    pub const MOVING: [Self; 5] = [
+        Self::Revolute,
+        Self::Continuous,
+        Self::Prismatic,
+        Self::Planar,
+        Self::Floating,
+    ];
 
     pub fn word(self) -> &'static str {
         match self {
@@ -32,7 +40,9 @@ impl Kind {
             Self::Fixed => &[],
             Self::Revolute | Self::Continuous | Self::Prismatic => &[""],
             Self::Planar => &["/x", "/y", "/theta"],
-            Self::Floating => &["/trans_x", "/trans_y", "/trans_z", "/rot_x", "/rot_y", "/rot_z", "/rot_w"],
+            Self::Floating => &[
+                "/trans_x", "/trans_y", "/trans_z", "/rot_x", "/rot_y", "/rot_z", "/rot_w",
+            ],
         }
     }
 }
@@ -63,7 +73,10 @@ pub struct Origin {
 
 impl Origin {
     pub fn pose(&self) -> Pose {
-        Pose { rotation: self.turn.rotation(), at: self.at }
+        Pose {
+            rotation: self.turn.rotation(),
+            at: self.at,
+        }
     }
 }
 
@@ -97,7 +110,9 @@ impl Joint {
     /// Where it may be: limit ∩ soft limit.
     pub fn soft_bounds(&self) -> (f64, f64) {
         let (lower, upper) = self.bounds();
-        self.soft_limits.map_or((lower, upper), |soft| (lower.max(soft.0), upper.min(soft.1)))
+        self.soft_limits.map_or((lower, upper), |soft| {
+            (lower.max(soft.0), upper.min(soft.1))
+        })
     }
 }
 
@@ -148,28 +163,39 @@ impl Robot {
                     .is_some_and(|mimic| mimic.multiplier != 0.0 && self.is_driven(mimic.leader)))
     }
 
-    /// Whether turning its number by a whole turn leaves the robot where it is: an angle, for a column.
+    /// Whether turning its number by a whole turn leaves the robot where it is: an angle, for a
+    /// column.
     pub fn is_angle(&self, column: Column) -> bool {
         match self.joints[column.joint].kind {
             Kind::Planar => column.part == 2,
             Kind::Continuous => self
                 .followers(column.joint)
                 .iter()
-                .all(|(joint, multiplier)| self.joints[*joint].kind != Kind::Prismatic && multiplier.fract() == 0.0),
+                .all(|(joint, multiplier)| {
+                    self.joints[*joint].kind != Kind::Prismatic && multiplier.fract() == 0.0
+                }),
             Kind::Fixed | Kind::Revolute | Kind::Prismatic | Kind::Floating => false,
         }
     }
 
-    /// Joints that follow a joint through any number of others, with what its number is multiplied by.
+    /// Joints that follow a joint through any number of others, with what its number is multiplied
+    /// by.
     pub fn followers(&self, leader: usize) -> Vec<(usize, f64)> {
         let follows = |(joint, mimic): (usize, Mimic)| {
             (mimic.leader == leader && self.column_of(joint).is_none()).then(|| {
                 let beyond = self.followers(joint).into_iter();
-                let beyond = beyond.map(move |(other, multiplier)| (other, multiplier * mimic.multiplier));
-                std::iter::once((joint, mimic.multiplier)).chain(beyond).collect::<Vec<_>>()
+                let beyond =
+                    beyond.map(move |(other, multiplier)| (other, multiplier * mimic.multiplier));
+                std::iter::once((joint, mimic.multiplier))
+                    .chain(beyond)
+                    .collect::<Vec<_>>()
             })
         };
-        let mimics = self.joints.iter().enumerate().filter_map(|(index, joint)| Some((index, joint.mimic?)));
+        let mimics = self
+            .joints
+            .iter()
+            .enumerate()
+            .filter_map(|(index, joint)| Some((index, joint.mimic?)));
         mimics.filter_map(follows).flatten().collect()
     }
 
@@ -178,7 +204,11 @@ impl Robot {
         links.clear();
         for (index, joint) in self.joints.iter().enumerate() {
             let parent = joint.parent.map_or(Pose::IDENTITY, |parent| links[parent]);
-            links.push(parent.then(&joint.origin.pose()).then(&self.motion(index, row)));
+            links.push(
+                parent
+                    .then(&joint.origin.pose())
+                    .then(&self.motion(index, row)),
+            );
         }
     }
 
@@ -186,16 +216,24 @@ impl Robot {
         let joint = &self.joints[index];
         match joint.kind {
             Kind::Fixed => Pose::IDENTITY,
-            Kind::Revolute | Kind::Continuous => Pose::turn(about(joint.axis, self.value(index, row))),
+            Kind::Revolute | Kind::Continuous => {
+                Pose::turn(about(joint.axis, self.value(index, row)))
+            }
             Kind::Prismatic => Pose::shift(scaled(joint.axis, self.value(index, row))),
             Kind::Planar => match self.column_of(index) {
-                Some(q) => Pose { rotation: about([0.0, 0.0, 1.0], row[q + 2]), at: [row[q], row[q + 1], 0.0] },
+                Some(q) => Pose {
+                    rotation: about([0.0, 0.0, 1.0], row[q + 2]),
+                    at: [row[q], row[q + 1], 0.0],
+                },
                 None => Pose::IDENTITY,
             },
             Kind::Floating => match self.column_of(index) {
                 Some(q) => {
                     let turn = normalised([row[q + 3], row[q + 4], row[q + 5], row[q + 6]]);
-                    Pose { rotation: of_quaternion(turn), at: [row[q], row[q + 1], row[q + 2]] }
+                    Pose {
+                        rotation: of_quaternion(turn),
+                        at: [row[q], row[q + 1], row[q + 2]],
+                    }
                 }
                 None => Pose::IDENTITY,
             },
@@ -208,8 +246,12 @@ impl Robot {
             let up = |at: &usize| self.joints[*at].parent;
             std::iter::successors(Some(link), up).collect::<Vec<_>>()
         };
-        let (of_a, of_b) = (above(a), above(b));
-        let apart = |own: &[usize], other: &[usize]| own.iter().any(|at| !other.contains(at) && self.is_driven(*at));
+        let of_a = above(a);
+        let of_b = above(b);
+        let apart = |own: &[usize], other: &[usize]| {
+            own.iter()
+                .any(|at| !other.contains(at) && self.is_driven(*at))
+        };
         apart(&of_a, &of_b) || apart(&of_b, &of_a)
     }
 

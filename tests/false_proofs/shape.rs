@@ -30,11 +30,21 @@ impl Geometry {
         match self {
             Self::Box(size) => one(Convex::cuboid(*size)),
             Self::Sphere { radius } => one(Convex::Sphere { radius: *radius }),
-            Self::Cylinder { length, radius } => one(Convex::Cylinder { half: length / 2.0, radius: *radius }),
-            Self::Capsule { length, radius } => one(Convex::Capsule { half: length / 2.0, radius: *radius }),
+            Self::Cylinder { length, radius } => one(Convex::Cylinder {
+                half: length / 2.0,
+                radius: *radius,
+            }),
+            Self::Capsule { length, radius } => one(Convex::Capsule {
+                half: length / 2.0,
+                radius: *radius,
+            }),
             Self::Mesh(mesh) => {
                 let solid = pose.then(&Pose::shift(mesh.offset));
-                mesh.column.parts().into_iter().map(|part| Part::new(solid, part)).collect()
+                mesh.column
+                    .parts()
+                    .into_iter()
+                    .map(|part| Part::new(solid, part))
+                    .collect()
             }
         }
     }
@@ -43,14 +53,18 @@ impl Geometry {
     pub fn origin_for(&self, wanted: &Pose) -> Vector {
         match self {
             Self::Mesh(mesh) => wanted.point(mesh.offset.map(|x| -x)),
-            Self::Box(_) | Self::Sphere { .. } | Self::Cylinder { .. } | Self::Capsule { .. } => wanted.at,
+            Self::Box(_) | Self::Sphere { .. } | Self::Cylinder { .. } | Self::Capsule { .. } => {
+                wanted.at
+            }
         }
     }
 
     pub fn mesh(&self) -> Option<&Mesh> {
         match self {
             Self::Mesh(mesh) => Some(mesh),
-            Self::Box(_) | Self::Sphere { .. } | Self::Cylinder { .. } | Self::Capsule { .. } => None,
+            Self::Box(_) | Self::Sphere { .. } | Self::Cylinder { .. } | Self::Capsule { .. } => {
+                None
+            }
         }
     }
 }
@@ -64,6 +78,9 @@ pub struct Placement {
 
 impl Placement {
     pub fn pose(&self) -> Pose {
-        Pose { rotation: of_quaternion(self.turn), at: self.at }
+        Pose {
+            rotation: of_quaternion(self.turn),
+            at: self.at,
+        }
     }
 }

@@ -24,7 +24,9 @@ pub enum Convex {
 
 impl Convex {
     pub fn cuboid(size: Vector) -> Self {
-        let corner = |i: usize| std::array::from_fn(|axis| if i >> axis & 1 == 0 { -0.5 } else { 0.5 } * size[axis]);
+        let corner = |i: usize| {
+            std::array::from_fn(|axis| if i >> axis & 1 == 0 { -0.5 } else { 0.5 } * size[axis])
+        };
         Self::Hull((0..8).map(corner).collect())
     }
 
@@ -48,7 +50,10 @@ impl Convex {
             }
             Self::Hull(points) => {
                 let along = |p: &&Vector| dot(**p, d);
-                *points.iter().max_by(|a, b| along(a).total_cmp(&along(b))).expect("a hull has points")
+                *points
+                    .iter()
+                    .max_by(|a, b| along(a).total_cmp(&along(b)))
+                    .expect("a hull has points")
             }
         }
     }
@@ -71,15 +76,27 @@ impl Part {
             Convex::Cylinder { half, radius } => ([0.0; 3], half.hypot(*radius)),
             Convex::Hull(points) => {
                 let middle = middle(points);
-                (middle, points.iter().map(|p| length(sub(*p, middle))).fold(0.0, f64::max))
+                (
+                    middle,
+                    points
+                        .iter()
+                        .map(|p| length(sub(*p, middle)))
+                        .fold(0.0, f64::max),
+                )
             }
         };
-        Self { pose, ball: (pose.point(centre), radius), shape }
+        Self {
+            pose,
+            ball: (pose.point(centre), radius),
+            shape,
+        }
     }
 }
 
 pub fn middle(points: &[Vector]) -> Vector {
-    let sum = points.iter().fold([0.0; 3], |sum, p| super::pose::add(sum, *p));
+    let sum = points
+        .iter()
+        .fold([0.0; 3], |sum, p| super::pose::add(sum, *p));
     super::pose::scaled(sum, 1.0 / points.len() as f64)
 }
 

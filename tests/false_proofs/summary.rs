@@ -64,19 +64,39 @@ pub struct Summary {
 }
 
 impl Summary {
-    pub fn proved(&mut self, case: &Case, asked: Asked, steps: &BTreeSet<Step>, rows: &[Vec<f64>], verdict: &Verdict) {
+    pub fn proved(
+        &mut self,
+        case: &Case,
+        asked: Asked,
+        steps: &BTreeSet<Step>,
+        rows: &[Vec<f64>],
+        verdict: &Verdict,
+    ) {
         let segments = verdict.executed.nearest_m.len() as u64;
         self.proved.entry(asked).or_default()[usize::from(!case.meshes.is_empty())] += segments;
-        self.near += verdict.executed.nearest_m.iter().filter(|nearest| **nearest < NEAR_M).count() as u64;
+        self.near += verdict
+            .executed
+            .nearest_m
+            .iter()
+            .filter(|nearest| **nearest < NEAR_M)
+            .count() as u64;
         for ends in rows.windows(2) {
             let kinds: BTreeSet<Kind> = case.kinds_moved(&ends[0], &ends[1]).collect();
-            kinds.into_iter().for_each(|kind| *self.by_kind.entry(kind).or_default() += 1);
+            kinds
+                .into_iter()
+                .for_each(|kind| *self.by_kind.entry(kind).or_default() += 1);
         }
         let formats: BTreeSet<_> = case.meshes.iter().map(|mesh| mesh.0).collect();
-        formats.into_iter().for_each(|format| *self.by_format.entry(format).or_default() += segments);
+        formats
+            .into_iter()
+            .for_each(|format| *self.by_format.entry(format).or_default() += segments);
         let forms: BTreeSet<_> = case.meshes.iter().map(|mesh| mesh.1).collect();
-        forms.into_iter().for_each(|form| *self.by_form.entry(form).or_default() += segments);
-        steps.iter().for_each(|step| *self.by_step.entry(*step).or_default() += segments);
+        forms
+            .into_iter()
+            .for_each(|form| *self.by_form.entry(form).or_default() += segments);
+        steps
+            .iter()
+            .for_each(|step| *self.by_step.entry(*step).or_default() += segments);
         *self.by_text.entry(case.scene.text).or_default() += segments;
         *self.by_theme.entry(case.theme).or_default() += segments;
         self.attached += segments * u64::from(!case.scene.attached.is_empty());
@@ -89,9 +109,16 @@ impl Summary {
     pub fn unread(&mut self, theme: Theme, reason: &str) {
         let last = reason.lines().last().unwrap_or_default();
         // Where a file is tells nothing.
-        let words: Vec<&str> = last.split(' ').filter(|word| !word.contains(super::SCRATCH)).collect();
+        let words: Vec<&str> = last
+            .split(' ')
+            .filter(|word| !word.contains(super::SCRATCH))
+            .collect();
         let plain = words.join(" ");
-        let words = plain.chars().map(|c| if c.is_ascii_digit() { '#' } else { c }).take(120).collect();
+        let words = plain
+            .chars()
+            .map(|c| if c.is_ascii_digit() { '#' } else { c })
+            .take(120)
+            .collect();
         *self.unread.entry((theme, words)).or_default() += 1;
     }
 
@@ -102,7 +129,8 @@ impl Summary {
 
     pub fn add(&mut self, other: Self) {
         fn join<K: Ord>(into: &mut BTreeMap<K, u64>, from: BTreeMap<K, u64>) {
-            from.into_iter().for_each(|(key, count)| *into.entry(key).or_default() += count);
+            from.into_iter()
+                .for_each(|(key, count)| *into.entry(key).or_default() += count);
         }
         self.cases += other.cases;
         for (asked, [primitives, meshes]) in other.proved {
@@ -123,30 +151,63 @@ impl Summary {
     }
 
     fn segments(&self, asked: &[Asked]) -> u64 {
-        asked.iter().filter_map(|asked| self.proved.get(asked)).flatten().sum()
+        asked
+            .iter()
+            .filter_map(|asked| self.proved.get(asked))
+            .flatten()
+            .sum()
     }
 
     /// Fails where so little of a kind was proved that nothing is said about it.
     pub fn assert_says_something(&self) {
-        let all = self.segments(&[Asked::Check, Asked::Shorten, Asked::CommandCheck, Asked::Export]);
-        assert!(self.near * 20 > all, "of {all} proved segments only {} come near anything", self.near);
-        assert!(self.segments(&[Asked::Shorten]) * 20 > all, "too few answers of shorten");
+        let all = self.segments(&[
+            Asked::Check,
+            Asked::Shorten,
+            Asked::CommandCheck,
+            Asked::Export,
+        ]);
+        assert!(
+            self.near * 20 > all,
+            "of {all} proved segments only {} come near anything",
+            self.near
+        );
+        assert!(
+            self.segments(&[Asked::Shorten]) * 20 > all,
+            "too few answers of shorten"
+        );
         for asked in [Asked::CommandCheck, Asked::Export] {
             assert!(self.segments(&[asked]) >= 10, "{asked:?} proved too little");
         }
         let enough = |what: &dyn fmt::Debug, count: Option<&u64>, least: u64| {
             let count = count.copied().unwrap_or_default();
-            assert!(count >= least, "{what:?}: {count} proved segments, at least {least} are needed");
+            assert!(
+                count >= least,
+                "{what:?}: {count} proved segments, at least {least} are needed"
+            );
         };
-        Kind::MOVING.iter().for_each(|kind| enough(kind, self.by_kind.get(kind), 300));
+        Kind::MOVING
+            .iter()
+            .for_each(|kind| enough(kind, self.by_kind.get(kind), 300));
         let formats = Format::FILES.iter().chain([&Format::Inline]);
         formats.for_each(|format| enough(format, self.by_format.get(format), 100));
         let forms = [Form::Box, Form::Star, Form::Comb, Form::Roof];
-        forms.iter().for_each(|form| enough(form, self.by_form.get(form), 100));
+        forms
+            .iter()
+            .for_each(|form| enough(form, self.by_form.get(form), 100));
         let texts = [Text::Own, Text::Diff, Text::Message, Text::Lines];
-        texts.iter().for_each(|text| enough(text, self.by_text.get(text), 100));
+        texts
+            .iter()
+            .for_each(|text| enough(text, self.by_text.get(text), 100));
         enough(&"attached objects", Some(&self.attached), 300);
-        for step in [Step::Walk, Step::Winding, Step::Blind, Step::Graze, Step::Rounded, Step::Rewound, Step::Signs] {
+        for step in [
+            Step::Walk,
+            Step::Winding,
+            Step::Blind,
+            Step::Graze,
+            Step::Rounded,
+            Step::Rewound,
+            Step::Signs,
+        ] {
             enough(&step, self.by_step.get(&step), 30);
         }
         for step in [Step::HalfTurn, Step::Long] {
@@ -157,18 +218,42 @@ impl Summary {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{:<14} {:>12} {:>12}   proved segments", "", "primitives", "with meshes")?;
+        writeln!(
+            f,
+            "{:<14} {:>12} {:>12}   proved segments",
+            "", "primitives", "with meshes"
+        )?;
         for (asked, [primitives, meshes]) in &self.proved {
-            writeln!(f, "{:<14} {primitives:>12} {meshes:>12}", format!("{asked:?}"))?;
+            writeln!(
+                f,
+                "{:<14} {primitives:>12} {meshes:>12}",
+                format!("{asked:?}")
+            )?;
         }
         let all: u64 = self.proved.values().flatten().sum();
         let share = 100.0 * self.near as f64 / (all as f64).max(1.0);
-        writeln!(f, "all {all}, {share:.0} % of them nearer than {} cm to a collision", NEAR_M * 100.0)?;
-        let formats = self.by_format.iter().map(|(format, count)| (format.name(), *count));
+        writeln!(
+            f,
+            "all {all}, {share:.0} % of them nearer than {} cm to a collision",
+            NEAR_M * 100.0
+        )?;
+        let formats = self
+            .by_format
+            .iter()
+            .map(|(format, count)| (format.name(), *count));
         writeln!(f, "joints   {:?}", self.by_kind)?;
-        writeln!(f, "meshes   {:?} {:?}", formats.collect::<BTreeMap<_, _>>(), self.by_form)?;
+        writeln!(
+            f,
+            "meshes   {:?} {:?}",
+            formats.collect::<BTreeMap<_, _>>(),
+            self.by_form
+        )?;
         writeln!(f, "steps    {:?}", self.by_step)?;
-        writeln!(f, "scenes   {:?}, with attached objects {}", self.by_text, self.attached)?;
+        writeln!(
+            f,
+            "scenes   {:?}, with attached objects {}",
+            self.by_text, self.attached
+        )?;
         writeln!(f, "themes   {:?}", self.by_theme)?;
         writeln!(f, "refused  {:?}", self.refused)?;
         let unread: u64 = self.unread.values().sum();
@@ -179,14 +264,26 @@ impl fmt::Display for Summary {
         writeln!(f, "refuted  {}", self.refuted.len())?;
         let mut told = BTreeMap::new();
         for found in &self.refuted {
-            let Refuted { case, theme, asked, steps, what, folder, after } = found;
+            let Refuted {
+                case,
+                theme,
+                asked,
+                steps,
+                what,
+                folder,
+                after,
+            } = found;
             let count: &mut usize = told.entry((theme, asked)).or_default();
             *count += 1;
             if *count <= MOST_TOLD {
-                writeln!(f, "  case {case} {theme:?} {asked:?} {steps:?} after {after}: {what}\n      {folder}")?;
+                writeln!(
+                    f,
+                    "  case {case} {theme:?} {asked:?} {steps:?} after {after}: {what}\n      {folder}"
+                )?;
             }
         }
-        told.iter().try_for_each(|((theme, asked), count)| writeln!(f, "  {count:>6} {theme:?} {asked:?}"))
+        told.iter()
+            .try_for_each(|((theme, asked), count)| writeln!(f, "  {count:>6} {theme:?} {asked:?}"))
     }
 }
 

@@ -65,8 +65,14 @@ impl Theme {
 
     /// Whether an oddity is of this theme's cases.
     pub fn has(self, other: Self) -> bool {
-        let goes_with_others =
-            !matches!(other, Self::Octomap | Self::Misspelt | Self::VisualOnly | Self::RestContacts | Self::Constraint);
+        let goes_with_others = !matches!(
+            other,
+            Self::Octomap
+                | Self::Misspelt
+                | Self::VisualOnly
+                | Self::RestContacts
+                | Self::Constraint
+        );
         self == other || self == Self::Mixed && goes_with_others
     }
 }

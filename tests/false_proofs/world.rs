@@ -22,7 +22,13 @@ pub struct Body {
 impl Body {
     pub fn new(name: &str, link: Option<usize>, is_link: bool, parts: Vec<Part>) -> Self {
         let ball = ball_of(&parts);
-        Self { name: name.to_owned(), link, is_link, parts, ball }
+        Self {
+            name: name.to_owned(),
+            link,
+            is_link,
+            parts,
+            ball,
+        }
     }
 
     pub fn pose(&self, links: &[Pose]) -> Pose {
@@ -53,7 +59,8 @@ impl World {
         let mut pairs = Vec::new();
         for b in 0..bodies.len() {
             for a in 0..b {
-                let (one, other) = (&bodies[a], &bodies[b]);
+                let one = &bodies[a];
+                let other = &bodies[b];
                 let is_named = |(x, y): &(String, String)| {
                     (*x == one.name && *y == other.name) || (*y == one.name && *x == other.name)
                 };
@@ -71,10 +78,15 @@ impl World {
     /// Floors of the pairs that an answer lowered; all others keep `clearance`.
     pub fn floors(&self, clearance: f64, lowered: &BTreeMap<[String; 2], f64>) -> Vec<f64> {
         let floor = |pair: &Pair| {
-            let (a, b) = (&self.bodies[pair.a].name, &self.bodies[pair.b].name);
+            let a = &self.bodies[pair.a].name;
+            let b = &self.bodies[pair.b].name;
             let named = [[a.clone(), b.clone()], [b.clone(), a.clone()]];
             let lowered = named.iter().find_map(|names| lowered.get(names)).copied();
-            if pair.is_moving { lowered.unwrap_or(clearance) } else { 0.0 }
+            if pair.is_moving {
+                lowered.unwrap_or(clearance)
+            } else {
+                0.0
+            }
         };
         self.pairs.iter().map(floor).collect()
     }
@@ -94,7 +106,10 @@ fn is_checked(robot: &Robot, a: &Body, b: &Body) -> Option<bool> {
             }
             let is_left_out = match &robot.disabled {
                 Some(pairs) => pairs.contains(&(one, other)) || pairs.contains(&(other, one)),
-                None => robot.joints[one].parent == Some(other) || robot.joints[other].parent == Some(one),
+                None => {
+                    robot.joints[one].parent == Some(other)
+                        || robot.joints[other].parent == Some(one)
+                }
             };
             (!is_left_out && is_moving).then_some(true)
         }

@@ -59,11 +59,18 @@ impl Table {
             .len()
     }
 
-    /// The meaning of most independent readers, at least two and more than any other; `None` where there is none.
+    /// The meaning of most independent readers, at least two and more than any other; `None` where
+    /// there is none.
     pub fn common<'a>(&self, meanings: &'a [Meaning]) -> Option<&'a Meaning> {
-        let best = meanings.iter().max_by_key(|meaning| self.independent(meaning))?;
+        let best = meanings
+            .iter()
+            .max_by_key(|meaning| self.independent(meaning))?;
         let most = self.independent(best);
-        let is_alone = meanings.iter().filter(|meaning| self.independent(meaning) == most).count() == 1;
+        let is_alone = meanings
+            .iter()
+            .filter(|meaning| self.independent(meaning) == most)
+            .count()
+            == 1;
         (most >= 2 && is_alone).then_some(best)
     }
 }
@@ -71,7 +78,8 @@ impl Table {
 /// The first place where two readings differ.
 pub fn difference(ours: &Value, theirs: &Value) -> Option<String> {
     let size = theirs.get("hi").map_or(1.0, |hi| {
-        let side = |i: usize| hi[i].as_f64().unwrap_or(0.0) - theirs["lo"][i].as_f64().unwrap_or(0.0);
+        let side =
+            |i: usize| hi[i].as_f64().unwrap_or(0.0) - theirs["lo"][i].as_f64().unwrap_or(0.0);
         (side(0).powi(2) + side(1).powi(2) + side(2).powi(2)).sqrt()
     });
     differ(ours, theirs, size, "")
@@ -91,9 +99,16 @@ fn differ(ours: &Value, theirs: &Value, size: f64, place: &str) -> Option<String
                     _ => size,
                 };
                 // Inside is inside, whichever way the surface is turned.
-                let solid = |value: &Value| value.as_f64().filter(|_| key == "volume").map(|v| v.abs().into());
-                let (ours, theirs) = (solid(value), solid(&b[key]));
-                let (ours, theirs) = (ours.as_ref().unwrap_or(value), theirs.as_ref().unwrap_or(&b[key]));
+                let solid = |value: &Value| {
+                    value
+                        .as_f64()
+                        .filter(|_| key == "volume")
+                        .map(|v| v.abs().into())
+                };
+                let ours = solid(value);
+                let theirs = solid(&b[key]);
+                let ours = ours.as_ref().unwrap_or(value);
+                let theirs = theirs.as_ref().unwrap_or(&b[key]);
                 differ(ours, theirs, power, &format!("{place}.{key}"))
             })
         }
@@ -101,11 +116,16 @@ fn differ(ours: &Value, theirs: &Value, size: f64, place: &str) -> Option<String
             if a.len() != b.len() {
                 return different();
             }
-            a.iter().zip(b).enumerate().find_map(|(i, (a, b))| differ(a, b, size, &format!("{place}[{i}]")))
+            a.iter()
+                .zip(b)
+                .enumerate()
+                .find_map(|(i, (a, b))| differ(a, b, size, &format!("{place}[{i}]")))
         }
         (Value::Number(a), Value::Number(b)) => {
-            let (a, b) = (a.as_f64().unwrap_or(f64::NAN), b.as_f64().unwrap_or(f64::NAN));
-            let near = (a - b).abs() <= TOLERANCE * size.max(if size == 1.0 { b.abs() } else { 0.0 });
+            let a = a.as_f64().unwrap_or(f64::NAN);
+            let b = b.as_f64().unwrap_or(f64::NAN);
+            let near =
+                (a - b).abs() <= TOLERANCE * size.max(if size == 1.0 { b.abs() } else { 0.0 });
             if near { None } else { different() }
         }
         _ if ours == theirs => None,
@@ -121,17 +141,42 @@ mod tests {
     #[test]
     fn readings_differ_by_little_and_surfaces_by_little_of_their_size() {
         let theirs = json!({ "lo": [1e5, 0, 0], "hi": [1e5 + 1.0, 1, 1], "volume": -1.0 });
-        assert_eq!(difference(&json!({ "lo": [1e5, 0, 0], "hi": [1e5 + 1.0, 1, 1], "volume": 1.0 }), &theirs), None);
-        for (field, value) in [("lo", json!([1e5 + 1e-3, 0, 0])), ("volume", json!(1.001)), ("hi", json!([1e5, 1]))] {
+        assert_eq!(
+            difference(
+                &json!({ "lo": [1e5, 0, 0], "hi": [1e5 + 1.0, 1, 1], "volume": 1.0 }),
+                &theirs
+            ),
+            None
+        );
+        for (field, value) in [
+            ("lo", json!([1e5 + 1e-3, 0, 0])),
+            ("volume", json!(1.001)),
+            ("hi", json!([1e5, 1])),
+        ] {
             let mut ours = theirs.clone();
             ours[field] = value;
-            assert!(difference(&ours, &theirs).is_some_and(|text| text.contains(field)), "{field}");
+            assert!(
+                difference(&ours, &theirs).is_some_and(|text| text.contains(field)),
+                "{field}"
+            );
         }
         let other = json!({ "arm": [["box", [0.1, 0.2, 0.3], [0, 0, 0, 0, 0, 0, 1]]] });
-        assert_eq!(difference(&json!({ "arm": [["box", [0.1, 0.2, 0.3], [0, 0, 0, 0, 0, 0, 1]]] }), &other), None);
-        for ours in [json!({}), json!({ "arm": [["box", [0.1, 0.2, 0.3002], [0, 0, 0, 0, 0, 0, 1]]] })] {
+        assert_eq!(
+            difference(
+                &json!({ "arm": [["box", [0.1, 0.2, 0.3], [0, 0, 0, 0, 0, 0, 1]]] }),
+                &other
+            ),
+            None
+        );
+        for ours in [
+            json!({}),
+            json!({ "arm": [["box", [0.1, 0.2, 0.3002], [0, 0, 0, 0, 0, 0, 1]]] }),
+        ] {
             assert!(difference(&ours, &other).is_some(), "{ours}");
         }
-        assert!(difference(&json!([null, 1.0]), &json!([0.0, 1.0])).is_some(), "no limit is not 0");
+        assert!(
+            difference(&json!([null, 1.0]), &json!([0.0, 1.0])).is_some(),
+            "no limit is not 0"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Scenes: dumps of MoveIt's messages as YAML and JSON, our own scene files, and MoveIt's `.scene` text.
+//! Scenes: dumps of MoveIt's messages as YAML and JSON, our own scene files, and MoveIt's `.scene`
+//! text.
 
 use super::case::Case;
 
@@ -145,13 +146,20 @@ pub fn cases() -> Vec<Case> {
 }
 
 fn dumps() -> Vec<Case> {
-    let empty = DUMP.split("  collision_objects:").next().unwrap_or_default().to_owned();
+    let empty = DUMP
+        .split("  collision_objects:")
+        .next()
+        .unwrap_or_default()
+        .to_owned();
     vec![
         case("dump.yaml", DUMP),
         case("dump_end.yaml", format!("{DUMP}---\n")),
         case("dump_start.yaml", format!("---\n{DUMP}")),
         case("dump_crlf.yaml", DUMP.replace('\n', "\r\n")),
-        case("dump_comments.yaml", DUMP.replace("world:", "# what stands there\nworld:")),
+        case(
+            "dump_comments.yaml",
+            DUMP.replace("world:", "# what stands there\nworld:"),
+        ),
         case("dump.yml", DUMP),
         dump("operation_escaped", "operation: 0", "operation: \"\\0\""),
         dump("operation_missing", "    operation: 0\n", ""),
@@ -161,10 +169,26 @@ fn dumps() -> Vec<Case> {
         dump("id_number", "id: table", "id: '7'"),
         dump("whole_numbers", "- 1.0\n", "- 1\n"),
         dump("exponents", "z: 0.125", "z: 1.25e-01"),
-        dump("flow_lists", "      - 1.0\n      - 0.5\n      - 0.25\n", "      - 1.0\n      - 5.0e-1\n      - 0.25\n"),
-        dump("dimensions_flow", "dimensions:\n      - 1.0\n      - 0.5\n      - 0.25", "dimensions: [1.0, 0.5, 0.25]"),
-        dump("padding", "link_padding: []", "link_padding:\n- link_name: arm\n  padding: 0.02"),
-        dump("scale", "link_scale: []", "link_scale:\n- link_name: arm\n  scale: 1.5"),
+        dump(
+            "flow_lists",
+            "      - 1.0\n      - 0.5\n      - 0.25\n",
+            "      - 1.0\n      - 5.0e-1\n      - 0.25\n",
+        ),
+        dump(
+            "dimensions_flow",
+            "dimensions:\n      - 1.0\n      - 0.5\n      - 0.25",
+            "dimensions: [1.0, 0.5, 0.25]",
+        ),
+        dump(
+            "padding",
+            "link_padding: []",
+            "link_padding:\n- link_name: arm\n  padding: 0.02",
+        ),
+        dump(
+            "scale",
+            "link_scale: []",
+            "link_scale:\n- link_name: arm\n  scale: 1.5",
+        ),
         dump(
             "colours",
             "object_colors: []",
@@ -175,7 +199,10 @@ fn dumps() -> Vec<Case> {
             "z: 0.0\n    rotation:\n      x: 0.0\n      y: 0.0\n      z: 0.0\n      w: 1.0\n",
             "z: 0.0\n",
         ),
-        case("no_objects.yaml", format!("{empty}  collision_objects: []\nis_diff: false\n")),
+        case(
+            "no_objects.yaml",
+            format!("{empty}  collision_objects: []\nis_diff: false\n"),
+        ),
         case("dump.json", as_json()),
     ]
 }
@@ -197,7 +224,11 @@ fn as_json() -> String {
 fn shapes() -> Vec<Case> {
     let size = "    - type: 1\n      dimensions:\n      - 1.0\n      - 0.5\n      - 0.25\n";
     let shape = |name: &str, kind: u8, sizes: &str| {
-        dump(name, size, &format!("    - type: {kind}\n      dimensions: {sizes}\n"))
+        dump(
+            name,
+            size,
+            &format!("    - type: {kind}\n      dimensions: {sizes}\n"),
+        )
     };
     let mesh = "    meshes:\n    - triangles:\n      - vertex_indices: [0, 2, 1]\n      - vertex_indices: [0, 1, 3]\n      - vertex_indices: [0, 3, 2]\n      - vertex_indices: [1, 2, 3]\n      vertices:\n      - {x: 0.0, y: 0.0, z: 0.0}\n      - {x: 1.0, y: 0.0, z: 0.0}\n      - {x: 0.0, y: 0.5, z: 0.0}\n      - {x: 0.0, y: 0.0, z: 0.25}\n    mesh_poses:\n    - position: {x: 1.0, y: 2.0, z: 3.0}\n      orientation: {x: 0.0, y: 0.0, z: 0.0, w: 1.0}\n";
     let plane = "    planes:\n    - coef: [0.0, 0.0, 1.0, 0.0]\n    plane_poses:\n    - position: {x: 0.0, y: 0.0, z: 0.0}\n      orientation: {x: 0.0, y: 0.0, z: 0.0, w: 1.0}\n";
@@ -218,7 +249,8 @@ fn shapes() -> Vec<Case> {
         shape("type_0", 0, "[0.5]").refused(&["line 63", "0"], "there is no such type"),
         shape("type_9", 9, "[0.5]").refused(&["line 63", "9"], "there is no such type"),
         shape("box_of_two", 1, "[0.5, 0.1]").refused(&["table", "2"], "a size is missing"),
-        shape("negative_box", 1, "[0.5, -0.1, 0.1]").refused(&["table", "-0.1"], "no solid is of negative size"),
+        shape("negative_box", 1, "[0.5, -0.1, 0.1]")
+            .refused(&["table", "-0.1"], "no solid is of negative size"),
     ]
 }
 
@@ -233,8 +265,16 @@ fn poses() -> Vec<Case> {
     let two = |frame: &str| DUMP.replacen("  octomap:", &second.replace("OTHER", frame), 1);
     vec![
         dump("pose_not_set", turn, "        z: 0.0\n        w: 0.0\n"),
-        dump("quaternion_of_six_digits", turn, "        z: 0.707107\n        w: 0.707107\n"),
-        dump("quaternion_negative", turn, "        z: -0.6\n        w: -0.8\n"),
+        dump(
+            "quaternion_of_six_digits",
+            turn,
+            "        z: 0.707107\n        w: 0.707107\n",
+        ),
+        dump(
+            "quaternion_negative",
+            turn,
+            "        z: -0.6\n        w: -0.8\n",
+        ),
         dump(
             "pose_missing",
             "    pose:\n      position:\n        x: 0.5\n        y: 0.25\n        z: 0.125\n      orientation:\n        x: 0.0\n        y: 0.0\n        z: 0.6\n        w: 0.8\n",
@@ -245,15 +285,18 @@ fn poses() -> Vec<Case> {
         case("frame_of_object.yaml", two("table")),
         case("frame_of_world.yaml", two("base")),
         case("frame_slash.yaml", two("/base")),
-        case("frame_unknown.yaml", two("nowhere")).refused(&["cup", "nowhere"], "nobody knows where that is"),
+        case("frame_unknown.yaml", two("nowhere"))
+            .refused(&["cup", "nowhere"], "nobody knows where that is"),
         dump("quaternion_2", turn, "        z: 0.0\n        w: 2.0\n")
             .refused(&["table", "norm 2"], "it is no rotation"),
-        dump("position_nan", "x: 0.5", "x: .nan").refused(&["line 50", "NaN"], "nobody knows where that is"),
+        dump("position_nan", "x: 0.5", "x: .nan")
+            .refused(&["line 50", "NaN"], "nobody knows where that is"),
     ]
 }
 
 fn matrices() -> Vec<Case> {
-    let matrix = |name: &str, rows: &str| dump(name, "  entry_names: []\n  entry_values: []\n", rows);
+    let matrix =
+        |name: &str, rows: &str| dump(name, "  entry_names: []\n  entry_values: []\n", rows);
     vec![
         matrix(
             "allowed",
@@ -285,10 +328,25 @@ fn attached() -> Vec<Case> {
     let none = "  attached_collision_objects: []\n";
     vec![
         dump("attached", none, object),
-        dump("attached_without_frame", none, &object.replace("      header:\n        frame_id: arm\n", "")),
-        dump("attached_no_touch", none, &object.replace("[arm, hand]", "[]")),
-        dump("attached_elsewhere", none, &object.replace("frame_id: arm", "frame_id: hand"))
-            .refused(&["cup", "arm", "hand"], "where it is held is not said in the link's frame"),
+        dump(
+            "attached_without_frame",
+            none,
+            &object.replace("      header:\n        frame_id: arm\n", ""),
+        ),
+        dump(
+            "attached_no_touch",
+            none,
+            &object.replace("[arm, hand]", "[]"),
+        ),
+        dump(
+            "attached_elsewhere",
+            none,
+            &object.replace("frame_id: arm", "frame_id: hand"),
+        )
+        .refused(
+            &["cup", "arm", "hand"],
+            "where it is held is not said in the link's frame",
+        ),
     ]
 }
 

@@ -64,10 +64,17 @@ fn documents() -> Vec<Case> {
         case("latin1", latin).read_as("tesseract", "the encoding is said"),
         case("bom", format!("\u{feff}{SRDF}")),
         case("crlf", SRDF.replace('\n', "\r\n")),
-        case("blank_line_first", format!("\n{SRDF}")).read_as("tesseract", "the blank line says nothing"),
-        case("no_declaration", SRDF.lines().skip(1).collect::<Vec<_>>().join("\n")),
+        case("blank_line_first", format!("\n{SRDF}"))
+            .read_as("tesseract", "the blank line says nothing"),
+        case(
+            "no_declaration",
+            SRDF.lines().skip(1).collect::<Vec<_>>().join("\n"),
+        ),
         case("comments", SRDF.replace("><", "><!-- - --><")),
-        case("doctype", SRDF.replace("<robot", "<!DOCTYPE robot>\n<robot")),
+        case(
+            "doctype",
+            SRDF.replace("<robot", "<!DOCTYPE robot>\n<robot"),
+        ),
         case("one_line", SRDF.replace('\n', "")),
         case("other_robot_name", SRDF.replace("\"six\"", "\"seven\""))
             .read_as("pinocchio", "a renamed robot keeps its SRDF"),
@@ -87,17 +94,41 @@ fn pairs() -> Vec<Case> {
     let pair = |name: &str, pair: &str| other(name, PAIR, pair);
     let default = "<disable_default_collisions link=\"f1\"/>";
     vec![
-        pair("pair_other_way", "<disable_collisions link1=\"f2\" link2=\"f1\" reason=\"Never\"/>"),
+        pair(
+            "pair_other_way",
+            "<disable_collisions link1=\"f2\" link2=\"f1\" reason=\"Never\"/>",
+        ),
         pair("pair_twice", &format!("{PAIR}{PAIR}")),
-        pair("pair_without_reason", "<disable_collisions link1=\"f1\" link2=\"f2\"/>"),
-        pair("pair_attributes_turned", "<disable_collisions reason=\"Never\" link2=\"f2\" link1=\"f1\"/>"),
-        pair("pair_of_itself", &format!("{PAIR}<disable_collisions link1=\"f1\" link2=\"f1\" reason=\"Never\"/>")),
-        pair("pair_unknown", &format!("{PAIR}<disable_collisions link1=\"f1\" link2=\"gone\" reason=\"Never\"/>")),
-        pair("pair_default_reason", "<disable_collisions link1=\"f1\" link2=\"f2\" reason=\"Default\"/>"),
-        pair("pair_user_reason", "<disable_collisions link1=\"f1\" link2=\"f2\" reason=\"User: &lt;checked&gt;\"/>"),
+        pair(
+            "pair_without_reason",
+            "<disable_collisions link1=\"f1\" link2=\"f2\"/>",
+        ),
+        pair(
+            "pair_attributes_turned",
+            "<disable_collisions reason=\"Never\" link2=\"f2\" link1=\"f1\"/>",
+        ),
+        pair(
+            "pair_of_itself",
+            &format!("{PAIR}<disable_collisions link1=\"f1\" link2=\"f1\" reason=\"Never\"/>"),
+        ),
+        pair(
+            "pair_unknown",
+            &format!("{PAIR}<disable_collisions link1=\"f1\" link2=\"gone\" reason=\"Never\"/>"),
+        ),
+        pair(
+            "pair_default_reason",
+            "<disable_collisions link1=\"f1\" link2=\"f2\" reason=\"Default\"/>",
+        ),
+        pair(
+            "pair_user_reason",
+            "<disable_collisions link1=\"f1\" link2=\"f2\" reason=\"User: &lt;checked&gt;\"/>",
+        ),
         pair("default_off", default).read_as("ours", "as MoveIt: a link with every other"),
-        pair("default_off_but_one", &format!("{default}<enable_collisions link1=\"f1\" link2=\"base\"/>"))
-            .read_as("ours", "as MoveIt: but for what is enabled"),
+        pair(
+            "default_off_but_one",
+            &format!("{default}<enable_collisions link1=\"f1\" link2=\"base\"/>"),
+        )
+        .read_as("ours", "as MoveIt: but for what is enabled"),
         other(
             "pairs_before_groups",
             "<group name=\"arm\">",
@@ -159,8 +190,12 @@ fn states() -> Vec<Case> {
 fn refused() -> Vec<Case> {
     let broken = "the file is broken, whoever reads it";
     vec![
-        other("pair_without_link2", PAIR, "<disable_collisions link1=\"f1\" reason=\"Never\"/>")
-            .read_as("ours", "as MoveIt: such a pair is left out"),
+        other(
+            "pair_without_link2",
+            PAIR,
+            "<disable_collisions link1=\"f1\" reason=\"Never\"/>",
+        )
+        .read_as("ours", "as MoveIt: such a pair is left out"),
         other("cut_short", "</robot>\n", "").refused(&["not an XML file"], broken),
         other("no_robot", "robot", "model").refused(&["<model>", "<robot>"], broken),
     ]

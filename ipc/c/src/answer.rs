@@ -10,7 +10,8 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use taut_ipc::planner::{Best, PlannerError};
 use taut_ipc::wire::{Code, ResponseFlags};
 
-/// One answer, in shared memory. Freed by `taut_answer_free`; it outlives its request and its connection.
+/// One answer, in shared memory. Freed by `taut_answer_free`; it outlives its request and its
+/// connection.
 pub struct Answer {
     _opaque: [u8; 0],
 }
@@ -27,7 +28,11 @@ pub(crate) struct Held {
 impl Held {
     pub(crate) fn new(best: Best, count: &Arc<AtomicUsize>) -> Self {
         count.fetch_add(1, Ordering::AcqRel);
-        Self { best: Mutex::new(best), warnings: OnceLock::new(), count: count.clone() }
+        Self {
+            best: Mutex::new(best),
+            warnings: OnceLock::new(),
+            count: count.clone(),
+        }
     }
 
     fn best(&self) -> MutexGuard<'_, Best> {
@@ -37,7 +42,9 @@ impl Held {
     fn warnings(&self) -> &[(CString, bool)] {
         self.warnings.get_or_init(|| {
             let told = self.best().warnings().unwrap_or_default();
-            told.iter().map(|warning| (plain(&warning.text), warning.is_uncovered)).collect()
+            told.iter()
+                .map(|warning| (plain(&warning.text), warning.is_uncovered))
+                .collect()
         })
     }
 }
@@ -108,7 +115,8 @@ pub struct Info {
 pub struct Warning {
     /// One line; valid until the answer is freed.
     pub text: *const c_char,
-    /// Whether it says what the verdict does not cover, or rests on; else it takes nothing from the verdict.
+    /// Whether it says what the verdict does not cover, or rests on; else it takes nothing from the
+    /// verdict.
     pub uncovered: bool,
 }
 
@@ -173,11 +181,11 @@ pub unsafe extern "C" fn taut_answer_info(
     unsafe { run(error, work) }
 }
 
-/// Shows an answer's path where it lies, in shared memory: read-only, valid until the answer is freed. `size` is
-/// sizeof *rows.
+/// Shows an answer's path where it lies, in shared memory: read-only, valid until the answer is
+/// freed. `size` is sizeof *rows.
 ///
-/// TAUT_INVALID_ROBOT_STATE if the request's columns are not a stretch of the robot's variables in its order: then
-/// `taut_answer_copy` puts them in the request's order.
+/// TAUT_INVALID_ROBOT_STATE if the request's columns are not a stretch of the robot's variables in
+/// its order: then `taut_answer_copy` puts them in the request's order.
 ///
 /// # Safety
 /// `rows` points to `size` bytes; `error` is NULL or a place for a handle.
@@ -191,15 +199,25 @@ pub unsafe extern "C" fn taut_answer_rows(
     let work = || {
         let held = Answer::get(answer)?;
         let best = held.best();
-        let (columns, path) = (best.columns(), best.path());
+        let columns = best.columns();
+        let path = best.path();
         let Some(start) = columns.stretch() else {
             let message =
                 "the request's columns are in another order than the robot's; take taut_answer_copy".to_owned();
-            return Err(PlannerError::Invalid { code: Code::InvalidRobotState, message });
+            return Err(PlannerError::Invalid {
+                code: Code::InvalidRobotState,
+                message,
+            });
         };
         let first = path.get(start..).unwrap_or_default().as_ptr();
-        let (waypoints, stride) = (best.waypoints(), columns.robot_width());
-        let found = Rows { first, waypoints, columns: columns.width(), stride };
+        let waypoints = best.waypoints();
+        let stride = columns.robot_width();
+        let found = Rows {
+            first,
+            waypoints,
+            columns: columns.width(),
+            stride,
+        };
         // SAFETY: the caller promises that it is its own, and so large.
         unsafe { give_sized(needed("rows", rows)?, size, found) };
         Ok(TAUT_SUCCESS)
@@ -208,8 +226,8 @@ pub unsafe extern "C" fn taut_answer_rows(
     unsafe { run(error, work) }
 }
 
-/// Copies an answer's path, row by row, in the request's columns, into the `capacity` numbers at `numbers`. It has
-/// `waypoints` x `columns` of them (`taut_answer_info`).
+/// Copies an answer's path, row by row, in the request's columns, into the `capacity` numbers at
+/// `numbers`. It has `waypoints` x `columns` of them (`taut_answer_info`).
 ///
 /// # Safety
 /// `numbers` points to `capacity` numbers; `error` is NULL or a place for a handle.
@@ -226,7 +244,10 @@ pub unsafe extern "C" fn taut_answer_copy(
         let best = held.best();
         let rows = best.rows();
         if capacity < rows.len() {
-            return Err(wrong(format!("room for {capacity} numbers; the path has {}", rows.len())));
+            return Err(wrong(format!(
+                "room for {capacity} numbers; the path has {}",
+                rows.len()
+            )));
         }
         // SAFETY: the caller gives room for `capacity` numbers, and there are no more.
         unsafe { std::ptr::copy_nonoverlapping(rows.as_ptr(), place, rows.len()) };
@@ -236,7 +257,8 @@ pub unsafe extern "C" fn taut_answer_copy(
     unsafe { run(error, work) }
 }
 
-/// How many warnings come with an answer, first those that say what the verdict does not cover; 0 for one that is freed.
+/// How many warnings come with an answer, first those that say what the verdict does not cover; 0
+/// for one that is freed.
 #[unsafe(no_mangle)]
 pub extern "C" fn taut_answer_warnings(answer: *const Answer) -> usize {
     Answer::get(answer).map_or(0, |held| held.warnings().len())
@@ -247,11 +269,27 @@ pub extern "C" fn taut_answer_warnings(answer: *const Answer) -> usize {
 /// # Safety
 /// `warning` points to a `taut_warning`, or is NULL.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn taut_answer_warning(answer: *const Answer, index: usize, warning: *mut Warning) -> bool {
-    let Ok(held) = Answer::get(answer) else { return false };
-    let Some((text, uncovered)) = held.warnings().get(index) else { return false };
+pub unsafe extern "C" fn taut_answer_warning(
+    answer: *const Answer,
+    index: usize,
+    warning: *mut Warning,
+) -> bool {
+    let Ok(held) = Answer::get(answer) else {
+        return false;
+    };
+    let Some((text, uncovered)) = held.warnings().get(index) else {
+        return false;
+    };
     // SAFETY: the caller promises that it is NULL or its own.
-    unsafe { give(warning, Warning { text: text.as_ptr(), uncovered: *uncovered }) };
+    unsafe {
+        give(
+            warning,
+            Warning {
+                text: text.as_ptr(),
+                uncovered: *uncovered,
+            },
+        )
+    };
     true
 }
 

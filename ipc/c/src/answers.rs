@@ -21,7 +21,10 @@ const NOTICE: Duration = Duration::from_millis(10);
 
 /// Answers of one request that may be unfreed when the next is taken, as the header says.
 const HELD: usize = 2;
-const _: () = assert!(HELD < BORROWED_RESPONSES, "one more is received while they are held");
+const _: () = assert!(
+    HELD < BORROWED_RESPONSES,
+    "one more is received while they are held"
+);
 
 /// A request in flight: the stream of its answers. Freed, and so cancelled, by `taut_answers_free`.
 pub struct Answers {
@@ -54,7 +57,10 @@ impl Flight {
         loop {
             if self.cancelled.load(Ordering::Acquire) {
                 let message = "the request was cancelled".to_owned();
-                return Err(PlannerError::Invalid { code: Code::Preempted, message });
+                return Err(PlannerError::Invalid {
+                    code: Code::Preempted,
+                    message,
+                });
             }
             let mut answers = self.answers.lock().unwrap_or_else(PoisonError::into_inner);
             if self.finish.swap(false, Ordering::AcqRel) {
@@ -83,29 +89,40 @@ unsafe fn ask(
     let robot = planner.robot(&request.robot)?;
     let width = request.columns_of(&robot)?.width();
     if columns != width {
-        let names: Vec<&str> = robot.variables.iter().map(|variable| variable.name.as_str()).collect();
+        let names: Vec<&str> = robot
+            .variables
+            .iter()
+            .map(|variable| variable.name.as_str())
+            .collect();
         let message = format!(
             "a path of {columns} columns; {width} are expected; the robot's variables are {}: name other columns in the options",
             names.join(", ")
         );
-        return Err(PlannerError::Invalid { code: Code::InvalidRobotState, message });
+        return Err(PlannerError::Invalid {
+            code: Code::InvalidRobotState,
+            message,
+        });
     }
     let count = waypoints.checked_mul(columns);
-    let count =
-        count.ok_or_else(|| wrong(format!("{waypoints} waypoints x {columns} columns; no memory holds them")))?;
+    let count = count.ok_or_else(|| {
+        wrong(format!(
+            "{waypoints} waypoints x {columns} columns; no memory holds them"
+        ))
+    })?;
     // SAFETY: the caller promises so many numbers.
     planner.ask(request, unsafe { array("path", path, count) }?)
 }
 
-/// Sends a path to be shortened. `path` is `waypoints` rows of `columns` numbers (rad, m, unit quaternions), which
-/// are copied into shared memory once. `scene` may be NULL: nothing around the robot. `options` may be NULL.
+/// Sends a path to be shortened. `path` is `waypoints` rows of `columns` numbers (rad, m, unit
+/// quaternions), which are copied into shared memory once. `scene` may be NULL: nothing around the
+/// robot. `options` may be NULL.
 ///
-/// Codes, before anything is sent: TAUT_UNKNOWN_ROBOT, TAUT_UNKNOWN_SCENE, TAUT_INVALID_ROBOT_STATE for columns,
-/// TAUT_INVALID_GROUP_NAME, TAUT_QUOTA, TAUT_RESOURCE_EXHAUSTED, TAUT_DAEMON_LOST.
+/// Codes, before anything is sent: TAUT_UNKNOWN_ROBOT, TAUT_UNKNOWN_SCENE, TAUT_INVALID_ROBOT_STATE
+/// for columns, TAUT_INVALID_GROUP_NAME, TAUT_QUOTA, TAUT_RESOURCE_EXHAUSTED, TAUT_DAEMON_LOST.
 ///
 /// # Safety
-/// Strings are strings, `path` has so many numbers, `options` is NULL or filled in; `answers` and `error` are places
-/// for handles, `error` may be NULL.
+/// Strings are strings, `path` has so many numbers, `options` is NULL or filled in; `answers` and
+/// `error` are places for handles, `error` may be NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn taut_shorten(
     daemon: *const Daemon,
@@ -140,9 +157,9 @@ pub unsafe extern "C" fn taut_shorten(
     unsafe { run(error, work) }
 }
 
-/// Proves a path as it is, and waits for the verdict: TAUT_SUCCESS if it is proved, otherwise the code of what is wrong
-/// with it, with bodies and place in the error. The options' mode is not looked at. `info` may be NULL; `size` is
-/// sizeof *info.
+/// Proves a path as it is, and waits for the verdict: TAUT_SUCCESS if it is proved, otherwise the
+/// code of what is wrong with it, with bodies and place in the error. The options' mode is not
+/// looked at. `info` may be NULL; `size` is sizeof *info.
 ///
 /// # Safety
 /// As `taut_shorten`; `info` is NULL or `size` bytes.
@@ -164,7 +181,11 @@ pub unsafe extern "C" fn taut_check(
         // SAFETY: the caller's promises are the same.
         let sent = unsafe {
             let request = request(text("robot", robot)?, maybe_text("scene", scene)?, options)?;
-            let request = Request { mode: Mode::Check, watch: false, ..request };
+            let request = Request {
+                mode: Mode::Check,
+                watch: false,
+                ..request
+            };
             ask(&planner, &request, path, waypoints, columns)?
         };
         let best = sent.result(duration("the wait", f64::INFINITY)?)?;
@@ -176,12 +197,13 @@ pub unsafe extern "C" fn taut_check(
     unsafe { run(error, work) }
 }
 
-/// The next answer: each is shorter than the one before and proved, the last is final. Waits at most `timeout_s`
-/// seconds (infinity is allowed).
+/// The next answer: each is shorter than the one before and proved, the last is final. Waits at
+/// most `timeout_s` seconds (infinity is allowed).
 ///
-/// Codes: TAUT_SUCCESS with `*answer`; TAUT_PENDING if nothing came in time (call again); TAUT_END after the final
-/// one; what the daemon says against the path, with bodies and place; TAUT_PREEMPTED after `taut_cancel`;
-/// TAUT_DAEMON_LOST within 100 ms of the daemon's death; TAUT_QUOTA if two answers of this request are not freed.
+/// Codes: TAUT_SUCCESS with `*answer`; TAUT_PENDING if nothing came in time (call again); TAUT_END
+/// after the final one; what the daemon says against the path, with bodies and place;
+/// TAUT_PREEMPTED after `taut_cancel`; TAUT_DAEMON_LOST within 100 ms of the daemon's death;
+/// TAUT_QUOTA if two answers of this request are not freed.
 ///
 /// # Safety
 /// `answer` is a place for a handle, `error` too or NULL.
@@ -196,7 +218,8 @@ pub unsafe extern "C" fn taut_next(
     unsafe { run(error, || receive(answers, timeout_s, answer, false)) }
 }
 
-/// The final answer; those before it are skipped. Codes as `taut_next`, the timeout is for all of it.
+/// The final answer; those before it are skipped. Codes as `taut_next`, the timeout is for all of
+/// it.
 ///
 /// # Safety
 /// As `taut_next`.
@@ -229,7 +252,10 @@ unsafe fn receive(
         let message = format!(
             "{HELD} answers of this request are not freed; free one (taut_answer_free), or keep a copy (taut_answer_copy)"
         );
-        return Err(PlannerError::Invalid { code: Code::Quota, message });
+        return Err(PlannerError::Invalid {
+            code: Code::Quota,
+            message,
+        });
     }
     loop {
         let best = match flight.next(end.saturating_duration_since(Instant::now())) {
@@ -268,23 +294,25 @@ pub unsafe extern "C" fn taut_finish_early(answers: *const Answers, error: *mut 
     unsafe { run(error, work) }
 }
 
-/// Cancels a request: a thread that waits for it gets TAUT_PREEMPTED within 10 ms. It stays to be freed. May come from
-/// any thread.
+/// Cancels a request: a thread that waits for it gets TAUT_PREEMPTED within 10 ms. It stays to be
+/// freed. May come from any thread.
 ///
 /// # Safety
 /// `error` is NULL or a place for a handle.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn taut_cancel(answers: *const Answers, error: *mut *mut Error) -> i32 {
     let work = || {
-        Answers::get(answers)?.cancelled.store(true, Ordering::Release);
+        Answers::get(answers)?
+            .cancelled
+            .store(true, Ordering::Release);
         Ok(TAUT_SUCCESS)
     };
     // SAFETY: the caller's promise is the same.
     unsafe { run(error, work) }
 }
 
-/// Frees a request, which cancels it if it runs; a thread that waits for it gets TAUT_PREEMPTED. Answers that it gave
-/// stay. NULL and requests that are freed are let be.
+/// Frees a request, which cancels it if it runs; a thread that waits for it gets TAUT_PREEMPTED.
+/// Answers that it gave stay. NULL and requests that are freed are let be.
 #[unsafe(no_mangle)]
 pub extern "C" fn taut_answers_free(answers: *mut Answers) {
     if let Some(flight) = Answers::end(answers) {

@@ -8,7 +8,10 @@ use taut_ipc::planner::PlannerError;
 ///
 /// # Safety
 /// NULL, or a string that ends with a zero and stays as it is during the call.
-pub(crate) unsafe fn maybe_text(what: &str, text: *const c_char) -> Result<Option<String>, PlannerError> {
+pub(crate) unsafe fn maybe_text(
+    what: &str,
+    text: *const c_char,
+) -> Result<Option<String>, PlannerError> {
     if text.is_null() {
         return Ok(None);
     }
@@ -16,7 +19,9 @@ pub(crate) unsafe fn maybe_text(what: &str, text: *const c_char) -> Result<Optio
     let bytes = unsafe { CStr::from_ptr(text) };
     match bytes.to_str() {
         Ok(text) => Ok(Some(text.to_owned())),
-        Err(error) => Err(wrong(format!("{what} is no UTF-8: {error}; give names as UTF-8"))),
+        Err(error) => Err(wrong(format!(
+            "{what} is no UTF-8: {error}; give names as UTF-8"
+        ))),
     }
 }
 
@@ -33,15 +38,23 @@ pub(crate) unsafe fn text(what: &str, text: *const c_char) -> Result<String, Pla
 ///
 /// # Safety
 /// NULL, or `count` values that stay as they are during the call.
-pub(crate) unsafe fn array<'a, T: Copy>(what: &str, first: *const T, count: usize) -> Result<&'a [T], PlannerError> {
+pub(crate) unsafe fn array<'a, T: Copy>(
+    what: &str,
+    first: *const T,
+    count: usize,
+) -> Result<&'a [T], PlannerError> {
     if count == 0 {
         return Ok(&[]);
     }
     if first.is_null() {
-        return Err(wrong(format!("{what} is NULL and should be {count} values")));
+        return Err(wrong(format!(
+            "{what} is NULL and should be {count} values"
+        )));
     }
     if !first.is_aligned() || count > isize::MAX as usize / size_of::<T>().max(1) {
-        return Err(wrong(format!("{what} at {first:p} with {count} values is no array of this type")));
+        return Err(wrong(format!(
+            "{what} at {first:p} with {count} values is no array of this type"
+        )));
     }
     // SAFETY: not null, aligned, not larger than memory, and the caller gives so many values.
     Ok(unsafe { std::slice::from_raw_parts(first, count) })
@@ -51,7 +64,11 @@ pub(crate) unsafe fn array<'a, T: Copy>(what: &str, first: *const T, count: usiz
 ///
 /// # Safety
 /// As [`array`], each value as [`text`].
-pub(crate) unsafe fn texts(what: &str, first: *const *const c_char, count: usize) -> Result<Vec<String>, PlannerError> {
+pub(crate) unsafe fn texts(
+    what: &str,
+    first: *const *const c_char,
+    count: usize,
+) -> Result<Vec<String>, PlannerError> {
     // SAFETY: the caller's promise is the same.
     let pointers = unsafe { array(what, first, count) }?;
     let text_of = |(index, pointer): (usize, &*const c_char)| {
@@ -67,7 +84,8 @@ pub(crate) unsafe fn texts(what: &str, first: *const *const c_char, count: usize
 /// NULL, or memory of the caller's of this type, aligned.
 pub(crate) unsafe fn give<T>(place: *mut T, value: T) {
     if !place.is_null() {
-        // SAFETY: not null, and the caller's own; nothing that was there is dropped, C has no destructors.
+        // SAFETY: not null, and the caller's own; nothing that was there is dropped, C has no
+        // destructors.
         unsafe { place.write(value) };
     }
 }
@@ -82,7 +100,8 @@ pub(crate) unsafe fn give_sized<T: Copy>(place: *mut T, size: usize, value: T) {
     }
     let known = size.min(size_of::<T>());
     let bytes = place.cast::<u8>();
-    // SAFETY: the caller gives `size` bytes; `known` of them are written from the value, the others with zeros.
+    // SAFETY: the caller gives `size` bytes; `known` of them are written from the value, the others
+    // with zeros.
     unsafe {
         std::ptr::copy_nonoverlapping((&raw const value).cast::<u8>(), bytes, known);
         bytes.add(known).write_bytes(0, size - known);
@@ -91,15 +110,25 @@ pub(crate) unsafe fn give_sized<T: Copy>(place: *mut T, size: usize, value: T) {
 
 /// Refuses a place for a result that is missing.
 pub(crate) fn needed<T>(what: &str, place: *mut T) -> Result<*mut T, PlannerError> {
-    if place.is_null() { Err(wrong(format!("{what} is NULL; give the place where it is to go"))) } else { Ok(place) }
+    if place.is_null() {
+        Err(wrong(format!(
+            "{what} is NULL; give the place where it is to go"
+        )))
+    } else {
+        Ok(place)
+    }
 }
 
-/// A struct whose first field is the size that the caller's header gave it: what the caller does not know has its
-/// default, what the caller knows and this library does not must be 0.
+/// A struct whose first field is the size that the caller's header gave it: what the caller does
+/// not know has its default, what the caller knows and this library does not must be 0.
 ///
 /// # Safety
 /// NULL (all defaults), or a struct as large as its first field says. Every bit pattern is a `T`.
-pub(crate) unsafe fn sized<T: Copy>(what: &str, given: *const T, default: T) -> Result<T, PlannerError> {
+pub(crate) unsafe fn sized<T: Copy>(
+    what: &str,
+    given: *const T,
+    default: T,
+) -> Result<T, PlannerError> {
     if given.is_null() {
         return Ok(default);
     }
@@ -119,8 +148,14 @@ pub(crate) unsafe fn sized<T: Copy>(what: &str, given: *const T, default: T) -> 
         )));
     }
     let mut value = default;
-    // SAFETY: at most `known` bytes go into `value`, and every bit pattern is a value of these structs of numbers and
-    // pointers.
-    unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), (&raw mut value).cast::<u8>(), size.min(known)) };
+    // SAFETY: at most `known` bytes go into `value`, and every bit pattern is a value of these
+    // structs of numbers and pointers.
+    unsafe {
+        std::ptr::copy_nonoverlapping(
+            bytes.as_ptr(),
+            (&raw mut value).cast::<u8>(),
+            size.min(known),
+        )
+    };
     Ok(value)
 }

@@ -79,8 +79,12 @@ pub extern "C" fn taut_code_name(code: i32) -> *const c_char {
     static NAMES: OnceLock<BTreeMap<i32, CString>> = OnceLock::new();
     let names = NAMES.get_or_init(|| {
         let own = [(TAUT_END, "END"), (TAUT_PENDING, "PENDING")];
-        let all = Code::ALL.iter().map(|code| (i32::from(*code), code.name())).chain(own);
-        all.map(|(code, name)| (code, CString::new(name).unwrap_or_default())).collect()
+        let all = Code::ALL
+            .iter()
+            .map(|code| (i32::from(*code), code.name()))
+            .chain(own);
+        all.map(|(code, name)| (code, CString::new(name).unwrap_or_default()))
+            .collect()
     });
     const UNKNOWN: &CStr = c"UNKNOWN";
     names.get(&code).map_or(UNKNOWN, CString::as_c_str).as_ptr()

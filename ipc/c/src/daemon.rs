@@ -8,8 +8,8 @@ use std::ffi::c_char;
 use taut_ipc::Instance;
 use taut_ipc::planner::{Planner, PlannerError};
 
-/// A connection to a daemon. One per process is enough: every call on it may come from any thread, and
-/// four requests can be in flight. It survives a restart of the daemon.
+/// A connection to a daemon. One per process is enough: every call on it may come from any thread,
+/// and four requests can be in flight. It survives a restart of the daemon.
 pub struct Daemon {
     _opaque: [u8; 0],
 }
@@ -24,13 +24,14 @@ impl Handle for Daemon {
     }
 }
 
-/// Connects to a daemon. `instance` is NAME or NAME:ROOT; NULL = what the variable TAUT_INSTANCE says, or
-/// the default. Closed by `taut_close`.
+/// Connects to a daemon. `instance` is NAME or NAME:ROOT; NULL = what the variable TAUT_INSTANCE
+/// says, or the default. Closed by `taut_close`.
 ///
 /// Codes: TAUT_DAEMON_LOST if there is none, TAUT_OVERLOADED if it is full.
 ///
 /// # Safety
-/// `instance` is NULL or a string; `daemon` points to a place for the handle, `error` too or is NULL.
+/// `instance` is NULL or a string; `daemon` points to a place for the handle, `error` too or is
+/// NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn taut_connect(
     instance: *const c_char,
@@ -53,8 +54,8 @@ pub unsafe extern "C" fn taut_connect(
     unsafe { run(error, work) }
 }
 
-/// Closes a connection. Requests and answers that were made with it stay until they are freed. NULL and
-/// connections that are closed are let be.
+/// Closes a connection. Requests and answers that were made with it stay until they are freed. NULL
+/// and connections that are closed are let be.
 #[unsafe(no_mangle)]
 pub extern "C" fn taut_close(daemon: *mut Daemon) {
     drop(Daemon::end(daemon));

@@ -61,7 +61,13 @@ impl Handle for Error {
 impl Failure {
     fn new(code: i32, message: &str) -> Self {
         let bodies = [CString::default(), CString::default()];
-        Self { code, message: plain(message), retry_after_ms: 0, bodies, place: None }
+        Self {
+            code,
+            message: plain(message),
+            retry_after_ms: 0,
+            bodies,
+            place: None,
+        }
     }
 
     fn of(error: &PlannerError) -> Self {
@@ -92,17 +98,32 @@ pub(crate) fn plain(text: &str) -> CString {
 ///
 /// # Safety
 /// `place` is NULL or the caller's.
-pub(crate) unsafe fn run(place: *mut *mut Error, work: impl FnOnce() -> Result<i32, PlannerError>) -> i32 {
+pub(crate) unsafe fn run(
+    place: *mut *mut Error,
+    work: impl FnOnce() -> Result<i32, PlannerError>,
+) -> i32 {
     let (code, failure) = match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(code)) => (code, None),
         Ok(Err(error)) => (error.code().into(), Some(Failure::of(&error))),
         Err(panic) => {
             let text = panic.downcast_ref::<&str>().copied().map(str::to_owned);
-            let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
-            (TAUT_CRASH, Some(Failure::new(TAUT_CRASH, &format!("taut's library panicked: {text}; please report it"))))
+            let text = text
+                .or_else(|| panic.downcast_ref::<String>().cloned())
+                .unwrap_or_default();
+            (
+                TAUT_CRASH,
+                Some(Failure::new(
+                    TAUT_CRASH,
+                    &format!("taut's library panicked: {text}; please report it"),
+                )),
+            )
         }
     };
-    let error = if place.is_null() { ptr::null_mut() } else { failure.map_or(ptr::null_mut(), Error::of) };
+    let error = if place.is_null() {
+        ptr::null_mut()
+    } else {
+        failure.map_or(ptr::null_mut(), Error::of)
+    };
     // SAFETY: the caller promises that it is NULL or its own.
     unsafe { give(place, error) };
     code
@@ -117,7 +138,8 @@ pub extern "C" fn taut_error_code(error: *const Error) -> i32 {
     Error::get(error).map_or_else(|wrong| wrong.code().into(), |failure| failure.code)
 }
 
-/// What happened, in one line: the bad value, the valid ones and the next step. Valid until the error is freed.
+/// What happened, in one line: the bad value, the valid ones and the next step. Valid until the
+/// error is freed.
 #[unsafe(no_mangle)]
 pub extern "C" fn taut_error_message(error: *const Error) -> *const c_char {
     const NONE: &CStr = c"";
@@ -130,13 +152,20 @@ pub extern "C" fn taut_error_retry_after_ms(error: *const Error) -> u32 {
     Error::get(error).map_or(0, |failure| failure.retry_after_ms)
 }
 
-/// Where on the path, if that is what is wrong: true and `*place` filled in, or false. `size` is sizeof *place.
+/// Where on the path, if that is what is wrong: true and `*place` filled in, or false. `size` is
+/// sizeof *place.
 ///
 /// # Safety
 /// `place` points to `size` bytes, or is NULL.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn taut_error_place(error: *const Error, place: *mut Place, size: usize) -> bool {
-    let Some(found) = Error::get(error).ok().and_then(|failure| failure.place) else { return false };
+pub unsafe extern "C" fn taut_error_place(
+    error: *const Error,
+    place: *mut Place,
+    size: usize,
+) -> bool {
+    let Some(found) = Error::get(error).ok().and_then(|failure| failure.place) else {
+        return false;
+    };
     // SAFETY: the caller promises that it is NULL or its own, and so large.
     unsafe { give_sized(place, size, found) };
     true

@@ -6,7 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use taut_ipc::planner::PlannerError;
 use taut_ipc::wire::Code;
 
-/// Ids are never used twice and never shared by two kinds, so that no old or foreign handle is taken for another.
+/// Ids are never used twice and never shared by two kinds, so that no old or foreign handle is
+/// taken for another.
 static LAST: AtomicUsize = AtomicUsize::new(0);
 
 /// What lives behind the handles of one kind.
@@ -41,7 +42,11 @@ pub(crate) trait Handle: Sized + 'static {
 
     /// What is behind a handle.
     fn get(handle: *const Self) -> Result<Arc<Self::Value>, PlannerError> {
-        Self::table().live().get(&handle.addr()).cloned().ok_or_else(|| Self::none(handle))
+        Self::table()
+            .live()
+            .get(&handle.addr())
+            .cloned()
+            .ok_or_else(|| Self::none(handle))
     }
 
     /// Ends a handle; what was behind it, if it was one.
@@ -50,12 +55,22 @@ pub(crate) trait Handle: Sized + 'static {
     }
 
     fn none(handle: *const Self) -> PlannerError {
-        let what = if handle.is_null() { "is NULL" } else { "was freed, or never was one" };
-        wrong(format!("the {} {what}; give one that taut made and that is not freed", Self::NAME))
+        let what = if handle.is_null() {
+            "is NULL"
+        } else {
+            "was freed, or never was one"
+        };
+        wrong(format!(
+            "the {} {what}; give one that taut made and that is not freed",
+            Self::NAME
+        ))
     }
 }
 
 /// A call that is wrong in itself.
 pub(crate) fn wrong(message: impl Into<String>) -> PlannerError {
-    PlannerError::Invalid { code: Code::MalformedRequest, message: message.into() }
+    PlannerError::Invalid {
+        code: Code::MalformedRequest,
+        message: message.into(),
+    }
 }

@@ -9,8 +9,8 @@ use std::time::Duration;
 use taut_ipc::planner::{PlannerError, Request};
 use taut_ipc::wire::Mode;
 
-/// Options of a request; `taut_options_default` fills them in. Arrays and strings are read during the call that
-/// they are given to, and not kept.
+/// Options of a request; `taut_options_default` fills them in. Arrays and strings are read during
+/// the call that they are given to, and not kept.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Options {
@@ -30,19 +30,23 @@ pub struct Options {
     pub mode: u32,
     /// Higher is served first.
     pub priority: u32,
-    /// Refuse a path that keeps less clearance, instead of lowering it for the pairs that come closer: 0 or 1.
+    /// Refuse a path that keeps less clearance, instead of lowering it for the pairs that come
+    /// closer: 0 or 1.
     pub strict: u8,
     /// Columns of continuous joints are real numbers, not angles on the circle: 0 or 1.
     pub unwrapped: u8,
     /// Only the proof, sooner; do not look for what is nearest along the answer: 0 or 1.
     pub without_contacts: u8,
-    /// TAUT_MODE_CHECK of `taut_shorten` only: tell again when a change of the scene makes the path unsafe or safe: 0 or 1.
+    /// TAUT_MODE_CHECK of `taut_shorten` only: tell again when a change of the scene makes the path
+    /// unsafe or safe: 0 or 1.
     pub watch: u8,
-    /// Keep the goal's numbers: a path whose angles lead there only by a step of more than half a turn is refused: 0 or 1.
+    /// Keep the goal's numbers: a path whose angles lead there only by a step of more than half a
+    /// turn is refused: 0 or 1.
     pub keep_goal: u8,
     /// 0; keeps what follows aligned.
     pub reserved: [u8; 3],
-    /// Names of the path's columns, in the path's order; NULL = all of the robot's variables, in its order.
+    /// Names of the path's columns, in the path's order; NULL = all of the robot's variables, in
+    /// its order.
     pub columns: *const *const c_char,
     /// How many.
     pub column_count: usize,
@@ -129,22 +133,43 @@ pub(crate) unsafe fn request(
         ("watch", options.watch),
     ] {
         if flag > 1 {
-            return Err(wrong(format!("options.{name} is {flag}; valid: 0, 1 (start from taut_options_default)")));
+            return Err(wrong(format!(
+                "options.{name} is {flag}; valid: 0, 1 (start from taut_options_default)"
+            )));
         }
     }
     let mode = Mode::try_from(options.mode).map_err(|_| {
-        wrong(format!("options.mode is {}; valid: TAUT_MODE_CHECK 0 to TAUT_MODE_HYBRID 5", options.mode))
+        wrong(format!(
+            "options.mode is {}; valid: TAUT_MODE_CHECK 0 to TAUT_MODE_HYBRID 5",
+            options.mode
+        ))
     })?;
     // SAFETY: the caller promises arrays of what it counts.
     let (columns, held_names, held_values, weights, weight_names, joint_weights, fixed, group) = unsafe {
         (
             texts("options.columns", options.columns, options.column_count)?,
             texts("options.held_names", options.held_names, options.held_count)?,
-            array("options.held_values", options.held_values, options.held_count)?,
+            array(
+                "options.held_values",
+                options.held_values,
+                options.held_count,
+            )?,
             array("options.weights", options.weights, options.weight_count)?,
-            texts("options.joint_weight_names", options.joint_weight_names, options.joint_weight_count)?,
-            array("options.joint_weights", options.joint_weights, options.joint_weight_count)?,
-            array("options.fixed_waypoints", options.fixed_waypoints, options.fixed_count)?,
+            texts(
+                "options.joint_weight_names",
+                options.joint_weight_names,
+                options.joint_weight_count,
+            )?,
+            array(
+                "options.joint_weights",
+                options.joint_weights,
+                options.joint_weight_count,
+            )?,
+            array(
+                "options.fixed_waypoints",
+                options.fixed_waypoints,
+                options.fixed_count,
+            )?,
             maybe_text("options.group", options.group)?,
         )
     };
@@ -152,7 +177,10 @@ pub(crate) unsafe fn request(
         scene,
         scene_version: options.scene_version,
         columns,
-        held: held_names.into_iter().zip(held_values.iter().copied()).collect(),
+        held: held_names
+            .into_iter()
+            .zip(held_values.iter().copied())
+            .collect(),
         mode,
         deadline: match options.deadline_s {
             0.0 => None,
@@ -160,14 +188,21 @@ pub(crate) unsafe fn request(
         },
         work_budget: options.work_budget,
         seed: options.seed,
-        clearance_m: if options.clearance_m == 0.0 { None } else { Some(options.clearance_m) },
+        clearance_m: if options.clearance_m == 0.0 {
+            None
+        } else {
+            Some(options.clearance_m)
+        },
         strict: options.strict == 1,
         unwrapped: options.unwrapped == 1,
         keep_goal: options.keep_goal == 1,
         contacts: options.without_contacts == 0,
         watch: options.watch == 1,
         metric: weights.to_vec(),
-        joint_weights: weight_names.into_iter().zip(joint_weights.iter().copied()).collect(),
+        joint_weights: weight_names
+            .into_iter()
+            .zip(joint_weights.iter().copied())
+            .collect(),
         fixed_waypoints: fixed.to_vec(),
         group,
         priority: options.priority,

@@ -67,17 +67,30 @@ pub struct Variable {
 /// # Safety
 /// Its pointers are NULL or lead where the header says.
 unsafe fn source(files: &RobotFiles) -> Result<RobotSource, PlannerError> {
-    let whole = |file: String| std::path::absolute(&file).map_err(|error| wrong(format!("{file:?}: {error}")));
+    let whole = |file: String| {
+        std::path::absolute(&file).map_err(|error| wrong(format!("{file:?}: {error}")))
+    };
     // SAFETY: the caller promises strings, and as many as it counts.
     let (urdf, srdf, names, folders) = unsafe {
         (
             text("files.urdf", files.urdf)?,
             maybe_text("files.srdf", files.srdf)?,
-            texts("files.package_names", files.package_names, files.package_count)?,
-            texts("files.package_folders", files.package_folders, files.package_count)?,
+            texts(
+                "files.package_names",
+                files.package_names,
+                files.package_count,
+            )?,
+            texts(
+                "files.package_folders",
+                files.package_folders,
+                files.package_count,
+            )?,
         )
     };
-    let folders = folders.into_iter().map(whole).collect::<Result<Vec<PathBuf>, _>>()?;
+    let folders = folders
+        .into_iter()
+        .map(whole)
+        .collect::<Result<Vec<PathBuf>, _>>()?;
     Ok(RobotSource {
         urdf: whole(urdf)?,
         srdf: srdf.map(whole).transpose()?,
@@ -90,19 +103,25 @@ unsafe fn source(files: &RobotFiles) -> Result<RobotSource, PlannerError> {
 /// `place` is NULL or the caller's.
 unsafe fn hand_out(description: Arc<RobotDescription>, place: *mut *mut Robot) -> i32 {
     if !place.is_null() {
-        let names = description.variables.iter().map(|variable| plain(&variable.name)).collect();
+        let names = description
+            .variables
+            .iter()
+            .map(|variable| plain(&variable.name))
+            .collect();
         // SAFETY: the caller promises that it is its own.
         unsafe { give(place, Robot::of(Known { description, names })) };
     }
     TAUT_SUCCESS
 }
 
-/// Loads a robot under a label; with `replace`, even if the label names another one. `robot` may be NULL.
+/// Loads a robot under a label; with `replace`, even if the label names another one. `robot` may be
+/// NULL.
 ///
 /// Codes: TAUT_INVALID_MODEL, TAUT_UNREADABLE_FILE, TAUT_LABEL_TAKEN.
 ///
 /// # Safety
-/// Strings and arrays are what `taut_robot_files` says; `robot` and `error` are NULL or places for handles.
+/// Strings and arrays are what `taut_robot_files` says; `robot` and `error` are NULL or places for
+/// handles.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn taut_load_robot(
     daemon: *const Daemon,
@@ -126,7 +145,8 @@ pub unsafe extern "C" fn taut_load_robot(
         // SAFETY: the caller's promises are the same.
         unsafe {
             let files = sized("files", files, none)?;
-            let description = planner.load_robot(&text("label", label)?, &source(&files)?, replace)?;
+            let description =
+                planner.load_robot(&text("label", label)?, &source(&files)?, replace)?;
             Ok(hand_out(description, robot))
         }
     };
@@ -162,15 +182,34 @@ pub extern "C" fn taut_robot_variables(robot: *const Robot) -> usize {
     Robot::get(robot).map_or(0, |known| known.names.len())
 }
 
-/// One variable, in the robot's order: true and `*variable` filled in, or false for an index beyond the last.
+/// One variable, in the robot's order: true and `*variable` filled in, or false for an index beyond
+/// the last.
 ///
 /// # Safety
 /// `variable` points to a `taut_variable`, or is NULL.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn taut_robot_variable(robot: *const Robot, index: usize, variable: *mut Variable) -> bool {
-    let Ok(known) = Robot::get(robot) else { return false };
-    let Some((found, name)) = known.description.variables.get(index).zip(known.names.get(index)) else { return false };
-    let value = Variable { name: name.as_ptr(), lower: found.lower, upper: found.upper, continuous: found.continuous };
+pub unsafe extern "C" fn taut_robot_variable(
+    robot: *const Robot,
+    index: usize,
+    variable: *mut Variable,
+) -> bool {
+    let Ok(known) = Robot::get(robot) else {
+        return false;
+    };
+    let Some((found, name)) = known
+        .description
+        .variables
+        .get(index)
+        .zip(known.names.get(index))
+    else {
+        return false;
+    };
+    let value = Variable {
+        name: name.as_ptr(),
+        lower: found.lower,
+        upper: found.upper,
+        continuous: found.continuous,
+    };
     // SAFETY: the caller promises that it is NULL or its own.
     unsafe { give(variable, value) };
     true

@@ -56,7 +56,12 @@ unsafe fn on_scene(
         // SAFETY: the caller promises a string.
         let label = unsafe { text("label", label) }?;
         let scene = work(&planner, &label)?;
-        let info = SceneInfo { version: scene.version, hash: scene.scene_hash, objects: scene.objects, reserved: 0 };
+        let info = SceneInfo {
+            version: scene.version,
+            hash: scene.scene_hash,
+            objects: scene.objects,
+            reserved: 0,
+        };
         // SAFETY: the caller promises that it is NULL or its own, and so large.
         unsafe { give_sized(outcome.info, outcome.size, info) };
         Ok(TAUT_SUCCESS)
@@ -70,13 +75,19 @@ unsafe fn on_scene(
 unsafe fn pose_of(pose: *const Pose) -> Result<words::Pose, PlannerError> {
     let pose = needed("pose", pose.cast_mut())?;
     // SAFETY: not null, and the caller promises a pose.
-    let Pose { position, orientation } = unsafe { pose.read() };
-    Ok(words::Pose { position, orientation })
+    let Pose {
+        position,
+        orientation,
+    } = unsafe { pose.read() };
+    Ok(words::Pose {
+        position,
+        orientation,
+    })
 }
 
-/// Loads a scene (JSON text, as scene files are) under a label; with `replace`, even if the label names
-/// another one. Mesh files in it start from `folder`, which may be NULL. `info` may be NULL; `size` is
-/// sizeof *info.
+/// Loads a scene (JSON text, as scene files are) under a label; with `replace`, even if the label
+/// names another one. Mesh files in it start from `folder`, which may be NULL. `info` may be NULL;
+/// `size` is sizeof *info.
 ///
 /// # Safety
 /// Strings are strings; places are NULL or the caller's, `info` of `size` bytes.
@@ -93,15 +104,20 @@ pub unsafe extern "C" fn taut_load_scene(
 ) -> i32 {
     // SAFETY: the caller's promises are the same.
     unsafe {
-        on_scene(daemon, label, &Outcome { info, size, error }, |planner, label| {
-            let folder = maybe_text("folder", folder)?.map(PathBuf::from);
-            planner.load_scene(label, &text("json", json)?, folder.as_deref(), replace)
-        })
+        on_scene(
+            daemon,
+            label,
+            &Outcome { info, size, error },
+            |planner, label| {
+                let folder = maybe_text("folder", folder)?.map(PathBuf::from);
+                planner.load_scene(label, &text("json", json)?, folder.as_deref(), replace)
+            },
+        )
     }
 }
 
-/// Makes the changes of a diff (JSON with "is_diff": true), all or none: the scene's next version. The scene has to
-/// have the version `base`; 0 = any.
+/// Makes the changes of a diff (JSON with "is_diff": true), all or none: the scene's next version.
+/// The scene has to have the version `base`; 0 = any.
 ///
 /// Codes: TAUT_VERSION_CONFLICT, TAUT_INVALID_OBJECT_NAME, TAUT_INVALID_LINK_NAME.
 ///
@@ -120,14 +136,20 @@ pub unsafe extern "C" fn taut_change_scene(
 ) -> i32 {
     // SAFETY: the caller's promises are the same.
     unsafe {
-        on_scene(daemon, label, &Outcome { info, size, error }, |planner, label| {
-            let folder = maybe_text("folder", folder)?.map(PathBuf::from);
-            planner.change_scene(label, &text("json", json)?, folder.as_deref(), base)
-        })
+        on_scene(
+            daemon,
+            label,
+            &Outcome { info, size, error },
+            |planner, label| {
+                let folder = maybe_text("folder", folder)?.map(PathBuf::from);
+                planner.change_scene(label, &text("json", json)?, folder.as_deref(), base)
+            },
+        )
     }
 }
 
-/// Moves an object of the world, or, with a `link`, one that the link carries, `pose` then being in the link's frame.
+/// Moves an object of the world, or, with a `link`, one that the link carries, `pose` then being in
+/// the link's frame.
 ///
 /// # Safety
 /// As `taut_load_scene`; `link` is NULL or a string, `pose` points to a pose.
@@ -144,15 +166,26 @@ pub unsafe extern "C" fn taut_move_object(
 ) -> i32 {
     // SAFETY: the caller's promises are the same.
     unsafe {
-        on_scene(daemon, label, &Outcome { info, size, error }, |planner, label| {
-            let (object, link) = (text("object", object)?, maybe_text("link", link)?);
-            planner.change_scene(label, &words::moved(&object, link.as_deref(), &pose_of(pose)?), None, 0)
-        })
+        on_scene(
+            daemon,
+            label,
+            &Outcome { info, size, error },
+            |planner, label| {
+                let object = text("object", object)?;
+                let link = maybe_text("link", link)?;
+                planner.change_scene(
+                    label,
+                    &words::moved(&object, link.as_deref(), &pose_of(pose)?),
+                    None,
+                    0,
+                )
+            },
+        )
     }
 }
 
-/// Lets a link carry an object of the world, its pose in the link's frame. It may touch the link and the
-/// `touch_links`.
+/// Lets a link carry an object of the world, its pose in the link's frame. It may touch the link
+/// and the `touch_links`.
 ///
 /// # Safety
 /// As `taut_move_object`; `touch_links` are `touch_count` strings.
@@ -171,11 +204,22 @@ pub unsafe extern "C" fn taut_attach_object(
 ) -> i32 {
     // SAFETY: the caller's promises are the same.
     unsafe {
-        on_scene(daemon, label, &Outcome { info, size, error }, |planner, label| {
-            let (object, link) = (text("object", object)?, text("link", link)?);
-            let touch_links = texts("touch_links", touch_links, touch_count)?;
-            planner.change_scene(label, &words::attached(&object, &link, &pose_of(pose)?, &touch_links), None, 0)
-        })
+        on_scene(
+            daemon,
+            label,
+            &Outcome { info, size, error },
+            |planner, label| {
+                let object = text("object", object)?;
+                let link = text("link", link)?;
+                let touch_links = texts("touch_links", touch_links, touch_count)?;
+                planner.change_scene(
+                    label,
+                    &words::attached(&object, &link, &pose_of(pose)?, &touch_links),
+                    None,
+                    0,
+                )
+            },
+        )
     }
 }
 
@@ -195,9 +239,19 @@ pub unsafe extern "C" fn taut_detach_object(
 ) -> i32 {
     // SAFETY: the caller's promises are the same.
     unsafe {
-        on_scene(daemon, label, &Outcome { info, size, error }, |planner, label| {
-            planner.change_scene(label, &words::detached(&text("object", object)?, &pose_of(pose)?), None, 0)
-        })
+        on_scene(
+            daemon,
+            label,
+            &Outcome { info, size, error },
+            |planner, label| {
+                planner.change_scene(
+                    label,
+                    &words::detached(&text("object", object)?, &pose_of(pose)?),
+                    None,
+                    0,
+                )
+            },
+        )
     }
 }
 
@@ -216,8 +270,13 @@ pub unsafe extern "C" fn taut_remove_object(
 ) -> i32 {
     // SAFETY: the caller's promises are the same.
     unsafe {
-        on_scene(daemon, label, &Outcome { info, size, error }, |planner, label| {
-            planner.change_scene(label, &words::removed(&text("object", object)?), None, 0)
-        })
+        on_scene(
+            daemon,
+            label,
+            &Outcome { info, size, error },
+            |planner, label| {
+                planner.change_scene(label, &words::removed(&text("object", object)?), None, 0)
+            },
+        )
     }
 }

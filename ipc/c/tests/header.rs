@@ -9,7 +9,9 @@ fn the_header_is_up_to_date() {
     let config = cbindgen::Config::from_file(folder.join("cbindgen.toml")).unwrap();
     let mut builder = cbindgen::Builder::new().with_config(config);
     // In this order, whatever that of the folder is.
-    for file in ["code", "error", "daemon", "robot", "scene", "options", "answer", "answers"] {
+    for file in [
+        "code", "error", "daemon", "robot", "scene", "options", "answer", "answers",
+    ] {
         builder = builder.with_src(folder.join(format!("src/{file}.rs")));
     }
     let mut made = Vec::new();
@@ -27,9 +29,13 @@ fn the_header_is_up_to_date() {
 
 #[test]
 fn every_code_of_the_wire_has_its_name_and_number() {
-    let header = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("include/taut.h")).unwrap();
+    let header =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("include/taut.h")).unwrap();
     for code in taut_ipc::wire::Code::ALL {
         let line = format!("#define TAUT_{} {}", code.name(), i32::from(*code));
-        assert!(header.lines().any(|found| found == line), "no line {line:?}");
+        assert!(
+            header.lines().any(|found| found == line),
+            "no line {line:?}"
+        );
     }
 }

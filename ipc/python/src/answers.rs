@@ -46,19 +46,29 @@ impl Answers {
 
     /// Improvements that users still hold in shared memory.
     fn held(&self) -> usize {
-        let mut shared = self.shared.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut shared = self
+            .shared
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
         shared.retain(|best| best.strong_count() > 0);
         shared.len()
     }
 
     fn handed_out(&self, best: Best) -> Shared {
-        // Users may keep what they get for as long as they like: where they hold as many as may lie in shared memory,
-        // they get a copy.
-        let best = if best.is_shared() && self.held() >= MOST_SHARED { best.into_own() } else { best };
+        // Users may keep what they get for as long as they like: where they hold as many as may lie
+        // in shared memory, they get a copy.
+        let best = if best.is_shared() && self.held() >= MOST_SHARED {
+            best.into_own()
+        } else {
+            best
+        };
         let is_shared = best.is_shared();
         let best = Arc::new(Mutex::new(Own::new(best)));
         if is_shared {
-            let mut shared = self.shared.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let mut shared = self
+                .shared
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner);
             shared.push(Arc::downgrade(&best));
         }
         best
@@ -76,7 +86,9 @@ impl Answers {
             if self.cancel.load(Ordering::Relaxed) {
                 *stream = None;
             }
-            let Some(answers) = stream else { return Ok(Some(None)) };
+            let Some(answers) = stream else {
+                return Ok(Some(None));
+            };
             if self.finish.swap(false, Ordering::Relaxed) {
                 answers.finish_early();
             }
@@ -92,7 +104,9 @@ impl Answers {
                     *stream = None;
                     return Ok(Some(None));
                 }
-                Err(PlannerError::Client(ClientError::Timeout(_))) if left.is_zero() => return Ok(None),
+                Err(PlannerError::Client(ClientError::Timeout(_))) if left.is_zero() => {
+                    return Ok(None);
+                }
                 Err(PlannerError::Client(ClientError::Timeout(_))) => {}
                 Err(error) => {
                     *stream = None;
@@ -113,7 +127,9 @@ impl Answers {
             Ok(stream) => stream,
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
             Err(TryLockError::WouldBlock) => {
-                return Err(errors::invalid("another thread waits for these answers; iterate in one thread"));
+                return Err(errors::invalid(
+                    "another thread waits for these answers; iterate in one thread",
+                ));
             }
         };
         let stream = stream.get_mut()?;
@@ -127,7 +143,10 @@ impl Answers {
                     return Ok(Some(Improvement::new(best, self.about.clone())?));
                 }
                 Some(None) if was_open && self.cancel.load(Ordering::Relaxed) => {
-                    return Err(errors::raise(Code::Preempted, "the request was cancelled while this waited"));
+                    return Err(errors::raise(
+                        Code::Preempted,
+                        "the request was cancelled while this waited",
+                    ));
                 }
                 Some(None) => return Ok(None),
                 None if end.is_some_and(|end| Instant::now() >= end) => return Ok(None),

@@ -26,7 +26,8 @@ impl<'a> Look<'a> {
     /// # Errors
     /// In a forked child.
     pub fn at(best: &'a Shared) -> PyResult<Self> {
-        let guard = Python::attach(|py| best.lock_py_attached(py)).unwrap_or_else(PoisonError::into_inner);
+        let guard =
+            Python::attach(|py| best.lock_py_attached(py)).unwrap_or_else(PoisonError::into_inner);
         guard.get()?;
         Ok(Self(guard))
     }
@@ -67,9 +68,18 @@ impl Improvement {
     pub fn new(best: Shared, about: Arc<About>) -> PyResult<Self> {
         let time_s = about.start.elapsed().as_secs_f64();
         let look = Look::at(&best)?;
-        let permuted = look.columns().stretch().is_none().then(|| look.rows().into_owned());
+        let permuted = look
+            .columns()
+            .stretch()
+            .is_none()
+            .then(|| look.rows().into_owned());
         drop(look);
-        Ok(Self { permuted, best, about, time_s })
+        Ok(Self {
+            permuted,
+            best,
+            about,
+            time_s,
+        })
     }
 
     fn best(&self) -> PyResult<Look<'_>> {
@@ -100,8 +110,9 @@ impl Improvement {
         let py = slf.py();
         // numpy may take an object whose interface raises for one without.
         slf.get().best()?;
-        let as_array =
-            AS_ARRAY.get_or_try_init(py, || Ok::<_, PyErr>(py.import("numpy")?.getattr("asarray")?.unbind()))?;
+        let as_array = AS_ARRAY.get_or_try_init(py, || {
+            Ok::<_, PyErr>(py.import("numpy")?.getattr("asarray")?.unbind())
+        })?;
         as_array.bind(py).call1((slf,))
     }
 
@@ -159,8 +170,14 @@ impl Improvement {
     /// Lines that a person should know, each with whether it says what the verdict does not cover.
     #[getter]
     fn warnings(&self) -> PyResult<Vec<(bool, String)>> {
-        let told = self.best()?.warnings().map_err(|error| errors::of(&PlannerError::from(error)))?;
-        Ok(told.into_iter().map(|warning| (warning.is_uncovered, warning.text)).collect())
+        let told = self
+            .best()?
+            .warnings()
+            .map_err(|error| errors::of(&PlannerError::from(error)))?;
+        Ok(told
+            .into_iter()
+            .map(|warning| (warning.is_uncovered, warning.text))
+            .collect())
     }
 
     #[getter]
@@ -226,17 +243,19 @@ impl Improvement {
 
     #[getter]
     fn ended(&self) -> PyResult<&'static str> {
-        Ok(match Termination::try_from(self.best()?.header().termination) {
-            Ok(Termination::Converged) => "converged",
-            Ok(Termination::WorkBudget) => "work-budget",
-            Ok(Termination::Deadline) => "deadline",
-            Ok(Termination::Cancelled) => "cancelled",
-            Ok(Termination::FinishedEarly) => "finished-early",
-            Ok(Termination::Checked) => "checked",
-            Ok(Termination::Refused) => "refused",
-            Ok(Termination::IterationLimit) => "iteration-limit",
-            Ok(Termination::Running) | Err(_) => "running",
-        })
+        Ok(
+            match Termination::try_from(self.best()?.header().termination) {
+                Ok(Termination::Converged) => "converged",
+                Ok(Termination::WorkBudget) => "work-budget",
+                Ok(Termination::Deadline) => "deadline",
+                Ok(Termination::Cancelled) => "cancelled",
+                Ok(Termination::FinishedEarly) => "finished-early",
+                Ok(Termination::Checked) => "checked",
+                Ok(Termination::Refused) => "refused",
+                Ok(Termination::IterationLimit) => "iteration-limit",
+                Ok(Termination::Running) | Err(_) => "running",
+            },
+        )
     }
 
     /// Raises the error that a final answer is which is no success.
@@ -249,7 +268,8 @@ impl Improvement {
 
     /// All of it but the paths as the JSON of a result file.
     fn details(&self, py: Python<'_>) -> PyResult<String> {
-        let (about, best) = (&*self.about, &self.best);
+        let about = &*self.about;
+        let best = &self.best;
         py.detach(|| {
             let best = Look::at(best)?;
             result::details(about, &best, self.time_s)
@@ -265,7 +285,8 @@ impl Improvement {
         lengths_over_time: Vec<(f64, f64)>,
     ) -> PyResult<()> {
         let (_, numbers) = ndarray::path_of(&path_before)?;
-        let (about, best) = (&*self.about, &self.best);
+        let about = &*self.about;
+        let best = &self.best;
         py.detach(|| {
             let best = Look::at(best)?;
             result::save(about, &best, self.time_s, &file, numbers, lengths_over_time)

@@ -26,11 +26,18 @@ pub struct RobotFilesOf(Arc<Mutex<BTreeMap<u64, RobotFiles>>>);
 impl RobotFilesOf {
     /// The files of the robot with this hash, if it was loaded here.
     pub fn of(&self, hash: u64) -> Option<RobotFiles> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&hash).cloned()
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .get(&hash)
+            .cloned()
     }
 
     fn learn(&self, hash: u64, files: RobotFiles) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(hash, files);
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .insert(hash, files);
     }
 }
 
@@ -50,7 +57,9 @@ pub fn connect(py: Python<'_>, instance: Option<&str>) -> PyResult<Connection> {
         None => Instance::from_environment(),
     };
     let instance = instance.map_err(|error| errors::of(&error.into()))?;
-    let planner = py.detach(|| Planner::connect(&instance)).map_err(|error| errors::of(&error))?;
+    let planner = py
+        .detach(|| Planner::connect(&instance))
+        .map_err(|error| errors::of(&error))?;
     Ok(Connection::new(planner))
 }
 
@@ -62,14 +71,20 @@ pub fn local() -> Connection {
 
 impl Connection {
     fn new(planner: Planner) -> Self {
-        Self { planner: RwLock::new(Some(Own::new(planner))), files: RobotFilesOf::default() }
+        Self {
+            planner: RwLock::new(Some(Own::new(planner))),
+            files: RobotFilesOf::default(),
+        }
     }
 
     fn planner(&self) -> PyResult<Planner> {
         let planner = self.planner.read().unwrap_or_else(PoisonError::into_inner);
         match &*planner {
             Some(planner) => Ok(planner.get()?.clone()),
-            None => Err(errors::raise(Code::DaemonLost, "this connection is closed; make another one")),
+            None => Err(errors::raise(
+                Code::DaemonLost,
+                "this connection is closed; make another one",
+            )),
         }
     }
 
@@ -91,7 +106,11 @@ impl Connection {
         }
     }
 
-    fn scene_after<'py>(&self, py: Python<'py>, message: ControlRequest) -> PyResult<Bound<'py, PyDict>> {
+    fn scene_after<'py>(
+        &self,
+        py: Python<'py>,
+        message: ControlRequest,
+    ) -> PyResult<Bound<'py, PyDict>> {
         match self.control(py, message)? {
             ControlReply::Scene(scene) => scene_dict(py, &scene),
             other => Err(unexpected(&other)),
@@ -100,39 +119,65 @@ impl Connection {
 }
 
 fn unexpected(reply: &ControlReply) -> PyErr {
-    errors::invalid(format!("the daemon answers {reply:?}; use client and daemon of the same release"))
+    errors::invalid(format!(
+        "the daemon answers {reply:?}; use client and daemon of the same release"
+    ))
 }
 
 #[pymethods]
 impl Connection {
     /// Ends the connection; answers that are there stay as they are.
     fn close(&self, py: Python<'_>) {
-        let planner = self.planner.write().unwrap_or_else(PoisonError::into_inner).take();
+        let planner = self
+            .planner
+            .write()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take();
         py.detach(|| drop(planner));
     }
 
     #[getter]
     fn closed(&self) -> bool {
-        self.planner.read().unwrap_or_else(PoisonError::into_inner).is_none()
+        self.planner
+            .read()
+            .unwrap_or_else(PoisonError::into_inner)
+            .is_none()
     }
 
     /// Labels of robots and summaries of scenes.
     fn listing<'py>(&self, py: Python<'py>) -> PyResult<(Vec<String>, Vec<Bound<'py, PyDict>>)> {
         match self.control(py, ControlRequest::List)? {
             ControlReply::Listing(listing) => {
-                let scenes = listing.scenes.iter().map(|scene| scene_dict(py, scene)).collect::<PyResult<_>>()?;
-                Ok((listing.robots.into_iter().map(|robot| robot.label).collect(), scenes))
+                let scenes = listing
+                    .scenes
+                    .iter()
+                    .map(|scene| scene_dict(py, scene))
+                    .collect::<PyResult<_>>()?;
+                Ok((
+                    listing
+                        .robots
+                        .into_iter()
+                        .map(|robot| robot.label)
+                        .collect(),
+                    scenes,
+                ))
             }
             other => Err(unexpected(&other)),
         }
     }
 
     fn robot<'py>(&self, py: Python<'py>, label: String) -> PyResult<Bound<'py, PyDict>> {
-        robot_dict(py, &self.robot_after(py, ControlRequest::Describe { label })?)
+        robot_dict(
+            py,
+            &self.robot_after(py, ControlRequest::Describe { label })?,
+        )
     }
 
     #[pyo3(signature = (label, urdf, srdf, packages, variables, allowed_collisions, replace))]
-    #[expect(clippy::too_many_arguments, reason = "they are the parts of a robot, named on the Python side")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "they are the parts of a robot, named on the Python side"
+    )]
     fn load_robot<'py>(
         &self,
         py: Python<'py>,
@@ -145,16 +190,31 @@ impl Connection {
         replace: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let srdf = srdf.or_else(|| taut::files::srdf_of(&urdf));
-        let files = RobotFiles { urdf, srdf, packages, variables, allowed_collisions, ..RobotFiles::default() };
+        let files = RobotFiles {
+            urdf,
+            srdf,
+            packages,
+            variables,
+            allowed_collisions,
+            ..RobotFiles::default()
+        };
         let source = taut::translate::robot_source(&files);
         let files = taut::translate::robot_files(source.clone());
-        let robot = self.robot_after(py, ControlRequest::LoadRobot { label, source, replace })?;
+        let robot = self.robot_after(
+            py,
+            ControlRequest::LoadRobot {
+                label,
+                source,
+                replace,
+            },
+        )?;
         self.files.learn(robot.robot_hash, files);
         robot_dict(py, &robot)
     }
 
     fn unload_robot(&self, py: Python<'_>, label: String) -> PyResult<()> {
-        self.control(py, ControlRequest::UnloadRobot { label }).map(drop)
+        self.control(py, ControlRequest::UnloadRobot { label })
+            .map(drop)
     }
 
     fn load_scene<'py>(
@@ -165,7 +225,15 @@ impl Connection {
         base_dir: Option<PathBuf>,
         replace: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.scene_after(py, ControlRequest::LoadScene { label, json, base_dir, replace })
+        self.scene_after(
+            py,
+            ControlRequest::LoadScene {
+                label,
+                json,
+                base_dir,
+                replace,
+            },
+        )
     }
 
     /// The text of a scene file, or of the scene of a problem file, as JSON.
@@ -173,12 +241,16 @@ impl Connection {
         let text = taut::files::scene_text(&file);
         text.map_err(|error| {
             let refusal = taut::translate::file_refusal(&error);
-            errors::raise(Code::try_from(refusal.code).unwrap_or(Code::InvalidModel), &refusal.message)
+            errors::raise(
+                Code::try_from(refusal.code).unwrap_or(Code::InvalidModel),
+                &refusal.message,
+            )
         })
     }
 
     fn unload_scene(&self, py: Python<'_>, label: String) -> PyResult<()> {
-        self.control(py, ControlRequest::UnloadScene { label }).map(drop)
+        self.control(py, ControlRequest::UnloadScene { label })
+            .map(drop)
     }
 
     fn change_scene<'py>(
@@ -189,7 +261,15 @@ impl Connection {
         base_dir: Option<PathBuf>,
         base_version: u64,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.scene_after(py, ControlRequest::DiffScene { label, json, base_dir, base_version })
+        self.scene_after(
+            py,
+            ControlRequest::DiffScene {
+                label,
+                json,
+                base_dir,
+                base_version,
+            },
+        )
     }
 
     fn pin_scene<'py>(
@@ -199,7 +279,14 @@ impl Connection {
         version: u64,
         pinned: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.scene_after(py, ControlRequest::PinScene { label, version, pinned })
+        self.scene_after(
+            py,
+            ControlRequest::PinScene {
+                label,
+                version,
+                pinned,
+            },
+        )
     }
 
     fn show_scene(
@@ -209,10 +296,20 @@ impl Connection {
         version: u64,
         base_version: u64,
     ) -> PyResult<(u64, String, String)> {
-        match self.control(py, ControlRequest::ShowScene { label, version, base_version })? {
-            ControlReply::SceneText(SceneText { version, scene_hash, json, .. }) => {
-                Ok((version, format!("{scene_hash:016x}"), json))
-            }
+        match self.control(
+            py,
+            ControlRequest::ShowScene {
+                label,
+                version,
+                base_version,
+            },
+        )? {
+            ControlReply::SceneText(SceneText {
+                version,
+                scene_hash,
+                json,
+                ..
+            }) => Ok((version, format!("{scene_hash:016x}"), json)),
             other => Err(unexpected(&other)),
         }
     }
@@ -230,7 +327,8 @@ impl Connection {
         scene: Option<String>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let planner = self.planner()?;
-        let loaded = py.detach(|| problem::load(&planner, &file, spheres, robot.as_deref(), scene.as_deref()));
+        let loaded = py
+            .detach(|| problem::load(&planner, &file, spheres, robot.as_deref(), scene.as_deref()));
         let loaded = loaded.map_err(|error| errors::of(&error))?;
         self.files.learn(loaded.robot_hash, loaded.robot_files);
         let dict = PyDict::new(py);
@@ -263,37 +361,73 @@ impl Connection {
             planner.ask(&request, numbers)
         });
         let stream = asked.map_err(|error| errors::of(&error))?;
-        let about = About { planner: Own::new(planner), files: self.files.clone(), request, start };
+        let about = About {
+            planner: Own::new(planner),
+            files: self.files.clone(),
+            request,
+            start,
+        };
         Ok(Answers::new(stream, about))
     }
 }
 
 /// Rows of another width may make whole rows by chance.
-fn check_width(planner: &Planner, request: &taut_ipc::planner::Request, width: usize) -> Result<(), PlannerError> {
+fn check_width(
+    planner: &Planner,
+    request: &taut_ipc::planner::Request,
+    width: usize,
+) -> Result<(), PlannerError> {
     let robot = planner.robot(&request.robot)?;
     let columns = request.columns_of(&robot)?;
     if columns.width() == width {
         return Ok(());
     }
     let names = match request.columns.as_slice() {
-        [] => robot.variables.iter().map(|variable| variable.name.clone()).collect(),
+        [] => robot
+            .variables
+            .iter()
+            .map(|variable| variable.name.clone())
+            .collect(),
         names => names.to_vec(),
     };
-    let message = format!("the path has {width} columns, not {}: {}", names.len(), names.join(", "));
-    Err(PlannerError::Invalid { code: Code::InvalidRobotState, message })
+    let message = format!(
+        "the path has {width} columns, not {}: {}",
+        names.len(),
+        names.join(", ")
+    );
+    Err(PlannerError::Invalid {
+        code: Code::InvalidRobotState,
+        message,
+    })
 }
 
 fn robot_dict<'py>(py: Python<'py>, robot: &RobotDescription) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("label", &robot.label)?;
     dict.set_item("hash", format!("{:016x}", robot.robot_hash))?;
-    let variables: Vec<_> = robot.variables.iter().map(|v| (v.name.as_str(), v.lower, v.upper, v.continuous)).collect();
+    let variables: Vec<_> = robot
+        .variables
+        .iter()
+        .map(|v| (v.name.as_str(), v.lower, v.upper, v.continuous))
+        .collect();
     dict.set_item("variables", variables)?;
     let name = |index: &u32| robot.variables[*index as usize].name.as_str();
-    let groups: BTreeMap<&str, Vec<&str>> =
-        robot.groups.iter().map(|group| (group.name.as_str(), group.variables.iter().map(name).collect())).collect();
+    let groups: BTreeMap<&str, Vec<&str>> = robot
+        .groups
+        .iter()
+        .map(|group| {
+            (
+                group.name.as_str(),
+                group.variables.iter().map(name).collect(),
+            )
+        })
+        .collect();
     dict.set_item("groups", groups)?;
-    let held: BTreeMap<&String, f64> = robot.held_variables.iter().zip(robot.held_values.iter().copied()).collect();
+    let held: BTreeMap<&String, f64> = robot
+        .held_variables
+        .iter()
+        .zip(robot.held_values.iter().copied())
+        .collect();
     dict.set_item("held", held)?;
     dict.set_item("weights", &robot.weights)?;
     dict.set_item("warnings", &robot.warnings)?;

@@ -22,15 +22,32 @@ pub fn invalid(message: impl AsRef<str>) -> PyErr {
 /// The exception for a planner's error.
 pub fn of(error: &PlannerError) -> PyErr {
     Python::attach(|py| {
-        made(py, error.code(), &error.to_string(), error.retry_after_ms(), error.place()).unwrap_or_else(|error| error)
+        made(
+            py,
+            error.code(),
+            &error.to_string(),
+            error.retry_after_ms(),
+            error.place(),
+        )
+        .unwrap_or_else(|error| error)
     })
 }
 
-fn made(py: Python<'_>, code: Code, message: &str, retry_after_ms: u32, place: Option<&Place>) -> PyResult<PyErr> {
-    let make = MAKE.get_or_try_init(py, || py.import("taut._errors")?.getattr("of")?.into_py_any(py))?;
+fn made(
+    py: Python<'_>,
+    code: Code,
+    message: &str,
+    retry_after_ms: u32,
+    place: Option<&Place>,
+) -> PyResult<PyErr> {
+    let make = MAKE.get_or_try_init(py, || {
+        py.import("taut._errors")?.getattr("of")?.into_py_any(py)
+    })?;
     let retry = (retry_after_ms > 0).then(|| f64::from(retry_after_ms) * 1e-3);
     let place = place.map(|place| dict(py, place)).transpose()?;
-    let error = make.bind(py).call1((i32::from(code), code.name(), message, retry, place))?;
+    let error = make
+        .bind(py)
+        .call1((i32::from(code), code.name(), message, retry, place))?;
     Ok(PyErr::from_value(error))
 }
 
@@ -41,7 +58,10 @@ fn dict<'py>(py: Python<'py>, place: &Place) -> PyResult<Bound<'py, PyDict>> {
     dict.set_item("segment", place.segment)?;
     dict.set_item("t", place.t)?;
     dict.set_item("depth", place.depth_m)?;
-    dict.set_item("points", (place.points[0].to_vec(), place.points[1].to_vec()))?;
+    dict.set_item(
+        "points",
+        (place.points[0].to_vec(), place.points[1].to_vec()),
+    )?;
     dict.set_item("normal", place.normal.to_vec())?;
     Ok(dict)
 }

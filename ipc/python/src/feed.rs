@@ -28,15 +28,29 @@ pub struct SceneFeed {
 impl SceneFeed {
     pub fn open(planner: &Planner, scene_id: u64) -> PyResult<Self> {
         let text = "changes are told by a daemon only; here nobody else makes any";
-        let client = planner.client().ok_or_else(|| errors::raise(Code::MalformedRequest, text))?.clone();
-        let feed = client.scene_event_feed().map_err(|error| errors::of(&error.into()))?;
+        let client = planner
+            .client()
+            .ok_or_else(|| errors::raise(Code::MalformedRequest, text))?
+            .clone();
+        let feed = client
+            .scene_event_feed()
+            .map_err(|error| errors::of(&error.into()))?;
         let boot = client.daemon_state();
-        Ok(Self { feed: Mutex::new(Own::new((feed, client))), scene_id, boot })
+        Ok(Self {
+            feed: Mutex::new(Own::new((feed, client))),
+            scene_id,
+            boot,
+        })
     }
 
     fn wait(&self, until: Instant) -> Result<Option<SceneEvent>, PlannerError> {
-        let feed = self.feed.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let Ok((feed, client)) = feed.get() else { return Ok(None) };
+        let feed = self
+            .feed
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        let Ok((feed, client)) = feed.get() else {
+            return Ok(None);
+        };
         loop {
             while let Some(event) = feed.next()? {
                 if event.scene_id == self.scene_id {
@@ -44,7 +58,8 @@ impl SceneFeed {
                 }
             }
             if client.daemon_state() != self.boot {
-                let (root, reason) = (String::from("the instance"), "it went away, and with it what was subscribed");
+                let root = String::from("the instance");
+                let reason = "it went away, and with it what was subscribed";
                 return Err(ClientError::DaemonLost { root, reason }.into());
             }
             let left = until.saturating_duration_since(Instant::now());
@@ -60,13 +75,22 @@ impl SceneFeed {
 impl SceneFeed {
     /// The next change, or None after `timeout` seconds.
     #[pyo3(signature = (timeout=None))]
-    fn next<'py>(&self, py: Python<'py>, timeout: Option<f64>) -> PyResult<Option<Bound<'py, PyDict>>> {
+    fn next<'py>(
+        &self,
+        py: Python<'py>,
+        timeout: Option<f64>,
+    ) -> PyResult<Option<Bound<'py, PyDict>>> {
         let end = guard::end_of(timeout)?;
-        self.feed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get()?;
+        self.feed
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+            .get()?;
         loop {
             let slice = Instant::now() + SIGNALS;
             let until = end.map_or(slice, |end| end.min(slice));
-            let event = py.detach(|| self.wait(until)).map_err(|error| errors::of(&error))?;
+            let event = py
+                .detach(|| self.wait(until))
+                .map_err(|error| errors::of(&error))?;
             py.check_signals()?;
             if let Some(event) = event {
                 return dict(py, &event).map(Some);
@@ -91,7 +115,10 @@ fn dict<'py>(py: Python<'py>, event: &SceneEvent) -> PyResult<Bound<'py, PyDict>
     dict.set_item("kind", kind)?;
     dict.set_item("version", event.scene_version)?;
     dict.set_item("hash", format!("{:016x}", event.scene_hash))?;
-    dict.set_item("request_id", is_path.then(|| format!("{:016x}", event.subscription)))?;
+    dict.set_item(
+        "request_id",
+        is_path.then(|| format!("{:016x}", event.subscription)),
+    )?;
     dict.set_item("segment", is_path.then_some(event.segment))?;
     Ok(dict)
 }

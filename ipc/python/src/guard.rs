@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 
 use super::errors;
 
-/// A value of the process that made it. After a fork the child has a copy of its memory but not of what is behind it
-/// (ports, threads): there it is neither used nor dropped, for that would take it from the parent.
+/// A value of the process that made it. After a fork the child has a copy of its memory but not of
+/// what is behind it (ports, threads): there it is neither used nor dropped, for that would take it
+/// from the parent.
 #[derive(Debug)]
 pub struct Own<T> {
     pid: u32,
@@ -16,7 +17,10 @@ pub struct Own<T> {
 
 impl<T> Own<T> {
     pub fn new(value: T) -> Self {
-        Self { pid: std::process::id(), value: Some(value) }
+        Self {
+            pid: std::process::id(),
+            value: Some(value),
+        }
     }
 
     /// The value.
@@ -72,14 +76,19 @@ impl Interrupt {
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Option<PyErr>> {
-        self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+        self.0
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }
 
 /// When a wait of so many seconds from now ends; `None` = never.
 pub fn end_of(timeout: Option<f64>) -> PyResult<Option<Instant>> {
-    let Some(seconds) = timeout else { return Ok(None) };
+    let Some(seconds) = timeout else {
+        return Ok(None);
+    };
     let wait = Duration::try_from_secs_f64(seconds);
-    let wait = wait.map_err(|_| errors::invalid(format!("a timeout of {seconds} s; valid: 0 or more")))?;
+    let wait =
+        wait.map_err(|_| errors::invalid(format!("a timeout of {seconds} s; valid: 0 or more")))?;
     Ok(Instant::now().checked_add(wait))
 }

@@ -1,6 +1,7 @@
 //! The Rust half of the Python package `taut`; what people import is `python/taut/__init__.py`.
 //!
-//! Everything here waits, copies and computes without the interpreter's lock, and looks for signals while it waits.
+//! Everything here waits, copies and computes without the interpreter's lock, and looks for signals
+//! while it waits.
 
 mod answers;
 mod best;

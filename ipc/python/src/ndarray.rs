@@ -9,7 +9,8 @@ use super::errors;
 /// Columns and numbers of a path.
 pub fn path_of<'a>(array: &'a PyReadonlyArray2<'_, f64>) -> PyResult<(usize, &'a [f64])> {
     let numbers = array.as_slice();
-    let numbers = numbers.map_err(|_| errors::invalid("the path's array is not C-contiguous; copy it"))?;
+    let numbers =
+        numbers.map_err(|_| errors::invalid("the path's array is not C-contiguous; copy it"))?;
     Ok((array.shape()[1], numbers))
 }
 
@@ -22,7 +23,14 @@ pub fn interface<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let interface = PyDict::new(py);
     interface.set_item("version", 3)?;
-    interface.set_item("typestr", if cfg!(target_endian = "little") { "<f8" } else { ">f8" })?;
+    interface.set_item(
+        "typestr",
+        if cfg!(target_endian = "little") {
+            "<f8"
+        } else {
+            ">f8"
+        },
+    )?;
     interface.set_item("shape", shape)?;
     interface.set_item("strides", (row_stride * size_of::<f64>(), size_of::<f64>()))?;
     interface.set_item("data", (numbers.as_ptr() as usize, true))?;

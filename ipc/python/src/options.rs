@@ -31,12 +31,20 @@ pub fn request(robot: &str, scene: Option<&str>, options: &Bound<'_, PyDict>) ->
         let name: String = mode.extract()?;
         let found = MODES.iter().find(|(mode, _)| *mode == name);
         let valid = || MODES.map(|(name, _)| name).join(", ");
-        request.mode = found.ok_or_else(|| errors::invalid(format!("no mode {name:?}; valid: {}", valid())))?.1;
+        request.mode = found
+            .ok_or_else(|| errors::invalid(format!("no mode {name:?}; valid: {}", valid())))?
+            .1;
     }
     if let Some(seconds) = take("deadline")? {
         let seconds: f64 = seconds.extract()?;
-        let deadline = Duration::try_from_secs_f64(seconds).ok().filter(|deadline| !deadline.is_zero());
-        let refuse = || errors::invalid(format!("a deadline of {seconds} s; valid: more than 0, such as 0.02"));
+        let deadline = Duration::try_from_secs_f64(seconds)
+            .ok()
+            .filter(|deadline| !deadline.is_zero());
+        let refuse = || {
+            errors::invalid(format!(
+                "a deadline of {seconds} s; valid: more than 0, such as 0.02"
+            ))
+        };
         request.deadline = Some(deadline.ok_or_else(refuse)?);
     }
     macro_rules! entries {
@@ -65,7 +73,10 @@ pub fn request(robot: &str, scene: Option<&str>, options: &Bound<'_, PyDict>) ->
         "priority" => priority,
     }
     if known != options.len() {
-        return Err(errors::invalid(format!("unknown options among {:?}", options.keys())));
+        return Err(errors::invalid(format!(
+            "unknown options among {:?}",
+            options.keys()
+        )));
     }
     Ok(request)
 }

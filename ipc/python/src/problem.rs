@@ -21,7 +21,8 @@ pub struct Loaded {
     pub warnings: Vec<String>,
 }
 
-/// Loads robot and scene of a problem file, under these labels or else under their names and the starts of their hashes.
+/// Loads robot and scene of a problem file, under these labels or else under their names and the
+/// starts of their hashes.
 ///
 /// # Errors
 /// A file that is none, or what whoever answers refuses to load.
@@ -32,14 +33,25 @@ pub fn load(
     robot_label: Option<&str>,
     scene_label: Option<&str>,
 ) -> Result<Loaded, PlannerError> {
-    let geometry = if spheres { Geometry::Spheres } else { Geometry::Given };
+    let geometry = if spheres {
+        Geometry::Spheres
+    } else {
+        Geometry::Given
+    };
     let mut reader = Reader::new(Packages::with_environment(Default::default()));
-    let problem = reader.problem(file, geometry).map_err(|error| refused(&error))?;
+    let problem = reader
+        .problem(file, geometry)
+        .map_err(|error| refused(&error))?;
     let robot = problem.model().map_err(|error| refused(&error))?;
     let text = files::scene_text(file).map_err(|error| refused(&error))?;
-    let folder = std::path::absolute(file).ok().and_then(|file| file.parent().map(Path::to_owned));
+    let folder = std::path::absolute(file)
+        .ok()
+        .and_then(|file| file.parent().map(Path::to_owned));
     let listing = planner.list()?;
-    let known = listing.robots.iter().find(|known| known.robot_hash == robot.hash());
+    let known = listing
+        .robots
+        .iter()
+        .find(|known| known.robot_hash == robot.hash());
     let label = match (robot_label, known) {
         (Some(label), _) => label.to_owned(),
         (None, Some(known)) => known.label.clone(),
@@ -47,8 +59,15 @@ pub fn load(
     };
     let source = taut::translate::robot_source(&problem.robot_files);
     let described = planner.load_robot(&label, &source, false)?;
-    let known = listing.scenes.iter().find(|known| known.scene_hash == problem.scene.hash());
-    let name = if problem.scene.name().is_empty() { &problem.name } else { problem.scene.name() };
+    let known = listing
+        .scenes
+        .iter()
+        .find(|known| known.scene_hash == problem.scene.hash());
+    let name = if problem.scene.name().is_empty() {
+        &problem.name
+    } else {
+        problem.scene.name()
+    };
     let label = match (scene_label, known) {
         (Some(label), _) => label.to_owned(),
         (None, Some(known)) => known.label.clone(),
@@ -62,7 +81,11 @@ pub fn load(
         robot_hash: described.robot_hash,
         robot_files: problem.robot_files,
         scene: scene.label,
-        columns: described.variables.iter().map(|variable| variable.name.clone()).collect(),
+        columns: described
+            .variables
+            .iter()
+            .map(|variable| variable.name.clone())
+            .collect(),
         waypoints: problem.path.len(),
         path: problem.path.as_flat().to_vec(),
         weights: problem.weights,
@@ -77,7 +100,12 @@ fn labelled(name: &str, hash: u64) -> String {
 fn refused(error: &files::FileError) -> PlannerError {
     let refusal = taut::translate::file_refusal(error);
     let code = Code::try_from(refusal.code).unwrap_or(Code::InvalidModel);
-    PlannerError::Refused(Box::new(Refused { code, message: refusal.message, retry_after_ms: 0, place: None }))
+    PlannerError::Refused(Box::new(Refused {
+        code,
+        message: refusal.message,
+        retry_after_ms: 0,
+        place: None,
+    }))
 }
 
 /// Two processes that read the same files may find different packages.
@@ -87,14 +115,19 @@ fn check_same(
     scene: &SceneSummary,
     scene_hash: u64,
 ) -> Result<(), PlannerError> {
-    let other =
-        [("robot", &robot.label, robot.robot_hash, robot_hash), ("scene", &scene.label, scene.scene_hash, scene_hash)];
+    let other = [
+        ("robot", &robot.label, robot.robot_hash, robot_hash),
+        ("scene", &scene.label, scene.scene_hash, scene_hash),
+    ];
     for (kind, label, theirs, ours) in other {
         if theirs != ours {
             let message = format!(
                 "the daemon reads {kind} {label} with hash {theirs:016x}, this process with {ours:016x}; load it with its packages named"
             );
-            return Err(PlannerError::Invalid { code: Code::VersionConflict, message });
+            return Err(PlannerError::Invalid {
+                code: Code::VersionConflict,
+                message,
+            });
         }
     }
     Ok(())

@@ -14,10 +14,21 @@ use super::best::About;
 use super::{errors, options};
 
 /// What an answer says, with its own path in the robot's columns.
-fn result(about: &About, best: &Best, time_s: f64) -> PyResult<(ResultFile, std::sync::Arc<RobotDescription>)> {
+fn result(
+    about: &About,
+    best: &Best,
+    time_s: f64,
+) -> PyResult<(ResultFile, std::sync::Arc<RobotDescription>)> {
     let request = &about.request;
-    let robot = about.planner.get()?.robot(&request.robot).map_err(|error| errors::of(&error))?;
-    let weights = match request.weights(&robot).map_err(|error| errors::of(&error))? {
+    let robot = about
+        .planner
+        .get()?
+        .robot(&request.robot)
+        .map_err(|error| errors::of(&error))?;
+    let weights = match request
+        .weights(&robot)
+        .map_err(|error| errors::of(&error))?
+    {
         weights if weights.is_empty() => robot.weights.clone(),
         weights => weights,
     };
@@ -29,11 +40,17 @@ fn result(about: &About, best: &Best, time_s: f64) -> PyResult<(ResultFile, std:
         weights: Some(weights.clone()),
         ..Settings::default()
     };
-    let view = best.view().map_err(|error| errors::of(&PlannerError::from(error)))?;
+    let view = best
+        .view()
+        .map_err(|error| errors::of(&PlannerError::from(error)))?;
     let (outcome, code) = translate::outcome(&view, &settings, &robot, &weights)
         .map_err(|error| errors::raise(Code::MalformedRequest, &error.to_string()))?;
-    let warnings = best.warnings().map_err(|error| errors::of(&PlannerError::from(error)))?;
-    let mode = options::MODES.iter().find(|(_, mode)| *mode == request.mode);
+    let warnings = best
+        .warnings()
+        .map_err(|error| errors::of(&PlannerError::from(error)))?;
+    let mode = options::MODES
+        .iter()
+        .find(|(_, mode)| *mode == request.mode);
     let result = ResultFile {
         name: request.robot.clone(),
         mode: mode.map(|(name, _)| *name).unwrap_or_default().to_owned(),
@@ -44,22 +61,38 @@ fn result(about: &About, best: &Best, time_s: f64) -> PyResult<(ResultFile, std:
         request_id: Some(format!("{:016x}", view.header.request_id)),
         cpu_s: view.header.compute_ns as f64 * 1e-9,
         time_s,
-        variables: robot.variables.iter().map(|variable| variable.name.clone()).collect(),
-        warnings: warnings.iter().map(|warning| warning.text.clone()).collect(),
-        uncovered: warnings.iter().filter(|warning| warning.is_uncovered).map(|warning| warning.text.clone()).collect(),
+        variables: robot
+            .variables
+            .iter()
+            .map(|variable| variable.name.clone())
+            .collect(),
+        warnings: warnings
+            .iter()
+            .map(|warning| warning.text.clone())
+            .collect(),
+        uncovered: warnings
+            .iter()
+            .filter(|warning| warning.is_uncovered)
+            .map(|warning| warning.text.clone())
+            .collect(),
         ..ResultFile::of(&outcome)
     };
     Ok((result, robot))
 }
 
 fn metric(request: &Request) -> &'static str {
-    if request.metric.is_empty() { "metres of reach" } else { "the given weights" }
+    if request.metric.is_empty() {
+        "metres of reach"
+    } else {
+        "the given weights"
+    }
 }
 
 /// All of it but the paths and the proof, as JSON.
 pub fn details(about: &About, best: &Best, time_s: f64) -> PyResult<String> {
     let (mut result, _) = result(about, best, time_s)?;
-    (result.path, result.certificate) = (Vec::new(), None);
+    result.path = Vec::new();
+    result.certificate = None;
     Ok(result.json())
 }
 
@@ -74,11 +107,16 @@ pub fn save(
 ) -> PyResult<()> {
     let (result, robot) = result(about, best, time_s)?;
     let request = &about.request;
-    let columns = request.columns_of(&robot).map_err(|error| errors::of(&error))?;
+    let columns = request
+        .columns_of(&robot)
+        .map_err(|error| errors::of(&error))?;
     let mut before = vec![0.0; path_before.len() / columns.width().max(1) * columns.robot_width()];
     columns.write(path_before, &mut before);
     let result = ResultFile {
-        path_before: before.chunks_exact(columns.robot_width().max(1)).map(<[f64]>::to_vec).collect(),
+        path_before: before
+            .chunks_exact(columns.robot_width().max(1))
+            .map(<[f64]>::to_vec)
+            .collect(),
         lengths_over_time,
         subject: subject(about, best, &robot)?,
         ..result
@@ -88,9 +126,13 @@ pub fn save(
 }
 
 fn subject(about: &About, best: &Best, robot: &RobotDescription) -> PyResult<ResultSubject> {
-    let (request, header) = (&about.request, best.header());
+    let request = &about.request;
+    let header = best.header();
     let scene = request.scene.as_deref().unwrap_or(EMPTY_SCENE);
-    let text = about.planner.get()?.show_scene(scene, header.scene_version, 0);
+    let text = about
+        .planner
+        .get()?
+        .show_scene(scene, header.scene_version, 0);
     let content = match text {
         Ok(text) => serde_json::from_str(&text.json).ok(),
         // It is not kept any more; the file says so.
@@ -112,6 +154,11 @@ fn subject(about: &About, best: &Best, robot: &RobotDescription) -> PyResult<Res
             content,
         },
         unwrapped: request.unwrapped,
-        held: request.held.iter().filter(|(name, _)| is_held(name)).cloned().collect(),
+        held: request
+            .held
+            .iter()
+            .filter(|(name, _)| is_held(name))
+            .cloned()
+            .collect(),
     })
 }

@@ -12,7 +12,9 @@ use std::time::Duration;
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
     /// No daemon, or it went away.
-    #[error("no daemon serves {root}: {reason}; start it (`taut serve`) and send again, that is safe")]
+    #[error(
+        "no daemon serves {root}: {reason}; start it (`taut serve`) and send again, that is safe"
+    )]
     DaemonLost {
         /// The instance's root.
         root: String,
@@ -23,7 +25,9 @@ pub enum ClientError {
     #[error(transparent)]
     Instance(#[from] InstanceError),
     /// The daemon serves as many clients as it can.
-    #[error("the daemon serves as many clients as it can; close one, or give it more open files (`taut doctor`)")]
+    #[error(
+        "the daemon serves as many clients as it can; close one, or give it more open files (`taut doctor`)"
+    )]
     TooManyClients,
     /// This client has as many requests in flight as it may.
     #[error("{ACTIVE_REQUESTS_PER_CLIENT} requests are in flight; finish or drop one")]
@@ -32,7 +36,9 @@ pub enum ClientError {
     #[error("the daemon has not taken this client's earlier requests yet; send again later")]
     Overloaded,
     /// Too little shared memory is left.
-    #[error("no room in /dev/shm for {0} bytes beside the reserve; remove files there or enlarge it")]
+    #[error(
+        "no room in /dev/shm for {0} bytes beside the reserve; remove files there or enlarge it"
+    )]
     NoMemory(usize),
     /// Nothing came in time; the request still runs.
     #[error("no response within {0:?}; wait again, or drop the request to cancel it")]
@@ -86,11 +92,17 @@ impl ClientError {
     }
 
     pub(super) fn setup(what: &'static str, error: impl std::fmt::Display) -> Self {
-        Self::Setup { what, reason: error.to_string() }
+        Self::Setup {
+            what,
+            reason: error.to_string(),
+        }
     }
 
     pub(crate) fn transport(what: &'static str, error: impl std::fmt::Display) -> Self {
-        Self::Transport { what, reason: error.to_string() }
+        Self::Transport {
+            what,
+            reason: error.to_string(),
+        }
     }
 }
 

@@ -21,7 +21,10 @@ impl StatusFeed {
         let service = service.map_err(|error| ClientError::setup("status", error))?;
         let subscriber = service.subscriber_builder().buffer_size(1).create();
         let subscriber = subscriber.map_err(|error| ClientError::setup("status feed", error))?;
-        Ok(Self { subscriber, _link: link.clone() })
+        Ok(Self {
+            subscriber,
+            _link: link.clone(),
+        })
     }
 
     /// The newest state not seen yet; the first comes with the next publication.
@@ -46,9 +49,16 @@ impl SceneEventFeed {
     pub(super) fn open(link: &Arc<Link>) -> Result<Self, ClientError> {
         let service = transport::scene_events(&link.node).open();
         let service = service.map_err(|error| ClientError::setup("scene events", error))?;
-        let subscriber = service.subscriber_builder().buffer_size(SCENE_EVENT_BUFFER).create();
-        let subscriber = subscriber.map_err(|error| ClientError::setup("scene event feed", error))?;
-        Ok(Self { subscriber, _link: link.clone() })
+        let subscriber = service
+            .subscriber_builder()
+            .buffer_size(SCENE_EVENT_BUFFER)
+            .create();
+        let subscriber =
+            subscriber.map_err(|error| ClientError::setup("scene event feed", error))?;
+        Ok(Self {
+            subscriber,
+            _link: link.clone(),
+        })
     }
 
     /// The next change, if any; of more than 64 unread ones the oldest are lost.

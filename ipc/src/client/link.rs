@@ -26,7 +26,8 @@ use std::time::{Duration, Instant};
 pub(super) type OptimizePort = Port<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 pub(super) type ControlPort = Port<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
 pub(super) type OptimizeLoan = RequestMut<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
-pub(super) type ControlLoan = RequestMutUninit<Variant, [MaybeUninit<u8>], ControlHeader, [u8], ControlReplyHeader>;
+pub(super) type ControlLoan =
+    RequestMutUninit<Variant, [MaybeUninit<u8>], ControlHeader, [u8], ControlReplyHeader>;
 
 /// The ports, shared by the client, its requests in flight and its feeds.
 #[derive(Debug)]
@@ -47,7 +48,10 @@ pub(super) struct Link {
 impl Link {
     pub(super) fn open(instance: &Instance) -> Result<Self, ClientError> {
         let root = instance.root().display().to_string();
-        let lost = |reason| ClientError::DaemonLost { root: root.clone(), reason };
+        let lost = |reason| ClientError::DaemonLost {
+            root: root.clone(),
+            reason,
+        };
         let probe = DaemonProbe::open(instance)?.ok_or_else(|| lost("it was never started"))?;
         instance.check_private()?;
         match probe.state() {
@@ -79,26 +83,36 @@ impl Link {
 
     /// An id that no other request has.
     pub(super) fn next_id(&self) -> u64 {
-        self.first_id.wrapping_add(self.requests.fetch_add(1, Ordering::Relaxed))
+        self.first_id
+            .wrapping_add(self.requests.fetch_add(1, Ordering::Relaxed))
     }
 
     pub(super) fn loan(&self, bytes: usize) -> Result<OptimizeLoan, ClientError> {
         self.check_room(bytes)?;
-        self.optimize.loan_slice(bytes).map_err(|error| from_loan(error, bytes))
+        self.optimize
+            .loan_slice(bytes)
+            .map_err(|error| from_loan(error, bytes))
     }
 
     pub(super) fn loan_control(&self, bytes: usize) -> Result<ControlLoan, ClientError> {
         self.check_room(bytes)?;
-        self.control.loan_slice_uninit(bytes).map_err(|error| from_loan(error, bytes))
+        self.control
+            .loan_slice_uninit(bytes)
+            .map_err(|error| from_loan(error, bytes))
     }
 
     fn check_room(&self, bytes: usize) -> Result<(), ClientError> {
-        if self.room.take(bytes) { Ok(()) } else { Err(ClientError::NoMemory(bytes)) }
+        if self.room.take(bytes) {
+            Ok(())
+        } else {
+            Err(ClientError::NoMemory(bytes))
+        }
     }
 
     /// Tells the daemon to look at its ports.
     pub(super) fn call_daemon(&self) {
-        // Fails only if the daemon is gone, which waiting finds out, or if it is being woken already.
+        // Fails only if the daemon is gone, which waiting finds out, or if it is being woken
+        // already.
         let _ = self.notifier.notify();
     }
 
@@ -125,7 +139,10 @@ impl Link {
     }
 
     pub(super) fn lost(&self, reason: &'static str) -> ClientError {
-        ClientError::DaemonLost { root: self.root.clone(), reason }
+        ClientError::DaemonLost {
+            root: self.root.clone(),
+            reason,
+        }
     }
 
     /// A listener of this client's own, back into the pool when dropped.
@@ -135,11 +152,16 @@ impl Link {
             Some(listener) => listener,
             None => opened("listener", transport::listener(&self.listener_service))?,
         };
-        Ok(WaitFor { link: self, listener: Some(listener) })
+        Ok(WaitFor {
+            link: self,
+            listener: Some(listener),
+        })
     }
 
     fn pool(&self) -> std::sync::MutexGuard<'_, Vec<Listener<Variant>>> {
-        self.listeners.lock().unwrap_or_else(PoisonError::into_inner)
+        self.listeners
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(super) fn put_listener(&self, listener: Listener<Variant>) {
@@ -165,7 +187,9 @@ impl WaitFor<'_> {
     }
 
     pub(super) fn wait_until(&self, end: Instant, asked: Duration) -> Result<(), ClientError> {
-        self.listener.as_ref().map_or(Ok(()), |listener| wait_until(listener, end, asked))
+        self.listener
+            .as_ref()
+            .map_or(Ok(()), |listener| wait_until(listener, end, asked))
     }
 }
 
@@ -183,8 +207,14 @@ pub(super) fn listener_id(listener: &Listener<Variant>) -> [u64; 2] {
 }
 
 /// Sleeps until called, until `end`, or for a probe interval; fails once `end` has passed.
-pub(super) fn wait_until(listener: &Listener<Variant>, end: Instant, asked: Duration) -> Result<(), ClientError> {
-    let left = end.saturating_duration_since(Instant::now()).min(PROBE_INTERVAL);
+pub(super) fn wait_until(
+    listener: &Listener<Variant>,
+    end: Instant,
+    asked: Duration,
+) -> Result<(), ClientError> {
+    let left = end
+        .saturating_duration_since(Instant::now())
+        .min(PROBE_INTERVAL);
     if left.is_zero() {
         return Err(ClientError::Timeout(asked));
     }
@@ -194,10 +224,17 @@ pub(super) fn wait_until(listener: &Listener<Variant>, end: Instant, asked: Dura
     }
 }
 
-fn opened<T, E: std::fmt::Display>(what: &'static str, result: Result<T, E>) -> Result<T, ClientError> {
+fn opened<T, E: std::fmt::Display>(
+    what: &'static str,
+    result: Result<T, E>,
+) -> Result<T, ClientError> {
     result.map_err(|error| {
         let reason = error.to_string();
-        if reason.contains("ExceedsMax") { ClientError::TooManyClients } else { ClientError::setup(what, reason) }
+        if reason.contains("ExceedsMax") {
+            ClientError::TooManyClients
+        } else {
+            ClientError::setup(what, reason)
+        }
     })
 }
 

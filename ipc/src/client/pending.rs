@@ -22,7 +22,8 @@ pub struct Pending {
     request_id: u64,
     boot_id: u64,
     finished: bool,
-    /// When the daemon was last known to live; calls with short timeouts have to look in between too.
+    /// When the daemon was last known to live; calls with short timeouts have to look in between
+    /// too.
     looked: Instant,
 }
 
@@ -52,12 +53,12 @@ impl Pending {
 
     /// The next response, in place; `None` after the final one.
     ///
-    /// If more come than the buffer of 8 holds, the oldest are gone: `seq` shows the gap. At most three responses
-    /// of a request can be held at once.
+    /// If more come than the buffer of 8 holds, the oldest are gone: `seq` shows the gap. At most
+    /// three responses of a request can be held at once.
     ///
     /// # Errors
-    /// [`ClientError::Timeout`] if nothing came (call again), [`ClientError::DaemonLost`] within 100 ms of the
-    /// daemon's death, [`ClientError::NoAnswer`] if the daemon dropped the request.
+    /// [`ClientError::Timeout`] if nothing came (call again), [`ClientError::DaemonLost`] within
+    /// 100 ms of the daemon's death, [`ClientError::NoAnswer`] if the daemon dropped the request.
     pub fn next(&mut self, timeout: Duration) -> Result<Option<Response>, ClientError> {
         let end = Instant::now() + timeout;
         loop {
@@ -76,10 +77,14 @@ impl Pending {
     /// # Errors
     /// As [`Self::next`], without a timeout.
     pub fn try_next(&mut self) -> Result<Option<Response>, ClientError> {
-        let Some(stream) = self.stream.as_ref().filter(|_| !self.finished) else { return Ok(None) };
+        let Some(stream) = self.stream.as_ref().filter(|_| !self.finished) else {
+            return Ok(None);
+        };
         // Asked before receiving: what was sent before the end is then still received.
         let connected = stream.is_connected();
-        let received = stream.receive().map_err(|error| ClientError::transport("responses", error))?;
+        let received = stream
+            .receive()
+            .map_err(|error| ClientError::transport("responses", error))?;
         match received {
             Some(response) => {
                 let response = Response::new(response)?;

@@ -1,4 +1,5 @@
-//! Calls that outlive the daemon: what failed because it died, or was refused for now, is sent again.
+//! Calls that outlive the daemon: what failed because it died, or was refused for now, is sent
+//! again.
 
 use super::{ClientError, RequestBuilder, Response};
 use crate::wire::WireError;
@@ -8,24 +9,33 @@ use std::time::{Duration, Instant};
 const PAUSE: Duration = Duration::from_millis(20);
 /// How often a wait for an answer looks at the time.
 const LOOK_UP: Duration = Duration::from_secs(1);
-/// Daemons that may be lost over one request. It may be what kills them, and a supervisor gives up after a few more.
+/// Daemons that may be lost over one request. It may be what kills them, and a supervisor gives up
+/// after a few more.
 const MOST_LOSSES: u32 = 3;
 
 impl ClientError {
-    /// Whether the same call may succeed soon: the daemon went away or is still starting, or has no room for it now.
+    /// Whether the same call may succeed soon: the daemon went away or is still starting, or has no
+    /// room for it now.
     pub fn is_passing(&self) -> bool {
-        matches!(self, Self::DaemonLost { .. } | Self::Overloaded | Self::NoAnswer)
+        matches!(
+            self,
+            Self::DaemonLost { .. } | Self::Overloaded | Self::NoAnswer
+        )
     }
 }
 
-/// Makes a call again while its failure [is passing](ClientError::is_passing), until `patience` has passed since the
-/// first; gives the last error then.
+/// Makes a call again while its failure [is passing](ClientError::is_passing), until `patience` has
+/// passed since the first; gives the last error then.
 ///
-/// Only for calls that may be made twice. All of this crate's may: loading what is loaded already changes nothing.
+/// Only for calls that may be made twice. All of this crate's may: loading what is loaded already
+/// changes nothing.
 ///
 /// # Errors
 /// What `call` gives.
-pub fn retry<T>(patience: Duration, mut call: impl FnMut() -> Result<T, ClientError>) -> Result<T, ClientError> {
+pub fn retry<T>(
+    patience: Duration,
+    mut call: impl FnMut() -> Result<T, ClientError>,
+) -> Result<T, ClientError> {
     let mut end = None;
     loop {
         match call() {
@@ -42,15 +52,18 @@ pub fn retry<T>(patience: Duration, mut call: impl FnMut() -> Result<T, ClientEr
 }
 
 impl RequestBuilder<'_> {
-    /// Sends the request with this path and waits for its final response, whatever happens to the daemon meanwhile.
+    /// Sends the request with this path and waits for its final response, whatever happens to the
+    /// daemon meanwhile.
     ///
-    /// If the daemon dies, the request is sent to the next one under the same id; if it is refused for now
-    /// (OVERLOADED, QUOTA, LOADING), again when the refusal says. This goes on until `patience` has passed since the
-    /// first of these, or three daemons died over it; then the last refusal is the response, the last loss the error. `watch` gets every
-    /// improvement; after a loss they begin anew. A deadline in the header holds for all of it.
+    /// If the daemon dies, the request is sent to the next one under the same id; if it is refused
+    /// for now (OVERLOADED, QUOTA, LOADING), again when the refusal says. This goes on until
+    /// `patience` has passed since the first of these, or three daemons died over it; then the last
+    /// refusal is the response, the last loss the error. `watch` gets every improvement; after a
+    /// loss they begin anew. A deadline in the header holds for all of it.
     ///
     /// # Errors
-    /// As [`Self::loan`] and [`super::Pending::next`], except that a request without an answer is waited for.
+    /// As [`Self::loan`] and [`super::Pending::next`], except that a request without an answer is
+    /// waited for.
     pub fn answer(
         mut self,
         path: &[f64],
@@ -60,7 +73,8 @@ impl RequestBuilder<'_> {
         if self.header.request_id == 0 {
             self.header.request_id = self.link.next_id();
         }
-        let (mut end, mut losses) = (None, 0);
+        let mut end = None;
+        let mut losses = 0;
         loop {
             let (result, pause) = match self.once(path, watch, &mut losses) {
                 Ok(response) if response.code().is_retryable() => {
@@ -80,13 +94,28 @@ impl RequestBuilder<'_> {
         }
     }
 
-    fn once(&self, path: &[f64], watch: &mut dyn FnMut(&Response), losses: &mut u32) -> Result<Response, ClientError> {
-        let again = Self { link: self.link.clone(), header: self.header, body: self.body };
+    fn once(
+        &self,
+        path: &[f64],
+        watch: &mut dyn FnMut(&Response),
+        losses: &mut u32,
+    ) -> Result<Response, ClientError> {
+        let again = Self {
+            link: self.link.clone(),
+            header: self.header,
+            body: self.body,
+        };
         let mut loan = again.loan()?;
         let slots = loan.path_mut();
         if slots.len() != path.len() {
-            let (found, expected) = (path.len(), slots.len());
-            return Err(WireError::SectionCount { section: "path", found, expected }.into());
+            let found = path.len();
+            let expected = slots.len();
+            return Err(WireError::SectionCount {
+                section: "path",
+                found,
+                expected,
+            }
+            .into());
         }
         slots.copy_from_slice(path);
         let mut pending = loan.send()?;

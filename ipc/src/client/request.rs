@@ -11,8 +11,8 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub struct RequestBuilder<'a> {
     pub(super) link: Arc<Link>,
-    /// What is asked for. Version, lengths, sections, path size and listener are filled in when it is sent; a
-    /// request id of 0 gets a new one.
+    /// What is asked for. Version, lengths, sections, path size and listener are filled in when it
+    /// is sent; a request id of 0 gets a new one.
     pub header: RequestHeader,
     /// Optional sections.
     pub body: RequestBody<'a>,
@@ -20,13 +20,26 @@ pub struct RequestBuilder<'a> {
 
 impl<'a> RequestBuilder<'a> {
     pub(super) fn new(link: Arc<Link>, waypoints: u32, variables: u32) -> Self {
-        let header = RequestHeader { waypoints, variables, group: NO_GROUP, ..RequestHeader::default() };
-        Self { link, header, body: RequestBody::default() }
+        let header = RequestHeader {
+            waypoints,
+            variables,
+            group: NO_GROUP,
+            ..RequestHeader::default()
+        };
+        Self {
+            link,
+            header,
+            body: RequestBody::default(),
+        }
     }
 
     /// The same request with these optional sections.
     pub fn with_body<'b>(self, body: RequestBody<'b>) -> RequestBuilder<'b> {
-        RequestBuilder { link: self.link, header: self.header, body }
+        RequestBuilder {
+            link: self.link,
+            header: self.header,
+            body,
+        }
     }
 
     /// Takes shared memory for it.
@@ -38,11 +51,20 @@ impl<'a> RequestBuilder<'a> {
         let numbers = path_numbers(self.header.waypoints, self.header.variables)?;
         let bytes = self.body.lay_out(&mut self.header, numbers);
         if bytes > MAX_PAYLOAD {
-            return Err(WireError::PayloadSize { found: bytes, limit: MAX_PAYLOAD }.into());
+            return Err(WireError::PayloadSize {
+                found: bytes,
+                limit: MAX_PAYLOAD,
+            }
+            .into());
         }
         let mut loan = self.link.loan(bytes)?;
         self.body.write(&self.header, loan.payload_mut());
-        Ok(LoanedRequest { loan, numbers, header: self.header, link: self.link })
+        Ok(LoanedRequest {
+            loan,
+            numbers,
+            header: self.header,
+            link: self.link,
+        })
     }
 }
 
@@ -65,8 +87,8 @@ impl LoanedRequest {
     /// Sends it and wakes the daemon.
     ///
     /// # Errors
-    /// [`ClientError::DaemonLost`], or [`ClientError::Overloaded`] if the daemon has not taken this client's
-    /// earlier requests yet.
+    /// [`ClientError::DaemonLost`], or [`ClientError::Overloaded`] if the daemon has not taken this
+    /// client's earlier requests yet.
     pub fn send(mut self) -> Result<Pending, ClientError> {
         let boot_id = self.link.running()?;
         let listener = self.link.take_listener()?.keep();
@@ -94,12 +116,16 @@ impl LoanedRequest {
             return Err(ClientError::Overloaded);
         }
         self.link.call_daemon();
-        Ok(Pending::new(self.link, pending, listener, request_id, boot_id))
+        Ok(Pending::new(
+            self.link, pending, listener, request_id, boot_id,
+        ))
     }
 }
 
 impl std::fmt::Debug for LoanedRequest {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("LoanedRequest").field("header", &self.header).finish_non_exhaustive()
+        f.debug_struct("LoanedRequest")
+            .field("header", &self.header)
+            .finish_non_exhaustive()
     }
 }

@@ -14,10 +14,16 @@ pub struct Response {
 }
 
 impl Response {
-    pub(super) fn new(received: Received<Variant, [u8], ResponseHeader>) -> Result<Self, WireError> {
+    pub(super) fn new(
+        received: Received<Variant, [u8], ResponseHeader>,
+    ) -> Result<Self, WireError> {
         let header = *received.user_header();
         let code = ResponseView::parse(header, received.payload())?.code;
-        Ok(Self { received, header, code })
+        Ok(Self {
+            received,
+            header,
+            code,
+        })
     }
 
     /// The header.
@@ -37,7 +43,13 @@ impl Response {
 
     /// The path, row by row, in shared memory; empty if there is none.
     pub fn path(&self) -> &[f64] {
-        numbers(self.received.payload(), "path", self.header.path, usize::MAX).unwrap_or_default()
+        numbers(
+            self.received.payload(),
+            "path",
+            self.header.path,
+            usize::MAX,
+        )
+        .unwrap_or_default()
     }
 
     /// Whether it is the last response of its request.

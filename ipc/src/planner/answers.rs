@@ -7,8 +7,8 @@ use crate::wire::{Code, RequestHeader};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Answers to a request, each a shorter proved path than the one before; the last is final. Dropping it cancels the
-/// request.
+/// Answers to a request, each a shorter proved path than the one before; the last is final.
+/// Dropping it cancels the request.
 #[derive(Debug)]
 pub struct Answers {
     planner: Planner,
@@ -28,14 +28,27 @@ enum Stream {
 }
 
 impl Answers {
-    pub(super) fn ask(planner: &Planner, request: &Request, path: &[f64]) -> Result<Self, PlannerError> {
+    pub(super) fn ask(
+        planner: &Planner,
+        request: &Request,
+        path: &[f64],
+    ) -> Result<Self, PlannerError> {
         let robot = planner.robot(&request.robot)?;
         let columns = Arc::new(request.columns_of(&robot)?);
         let waypoints = request.waypoints(&columns, path.len())?;
         let start = Instant::now();
         let stream = send(planner, request, &robot, &columns, waypoints, path)?;
-        let (planner, request) = (planner.clone(), request.clone());
-        Ok(Self { planner, request, robot, columns, stream, start, asked_again: false })
+        let planner = planner.clone();
+        let request = request.clone();
+        Ok(Self {
+            planner,
+            request,
+            robot,
+            columns,
+            stream,
+            start,
+            asked_again: false,
+        })
     }
 
     /// The id under which the daemon tells of the request.
@@ -56,13 +69,15 @@ impl Answers {
         &self.request
     }
 
-    /// The next answer, in place in shared memory; `None` after the final one. A final one that is no success is an
-    /// answer too: [`Best::check`] makes an error of it.
+    /// The next answer, in place in shared memory; `None` after the final one. A final one that is
+    /// no success is an answer too: [`Best::check`] makes an error of it.
     ///
-    /// At most three answers of a request can lie in shared memory at once: keep others by [`Best::into_own`].
+    /// At most three answers of a request can lie in shared memory at once: keep others by
+    /// [`Best::into_own`].
     ///
     /// # Errors
-    /// [`ClientError::Timeout`] if nothing came within `timeout` (call again); [`ClientError::DaemonLost`].
+    /// [`ClientError::Timeout`] if nothing came within `timeout` (call again);
+    /// [`ClientError::DaemonLost`].
     pub fn next(&mut self, timeout: Duration) -> Result<Option<Best>, PlannerError> {
         let end = Instant::now() + timeout;
         loop {
@@ -70,11 +85,15 @@ impl Answers {
             let next = match &mut self.stream {
                 Stream::Daemon(pending) => {
                     let next = pending.next(left);
-                    next.map(|response| response.map(|response| Best::new(response, self.columns.clone())))
+                    next.map(|response| {
+                        response.map(|response| Best::new(response, self.columns.clone()))
+                    })
                 }
                 Stream::Here(stream) => stream.next(left),
             };
-            let Some(best) = next.map_err(|error| of_whole(error, timeout))? else { return Ok(None) };
+            let Some(best) = next.map_err(|error| of_whole(error, timeout))? else {
+                return Ok(None);
+            };
             if !self.is_for_another_layout(&best)? {
                 return Ok(Some(best));
             }
@@ -84,7 +103,8 @@ impl Answers {
     /// The final answer; improvements before it are skipped.
     ///
     /// # Errors
-    /// As [`Self::next`]; the timeout is for all of it. [`PlannerError::Refused`] where it is no success.
+    /// As [`Self::next`]; the timeout is for all of it. [`PlannerError::Refused`] where it is no
+    /// success.
     pub fn result(mut self, timeout: Duration) -> Result<Best, PlannerError> {
         let end = Instant::now() + timeout;
         loop {
@@ -105,11 +125,14 @@ impl Answers {
         }
     }
 
-    /// Whether the robot's label names another robot by now, whose variables are others; the request is then sent
-    /// again, once, with its columns in their order.
+    /// Whether the robot's label names another robot by now, whose variables are others; the
+    /// request is then sent again, once, with its columns in their order.
     fn is_for_another_layout(&mut self, best: &Best) -> Result<bool, PlannerError> {
-        let may_be = best.is_final() && best.code() == Code::InvalidRobotState && best.path().is_empty();
-        let Stream::Daemon(pending) = &self.stream else { return Ok(false) };
+        let may_be =
+            best.is_final() && best.code() == Code::InvalidRobotState && best.path().is_empty();
+        let Stream::Daemon(pending) = &self.stream else {
+            return Ok(false);
+        };
         if !may_be || self.asked_again {
             return Ok(false);
         }
@@ -125,14 +148,20 @@ impl Answers {
         }
         let mut path = Vec::new();
         pending.sent_path(|sent| {
-            path.resize(sent.len() / self.columns.robot_width() * self.columns.width(), 0.0);
+            path.resize(
+                sent.len() / self.columns.robot_width() * self.columns.width(),
+                0.0,
+            );
             self.columns.read(sent, &mut path);
         });
         let waypoints = self.request.waypoints(&columns, path.len())?;
         let mut request = self.request.clone();
-        request.deadline = request.deadline.map(|deadline| deadline.saturating_sub(self.start.elapsed()));
+        request.deadline = request
+            .deadline
+            .map(|deadline| deadline.saturating_sub(self.start.elapsed()));
         self.stream = send(&self.planner, &request, &robot, &columns, waypoints, &path)?;
-        (self.robot, self.columns) = (robot, columns);
+        self.robot = robot;
+        self.columns = columns;
         Ok(true)
     }
 }
@@ -150,10 +179,16 @@ fn send(
         None => planner.empty_scene()?,
     };
     let sections = request.sections(robot, columns, waypoints)?;
-    let header = RequestHeader { waypoints, variables: robot.nq, ..request.header(robot, scene)? };
+    let header = RequestHeader {
+        waypoints,
+        variables: robot.nq,
+        ..request.header(robot, scene)?
+    };
     match &planner.link {
         Link::Daemon(client) => {
-            let mut builder = client.request(waypoints, robot.nq).with_body(sections.body());
+            let mut builder = client
+                .request(waypoints, robot.nq)
+                .with_body(sections.body());
             builder.header = header;
             let mut loan = builder.loan()?;
             columns.write(path, loan.path_mut());
@@ -161,13 +196,23 @@ fn send(
         }
         Link::Here(service) => {
             let fill = |slots: &mut [f64]| columns.write(path, slots);
-            Ok(Stream::Here(service::Stream::start(service, header, &sections.body(), columns.clone(), fill)?))
+            Ok(Stream::Here(service::Stream::start(
+                service,
+                header,
+                &sections.body(),
+                columns.clone(),
+                fill,
+            )?))
         }
     }
 }
 
 fn of_whole(error: ClientError, timeout: Duration) -> ClientError {
-    if matches!(error, ClientError::Timeout(_)) { ClientError::Timeout(timeout) } else { error }
+    if matches!(error, ClientError::Timeout(_)) {
+        ClientError::Timeout(timeout)
+    } else {
+        error
+    }
 }
 
 fn whole(error: PlannerError, timeout: Duration) -> PlannerError {

@@ -3,7 +3,9 @@
 use super::{Columns, PlannerError, Refused};
 use crate::client::Response;
 use crate::wire::body::numbers;
-use crate::wire::{Code, ResponseBody, ResponseHeader, ResponseView, Status, WarningKind, WarningRecord, WireError};
+use crate::wire::{
+    Code, ResponseBody, ResponseHeader, ResponseView, Status, WarningKind, WarningRecord, WireError,
+};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -34,14 +36,21 @@ enum Memory {
 
 impl Best {
     pub(super) fn new(response: Response, columns: Arc<Columns>) -> Self {
-        Self { memory: Memory::Shared(response), columns }
+        Self {
+            memory: Memory::Shared(response),
+            columns,
+        }
     }
 
     /// An answer made in this process, as the daemon would send it.
     ///
     /// # Errors
     /// [`WireError::PayloadSize`] if the daemon could not send it.
-    pub fn made(header: &ResponseHeader, body: &ResponseBody<'_>, columns: Arc<Columns>) -> Result<Self, WireError> {
+    pub fn made(
+        header: &ResponseHeader,
+        body: &ResponseBody<'_>,
+        columns: Arc<Columns>,
+    ) -> Result<Self, WireError> {
         let mut header = ResponseHeader {
             wire_version: crate::limits::WIRE_VERSION,
             header_len: size_of::<ResponseHeader>() as u32,
@@ -51,7 +60,10 @@ impl Best {
         let mut words = vec![0_u64; bytes.div_ceil(8)];
         body.write(&header, bytemuck::cast_slice_mut(&mut words));
         ResponseView::parse(header, bytemuck::cast_slice(&words))?;
-        Ok(Self { memory: Memory::Own(header, words), columns })
+        Ok(Self {
+            memory: Memory::Own(header, words),
+            columns,
+        })
     }
 
     /// The same answer in memory of its own; the shared memory goes back.
@@ -98,7 +110,8 @@ impl Best {
         match &self.memory {
             Memory::Shared(response) => response.path(),
             Memory::Own(header, words) => {
-                numbers(bytemuck::cast_slice(words), "path", header.path, usize::MAX).unwrap_or_default()
+                numbers(bytemuck::cast_slice(words), "path", header.path, usize::MAX)
+                    .unwrap_or_default()
             }
         }
     }
@@ -119,8 +132,8 @@ impl Best {
         self.view().map_or("", |view| view.message)
     }
 
-    /// What a person should know beside the verdict, first what it does not cover: of robot, scene and request, and
-    /// of the joints that nobody said where they stand.
+    /// What a person should know beside the verdict, first what it does not cover: of robot, scene
+    /// and request, and of the joints that nobody said where they stand.
     ///
     /// # Errors
     /// [`WireError`] only if the daemon changed it after sending.
@@ -128,12 +141,25 @@ impl Best {
         let view = self.view()?;
         let told = |record: &WarningRecord| -> Result<Warning, WireError> {
             let is_uncovered = WarningKind::try_from(record.kind)? == WarningKind::Uncovered;
-            Ok(Warning { is_uncovered, text: record.text.of(view.names)?.to_owned() })
+            Ok(Warning {
+                is_uncovered,
+                text: record.text.of(view.names)?.to_owned(),
+            })
         };
-        let mut warnings: Vec<Warning> = view.warnings.iter().map(told).collect::<Result<_, _>>()?;
+        let mut warnings: Vec<Warning> =
+            view.warnings.iter().map(told).collect::<Result<_, _>>()?;
         let note = self.columns.note().filter(|_| self.is_final());
-        let uncovered = warnings.iter().filter(|warning| warning.is_uncovered).count();
-        warnings.splice(uncovered..uncovered, note.map(|text| Warning { is_uncovered: true, text }));
+        let uncovered = warnings
+            .iter()
+            .filter(|warning| warning.is_uncovered)
+            .count();
+        warnings.splice(
+            uncovered..uncovered,
+            note.map(|text| Warning {
+                is_uncovered: true,
+                text,
+            }),
+        );
         Ok(warnings)
     }
 
@@ -147,7 +173,8 @@ impl Best {
         &self.columns
     }
 
-    /// The path in the caller's columns, row by row: where it lies, or a copy if these are not the robot's.
+    /// The path in the caller's columns, row by row: where it lies, or a copy if these are not the
+    /// robot's.
     pub fn rows(&self) -> Cow<'_, [f64]> {
         if self.columns.are_the_robots() {
             return Cow::Borrowed(self.path());

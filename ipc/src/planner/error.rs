@@ -48,7 +48,8 @@ pub struct Place {
     pub segment: u32,
     /// Ratio on the segment, 0 to 1.
     pub t: f64,
-    /// Penetration depth in metres, from below unless both bodies are convex; negative is a distance.
+    /// Penetration depth in metres, from below unless both bodies are convex; negative is a
+    /// distance.
     pub depth_m: f64,
     /// Contact or closest points on the bodies, world frame, in metres.
     pub points: [[f64; 3]; 2],
@@ -60,15 +61,33 @@ impl std::fmt::Display for Refused {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Some(place) = &self.place else {
             let message = self.message.lines().next().unwrap_or_default();
-            return if message.is_empty() { f.write_str(self.code.name()) } else { f.write_str(message) };
+            return if message.is_empty() {
+                f.write_str(self.code.name())
+            } else {
+                f.write_str(message)
+            };
         };
-        let ([a, b], Place { segment, t, depth_m, .. }) = (&place.bodies, place);
-        write!(f, "{}: {a} × {b} at segment {segment} (from 0), t = {t:.3}, ", self.code.name())?;
+        let [a, b] = &place.bodies;
+        let Place {
+            segment,
+            t,
+            depth_m,
+            ..
+        } = place;
+        write!(
+            f,
+            "{}: {a} × {b} at segment {segment} (from 0), t = {t:.3}, ",
+            self.code.name()
+        )?;
         match *depth_m {
             depth if depth > 0.0 => write!(f, "depth ≥ {depth:.3e} m")?,
             depth => write!(f, "distance {:.3e} m", -depth)?,
         }
-        if self.message.is_empty() { Ok(()) } else { write!(f, "; {}", self.message.replace('\n', "; ")) }
+        if self.message.is_empty() {
+            Ok(())
+        } else {
+            write!(f, "; {}", self.message.replace('\n', "; "))
+        }
     }
 }
 
@@ -77,7 +96,10 @@ impl Place {
         let reason = RefusalReason::try_from(view.header.refusal_reason)?;
         Ok(Self {
             reason,
-            bodies: [record.body_a.of(view.names)?.to_owned(), record.body_b.of(view.names)?.to_owned()],
+            bodies: [
+                record.body_a.of(view.names)?.to_owned(),
+                record.body_b.of(view.names)?.to_owned(),
+            ],
             segment: record.segment,
             t: record.t,
             depth_m: record.depth_m,
@@ -97,7 +119,10 @@ impl Refused {
             code: view.code,
             message: view.message.to_owned(),
             retry_after_ms: view.header.retry_after_ms,
-            place: view.refusal.map(|record| Place::of(record, view)).transpose()?,
+            place: view
+                .refusal
+                .map(|record| Place::of(record, view))
+                .transpose()?,
         })
     }
 }
@@ -131,25 +156,53 @@ impl PlannerError {
 
     pub(super) fn of_refusal(refusal: Refusal) -> Self {
         let code = Code::try_from(refusal.code).unwrap_or(Code::MalformedRequest);
-        let Refusal { message, retry_after_ms, .. } = refusal;
-        Self::Refused(Box::new(Refused { code, message, retry_after_ms, place: None }))
+        let Refusal {
+            message,
+            retry_after_ms,
+            ..
+        } = refusal;
+        Self::Refused(Box::new(Refused {
+            code,
+            message,
+            retry_after_ms,
+            place: None,
+        }))
     }
 
     /// A reply of another kind than the message asks for.
     pub(super) fn unexpected(reply: &ControlReply) -> Self {
-        let message = format!("the daemon answers {reply:?}; use client and daemon of the same release");
-        Self::Invalid { code: Code::MalformedRequest, message }
+        let message =
+            format!("the daemon answers {reply:?}; use client and daemon of the same release");
+        Self::Invalid {
+            code: Code::MalformedRequest,
+            message,
+        }
     }
 
     /// A name that is none of the valid ones.
-    pub(super) fn unknown<'a>(kind: &str, name: &str, valid: impl IntoIterator<Item = &'a str>, code: Code) -> Self {
+    pub(super) fn unknown<'a>(
+        kind: &str,
+        name: &str,
+        valid: impl IntoIterator<Item = &'a str>,
+        code: Code,
+    ) -> Self {
         let valid: Vec<&str> = valid.into_iter().collect();
-        let valid = if valid.is_empty() { "none".to_owned() } else { valid.join(", ") };
-        Self::Invalid { code, message: format!("{name:?} is no {kind}; valid: {valid}") }
+        let valid = if valid.is_empty() {
+            "none".to_owned()
+        } else {
+            valid.join(", ")
+        };
+        Self::Invalid {
+            code,
+            message: format!("{name:?} is no {kind}; valid: {valid}"),
+        }
     }
 
     pub(super) fn invalid(code: Code, message: impl Into<String>) -> Self {
-        Self::Invalid { code, message: message.into() }
+        Self::Invalid {
+            code,
+            message: message.into(),
+        }
     }
 }
 

@@ -15,7 +15,8 @@
 //! # }
 //! ```
 //!
-//! Nothing here knows more of a robot than its description says; what a request means the daemon decides.
+//! Nothing here knows more of a robot than its description says; what a request means the daemon
+//! decides.
 
 mod answers;
 mod best;
@@ -48,7 +49,8 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// How long a control message goes on after its daemon died, or had no room for it.
 const RECOVERY: Duration = Duration::from_secs(5);
 
-/// A connection that knows the robots it has been asked for. Cheap to clone; all clones are one connection.
+/// A connection that knows the robots it has been asked for. Cheap to clone; all clones are one
+/// connection.
 #[derive(Clone, Debug)]
 pub struct Planner {
     link: Link,
@@ -75,12 +77,20 @@ impl Planner {
 
     /// The same on a connection that is there.
     pub fn new(client: Client) -> Self {
-        Self { link: Link::Daemon(client), robots: Arc::default(), empty_scene: Arc::default() }
+        Self {
+            link: Link::Daemon(client),
+            robots: Arc::default(),
+            empty_scene: Arc::default(),
+        }
     }
 
     /// The same interface where a service of this process answers.
     pub fn in_process(service: impl Service + 'static) -> Self {
-        Self { link: Link::Here(Arc::new(service)), robots: Arc::default(), empty_scene: Arc::default() }
+        Self {
+            link: Link::Here(Arc::new(service)),
+            robots: Arc::default(),
+            empty_scene: Arc::default(),
+        }
     }
 
     /// The connection, if there is a daemon at its other end.
@@ -104,23 +114,28 @@ impl Planner {
 
     /// The same, asked anew.
     fn describe(&self, label: &str) -> Result<Arc<RobotDescription>, PlannerError> {
-        match self.control(&ControlRequest::Describe { label: label.to_owned() })? {
+        match self.control(&ControlRequest::Describe {
+            label: label.to_owned(),
+        })? {
             ControlReply::Robot(robot) => Ok(Arc::new(*robot)),
             other => Err(PlannerError::unexpected(&other)),
         }
     }
 
-    /// Sends a path, row by row in the order of [`Request::columns`], and gives the stream of its answers.
+    /// Sends a path, row by row in the order of [`Request::columns`], and gives the stream of its
+    /// answers.
     ///
     /// The numbers are written into shared memory once, whatever their order.
     ///
     /// # Errors
-    /// [`PlannerError::Invalid`] for names and sizes that are none, with the valid ones; what cannot be sent.
+    /// [`PlannerError::Invalid`] for names and sizes that are none, with the valid ones; what
+    /// cannot be sent.
     pub fn ask(&self, request: &Request, path: &[f64]) -> Result<Answers, PlannerError> {
         Answers::ask(self, request, path)
     }
 
-    /// Sends a control message, to the next daemon if the first dies. What it tells of a robot is known from then on.
+    /// Sends a control message, to the next daemon if the first dies. What it tells of a robot is
+    /// known from then on.
     ///
     /// # Errors
     /// [`PlannerError::Refused`]; what cannot be sent.
@@ -128,7 +143,8 @@ impl Planner {
         self.control_until(message, &|| false)
     }
 
-    /// The same, given up with [`crate::ClientError::GivenUp`] once `stop`, asked every 100 ms, says so.
+    /// The same, given up with [`crate::ClientError::GivenUp`] once `stop`, asked every 100 ms,
+    /// says so.
     ///
     /// # Errors
     /// As [`Self::control`].
@@ -138,13 +154,18 @@ impl Planner {
         stop: &dyn Fn() -> bool,
     ) -> Result<ControlReply, PlannerError> {
         let reply = match &self.link {
-            Link::Daemon(client) => retry(RECOVERY, || client.control_until(message, PATIENCE, stop))?,
+            Link::Daemon(client) => {
+                retry(RECOVERY, || client.control_until(message, PATIENCE, stop))?
+            }
             Link::Here(service) => service.control(message.clone()),
         };
         match reply {
             ControlReply::Refused(refusal) => Err(PlannerError::of_refusal(refusal)),
             ControlReply::Robot(robot) => {
-                self.known().insert(robot.label.clone(), Arc::new(RobotDescription::clone(&robot)));
+                self.known().insert(
+                    robot.label.clone(),
+                    Arc::new(RobotDescription::clone(&robot)),
+                );
                 Ok(ControlReply::Robot(robot))
             }
             reply => Ok(reply),

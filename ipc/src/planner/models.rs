@@ -2,7 +2,9 @@
 
 use super::{Planner, PlannerError};
 use crate::Client;
-use crate::control::{ControlReply, ControlRequest, Listing, RobotDescription, RobotSource, SceneSummary, SceneText};
+use crate::control::{
+    ControlReply, ControlRequest, Listing, RobotDescription, RobotSource, SceneSummary, SceneText,
+};
 use crate::lock::DaemonState;
 use std::path::Path;
 use std::sync::{Arc, PoisonError};
@@ -32,15 +34,24 @@ impl Planner {
         source: &RobotSource,
         replace: bool,
     ) -> Result<Arc<RobotDescription>, PlannerError> {
-        let (label, source) = (label.to_owned(), source.clone());
-        self.robot_after(&ControlRequest::LoadRobot { label, source, replace })
+        let label = label.to_owned();
+        let source = source.clone();
+        self.robot_after(&ControlRequest::LoadRobot {
+            label,
+            source,
+            replace,
+        })
     }
 
-    /// What a control message about a robot comes back with; from then on it is the robot that its label names.
+    /// What a control message about a robot comes back with; from then on it is the robot that its
+    /// label names.
     ///
     /// # Errors
     /// As [`Self::control`].
-    pub fn robot_after(&self, message: &ControlRequest) -> Result<Arc<RobotDescription>, PlannerError> {
+    pub fn robot_after(
+        &self,
+        message: &ControlRequest,
+    ) -> Result<Arc<RobotDescription>, PlannerError> {
         match self.control(message)? {
             ControlReply::Robot(robot) => Ok(Arc::new(*robot)),
             other => Err(PlannerError::unexpected(&other)),
@@ -53,10 +64,14 @@ impl Planner {
     /// An unknown label.
     pub fn unload_robot(&self, label: &str) -> Result<(), PlannerError> {
         self.known().remove(label);
-        self.control(&ControlRequest::UnloadRobot { label: label.to_owned() }).map(drop)
+        self.control(&ControlRequest::UnloadRobot {
+            label: label.to_owned(),
+        })
+        .map(drop)
     }
 
-    /// Loads a scene (JSON, as scene files are) under a label. Mesh files in it start from `base_dir`.
+    /// Loads a scene (JSON, as scene files are) under a label. Mesh files in it start from
+    /// `base_dir`.
     ///
     /// # Errors
     /// A text that is no scene, a label that is taken.
@@ -67,8 +82,15 @@ impl Planner {
         base_dir: Option<&Path>,
         replace: bool,
     ) -> Result<SceneSummary, PlannerError> {
-        let (label, json, base_dir) = (label.to_owned(), json.to_owned(), base_dir.map(Path::to_owned));
-        self.scene_after(&ControlRequest::LoadScene { label, json, base_dir, replace })
+        let label = label.to_owned();
+        let json = json.to_owned();
+        let base_dir = base_dir.map(Path::to_owned);
+        self.scene_after(&ControlRequest::LoadScene {
+            label,
+            json,
+            base_dir,
+            replace,
+        })
     }
 
     /// Forgets a scene with its versions; running requests keep theirs.
@@ -76,11 +98,14 @@ impl Planner {
     /// # Errors
     /// An unknown label, a pinned version.
     pub fn unload_scene(&self, label: &str) -> Result<(), PlannerError> {
-        self.control(&ControlRequest::UnloadScene { label: label.to_owned() }).map(drop)
+        self.control(&ControlRequest::UnloadScene {
+            label: label.to_owned(),
+        })
+        .map(drop)
     }
 
-    /// Makes a diff's changes (JSON, see [`super::words`]), all or none: the scene's next version. The scene has to have
-    /// `base_version`, 0 being any.
+    /// Makes a diff's changes (JSON, see [`super::words`]), all or none: the scene's next version.
+    /// The scene has to have `base_version`, 0 being any.
     ///
     /// # Errors
     /// A text that is no diff, unknown objects and links, another base.
@@ -91,16 +116,33 @@ impl Planner {
         base_dir: Option<&Path>,
         base_version: u64,
     ) -> Result<SceneSummary, PlannerError> {
-        let (label, json, base_dir) = (label.to_owned(), json.to_owned(), base_dir.map(Path::to_owned));
-        self.scene_after(&ControlRequest::DiffScene { label, json, base_dir, base_version })
+        let label = label.to_owned();
+        let json = json.to_owned();
+        let base_dir = base_dir.map(Path::to_owned);
+        self.scene_after(&ControlRequest::DiffScene {
+            label,
+            json,
+            base_dir,
+            base_version,
+        })
     }
 
-    /// The text of a version, 0 being the newest; as a diff against `base_version` where that is not 0.
+    /// The text of a version, 0 being the newest; as a diff against `base_version` where that is
+    /// not 0.
     ///
     /// # Errors
     /// An unknown label or version.
-    pub fn show_scene(&self, label: &str, version: u64, base_version: u64) -> Result<SceneText, PlannerError> {
-        match self.control(&ControlRequest::ShowScene { label: label.to_owned(), version, base_version })? {
+    pub fn show_scene(
+        &self,
+        label: &str,
+        version: u64,
+        base_version: u64,
+    ) -> Result<SceneText, PlannerError> {
+        match self.control(&ControlRequest::ShowScene {
+            label: label.to_owned(),
+            version,
+            base_version,
+        })? {
             ControlReply::SceneText(text) => Ok(text),
             other => Err(PlannerError::unexpected(&other)),
         }
@@ -110,8 +152,17 @@ impl Planner {
     ///
     /// # Errors
     /// An unknown label or version.
-    pub fn pin_scene(&self, label: &str, version: u64, pinned: bool) -> Result<SceneSummary, PlannerError> {
-        self.scene_after(&ControlRequest::PinScene { label: label.to_owned(), version, pinned })
+    pub fn pin_scene(
+        &self,
+        label: &str,
+        version: u64,
+        pinned: bool,
+    ) -> Result<SceneSummary, PlannerError> {
+        self.scene_after(&ControlRequest::PinScene {
+            label: label.to_owned(),
+            version,
+            pinned,
+        })
     }
 
     /// What a control message about a scene comes back with.
@@ -130,7 +181,10 @@ impl Planner {
     /// # Errors
     /// As [`Self::control`].
     pub fn empty_scene(&self) -> Result<&'static str, PlannerError> {
-        let mut loaded = self.empty_scene.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut loaded = self
+            .empty_scene
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         let boot = match self.client().map(Client::daemon_state) {
             Some(DaemonState::Running { boot_id, .. }) => Some(boot_id),
             Some(_) => None,

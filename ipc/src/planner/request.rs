@@ -16,8 +16,8 @@ pub struct Request {
     pub scene: Option<String>,
     /// Version of the scene; 0 = the newest.
     pub scene_version: u64,
-    /// Names of the path's columns; empty = all of the robot's, in its order. Joints without one stand still, at 0 where
-    /// [`Self::held`] does not say.
+    /// Names of the path's columns; empty = all of the robot's, in its order. Joints without one
+    /// stand still, at 0 where [`Self::held`] does not say.
     pub columns: Vec<String>,
     /// Where joints stand that are no columns, by variable name (rad or m).
     pub held: Vec<(String, f64)>,
@@ -35,11 +35,13 @@ pub struct Request {
     pub strict: bool,
     /// Columns of continuous joints are real numbers, not angles on the circle.
     pub unwrapped: bool,
-    /// The goal's numbers stay to the last bit; a path whose angles do not lead there by their numbers is refused.
+    /// The goal's numbers stay to the last bit; a path whose angles do not lead there by their
+    /// numbers is refused.
     pub keep_goal: bool,
     /// Look for what is nearest along the answer.
     pub contacts: bool,
-    /// Mode check only: tell again when a change of the scene makes the path unsafe or safe, until it is dropped.
+    /// Mode check only: tell again when a change of the scene makes the path unsafe or safe, until
+    /// it is dropped.
     pub watch: bool,
     /// Weights of the metric, one per velocity coordinate; empty = reach weights.
     pub metric: Vec<f64>,
@@ -93,13 +95,19 @@ impl Request {
     /// # Errors
     /// Numbers that make no rows, none, or too many.
     pub(super) fn waypoints(&self, columns: &Columns, numbers: usize) -> Result<u32, PlannerError> {
-        let (width, robot_width) = (columns.width(), columns.robot_width());
+        let width = columns.width();
+        let robot_width = columns.robot_width();
         if numbers == 0 || !numbers.is_multiple_of(width) {
-            let message = format!("the path has {numbers} numbers, no whole rows of {width}; give a row per waypoint");
+            let message = format!(
+                "the path has {numbers} numbers, no whole rows of {width}; give a row per waypoint"
+            );
             return Err(PlannerError::invalid(Code::InvalidRobotState, message));
         }
         let rows = numbers / width;
-        if rows > MAX_WAYPOINTS || robot_width > MAX_VARIABLES || rows * robot_width > MAX_PATH_NUMBERS {
+        if rows > MAX_WAYPOINTS
+            || robot_width > MAX_VARIABLES
+            || rows * robot_width > MAX_PATH_NUMBERS
+        {
             let message = format!(
                 "a path of {rows} waypoints x {robot_width} variables; at most {MAX_WAYPOINTS} waypoints and {MAX_PATH_NUMBERS} numbers: split it or drop waypoints"
             );
@@ -109,7 +117,11 @@ impl Request {
     }
 
     /// Header of the request.
-    pub(super) fn header(&self, robot: &RobotDescription, scene: &str) -> Result<RequestHeader, PlannerError> {
+    pub(super) fn header(
+        &self,
+        robot: &RobotDescription,
+        scene: &str,
+    ) -> Result<RequestHeader, PlannerError> {
         let flag = |is_set: bool, flag: u32| if is_set { flag } else { 0 };
         let clearance_m = match self.clearance_m {
             None => 0.0,
@@ -163,13 +175,23 @@ impl Request {
         if self.joint_weights.is_empty() {
             return Ok(self.metric.clone());
         }
-        let mut weights = if self.metric.is_empty() { robot.weights.clone() } else { self.metric.clone() };
+        let mut weights = if self.metric.is_empty() {
+            robot.weights.clone()
+        } else {
+            self.metric.clone()
+        };
         for (name, weight) in &self.joint_weights {
             let is_meant = |column: &str| {
-                column.strip_prefix(name.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+                column
+                    .strip_prefix(name.as_str())
+                    .is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
             };
             let mut found = false;
-            for variable in robot.variables.iter().filter(|variable| is_meant(&variable.name)) {
+            for variable in robot
+                .variables
+                .iter()
+                .filter(|variable| is_meant(&variable.name))
+            {
                 found = true;
                 let first = variable.coordinate as usize;
                 let end = first + variable.coordinates as usize;
@@ -178,8 +200,16 @@ impl Request {
                 }
             }
             if !found {
-                let valid = robot.variables.iter().map(|variable| variable.name.as_str());
-                return Err(PlannerError::unknown("joint of the robot", name, valid, Code::MalformedRequest));
+                let valid = robot
+                    .variables
+                    .iter()
+                    .map(|variable| variable.name.as_str());
+                return Err(PlannerError::unknown(
+                    "joint of the robot",
+                    name,
+                    valid,
+                    Code::MalformedRequest,
+                ));
             }
         }
         Ok(weights)
@@ -192,7 +222,10 @@ impl Request {
         let mut fixed = vec![0; waypoints];
         for &waypoint in &self.fixed_waypoints {
             let Some(stays) = fixed.get_mut(waypoint) else {
-                let message = format!("waypoint {waypoint} is to stay; the path has waypoints 0 to {}", waypoints - 1);
+                let message = format!(
+                    "waypoint {waypoint} is to stay; the path has waypoints 0 to {}",
+                    waypoints - 1
+                );
                 return Err(PlannerError::invalid(Code::MalformedRequest, message));
             };
             *stays = 1;
@@ -206,13 +239,22 @@ impl Request {
         if let Some(name) = &self.group {
             let Some(group) = robot.groups.iter().find(|group| group.name == *name) else {
                 let valid = robot.groups.iter().map(|group| group.name.as_str());
-                return Err(PlannerError::unknown("group of the robot", name, valid, Code::InvalidGroupName));
+                return Err(PlannerError::unknown(
+                    "group of the robot",
+                    name,
+                    valid,
+                    Code::InvalidGroupName,
+                ));
             };
             for (variable, moves) in (0..).zip(&mut moving) {
                 *moves &= u8::from(group.variables.contains(&variable));
             }
         }
-        Ok(if moving.iter().all(|moves| *moves == 1) { Vec::new() } else { moving })
+        Ok(if moving.iter().all(|moves| *moves == 1) {
+            Vec::new()
+        } else {
+            moving
+        })
     }
 
     /// Values of the robot's held joints; none where all have their own.
@@ -225,14 +267,27 @@ impl Request {
                 is_given = true;
                 continue;
             }
-            let is_missing_column = robot.variables.iter().any(|variable| variable.name == *name)
+            let is_missing_column = robot
+                .variables
+                .iter()
+                .any(|variable| variable.name == *name)
                 && !self.columns.is_empty()
                 && !self.columns.contains(name);
             if !is_missing_column {
                 let columns = robot.variables.iter().map(|variable| &variable.name);
-                let missing = columns.filter(|name| !self.columns.is_empty() && !self.columns.contains(name));
-                let valid = robot.held_variables.iter().chain(missing).map(String::as_str);
-                return Err(PlannerError::unknown("joint without a column", name, valid, Code::MalformedRequest));
+                let missing =
+                    columns.filter(|name| !self.columns.is_empty() && !self.columns.contains(name));
+                let valid = robot
+                    .held_variables
+                    .iter()
+                    .chain(missing)
+                    .map(String::as_str);
+                return Err(PlannerError::unknown(
+                    "joint without a column",
+                    name,
+                    valid,
+                    Code::MalformedRequest,
+                ));
             }
         }
         Ok(if is_given { values } else { Vec::new() })

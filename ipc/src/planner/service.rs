@@ -4,7 +4,9 @@ use super::{Best, Columns, PlannerError};
 use crate::client::ClientError;
 use crate::control::{ControlReply, ControlRequest};
 use crate::limits::RESPONSE_BUFFER;
-use crate::wire::{RequestBody, RequestHeader, RequestView, ResponseBody, ResponseHeader, Status, WireError};
+use crate::wire::{
+    RequestBody, RequestHeader, RequestView, ResponseBody, ResponseHeader, Status, WireError,
+};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -18,7 +20,8 @@ pub trait Service: Send + Sync + std::fmt::Debug {
     /// Answers a control message.
     fn control(&self, message: ControlRequest) -> ControlReply;
 
-    /// Answers a request on a thread of its own: improvements, and a final answer last. It ends soon once it is asked to.
+    /// Answers a request on a thread of its own: improvements, and a final answer last. It ends
+    /// soon once it is asked to.
     fn answer(&self, request: &RequestView<'_>, ending: &Ending, tell: &Tell<'_>);
 }
 
@@ -27,7 +30,8 @@ pub trait Service: Send + Sync + std::fmt::Debug {
 pub struct Ending(AtomicU8);
 
 impl Ending {
-    /// `Some(true)` where the best so far is wanted now, `Some(false)` where nobody waits for an answer any more.
+    /// `Some(true)` where the best so far is wanted now, `Some(false)` where nobody waits for an
+    /// answer any more.
     pub fn asked(&self) -> Option<bool> {
         match self.0.load(Ordering::Relaxed) {
             0 => None,
@@ -84,13 +88,18 @@ impl Stream {
         body.write(&header, payload);
         fill(bytemuck::cast_slice_mut(&mut payload[..numbers * 8]));
         let shared = Arc::new(Shared::default());
-        let (service, for_thread) = (service.clone(), shared.clone());
+        let service = service.clone();
+        let for_thread = shared.clone();
         let work = move || work(&*service, header, &words, &for_thread, &columns);
         std::thread::Builder::new()
             .name("taut-local".into())
             .spawn(work)
             .map_err(|error| ClientError::transport("a thread for the request", error))?;
-        Ok(Self { shared, request_id: header.request_id, finished: false })
+        Ok(Self {
+            shared,
+            request_id: header.request_id,
+            finished: false,
+        })
     }
 
     pub(super) fn request_id(&self) -> u64 {
@@ -110,19 +119,31 @@ impl Stream {
             }
             if answered.ended {
                 self.finished = true;
-                return Err(answered.broken.take().map_or(ClientError::NoAnswer, ClientError::Wire));
+                return Err(answered
+                    .broken
+                    .take()
+                    .map_or(ClientError::NoAnswer, ClientError::Wire));
             }
             let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return Err(ClientError::Timeout(timeout));
             }
-            answered = self.shared.came.wait_timeout(answered, left).unwrap_or_else(PoisonError::into_inner).0;
+            answered = self
+                .shared
+                .came
+                .wait_timeout(answered, left)
+                .unwrap_or_else(PoisonError::into_inner)
+                .0;
         }
     }
 
     pub(super) fn finish_early(&self) {
         // Who is cancelled is not asked for an answer any more.
-        let _ = self.shared.ending.0.compare_exchange(0, 1, Ordering::Relaxed, Ordering::Relaxed);
+        let _ = self
+            .shared
+            .ending
+            .0
+            .compare_exchange(0, 1, Ordering::Relaxed, Ordering::Relaxed);
     }
 }
 
@@ -132,13 +153,23 @@ impl Drop for Stream {
     }
 }
 
-fn work(service: &dyn Service, header: RequestHeader, words: &[u64], shared: &Shared, columns: &Arc<Columns>) {
+fn work(
+    service: &dyn Service,
+    header: RequestHeader,
+    words: &[u64],
+    shared: &Shared,
+    columns: &Arc<Columns>,
+) {
     let tell = |answer: &ResponseHeader, body: &ResponseBody<'_>| {
         if shared.ending.asked() == Some(false) {
             return;
         }
         let mut answered = shared.lock();
-        let answer = ResponseHeader { request_id: header.request_id, seq: answered.told, ..*answer };
+        let answer = ResponseHeader {
+            request_id: header.request_id,
+            seq: answered.told,
+            ..*answer
+        };
         answered.told += 1;
         match Best::made(&answer, body, columns.clone()) {
             Ok(best) => {

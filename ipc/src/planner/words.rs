@@ -14,7 +14,10 @@ pub struct Pose {
 impl Pose {
     /// Upright at a position.
     pub fn at(position: [f64; 3]) -> Self {
-        Self { position, orientation: [0.0, 0.0, 0.0, 1.0] }
+        Self {
+            position,
+            orientation: [0.0, 0.0, 0.0, 1.0],
+        }
     }
 
     fn json(&self) -> Value {
@@ -23,19 +26,25 @@ impl Pose {
     }
 }
 
-/// Moves an object of the world; or, with a link, one that the link carries, the pose in the link's frame.
+/// Moves an object of the world; or, with a link, one that the link carries, the pose in the link's
+/// frame.
 pub fn moved(object: &str, link: Option<&str>, pose: &Pose) -> String {
     let moved = json!({ "id": object, "operation": "MOVE", "pose": pose.json() });
     match link {
         None => diff(json!({ "objects": [moved] })),
-        Some(link) => diff(json!({ "attached_collision_objects": [{ "link_name": link, "object": moved }] })),
+        Some(link) => {
+            diff(json!({ "attached_collision_objects": [{ "link_name": link, "object": moved }] }))
+        }
     }
 }
 
-/// Lets a link carry an object of the world, its pose in the link's frame; it may touch the link and what is named.
+/// Lets a link carry an object of the world, its pose in the link's frame; it may touch the link
+/// and what is named.
 pub fn attached(object: &str, link: &str, pose: &Pose, touch_links: &[String]) -> String {
     let object = json!({ "id": object, "operation": "ADD", "pose": pose.json() });
-    diff(json!({ "attached_collision_objects": [{ "link_name": link, "touch_links": touch_links, "object": object }] }))
+    diff(
+        json!({ "attached_collision_objects": [{ "link_name": link, "touch_links": touch_links, "object": object }] }),
+    )
 }
 
 /// Puts an attached object down, its pose in the world.

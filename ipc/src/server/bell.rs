@@ -16,9 +16,16 @@ pub struct Waker {
 impl Waker {
     pub(super) fn new(node: &Node<Variant>) -> Result<Self, String> {
         let builder = transport::wake_server_settings(transport::wake_server(node));
-        let service = builder.open_or_create().map_err(|error| error.to_string())?;
-        let notifier = service.notifier_builder().create().map_err(|error| error.to_string())?;
-        Ok(Self { notifier: Arc::new(notifier) })
+        let service = builder
+            .open_or_create()
+            .map_err(|error| error.to_string())?;
+        let notifier = service
+            .notifier_builder()
+            .create()
+            .map_err(|error| error.to_string())?;
+        Ok(Self {
+            notifier: Arc::new(notifier),
+        })
     }
 
     /// Ends the current or the next wait.
@@ -38,9 +45,17 @@ pub(super) struct ClientBell {
 impl ClientBell {
     pub(super) fn new(node: &Node<Variant>) -> Result<Self, String> {
         let builder = transport::wake_client_settings(transport::wake_client(node));
-        let service = builder.open_or_create().map_err(|error| error.to_string())?;
-        let notifier = service.notifier_builder().create().map_err(|error| error.to_string())?;
-        Ok(Self { notifier, keys: Mutex::default() })
+        let service = builder
+            .open_or_create()
+            .map_err(|error| error.to_string())?;
+        let notifier = service
+            .notifier_builder()
+            .create()
+            .map_err(|error| error.to_string())?;
+        Ok(Self {
+            notifier,
+            keys: Mutex::default(),
+        })
     }
 
     /// Wakes the listener with this id; a listener that is gone needs no waking.

@@ -1,9 +1,9 @@
 //! Removes what killed processes left behind.
 //!
-//! iceoryx2 notices a killed client only when its node is cleaned up; until then its requests look connected.
-//! Its clean-up (0.10.0) stumbles over files that their process was about to finish when it died, so those go
-//! first. They are told by their permissions: a finished file in shared memory can be read, a finished tag of a
-//! node cannot be written.
+//! iceoryx2 notices a killed client only when its node is cleaned up; until then its requests look
+//! connected. Its clean-up (0.10.0) stumbles over files that their process was about to finish when
+//! it died, so those go first. They are told by their permissions: a finished file in shared memory
+//! can be read, a finished tag of a node cannot be written.
 
 use crate::instance::Instance;
 use crate::limits::UNFINISHED_FILE_AGE;
@@ -47,8 +47,9 @@ impl CleanUp {
 
 /// Removes the nodes of processes that died, each in 2 to 13 ms, and the files they did not finish.
 ///
-/// For the daemon's janitor thread. Opening an empty shared-memory file makes iceoryx2 wait without end (as root,
-/// who may open it): so old ones are removed before, and while there are young ones no node is cleaned up.
+/// For the daemon's janitor thread. Opening an empty shared-memory file makes iceoryx2 wait without
+/// end (as root, who may open it): so old ones are removed before, and while there are young ones
+/// no node is cleaned up.
 pub fn clean_dead_nodes(instance: &Instance) -> CleanUp {
     transport::quiet();
     let (alive, dead) = nodes(instance);
@@ -56,10 +57,19 @@ pub fn clean_dead_nodes(instance: &Instance) -> CleanUp {
 }
 
 /// As [`clean_dead_nodes`], of nodes that were listed already.
-pub(super) fn clean(instance: &Instance, alive: usize, dead: Vec<DeadNodeView<Variant>>) -> CleanUp {
+pub(super) fn clean(
+    instance: &Instance,
+    alive: usize,
+    dead: Vec<DeadNodeView<Variant>>,
+) -> CleanUp {
     let (files, young) = remove_unfinished(instance);
     let orphans = remove_orphans(instance);
-    let mut done = CleanUp { alive, files, young: young.len() + orphans, ..CleanUp::default() };
+    let mut done = CleanUp {
+        alive,
+        files,
+        young: young.len() + orphans,
+        ..CleanUp::default()
+    };
     if young.iter().any(|file| file.bytes == 0) {
         done.postponed = dead.len();
         return done;
@@ -74,7 +84,8 @@ pub(super) fn clean(instance: &Instance, alive: usize, dead: Vec<DeadNodeView<Va
     done
 }
 
-/// At the start of a daemon, which holds the lock: if nobody lives, everything is wiped, else cleaned up.
+/// At the start of a daemon, which holds the lock: if nobody lives, everything is wiped, else
+/// cleaned up.
 pub(super) fn clean_start(instance: &Instance) {
     if nodes(instance).0.is_empty() {
         wipe(instance);
@@ -90,8 +101,9 @@ pub(super) fn clean_end(instance: &Instance) {
     }
 }
 
-/// Removes what a daemon and its last clients left behind, unless a daemon or a client lives. For whoever stopped
-/// the daemon: a client that lives longer than the daemon leaves files that the daemon could not take along.
+/// Removes what a daemon and its last clients left behind, unless a daemon or a client lives. For
+/// whoever stopped the daemon: a client that lives longer than the daemon leaves files that the
+/// daemon could not take along.
 pub fn tidy(instance: &Instance) {
     if let Ok(Some(_lock)) = DaemonLock::acquire(instance) {
         clean_end(instance);
@@ -100,7 +112,8 @@ pub fn tidy(instance: &Instance) {
 
 /// Process of each living node, if it can be told, and the dead nodes.
 pub(super) fn nodes(instance: &Instance) -> (Vec<Option<i32>>, Vec<DeadNodeView<Variant>>) {
-    let (mut alive, mut dead) = (Vec::new(), Vec::new());
+    let mut alive = Vec::new();
+    let mut dead = Vec::new();
     let _ = Node::<Variant>::list(&instance.config(), |state| {
         match state {
             NodeState::Dead(view) => dead.push(view),
@@ -125,31 +138,44 @@ fn remove_unfinished(instance: &Instance) -> (usize, Vec<SharedFile>) {
     let unfinished = |file: &SharedFile| file.bytes == 0 || file.mode == SHARED_UNFINISHED;
     let files = shared_files(instance).into_iter().filter(unfinished);
     let (young, old): (Vec<_>, Vec<_>) = files.partition(|file| file.age < UNFINISHED_FILE_AGE);
-    let removed = old.iter().filter(|file| std::fs::remove_file(&file.path).is_ok()).count();
+    let removed = old
+        .iter()
+        .filter(|file| std::fs::remove_file(&file.path).is_ok())
+        .count();
     (removed, young)
 }
 
 /// What an unfinished tag stands for was never made, so only the tag has to go.
 fn remove_unfinished_tags(folder: &Path) {
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return;
+    };
     for entry in entries.flatten() {
-        let mode = entry.metadata().map_or(0, |meta| meta.permissions().mode() & 0o777);
+        let mode = entry
+            .metadata()
+            .map_or(0, |meta| meta.permissions().mode() & 0o777);
         if mode == TAG_UNFINISHED {
             let _ = std::fs::remove_file(entry.path());
         }
     }
 }
 
-/// Removes folders of nodes that died before they were known, and connections and data of ports that no node has:
-/// their makers died before they registered them. Returns how many are too young to tell.
+/// Removes folders of nodes that died before they were known, and connections and data of ports
+/// that no node has: their makers died before they registered them. Returns how many are too young
+/// to tell.
 fn remove_orphans(instance: &Instance) -> usize {
     let mut young = 0;
-    let Ok(entries) = std::fs::read_dir(nodes_folder(instance)) else { return young };
+    let Ok(entries) = std::fs::read_dir(nodes_folder(instance)) else {
+        return young;
+    };
     let mut ports = HashSet::new();
     for entry in entries.flatten().filter(|entry| entry.path().is_dir()) {
         let id = entry.file_name().to_string_lossy().into_owned();
         let monitor = format!("{}{id}.node_monitor", instance.prefix());
-        let age = entry.metadata().and_then(|meta| meta.modified()).map(|at| at.elapsed().unwrap_or_default());
+        let age = entry
+            .metadata()
+            .and_then(|meta| meta.modified())
+            .map(|at| at.elapsed().unwrap_or_default());
         let old = age.is_ok_and(|age| age >= UNFINISHED_FILE_AGE);
         let known = nodes_folder(instance).join(monitor).exists();
         if known || !old {
@@ -160,7 +186,10 @@ fn remove_orphans(instance: &Instance) -> usize {
         }
     }
     for file in shared_files(instance) {
-        if ports_in_name(&file.path).iter().all(|port| ports.contains(port)) {
+        if ports_in_name(&file.path)
+            .iter()
+            .all(|port| ports.contains(port))
+        {
             continue;
         }
         if file.age < UNFINISHED_FILE_AGE {
@@ -174,14 +203,34 @@ fn remove_orphans(instance: &Instance) -> usize {
 
 /// Ids of the ports that a node has registered.
 fn ports_of(instance: &Instance, folder: &Path) -> Vec<String> {
-    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
-    let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
-    names.filter_map(|name| Some(name.strip_prefix(instance.prefix())?.strip_suffix(".port_tag")?.to_owned())).collect()
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let names = entries
+        .flatten()
+        .map(|entry| entry.file_name().to_string_lossy().into_owned());
+    names
+        .filter_map(|name| {
+            Some(
+                name.strip_prefix(instance.prefix())?
+                    .strip_suffix(".port_tag")?
+                    .to_owned(),
+            )
+        })
+        .collect()
 }
 
 /// Ids of the ports that a connection or a data segment belongs to; none for any other file.
 fn ports_in_name(path: &Path) -> Vec<String> {
-    let is_of_ports = path.extension().is_some_and(|extension| extension == "connection" || extension == "data");
-    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).filter(|_| is_of_ports);
-    stem.iter().flat_map(|stem| stem.split('_').skip(1)).map(str::to_owned).collect()
+    let is_of_ports = path
+        .extension()
+        .is_some_and(|extension| extension == "connection" || extension == "data");
+    let stem = path
+        .file_stem()
+        .map(|stem| stem.to_string_lossy().into_owned())
+        .filter(|_| is_of_ports);
+    stem.iter()
+        .flat_map(|stem| stem.split('_').skip(1))
+        .map(str::to_owned)
+        .collect()
 }

@@ -5,8 +5,8 @@ use crate::control::{ControlError, ControlReply, ControlRequest, Refusal, decode
 use crate::limits::{CONTROL_MAX, CONTROL_REPLY_MAX, WIRE_VERSION};
 use crate::transport::Variant;
 use crate::wire::{
-    Code, ControlHeader, ControlReplyHeader, RequestHeader, RequestView, ResponseBody, ResponseHeader, Status,
-    Termination, WireError,
+    Code, ControlHeader, ControlReplyHeader, RequestHeader, RequestView, ResponseBody,
+    ResponseHeader, Status, Termination, WireError,
 };
 use iceoryx2::active_request::ActiveRequest;
 use std::sync::Arc;
@@ -30,7 +30,11 @@ pub enum SendError {
 
 impl Shared {
     fn check_room(&self, bytes: usize) -> Result<(), SendError> {
-        if self.room.take(bytes) { Ok(()) } else { Err(SendError::NoMemory(bytes)) }
+        if self.room.take(bytes) {
+            Ok(())
+        } else {
+            Err(SendError::NoMemory(bytes))
+        }
     }
 }
 
@@ -66,8 +70,17 @@ impl IncomingRequest {
         shared: Arc<Shared>,
     ) -> Self {
         let header = *active.user_header();
-        let farewell = Farewell { shared, listener_id: header.listener_id, finished: false };
-        Self { active, header, seq: 0, farewell }
+        let farewell = Farewell {
+            shared,
+            listener_id: header.listener_id,
+            finished: false,
+        };
+        Self {
+            active,
+            header,
+            seq: 0,
+            farewell,
+        }
     }
 
     /// The header, read once; nothing in it is checked yet.
@@ -75,7 +88,8 @@ impl IncomingRequest {
         &self.header
     }
 
-    /// The payload, still in memory that the client can write: copy what matters once, then check the copy.
+    /// The payload, still in memory that the client can write: copy what matters once, then check
+    /// the copy.
     pub fn payload(&self) -> &[u8] {
         self.active.payload()
     }
@@ -93,7 +107,8 @@ impl IncomingRequest {
         self.active.origin().value()
     }
 
-    /// False once the client dropped the request; a killed client stays connected until it is cleaned up.
+    /// False once the client dropped the request; a killed client stays connected until it is
+    /// cleaned up.
     pub fn is_connected(&self) -> bool {
         self.active.is_connected()
     }
@@ -108,12 +123,17 @@ impl IncomingRequest {
         self.seq
     }
 
-    /// Sends a response and wakes the client. Never waits: if the client does not read, its oldest response is
-    /// dropped. Version, lengths, request id, sequence number, boot id and sections are filled in.
+    /// Sends a response and wakes the client. Never waits: if the client does not read, its oldest
+    /// response is dropped. Version, lengths, request id, sequence number, boot id and sections are
+    /// filled in.
     ///
     /// # Errors
     /// [`SendError`]; the request stays usable, for example for a smaller refusal.
-    pub fn send(&mut self, header: &ResponseHeader, body: &ResponseBody<'_>) -> Result<(), SendError> {
+    pub fn send(
+        &mut self,
+        header: &ResponseHeader,
+        body: &ResponseBody<'_>,
+    ) -> Result<(), SendError> {
         let mut header = ResponseHeader {
             wire_version: WIRE_VERSION,
             header_len: size_of::<ResponseHeader>() as u32,
@@ -128,7 +148,9 @@ impl IncomingRequest {
         let mut response = loan.map_err(|error| SendError::Port(error.to_string()))?;
         *response.user_header_mut() = header;
         body.write(&header, response.payload_mut());
-        response.send().map_err(|error| SendError::Port(error.to_string()))?;
+        response
+            .send()
+            .map_err(|error| SendError::Port(error.to_string()))?;
         self.seq += 1;
         self.farewell.finished |= header.status == u32::from(Status::Final);
         self.farewell.shared.bell.ring(self.header.listener_id);
@@ -139,7 +161,12 @@ impl IncomingRequest {
     ///
     /// # Errors
     /// As [`Self::send`].
-    pub fn refuse(mut self, code: Code, message: &str, retry_after_ms: u32) -> Result<(), SendError> {
+    pub fn refuse(
+        mut self,
+        code: Code,
+        message: &str,
+        retry_after_ms: u32,
+    ) -> Result<(), SendError> {
         let header = ResponseHeader {
             status: Status::Final.into(),
             code: code.into(),
@@ -148,7 +175,13 @@ impl IncomingRequest {
             retry_after_ms,
             ..ResponseHeader::default()
         };
-        self.send(&header, &ResponseBody { message, ..ResponseBody::default() })
+        self.send(
+            &header,
+            &ResponseBody {
+                message,
+                ..ResponseBody::default()
+            },
+        )
     }
 }
 
@@ -166,7 +199,11 @@ impl IncomingControl {
         shared: Arc<Shared>,
     ) -> Self {
         let header = *active.user_header();
-        Self { active, header, shared }
+        Self {
+            active,
+            header,
+            shared,
+        }
     }
 
     /// The message, decoded from a copy of the bytes.
@@ -179,7 +216,10 @@ impl IncomingControl {
             return Err(Refusal::new(Code::MalformedRequest, error.to_string()));
         }
         if self.active.payload().len() > CONTROL_MAX {
-            return Err(Refusal::new(Code::ResourceExhausted, ControlError::TooLarge.to_string()));
+            return Err(Refusal::new(
+                Code::ResourceExhausted,
+                ControlError::TooLarge.to_string(),
+            ));
         }
         let copy = self.active.payload().to_vec();
         decode(&copy).map_err(|error| Refusal::new(Code::MalformedRequest, error.to_string()))
@@ -197,8 +237,14 @@ impl IncomingControl {
     pub fn reply(self, reply: &ControlReply) -> Result<(), SendError> {
         let mut bytes = encode(reply)?;
         if bytes.len() > CONTROL_REPLY_MAX {
-            let text = format!("the reply has {} bytes, and at most {CONTROL_REPLY_MAX} fit", bytes.len());
-            bytes = encode(&ControlReply::Refused(Refusal::new(Code::ResourceExhausted, text)))?;
+            let text = format!(
+                "the reply has {} bytes, and at most {CONTROL_REPLY_MAX} fit",
+                bytes.len()
+            );
+            bytes = encode(&ControlReply::Refused(Refusal::new(
+                Code::ResourceExhausted,
+                text,
+            )))?;
         }
         self.shared.check_room(bytes.len())?;
         let loan = self.active.loan_slice_uninit(bytes.len());
@@ -210,7 +256,9 @@ impl IncomingControl {
             boot_id: self.shared.boot_id,
         };
         let response = response.write_from_slice(&bytes);
-        response.send().map_err(|error| SendError::Port(error.to_string()))?;
+        response
+            .send()
+            .map_err(|error| SendError::Port(error.to_string()))?;
         self.shared.bell.ring(self.header.listener_id);
         Ok(())
     }

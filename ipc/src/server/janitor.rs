@@ -25,8 +25,9 @@ struct Progress {
 
 /// A thread that removes what dead clients leave, off the I/O thread.
 ///
-/// It sleeps on the client processes themselves, so a death wakes it at once and idling costs nothing. Processes of
-/// another container, which it cannot watch, are looked at four times a second.
+/// It sleeps on the client processes themselves, so a death wakes it at once and idling costs
+/// nothing. Processes of another container, which it cannot watch, are looked at four times a
+/// second.
 #[derive(Debug)]
 pub struct Janitor {
     progress: Arc<Progress>,
@@ -38,34 +39,47 @@ impl Janitor {
     ///
     /// # Errors
     /// If the system has no thread or file descriptor left.
-    pub fn start(instance: &Instance, cleaned: impl Fn(CleanUp) + Send + 'static) -> std::io::Result<Self> {
+    pub fn start(
+        instance: &Instance,
+        cleaned: impl Fn(CleanUp) + Send + 'static,
+    ) -> std::io::Result<Self> {
         let progress = Arc::new(Progress {
             cleaned: AtomicU64::new(0),
             busy_since_ns: AtomicU64::new(0),
             call: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
             stops: AtomicBool::new(false),
         });
-        let (shared, mut watch) = (progress.clone(), Watch::new(instance));
-        let thread = std::thread::Builder::new().name("taut-janitor".into()).spawn(move || {
-            transport::quiet();
-            loop {
-                watch.sleep(&shared.call);
-                if shared.stops.load(Ordering::Relaxed) {
-                    return;
+        let shared = progress.clone();
+        let mut watch = Watch::new(instance);
+        let thread = std::thread::Builder::new()
+            .name("taut-janitor".into())
+            .spawn(move || {
+                transport::quiet();
+                loop {
+                    watch.sleep(&shared.call);
+                    if shared.stops.load(Ordering::Relaxed) {
+                        return;
+                    }
+                    if !watch.is_due() {
+                        continue;
+                    }
+                    shared
+                        .busy_since_ns
+                        .store(monotonic_ns(), Ordering::Relaxed);
+                    let done = watch.pass();
+                    shared.busy_since_ns.store(0, Ordering::Relaxed);
+                    shared
+                        .cleaned
+                        .fetch_add(done.cleaned as u64, Ordering::Relaxed);
+                    if done.cleaned > 0 {
+                        cleaned(done);
+                    }
                 }
-                if !watch.is_due() {
-                    continue;
-                }
-                shared.busy_since_ns.store(monotonic_ns(), Ordering::Relaxed);
-                let done = watch.pass();
-                shared.busy_since_ns.store(0, Ordering::Relaxed);
-                shared.cleaned.fetch_add(done.cleaned as u64, Ordering::Relaxed);
-                if done.cleaned > 0 {
-                    cleaned(done);
-                }
-            }
-        })?;
-        Ok(Self { progress, thread: Some(thread) })
+            })?;
+        Ok(Self {
+            progress,
+            thread: Some(thread),
+        })
     }
 
     /// Looks at once whether clients came, so that their deaths wake it from now on.
@@ -78,8 +92,8 @@ impl Janitor {
         self.progress.cleaned.load(Ordering::Relaxed)
     }
 
-    /// How long the current pass has been running; zero between passes. More than some seconds means that it
-    /// hangs: log it and, under a supervisor, restart.
+    /// How long the current pass has been running; zero between passes. More than some seconds
+    /// means that it hangs: log it and, under a supervisor, restart.
     pub fn busy_for(&self) -> Duration {
         match self.progress.busy_since_ns.load(Ordering::Relaxed) {
             0 => Duration::ZERO,
@@ -131,12 +145,17 @@ impl Watch {
     /// Sleeps until a process dies, somebody calls, or a tick passes.
     fn sleep(&mut self, call: &OwnedFd) {
         let all = std::iter::once(call).chain(&self.processes);
-        let mut fds: Vec<_> = all.map(|fd| PollFd::from_borrowed_fd(fd.as_fd(), PollFlags::IN)).collect();
+        let mut fds: Vec<_> = all
+            .map(|fd| PollFd::from_borrowed_fd(fd.as_fd(), PollFlags::IN))
+            .collect();
         let tick = match self.failures {
             0 => JANITOR_INTERVAL,
             failures => JANITOR_INTERVAL.min(JANITOR_RETRY * (1 << failures)),
         };
-        let tick = Timespec { tv_sec: 0, tv_nsec: tick.as_nanos() as _ };
+        let tick = Timespec {
+            tv_sec: 0,
+            tv_nsec: tick.as_nanos() as _,
+        };
         if poll(&mut fds, Some(&tick)).is_err() {
             return;
         }
@@ -150,7 +169,9 @@ impl Watch {
     }
 
     fn changed_at(&self) -> Option<SystemTime> {
-        std::fs::metadata(&self.node_folder).and_then(|meta| meta.modified()).ok()
+        std::fs::metadata(&self.node_folder)
+            .and_then(|meta| meta.modified())
+            .ok()
     }
 
     fn is_due(&self) -> bool {
@@ -160,16 +181,27 @@ impl Watch {
     fn pass(&mut self) -> CleanUp {
         let changed_at = self.changed_at();
         let (alive, dead) = nodes(&self.instance);
-        let watched: Vec<_> = alive.iter().copied().filter(|pid| !is_own(*pid)).map(open_process).collect();
+        let watched: Vec<_> = alive
+            .iter()
+            .copied()
+            .filter(|pid| !is_own(*pid))
+            .map(open_process)
+            .collect();
         let blind = watched.iter().any(Option::is_none);
         self.processes = watched.into_iter().flatten().collect();
         let done = clean(&self.instance, alive.len(), dead);
         // The folder's clock is coarse: a change just before this pass may hide a later one.
-        let recent = changed_at.and_then(|at| at.elapsed().ok()).is_some_and(|age| age < JANITOR_INTERVAL);
+        let recent = changed_at
+            .and_then(|at| at.elapsed().ok())
+            .is_some_and(|age| age < JANITOR_INTERVAL);
         self.seen = changed_at.filter(|_| !recent);
         self.look = blind || done.is_incomplete();
         // What fails soon works, when another clean-up of this process is done, or never.
-        self.failures = if done.failed == 0 { 0 } else { (self.failures + 1).min(8) };
+        self.failures = if done.failed == 0 {
+            0
+        } else {
+            (self.failures + 1).min(8)
+        };
         self.last_pass = Instant::now();
         done
     }

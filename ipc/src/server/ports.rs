@@ -9,8 +9,14 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
 
-pub(super) fn made<T, E: std::fmt::Display>(what: &'static str, result: Result<T, E>) -> Result<T, ServerError> {
-    result.map_err(|error| ServerError::Setup { what, reason: error.to_string() })
+pub(super) fn made<T, E: std::fmt::Display>(
+    what: &'static str,
+    result: Result<T, E>,
+) -> Result<T, ServerError> {
+    result.map_err(|error| ServerError::Setup {
+        what,
+        reason: error.to_string(),
+    })
 }
 
 pub(super) fn optimize_port(service: &OptimizeService) -> Result<OptimizePort, ServerError> {
@@ -18,14 +24,18 @@ pub(super) fn optimize_port(service: &OptimizeService) -> Result<OptimizePort, S
         .server_builder()
         .initial_max_slice_len(MAX_PAYLOAD)
         .allocation_strategy(AllocationStrategy::Static)
-        // Waiting for a client that does not read would hang the daemon, even after that client's death.
+        // Waiting for a client that does not read would hang the daemon, even after that client's
+        // death.
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .max_loaned_responses_per_request(1);
     made("request port", builder.create())
 }
 
 pub(super) fn control_port(node: &Node<Variant>) -> Result<ControlPort, ServerError> {
-    let service = made("control", transport::control_settings(transport::control(node)).open_or_create())?;
+    let service = made(
+        "control",
+        transport::control_settings(transport::control(node)).open_or_create(),
+    )?;
     let builder = service
         .server_builder()
         .initial_max_slice_len(CONTROL_REPLY_MAX)
@@ -35,16 +45,27 @@ pub(super) fn control_port(node: &Node<Variant>) -> Result<ControlPort, ServerEr
     made("control port", builder.create())
 }
 
-pub(super) fn status_port(node: &Node<Variant>) -> Result<Publisher<Variant, StatusRecord, ()>, ServerError> {
-    let service = made("status", transport::status_settings(transport::status(node)).open_or_create())?;
-    let builder = service.publisher_builder().backpressure_strategy(BackpressureStrategy::DiscardData);
+pub(super) fn status_port(
+    node: &Node<Variant>,
+) -> Result<Publisher<Variant, StatusRecord, ()>, ServerError> {
+    let service = made(
+        "status",
+        transport::status_settings(transport::status(node)).open_or_create(),
+    )?;
+    let builder = service
+        .publisher_builder()
+        .backpressure_strategy(BackpressureStrategy::DiscardData);
     made("status port", builder.max_loaned_samples(1).create())
 }
 
-pub(super) fn scene_event_port(node: &Node<Variant>) -> Result<Publisher<Variant, SceneEvent, ()>, ServerError> {
+pub(super) fn scene_event_port(
+    node: &Node<Variant>,
+) -> Result<Publisher<Variant, SceneEvent, ()>, ServerError> {
     let builder = transport::scene_event_settings(transport::scene_events(node));
     let service = made("scene events", builder.open_or_create())?;
-    let builder = service.publisher_builder().backpressure_strategy(BackpressureStrategy::DiscardData);
+    let builder = service
+        .publisher_builder()
+        .backpressure_strategy(BackpressureStrategy::DiscardData);
     made("scene event port", builder.max_loaned_samples(1).create())
 }
 

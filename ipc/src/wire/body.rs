@@ -1,8 +1,8 @@
 //! Sections of a payload: how they are laid out, written and read.
 
 use super::{
-    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord, RequestHeader,
-    ResponseHeader, Section, StageRecord, TurnedColumn, WarningRecord, WireError,
+    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord,
+    RequestHeader, ResponseHeader, Section, StageRecord, TurnedColumn, WarningRecord, WireError,
 };
 use crate::limits::{MAX_PAYLOAD, MAX_TEXT, PAYLOAD_ALIGN};
 use bytemuck::Pod;
@@ -21,7 +21,8 @@ pub struct RequestBody<'a> {
 }
 
 impl RequestBody<'_> {
-    /// Enters the sections into `header`, the path of `path_numbers` numbers first, and returns the bytes needed.
+    /// Enters the sections into `header`, the path of `path_numbers` numbers first, and returns the
+    /// bytes needed.
     pub(crate) fn lay_out(&self, header: &mut RequestHeader, path_numbers: usize) -> usize {
         let mut end = 0;
         header.path = place(&mut end, path_numbers, 8);
@@ -93,7 +94,10 @@ impl ResponseBody<'_> {
         header.names = place(&mut end, cut(self.names).len(), 1);
         header.message = place(&mut end, cut(self.message).len(), 1);
         if end > MAX_PAYLOAD {
-            return Err(WireError::PayloadSize { found: end, limit: MAX_PAYLOAD });
+            return Err(WireError::PayloadSize {
+                found: end,
+                limit: MAX_PAYLOAD,
+            });
         }
         Ok(end)
     }
@@ -107,7 +111,11 @@ impl ResponseBody<'_> {
         put(payload, header.stages, self.stages);
         put(payload, header.pinched_pairs, self.pinched_pairs);
         put(payload, header.refusal, self.refusal.as_slice_of_one());
-        put(payload, header.certificate_head, self.certificate_head.as_slice_of_one());
+        put(
+            payload,
+            header.certificate_head,
+            self.certificate_head.as_slice_of_one(),
+        );
         put(payload, header.reach, self.reach);
         put(payload, header.turned_columns, self.turned_columns);
         put(payload, header.warnings, self.warnings);
@@ -135,14 +143,18 @@ fn place_records<T>(end: &mut usize, entries: &[T]) -> Section {
     place(end, entries.len(), size_of::<T>())
 }
 
-/// Reserves `count` entries of `size` bytes behind `end`, 8-aligned. An absent section lies nowhere.
+/// Reserves `count` entries of `size` bytes behind `end`, 8-aligned. An absent section lies
+/// nowhere.
 fn place(end: &mut usize, count: usize, size: usize) -> Section {
     if count == 0 {
         return Section::default();
     }
     let offset = end.next_multiple_of(PAYLOAD_ALIGN);
     *end = offset + count * size;
-    Section { offset: offset as u32, count: count as u32 }
+    Section {
+        offset: offset as u32,
+        count: count as u32,
+    }
 }
 
 fn put<T: Pod>(payload: &mut [u8], section: Section, entries: &[T]) {
@@ -159,12 +171,17 @@ pub(crate) fn section_bytes<'a>(
     size: usize,
     limit: usize,
 ) -> Result<&'a [u8], WireError> {
-    let (offset, count) = (section.offset as usize, section.count as usize);
+    let offset = section.offset as usize;
+    let count = section.count as usize;
     if count == 0 {
         return Ok(&[]);
     }
     if count > limit {
-        return Err(WireError::SectionLimit { section: name, found: count, limit });
+        return Err(WireError::SectionLimit {
+            section: name,
+            found: count,
+            limit,
+        });
     }
     let out_of_bounds = WireError::SectionBounds {
         section: name,
@@ -172,7 +189,9 @@ pub(crate) fn section_bytes<'a>(
         count: section.count,
         payload: payload.len(),
     };
-    let end = count.checked_mul(size).and_then(|bytes| bytes.checked_add(offset));
+    let end = count
+        .checked_mul(size)
+        .and_then(|bytes| bytes.checked_add(offset));
     match end.and_then(|end| payload.get(offset..end)) {
         Some(bytes) if offset.is_multiple_of(PAYLOAD_ALIGN) => Ok(bytes),
         _ => Err(out_of_bounds),

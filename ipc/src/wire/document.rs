@@ -1,9 +1,10 @@
 //! `WIRE.md`, written from the definitions.
 
 use super::{
-    ActiveContact, CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader, Field, LoweredPair,
-    Mode, PinchedPair, RefusalReason, RefusalRecord, RequestHeader, ResponseHeader, SceneEvent, SceneEventKind, Stage,
-    StageRecord, Status, StatusRecord, Termination, TurnedColumn, WarningKind, WarningRecord,
+    ActiveContact, CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader,
+    Field, LoweredPair, Mode, PinchedPair, RefusalReason, RefusalRecord, RequestHeader,
+    ResponseHeader, SceneEvent, SceneEventKind, Stage, StageRecord, Status, StatusRecord,
+    Termination, TurnedColumn, WarningKind, WarningRecord,
 };
 use crate::services;
 use std::fmt::Write;
@@ -67,8 +68,20 @@ struct SectionRow {
 
 impl SectionRow {
     const FIELDS: &'static [Field] = &[
-        Field { name: "offset", kind: "u32", offset: 0, size: 4, meaning: "first byte, a multiple of 8" },
-        Field { name: "count", kind: "u32", offset: 4, size: 4, meaning: "entries, not bytes" },
+        Field {
+            name: "offset",
+            kind: "u32",
+            offset: 0,
+            size: 4,
+            meaning: "first byte, a multiple of 8",
+        },
+        Field {
+            name: "count",
+            kind: "u32",
+            offset: 4,
+            size: 4,
+            meaning: "entries, not bytes",
+        },
     ];
 }
 
@@ -85,14 +98,22 @@ fn type_table(text: &mut String, title: &str, size: usize, fields: &[Field]) {
         "\n## {title}, {size} bytes\n\n| offset | size | field | type | meaning |\n|---|---|---|---|---|\n"
     );
     for f in fields {
-        let _ = writeln!(text, "| {} | {} | `{}` | `{}` | {} |", f.offset, f.size, f.name, f.kind, f.meaning);
+        let _ = writeln!(
+            text,
+            "| {} | {} | `{}` | `{}` | {} |",
+            f.offset, f.size, f.name, f.kind, f.meaning
+        );
     }
 }
 
 fn number_tables(text: &mut String) {
     macro_rules! table {
         ($title:literal, $name:ident) => {
-            let _ = write!(text, "\n## {}\n\n| value | name | meaning |\n|---|---|---|\n", $title);
+            let _ = write!(
+                text,
+                "\n## {}\n\n| value | name | meaning |\n|---|---|---|\n",
+                $title
+            );
             for (value, meaning) in $name::ALL {
                 let _ = writeln!(text, "| {} | {value:?} | {meaning} |", u32::from(*value));
             }
@@ -116,9 +137,15 @@ fn number_tables(text: &mut String) {
 }
 
 fn code_table(text: &mut String) {
-    text.push_str("\n## Codes\n\n| code | name | exit | retry | meaning |\n|---|---|---|---|---|\n");
+    text.push_str(
+        "\n## Codes\n\n| code | name | exit | retry | meaning |\n|---|---|---|---|---|\n",
+    );
     for code in Code::ALL {
-        let retry = if code.is_retryable() { "after `retry_after_ms`" } else { "" };
+        let retry = if code.is_retryable() {
+            "after `retry_after_ms`"
+        } else {
+            ""
+        };
         let _ = writeln!(
             text,
             "| {} | {} | {} | {retry} | {} |",

@@ -7,7 +7,9 @@ use crate::limits::{MAX_PATH_NUMBERS, MAX_VARIABLES, MAX_WAYPOINTS, WIRE_VERSION
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WireError {
     /// The other side speaks another version.
-    #[error("wire version {0}, this side speaks {WIRE_VERSION}; use client and daemon of the same release")]
+    #[error(
+        "wire version {0}, this side speaks {WIRE_VERSION}; use client and daemon of the same release"
+    )]
     Version(u32),
     /// `header_len` is not the size of the header.
     #[error("header of {found} bytes, expected {expected}")]
@@ -94,7 +96,9 @@ impl WireError {
     /// The code that a refusal for this reason carries.
     pub fn code(&self) -> Code {
         match self {
-            Self::PathSize { .. } | Self::PayloadSize { .. } | Self::SectionLimit { .. } => Code::ResourceExhausted,
+            Self::PathSize { .. } | Self::PayloadSize { .. } | Self::SectionLimit { .. } => {
+                Code::ResourceExhausted
+            }
             _ => Code::MalformedRequest,
         }
     }

@@ -18,7 +18,8 @@ pub struct Field {
     pub meaning: &'static str,
 }
 
-/// Where a section of the payload lies: `count` entries from byte `offset` on. A count of 0 is an absent section.
+/// Where a section of the payload lies: `count` entries from byte `offset` on. A count of 0 is an
+/// absent section.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 pub struct Section {

@@ -120,17 +120,22 @@ impl RequestFlags {
     pub const UNWRAPPED: u32 = 1 << 1;
     /// Do not look for active contacts: an answer that only needs its proof comes sooner.
     pub const WITHOUT_CONTACTS: u32 = 1 << 2;
-    /// Mode check only: do not end with the verdict, but check again after every change of the scene until the client
-    /// drops the request.
+    /// Mode check only: do not end with the verdict, but check again after every change of the
+    /// scene until the client drops the request.
     pub const WATCH: u32 = 1 << 3;
-    /// Prove each segment of the answer at the largest clearance that it keeps, up to 10 cm, and tell the reach of
-    /// each coordinate: the corridor in which what is executed stays free.
+    /// Prove each segment of the answer at the largest clearance that it keeps, up to 10 cm, and
+    /// tell the reach of each coordinate: the corridor in which what is executed stays free.
     pub const CORRIDOR: u32 = 1 << 4;
-    /// The goal's numbers stay to the last bit; a path whose angles do not lead there by their numbers is refused.
+    /// The goal's numbers stay to the last bit; a path whose angles do not lead there by their
+    /// numbers is refused.
     pub const KEEP_GOAL: u32 = 1 << 5;
     /// All flags that exist.
-    pub const ALL: u32 =
-        Self::STRICT | Self::UNWRAPPED | Self::WITHOUT_CONTACTS | Self::WATCH | Self::CORRIDOR | Self::KEEP_GOAL;
+    pub const ALL: u32 = Self::STRICT
+        | Self::UNWRAPPED
+        | Self::WITHOUT_CONTACTS
+        | Self::WATCH
+        | Self::CORRIDOR
+        | Self::KEEP_GOAL;
 
     /// Checks that only known flags are set.
     ///
@@ -164,7 +169,10 @@ impl ResponseFlags {
 fn known(flags: u32, all: u32) -> Result<(), WireError> {
     let unknown = flags & !all;
     if unknown != 0 {
-        return Err(WireError::UnknownValue { field: "flags", value: unknown.into() });
+        return Err(WireError::UnknownValue {
+            field: "flags",
+            value: unknown.into(),
+        });
     }
     Ok(())
 }

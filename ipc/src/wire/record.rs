@@ -21,12 +21,18 @@ impl TextSpan {
     /// [`WireError::Text`] if it does not lie in `names` or cuts a character.
     pub fn of(self, names: &str) -> Result<&str, WireError> {
         let start = self.offset as usize;
-        start.checked_add(self.len as usize).and_then(|end| names.get(start..end)).ok_or(WireError::Text("names"))
+        start
+            .checked_add(self.len as usize)
+            .and_then(|end| names.get(start..end))
+            .ok_or(WireError::Text("names"))
     }
 
     /// Appends `text` to `names` and returns where it lies.
     pub fn push(names: &mut String, text: &str) -> Self {
-        let span = Self { offset: names.len() as u32, len: text.len() as u32 };
+        let span = Self {
+            offset: names.len() as u32,
+            len: text.len() as u32,
+        };
         names.push_str(text);
         span
     }
@@ -85,8 +91,8 @@ wire_type! {
 }
 
 wire_type! {
-    /// An angle column whose numbers were written anew: a step of more than half a turn means the short way round
-    /// (section `turned_columns`).
+    /// An angle column whose numbers were written anew: a step of more than half a turn means the
+    /// short way round (section `turned_columns`).
     TurnedColumn, size 8 {
         0 column: u32, "column of the path";
         4 turns: i32, "whole turns from the goal's given number to this path's; 0 = only numbers before it moved";
@@ -130,5 +136,7 @@ wire_type! {
     }
 }
 
-const _: () = assert!(size_of::<ActiveContact>() + size_of::<LoweredPair>() + size_of::<PinchedPair>() == 152);
+const _: () = assert!(
+    size_of::<ActiveContact>() + size_of::<LoweredPair>() + size_of::<PinchedPair>() == 152
+);
 const _: () = assert!(size_of::<CertificateSegment>() == 16);

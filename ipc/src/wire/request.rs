@@ -59,8 +59,8 @@ wire_type! {
 
 /// A request whose header and section bounds are checked.
 ///
-/// The numbers of the path are *not* checked here: they still lie in memory that the client can write. Copy
-/// them first, then check the copy.
+/// The numbers of the path are *not* checked here: they still lie in memory that the client can
+/// write. Copy them first, then check the copy.
 #[derive(Clone, Debug)]
 pub struct RequestView<'a> {
     /// The header, a copy.
@@ -83,22 +83,34 @@ impl<'a> RequestView<'a> {
     /// Checks `header` and cuts `payload` into its sections.
     ///
     /// # Errors
-    /// A [`WireError`] naming the field; [`WireError::code`] is the answer's code. Never panics, whatever the
-    /// bytes.
+    /// A [`WireError`] naming the field; [`WireError::code`] is the answer's code. Never panics,
+    /// whatever the bytes.
     pub fn parse(header: RequestHeader, payload: &'a [u8]) -> Result<Self, WireError> {
-        check_version(header.wire_version, header.header_len, size_of::<RequestHeader>())?;
+        check_version(
+            header.wire_version,
+            header.header_len,
+            size_of::<RequestHeader>(),
+        )?;
         if payload.len() > MAX_PAYLOAD {
-            return Err(WireError::PayloadSize { found: payload.len(), limit: MAX_PAYLOAD });
+            return Err(WireError::PayloadSize {
+                found: payload.len(),
+                limit: MAX_PAYLOAD,
+            });
         }
         let mode = Mode::try_from(header.mode)?;
         RequestFlags::check(header.flags)?;
         check_option("clearance_m", header.clearance_m)?;
         let length = path_numbers(header.waypoints, header.variables)?;
-        let (rows, columns) = (header.waypoints as usize, header.variables as usize);
+        let rows = header.waypoints as usize;
+        let columns = header.variables as usize;
         Ok(Self {
             header,
             mode,
-            path: exactly("path", numbers(payload, "path", header.path, length)?, length)?,
+            path: exactly(
+                "path",
+                numbers(payload, "path", header.path, length)?,
+                length,
+            )?,
             weights: numbers(payload, "weights", header.weights, 2 * MAX_VARIABLES)?,
             fixed_waypoints: optional(payload, "fixed_waypoints", header.fixed_waypoints, rows)?,
             group_mask: optional(payload, "group_mask", header.group_mask, columns)?,
@@ -124,12 +136,16 @@ pub(crate) fn check_version(version: u32, found: u32, expected: usize) -> Result
 /// # Errors
 /// [`WireError::PathSize`] if it is empty or over the limits.
 pub(crate) fn path_numbers(waypoints: u32, variables: u32) -> Result<usize, WireError> {
-    let (rows, columns) = (waypoints as usize, variables as usize);
+    let rows = waypoints as usize;
+    let columns = variables as usize;
     let fits = (1..=MAX_WAYPOINTS).contains(&rows)
         && (1..=MAX_VARIABLES).contains(&columns)
         && rows * columns <= MAX_PATH_NUMBERS;
     if !fits {
-        return Err(WireError::PathSize { waypoints, variables });
+        return Err(WireError::PathSize {
+            waypoints,
+            variables,
+        });
     }
     Ok(rows * columns)
 }
@@ -141,9 +157,17 @@ fn check_option(field: &'static str, value: f64) -> Result<(), WireError> {
     Ok(())
 }
 
-fn exactly<'a, T>(section: &'static str, entries: &'a [T], expected: usize) -> Result<&'a [T], WireError> {
+fn exactly<'a, T>(
+    section: &'static str,
+    entries: &'a [T],
+    expected: usize,
+) -> Result<&'a [T], WireError> {
     if entries.len() != expected {
-        return Err(WireError::SectionCount { section, found: entries.len(), expected });
+        return Err(WireError::SectionCount {
+            section,
+            found: entries.len(),
+            expected,
+        });
     }
     Ok(entries)
 }
@@ -155,5 +179,9 @@ fn optional<'a>(
     expected: usize,
 ) -> Result<&'a [u8], WireError> {
     let mask = section_bytes(payload, name, section, 1, expected)?;
-    if mask.is_empty() { Ok(mask) } else { exactly(name, mask, expected) }
+    if mask.is_empty() {
+        Ok(mask)
+    } else {
+        exactly(name, mask, expected)
+    }
 }

@@ -3,10 +3,13 @@
 use super::layout::Section;
 use super::request::{check_version, path_numbers};
 use super::{
-    ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair, RefusalRecord, ResponseFlags,
-    Stage, StageRecord, Status, Termination, TurnedColumn, WarningRecord, WireError,
+    ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair,
+    RefusalRecord, ResponseFlags, Stage, StageRecord, Status, Termination, TurnedColumn,
+    WarningRecord, WireError,
 };
-use crate::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_VARIABLES, MAX_WARNINGS, MAX_WAYPOINTS};
+use crate::limits::{
+    MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_VARIABLES, MAX_WARNINGS, MAX_WAYPOINTS,
+};
 use crate::wire::body::{numbers, records, section_bytes};
 use iceoryx2::prelude::ZeroCopySend;
 
@@ -77,8 +80,9 @@ pub struct ResponseView<'a> {
     pub certificate: &'a [CertificateSegment],
     /// Pairs proved at a lower floor.
     pub lowered_pairs: &'a [LoweredPair],
-    /// First the place of the smallest clearance; then the places of the contacts that hold the path, in order along
-    /// it, the first one again if it holds the path too. Empty where nothing is nearer than `searched_m`.
+    /// First the place of the smallest clearance; then the places of the contacts that hold the
+    /// path, in order along it, the first one again if it holds the path too. Empty where nothing
+    /// is nearer than `searched_m`.
     pub active_contacts: &'a [ActiveContact],
     /// What each stage of the method did.
     pub stages: &'a [StageRecord],
@@ -88,8 +92,8 @@ pub struct ResponseView<'a> {
     pub refusal: Option<&'a RefusalRecord>,
     /// What the certificate speaks about.
     pub certificate_head: Option<&'a CertificateHead>,
-    /// Metres that bodies move at most against each other, per unit of each velocity coordinate; empty unless the
-    /// request asked for the corridor.
+    /// Metres that bodies move at most against each other, per unit of each velocity coordinate;
+    /// empty unless the request asked for the corridor.
     pub reach: &'a [f64],
     /// Angle columns whose numbers are not the given ones but whole turns away.
     pub turned_columns: &'a [TurnedColumn],
@@ -107,7 +111,11 @@ impl<'a> ResponseView<'a> {
     /// # Errors
     /// A [`WireError`] naming the field. Never panics, whatever the bytes.
     pub fn parse(header: ResponseHeader, payload: &'a [u8]) -> Result<Self, WireError> {
-        check_version(header.wire_version, header.header_len, size_of::<ResponseHeader>())?;
+        check_version(
+            header.wire_version,
+            header.header_len,
+            size_of::<ResponseHeader>(),
+        )?;
         ResponseFlags::check(header.flags)?;
         Ok(Self {
             header,
@@ -118,13 +126,24 @@ impl<'a> ResponseView<'a> {
             path: path(&header, payload)?,
             certificate: records(payload, "certificate", header.certificate, MAX_WAYPOINTS)?,
             lowered_pairs: records(payload, "lowered_pairs", header.lowered_pairs, MAX_RECORDS)?,
-            active_contacts: records(payload, "active_contacts", header.active_contacts, MAX_RECORDS)?,
+            active_contacts: records(
+                payload,
+                "active_contacts",
+                header.active_contacts,
+                MAX_RECORDS,
+            )?,
             stages: records(payload, "stages", header.stages, MAX_STAGES)?,
             pinched_pairs: records(payload, "pinched_pairs", header.pinched_pairs, MAX_RECORDS)?,
             refusal: records(payload, "refusal", header.refusal, 1)?.first(),
-            certificate_head: records(payload, "certificate_head", header.certificate_head, 1)?.first(),
+            certificate_head: records(payload, "certificate_head", header.certificate_head, 1)?
+                .first(),
             reach: numbers(payload, "reach", header.reach, 2 * MAX_VARIABLES)?,
-            turned_columns: records(payload, "turned_columns", header.turned_columns, MAX_VARIABLES)?,
+            turned_columns: records(
+                payload,
+                "turned_columns",
+                header.turned_columns,
+                MAX_VARIABLES,
+            )?,
             warnings: records(payload, "warnings", header.warnings, MAX_WARNINGS)?,
             names: text(payload, "names", header.names)?,
             message: text(payload, "message", header.message)?,
@@ -143,7 +162,9 @@ impl<'a> ResponseView<'a> {
 
     /// One waypoint, or `None` past the end.
     pub fn waypoint(&self, index: usize) -> Option<&'a [f64]> {
-        self.path.chunks_exact((self.header.variables as usize).max(1)).nth(index)
+        self.path
+            .chunks_exact((self.header.variables as usize).max(1))
+            .nth(index)
     }
 }
 
@@ -154,7 +175,11 @@ fn path<'a>(header: &ResponseHeader, payload: &'a [u8]) -> Result<&'a [f64], Wir
     };
     let path = numbers(payload, "path", header.path, expected)?;
     if path.len() != expected {
-        return Err(WireError::SectionCount { section: "path", found: path.len(), expected });
+        return Err(WireError::SectionCount {
+            section: "path",
+            found: path.len(),
+            expected,
+        });
     }
     Ok(path)
 }

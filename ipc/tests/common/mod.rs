@@ -1,4 +1,5 @@
-//! Daemons and clients for the tests: in this process, or as children that run one test of this binary.
+//! Daemons and clients for the tests: in this process, or as children that run one test of this
+//! binary.
 #![allow(dead_code, missing_docs)]
 
 use std::process::{Child, Command};
@@ -9,7 +10,9 @@ use std::time::{Duration, Instant};
 use taut_ipc::client::LoanedRequest;
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal};
 use taut_ipc::server::{IncomingControl, IncomingRequest, Janitor, Server, Waker};
-use taut_ipc::wire::{Code, Mode, ResponseBody, ResponseFlags, ResponseHeader, Status, StatusRecord, Termination};
+use taut_ipc::wire::{
+    Code, Mode, ResponseBody, ResponseFlags, ResponseHeader, Status, StatusRecord, Termination,
+};
 use taut_ipc::{Client, ClientError, DaemonState, Instance};
 
 pub const SECOND: Duration = Duration::from_secs(1);
@@ -28,7 +31,10 @@ impl Sandbox {
     pub fn new() -> Self {
         let folder = tempfile::Builder::new().prefix("taut").tempdir().unwrap();
         let instance = Instance::new("test", folder.path().join("i")).unwrap();
-        Self { instance, _folder: folder }
+        Self {
+            instance,
+            _folder: folder,
+        }
     }
 }
 
@@ -55,7 +61,13 @@ impl Process {
         let place = format!("{}:{}", instance.name(), instance.root().display());
         let mut command = Command::new(std::env::current_exe().unwrap());
         command.args(["--exact", test, "--nocapture", "--test-threads=1"]);
-        Self(command.env(ROLE, role).env("TAUT_INSTANCE", place).spawn().unwrap())
+        Self(
+            command
+                .env(ROLE, role)
+                .env("TAUT_INSTANCE", place)
+                .spawn()
+                .unwrap(),
+        )
     }
 
     pub fn kill(mut self) {
@@ -75,14 +87,22 @@ impl Drop for Process {
 pub fn until(what: &str, mut so: impl FnMut() -> bool) -> Duration {
     let start = Instant::now();
     while !so() {
-        assert!(start.elapsed() < PATIENCE, "not within {PATIENCE:?}: {what}");
+        assert!(
+            start.elapsed() < PATIENCE,
+            "not within {PATIENCE:?}: {what}"
+        );
         std::thread::sleep(Duration::from_millis(1));
     }
     start.elapsed()
 }
 
 pub fn wait_for_daemon(instance: &Instance) {
-    until("daemon is up", || matches!(taut_ipc::daemon_state(instance), Ok(DaemonState::Running { .. })));
+    until("daemon is up", || {
+        matches!(
+            taut_ipc::daemon_state(instance),
+            Ok(DaemonState::Running { .. })
+        )
+    });
 }
 
 /// A daemon in this process.
@@ -95,10 +115,17 @@ pub struct Echo {
 impl Echo {
     pub fn start(instance: &Instance) -> Self {
         let server = Server::create(instance).unwrap();
-        let (stop, waker) = (Arc::new(AtomicBool::new(false)), server.waker());
-        let (stopped, place) = (stop.clone(), instance.clone());
-        let thread = std::thread::spawn(move || serve(server, &place, &|| stopped.load(Ordering::Relaxed)));
-        Self { stop, waker, thread: Some(thread) }
+        let stop = Arc::new(AtomicBool::new(false));
+        let waker = server.waker();
+        let stopped = stop.clone();
+        let place = instance.clone();
+        let thread =
+            std::thread::spawn(move || serve(server, &place, &|| stopped.load(Ordering::Relaxed)));
+        Self {
+            stop,
+            waker,
+            thread: Some(thread),
+        }
     }
 }
 
@@ -116,8 +143,8 @@ pub fn serve_for_ever(instance: &Instance) -> ! {
     unreachable!()
 }
 
-/// Mode check: the path comes back. Mode gradient: `work_budget` improvements and a final one. Mode hybrid: nothing
-/// until the client asks to finish.
+/// Mode check: the path comes back. Mode gradient: `work_budget` improvements and a final one. Mode
+/// hybrid: nothing until the client asks to finish.
 fn serve(mut server: Server, instance: &Instance, stop: &dyn Fn() -> bool) {
     let waker = server.waker();
     let janitor = Janitor::start(instance, move |_| waker.wake()).unwrap();
@@ -154,11 +181,14 @@ fn answer(mut request: IncomingRequest) -> Option<IncomingRequest> {
         Ok(Mode::Check) => send(&mut request, 1.0, Status::Final),
         Ok(Mode::Gradient) => {
             let improvements = request.header().work_budget;
-            (0..improvements).for_each(|i| send(&mut request, 1.0 - 0.01 * i as f64, Status::Progress));
+            (0..improvements)
+                .for_each(|i| send(&mut request, 1.0 - 0.01 * i as f64, Status::Progress));
             send(&mut request, 0.5, Status::Final);
         }
         Ok(Mode::Contact) => drop(request),
-        Ok(Mode::PartialShortcut) => request.refuse(Code::Overloaded, "queue full, 3 wait", 7).unwrap(),
+        Ok(Mode::PartialShortcut) => request
+            .refuse(Code::Overloaded, "queue full, 3 wait", 7)
+            .unwrap(),
         Ok(_) => return Some(request),
     }
     None
@@ -179,23 +209,41 @@ pub fn send(request: &mut IncomingRequest, scale: f64, status: Status) {
         length_after: scale,
         ..Default::default()
     };
-    request.send(&header, &ResponseBody { path: &path, ..Default::default() }).unwrap();
+    request
+        .send(
+            &header,
+            &ResponseBody {
+                path: &path,
+                ..Default::default()
+            },
+        )
+        .unwrap();
 }
 
 fn answer_control(control: IncomingControl) {
     let reply = match control.message() {
         Ok(ControlRequest::List) => ControlReply::Listing(Listing::default()),
-        Ok(_) => ControlReply::Refused(Refusal::new(Code::UnknownRobot, "no robot; `taut list` shows all")),
+        Ok(_) => ControlReply::Refused(Refusal::new(
+            Code::UnknownRobot,
+            "no robot; `taut list` shows all",
+        )),
         Err(refusal) => ControlReply::Refused(refusal),
     };
     control.reply(&reply).unwrap();
 }
 
 /// A loaned request whose path counts up from `first`.
-pub fn request(client: &Client, mode: Mode, waypoints: u32, first: f64) -> Result<LoanedRequest, ClientError> {
+pub fn request(
+    client: &Client,
+    mode: Mode,
+    waypoints: u32,
+    first: f64,
+) -> Result<LoanedRequest, ClientError> {
     let mut builder = client.request(waypoints, 8);
     builder.header.mode = mode.into();
     let mut loan = builder.loan()?;
-    (0..).zip(loan.path_mut()).for_each(|(i, x)| *x = first + f64::from(i));
+    (0..)
+        .zip(loan.path_mut())
+        .for_each(|(i, x)| *x = first + f64::from(i));
     Ok(loan)
 }

@@ -1,8 +1,10 @@
-//! A fixed piece of work whose time says how fast the machine is, so that figures of two machines can be related.
+//! A fixed piece of work whose time says how fast the machine is, so that figures of two machines
+//! can be related.
 //!
-//! Per round: a step of a xorshift generator picks a number of a table of 4,096 (32 KiB, the first-level cache of
-//! most machines), which goes through a multiplication, an addition and a square root, and is written back. The chain
-//! of dependences, loads and stores is what a distance query is made of too. The work is always the same, bit for bit.
+//! Per round: a step of a xorshift generator picks a number of a table of 4,096 (32 KiB, the
+//! first-level cache of most machines), which goes through a multiplication, an addition and a
+//! square root, and is written back. The chain of dependences, loads and stores is what a distance
+//! query is made of too. The work is always the same, bit for bit.
 
 use std::hint::black_box;
 
@@ -25,7 +27,8 @@ pub(super) fn seconds() -> f64 {
 
 fn kernel(rounds: u32) -> f64 {
     let mut table: Vec<f64> = (0..TABLE).map(|index| index as f64).collect();
-    let (mut state, mut sum) = (0x9e37_79b9_7f4a_7c15_u64, 0.0_f64);
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut sum = 0.0_f64;
     for _ in 0..rounds {
         state ^= state << 13;
         state ^= state >> 7;

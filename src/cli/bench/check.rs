@@ -1,4 +1,5 @@
-//! The figures of `taut bench --check`: what a proof costs, a refusal, and the sampling that others do.
+//! The figures of `taut bench --check`: what a proof costs, a refusal, and the sampling that others
+//! do.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -51,15 +52,18 @@ pub(super) struct Figures {
     clearance_m: Option<f64>,
     /// Pairs with a lowered floor.
     floors_lowered: usize,
-    /// Time to refuse the straight way from the first waypoint to the last; `None` where it is free.
+    /// Time to refuse the straight way from the first waypoint to the last; `None` where it is
+    /// free.
     refusal_s: Option<f64>,
-    /// The same segment proved by samples; `None` where the filter does not see every shape as it is.
+    /// The same segment proved by samples; `None` where the filter does not see every shape as it
+    /// is.
     sampled_s: Option<f64>,
     /// Whether all samples are free.
     sampled_free: Option<bool>,
     /// Proof over sampling, where both find the path free.
     ratio: Option<f64>,
-    /// Tests of a whole run of the gradient method, and those that it takes when it remembers no proof.
+    /// Tests of a whole run of the gradient method, and those that it takes when it remembers no
+    /// proof.
     run_tests: u64,
     run_tests_without_reuse: u64,
 }
@@ -87,16 +91,29 @@ pub(super) struct Report {
 }
 
 /// Measures one problem at the floors that its path sets.
-pub(super) fn measure(loaded: &Loaded, clearance: f64, scratch: &mut Scratch) -> Result<Figures, CliError> {
+pub(super) fn measure(
+    loaded: &Loaded,
+    clearance: f64,
+    scratch: &mut Scratch,
+) -> Result<Figures, CliError> {
     let model = loaded.model()?;
-    let (path, held) = (&loaded.path, vec![0.0; model.robot().held().len()]);
+    let path = &loaded.path;
+    let held = vec![0.0; model.robot().held().len()];
     let floors = {
-        let mut validator = Validator::new(&model, model.robot().space(), &held, clearance, scratch);
+        let mut validator =
+            Validator::new(&model, model.robot().space(), &held, clearance, scratch);
         let _ = path_proof::prove_input(&mut validator, path, true, &mut || false);
         validator.floors().to_vec()
     };
-    let mut check = Check { model: &model, held: &held, clearance, floors: &floors, scratch };
-    let (mut proofs, mut samplings) = (Vec::new(), Vec::new());
+    let mut check = Check {
+        model: &model,
+        held: &held,
+        clearance,
+        floors: &floors,
+        scratch,
+    };
+    let mut proofs = Vec::new();
+    let mut samplings = Vec::new();
     let (verdict, queries) = check.proof(path).1;
     let is_exact = model.filter().is_exact();
     let sampled_free = is_exact.then(|| check.sampling(path).1);
@@ -112,12 +129,17 @@ pub(super) fn measure(loaded: &Loaded, clearance: f64, scratch: &mut Scratch) ->
     let (intervals, clearance_m) = match &verdict {
         PathVerdict::Proved(proofs) => (
             proofs.iter().map(|proof| proof.intervals).sum(),
-            proofs.iter().map(|proof| proof.clearance_m).min_by(f64::total_cmp).filter(|least| least.is_finite()),
+            proofs
+                .iter()
+                .map(|proof| proof.clearance_m)
+                .min_by(f64::total_cmp)
+                .filter(|least| least.is_finite()),
         ),
         _ => (0, None),
     };
     let proved = matches!(verdict, PathVerdict::Proved(_));
-    let [run_tests, run_tests_without_reuse] = [true, false].map(|reuse| run_tests(&model, path, clearance, reuse));
+    let [run_tests, run_tests_without_reuse] =
+        [true, false].map(|reuse| run_tests(&model, path, clearance, reuse));
     let both = sampled_s.filter(|_| proved && sampled_free == Some(true));
     Ok(Figures {
         geometry: geometry_name(loaded.geometry),
@@ -139,11 +161,26 @@ pub(super) fn measure(loaded: &Loaded, clearance: f64, scratch: &mut Scratch) ->
     })
 }
 
-/// Tests that the gradient method makes on a path, with or without remembered proofs; 0 where it cannot run.
+/// Tests that the gradient method makes on a path, with or without remembered proofs; 0 where it
+/// cannot run.
 fn run_tests(model: &CollisionModel, path: &Path, clearance_m: f64, reuse: bool) -> u64 {
-    let layers = Layers { reuse, ..Layers::default() };
-    let settings = Settings { clearance_m, layers, ..Settings::default() };
-    let outcome = optimize::run(model, path, &settings, &mut Workspace::default(), &mut || false, &mut |_| {});
+    let layers = Layers {
+        reuse,
+        ..Layers::default()
+    };
+    let settings = Settings {
+        clearance_m,
+        layers,
+        ..Settings::default()
+    };
+    let outcome = optimize::run(
+        model,
+        path,
+        &settings,
+        &mut Workspace::default(),
+        &mut || false,
+        &mut |_| {},
+    );
     outcome.map_or(0, |outcome| outcome.work)
 }
 
@@ -160,8 +197,14 @@ impl Check<'_> {
     /// A validator that has proved nothing yet.
     fn validator(&mut self) -> Validator<'_> {
         let space = self.model.robot().space();
-        let mut validator = Validator::new(self.model, space, self.held, self.clearance, self.scratch);
-        for (pair, floor) in self.floors.iter().enumerate().filter(|(_, floor)| **floor < self.clearance) {
+        let mut validator =
+            Validator::new(self.model, space, self.held, self.clearance, self.scratch);
+        for (pair, floor) in self
+            .floors
+            .iter()
+            .enumerate()
+            .filter(|(_, floor)| **floor < self.clearance)
+        {
             validator.set_floor(pair, *floor);
         }
         validator
@@ -171,7 +214,10 @@ impl Check<'_> {
         let mut validator = self.validator();
         let start = Instant::now();
         let verdict = path_proof::prove(&mut validator, path, &mut || false);
-        (start.elapsed().as_secs_f64(), (verdict, validator.queries()))
+        (
+            start.elapsed().as_secs_f64(),
+            (verdict, validator.queries()),
+        )
     }
 
     fn sampling(&mut self, path: &Path) -> (f64, bool) {
@@ -183,7 +229,8 @@ impl Check<'_> {
 
     /// Time to refuse the straight way from end to end, with the contact that a message shows.
     fn refusal(&mut self, path: &Path) -> Option<f64> {
-        let (from, to) = (path.waypoint(0), path.waypoint(path.len() - 1));
+        let from = path.waypoint(0);
+        let to = path.waypoint(path.len() - 1);
         let mut once = || {
             let mut validator = self.validator();
             let start = Instant::now();
@@ -213,8 +260,18 @@ impl Row {
     /// What came of one problem.
     pub(super) fn new(set: String, name: String, measured: Result<Figures, CliError>) -> Self {
         match measured {
-            Ok(figures) => Self { set, name, error: None, figures: Some(figures) },
-            Err(error) => Self { set, name, error: Some(error.to_string()), figures: None },
+            Ok(figures) => Self {
+                set,
+                name,
+                error: None,
+                figures: Some(figures),
+            },
+            Err(error) => Self {
+                set,
+                name,
+                error: Some(error.to_string()),
+                figures: None,
+            },
         }
     }
 }
@@ -226,7 +283,10 @@ impl Report {
         for row in &rows {
             by_set.entry(&row.set).or_default().push(row);
         }
-        let sets = by_set.into_iter().map(|(set, rows)| SetMedians::of(set, &rows)).collect();
+        let sets = by_set
+            .into_iter()
+            .map(|(set, rows)| SetMedians::of(set, &rows))
+            .collect();
         Self { sets, rows }
     }
 
@@ -243,7 +303,13 @@ impl Report {
     /// Rows and medians for people.
     pub(super) fn table(&self) -> String {
         let mut text = String::new();
-        let width = self.rows.iter().map(|row| row.set.len() + row.name.len() + 1).max().unwrap_or(0).max(7);
+        let width = self
+            .rows
+            .iter()
+            .map(|row| row.set.len() + row.name.len() + 1)
+            .max()
+            .unwrap_or(0)
+            .max(7);
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
@@ -254,7 +320,11 @@ impl Report {
             let name = format!("{}/{}", row.set, row.name);
             let _ = match &row.figures {
                 Some(figures) => writeln!(text, "{name:<width$}  {}", figures.cells()),
-                None => writeln!(text, "{name:<width$}  {}", row.error.as_deref().unwrap_or_default()),
+                None => writeln!(
+                    text,
+                    "{name:<width$}  {}",
+                    row.error.as_deref().unwrap_or_default()
+                ),
             };
         }
         for set in &self.sets {
@@ -277,16 +347,24 @@ impl Figures {
             (true, None) => "far".to_owned(),
             (true, Some(metres)) => length(metres),
         };
-        let lowered = if self.floors_lowered > 0 { format!(" *{}", self.floors_lowered) } else { String::new() };
+        let lowered = if self.floors_lowered > 0 {
+            format!(" *{}", self.floors_lowered)
+        } else {
+            String::new()
+        };
         format!(
             "{:>9} {:>9} {:>9} {:>9}  {:>5} {:>10}  {:>22}   {keeps}{lowered}",
             self.waypoints,
             time(self.proof_s),
             optional(self.refusal_s, "free"),
             optional(self.sampled_s, "-"),
-            self.ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}")),
+            self.ratio
+                .map_or("-".to_owned(), |ratio| format!("{ratio:.2}")),
             self.intervals,
-            format!("{}, {}, {}", self.far_tests, self.near_tests, self.exact_tests),
+            format!(
+                "{}, {}, {}",
+                self.far_tests, self.near_tests, self.exact_tests
+            ),
         )
     }
 }
@@ -310,16 +388,36 @@ impl SetMedians {
     }
 
     fn write(&self, text: &mut String) {
-        let Self { set, problems, proved, .. } = self;
+        let Self {
+            set,
+            problems,
+            proved,
+            ..
+        } = self;
         let or_none = |seconds: Option<f64>| seconds.map_or("-".to_owned(), time);
-        let _ = writeln!(text, "\n{set}: {proved} of {problems} proved; medians of these");
-        let _ = write!(text, "  proof {}  refusal {}", or_none(self.proof_s), or_none(self.refusal_s));
+        let _ = writeln!(
+            text,
+            "\n{set}: {proved} of {problems} proved; medians of these"
+        );
+        let _ = write!(
+            text,
+            "  proof {}  refusal {}",
+            or_none(self.proof_s),
+            or_none(self.refusal_s)
+        );
         if let (Some(ratio), Some(worst)) = (self.ratio, self.worst_ratio) {
             let sampled = or_none(self.sampled_s);
-            let _ = write!(text, "  sampled every 1/32 rad {sampled}  proof ÷ sampled {ratio:.2} (worst {worst:.2})");
+            let _ = write!(
+                text,
+                "  sampled every 1/32 rad {sampled}  proof ÷ sampled {ratio:.2} (worst {worst:.2})"
+            );
         }
         if let Some(saved) = self.saved {
-            let _ = write!(text, "  remembered proofs save {:.0} % of a run's tests", 100.0 * saved);
+            let _ = write!(
+                text,
+                "  remembered proofs save {:.0} % of a run's tests",
+                100.0 * saved
+            );
         }
         let _ = writeln!(text);
     }

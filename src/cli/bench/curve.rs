@@ -5,7 +5,8 @@ use serde::Serialize;
 /// Lengths that differ by this part are the same but for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The lengths of a run as steps (time in s, length): the input at 0, then each improvement when it came.
+/// The lengths of a run as steps (time in s, length): the input at 0, then each improvement when it
+/// came.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub(super) struct Curve(Vec<(f64, f64)>);
@@ -24,8 +25,8 @@ impl Curve {
         self.0.push((time_s, length));
     }
 
-    /// Ends with the answer. An optimizer adds lengths up in its own order, so its last figure may differ in the
-    /// last digits; an answer that was never published is one more step.
+    /// Ends with the answer. An optimizer adds lengths up in its own order, so its last figure may
+    /// differ in the last digits; an answer that was never published is one more step.
     pub(super) fn close(&mut self, before: f64, answer: f64, time_s: f64) {
         self.0[0].1 = before;
         let is_known = (self.end() - answer).abs() <= ROUNDING * before;
@@ -37,7 +38,13 @@ impl Curve {
 
     /// The same steps at other times.
     pub(super) fn at_times(&self, time_s: impl Fn(usize) -> f64) -> Self {
-        Self(self.0.iter().enumerate().map(|(step, &(_, length))| (time_s(step), length)).collect())
+        Self(
+            self.0
+                .iter()
+                .enumerate()
+                .map(|(step, &(_, length))| (time_s(step), length))
+                .collect(),
+        )
     }
 
     /// Time of a step (s).
@@ -96,7 +103,14 @@ mod tests {
     #[test]
     fn a_step_holds_from_its_time_until_the_next() {
         let curve = curve();
-        for (time_s, remaining) in [(0.0, 1.0), (0.09, 1.0), (0.1, 0.75), (0.29, 0.75), (0.3, 0.5), (1e9, 0.5)] {
+        for (time_s, remaining) in [
+            (0.0, 1.0),
+            (0.09, 1.0),
+            (0.1, 0.75),
+            (0.29, 0.75),
+            (0.3, 0.5),
+            (1e9, 0.5),
+        ] {
             assert_eq!(curve.remaining(time_s), remaining, "at {time_s} s");
         }
         assert_eq!((curve.first_s(), curve.improvements()), (Some(0.1), 2));
@@ -110,7 +124,10 @@ mod tests {
         assert_eq!((known.improvements(), known.end()), (2, 2.0 + 1e-15));
         let mut unpublished = curve();
         unpublished.close(4.0, 1.0, 0.5);
-        assert_eq!((unpublished.remaining(0.4), unpublished.remaining_at_end()), (0.5, 0.25));
+        assert_eq!(
+            (unpublished.remaining(0.4), unpublished.remaining_at_end()),
+            (0.5, 0.25)
+        );
     }
 
     #[test]

@@ -21,7 +21,11 @@ pub(super) struct From<'a> {
 impl<'a> From<'a> {
     /// Nothing seen yet.
     pub(super) fn new(peer: &'a str) -> Self {
-        Self { peer, valid: BTreeSet::new(), skipped: 0 }
+        Self {
+            peer,
+            valid: BTreeSet::new(),
+            skipped: 0,
+        }
     }
 
     /// Puts the peer's path in the place of the problem's; false where none is recorded.
@@ -31,7 +35,11 @@ impl<'a> From<'a> {
     pub(super) fn take(&mut self, loaded: &mut Loaded) -> Result<bool, CliError> {
         let with_path = loaded.peers.iter().filter(|(_, peer)| peer.path.is_some());
         self.valid.extend(with_path.map(|(name, _)| name.clone()));
-        let Some(rows) = loaded.peers.get(self.peer).and_then(|peer| peer.path.as_ref()) else {
+        let Some(rows) = loaded
+            .peers
+            .get(self.peer)
+            .and_then(|peer| peer.path.as_ref())
+        else {
             self.skipped += 1;
             return Ok(false);
         };
@@ -48,7 +56,14 @@ impl<'a> From<'a> {
     /// What is wrong where no problem has a path of this name.
     pub(super) fn unknown(&self) -> CliError {
         let valid: Vec<&str> = self.valid.iter().map(String::as_str).collect();
-        let valid = if valid.is_empty() { "none".to_owned() } else { valid.join(", ") };
-        CliError::Usage(format!("--from {:?}: no problem has a path of that name; valid: {valid}", self.peer))
+        let valid = if valid.is_empty() {
+            "none".to_owned()
+        } else {
+            valid.join(", ")
+        };
+        CliError::Usage(format!(
+            "--from {:?}: no problem has a path of that name; valid: {valid}",
+            self.peer
+        ))
     }
 }

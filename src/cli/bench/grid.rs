@@ -15,7 +15,10 @@ pub(super) struct Grid {
 impl Grid {
     /// No lines yet.
     pub(super) fn new(sides: &'static str) -> Self {
-        Self { sides, lines: Vec::new() }
+        Self {
+            sides,
+            lines: Vec::new(),
+        }
     }
 
     /// Adds a line.
@@ -36,7 +39,12 @@ impl Grid {
             for (column, (cell, width)) in line.iter().zip(&widths).enumerate() {
                 let gap = if column == 0 { "" } else { GAP };
                 // Writing to a string cannot fail.
-                let _ = match self.sides.as_bytes().get(column).or(self.sides.as_bytes().last()) {
+                let _ = match self
+                    .sides
+                    .as_bytes()
+                    .get(column)
+                    .or(self.sides.as_bytes().last())
+                {
                     Some(b'<') => write!(out, "{gap}{cell:<width$}"),
                     _ => write!(out, "{gap}{cell:>width$}"),
                 };

@@ -16,9 +16,16 @@ impl<'a> Idle<'a> {
     /// The idle factors of a path's ends.
     pub(super) fn of(space: &'a ConfigurationSpace, path: &Path) -> Self {
         let mut velocity = vec![0.0; space.nv()];
-        space.difference(path.waypoint(path.len() - 1), path.waypoint(0), &mut velocity);
+        space.difference(
+            path.waypoint(path.len() - 1),
+            path.waypoint(0),
+            &mut velocity,
+        );
         let is_idle = |component: &Component| travel(component, &velocity) < SAME;
-        Self { space, factors: space.components().iter().copied().filter(is_idle).collect() }
+        Self {
+            space,
+            factors: space.components().iter().copied().filter(is_idle).collect(),
+        }
     }
 
     /// How far they move along a path, in plain rad and m.
@@ -27,16 +34,25 @@ impl<'a> Idle<'a> {
         let mut sum = 0.0;
         for [from, to] in path.segments() {
             self.space.difference(to, from, &mut velocity);
-            sum += self.factors.iter().map(|factor| travel(factor, &velocity)).sum::<f64>();
+            sum += self
+                .factors
+                .iter()
+                .map(|factor| travel(factor, &velocity))
+                .sum::<f64>();
         }
         sum
     }
 }
 
-/// How far one factor moves: a distance or an angle. The coordinates of a rotation mean nothing one by one.
+/// How far one factor moves: a distance or an angle. The coordinates of a rotation mean nothing one
+/// by one.
 fn travel(component: &Component, velocity: &[f64]) -> f64 {
     match *component {
         Component::Line { v, .. } | Component::Circle { v, .. } => velocity[v].abs(),
-        Component::Rotation { v, .. } => velocity[v..v + 3].iter().map(|part| part * part).sum::<f64>().sqrt(),
+        Component::Rotation { v, .. } => velocity[v..v + 3]
+            .iter()
+            .map(|part| part * part)
+            .sum::<f64>()
+            .sqrt(),
     }
 }

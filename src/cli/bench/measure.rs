@@ -21,7 +21,12 @@ use crate::cli::run::{self as runner, Timed};
 const LONG_S: f64 = 2.0;
 
 /// Runs each mode and copies the figures of the peers.
-pub(super) fn fill(row: &mut Row, arguments: &Arguments, loaded: &Loaded, workspace: &mut Workspace) {
+pub(super) fn fill(
+    row: &mut Row,
+    arguments: &Arguments,
+    loaded: &Loaded,
+    workspace: &mut Workspace,
+) {
     row.geometry = geometry_name(loaded.geometry);
     row.mesh_check = meshes::collisions(&loaded.mesh_check);
     let model = match loaded.model() {
@@ -35,16 +40,37 @@ pub(super) fn fill(row: &mut Row, arguments: &Arguments, loaded: &Loaded, worksp
                 row.lower_bound = Some(timed.outcome.lower_bound);
                 row.answers.insert(mode.name(), figures);
             }
-            Err(error) => _ = row.error.get_or_insert_with(|| format!("{}: {error}", mode.name())),
+            Err(error) => {
+                _ = row
+                    .error
+                    .get_or_insert_with(|| format!("{}: {error}", mode.name()))
+            }
         }
     }
-    let Some(before) = row.length_before else { return };
-    let relative =
-        |peer: &Peer| PeerFigures { ratio: ratio(peer.length, before), cpu_s: peer.cpu_s, honest: peer.honest };
-    row.peers = loaded.peers.iter().map(|(name, peer)| (name.clone(), relative(peer))).collect();
+    let Some(before) = row.length_before else {
+        return;
+    };
+    let relative = |peer: &Peer| PeerFigures {
+        ratio: ratio(peer.length, before),
+        cpu_s: peer.cpu_s,
+        honest: peer.honest,
+    };
+    row.peers = loaded
+        .peers
+        .iter()
+        .map(|(name, peer)| (name.clone(), relative(peer)))
+        .collect();
     // Recorded as the best only because every check found it valid.
     let best = loaded.best_honest_peer.as_ref();
-    row.best_honest_peer = best.map(|(name, peer)| (name.clone(), PeerFigures { honest: true, ..relative(peer) }));
+    row.best_honest_peer = best.map(|(name, peer)| {
+        (
+            name.clone(),
+            PeerFigures {
+                honest: true,
+                ..relative(peer)
+            },
+        )
+    });
     row.compare();
 }
 
@@ -57,13 +83,19 @@ fn answers(
     model: &CollisionModel,
     workspace: &mut Workspace,
 ) -> Vec<(Mode, Answer)> {
-    let mut all: Vec<Runs> = arguments.modes().into_iter().map(|mode| Runs::new(arguments, loaded, mode)).collect();
+    let mut all: Vec<Runs> = arguments
+        .modes()
+        .into_iter()
+        .map(|mode| Runs::new(arguments, loaded, mode))
+        .collect();
     for _ in 0..arguments.repeat {
         for runs in &mut all {
             runs.once(arguments, loaded, model, workspace);
         }
     }
-    all.into_iter().map(|runs| (runs.mode, runs.answer(arguments, loaded))).collect()
+    all.into_iter()
+        .map(|runs| (runs.mode, runs.answer(arguments, loaded)))
+        .collect()
 }
 
 /// The runs of one mode on one problem.
@@ -77,23 +109,58 @@ struct Runs {
 impl Runs {
     fn new(arguments: &Arguments, loaded: &Loaded, mode: Mode) -> Self {
         let nv = loaded.robot.space().nv();
-        let settings = arguments.rules.settings(mode, loaded.weights.as_ref(), nv).map_err(CliError::Usage);
-        Self { mode, settings, timed: Vec::new(), repeats: Vec::new() }
+        let settings = arguments
+            .rules
+            .settings(mode, loaded.weights.as_ref(), nv)
+            .map_err(CliError::Usage);
+        Self {
+            mode,
+            settings,
+            timed: Vec::new(),
+            repeats: Vec::new(),
+        }
     }
 
     /// One more run, unless the first was long.
-    fn once(&mut self, arguments: &Arguments, loaded: &Loaded, model: &CollisionModel, workspace: &mut Workspace) {
+    fn once(
+        &mut self,
+        arguments: &Arguments,
+        loaded: &Loaded,
+        model: &CollisionModel,
+        workspace: &mut Workspace,
+    ) {
         let Ok(settings) = &self.settings else { return };
-        if self.repeats.first().is_some_and(|first| first.time_s > LONG_S) {
+        if self
+            .repeats
+            .first()
+            .is_some_and(|first| first.time_s > LONG_S)
+        {
             return;
         }
         let mut curve = Curve::new(f64::NAN);
-        let mut watch = |time: std::time::Duration, length: f64| curve.push(time.as_secs_f64(), length);
-        match runner::run(loaded, model, settings, arguments.rules.deadline, workspace, &mut watch) {
+        let mut watch =
+            |time: std::time::Duration, length: f64| curve.push(time.as_secs_f64(), length);
+        match runner::run(
+            loaded,
+            model,
+            settings,
+            arguments.rules.deadline,
+            workspace,
+            &mut watch,
+        ) {
             Ok(timed) => {
-                curve.close(timed.outcome.length_before, timed.outcome.length_after, timed.time_s);
+                curve.close(
+                    timed.outcome.length_before,
+                    timed.outcome.length_after,
+                    timed.time_s,
+                );
                 let hash = timed.outcome.path.hash();
-                self.repeats.push(Repeat { hash, curve, cpu_s: timed.cpu_s, time_s: timed.time_s });
+                self.repeats.push(Repeat {
+                    hash,
+                    curve,
+                    cpu_s: timed.cpu_s,
+                    time_s: timed.time_s,
+                });
                 self.timed.push(timed);
             }
             Err(error) => self.settings = Err(error),
@@ -128,7 +195,11 @@ fn figures(arguments: &Arguments, loaded: &Loaded, timed: &Timed, combined: Comb
         cpu_s: combined.cpu_s,
         time_s: combined.time_s,
         first_improvement_s: combined.curve.first_s(),
-        ratio_at: arguments.at.iter().map(|budget| combined.curve.remaining(budget.as_secs_f64())).collect(),
+        ratio_at: arguments
+            .at
+            .iter()
+            .map(|budget| combined.curve.remaining(budget.as_secs_f64()))
+            .collect(),
         curve: combined.curve,
         over_best_honest_peer: BTreeMap::new(),
         idle_travel_before: idle.travel(&loaded.path),

@@ -11,7 +11,9 @@ use super::row::Row;
 pub(super) fn collisions(recorded: &Value) -> BTreeMap<String, bool> {
     let collides = |check: &Value| Some(check.get("samples_in_collision")?.as_u64()? > 0);
     let checks = recorded.as_object().into_iter().flatten();
-    checks.filter_map(|(name, check)| Some((name.clone(), collides(check)?))).collect()
+    checks
+        .filter_map(|(name, check)| Some((name.clone(), collides(check)?)))
+        .collect()
 }
 
 /// How many of how many.
@@ -37,17 +39,32 @@ impl Meshes {
     pub(super) fn of(rows: &[&Row], modes: &[&'static str]) -> Option<Self> {
         let mut recorded: BTreeMap<String, Share> = BTreeMap::new();
         for (name, collides) in rows.iter().flat_map(|row| &row.mesh_check) {
-            let share = recorded.entry(name.clone()).or_insert(Share { collide: 0, of: 0 });
+            let share = recorded
+                .entry(name.clone())
+                .or_insert(Share { collide: 0, of: 0 });
             share.collide += usize::from(*collides);
             share.of += 1;
         }
-        let checked = || rows.iter().filter(|row| !row.mesh_check.is_empty() && row.geometry == "given");
+        let checked = || {
+            rows.iter()
+                .filter(|row| !row.mesh_check.is_empty() && row.geometry == "given")
+        };
         let proved = |mode: &&'static str| {
             let answers = checked().filter_map(|row| row.answers.get(mode));
             // None of them collides: that is what is proved of the same meshes.
-            (*mode, Share { collide: 0, of: answers.filter(|figures| figures.proved).count() })
+            (
+                *mode,
+                Share {
+                    collide: 0,
+                    of: answers.filter(|figures| figures.proved).count(),
+                },
+            )
         };
-        let ours = if checked().next().is_some() { modes.iter().map(proved).collect() } else { BTreeMap::new() };
+        let ours = if checked().next().is_some() {
+            modes.iter().map(proved).collect()
+        } else {
+            BTreeMap::new()
+        };
         (!recorded.is_empty()).then_some(Self { recorded, ours })
     }
 }
@@ -63,7 +80,10 @@ mod tests {
             "peer": { "samples_in_collision": 2, "samples": 9 },
             "note": "not a check",
         });
-        assert_eq!(collisions(&recorded), BTreeMap::from([("raw".to_owned(), false), ("peer".to_owned(), true)]));
+        assert_eq!(
+            collisions(&recorded),
+            BTreeMap::from([("raw".to_owned(), false), ("peer".to_owned(), true)])
+        );
         assert!(collisions(&Value::Null).is_empty());
     }
 }

@@ -40,15 +40,16 @@ use row::Row;
 
 /// Shorten every problem of a folder and compare with the recorded answers of others
 ///
-/// Each mode runs on each problem several times, one run after the other in one thread; loading is left out. The
-/// runs must agree in every bit; their times are medians. With --deadline they may differ, and the run of median
-/// length counts. Runs longer than 2 s are not repeated.
+/// Each mode runs on each problem several times, one run after the other in one thread; loading is
+/// left out. The runs must agree in every bit; their times are medians. With --deadline they may
+/// differ, and the run of median length counts. Runs longer than 2 s are not repeated.
 ///
-/// An answer that is not proved is the path given: it counts with the length 1. Two lengths within 0.1 % tie.
-/// The calibration kernel is a fixed piece of arithmetic on a small table; its CPU time relates machines.
+/// An answer that is not proved is the path given: it counts with the length 1. Two lengths within
+/// 0.1 % tie. The calibration kernel is a fixed piece of arithmetic on a small table; its CPU time
+/// relates machines.
 ///
-/// Problems that cannot be read become rows with the reason. Exit code: 0 where all could be read and run,
-/// whether their paths are proved or not; 65 otherwise.
+/// Problems that cannot be read become rows with the reason. Exit code: 0 where all could be read
+/// and run, whether their paths are proved or not; 65 otherwise.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Folder with problem files, at any depth
@@ -63,14 +64,16 @@ pub(super) struct Arguments {
     #[arg(long, value_delimiter = ',', default_value = "0.15ms,1ms,10ms", value_name = "TIMES",
         value_parser = quantity::duration)]
     at: Vec<Duration>,
-    /// Shorten the recorded path of this peer instead of the planner's; problems without one are left out
+    /// Shorten the recorded path of this peer instead of the planner's; problems without one are
+    /// left out
     #[arg(long, value_name = "NAME")]
     from: Option<String>,
     #[command(flatten)]
     source: Source,
     #[command(flatten)]
     rules: Rules,
-    /// Measure the check instead: time to prove each path, to refuse the straight way, and to sample the path
+    /// Measure the check instead: time to prove each path, to refuse the straight way, and to
+    /// sample the path
     #[arg(long, conflicts_with_all = ["modes", "repeat", "at", "from", "svg", "deadline", "seed", "strict", "weights"])]
     check: bool,
     /// Only problems whose folder or file name contains this text
@@ -93,9 +96,16 @@ pub(super) struct Arguments {
 impl Arguments {
     /// The optimizers to run, each once.
     fn modes(&self) -> Vec<Mode> {
-        let all: Vec<Mode> = Mode::ALL.into_iter().filter(|mode| *mode != Mode::Check).collect();
+        let all: Vec<Mode> = Mode::ALL
+            .into_iter()
+            .filter(|mode| *mode != Mode::Check)
+            .collect();
         let mut modes: Vec<Mode> = Vec::new();
-        for mode in if self.modes.is_empty() { &all } else { &self.modes } {
+        for mode in if self.modes.is_empty() {
+            &all
+        } else {
+            &self.modes
+        } {
             if !modes.contains(mode) {
                 modes.push(*mode);
             }
@@ -113,7 +123,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let calibration_s = calibration::seconds();
     let mut from = arguments.from.as_deref().map(From::new);
     let rows = measure(arguments, &files, from.as_mut())?;
-    let report = Report::new(arguments, calibration_s, rows, from.map_or(0, |from| from.skipped));
+    let report = Report::new(
+        arguments,
+        calibration_s,
+        rows,
+        from.map_or(0, |from| from.skipped),
+    );
     show(arguments, &report.json(), || report.table())?;
     if let Some(file) = &arguments.svg {
         write(file, &chart::draw(&report))?;
@@ -122,17 +137,27 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 }
 
 /// A row for each problem, but for those without the path asked for.
-fn measure(arguments: &Arguments, files: &[PathBuf], mut from: Option<&mut From>) -> Result<Vec<Row>, CliError> {
+fn measure(
+    arguments: &Arguments,
+    files: &[PathBuf],
+    mut from: Option<&mut From>,
+) -> Result<Vec<Row>, CliError> {
     let mut reader = load::reader(&arguments.source);
     let mut workspace = Workspace::default();
     let bar = progress_bar(files.len() as u64);
     let mut rows = Vec::with_capacity(files.len());
     for file in files {
-        let mut row = Row { set: set_name(&arguments.folder, file), name: stem(file), ..Row::default() };
+        let mut row = Row {
+            set: set_name(&arguments.folder, file),
+            name: stem(file),
+            ..Row::default()
+        };
         bar.set_message(row.label());
         let loaded = load::load(&mut reader, file, &arguments.source, true);
         let taken = loaded.and_then(|mut loaded| {
-            let taken = from.as_mut().map_or(Ok(true), |from| from.take(&mut loaded))?;
+            let taken = from
+                .as_mut()
+                .map_or(Ok(true), |from| from.take(&mut loaded))?;
             Ok(taken.then_some(loaded))
         });
         match taken {
@@ -160,7 +185,8 @@ fn check(arguments: &Arguments, files: &[PathBuf]) -> Result<u8, CliError> {
     let bar = progress_bar(files.len() as u64);
     let mut rows = Vec::with_capacity(files.len());
     for file in files {
-        let (set, name) = (set_name(&arguments.folder, file), stem(file));
+        let set = set_name(&arguments.folder, file);
+        let name = stem(file);
         bar.set_message(format!("{set}/{name}"));
         let measured = load::load(&mut reader, file, &arguments.source, true)
             .and_then(|loaded| check::measure(&loaded, arguments.rules.clearance, &mut scratch));
@@ -183,9 +209,15 @@ fn show(arguments: &Arguments, json: &str, table: impl FnOnce() -> String) -> Re
         Format::Json => json,
         Format::Table => table(),
     };
-    std::io::stdout().lock().write_all(text.as_bytes()).map_err(stdout)
+    std::io::stdout()
+        .lock()
+        .write_all(text.as_bytes())
+        .map_err(stdout)
 }
 
 fn write(file: &Path, text: &str) -> Result<(), CliError> {
-    std::fs::write(file, text).map_err(|source| CliError::Output { file: file.display().to_string(), source })
+    std::fs::write(file, text).map_err(|source| CliError::Output {
+        file: file.display().to_string(),
+        source,
+    })
 }

@@ -72,26 +72,42 @@ pub(super) struct IdleSummary {
 impl ModeSummary {
     /// Of its answers among the rows; `None` where there are none.
     pub(super) fn of(rows: &[&Row], mode: &str, modes: &[&str], budgets: usize) -> Option<Self> {
-        let answers: Vec<(&Row, &Figures)> =
-            rows.iter().filter_map(|row| Some((*row, row.answers.get(mode)?))).collect();
+        let answers: Vec<(&Row, &Figures)> = rows
+            .iter()
+            .filter_map(|row| Some((*row, row.answers.get(mode)?)))
+            .collect();
         let figures = || answers.iter().map(|answer| answer.1);
-        let at = |budget: usize| Average::of(figures().map(move |figures| remaining(figures, budget)));
+        let at =
+            |budget: usize| Average::of(figures().map(move |figures| remaining(figures, budget)));
         let ratios = at(budgets)?;
         let versus = AGAINST_BEST.map(|moment| {
             let name = moment.name();
-            let quotient = |(row, f): &(&Row, &Figures)| Some((*f.over_best_honest_peer.get(name)?, row.label()));
-            Some((name, Versus::of(answers.iter().filter_map(quotient).collect())?))
+            let quotient = |(row, f): &(&Row, &Figures)| {
+                Some((*f.over_best_honest_peer.get(name)?, row.label()))
+            };
+            Some((
+                name,
+                Versus::of(answers.iter().filter_map(quotient).collect())?,
+            ))
         });
         Some(Self {
             answers: answers.len(),
             valid: figures().filter(|figures| figures.proved).count(),
             ratio: ratios.median,
             ratio_mean: ratios.mean,
-            ratio_proved: Average::of(figures().filter(|figures| figures.proved).map(|figures| figures.ratio)),
+            ratio_proved: Average::of(
+                figures()
+                    .filter(|figures| figures.proved)
+                    .map(|figures| figures.ratio),
+            ),
             ratio_at: (0..budgets).filter_map(at).collect(),
             cpu_s: median(figures().map(|figures| figures.cpu_s))?,
-            first_improvement_s: median(figures().filter_map(|figures| figures.first_improvement_s)),
-            above_other_modes: (0..=budgets).map(|budget| Above::of(rows, mode, modes, budget)).collect(),
+            first_improvement_s: median(
+                figures().filter_map(|figures| figures.first_improvement_s),
+            ),
+            above_other_modes: (0..=budgets)
+                .map(|budget| Above::of(rows, mode, modes, budget))
+                .collect(),
             over_best_honest_peer: versus.into_iter().flatten().collect(),
             idle: IdleSummary::of(&answers),
         })
@@ -100,22 +116,36 @@ impl ModeSummary {
 
 /// Remaining length at a budget; the one after the last is the end.
 fn remaining(figures: &Figures, budget: usize) -> f64 {
-    figures.ratio_at.get(budget).copied().unwrap_or(figures.ratio)
+    figures
+        .ratio_at
+        .get(budget)
+        .copied()
+        .unwrap_or(figures.ratio)
 }
 
 impl Above {
     fn of(rows: &[&Row], mode: &str, modes: &[&str], budget: usize) -> Self {
         let percent = |ours: f64, best: f64| 100.0 * (ours / best - 1.0);
-        let length = |row: &Row, mode: &str| row.answers.get(mode).map(|figures| remaining(figures, budget));
+        let length = |row: &Row, mode: &str| {
+            row.answers
+                .get(mode)
+                .map(|figures| remaining(figures, budget))
+        };
         let of_mode = |mode: &str| median(rows.iter().filter_map(|row| length(row, mode)));
         let others = || modes.iter().filter(|other| **other != mode);
         let of_path = |row: &&Row| {
-            let best = others().filter_map(|other| length(row, other)).min_by(f64::total_cmp)?;
+            let best = others()
+                .filter_map(|other| length(row, other))
+                .min_by(f64::total_cmp)?;
             Some(percent(length(row, mode)?, best))
         };
-        let best = others().filter_map(|other| of_mode(other)).min_by(f64::total_cmp);
+        let best = others()
+            .filter_map(|other| of_mode(other))
+            .min_by(f64::total_cmp);
         Self {
-            medians_percent: of_mode(mode).zip(best).map(|(ours, best)| percent(ours, best)),
+            medians_percent: of_mode(mode)
+                .zip(best)
+                .map(|(ours, best)| percent(ours, best)),
             paths_percent: median(rows.iter().filter_map(of_path)),
         }
     }
@@ -124,8 +154,13 @@ impl Above {
 impl Versus {
     fn of(quotients: Vec<(f64, String)>) -> Option<Self> {
         let values = || quotients.iter().map(|quotient| quotient.0);
-        let (median, tally) = (median(values())?, Tally::of(values()));
-        Some(Self { median, tally, worst: Worst::of(quotients.into_iter())? })
+        let median = median(values())?;
+        let tally = Tally::of(values());
+        Some(Self {
+            median,
+            tally,
+            worst: Worst::of(quotients.into_iter())?,
+        })
     }
 }
 
@@ -133,12 +168,19 @@ impl IdleSummary {
     fn of(answers: &[(&Row, &Figures)]) -> Option<Self> {
         /// Less is rounding (rad or m).
         const MOVES: f64 = 1e-9;
-        let moving: Vec<_> = answers.iter().filter(|(_, figures)| figures.idle_travel_before > MOVES).collect();
+        let moving: Vec<_> = answers
+            .iter()
+            .filter(|(_, figures)| figures.idle_travel_before > MOVES)
+            .collect();
         Some(Self {
             paths: moving.len(),
             before: median(moving.iter().map(|(_, figures)| figures.idle_travel_before))?,
             after: median(moving.iter().map(|(_, figures)| figures.idle_travel))?,
-            worst: Worst::of(moving.iter().map(|(row, figures)| (figures.idle_travel, row.label())))?,
+            worst: Worst::of(
+                moving
+                    .iter()
+                    .map(|(row, figures)| (figures.idle_travel, row.label())),
+            )?,
         })
     }
 }

@@ -59,8 +59,17 @@ mod tests {
 
     #[test]
     fn parts_of_a_short_time_are_a_millisecond() {
-        assert_eq!((Moment::Twentieth.time_s(1.0), Moment::Hundredth.time_s(1.0)), (0.05, 0.01));
-        assert_eq!((Moment::Twentieth.time_s(0.01), Moment::Hundredth.time_s(0.01)), (1e-3, 1e-3));
+        assert_eq!(
+            (Moment::Twentieth.time_s(1.0), Moment::Hundredth.time_s(1.0)),
+            (0.05, 0.01)
+        );
+        assert_eq!(
+            (
+                Moment::Twentieth.time_s(0.01),
+                Moment::Hundredth.time_s(0.01)
+            ),
+            (1e-3, 1e-3)
+        );
         assert_eq!(Moment::ItsTime.time_s(1e-4), 1e-4);
     }
 }

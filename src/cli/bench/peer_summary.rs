@@ -32,12 +32,20 @@ impl PeerSummary {
         modes: &[&'static str],
         of: impl Fn(&'a Row) -> Option<&'a PeerFigures>,
     ) -> Option<Self> {
-        let answers: Vec<(&Row, &PeerFigures)> = rows.iter().filter_map(|row| Some((*row, of(row)?))).collect();
+        let answers: Vec<(&Row, &PeerFigures)> = rows
+            .iter()
+            .filter_map(|row| Some((*row, of(row)?)))
+            .collect();
         let peers = || answers.iter().map(|answer| answer.1);
         let against = |mode: &'static str| {
             let tally = AGAINST_ANY.map(|moment| {
-                let quotient = |(row, peer): &(&Row, &PeerFigures)| Some(row.answers.get(mode)?.over(peer, moment));
-                (moment.name(), Tally::of(answers.iter().filter_map(quotient)))
+                let quotient = |(row, peer): &(&Row, &PeerFigures)| {
+                    Some(row.answers.get(mode)?.over(peer, moment))
+                };
+                (
+                    moment.name(),
+                    Tally::of(answers.iter().filter_map(quotient)),
+                )
             });
             (mode, tally.into())
         };

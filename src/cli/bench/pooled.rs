@@ -21,6 +21,9 @@ mod tests {
     #[test]
     fn families_are_what_stands_before_the_first_underscore() {
         let sets = ["hpp_disc", "hpp_ur5_table", "mbm_panda", "own", "own2"];
-        assert_eq!(groups(sets.into_iter()), BTreeMap::from([("hpp", vec!["hpp_disc", "hpp_ur5_table"])]));
+        assert_eq!(
+            groups(sets.into_iter()),
+            BTreeMap::from([("hpp", vec!["hpp_disc", "hpp_ur5_table"])])
+        );
     }
 }

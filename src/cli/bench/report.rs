@@ -35,7 +35,12 @@ pub(super) struct Report {
 
 impl Report {
     /// Sums up the rows.
-    pub(super) fn new(arguments: &Arguments, calibration_s: f64, rows: Vec<Row>, skipped: usize) -> Self {
+    pub(super) fn new(
+        arguments: &Arguments,
+        calibration_s: f64,
+        rows: Vec<Row>,
+        skipped: usize,
+    ) -> Self {
         let modes: Vec<&'static str> = arguments.modes().iter().map(|mode| mode.name()).collect();
         let budgets = arguments.at.len();
         let mut by_set: BTreeMap<&str, Vec<&Row>> = BTreeMap::new();
@@ -46,13 +51,26 @@ impl Report {
             let rows: Vec<&Row> = sets.iter().flat_map(|set| &by_set[set]).copied().collect();
             Summary::of(&format!("{family} (pooled)"), &rows, &modes, budgets)
         };
-        let pooled = pooled::groups(by_set.keys().copied()).into_iter().map(pool).collect();
-        let sets = by_set.iter().map(|(set, rows)| Summary::of(set, rows, &modes, budgets)).collect();
+        let pooled = pooled::groups(by_set.keys().copied())
+            .into_iter()
+            .map(pool)
+            .collect();
+        let sets = by_set
+            .iter()
+            .map(|(set, rows)| Summary::of(set, rows, &modes, budgets))
+            .collect();
         Self {
             calibration_s,
             repeat: arguments.repeat.into(),
-            budgets_s: arguments.at.iter().map(|budget| budget.as_secs_f64()).collect(),
-            deadline_s: arguments.rules.deadline.map(|deadline| deadline.as_secs_f64()),
+            budgets_s: arguments
+                .at
+                .iter()
+                .map(|budget| budget.as_secs_f64())
+                .collect(),
+            deadline_s: arguments
+                .rules
+                .deadline
+                .map(|deadline| deadline.as_secs_f64()),
             from: arguments.from.clone(),
             skipped,
             modes,

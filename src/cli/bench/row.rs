@@ -28,7 +28,8 @@ pub(super) struct Row {
     pub peers: BTreeMap<String, PeerFigures>,
     /// The best recorded answer that is valid.
     pub best_honest_peer: Option<(String, PeerFigures)>,
-    /// Which recorded paths collide with the exact meshes, by their recorded names; `raw` is the planner's.
+    /// Which recorded paths collide with the exact meshes, by their recorded names; `raw` is the
+    /// planner's.
     pub mesh_check: BTreeMap<String, bool>,
 }
 
@@ -39,7 +40,8 @@ pub(super) struct Figures {
     pub proved: bool,
     /// Code of the answer.
     pub code: &'static str,
-    /// Remaining length, as a part of the given path's; 1 where the answer is not proved, for it is that path.
+    /// Remaining length, as a part of the given path's; 1 where the answer is not proved, for it is
+    /// that path.
     pub ratio: f64,
     /// Remaining length.
     pub length: f64,
@@ -96,7 +98,9 @@ impl Row {
 
     /// Compares each answer with the best honest peer's.
     pub(super) fn compare(&mut self) {
-        let Some((_, best)) = &self.best_honest_peer else { return };
+        let Some((_, best)) = &self.best_honest_peer else {
+            return;
+        };
         for figures in self.answers.values_mut() {
             let quotient = |moment: Moment| (moment.name(), figures.over(best, moment));
             figures.over_best_honest_peer = moment::AGAINST_BEST.map(quotient).into();

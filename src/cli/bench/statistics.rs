@@ -35,7 +35,10 @@ pub(super) struct Average {
 impl Average {
     /// `None` of nothing.
     pub(super) fn of(values: impl Iterator<Item = f64> + Clone) -> Option<Self> {
-        Some(Self { median: median(values.clone())?, mean: mean(values)? })
+        Some(Self {
+            median: median(values.clone())?,
+            mean: mean(values)?,
+        })
     }
 }
 
@@ -52,7 +55,10 @@ impl Worst {
     /// `None` of nothing.
     pub(super) fn of(values: impl Iterator<Item = (f64, String)>) -> Option<Self> {
         let worst = values.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        Some(Self { value: worst.0, problem: worst.1 })
+        Some(Self {
+            value: worst.0,
+            problem: worst.1,
+        })
     }
 }
 
@@ -91,18 +97,38 @@ mod tests {
         assert_eq!(median([3.0, 1.0, 2.0].into_iter()), Some(2.0));
         assert_eq!(median([4.0, 1.0, 2.0, 3.0].into_iter()), Some(2.5));
         assert_eq!(median(std::iter::empty()), None);
-        assert_eq!(Average::of([1.0, 2.0, 6.0].into_iter()), Some(Average { median: 2.0, mean: 3.0 }));
+        assert_eq!(
+            Average::of([1.0, 2.0, 6.0].into_iter()),
+            Some(Average {
+                median: 2.0,
+                mean: 3.0
+            })
+        );
     }
 
     #[test]
     fn a_tie_is_within_a_thousandth() {
         let tally = Tally::of([0.5, 0.9989, 0.9991, 1.0, 1.0009, 1.0011].into_iter());
-        assert_eq!(tally, Tally { wins: 2, ties: 3, losses: 1 });
+        assert_eq!(
+            tally,
+            Tally {
+                wins: 2,
+                ties: 3,
+                losses: 1
+            }
+        );
     }
 
     #[test]
     fn the_worst_knows_its_path() {
-        let values = [(1.0, "a"), (1.2, "b"), (0.9, "c")].map(|(value, name)| (value, name.to_owned()));
-        assert_eq!(Worst::of(values.into_iter()), Some(Worst { value: 1.2, problem: "b".to_owned() }));
+        let values =
+            [(1.0, "a"), (1.2, "b"), (0.9, "c")].map(|(value, name)| (value, name.to_owned()));
+        assert_eq!(
+            Worst::of(values.into_iter()),
+            Some(Worst {
+                value: 1.2,
+                problem: "b".to_owned()
+            })
+        );
     }
 }

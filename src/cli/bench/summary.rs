@@ -34,11 +34,18 @@ pub(super) struct Summary {
 impl Summary {
     /// Of rows, for modes at so many budgets.
     pub(super) fn of(set: &str, rows: &[&Row], modes: &[&'static str], budgets: usize) -> Self {
-        let lower_bounds = rows.iter().filter_map(|row| Some(row.lower_bound? / row.length_before?));
+        let lower_bounds = rows
+            .iter()
+            .filter_map(|row| Some(row.lower_bound? / row.length_before?));
         let mut names: Vec<&String> = rows.iter().flat_map(|row| row.peers.keys()).collect();
         names.sort();
         names.dedup();
-        let peer = |name: &&String| Some(((*name).clone(), PeerSummary::of(rows, modes, |row| row.peers.get(*name))?));
+        let peer = |name: &&String| {
+            Some((
+                (*name).clone(),
+                PeerSummary::of(rows, modes, |row| row.peers.get(*name))?,
+            ))
+        };
         Self {
             set: set.to_owned(),
             problems: rows.len(),
@@ -48,7 +55,9 @@ impl Summary {
                 .filter_map(|mode| Some((*mode, ModeSummary::of(rows, mode, modes, budgets)?)))
                 .collect(),
             peers: names.iter().filter_map(peer).collect(),
-            best_honest_peer: PeerSummary::of(rows, modes, |row| row.best_honest_peer.as_ref().map(|best| &best.1)),
+            best_honest_peer: PeerSummary::of(rows, modes, |row| {
+                row.best_honest_peer.as_ref().map(|best| &best.1)
+            }),
             mesh_check: Meshes::of(rows, modes),
         }
     }

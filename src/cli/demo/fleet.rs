@@ -27,12 +27,21 @@ pub(super) struct Fleet {
 
 impl Fleet {
     /// Starts a planner for each row.
-    pub(super) fn start(daemon: &Daemon, rows: &[Row], deadline: Duration) -> Result<Self, DemoError> {
+    pub(super) fn start(
+        daemon: &Daemon,
+        rows: &[Row],
+        deadline: Duration,
+    ) -> Result<Self, DemoError> {
         let (say, said) = unbounded();
-        let mut fleet = Self { children: Vec::new(), said };
+        let mut fleet = Self {
+            children: Vec::new(),
+            said,
+        };
         for (index, row) in rows.iter().enumerate() {
             let mut command = own_daemon::this_program(daemon.instance())?;
-            command.arg("demo-planner").arg(world::problem_file(daemon.folder(), &row.problem));
+            command
+                .arg("demo-planner")
+                .arg(world::problem_file(daemon.folder(), &row.problem));
             command.args(["--seed", &row.seed.to_string()]);
             command.args(["--deadline", &format!("{}us", deadline.as_micros())]);
             command.stdin(Stdio::null()).stdout(Stdio::piped());
@@ -116,7 +125,9 @@ impl Drop for Fleet {
 fn listen(index: usize, out: ChildStdout, say: &Sender<(usize, Option<Message>)>) {
     for line in BufReader::new(out).lines().map_while(Result::ok) {
         let message = serde_json::from_str(&line);
-        let message = message.unwrap_or_else(|_| Message::Failed { error: format!("unreadable: {line}") });
+        let message = message.unwrap_or_else(|_| Message::Failed {
+            error: format!("unreadable: {line}"),
+        });
         // The demo may have ended meanwhile.
         let _ = say.send((index, Some(message)));
     }

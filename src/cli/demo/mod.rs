@@ -39,10 +39,11 @@ use world::World;
 /// Exit code where an answer is not proved.
 const NOT_PROVED: u8 = 2;
 
-/// Start a daemon and four planners on shipped robots and scenes, and show what becomes of their paths
+/// Start a daemon and four planners on shipped robots and scenes, and show what becomes of their
+/// paths
 ///
-/// Needs no files and leaves nothing behind but the picture. Exit code: 0 all answers proved, 2 otherwise,
-/// 69 no daemon, 130 interrupted.
+/// Needs no files and leaves nothing behind but the picture. Exit code: 0 all answers proved, 2
+/// otherwise, 69 no daemon, 130 interrupted.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Planner processes
@@ -87,8 +88,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let written = std::fs::write(&arguments.svg, picture);
     // The table is worth having even where the picture cannot be written.
     show(arguments, &rows, start.elapsed())?;
-    written.map_err(|source| CliError::Output { file: arguments.svg.display().to_string(), source })?;
-    Ok(if rows.iter().all(|row| row.proved) { 0 } else { NOT_PROVED })
+    written.map_err(|source| CliError::Output {
+        file: arguments.svg.display().to_string(),
+        source,
+    })?;
+    Ok(if rows.iter().all(|row| row.proved) {
+        0
+    } else {
+        NOT_PROVED
+    })
 }
 
 /// What Ctrl-C, a closed terminal and `kill` ask for.
@@ -96,15 +104,22 @@ fn stop_on_signals() -> Result<Arc<AtomicBool>, CliError> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         let registered = signal_hook::flag::register(signal, Arc::clone(&stop));
-        registered.map_err(|source| OwnDaemonError::Start { program: "signal handler".into(), source })?;
+        registered.map_err(|source| OwnDaemonError::Start {
+            program: "signal handler".into(),
+            source,
+        })?;
     }
     Ok(stop)
 }
 
 /// A row and a world for each planner, over and over through the shipped problems.
 fn read_worlds(arguments: &Arguments, daemon: &Daemon) -> Result<(Vec<Row>, Vec<World>), CliError> {
-    let (mut rows, mut worlds) = (Vec::new(), Vec::new());
-    let names = world::PROBLEMS.iter().cycle().take(arguments.planners.into());
+    let mut rows = Vec::new();
+    let mut worlds = Vec::new();
+    let names = world::PROBLEMS
+        .iter()
+        .cycle()
+        .take(arguments.planners.into());
     for (index, name) in names.enumerate() {
         let world = World::read(&world::problem_file(daemon.folder(), name))?;
         rows.push(Row {
@@ -124,13 +139,28 @@ fn show(arguments: &Arguments, rows: &[Row], time: Duration) -> Result<(), CliEr
     let text = match arguments.format {
         Format::Json => {
             let all = proved == rows.len();
-            let report = Report { planners: rows, proved: all, svg: &arguments.svg, time_s: time.as_secs_f64() };
-            serde_json::to_string(&report).expect("a report holds only strings, booleans and numbers") + "\n"
+            let report = Report {
+                planners: rows,
+                proved: all,
+                svg: &arguments.svg,
+                time_s: time.as_secs_f64(),
+            };
+            serde_json::to_string(&report)
+                .expect("a report holds only strings, booleans and numbers")
+                + "\n"
         }
         Format::Table => {
-            let (count, svg, time) = (rows.len(), arguments.svg.display(), report::time(time.as_secs_f64()));
-            format!("{}{proved} of {count} proved   {time}   picture: {svg}\n", table::table(rows))
+            let count = rows.len();
+            let svg = arguments.svg.display();
+            let time = report::time(time.as_secs_f64());
+            format!(
+                "{}{proved} of {count} proved   {time}   picture: {svg}\n",
+                table::table(rows)
+            )
         }
     };
-    std::io::stdout().lock().write_all(text.as_bytes()).map_err(stdout)
+    std::io::stdout()
+        .lock()
+        .write_all(text.as_bytes())
+        .map_err(stdout)
 }

@@ -29,10 +29,22 @@ pub(super) struct Track {
 impl<'a> Mover<'a> {
     /// A robot, nowhere yet.
     pub(super) fn new(robot: &'a RobotModel) -> Self {
-        let carries = |link: usize| robot.joints().iter().any(|joint| joint.parent == Some(link));
-        let tips = (0..robot.links().len()).filter(|link| !carries(*link)).collect();
+        let carries = |link: usize| {
+            robot
+                .joints()
+                .iter()
+                .any(|joint| joint.parent == Some(link))
+        };
+        let tips = (0..robot.links().len())
+            .filter(|link| !carries(*link))
+            .collect();
         let held = robot.held().iter().map(|held| held.default).collect();
-        Self { robot, held, kinematics: Kinematics::default(), tips }
+        Self {
+            robot,
+            held,
+            kinematics: Kinematics::default(),
+            tips,
+        }
     }
 
     /// Puts it at a configuration.
@@ -43,17 +55,25 @@ impl<'a> Mover<'a> {
     /// Outlines of its shapes, seen in a direction.
     pub(super) fn outlines(&self, view: View) -> Vec<Vec<Point>> {
         let links = self.robot.links().iter().zip(self.kinematics.poses());
-        links.flat_map(|(link, at)| link.shapes.iter().map(move |shape| view.outline(at, shape))).collect()
+        links
+            .flat_map(|(link, at)| link.shapes.iter().map(move |shape| view.outline(at, shape)))
+            .collect()
     }
 
     /// Number of its solid shapes: the fewer, the more often it can be drawn.
     pub(super) fn shapes(&self) -> usize {
-        self.robot.links().iter().map(|link| link.shapes.len()).sum()
+        self.robot
+            .links()
+            .iter()
+            .map(|link| link.shapes.len())
+            .sum()
     }
 
     /// The middle of what the last links carry: between the fingers of a gripper.
     fn tool(&self) -> Vec3 {
-        let (poses, mut sum, mut count) = (self.kinematics.poses(), Vec3::ZERO, 0.0);
+        let poses = self.kinematics.poses();
+        let mut sum = Vec3::ZERO;
+        let mut count = 0.0;
         for &tip in &self.tips {
             for shape in &self.robot.links()[tip].shapes {
                 sum += (poses[tip] * shape.pose).translation;
@@ -68,7 +88,10 @@ impl<'a> Mover<'a> {
 
     /// The tool's track along a path of rows laid end to end.
     pub(super) fn track(&mut self, rows: &[f64]) -> Track {
-        let mut track = Track { places: Vec::new(), waypoints: Vec::new() };
+        let mut track = Track {
+            places: Vec::new(),
+            waypoints: Vec::new(),
+        };
         self.along(rows, STEPS, &mut |mover, step| {
             let tool = mover.tool();
             track.places.push(tool);
@@ -79,10 +102,17 @@ impl<'a> Mover<'a> {
         track
     }
 
-    /// Puts it at `steps` places of each segment, the first at its start, and at the end of the path.
-    pub(super) fn along(&mut self, rows: &[f64], steps: usize, visit: &mut dyn FnMut(&Self, usize)) {
+    /// Puts it at `steps` places of each segment, the first at its start, and at the end of the
+    /// path.
+    pub(super) fn along(
+        &mut self,
+        rows: &[f64],
+        steps: usize,
+        visit: &mut dyn FnMut(&Self, usize),
+    ) {
         let space = self.robot.space();
-        let (mut row, mut velocity) = (vec![0.0; space.nq()], vec![0.0; space.nv()]);
+        let mut row = vec![0.0; space.nq()];
+        let mut velocity = vec![0.0; space.nv()];
         let rows: Vec<&[f64]> = rows.chunks_exact(space.nq()).collect();
         for pair in rows.windows(2) {
             space.difference(pair[1], pair[0], &mut velocity);

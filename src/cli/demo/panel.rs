@@ -28,14 +28,29 @@ impl<'a> Panel<'a> {
     /// From the rows of both paths; either may be empty where there is no path.
     pub(super) fn new(world: &'a World, before: &'a [f64], after: &'a [f64]) -> Self {
         let mut mover = Mover::new(&world.robot);
-        let (before, shortened) = (mover.track(before), mover.track(after));
-        Self { world, before, after: shortened, rows: after, start: &world.start, goal: &world.goal }
+        let before = mover.track(before);
+        let shortened = mover.track(after);
+        Self {
+            world,
+            before,
+            after: shortened,
+            rows: after,
+            start: &world.start,
+            goal: &world.goal,
+        }
     }
 
     /// Whether all of the motion stays in one horizontal plane.
     pub(super) fn is_flat(&self) -> bool {
-        let mut heights = self.before.places.iter().chain(&self.after.places).map(|place| place.z);
-        heights.next().is_some_and(|first| heights.all(|height| (height - first).abs() < FLAT_M))
+        let mut heights = self
+            .before
+            .places
+            .iter()
+            .chain(&self.after.places)
+            .map(|place| place.z);
+        heights
+            .next()
+            .is_some_and(|first| heights.all(|height| (height - first).abs() < FLAT_M))
     }
 
     /// Draws it, seen in a direction, into a part of the picture.
@@ -45,18 +60,35 @@ impl<'a> Panel<'a> {
             mover.place(row);
             (class, mover.outlines(view))
         });
-        let tracks = self.before.places.iter().chain(&self.after.places).map(|place| view.point(*place));
-        let corners = robots.iter().flat_map(|(_, outlines)| outlines.iter().flatten().copied());
-        let Some(bounds) = Bounds::around(tracks.chain(corners)) else { return };
+        let tracks = self
+            .before
+            .places
+            .iter()
+            .chain(&self.after.places)
+            .map(|place| view.point(*place));
+        let corners = robots
+            .iter()
+            .flat_map(|(_, outlines)| outlines.iter().flatten().copied());
+        let Some(bounds) = Bounds::around(tracks.chain(corners)) else {
+            return;
+        };
         let frame = Frame::new(bounds.widened(ROOM), width, height);
 
         // A picture within the picture cuts off what lies outside.
-        svg.begin("svg", &[("x", &x), ("y", &y), ("width", &width), ("height", &height)]);
-        svg.element("rect", &[("class", &"view"), ("width", &width), ("height", &height)]);
+        svg.begin(
+            "svg",
+            &[("x", &x), ("y", &y), ("width", &width), ("height", &height)],
+        );
+        svg.element(
+            "rect",
+            &[("class", &"view"), ("width", &width), ("height", &height)],
+        );
         self.obstacles(svg, view, &frame, [width, height]);
         self.swept(svg, view, &frame);
         for (class, outlines) in &robots {
-            outlines.iter().for_each(|outline| svg.outline(&frame.pixels(outline), class, class));
+            outlines
+                .iter()
+                .for_each(|outline| svg.outline(&frame.pixels(outline), class, class));
         }
         path(svg, view, &frame, &self.before, "before", "as planned");
         path(svg, view, &frame, &self.after, "after", "shortened");
@@ -71,7 +103,8 @@ impl<'a> Panel<'a> {
             for shape in obstacle.shapes.iter() {
                 let outline = view.outline(&obstacle.pose, shape);
                 // A floor seen from above fills everything and shows nothing.
-                let fills = Bounds::around(outline.iter().copied()).is_some_and(|bounds| shown.is_inside(bounds));
+                let fills = Bounds::around(outline.iter().copied())
+                    .is_some_and(|bounds| shown.is_inside(bounds));
                 if !fills {
                     svg.outline(&frame.pixels(&outline), "obstacle", &obstacle.id);
                 }
@@ -102,7 +135,10 @@ impl<'a> Panel<'a> {
 
 fn path(svg: &mut Svg, view: View, frame: &Frame, track: &Track, class: &str, title: &str) {
     let pixels = |places: &[taut::math::Vec3]| -> Vec<Point> {
-        places.iter().map(|place| frame.pixel(view.point(*place))).collect()
+        places
+            .iter()
+            .map(|place| frame.pixel(view.point(*place)))
+            .collect()
     };
     if track.places.is_empty() {
         return;
@@ -117,7 +153,12 @@ fn path(svg: &mut Svg, view: View, frame: &Frame, track: &Track, class: &str, ti
 fn ruler(svg: &mut Svg, frame: &Frame, [right, bottom]: Point) {
     let (metres, pixels) = frame.ruler(90.0);
     let left = right - pixels;
-    let ends = [[left, bottom - 5.0], [left, bottom], [right, bottom], [right, bottom - 5.0]];
+    let ends = [
+        [left, bottom - 5.0],
+        [left, bottom],
+        [right, bottom],
+        [right, bottom - 5.0],
+    ];
     svg.line(&ends, "ruler", "scale");
     svg.label([left - 8.0, bottom], "small right", &format!("{metres} m"));
 }

@@ -1,4 +1,5 @@
-//! The picture of `taut demo`: a card for each planner, its path before and after among the obstacles.
+//! The picture of `taut demo`: a card for each planner, its path before and after among the
+//! obstacles.
 
 use super::panel::Panel;
 use super::row::Row;
@@ -35,13 +36,22 @@ pub(super) fn draw(rows: &[Row], worlds: &[World]) -> String {
     let width = MARGIN + columns as f64 * (CARD[0] + MARGIN);
     let height = HEAD + lines as f64 * (CARD[1] + MARGIN);
     let mut svg = Svg::new(width, height, STYLE);
-    svg.element("rect", &[("class", &"page"), ("width", &width), ("height", &height)]);
+    svg.element(
+        "rect",
+        &[("class", &"page"), ("width", &width), ("height", &height)],
+    );
     head(&mut svg, rows);
     for (index, (row, world)) in rows.iter().zip(worlds).enumerate() {
         let x = MARGIN + (index % columns) as f64 * (CARD[0] + MARGIN);
         let y = HEAD + (index / columns) as f64 * (CARD[1] + MARGIN);
         let place = format!("translate({x} {y})");
-        svg.begin("g", &[("id", &format!("planner-{}", row.planner)), ("transform", &place)]);
+        svg.begin(
+            "g",
+            &[
+                ("id", &format!("planner-{}", row.planner)),
+                ("transform", &place),
+            ],
+        );
         card(&mut svg, row, world);
         svg.end();
     }
@@ -50,18 +60,41 @@ pub(super) fn draw(rows: &[Row], worlds: &[World]) -> String {
 
 fn head(svg: &mut Svg, rows: &[Row]) {
     let proved = rows.iter().filter(|row| row.proved).count();
-    let planners = if rows.len() == 1 { "one planner".to_owned() } else { format!("{} planners", rows.len()) };
-    svg.label([MARGIN, 42.0], "title", &format!("taut: one daemon, {planners}"));
+    let planners = if rows.len() == 1 {
+        "one planner".to_owned()
+    } else {
+        format!("{} planners", rows.len())
+    };
+    svg.label(
+        [MARGIN, 42.0],
+        "title",
+        &format!("taut: one daemon, {planners}"),
+    );
     let text = "free of collisions at every instant of the motion. Lengths say how many metres the joints move the robot's farthest points.";
-    svg.label([MARGIN, 66.0], "small", &format!("{proved} of {} shortened paths are proved {text}", rows.len()));
+    svg.label(
+        [MARGIN, 66.0],
+        "small",
+        &format!(
+            "{proved} of {} shortened paths are proved {text}",
+            rows.len()
+        ),
+    );
     let mut x = MARGIN;
     for (class, text) in [("before", "as planned"), ("after", "shortened")] {
         svg.line(&[[x, 90.0], [x + 34.0, 90.0]], class, text);
         svg.label([x + 42.0, 94.0], "small", text);
         x += 132.0;
     }
-    for (class, text) in [("start", "start"), ("goal", "goal"), ("obstacle", "obstacle")] {
-        svg.outline(&[[x, 83.0], [x + 22.0, 83.0], [x + 22.0, 97.0], [x, 97.0]], class, text);
+    for (class, text) in [
+        ("start", "start"),
+        ("goal", "goal"),
+        ("obstacle", "obstacle"),
+    ] {
+        svg.outline(
+            &[[x, 83.0], [x + 22.0, 83.0], [x + 22.0, 97.0], [x, 97.0]],
+            class,
+            text,
+        );
         svg.label([x + 30.0, 94.0], "small", text);
         x += 82.0;
     }
@@ -69,29 +102,62 @@ fn head(svg: &mut Svg, rows: &[Row]) {
 
 fn card(svg: &mut Svg, row: &Row, world: &World) {
     let [width, height] = CARD;
-    svg.element("rect", &[("class", &"card"), ("width", &width), ("height", &height), ("rx", &10)]);
-    svg.label([20.0, 30.0], "name", &format!("Planner {}: {}", row.planner, row.problem));
+    svg.element(
+        "rect",
+        &[
+            ("class", &"card"),
+            ("width", &width),
+            ("height", &height),
+            ("rx", &10),
+        ],
+    );
+    svg.label(
+        [20.0, 30.0],
+        "name",
+        &format!("Planner {}: {}", row.planner, row.problem),
+    );
     let right = width - 20.0;
     match &row.error {
         None if row.proved => svg.label([right, 30.0], "proved", "✓ proved"),
-        None => svg.label([right, 30.0], "failed", &format!("not proved: {}", row.code)),
+        None => svg.label(
+            [right, 30.0],
+            "failed",
+            &format!("not proved: {}", row.code),
+        ),
         Some(error) => svg.label([right, 30.0], "failed", error),
     }
     svg.label([20.0, 52.0], "small", &figures(row));
-    svg.label([right, 52.0], "small right", &format!("{}, seed {}", row.robot, row.seed));
+    svg.label(
+        [right, 52.0],
+        "small right",
+        &format!("{}, seed {}", row.robot, row.seed),
+    );
     let scene = Panel::new(world, &row.before, &row.after);
-    let views: &[View] = if scene.is_flat() { &[View::TOP] } else { &[View::SIDE, View::TOP] };
+    let views: &[View] = if scene.is_flat() {
+        &[View::TOP]
+    } else {
+        &[View::SIDE, View::TOP]
+    };
     let gap = 12.0;
     let wide = (width - 40.0 - gap * (views.len() - 1) as f64) / views.len() as f64;
     for (index, view) in views.iter().enumerate() {
-        scene.draw(svg, *view, [20.0 + index as f64 * (wide + gap), 66.0], [wide, height - 102.0]);
+        scene.draw(
+            svg,
+            *view,
+            [20.0 + index as f64 * (wide + gap), 66.0],
+            [wide, height - 102.0],
+        );
     }
 }
 
 fn figures(row: &Row) -> String {
-    let (Some(before), Some(after)) = (row.length_before, row.length_after) else { return String::new() };
+    let (Some(before), Some(after)) = (row.length_before, row.length_after) else {
+        return String::new();
+    };
     let percent = row.saved_percent().unwrap_or(0.0);
-    let clearance = row.clearance_m.map_or("nothing near".to_owned(), |m| format!("clearance ≥ {}", report::length(m)));
+    let clearance = row.clearance_m.map_or("nothing near".to_owned(), |m| {
+        format!("clearance ≥ {}", report::length(m))
+    });
     let time = row.time_s.map_or(String::new(), report::time);
     format!("length {before:.2} → {after:.2} (−{percent:.1} %)  ·  {clearance}  ·  {time}")
 }

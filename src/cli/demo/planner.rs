@@ -26,11 +26,18 @@ pub(in crate::cli) struct Arguments {
 
 /// Plans, has the path shortened and says so.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<u8, CliError> {
-    let query = Query { problem: arguments.problem.clone(), seed: arguments.seed, deadline: arguments.deadline };
+    let query = Query {
+        problem: arguments.problem.clone(),
+        seed: arguments.seed,
+        deadline: arguments.deadline,
+    };
     let connected = Instance::from_environment()
         .map_err(Into::into)
-        .and_then(|instance| Client::connect(&instance).map_err(Into::<Box<dyn std::error::Error>>::into));
-    let answer = connected.and_then(|client| session::run(&client, &query, &mut |step| say(&message(step))));
+        .and_then(|instance| {
+            Client::connect(&instance).map_err(Into::<Box<dyn std::error::Error>>::into)
+        });
+    let answer =
+        connected.and_then(|client| session::run(&client, &query, &mut |step| say(&message(step))));
     let (last, exit) = match answer {
         Ok(answer) => {
             let exit = answer.code.exit_code();
@@ -46,7 +53,12 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<u8, CliError> {
             };
             (answered, exit)
         }
-        Err(error) => (Message::Failed { error: error.to_string() }, 1),
+        Err(error) => (
+            Message::Failed {
+                error: error.to_string(),
+            },
+            1,
+        ),
     };
     say(&last);
     Ok(exit)
@@ -54,15 +66,18 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 
 fn message(step: Step) -> Message {
     match step {
-        Step::Planned(path, time) => {
-            Message::Planned { time_s: time.as_secs_f64(), waypoints: path.len(), rows: path.as_flat().to_vec() }
-        }
+        Step::Planned(path, time) => Message::Planned {
+            time_s: time.as_secs_f64(),
+            waypoints: path.len(),
+            rows: path.as_flat().to_vec(),
+        },
         Step::Improved(length) => Message::Improved { length },
     }
 }
 
 /// A demo that is gone does not read; then there is nobody to tell.
 fn say(message: &Message) {
-    let line = serde_json::to_string(message).expect("a message holds only strings, booleans and numbers");
+    let line =
+        serde_json::to_string(message).expect("a message holds only strings, booleans and numbers");
     let _ = writeln!(std::io::stdout(), "{line}");
 }

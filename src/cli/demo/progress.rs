@@ -30,17 +30,27 @@ impl Progress {
             bar.enable_steady_tick(Duration::from_millis(80));
             bar
         };
-        Self { bars: rows.iter().map(bar).collect() }
+        Self {
+            bars: rows.iter().map(bar).collect(),
+        }
     }
 
     /// Shows what a planner says; `row` is what was known of it before.
     pub(super) fn tell(&mut self, index: usize, row: &Row, message: &Message) {
         let text = match message {
-            Message::Planned { time_s, waypoints, .. } => {
+            Message::Planned {
+                time_s, waypoints, ..
+            } => {
                 format!("planned {waypoints} waypoints in {}", report::time(*time_s))
             }
             Message::Improved { length } => format!("length {length:.3}"),
-            Message::Answered { length_before, length_after, proved, code, .. } => {
+            Message::Answered {
+                length_before,
+                length_after,
+                proved,
+                code,
+                ..
+            } => {
                 let verdict = if *proved { "proved" } else { code };
                 format!("length {length_before:.3} → {length_after:.3}   {verdict}")
             }

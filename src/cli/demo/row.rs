@@ -91,14 +91,34 @@ impl Row {
     /// Takes over what a message says.
     pub(super) fn take(&mut self, message: Message) {
         match message {
-            Message::Planned { time_s, waypoints, rows } => {
-                (self.planned_s, self.waypoints, self.before) = (Some(time_s), Some(waypoints), rows);
+            Message::Planned {
+                time_s,
+                waypoints,
+                rows,
+            } => {
+                self.planned_s = Some(time_s);
+                self.waypoints = Some(waypoints);
+                self.before = rows;
             }
             Message::Improved { .. } => self.improvements += 1,
-            Message::Answered { code, message, proved, length_before, length_after, clearance_m, time_s, rows } => {
-                (self.code, self.message, self.proved) = (code, message, proved);
-                (self.length_before, self.length_after) = (Some(length_before), Some(length_after));
-                (self.clearance_m, self.time_s, self.after) = (clearance_m, Some(time_s), rows);
+            Message::Answered {
+                code,
+                message,
+                proved,
+                length_before,
+                length_after,
+                clearance_m,
+                time_s,
+                rows,
+            } => {
+                self.code = code;
+                self.message = message;
+                self.proved = proved;
+                self.length_before = Some(length_before);
+                self.length_after = Some(length_after);
+                self.clearance_m = clearance_m;
+                self.time_s = Some(time_s);
+                self.after = rows;
             }
             Message::Failed { error } => self.error = Some(error),
         }
@@ -111,7 +131,8 @@ impl Row {
 
     /// What is saved [%].
     pub(super) fn saved_percent(&self) -> Option<f64> {
-        let (before, after) = (self.length_before?, self.length_after?);
+        let before = self.length_before?;
+        let after = self.length_after?;
         (before > 0.0).then(|| 100.0 * (1.0 - after / before))
     }
 }

@@ -5,26 +5,49 @@ use std::fmt::Write;
 use super::row::Row;
 use crate::cli::report;
 
-const HEAD: [&str; 9] = ["planner", "robot", "planned", "before", "after", "− %", "proved", "clearance", "time"];
+const HEAD: [&str; 9] = [
+    "planner",
+    "robot",
+    "planned",
+    "before",
+    "after",
+    "− %",
+    "proved",
+    "clearance",
+    "time",
+];
 
 /// The rows for people: a planner each.
 pub(super) fn table(rows: &[Row]) -> String {
     let lines: Vec<[String; 9]> = rows.iter().map(cells).collect();
     let head = HEAD.map(str::to_owned);
     let width = |column: usize| {
-        let cells = lines.iter().chain([&head]).map(|cells| cells[column].chars().count());
+        let cells = lines
+            .iter()
+            .chain([&head])
+            .map(|cells| cells[column].chars().count());
         cells.max().unwrap_or(0)
     };
     let widths: [usize; 9] = std::array::from_fn(width);
     let mut text = String::new();
-    for (cells, row) in std::iter::once((&head, None)).chain(lines.iter().zip(rows.iter().map(Some))) {
+    for (cells, row) in
+        std::iter::once((&head, None)).chain(lines.iter().zip(rows.iter().map(Some)))
+    {
         let mut line = String::new();
         for (column, (cell, width)) in cells.iter().zip(widths).enumerate() {
             // Names to the left, figures to the right.
-            let _ = if column < 2 { write!(line, "{cell:<width$}   ") } else { write!(line, "{cell:>width$}   ") };
+            let _ = if column < 2 {
+                write!(line, "{cell:<width$}   ")
+            } else {
+                write!(line, "{cell:>width$}   ")
+            };
         }
         // Why there is no answer stands behind the row.
-        let reason = row.and_then(|row| row.error.as_deref().or((!row.message.is_empty()).then_some(&row.message)));
+        let reason = row.and_then(|row| {
+            row.error
+                .as_deref()
+                .or((!row.message.is_empty()).then_some(&row.message))
+        });
         line.push_str(reason.unwrap_or(""));
         let _ = writeln!(text, "{}", line.trim_end());
     }

@@ -21,9 +21,17 @@ pub(super) struct View {
 
 impl View {
     /// x to the right, y up.
-    pub(super) const TOP: Self = Self { right: Vec3::X, up: Vec3::Y, caption: "from above (x, y)" };
+    pub(super) const TOP: Self = Self {
+        right: Vec3::X,
+        up: Vec3::Y,
+        caption: "from above (x, y)",
+    };
     /// x to the right, z up.
-    pub(super) const SIDE: Self = Self { right: Vec3::X, up: Vec3::Z, caption: "from the side (x, z)" };
+    pub(super) const SIDE: Self = Self {
+        right: Vec3::X,
+        up: Vec3::Z,
+        caption: "from the side (x, z)",
+    };
 
     /// Where a point of the world is seen [m].
     pub(super) fn point(&self, point: Vec3) -> Point {
@@ -35,7 +43,8 @@ impl View {
         let pose = *at * placed.pose;
         let back = pose.rotation.inverse();
         let farthest = |step: usize| {
-            // Half a step aside, so that a box that stands straight has no direction with two farthest corners.
+            // Half a step aside, so that a box that stands straight has no direction with two
+            // farthest corners.
             let angle = (step as f64 + 0.5) / DIRECTIONS as f64 * std::f64::consts::TAU;
             let direction = self.right * angle.cos() + self.up * angle.sin();
             self.point(pose.translation + pose.rotation * support(&placed.shape, back * direction))
@@ -52,16 +61,28 @@ fn support(shape: &Shape, direction: Vec3) -> Vec3 {
         Shape::Box { half_extents } => {
             let side = |half: f64, along: f64| half.copysign(along);
             let h = half_extents;
-            Vec3::new(side(h.x, direction.x), side(h.y, direction.y), side(h.z, direction.z))
+            Vec3::new(
+                side(h.x, direction.x),
+                side(h.y, direction.y),
+                side(h.z, direction.z),
+            )
         }
-        Shape::Cylinder { radius, half_height } => {
+        Shape::Cylinder {
+            radius,
+            half_height,
+        } => {
             let across = Vec3::new(direction.x, direction.y, 0.0);
             across.normalize_or_zero() * *radius + upwards * *half_height
         }
-        Shape::Capsule { radius, half_length } => direction * *radius + upwards * *half_length,
+        Shape::Capsule {
+            radius,
+            half_length,
+        } => direction * *radius + upwards * *half_length,
         Shape::Mesh(mesh) => {
             let vertices = mesh.vertices().iter().copied();
-            vertices.max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction))).unwrap_or(Vec3::ZERO)
+            vertices
+                .max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction)))
+                .unwrap_or(Vec3::ZERO)
         }
         _ => Vec3::ZERO,
     }
@@ -77,16 +98,24 @@ pub(super) struct Bounds {
 impl Bounds {
     /// Around points; `None` around none.
     pub(super) fn around(points: impl Iterator<Item = Point>) -> Option<Self> {
-        points.map(|point| Self { low: point, high: point }).reduce(|a, b| Self {
-            low: [a.low[0].min(b.low[0]), a.low[1].min(b.low[1])],
-            high: [a.high[0].max(b.high[0]), a.high[1].max(b.high[1])],
-        })
+        points
+            .map(|point| Self {
+                low: point,
+                high: point,
+            })
+            .reduce(|a, b| Self {
+                low: [a.low[0].min(b.low[0]), a.low[1].min(b.low[1])],
+                high: [a.high[0].max(b.high[0]), a.high[1].max(b.high[1])],
+            })
     }
 
     /// With room on all sides, as a part of its longer side.
     pub(super) fn widened(self, part: f64) -> Self {
         let room = part * (self.high[0] - self.low[0]).max(self.high[1] - self.low[1]);
-        Self { low: self.low.map(|low| low - room), high: self.high.map(|high| high + room) }
+        Self {
+            low: self.low.map(|low| low - room),
+            high: self.high.map(|high| high + room),
+        }
     }
 
     /// Whether an upright rectangle fills it, which then shows nothing.
@@ -106,17 +135,25 @@ pub(super) struct Frame {
 impl Frame {
     /// All of `bounds` within `width` × `height` pixels.
     pub(super) fn new(bounds: Bounds, width: f64, height: f64) -> Self {
-        let (low, high) = (bounds.low, bounds.high);
+        let low = bounds.low;
+        let high = bounds.high;
         let fit = |pixels: f64, metres: f64| pixels / metres.max(1e-6);
         let scale = fit(width, high[0] - low[0]).min(fit(height, high[1] - low[1]));
         let world = [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0];
-        Self { scale, world, middle: [width / 2.0, height / 2.0] }
+        Self {
+            scale,
+            world,
+            middle: [width / 2.0, height / 2.0],
+        }
     }
 
     /// Pixels of a place [m].
     pub(super) fn pixel(&self, [x, y]: Point) -> Point {
         let [wx, wy] = self.world;
-        [self.middle[0] + (x - wx) * self.scale, self.middle[1] - (y - wy) * self.scale]
+        [
+            self.middle[0] + (x - wx) * self.scale,
+            self.middle[1] - (y - wy) * self.scale,
+        ]
     }
 
     /// Pixels of places.
@@ -127,15 +164,22 @@ impl Frame {
     /// All that `width` × `height` pixels show.
     pub(super) fn shown(&self, width: f64, height: f64) -> Bounds {
         let [wx, wy] = self.world;
-        let (x, y) = (width / 2.0 / self.scale, height / 2.0 / self.scale);
-        Bounds { low: [wx - x, wy - y], high: [wx + x, wy + y] }
+        let x = width / 2.0 / self.scale;
+        let y = height / 2.0 / self.scale;
+        Bounds {
+            low: [wx - x, wy - y],
+            high: [wx + x, wy + y],
+        }
     }
 
     /// A round length of at most `pixels` pixels: metres, and pixels that it takes.
     pub(super) fn ruler(&self, pixels: f64) -> (f64, f64) {
         let most = pixels / self.scale;
         let decade = 10.0_f64.powf(most.log10().floor());
-        let metres = [5.0, 2.0, 1.0].into_iter().map(|step| step * decade).find(|metres| *metres <= most);
+        let metres = [5.0, 2.0, 1.0]
+            .into_iter()
+            .map(|step| step * decade)
+            .find(|metres| *metres <= most);
         let metres = metres.unwrap_or(decade);
         (metres, metres * self.scale)
     }
@@ -147,7 +191,8 @@ mod tests {
 
     fn near(found: Option<Bounds>, low: Point, high: Point) -> bool {
         let found = found.unwrap();
-        (0..2).all(|i| (found.low[i] - low[i]).abs() < 2e-3 && (found.high[i] - high[i]).abs() < 2e-3)
+        (0..2)
+            .all(|i| (found.low[i] - low[i]).abs() < 2e-3 && (found.high[i] - high[i]).abs() < 2e-3)
     }
 
     #[test]
@@ -160,15 +205,24 @@ mod tests {
             (Shape::capsule(2.0, 0.5).unwrap(), [0.5, 1.5]),
         ];
         for (shape, [x, z]) in sizes {
-            let placed = PlacedShape { pose: Pose::identity(), shape };
+            let placed = PlacedShape {
+                pose: Pose::identity(),
+                shape,
+            };
             let bounds = Bounds::around(View::SIDE.outline(&at, &placed).into_iter());
-            assert!(near(bounds, [1.0 - x, 3.0 - z], [1.0 + x, 3.0 + z]), "{placed:?}: {bounds:?}");
+            assert!(
+                near(bounds, [1.0 - x, 3.0 - z], [1.0 + x, 3.0 + z]),
+                "{placed:?}: {bounds:?}"
+            );
         }
     }
 
     #[test]
     fn a_frame_is_to_scale_with_y_upwards() {
-        let bounds = Bounds { low: [0.0, 0.0], high: [4.0, 1.0] };
+        let bounds = Bounds {
+            low: [0.0, 0.0],
+            high: [4.0, 1.0],
+        };
         let frame = Frame::new(bounds, 200.0, 100.0);
         assert_eq!(frame.pixel([0.0, 0.0]), [0.0, 75.0]);
         assert_eq!(frame.pixel([4.0, 1.0]), [200.0, 25.0]);

@@ -1,4 +1,5 @@
-//! The robots and scenes of the demo, which travel inside the program: it runs wherever it is started.
+//! The robots and scenes of the demo, which travel inside the program: it runs wherever it is
+//! started.
 
 use std::fs;
 use std::io;
@@ -9,7 +10,14 @@ use taut::robot::RobotModel;
 use taut::scene::Scene;
 
 /// Problems by name, each of another robot or another scene than the one before.
-pub(in crate::cli) const PROBLEMS: [&str; 6] = ["arm_window", "rooms", "arm_shelf", "ell_window", "corner", "slalom"];
+pub(in crate::cli) const PROBLEMS: [&str; 6] = [
+    "arm_window",
+    "rooms",
+    "arm_shelf",
+    "ell_window",
+    "corner",
+    "slalom",
+];
 
 macro_rules! shipped {
     ($($file:literal),* $(,)?) => {
@@ -73,7 +81,8 @@ impl World {
     /// Never, as long as the shipped files are as their tests want them.
     pub(super) fn read(file: &Path) -> Result<Self, FileError> {
         let problem = Reader::default().problem(file, Geometry::Given)?;
-        let (robot, path) = (problem.model()?, &problem.path);
+        let robot = problem.model()?;
+        let path = &problem.path;
         Ok(Self {
             robot_name: robot.name().to_owned(),
             robot,

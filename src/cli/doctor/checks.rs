@@ -37,17 +37,25 @@ pub(super) fn all(instance: &Instance, config: &Config) -> Vec<Check> {
 }
 
 fn check(what: &'static str, (verdict, seen): (Verdict, String)) -> Check {
-    Check { what, verdict, seen }
+    Check {
+        what,
+        verdict,
+        seen,
+    }
 }
 
 fn kernel() -> (Verdict, String) {
     let release = std::fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
     let release = release.trim();
     match pidfd_open(getpid(), PidfdFlags::empty()) {
-        Ok(_) => (Verdict::Ok, format!("Linux {release}, tells of the death of processes (pidfd)")),
+        Ok(_) => (
+            Verdict::Ok,
+            format!("Linux {release}, tells of the death of processes (pidfd)"),
+        ),
         Err(error) => {
-            let text =
-                format!("Linux {release} has no pidfd ({error}): --supervise does not work; use Linux 5.3 or newer");
+            let text = format!(
+                "Linux {release} has no pidfd ({error}): --supervise does not work; use Linux 5.3 or newer"
+            );
             (Verdict::Fail, text)
         }
     }
@@ -57,7 +65,9 @@ fn processors(config: &Config) -> (Verdict, String) {
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     match config.worker_count() {
         workers if workers > cores => {
-            let text = format!("{workers} workers on {cores} cores wait for each other; set workers to {cores} or 0");
+            let text = format!(
+                "{workers} workers on {cores} cores wait for each other; set workers to {cores} or 0"
+            );
             (Verdict::Warn, text)
         }
         workers => (Verdict::Ok, format!("{cores} cores, {workers} workers")),
@@ -67,9 +77,13 @@ fn processors(config: &Config) -> (Verdict, String) {
 fn shared_memory() -> (Verdict, String) {
     let mib = |bytes: u64| bytes >> 20;
     let Ok(stat) = statvfs(SHM_FOLDER) else {
-        return (Verdict::Fail, format!("{SHM_FOLDER} is not there; mount a tmpfs on it"));
+        return (
+            Verdict::Fail,
+            format!("{SHM_FOLDER} is not there; mount a tmpfs on it"),
+        );
     };
-    let (size, free) = (stat.f_blocks * stat.f_frsize, memory::free_bytes());
+    let size = stat.f_blocks * stat.f_frsize;
+    let free = memory::free_bytes();
     let seen = format!(
         "{SHM_FOLDER} has {} MiB, {} MiB free beside the reserve of {} MiB",
         mib(size),
@@ -78,7 +92,10 @@ fn shared_memory() -> (Verdict, String) {
     );
     let step = "remove files there, or enlarge it: mount -o remount,size=1G /dev/shm";
     match free {
-        0 => (Verdict::Fail, format!("{seen}: requests are refused; {step}")),
+        0 => (
+            Verdict::Fail,
+            format!("{seen}: requests are refused; {step}"),
+        ),
         free if free < LITTLE => (Verdict::Warn, format!("{seen}; {step}")),
         _ => (Verdict::Ok, seen),
     }
@@ -93,8 +110,14 @@ fn open_files() -> (Verdict, String) {
             );
             (Verdict::Warn, text)
         }
-        Some(most) => (Verdict::Ok, format!("a process may have {most}, a daemon wants {FILES_WANTED}")),
-        None => (Verdict::Ok, format!("no limit, a daemon wants {FILES_WANTED}")),
+        Some(most) => (
+            Verdict::Ok,
+            format!("a process may have {most}, a daemon wants {FILES_WANTED}"),
+        ),
+        None => (
+            Verdict::Ok,
+            format!("no limit, a daemon wants {FILES_WANTED}"),
+        ),
     }
 }
 
@@ -103,10 +126,13 @@ fn root(root: &Path) -> (Verdict, String) {
     let Ok(meta) = std::fs::metadata(root) else {
         return (Verdict::Ok, format!("{seen} is made when a daemon starts"));
     };
-    let (uid, mode, me) = (meta.uid(), meta.permissions().mode() & 0o777, rustix::process::geteuid().as_raw());
+    let uid = meta.uid();
+    let mode = meta.permissions().mode() & 0o777;
+    let me = rustix::process::geteuid().as_raw();
     if uid != me || mode & 0o077 != 0 {
-        let text =
-            format!("{seen} belongs to user {uid} with mode {mode:o}, not to user {me} with mode 700; remove it");
+        let text = format!(
+            "{seen} belongs to user {uid} with mode {mode:o}, not to user {me} with mode 700; remove it"
+        );
         return (Verdict::Fail, text);
     }
     (Verdict::Ok, format!("{seen} is private"))
@@ -115,27 +141,45 @@ fn root(root: &Path) -> (Verdict, String) {
 fn daemon(instance: &Instance, state: DaemonState) -> (Verdict, String) {
     let (pid, boot_id) = match state {
         DaemonState::Running { pid, boot_id } => (pid, boot_id),
-        DaemonState::Starting => return (Verdict::Warn, "it is starting; look again soon".to_owned()),
-        DaemonState::Absent => return (Verdict::Warn, "none is running; start one with `taut serve`".to_owned()),
+        DaemonState::Starting => {
+            return (Verdict::Warn, "it is starting; look again soon".to_owned());
+        }
+        DaemonState::Absent => {
+            return (
+                Verdict::Warn,
+                "none is running; start one with `taut serve`".to_owned(),
+            );
+        }
     };
     let own = env!("CARGO_PKG_VERSION");
     let seen = format!("process {pid}, boot {boot_id:016x}");
-    let reply = Client::connect(instance).and_then(|client| client.control(&ControlRequest::Stats, PATIENCE));
+    let reply = Client::connect(instance)
+        .and_then(|client| client.control(&ControlRequest::Stats, PATIENCE));
     match reply {
         Ok(ControlReply::Stats(stats)) if stats.daemon_version == own => {
-            let (clients, panics) = (stats.numbers.get("clients"), stats.numbers.get("worker_panics"));
+            let clients = stats.numbers.get("clients");
+            let panics = stats.numbers.get("worker_panics");
             let number = |value: Option<&f64>| value.copied().unwrap_or_default();
             let seen = format!("{seen}, release {own}, {} clients", number(clients));
             match number(panics) {
                 0.0 => (Verdict::Ok, seen),
-                panics => (Verdict::Warn, format!("{seen}, {panics} panics of workers; report what its messages say")),
+                panics => (
+                    Verdict::Warn,
+                    format!("{seen}, {panics} panics of workers; report what its messages say"),
+                ),
             }
         }
         Ok(ControlReply::Stats(stats)) => {
-            let text = format!("{seen} is of release {}, this program of {own}; restart it", stats.daemon_version);
+            let text = format!(
+                "{seen} is of release {}, this program of {own}; restart it",
+                stats.daemon_version
+            );
             (Verdict::Fail, text)
         }
-        Ok(other) => (Verdict::Fail, format!("{seen} answers {other:?}; restart it with this release")),
+        Ok(other) => (
+            Verdict::Fail,
+            format!("{seen} answers {other:?}; restart it with this release"),
+        ),
         Err(error) => (Verdict::Fail, format!("{seen} does not answer: {error}")),
     }
 }
@@ -145,18 +189,27 @@ fn left_behind(instance: &Instance, state: DaemonState) -> (Verdict, String) {
     let taken = files.iter().map(|file| file.taken).sum::<u64>() >> 20;
     let seen = format!("{} files with {taken} MiB in {SHM_FOLDER}", files.len());
     match state {
-        DaemonState::Absent if !files.is_empty() => {
-            (Verdict::Warn, format!("{seen} of a daemon or clients that died; the next `taut serve` removes them"))
-        }
+        DaemonState::Absent if !files.is_empty() => (
+            Verdict::Warn,
+            format!("{seen} of a daemon or clients that died; the next `taut serve` removes them"),
+        ),
         DaemonState::Absent => (Verdict::Ok, "nothing".to_owned()),
-        _ => (Verdict::Ok, format!("{seen}, of the daemon and its clients")),
+        _ => (
+            Verdict::Ok,
+            format!("{seen}, of the daemon and its clients"),
+        ),
     }
 }
 
 fn kept(instance: &Instance, config: &Config) -> (Verdict, String) {
     let folder = match state::folder(config, instance) {
         Ok(Some(folder)) => folder,
-        Ok(None) => return (Verdict::Ok, "nothing is kept: a daemon begins with its configuration".to_owned()),
+        Ok(None) => {
+            return (
+                Verdict::Ok,
+                "nothing is kept: a daemon begins with its configuration".to_owned(),
+            );
+        }
         Err(error) => return (Verdict::Fail, error.to_string()),
     };
     let seen = folder.display();
@@ -166,18 +219,37 @@ fn kept(instance: &Instance, config: &Config) -> (Verdict, String) {
     if let Err(error) = access(&folder, Access::WRITE_OK | Access::EXEC_OK) {
         return (
             Verdict::Fail,
-            format!("{seen} cannot be written ({error}); set its owner, or name another with --state"),
+            format!(
+                "{seen} cannot be written ({error}); set its owner, or name another with --state"
+            ),
         );
     }
     match inspect(&folder) {
         Err(error) => (Verdict::Fail, error.to_string()),
         Ok(found) if !found.wrong.is_empty() => {
-            let wrong: Vec<String> = found.wrong.iter().map(|(label, why)| format!("{label}: {why}")).collect();
-            (Verdict::Fail, format!("{seen} does not give back {}; load it again", wrong.join("; ")))
+            let wrong: Vec<String> = found
+                .wrong
+                .iter()
+                .map(|(label, why)| format!("{label}: {why}"))
+                .collect();
+            (
+                Verdict::Fail,
+                format!(
+                    "{seen} does not give back {}; load it again",
+                    wrong.join("; ")
+                ),
+            )
         }
         Ok(found) => {
-            let (robots, scenes, kib) = (found.robots, found.scenes, found.bytes >> 10);
-            (Verdict::Ok, format!("{seen} has {robots} robots and {scenes} scenes in {kib} KiB, each with its hash"))
+            let robots = found.robots;
+            let scenes = found.scenes;
+            let kib = found.bytes >> 10;
+            (
+                Verdict::Ok,
+                format!(
+                    "{seen} has {robots} robots and {scenes} scenes in {kib} KiB, each with its hash"
+                ),
+            )
         }
     }
 }

@@ -14,8 +14,8 @@ use crate::daemon::config::Config;
 
 /// Check what the daemon and its clients depend on, and say what to do about it
 ///
-/// OK is as it should be, WARN may come to matter, FAIL keeps something from working. Exit code: 0 nothing fails,
-/// 1 something does, 64 usage, 65 a bad configuration, 66 an unreadable one.
+/// OK is as it should be, WARN may come to matter, FAIL keeps something from working. Exit code: 0
+/// nothing fails, 1 something does, 64 usage, 65 a bad configuration, 66 an unreadable one.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Configuration that the daemon is started with
@@ -56,11 +56,19 @@ struct Report {
 
 /// Checks.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
-    let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
+    let config = arguments
+        .config
+        .as_deref()
+        .map_or_else(|| Ok(Config::default()), Config::read)?;
     let instance = super::serve::instance(&arguments.instance, &config)?;
     let checks = checks::all(&instance, &config);
     let healthy = checks.iter().all(|check| check.verdict != Verdict::Fail);
-    let report = Report { instance: instance.name().to_owned(), root: instance.root().to_owned(), healthy, checks };
+    let report = Report {
+        instance: instance.name().to_owned(),
+        root: instance.root().to_owned(),
+        healthy,
+        checks,
+    };
     let text = match arguments.format {
         Format::Json => serde_json::to_string(&report).expect("a report holds only strings"),
         Format::Table => table(&report),
@@ -78,5 +86,10 @@ fn table(report: &Report) -> String {
         };
         format!("{verdict:<4}  {:<14}  {}", check.what, check.seen)
     };
-    report.checks.iter().map(line).collect::<Vec<_>>().join("\n")
+    report
+        .checks
+        .iter()
+        .map(line)
+        .collect::<Vec<_>>()
+        .join("\n")
 }

@@ -18,12 +18,14 @@ use super::request::Source;
 
 /// Write an answer of `taut shorten -o RESULT.json` in another form, without computing it again
 ///
-/// Exit code: 0 written, 64 usage, 65 a bad file or a path that was not proved, 66 an unreadable one.
+/// Exit code: 0 written, 64 usage, 65 a bad file or a path that was not proved, 66 an unreadable
+/// one.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// The answer
     result: PathBuf,
-    /// Where to; its ending says the form: .json, .csv, .yaml (JointTrajectory without times), .mcap (for viewers)
+    /// Where to; its ending says the form: .json, .csv, .yaml (JointTrajectory without times),
+    /// .mcap (for viewers)
     #[arg(long, short, value_name = "FILE")]
     out: PathBuf,
     /// What to write
@@ -67,7 +69,9 @@ impl Form {
     /// # Errors
     /// Another ending, with the valid ones.
     pub(super) fn of(file: &Path) -> Result<Self, CliError> {
-        let ending = file.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        let ending = file
+            .extension()
+            .map(|ending| ending.to_string_lossy().to_lowercase());
         match ending.as_deref() {
             Some("json") => Ok(Self::Json),
             Some("csv") => Ok(Self::Csv),
@@ -83,16 +87,23 @@ impl Form {
 
 /// Writes an answer in another form.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
-    let (form, file) = (Form::of(&arguments.out)?, &arguments.out);
+    let form = Form::of(&arguments.out)?;
+    let file = &arguments.out;
     let result = ResultFile::read(&arguments.result)?;
-    let missing =
-        |what: &str, next: &str| CliError::Choice(format!("{} has no {what}{next}", arguments.result.display()));
+    let missing = |what: &str, next: &str| {
+        CliError::Choice(format!(
+            "{} has no {what}{next}",
+            arguments.result.display()
+        ))
+    };
     let bytes = match (arguments.what, form) {
         (What::Path, Form::Json) => text::json(&result).into_bytes(),
         (What::Path, _) => {
             let is_given = arguments.source.robot.is_some() || arguments.source.problem.is_some();
             let around = match form {
-                Form::Mcap if is_given => Some(Surroundings::given(&arguments.result, &arguments.source)?),
+                Form::Mcap if is_given => {
+                    Some(Surroundings::given(&arguments.result, &arguments.source)?)
+                }
                 Form::Mcap => Surroundings::of(&result)?,
                 _ => None,
             };
@@ -100,7 +111,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         }
         (What::Corridor, Form::Csv | Form::Json) => {
             let corridor = result.corridor.as_ref();
-            let corridor = corridor.ok_or_else(|| missing("corridor", "; ask for it by taut shorten --corridor"))?;
+            let corridor = corridor
+                .ok_or_else(|| missing("corridor", "; ask for it by taut shorten --corridor"))?;
             match form {
                 Form::Csv => text::corridor_csv(corridor),
                 _ => text::corridor_json(corridor),
@@ -109,11 +121,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         }
         (What::Certificate, Form::Json) => {
             let certificate = result.certificate.as_ref();
-            let certificate = certificate.ok_or_else(|| missing("certificate", ": its path was not proved"))?;
+            let certificate =
+                certificate.ok_or_else(|| missing("certificate", ": its path was not proved"))?;
             format!("{}\n", serde_json::json!(certificate)).into_bytes()
         }
-        (What::Corridor, _) => return Err(CliError::Usage("a corridor is written as .csv or .json".to_owned())),
-        (What::Certificate, _) => return Err(CliError::Usage("a certificate is written as .json".to_owned())),
+        (What::Corridor, _) => {
+            return Err(CliError::Usage(
+                "a corridor is written as .csv or .json".to_owned(),
+            ));
+        }
+        (What::Certificate, _) => {
+            return Err(CliError::Usage(
+                "a certificate is written as .json".to_owned(),
+            ));
+        }
     };
     save(file, &bytes)?;
     Ok(0)
@@ -122,14 +143,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 /// Writes an answer in the form that a file's ending says.
 ///
 /// # Errors
-/// A path that was not proved, which only JSON tells from one that was; a file that cannot be written.
+/// A path that was not proved, which only JSON tells from one that was; a file that cannot be
+/// written.
 pub(super) fn write(file: &Path, result: &ResultFile) -> Result<(), CliError> {
     let form = Form::of(file)?;
-    let around = if form == Form::Mcap { Surroundings::of(result)? } else { None };
+    let around = if form == Form::Mcap {
+        Surroundings::of(result)?
+    } else {
+        None
+    };
     save(file, &bytes(result, form, around.as_ref())?)
 }
 
-fn bytes(result: &ResultFile, form: Form, around: Option<&Surroundings>) -> Result<Vec<u8>, CliError> {
+fn bytes(
+    result: &ResultFile,
+    form: Form,
+    around: Option<&Surroundings>,
+) -> Result<Vec<u8>, CliError> {
     if form == Form::Json {
         return Ok((result.json() + "\n").into_bytes());
     }
@@ -144,7 +174,9 @@ fn bytes(result: &ResultFile, form: Form, around: Option<&Surroundings>) -> Resu
 /// Checks that the numbers of the path are those that were proved: what is written says so.
 fn check_proof(result: &ResultFile) -> Result<(), String> {
     let Some(certificate) = &result.certificate else {
-        return Err("the path was not proved; only JSON, which says so, is written of it".to_owned());
+        return Err(
+            "the path was not proved; only JSON, which says so, is written of it".to_owned(),
+        );
     };
     let version = certificate.checker_version;
     if version < FIRST_BY_NUMBERS && !certificate.unwrapped {
@@ -156,33 +188,53 @@ fn check_proof(result: &ResultFile) -> Result<(), String> {
     let path = taut::path::Path::from_rows(result.variables.len(), result.path.concat());
     match path.is_some_and(|path| path.hash() == certificate.path_hash) {
         true => Ok(()),
-        false => Err("its path is not the one that its certificate is about; check it again: taut check".to_owned()),
+        false => Err(
+            "its path is not the one that its certificate is about; check it again: taut check"
+                .to_owned(),
+        ),
     }
 }
 
 fn save(file: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    std::fs::write(file, bytes).map_err(|source| CliError::Output { file: file.display().to_string(), source })
+    std::fs::write(file, bytes).map_err(|source| CliError::Output {
+        file: file.display().to_string(),
+        source,
+    })
 }
 
 impl Surroundings {
     /// Those that the arguments name, for the path in an answer.
     fn given(answer: &Path, source: &Source) -> Result<Self, CliError> {
         let loaded = load::load(&mut load::reader(source), answer, source, false)?;
-        Ok(Self { robot: loaded.robot, scene: loaded.scene })
+        Ok(Self {
+            robot: loaded.robot,
+            scene: loaded.scene,
+        })
     }
 
     /// Those that an answer tells of; `None`, and a warning, where only a daemon has them.
     fn of(result: &ResultFile) -> Result<Option<Self>, CliError> {
-        let (robot, scene) = (&result.subject.robot, &result.subject.scene);
+        let robot = &result.subject.robot;
+        let scene = &result.subject.scene;
         let (Some(files), Some(content)) = (&robot.files, &scene.content) else {
-            eprintln!("warning: the answer has no files of robot and scene, so that they are not in the recording");
+            eprintln!(
+                "warning: the answer has no files of robot and scene, so that they are not in the recording"
+            );
             return Ok(None);
         };
         let mut reader = Reader::new(Packages::with_environment(files.packages.clone()));
-        let refuse = |source| FileError::Robot { file: files.urdf.clone(), source };
+        let refuse = |source| FileError::Robot {
+            file: files.urdf.clone(),
+            source,
+        };
         let robot = RobotModel::new(reader.robot_of(files)?).map_err(refuse)?;
-        let text = serde_json::to_string(content).expect("a scene holds only names and finite numbers");
-        let scene = reader.scene_of_text(&text, scene.file.as_deref().unwrap_or(Path::new("scene")))?;
-        Ok(Some(Self { robot: Arc::new(robot), scene: Arc::new(scene) }))
+        let text =
+            serde_json::to_string(content).expect("a scene holds only names and finite numbers");
+        let scene =
+            reader.scene_of_text(&text, scene.file.as_deref().unwrap_or(Path::new("scene")))?;
+        Ok(Some(Self {
+            robot: Arc::new(robot),
+            scene: Arc::new(scene),
+        }))
     }
 }

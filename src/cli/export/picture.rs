@@ -35,27 +35,55 @@ fn color([r, g, b, a]: [f64; 4]) -> Value {
     json!({ "r": r, "g": g, "b": b, "a": a })
 }
 
-/// `foxglove.SceneUpdate`: obstacles in the world, links and what they carry in their links' frames.
+/// `foxglove.SceneUpdate`: obstacles in the world, links and what they carry in their links'
+/// frames.
 ///
 /// # Errors
 /// A shape of a kind that Foxglove has not.
 pub(super) fn scene(robot: &RobotModel, scene: &Scene) -> Result<Value, CliError> {
     let mut entities = Vec::new();
     for object in scene.obstacles() {
-        entities.push(entity("world", &object.id, &object.pose, &object.shapes, OBSTACLE)?);
+        entities.push(entity(
+            "world",
+            &object.id,
+            &object.pose,
+            &object.shapes,
+            OBSTACLE,
+        )?);
     }
     for link in robot.links() {
-        entities.push(entity(&link.name, &link.name, &Pose::identity(), &link.shapes, LINK)?);
+        entities.push(entity(
+            &link.name,
+            &link.name,
+            &Pose::identity(),
+            &link.shapes,
+            LINK,
+        )?);
     }
     for attached in scene.attached() {
         let object = &attached.object;
-        entities.push(entity(&attached.link_name, &object.id, &object.pose, &object.shapes, CARRIED)?);
+        entities.push(entity(
+            &attached.link_name,
+            &object.id,
+            &object.pose,
+            &object.shapes,
+            CARRIED,
+        )?);
     }
     Ok(json!({ "deletions": [], "entities": entities }))
 }
 
-fn entity(frame: &str, id: &str, own: &Pose, shapes: &[PlacedShape], tint: [f64; 4]) -> Result<Value, CliError> {
-    let (mut cubes, mut spheres, mut cylinders, mut triangles) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+fn entity(
+    frame: &str,
+    id: &str,
+    own: &Pose,
+    shapes: &[PlacedShape],
+    tint: [f64; 4],
+) -> Result<Value, CliError> {
+    let mut cubes = Vec::new();
+    let mut spheres = Vec::new();
+    let mut cylinders = Vec::new();
+    let mut triangles = Vec::new();
     let tint = color(tint);
     let size = |x: f64, y: f64, z: f64| vector(Vec3::new(x, y, z));
     for shape in shapes {
@@ -70,21 +98,35 @@ fn entity(frame: &str, id: &str, own: &Pose, shapes: &[PlacedShape], tint: [f64;
             Shape::Box { half_extents } => {
                 cubes.push(json!({ "pose": placed(&pose), "size": vector(*half_extents * 2.0), "color": tint }));
             }
-            Shape::Cylinder { radius, half_height } => cylinders.push(tube(*radius, *half_height)),
-            Shape::Capsule { radius, half_length } => {
+            Shape::Cylinder {
+                radius,
+                half_height,
+            } => cylinders.push(tube(*radius, *half_height)),
+            Shape::Capsule {
+                radius,
+                half_length,
+            } => {
                 cylinders.push(tube(*radius, *half_length));
                 for end in [-half_length, *half_length] {
                     spheres.push(ball(pose * Pose::translation(0.0, 0.0, end), *radius));
                 }
             }
             Shape::Mesh(mesh) => {
-                let points: Vec<_> = mesh.vertices().iter().map(|vertex| vector(*vertex)).collect();
+                let points: Vec<_> = mesh
+                    .vertices()
+                    .iter()
+                    .map(|vertex| vector(*vertex))
+                    .collect();
                 let indices = mesh.triangles().concat();
                 triangles.push(json!({
                     "pose": placed(&pose), "points": points, "color": tint, "colors": [], "indices": indices
                 }));
             }
-            other => return Err(CliError::Choice(format!("{id}: a recording cannot show {other:?}"))),
+            other => {
+                return Err(CliError::Choice(format!(
+                    "{id}: a recording cannot show {other:?}"
+                )));
+            }
         }
     }
     Ok(json!({

@@ -29,9 +29,22 @@ pub(super) struct Asker<'a> {
 
 impl<'a> Asker<'a> {
     /// Nothing sent yet.
-    pub(super) fn new(client: &'a Client, jobs: &'a [Job], window: &'a Window, number: u64) -> Self {
-        let random = fastrand::Rng::with_seed(window.seed.wrapping_mul(0x9e37_79b9).wrapping_add(number));
-        Self { client, jobs, window, random, next: number as usize, tally: Tally::default() }
+    pub(super) fn new(
+        client: &'a Client,
+        jobs: &'a [Job],
+        window: &'a Window,
+        number: u64,
+    ) -> Self {
+        let random =
+            fastrand::Rng::with_seed(window.seed.wrapping_mul(0x9e37_79b9).wrapping_add(number));
+        Self {
+            client,
+            jobs,
+            window,
+            random,
+            next: number as usize,
+            tally: Tally::default(),
+        }
     }
 
     /// From 0 to less than 1.
@@ -48,7 +61,8 @@ impl<'a> Asker<'a> {
         self.random.usize(..self.jobs.len())
     }
 
-    /// Sends the next request now and waits for its end; tells how long to wait before the one after.
+    /// Sends the next request now and waits for its end; tells how long to wait before the one
+    /// after.
     pub(super) fn ask_next(&mut self) -> Duration {
         let job = self.choose();
         self.ask(job, monotonic_ns())
@@ -58,7 +72,11 @@ impl<'a> Asker<'a> {
     pub(super) fn ask(&mut self, job: usize, arrived_ns: u64) -> Duration {
         self.tally.sent += 1;
         let sent_ns = monotonic_ns();
-        let deadline_ns = if self.window.deadline_ns == 0 { 0 } else { arrived_ns + self.window.deadline_ns };
+        let deadline_ns = if self.window.deadline_ns == 0 {
+            0
+        } else {
+            arrived_ns + self.window.deadline_ns
+        };
         let request = self.loan_with(job, |header| header.deadline_ns = deadline_ns);
         let sent = request.and_then(LoanedRequest::send);
         match sent {
@@ -75,11 +93,22 @@ impl<'a> Asker<'a> {
         self.loan_with(job, |_| ())
     }
 
-    fn loan_with(&mut self, job: usize, change: impl FnOnce(&mut RequestHeader)) -> Result<LoanedRequest, ClientError> {
-        let (window, number) = (self.window, job as u64);
+    fn loan_with(
+        &mut self,
+        job: usize,
+        change: impl FnOnce(&mut RequestHeader),
+    ) -> Result<LoanedRequest, ClientError> {
+        let window = self.window;
+        let number = job as u64;
         let job = &self.jobs[job];
-        let body = RequestBody { weights: &job.weights, ..RequestBody::default() };
-        let mut builder = self.client.request(job.waypoints(), job.variables).with_body(body);
+        let body = RequestBody {
+            weights: &job.weights,
+            ..RequestBody::default()
+        };
+        let mut builder = self
+            .client
+            .request(job.waypoints(), job.variables)
+            .with_body(body);
         builder.header = RequestHeader {
             mode: window.mode,
             work_budget: window.budget,
@@ -94,7 +123,12 @@ impl<'a> Asker<'a> {
         Ok(loan)
     }
 
-    fn wait(&mut self, mut pending: Pending, job: usize, [arrived_ns, sent_ns, deadline_ns]: [u64; 3]) -> Duration {
+    fn wait(
+        &mut self,
+        mut pending: Pending,
+        job: usize,
+        [arrived_ns, sent_ns, deadline_ns]: [u64; 3],
+    ) -> Duration {
         let give_up_ns = sent_ns.max(deadline_ns) + PATIENCE_NS;
         loop {
             match pending.next(LOOK_UP) {
@@ -116,7 +150,9 @@ impl<'a> Asker<'a> {
                         self.tally.other_scene += 1;
                     }
                     if matches!(self.window.pace, Pace::Cancel { .. }) {
-                        self.tally.cancel.add((ended_ns - arrived_ns).saturating_sub(header.compute_ns));
+                        self.tally
+                            .cancel
+                            .add((ended_ns - arrived_ns).saturating_sub(header.compute_ns));
                     }
                     if self.tally.served > served {
                         self.tally
@@ -131,7 +167,11 @@ impl<'a> Asker<'a> {
                 Err(ClientError::Timeout(_)) if monotonic_ns() < give_up_ns => (),
                 Err(error @ ClientError::DaemonLost { .. }) => {
                     self.tally.refuse(error.code());
-                    self.tally.losses.push(Loss { sent_ns, known_ns: monotonic_ns(), good_ns: 0 });
+                    self.tally.losses.push(Loss {
+                        sent_ns,
+                        known_ns: monotonic_ns(),
+                        good_ns: 0,
+                    });
                     return LOST_PAUSE;
                 }
                 Ok(None) | Err(_) => {
@@ -142,8 +182,8 @@ impl<'a> Asker<'a> {
         }
     }
 
-    /// Sends the next request, cancels it after a random time, and then has the same path checked: the answer to that
-    /// says when the daemon had a worker free.
+    /// Sends the next request, cancels it after a random time, and then has the same path checked:
+    /// the answer to that says when the daemon had a worker free.
     pub(super) fn cancel_next(&mut self, within_ns: u64) {
         let job = self.choose();
         let after = Duration::from_nanos(self.random.u64(..within_ns.max(1)));
@@ -160,7 +200,8 @@ impl<'a> Asker<'a> {
         let cancelled_ns = monotonic_ns();
         self.tally.sent += 1;
         let check = self.loan_with(job, |header| {
-            (header.mode, header.seed) = (Mode::Check.into(), 0);
+            header.mode = Mode::Check.into();
+            header.seed = 0;
             header.flags |= RequestFlags::WITHOUT_CONTACTS;
         });
         let sent_ns = monotonic_ns();

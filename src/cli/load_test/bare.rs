@@ -1,4 +1,5 @@
-//! Bare iceoryx2 with the service's own settings: an echo to compare with, and requests that no library would send.
+//! Bare iceoryx2 with the service's own settings: an echo to compare with, and requests that no
+//! library would send.
 //!
 //! One process answers, one asks; both wait for events, none polls.
 
@@ -12,13 +13,13 @@ use iceoryx2::port::client::Client as Port;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::{
-    AllocationStrategy, BackpressureStrategy, FileName, Path as IpcPath, SemanticString, ServiceName,
-    SignalHandlingMode, ipc_threadsafe,
+    AllocationStrategy, BackpressureStrategy, FileName, Path as IpcPath, SemanticString,
+    ServiceName, SignalHandlingMode, ipc_threadsafe,
 };
 use iceoryx2::service::builder::{event, request_response};
 use taut_ipc::limits::{
-    ACTIVE_REQUESTS_PER_CLIENT, BORROWED_RESPONSES, LISTENERS_PER_CLIENT, MAX_CLIENTS, MAX_NODES, MAX_PAYLOAD,
-    RESPONSE_BUFFER,
+    ACTIVE_REQUESTS_PER_CLIENT, BORROWED_RESPONSES, LISTENERS_PER_CLIENT, MAX_CLIENTS, MAX_NODES,
+    MAX_PAYLOAD, RESPONSE_BUFFER,
 };
 use taut_ipc::wire::{RequestHeader, ResponseHeader, Status};
 use taut_ipc::{Instance, services};
@@ -39,13 +40,18 @@ fn text(error: impl std::fmt::Display) -> LoadError {
 
 fn node(instance: &Instance) -> Result<Node<Variant>, LoadError> {
     let mut config = Config::default();
-    config.global.prefix = FileName::new(instance.prefix().as_bytes()).map_err(|error| text(format!("{error:?}")))?;
+    config.global.prefix =
+        FileName::new(instance.prefix().as_bytes()).map_err(|error| text(format!("{error:?}")))?;
     let root = IpcPath::new(instance.root().as_os_str().as_encoded_bytes());
-    config.global.set_root_path(&root.map_err(|error| text(format!("{error:?}")))?);
+    config
+        .global
+        .set_root_path(&root.map_err(|error| text(format!("{error:?}")))?);
     config.global.node.cleanup_dead_nodes_on_creation = false;
     config.global.node.cleanup_dead_nodes_on_destruction = false;
     config.global.service.cleanup_dead_nodes_on_open = false;
-    let builder = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled);
+    let builder = NodeBuilder::new()
+        .config(&config)
+        .signal_handling_mode(SignalHandlingMode::Disabled);
     builder.create::<Variant>().map_err(text)
 }
 
@@ -80,15 +86,23 @@ impl Bare {
         let service = requests(&node).open().map_err(text)?;
         let builder = service.client_builder().initial_max_slice_len(MAX_PAYLOAD);
         let builder = builder.allocation_strategy(AllocationStrategy::Static);
-        let port = builder.backpressure_strategy(BackpressureStrategy::DiscardData).create().map_err(text)?;
+        let port = builder
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(text)?;
         let server = wake(&node, services::WAKE_SERVER).open().map_err(text)?;
         let client = wake(&node, services::WAKE_CLIENT).open().map_err(text)?;
         let listener = client.listener_builder().create().map_err(text)?;
-        Ok(Self { port, notifier: server.notifier_builder().create().map_err(text)?, listener, _node: node })
+        Ok(Self {
+            port,
+            notifier: server.notifier_builder().create().map_err(text)?,
+            listener,
+            _node: node,
+        })
     }
 
-    /// Sends these bytes under this header and waits for the final response: its header and its bytes. `None` if none
-    /// comes in time.
+    /// Sends these bytes under this header and waits for the final response: its header and its
+    /// bytes. `None` if none comes in time.
     pub(super) fn exchange(
         &self,
         header: RequestHeader,
@@ -98,7 +112,10 @@ impl Bare {
         let id = self.listener.id().value();
         let loan = self.port.loan_slice_uninit(payload.len()).map_err(text)?;
         let mut request = loan.write_from_slice(payload);
-        *request.user_header_mut() = RequestHeader { listener_id: [id as u64, (id >> 64) as u64], ..header };
+        *request.user_header_mut() = RequestHeader {
+            listener_id: [id as u64, (id >> 64) as u64],
+            ..header
+        };
         let pending = request.send().map_err(text)?;
         self.notifier.notify().map_err(text)?;
         let end = Instant::now() + patience;
@@ -130,25 +147,41 @@ impl Echo {
     pub(super) fn start() -> Result<Self, CliError> {
         let folder = Folder::create(NAME)?;
         let instance = Instance::new(NAME, folder.path().join("run"))?;
-        let system = |source| LoadError::System { what: "echo process", source };
+        let system = |source| LoadError::System {
+            what: "echo process",
+            source,
+        };
         let mut command = own_daemon::this_program(&instance)?;
         let mut child = own_daemon::spawn({
-            command.arg("load-echo").stdin(Stdio::null()).stdout(Stdio::piped());
+            command
+                .arg("load-echo")
+                .stdin(Stdio::null())
+                .stdout(Stdio::piped());
             command
         })?;
         let mut line = String::new();
         if let Some(out) = child.stdout.take() {
             BufReader::new(out).read_line(&mut line).map_err(system)?;
         }
-        let mut echo = Self { child, client: None, _folder: folder };
+        let mut echo = Self {
+            child,
+            client: None,
+            _folder: folder,
+        };
         echo.client = Some(Bare::open(&instance)?);
         Ok(echo)
     }
 
     /// One round trip.
     pub(super) fn round(&self, request: &[u8], response: usize) -> Result<Duration, LoadError> {
-        let client = self.client.as_ref().expect("there from the start to the drop");
-        let header = RequestHeader { work_budget: response as u64, ..RequestHeader::default() };
+        let client = self
+            .client
+            .as_ref()
+            .expect("there from the start to the drop");
+        let header = RequestHeader {
+            work_budget: response as u64,
+            ..RequestHeader::default()
+        };
         let start = Instant::now();
         match client.exchange(header, request, PATIENCE)? {
             Some((_, bytes)) if bytes == response => Ok(start.elapsed()),
@@ -189,12 +222,30 @@ pub(in crate::cli) fn serve() -> Result<u8, CliError> {
         .create()
         .map_err(text)?;
     let builder = service.server_builder().initial_max_slice_len(MAX_PAYLOAD);
-    let builder = builder.allocation_strategy(AllocationStrategy::Static).max_loaned_responses_per_request(1);
-    let port = builder.backpressure_strategy(BackpressureStrategy::DiscardData).create().map_err(text)?;
-    let server = wake(&node, services::WAKE_SERVER).max_listeners(1).max_notifiers(MAX_NODES).max_nodes(MAX_NODES);
-    let listener = server.create().map_err(text)?.listener_builder().create().map_err(text)?;
-    let client = wake(&node, services::WAKE_CLIENT).max_listeners(MAX_CLIENTS * LISTENERS_PER_CLIENT);
-    let client = client.max_notifiers(1).max_nodes(MAX_NODES).create().map_err(text)?;
+    let builder = builder
+        .allocation_strategy(AllocationStrategy::Static)
+        .max_loaned_responses_per_request(1);
+    let port = builder
+        .backpressure_strategy(BackpressureStrategy::DiscardData)
+        .create()
+        .map_err(text)?;
+    let server = wake(&node, services::WAKE_SERVER)
+        .max_listeners(1)
+        .max_notifiers(MAX_NODES)
+        .max_nodes(MAX_NODES);
+    let listener = server
+        .create()
+        .map_err(text)?
+        .listener_builder()
+        .create()
+        .map_err(text)?;
+    let client =
+        wake(&node, services::WAKE_CLIENT).max_listeners(MAX_CLIENTS * LISTENERS_PER_CLIENT);
+    let client = client
+        .max_notifiers(1)
+        .max_nodes(MAX_NODES)
+        .create()
+        .map_err(text)?;
     let notifier = client.notifier_builder().create().map_err(text)?;
     // A parent that is gone does not read.
     let _ = writeln!(std::io::stdout(), "ready");

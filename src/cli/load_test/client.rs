@@ -1,4 +1,5 @@
-//! `taut load-client`, hidden: one planner process of a load test. It sends what it is told to, line by line.
+//! `taut load-client`, hidden: one planner process of a load test. It sends what it is told to,
+//! line by line.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -30,7 +31,8 @@ const COMPUTED_WORK: u64 = 6_000;
 /// Obeys standard input until it is closed.
 pub(in crate::cli) fn run() -> Result<u8, CliError> {
     process::end_with_parent()?;
-    let (mut planner, mut computing) = (None, Vec::new());
+    let mut planner = None;
+    let mut computing = Vec::new();
     while let Some(line) = next_line() {
         let order: Order = match serde_json::from_str(&line) {
             Ok(order) => order,
@@ -62,12 +64,19 @@ pub(in crate::cli) fn run() -> Result<u8, CliError> {
 fn compute(files: &[PathBuf]) -> Result<(Memory, (Vec<Problem>, Bench)), CliError> {
     let before = process::private_bytes(std::process::id());
     let mut reader = Reader::default();
-    let problems: Result<Vec<Problem>, CliError> =
-        files.iter().map(|file| Problem::read(&mut reader, file, 0)).collect();
+    let problems: Result<Vec<Problem>, CliError> = files
+        .iter()
+        .map(|file| Problem::read(&mut reader, file, 0))
+        .collect();
     let problems = problems?;
     let mut bench = Bench::default();
     for _ in &problems {
-        bench.run(&problems, Mode::Hybrid, COMPUTED_WORK, Duration::from_nanos(1));
+        bench.run(
+            &problems,
+            Mode::Hybrid,
+            COMPUTED_WORK,
+            Duration::from_nanos(1),
+        );
     }
     let after = process::private_bytes(std::process::id());
     Ok((Memory { before, after }, (problems, bench)))
@@ -104,9 +113,16 @@ impl Planner {
         let before = process::private_bytes(std::process::id());
         let instance = Instance::from_environment().map_err(|error| error.to_string())?;
         let client = Client::connect(&instance).map_err(|error| error.to_string())?;
-        let planner = Self { client, jobs, number };
-        let window =
-            Window { mode: wire::Mode::Check.into(), flags: RequestFlags::WITHOUT_CONTACTS, ..Window::closed() };
+        let planner = Self {
+            client,
+            jobs,
+            number,
+        };
+        let window = Window {
+            mode: wire::Mode::Check.into(),
+            flags: RequestFlags::WITHOUT_CONTACTS,
+            ..Window::closed()
+        };
         for _ in 0..WARM_UP {
             planner.asker(&window).ask(0, monotonic_ns());
         }
@@ -121,18 +137,24 @@ impl Planner {
     /// Sends until the window is over and every request has ended.
     fn run(&self, window: &Window) -> Tally {
         sleep_until(window.start_ns);
-        let (start, cpu) = (monotonic_ns(), cpu_ns());
+        let start = monotonic_ns();
+        let cpu = cpu_ns();
         let mut tally = match window.pace {
             Pace::Closed => self.in_turn(window, |asker| {
                 let hint = asker.ask_next();
                 sleep_until((monotonic_ns() + hint.as_nanos() as u64).min(window.end_ns));
             }),
-            Pace::Cancel { within_ns } => self.in_turn(window, |asker| asker.cancel_next(within_ns)),
+            Pace::Cancel { within_ns } => {
+                self.in_turn(window, |asker| asker.cancel_next(within_ns))
+            }
             Pace::Sleep => self.in_turn(window, |asker| {
                 let deadline = monotonic_ns() + window.deadline_ns;
                 sleep_until(deadline);
                 asker.tally.sent += 1;
-                asker.tally.lateness.add(monotonic_ns().saturating_sub(deadline));
+                asker
+                    .tally
+                    .lateness
+                    .add(monotonic_ns().saturating_sub(deadline));
             }),
             Pace::Greedy => self.on_all_slots(window),
             Pace::Open { rate_hz } => self.open(window, rate_hz),
@@ -144,7 +166,9 @@ impl Planner {
 
     fn in_turn(&self, window: &Window, mut once: impl FnMut(&mut Asker)) -> Tally {
         let mut asker = self.asker(window);
-        while monotonic_ns() < window.end_ns && (window.count == 0 || asker.tally.sent < window.count) {
+        while monotonic_ns() < window.end_ns
+            && (window.count == 0 || asker.tally.sent < window.count)
+        {
             once(&mut asker);
         }
         asker.tally
@@ -164,13 +188,15 @@ impl Planner {
         all.into_inner().expect("no thread panics")
     }
 
-    /// Arrivals of a Poisson process; those that find every slot taken are refused as the transport would.
+    /// Arrivals of a Poisson process; those that find every slot taken are refused as the transport
+    /// would.
     fn open(&self, window: &Window, rate_hz: f64) -> Tally {
         let (give, take) = bounded::<(usize, u64)>(0);
         let all = Mutex::new(Tally::default());
         std::thread::scope(|scope| {
             for _ in 0..ACTIVE_REQUESTS_PER_CLIENT {
-                let (take, all) = (take.clone(), &all);
+                let take = take.clone();
+                let all = &all;
                 scope.spawn(move || {
                     let mut asker = self.asker(window);
                     for (job, arrived_ns) in take {
@@ -184,7 +210,8 @@ impl Planner {
             let mut at = monotonic_ns().max(window.start_ns);
             loop {
                 at += (-(1.0 - arrivals.random()).ln() / rate_hz * 1e9) as u64;
-                if at >= window.end_ns || (window.count != 0 && arrivals.tally.sent >= window.count) {
+                if at >= window.end_ns || (window.count != 0 && arrivals.tally.sent >= window.count)
+                {
                     break;
                 }
                 sleep_until(at);
@@ -210,11 +237,19 @@ impl Planner {
         };
         let gone = match point {
             Point::Loaned => asker.loan(0).map(|_loan| stay()),
-            Point::Sent => asker.loan(0).and_then(|loan| loan.send()).map(|_pending| stay()),
-            Point::Streaming => asker.loan(0).and_then(|loan| loan.send()).and_then(|mut pending| {
-                let _improvement = pending.next(FIRST_IMPROVEMENT)?;
-                Ok(stay())
-            }),
+            Point::Sent => asker
+                .loan(0)
+                .and_then(|loan| loan.send())
+                .map(|_pending| stay()),
+            Point::Streaming => {
+                asker
+                    .loan(0)
+                    .and_then(|loan| loan.send())
+                    .and_then(|mut pending| {
+                        let _improvement = pending.next(FIRST_IMPROVEMENT)?;
+                        Ok(stay())
+                    })
+            }
             Point::Anywhere => {
                 let waits = std::thread::spawn(next_line);
                 say(&Said::At(point));

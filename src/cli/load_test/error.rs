@@ -8,7 +8,9 @@ use taut_ipc::wire::Code;
 #[derive(Debug, thiserror::Error)]
 pub(in crate::cli) enum LoadError {
     /// A client process ended, or says why it cannot go on.
-    #[error("client process {number}: {reason}; run it again with fewer --clients or a longer --duration")]
+    #[error(
+        "client process {number}: {reason}; run it again with fewer --clients or a longer --duration"
+    )]
     Client {
         /// Which one.
         number: usize,
@@ -41,7 +43,9 @@ impl LoadError {
     /// The exit code.
     pub(in crate::cli) fn exit_code(&self) -> u8 {
         match self {
-            Self::Client { .. } | Self::Silent(_) | Self::DaemonGone(_) | Self::Bare(_) => Code::DaemonLost.exit_code(),
+            Self::Client { .. } | Self::Silent(_) | Self::DaemonGone(_) | Self::Bare(_) => {
+                Code::DaemonLost.exit_code()
+            }
             Self::System { .. } => 67,
             Self::Interrupted => 130,
         }

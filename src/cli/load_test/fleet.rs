@@ -35,7 +35,11 @@ pub(super) struct Member {
 
 impl Member {
     /// Starts it and lets it connect.
-    pub(super) fn start(instance: &Instance, jobs: &[Job], number: usize) -> Result<Self, LoadError> {
+    pub(super) fn start(
+        instance: &Instance,
+        jobs: &[Job],
+        number: usize,
+    ) -> Result<Self, LoadError> {
         let mut member = Self::launch(instance, number)?;
         member.tell(&Order::Connect(jobs.to_vec(), number as u64))?;
         member.memory = member.ready()?;
@@ -43,24 +47,46 @@ impl Member {
     }
 
     fn launch(instance: &Instance, number: usize) -> Result<Self, LoadError> {
-        let system = |source| LoadError::System { what: "client process", source };
+        let system = |source| LoadError::System {
+            what: "client process",
+            source,
+        };
         let own = |error| match error {
             OwnDaemonError::Start { source, .. } => system(source),
-            other => LoadError::Client { number, reason: other.to_string() },
+            other => LoadError::Client {
+                number,
+                reason: other.to_string(),
+            },
         };
         let mut command = own_daemon::this_program(instance).map_err(own)?;
-        command.arg("load-client").stdin(Stdio::piped()).stdout(Stdio::piped()).process_group(0);
+        command
+            .arg("load-client")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .process_group(0);
         let mut child = own_daemon::spawn(command).map_err(own)?;
         let (say, said) = unbounded();
-        let (orders, out) = (child.stdin.take(), child.stdout.take());
+        let orders = child.stdin.take();
+        let out = child.stdout.take();
         // Ends when the process does, which closes the pipe.
         std::thread::spawn(move || {
-            for line in out.into_iter().flat_map(|out| BufReader::new(out).lines().map_while(Result::ok)) {
+            for line in out
+                .into_iter()
+                .flat_map(|out| BufReader::new(out).lines().map_while(Result::ok))
+            {
                 let said = serde_json::from_str(&line);
-                let _ = say.send(said.unwrap_or_else(|error| Said::Failed(format!("unreadable line: {error}"))));
+                let _ = say.send(
+                    said.unwrap_or_else(|error| Said::Failed(format!("unreadable line: {error}"))),
+                );
             }
         });
-        Ok(Self { number, child, orders, said, memory: Memory::default() })
+        Ok(Self {
+            number,
+            child,
+            orders,
+            said,
+            memory: Memory::default(),
+        })
     }
 
     /// Its process.
@@ -70,8 +96,13 @@ impl Member {
 
     /// Sends it a line.
     pub(super) fn tell(&mut self, order: &Order) -> Result<(), LoadError> {
-        let line = serde_json::to_string(order).expect("an order holds only strings, numbers and lists") + "\n";
-        let written = self.orders.as_mut().map(|orders| orders.write_all(line.as_bytes()));
+        let line = serde_json::to_string(order)
+            .expect("an order holds only strings, numbers and lists")
+            + "\n";
+        let written = self
+            .orders
+            .as_mut()
+            .map(|orders| orders.write_all(line.as_bytes()));
         match written {
             Some(Ok(())) => Ok(()),
             _ => Err(self.failed("it ended".to_owned())),
@@ -79,7 +110,10 @@ impl Member {
     }
 
     fn failed(&self, reason: String) -> LoadError {
-        LoadError::Client { number: self.number, reason }
+        LoadError::Client {
+            number: self.number,
+            reason,
+        }
     }
 
     fn hear(&self, within: Duration) -> Result<Said, LoadError> {
@@ -89,8 +123,12 @@ impl Member {
             match self.said.recv_timeout(TICK) {
                 Ok(Said::Failed(reason)) => return Err(self.failed(reason)),
                 Ok(said) => return Ok(said),
-                Err(RecvTimeoutError::Disconnected) => return Err(self.failed("it ended".to_owned())),
-                Err(RecvTimeoutError::Timeout) if Instant::now() >= end => return Err(LoadError::Silent(self.number)),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(self.failed("it ended".to_owned()));
+                }
+                Err(RecvTimeoutError::Timeout) if Instant::now() >= end => {
+                    return Err(LoadError::Silent(self.number));
+                }
                 Err(RecvTimeoutError::Timeout) => (),
             }
         }
@@ -122,7 +160,8 @@ impl Member {
 
     /// Sends it a signal.
     pub(super) fn signal(&self, signal: Signal) {
-        // A child that is not reaped yet keeps its number, so that this cannot meet another process.
+        // A child that is not reaped yet keeps its number, so that this cannot meet another
+        // process.
         let _ = kill_process(Pid::from_child(&self.child), signal);
     }
 
@@ -159,10 +198,16 @@ pub(super) struct Fleet(pub Vec<Member>);
 
 impl Fleet {
     /// Starts so many, numbered from `first`.
-    pub(super) fn start(instance: &Instance, jobs: &[Job], first: usize, count: usize) -> Result<Self, LoadError> {
+    pub(super) fn start(
+        instance: &Instance,
+        jobs: &[Job],
+        first: usize,
+        count: usize,
+    ) -> Result<Self, LoadError> {
         // All processes come up at once; each then connects.
-        let members: Result<Vec<Member>, LoadError> =
-            (first..first + count).map(|number| Member::launch(instance, number)).collect();
+        let members: Result<Vec<Member>, LoadError> = (first..first + count)
+            .map(|number| Member::launch(instance, number))
+            .collect();
         let mut members = members?;
         for member in &mut members {
             let number = member.number as u64;
@@ -175,7 +220,11 @@ impl Fleet {
     }
 
     /// So many planners without a daemon, each with these problems.
-    pub(super) fn computing(instance: &Instance, files: &[PathBuf], count: usize) -> Result<Self, LoadError> {
+    pub(super) fn computing(
+        instance: &Instance,
+        files: &[PathBuf],
+        count: usize,
+    ) -> Result<Self, LoadError> {
         let mut members = Vec::new();
         for number in 0..count {
             let mut member = Member::launch(instance, number)?;
@@ -187,7 +236,11 @@ impl Fleet {
     }
 
     /// Lets every client send for so long; tells what came of each.
-    pub(super) fn run(&mut self, window: Window, length: Duration) -> Result<Vec<Tally>, LoadError> {
+    pub(super) fn run(
+        &mut self,
+        window: Window,
+        length: Duration,
+    ) -> Result<Vec<Tally>, LoadError> {
         self.begin(window, length)?;
         self.finish(length)
     }
@@ -210,5 +263,9 @@ impl Fleet {
 /// A window that begins soon.
 pub(super) fn timed(window: Window, length: Duration) -> Window {
     let start_ns = monotonic_ns() + LEAD.as_nanos() as u64;
-    Window { start_ns, end_ns: start_ns + length.as_nanos() as u64, ..window }
+    Window {
+        start_ns,
+        end_ns: start_ns + length.as_nanos() as u64,
+        ..window
+    }
 }

@@ -14,7 +14,10 @@ pub(super) fn listen() -> Result<(), LoadError> {
     let stop = STOP.get_or_init(Arc::default);
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         let registered = signal_hook::flag::register(signal, Arc::clone(stop));
-        registered.map_err(|source| LoadError::System { what: "signal handler", source })?;
+        registered.map_err(|source| LoadError::System {
+            what: "signal handler",
+            source,
+        })?;
     }
     Ok(())
 }

@@ -39,8 +39,15 @@ pub(super) struct Bench {
 
 impl Bench {
     /// Computes one problem after another, round and round, for so long.
-    pub(super) fn run(&mut self, problems: &[Problem], mode: Mode, budget: u64, length: Duration) -> Local {
-        let (start, cpu) = (Instant::now(), thread_cpu());
+    pub(super) fn run(
+        &mut self,
+        problems: &[Problem],
+        mode: Mode,
+        budget: u64,
+        length: Duration,
+    ) -> Local {
+        let start = Instant::now();
+        let cpu = thread_cpu();
         let mut count = 0;
         while start.elapsed() < length {
             self.next = (self.next + 1) % problems.len();
@@ -63,6 +70,10 @@ impl Bench {
             // The daemon makes each answer too; what it costs to drop it belongs to the request.
             count += u64::from(answer.is_ok());
         }
-        Local { count, cpu_s: thread_cpu() - cpu, time_s: start.elapsed().as_secs_f64() }
+        Local {
+            count,
+            cpu_s: thread_cpu() - cpu,
+            time_s: start.elapsed().as_secs_f64(),
+        }
     }
 }

@@ -38,12 +38,14 @@ const TICK: Duration = Duration::from_millis(100);
 
 /// Send requests from many processes at once and report what became of them
 ///
-/// Each client is a process of its own that waits in blocking calls. Without --rate each sends its next request when
-/// the last is answered; with --rate requests arrive at random (Poisson) whether or not earlier ones are answered, and
-/// latency counts from the arrival. Overhead is the time from sending to the answer less waiting and computing in the
-/// daemon. Equal requests must have equal answers where no deadline cuts in, and every request must come to an end.
+/// Each client is a process of its own that waits in blocking calls. Without --rate each sends its
+/// next request when the last is answered; with --rate requests arrive at random (Poisson) whether
+/// or not earlier ones are answered, and latency counts from the arrival. Overhead is the time from
+/// sending to the answer less waiting and computing in the daemon. Equal requests must have equal
+/// answers where no deadline cuts in, and every request must come to an end.
 ///
-/// Exit code: 0 every request came to its end, 1 one was lost or answered wrongly, 69 no daemon, 130 interrupted.
+/// Exit code: 0 every request came to its end, 1 one was lost or answered wrongly, 69 no daemon,
+/// 130 interrupted.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Client processes
@@ -64,7 +66,8 @@ pub(super) struct Arguments {
     /// Optimizer
     #[arg(long, default_value = "hybrid", value_parser = request::mode())]
     mode: Mode,
-    /// Counted work of each request, so that all take as long whatever they find; 0 = the optimizer's own end
+    /// Counted work of each request, so that all take as long whatever they find; 0 = the
+    /// optimizer's own end
     #[arg(long, default_value_t = DEFAULT_BUDGET, value_name = "WORK")]
     budget: u64,
     /// Time of each request: 20ms, 1s; none without it
@@ -90,7 +93,10 @@ pub(super) struct Arguments {
 const DEFAULT_BUDGET: u64 = 6_000;
 
 fn rate(text: &str) -> Result<f64, String> {
-    let rate = text.parse().ok().filter(|rate: &f64| rate.is_finite() && *rate > 0.0);
+    let rate = text
+        .parse()
+        .ok()
+        .filter(|rate: &f64| rate.is_finite() && *rate > 0.0);
     rate.ok_or_else(|| "give requests per second, more than 0".to_owned())
 }
 
@@ -120,23 +126,32 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     drop(fleet);
     let report = Report::new(&tallies, &memory, spent, arguments.seed);
     let text = match arguments.format {
-        Format::Json => serde_json::to_string(&report).expect("a report holds only numbers and maps") + "\n",
+        Format::Json => {
+            serde_json::to_string(&report).expect("a report holds only numbers and maps") + "\n"
+        }
         Format::Table => report.table(),
     };
-    std::io::stdout().lock().write_all(text.as_bytes()).map_err(stdout)?;
+    std::io::stdout()
+        .lock()
+        .write_all(text.as_bytes())
+        .map_err(stdout)?;
     Ok(u8::from(!report.is_sound()))
 }
 
 impl Arguments {
     fn window(&self) -> Window {
         let clients = f64::from(self.clients);
-        let pace = self.rate.map_or(Pace::Closed, |rate| Pace::Open { rate_hz: rate / clients });
+        let pace = self.rate.map_or(Pace::Closed, |rate| Pace::Open {
+            rate_hz: rate / clients,
+        });
         Window {
             seed: self.seed,
             pace,
             mode: wire_mode(self.mode),
             budget: self.budget,
-            deadline_ns: self.deadline.map_or(0, |deadline| deadline.as_nanos() as u64),
+            deadline_ns: self
+                .deadline
+                .map_or(0, |deadline| deadline.as_nanos() as u64),
             ..Window::closed()
         }
     }
@@ -144,7 +159,11 @@ impl Arguments {
 
 /// Number of a mode on the wire.
 fn wire_mode(mode: Mode) -> u32 {
-    request_header(&Settings { mode, ..Settings::default() }).mode
+    request_header(&Settings {
+        mode,
+        ..Settings::default()
+    })
+    .mode
 }
 
 /// Runs a window under a progress bar.

@@ -94,14 +94,16 @@ pub(super) struct Window {
     pub deadline_ns: u64,
     /// Flags of the request.
     pub flags: u32,
-    /// Seed of every request; `None` = the number of its job, so that equal requests have equal answers.
+    /// Seed of every request; `None` = the number of its job, so that equal requests have equal
+    /// answers.
     pub request_seed: Option<u64>,
     /// Go round all jobs in order instead of choosing at random.
     pub in_order: bool,
 }
 
 impl Window {
-    /// A client that sends one request after another for no time at all: every other window is this with changes.
+    /// A client that sends one request after another for no time at all: every other window is this
+    /// with changes.
     pub(super) fn closed() -> Self {
         Self {
             seed: 0,
@@ -141,7 +143,8 @@ pub(super) enum Order {
     Compute(Vec<PathBuf>),
     /// Send. Answered by [`Said::Done`].
     Run(Window),
-    /// Go to this point of a request for the first job, in this window's terms, and stay. Answered by [`Said::At`].
+    /// Go to this point of a request for the first job, in this window's terms, and stay. Answered
+    /// by [`Said::At`].
     StayAt(Point, Window),
 }
 

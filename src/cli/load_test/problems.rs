@@ -23,10 +23,18 @@ pub(super) struct Problem {
 
 impl Problem {
     /// Reads it, and cuts its path's segments into equal parts until it has so many waypoints.
-    pub(super) fn read(reader: &mut Reader, file: &FilePath, waypoints: usize) -> Result<Self, CliError> {
+    pub(super) fn read(
+        reader: &mut Reader,
+        file: &FilePath,
+        waypoints: usize,
+    ) -> Result<Self, CliError> {
         let loaded = load::load(reader, file, &Self::source(), false)?;
         let path = subdivided(loaded.robot.space(), &loaded.path, waypoints);
-        Ok(Self { model: loaded.model()?, path, weights: loaded.weights })
+        Ok(Self {
+            model: loaded.model()?,
+            path,
+            weights: loaded.weights,
+        })
     }
 
     /// Problem files bring everything themselves.
@@ -63,9 +71,17 @@ mod tests {
 
     #[test]
     fn a_path_cut_into_parts_keeps_its_waypoints() {
-        let file = FilePath::new(concat!(env!("CARGO_MANIFEST_DIR"), "/config/problems/rooms.json"));
-        let read = |waypoints| Problem::read(&mut Reader::default(), file, waypoints).unwrap().path;
-        let (given, cut) = (read(0), read(100));
+        let file = FilePath::new(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/config/problems/rooms.json"
+        ));
+        let read = |waypoints| {
+            Problem::read(&mut Reader::default(), file, waypoints)
+                .unwrap()
+                .path
+        };
+        let given = read(0);
+        let cut = read(100);
         assert!(given.len() < 100 && cut.len() >= 100 && cut.len() < 100 + given.len());
         let parts = (cut.len() - 1) / (given.len() - 1);
         for (index, waypoint) in given.waypoints().enumerate() {

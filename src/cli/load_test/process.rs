@@ -9,7 +9,10 @@ use super::error::LoadError;
 /// Ends this process with the one that started it, however that ends.
 pub(super) fn end_with_parent() -> Result<(), LoadError> {
     let set = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::KILL));
-    set.map_err(|error| LoadError::System { what: "end with its parent", source: error.into() })
+    set.map_err(|error| LoadError::System {
+        what: "end with its parent",
+        source: error.into(),
+    })
 }
 
 /// CPU time of this process (ns).
@@ -20,7 +23,10 @@ pub(super) fn cpu_ns() -> u64 {
 
 /// CPU time of all threads of a process that live (ns); 0 if it is gone.
 pub(super) fn cpu_ns_of(pid: u32) -> u64 {
-    let tasks = fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten();
+    let tasks = fs::read_dir(format!("/proc/{pid}/task"))
+        .into_iter()
+        .flatten()
+        .flatten();
     let spent = tasks.filter_map(|task| {
         let text = fs::read_to_string(task.path().join("schedstat")).ok()?;
         text.split(' ').next()?.parse::<u64>().ok()
@@ -31,7 +37,10 @@ pub(super) fn cpu_ns_of(pid: u32) -> u64 {
 /// Memory that no other process shares (bytes); 0 if it is gone.
 pub(super) fn private_bytes(pid: u32) -> u64 {
     let text = fs::read_to_string(format!("/proc/{pid}/smaps_rollup")).unwrap_or_default();
-    ["Private_Clean:", "Private_Dirty:"].iter().map(|name| kilobytes(&text, name) * 1024).sum()
+    ["Private_Clean:", "Private_Dirty:"]
+        .iter()
+        .map(|name| kilobytes(&text, name) * 1024)
+        .sum()
 }
 
 /// Memory of its own that is in use, shared memory left out (bytes); 0 if it is gone.
@@ -42,7 +51,8 @@ pub(super) fn resident_bytes(pid: u32) -> u64 {
 
 fn kilobytes(text: &str, name: &str) -> u64 {
     let line = text.lines().find_map(|line| line.strip_prefix(name));
-    line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(0)
+    line.and_then(|line| line.split_whitespace().next()?.parse().ok())
+        .unwrap_or(0)
 }
 
 /// Open files of a process; 0 if it is gone.
@@ -59,6 +69,9 @@ mod tests {
         let pid = std::process::id();
         assert!(private_bytes(pid) > 0 && resident_bytes(pid) > 0 && open_files(pid) > 2);
         assert!(cpu_ns() > 0 && cpu_ns_of(pid) > 0);
-        assert_eq!(kilobytes("Rss: 12 kB\nPrivate_Clean:      34 kB\n", "Private_Clean:"), 34);
+        assert_eq!(
+            kilobytes("Rss: 12 kB\nPrivate_Clean:      34 kB\n", "Private_Clean:"),
+            34
+        );
     }
 }

@@ -18,7 +18,11 @@ pub(super) struct Quantiles {
 
 impl Quantiles {
     fn of(times: &super::tally::Times) -> Self {
-        Self { p50_s: times.quantile(0.5), p99_s: times.quantile(0.99), max_s: times.max() }
+        Self {
+            p50_s: times.quantile(0.5),
+            p99_s: times.quantile(0.99),
+            max_s: times.max(),
+        }
     }
 }
 
@@ -36,12 +40,28 @@ pub(super) struct Fairness {
 impl Fairness {
     /// Of what each client was served.
     pub(super) fn of(served: &[u64]) -> Self {
-        let (sum, squares) =
-            served.iter().fold((0.0, 0.0), |(sum, squares), &x| (sum + x as f64, squares + (x * x) as f64));
-        let (count, mean) = (served.len().max(1) as f64, sum / served.len().max(1) as f64);
-        let part = |x: Option<&u64>| if mean > 0.0 { x.map_or(1.0, |x| *x as f64 / mean) } else { 1.0 };
-        let jain = if squares > 0.0 { sum * sum / (count * squares) } else { 1.0 };
-        Self { jain, min: part(served.iter().min()), max: part(served.iter().max()) }
+        let (sum, squares) = served.iter().fold((0.0, 0.0), |(sum, squares), &x| {
+            (sum + x as f64, squares + (x * x) as f64)
+        });
+        let count = served.len().max(1) as f64;
+        let mean = sum / served.len().max(1) as f64;
+        let part = |x: Option<&u64>| {
+            if mean > 0.0 {
+                x.map_or(1.0, |x| *x as f64 / mean)
+            } else {
+                1.0
+            }
+        };
+        let jain = if squares > 0.0 {
+            sum * sum / (count * squares)
+        } else {
+            1.0
+        };
+        Self {
+            jain,
+            min: part(served.iter().min()),
+            max: part(served.iter().max()),
+        }
     }
 }
 
@@ -98,7 +118,12 @@ pub(super) struct Report {
 
 impl Report {
     /// From the tallies of the clients.
-    pub(super) fn new(tallies: &[Tally], memory: &[super::orders::Memory], daemon_cpu_ns: u64, seed: u64) -> Self {
+    pub(super) fn new(
+        tallies: &[Tally],
+        memory: &[super::orders::Memory],
+        daemon_cpu_ns: u64,
+        seed: u64,
+    ) -> Self {
         let sum = Tally::of(tallies);
         let served: Vec<u64> = tallies.iter().map(|tally| tally.served).collect();
         let answers = (sum.latency.len() + sum.refusal.len()).max(1);
@@ -124,7 +149,11 @@ impl Report {
             daemon_cpu_s: daemon_cpu_ns as f64 * 1e-9 / answers as f64,
             client_cpu_s: sum.cpu_ns as f64 * 1e-9 / sum.sent.max(1) as f64,
             client_private_bytes: memory.iter().map(|memory| memory.after).max().unwrap_or(0),
-            client_added_bytes: memory.iter().map(|m| m.after.saturating_sub(m.before)).max().unwrap_or(0),
+            client_added_bytes: memory
+                .iter()
+                .map(|m| m.after.saturating_sub(m.before))
+                .max()
+                .unwrap_or(0),
             refused: sum.refused,
         }
     }
@@ -136,9 +165,18 @@ impl Report {
 
     /// For people.
     pub(super) fn table(&self) -> String {
-        let refused: Vec<String> = self.refused.iter().map(|(code, count)| format!("{code} {count}")).collect();
-        let refused = if refused.is_empty() { "none".to_owned() } else { refused.join(", ") };
-        let (mib, fairness) = (f64::from(1 << 20), &self.fairness);
+        let refused: Vec<String> = self
+            .refused
+            .iter()
+            .map(|(code, count)| format!("{code} {count}"))
+            .collect();
+        let refused = if refused.is_empty() {
+            "none".to_owned()
+        } else {
+            refused.join(", ")
+        };
+        let mib = f64::from(1 << 20);
+        let fairness = &self.fairness;
         let mut text = format!(
             "{} clients  {}  seed {}\n\
              sent      {}  served {} ({:.1} a second)  lost {}\n\
@@ -182,9 +220,10 @@ impl Report {
             self.client_private_bytes as f64 / mib,
             self.client_added_bytes as f64 / mib,
         );
-        for (count, what) in
-            [(self.other_scene, "answers for another scene"), (self.unequal, "unequal answers to equal requests")]
-        {
+        for (count, what) in [
+            (self.other_scene, "answers for another scene"),
+            (self.unequal, "unequal answers to equal requests"),
+        ] {
             if count > 0 {
                 text += &format!("BROKEN    {count} {what}\n");
             }

@@ -64,7 +64,9 @@ impl Site {
             for file in files(setup, folder) {
                 let label = label(&file);
                 let file = std::path::absolute(file)?;
-                text += &format!("[[problems]]\nfile = {file:?}\nrobot = {label:?}\nscene = {label:?}\n");
+                text += &format!(
+                    "[[problems]]\nfile = {file:?}\nrobot = {label:?}\nscene = {label:?}\n"
+                );
             }
             std::fs::write(folder.join(CONFIG), text)
         })?;
@@ -78,7 +80,10 @@ impl Site {
         let folder = Folder::create(NAME)?;
         if setup.files.is_empty() {
             let written = world::unpack(folder.path());
-            written.map_err(|source| CliError::Output { file: folder.path().display().to_string(), source })?;
+            written.map_err(|source| CliError::Output {
+                file: folder.path().display().to_string(),
+                source,
+            })?;
         }
         let files = files(setup, folder.path());
         Self::with_jobs(None, Some(folder), instance, files, setup.waypoints)
@@ -91,8 +96,18 @@ impl Site {
         files: Vec<PathBuf>,
         waypoints: usize,
     ) -> Result<Self, CliError> {
-        let (served_by, problems, jobs) = (None, Vec::new(), Vec::new());
-        let mut site = Self { daemon, _folder: folder, instance, served_by, files, problems, jobs };
+        let served_by = None;
+        let problems = Vec::new();
+        let jobs = Vec::new();
+        let mut site = Self {
+            daemon,
+            _folder: folder,
+            instance,
+            served_by,
+            files,
+            problems,
+            jobs,
+        };
         site.served_by = site.pid();
         site.read_jobs(waypoints)?;
         Ok(site)
@@ -148,14 +163,18 @@ impl Site {
         self.served_by.is_some() && self.pid() == self.served_by
     }
 
-    /// Kills the process that serves (SIGKILL) and waits until its supervisor has another one serve.
+    /// Kills the process that serves (SIGKILL) and waits until its supervisor has another one
+    /// serve.
     pub(super) fn kill_and_wait(&self, patience: Duration) -> Result<(), CliError> {
         let serves = self.pid();
         if let Some(pid) = serves.and_then(|pid| Pid::from_raw(pid as i32)) {
-            // Whoever holds the lock of this test's own instance is the daemon that the test's supervisor started.
+            // Whoever holds the lock of this test's own instance is the daemon that the test's
+            // supervisor started.
             let _ = kill_process(pid, Signal::KILL);
         }
-        match until(patience, || Ok(self.pid().is_some_and(|pid| Some(pid) != serves)))? {
+        match until(patience, || {
+            Ok(self.pid().is_some_and(|pid| Some(pid) != serves))
+        })? {
             Some(_) => Ok(()),
             None => Err(self.gone().into()),
         }
@@ -170,7 +189,9 @@ impl Site {
     /// The end of the daemon's log, for an error.
     pub(super) fn gone(&self) -> LoadError {
         let log = self.folder().map(|folder| folder.join("daemon.log"));
-        let text = log.and_then(|log| std::fs::read_to_string(log).ok()).unwrap_or_default();
+        let text = log
+            .and_then(|log| std::fs::read_to_string(log).ok())
+            .unwrap_or_default();
         LoadError::DaemonGone(text.lines().last().unwrap_or("nothing").to_owned())
     }
 }
@@ -206,11 +227,17 @@ pub(super) fn until(
 
 fn files(setup: &Setup, folder: &Path) -> Vec<PathBuf> {
     match setup.files.is_empty() {
-        true => world::PROBLEMS.iter().map(|name| world::problem_file(folder, name)).collect(),
+        true => world::PROBLEMS
+            .iter()
+            .map(|name| world::problem_file(folder, name))
+            .collect(),
         false => setup.files.clone(),
     }
 }
 
 fn label(file: &Path) -> String {
-    file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    file.file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
 }

@@ -32,7 +32,11 @@ impl From<Vec<(u64, u64)>> for Times {
 
 impl From<Times> for Vec<(u64, u64)> {
     fn from(times: Times) -> Self {
-        times.0.iter_recorded().map(|step| (step.value_iterated_to(), step.count_at_value())).collect()
+        times
+            .0
+            .iter_recorded()
+            .map(|step| (step.value_iterated_to(), step.count_at_value()))
+            .collect()
     }
 }
 
@@ -54,7 +58,11 @@ impl Times {
 
     /// The time that this part of them does not exceed (s); 0 of none.
     pub(super) fn quantile(&self, part: f64) -> f64 {
-        if self.0.is_empty() { 0.0 } else { self.0.value_at_quantile(part) as f64 * 1e-9 }
+        if self.0.is_empty() {
+            0.0
+        } else {
+            self.0.value_at_quantile(part) as f64 * 1e-9
+        }
     }
 
     /// The longest (s).
@@ -65,7 +73,11 @@ impl Times {
     /// The part that is longer than this.
     pub(super) fn share_above(&self, ns: u64) -> f64 {
         let above = self.0.len() - self.0.count_between(0, ns);
-        if self.0.is_empty() { 0.0 } else { above as f64 / self.0.len() as f64 }
+        if self.0.is_empty() {
+            0.0
+        } else {
+            above as f64 / self.0.len() as f64
+        }
     }
 }
 
@@ -156,25 +168,35 @@ impl Tally {
         let taken = ending.ended_ns.saturating_sub(ending.sent_ns);
         let is_late = ending.deadline_ns != 0 && ending.ended_ns > ending.deadline_ns + LATE_NS;
         if ending.deadline_ns != 0 {
-            self.lateness.add(ending.ended_ns.saturating_sub(ending.deadline_ns));
+            self.lateness
+                .add(ending.ended_ns.saturating_sub(ending.deadline_ns));
         }
         if code.is_retryable() {
             self.refusal.add(taken);
             self.without_hint += u64::from(header.retry_after_ms == 0);
             return self.refuse(code);
         }
-        self.latency.add(ending.ended_ns.saturating_sub(ending.arrived_ns));
+        self.latency
+            .add(ending.ended_ns.saturating_sub(ending.arrived_ns));
         self.queue.add(header.queue_ns);
         self.compute.add(header.compute_ns);
-        self.overhead.add(taken.saturating_sub(header.queue_ns + header.compute_ns));
+        self.overhead
+            .add(taken.saturating_sub(header.queue_ns + header.compute_ns));
         self.bytes[1] += size_of_val(ending.path) as u64;
         match header.flags & ResponseFlags::PROVED != 0 && code == Code::Success {
             true if is_late => *self.refused.entry("LATE".to_owned()).or_default() += 1,
             true => self.served += 1,
             false => self.refuse(code),
         }
-        let ended_by_itself = [Termination::Converged, Termination::WorkBudget, Termination::Checked];
-        if ended_by_itself.iter().any(|end| u32::from(*end) == header.termination) {
+        let ended_by_itself = [
+            Termination::Converged,
+            Termination::WorkBudget,
+            Termination::Checked,
+        ];
+        if ended_by_itself
+            .iter()
+            .any(|end| u32::from(*end) == header.termination)
+        {
             let hash = hash(header, ending.path);
             let first = *self.answers.entry(ending.job).or_insert(hash);
             self.unequal += u64::from(first != hash);
@@ -238,11 +260,30 @@ impl Tally {
 
 /// Of everything in an answer that must be equal, whoever computed it.
 fn hash(header: &ResponseHeader, path: &[f64]) -> u64 {
-    let numbers = [header.length_after, header.lower_bound, header.clearance_m, header.floor_m];
-    let counts = [header.iterations, header.work, header.robot_hash, header.scene_hash, u64::from(header.waypoints)];
-    let bits = path.iter().chain(&numbers).map(|number| number.to_bits()).chain(counts);
+    let numbers = [
+        header.length_after,
+        header.lower_bound,
+        header.clearance_m,
+        header.floor_m,
+    ];
+    let counts = [
+        header.iterations,
+        header.work,
+        header.robot_hash,
+        header.scene_hash,
+        u64::from(header.waypoints),
+    ];
+    let bits = path
+        .iter()
+        .chain(&numbers)
+        .map(|number| number.to_bits())
+        .chain(counts);
     // FNV-1a over words: the same in every process.
-    bits.fold(0xcbf2_9ce4_8422_2325, |hash, bits| (hash ^ bits).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(23))
+    bits.fold(0xcbf2_9ce4_8422_2325, |hash, bits| {
+        (hash ^ bits)
+            .wrapping_mul(0x0000_0100_0000_01b3)
+            .rotate_left(23)
+    })
 }
 
 #[cfg(test)]
@@ -251,23 +292,45 @@ mod tests {
 
     fn answer(code: Code, flags: u32) -> ResponseHeader {
         let termination = Termination::Converged.into();
-        ResponseHeader { code: code.into(), flags, termination, queue_ns: 20, compute_ns: 30, ..Default::default() }
+        ResponseHeader {
+            code: code.into(),
+            flags,
+            termination,
+            queue_ns: 20,
+            compute_ns: 30,
+            ..Default::default()
+        }
     }
 
     fn ending<'a>(header: &'a ResponseHeader, path: &'a [f64], ended_ns: u64) -> Ending<'a> {
-        Ending { job: 1, arrived_ns: 0, sent_ns: 100, ended_ns, deadline_ns: 1000, header, path }
+        Ending {
+            job: 1,
+            arrived_ns: 0,
+            sent_ns: 100,
+            ended_ns,
+            deadline_ns: 1000,
+            header,
+            path,
+        }
     }
 
     #[test]
     fn every_request_is_counted_once_and_the_late_are_not_served() {
-        let (good, full) = (answer(Code::Success, ResponseFlags::PROVED), answer(Code::Overloaded, 0));
+        let good = answer(Code::Success, ResponseFlags::PROVED);
+        let full = answer(Code::Overloaded, 0);
         let mut tally = Tally::default();
         tally.end(&ending(&good, &[1.0], 200));
         tally.end(&ending(&good, &[1.0], 1001 + 2 * LATE_NS));
         tally.end(&ending(&full, &[], 300));
         tally.refuse(Code::Quota);
-        assert_eq!((tally.served, tally.ended(), tally.with(Code::Overloaded)), (1, 4, 1));
-        assert_eq!((tally.without_hint, tally.latency.len(), tally.refusal.len()), (1, 2, 1));
+        assert_eq!(
+            (tally.served, tally.ended(), tally.with(Code::Overloaded)),
+            (1, 4, 1)
+        );
+        assert_eq!(
+            (tally.without_hint, tally.latency.len(), tally.refusal.len()),
+            (1, 2, 1)
+        );
         assert!((tally.overhead.quantile(0.5) - 50e-9).abs() < 1e-12);
         assert!((tally.lateness.share_above(LATE_NS) - 1.0 / 3.0).abs() < 1e-12);
     }

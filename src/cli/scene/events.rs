@@ -30,7 +30,8 @@ pub(super) fn watch(
     while count.is_none_or(|count| seen < count) {
         let Some(event) = feed.next()? else {
             if client.daemon_state() != boot {
-                let (root, reason) = (instance.instance()?.root().display().to_string(), "it went away");
+                let root = instance.instance()?.root().display().to_string();
+                let reason = "it went away";
                 return Err(CliError::Client(ClientError::DaemonLost { root, reason }));
             }
             std::thread::sleep(LOOK);
@@ -42,8 +43,12 @@ pub(super) fn watch(
         if !labels.iter().any(|label| label_id(label) == event.scene_id) {
             labels = self::labels(client)?;
         }
-        let known = labels.iter().find(|label| label_id(label) == event.scene_id);
-        let name = known.cloned().unwrap_or_else(|| format!("{:016x}", event.scene_id));
+        let known = labels
+            .iter()
+            .find(|label| label_id(label) == event.scene_id);
+        let name = known
+            .cloned()
+            .unwrap_or_else(|| format!("{:016x}", event.scene_id));
         print(&event, &name, format)?;
         seen += 1;
     }
@@ -52,7 +57,11 @@ pub(super) fn watch(
 
 fn labels(client: &Client) -> Result<Vec<String>, CliError> {
     match control(client, &ControlRequest::List)? {
-        ControlReply::Listing(listing) => Ok(listing.scenes.into_iter().map(|scene| scene.label).collect()),
+        ControlReply::Listing(listing) => Ok(listing
+            .scenes
+            .into_iter()
+            .map(|scene| scene.label)
+            .collect()),
         other => Err(unexpected(&other)),
     }
 }
@@ -65,12 +74,14 @@ fn print(event: &SceneEvent, label: &str, format: Format) -> Result<(), CliError
         Ok(SceneEventKind::PathUnsafe) => "path unsafe",
         Err(_) => "unknown event",
     };
-    let (version, hash) = (event.scene_version, format!("{:016x}", event.scene_hash));
+    let version = event.scene_version;
+    let hash = format!("{:016x}", event.scene_hash);
     let is_path = event.kind == u32::from(SceneEventKind::PathUnsafe);
     let mut out = std::io::stdout().lock();
     match format {
         Format::Json => {
-            let mut value = json!({ "event": what, "scene": label, "version": version, "hash": hash });
+            let mut value =
+                json!({ "event": what, "scene": label, "version": version, "hash": hash });
             if is_path {
                 value["request"] = format!("{:016x}", event.subscription).into();
                 value["segment"] = event.segment.into();
@@ -78,8 +89,12 @@ fn print(event: &SceneEvent, label: &str, format: Format) -> Result<(), CliError
             writeln!(out, "{value}")
         }
         Format::Table if is_path => {
-            let (request, segment) = (event.subscription, event.segment + 1);
-            writeln!(out, "scene {label} v{version}   {what}: request {request:016x}, segment {segment}")
+            let request = event.subscription;
+            let segment = event.segment + 1;
+            writeln!(
+                out,
+                "scene {label} v{version}   {what}: request {request:016x}, segment {segment}"
+            )
         }
         Format::Table => writeln!(out, "scene {label} v{version}   {what}   hash {hash}"),
     }

@@ -21,8 +21,8 @@ use values::{Pose, version};
 
 /// Scenes of the daemon: list, show, compare and change them
 ///
-/// Every change makes a new version. Exit code: 0 done, 64 usage, 65 a bad diff or an unknown object or link,
-/// 66 an unknown scene or version, or another base, 69 no daemon.
+/// Every change makes a new version. Exit code: 0 done, 64 usage, 65 a bad diff or an unknown
+/// object or link, 66 an unknown scene or version, or another base, 69 no daemon.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(subcommand)]
@@ -158,43 +158,115 @@ enum Command {
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     match &arguments.command {
         Command::List { common } => list(common),
-        Command::Show { label, version, common } => {
+        Command::Show {
+            label,
+            version,
+            common,
+        } => {
             let text = show(&common.instance.connect()?, label, version.unwrap_or(0), 0)?;
             let objects = || {
-                format!("scene {label} v{}   hash {:016x}{}", text.version, text.scene_hash, table::scene(&text.json))
+                format!(
+                    "scene {label} v{}   hash {:016x}{}",
+                    text.version,
+                    text.scene_hash,
+                    table::scene(&text.json)
+                )
             };
             print_text(common, &text, objects)
         }
-        Command::Diff { label, from, to, common } => {
+        Command::Diff {
+            label,
+            from,
+            to,
+            common,
+        } => {
             let text = show(&common.instance.connect()?, label, to.unwrap_or(0), *from)?;
-            let changes = || format!("scene {label} v{from} → v{}{}", text.version, table::diff(&text.json));
+            let changes = || {
+                format!(
+                    "scene {label} v{from} → v{}{}",
+                    text.version,
+                    table::diff(&text.json)
+                )
+            };
             print_text(common, &text, changes)
         }
-        Command::Apply { label, file, base, common } => {
+        Command::Apply {
+            label,
+            file,
+            base,
+            common,
+        } => {
             let (json, base_dir) = read(file)?;
             change(common, label, json, base_dir, base.unwrap_or(0))
         }
-        Command::Move { label, object, pose, link, common } => {
-            change(common, label, words::moved(object, link.as_deref(), &pose.given()?), None, 0)
-        }
-        Command::Attach { label, object, link, pose, touch, common } => {
-            change(common, label, words::attached(object, link, &pose.given()?, touch), None, 0)
-        }
-        Command::Detach { label, object, pose, common } => {
-            change(common, label, words::detached(object, &pose.given()?), None, 0)
-        }
-        Command::Pin { label, version, common } => pin(common, label, *version, true),
-        Command::Unpin { label, version, common } => pin(common, label, *version, false),
-        Command::Watch { label, count, common } => {
-            events::watch(&common.instance, label.as_deref(), *count, common.format)
-        }
+        Command::Move {
+            label,
+            object,
+            pose,
+            link,
+            common,
+        } => change(
+            common,
+            label,
+            words::moved(object, link.as_deref(), &pose.given()?),
+            None,
+            0,
+        ),
+        Command::Attach {
+            label,
+            object,
+            link,
+            pose,
+            touch,
+            common,
+        } => change(
+            common,
+            label,
+            words::attached(object, link, &pose.given()?, touch),
+            None,
+            0,
+        ),
+        Command::Detach {
+            label,
+            object,
+            pose,
+            common,
+        } => change(
+            common,
+            label,
+            words::detached(object, &pose.given()?),
+            None,
+            0,
+        ),
+        Command::Pin {
+            label,
+            version,
+            common,
+        } => pin(common, label, *version, true),
+        Command::Unpin {
+            label,
+            version,
+            common,
+        } => pin(common, label, *version, false),
+        Command::Watch {
+            label,
+            count,
+            common,
+        } => events::watch(&common.instance, label.as_deref(), *count, common.format),
     }
 }
 
 fn list(common: &Common) -> Result<u8, CliError> {
     match control(&common.instance.connect()?, &ControlRequest::List)? {
         ControlReply::Listing(listing) => {
-            let lines = || listing.scenes.iter().map(versions_line).collect::<Vec<_>>().join("\n");
+            let lines = || {
+                listing
+                    .scenes
+                    .iter()
+                    .map(versions_line)
+                    .collect::<Vec<_>>()
+                    .join("\n")
+            };
             print(common.format, &listing.scenes, lines)
         }
         other => Err(unexpected(&other)),
@@ -202,19 +274,47 @@ fn list(common: &Common) -> Result<u8, CliError> {
 }
 
 fn versions_line(scene: &SceneSummary) -> String {
-    let pinned: Vec<String> = scene.pinned.iter().map(|version| format!("v{version}")).collect();
-    let pinned = if pinned.is_empty() { String::new() } else { format!("   pinned {}", pinned.join(", ")) };
-    format!("{}   kept from v{}{pinned}", scene_line(scene), scene.kept_from)
+    let pinned: Vec<String> = scene
+        .pinned
+        .iter()
+        .map(|version| format!("v{version}"))
+        .collect();
+    let pinned = if pinned.is_empty() {
+        String::new()
+    } else {
+        format!("   pinned {}", pinned.join(", "))
+    };
+    format!(
+        "{}   kept from v{}{pinned}",
+        scene_line(scene),
+        scene.kept_from
+    )
 }
 
-fn show(client: &Client, label: &str, version: u64, base_version: u64) -> Result<SceneText, CliError> {
-    match control(client, &ControlRequest::ShowScene { label: label.to_owned(), version, base_version })? {
+fn show(
+    client: &Client,
+    label: &str,
+    version: u64,
+    base_version: u64,
+) -> Result<SceneText, CliError> {
+    match control(
+        client,
+        &ControlRequest::ShowScene {
+            label: label.to_owned(),
+            version,
+            base_version,
+        },
+    )? {
         ControlReply::SceneText(text) => Ok(text),
         other => Err(unexpected(&other)),
     }
 }
 
-fn print_text(common: &Common, text: &SceneText, table: impl Fn() -> String) -> Result<u8, CliError> {
+fn print_text(
+    common: &Common,
+    text: &SceneText,
+    table: impl Fn() -> String,
+) -> Result<u8, CliError> {
     let mut out = std::io::stdout().lock();
     match common.format {
         Format::Json => writeln!(out, "{}", text.json),
@@ -226,7 +326,10 @@ fn print_text(common: &Common, text: &SceneText, table: impl Fn() -> String) -> 
 
 /// The text of a file or of standard input, and the folder that its meshes are found from.
 fn read(file: &std::path::Path) -> Result<(String, Option<PathBuf>), CliError> {
-    let refuse = |error: std::io::Error| FileError::Unreadable { file: file.to_owned(), reason: error.to_string() };
+    let refuse = |error: std::io::Error| FileError::Unreadable {
+        file: file.to_owned(),
+        reason: error.to_string(),
+    };
     if file.as_os_str() == "-" {
         let mut text = String::new();
         std::io::stdin().read_to_string(&mut text).map_err(refuse)?;
@@ -243,12 +346,21 @@ fn change(
     base_dir: Option<PathBuf>,
     base_version: u64,
 ) -> Result<u8, CliError> {
-    let message = ControlRequest::DiffScene { label: label.to_owned(), json, base_dir, base_version };
+    let message = ControlRequest::DiffScene {
+        label: label.to_owned(),
+        json,
+        base_dir,
+        base_version,
+    };
     summary(common, &message)
 }
 
 fn pin(common: &Common, label: &str, version: Option<u64>, pinned: bool) -> Result<u8, CliError> {
-    let message = ControlRequest::PinScene { label: label.to_owned(), version: version.unwrap_or(0), pinned };
+    let message = ControlRequest::PinScene {
+        label: label.to_owned(),
+        version: version.unwrap_or(0),
+        pinned,
+    };
     summary(common, &message)
 }
 

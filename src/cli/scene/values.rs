@@ -17,9 +17,15 @@ impl Pose {
     pub(super) fn given(&self) -> Result<words::Pose, CliError> {
         match self.pose[..] {
             [x, y, z] => Ok(words::Pose::at([x, y, z])),
-            [x, y, z, qx, qy, qz, qw] => Ok(words::Pose { position: [x, y, z], orientation: [qx, qy, qz, qw] }),
+            [x, y, z, qx, qy, qz, qw] => Ok(words::Pose {
+                position: [x, y, z],
+                orientation: [qx, qy, qz, qw],
+            }),
             _ => {
-                let text = format!("{} numbers given for a pose; give x y z, or x y z qx qy qz qw", self.pose.len());
+                let text = format!(
+                    "{} numbers given for a pose; give x y z, or x y z qx qy qz qw",
+                    self.pose.len()
+                );
                 Err(CliError::Usage(text))
             }
         }
@@ -29,7 +35,9 @@ impl Pose {
 /// `v12` or `12`.
 pub(super) fn version(text: &str) -> Result<u64, String> {
     let number = text.strip_prefix('v').unwrap_or(text).parse().ok();
-    number.filter(|version| *version > 0).ok_or_else(|| "give a version such as v12".to_owned())
+    number
+        .filter(|version| *version > 0)
+        .ok_or_else(|| "give a version such as v12".to_owned())
 }
 
 #[cfg(test)]
@@ -39,6 +47,10 @@ mod tests {
     #[test]
     fn versions_are_read_with_and_without_their_letter() {
         assert_eq!((version("v12"), version("12")), (Ok(12), Ok(12)));
-        assert!(["", "v", "0", "v0", "-1", "vv1", "newest"].iter().all(|text| version(text).is_err()));
+        assert!(
+            ["", "v", "0", "v0", "-1", "vv1", "newest"]
+                .iter()
+                .all(|text| version(text).is_err())
+        );
     }
 }

@@ -1,7 +1,8 @@
 //! Two cylinders: an iteration, because their rims have no closed form.
 //!
-//! The algorithm of Gilbert, Johnson and Keerthi on the difference A − B, whose point closest to the origin
-//! is sought. Each step gives a support gap, a lower bound, and two points, an upper one; it ends where they meet.
+//! The algorithm of Gilbert, Johnson and Keerthi on the difference A − B, whose point closest to
+//! the origin is sought. Each step gives a support gap, a lower bound, and two points, an upper
+//! one; it ends where they meet.
 
 use super::point::closest_on;
 use super::{Nearest, gap_of_cores};
@@ -25,7 +26,11 @@ struct Vertex {
 
 impl Vertex {
     fn new(a: Vec3, b: Vec3) -> Self {
-        Self { offset: a - b, a, b }
+        Self {
+            offset: a - b,
+            a,
+            b,
+        }
     }
 }
 
@@ -39,7 +44,13 @@ struct Simplex {
 
 /// Closest points of two convex cores; equal, or as good as, where they overlap.
 pub(super) fn closest(a: &Core, b: &Core) -> (Vec3, Vec3) {
-    let middle = |core: &Core| Piece { core: *core, radius: 0.0 }.center();
+    let middle = |core: &Core| {
+        Piece {
+            core: *core,
+            radius: 0.0,
+        }
+        .center()
+    };
     polish(a, b, descend(a, b, (middle(a), middle(b))).points)
 }
 
@@ -70,11 +81,12 @@ fn descend(a: &Core, b: &Core, start: (Vec3, Vec3)) -> Nearest {
     best
 }
 
-/// Goes to and fro between the cores, each time to the nearest point, and takes the points whose direction
-/// has the widest gap. The length alone would not tell: it hardly changes with points that slide along a side,
-/// while the gap shrinks in proportion.
+/// Goes to and fro between the cores, each time to the nearest point, and takes the points whose
+/// direction has the widest gap. The length alone would not tell: it hardly changes with points
+/// that slide along a side, while the gap shrinks in proportion.
 fn polish(a: &Core, b: &Core, mut points: (Vec3, Vec3)) -> (Vec3, Vec3) {
-    let (mut best, mut widest) = (points, f64::NEG_INFINITY);
+    let mut best = points;
+    let mut widest = f64::NEG_INFINITY;
     for _ in 0..MOST_ROUNDS {
         let offset = points.0 - points.1;
         let length = offset.length();
@@ -83,7 +95,8 @@ fn polish(a: &Core, b: &Core, mut points: (Vec3, Vec3)) -> (Vec3, Vec3) {
         }
         let gap = gap_of_cores(a, b, offset / length);
         if gap > widest {
-            (best, widest) = (points, gap);
+            best = points;
+            widest = gap;
         }
         if length - gap <= CLOSE_ENOUGH * (1.0 + length) {
             break;
@@ -96,7 +109,9 @@ fn polish(a: &Core, b: &Core, mut points: (Vec3, Vec3)) -> (Vec3, Vec3) {
 
 impl Simplex {
     fn holds(&self, vertex: &Vertex) -> bool {
-        self.vertices[..self.len].iter().any(|known| known.offset == vertex.offset)
+        self.vertices[..self.len]
+            .iter()
+            .any(|known| known.offset == vertex.offset)
     }
 
     fn push(&mut self, vertex: Vertex) {
@@ -104,8 +119,8 @@ impl Simplex {
         self.len += 1;
     }
 
-    /// Point of the hull closest to the origin; keeps only the vertices that it is made of: all four where
-    /// the origin is inside.
+    /// Point of the hull closest to the origin; keeps only the vertices that it is made of: all
+    /// four where the origin is inside.
     fn reduce(&mut self) -> Vertex {
         let offsets = self.vertices.map(|vertex| vertex.offset);
         self.weights = match self.len {
@@ -142,22 +157,36 @@ impl Simplex {
 fn on_edge(a: Vec3, b: Vec3) -> [f64; 2] {
     let along = b - a;
     let square = along.length_squared();
-    let v = if square > 0.0 { (-a.dot(along) / square).clamp(0.0, 1.0) } else { 0.0 };
+    let v = if square > 0.0 {
+        (-a.dot(along) / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
     [1.0 - v, v]
 }
 
 /// The same for a triangle: inside, if all weights are positive, else on its nearest edge.
 fn on_face(a: Vec3, b: Vec3, c: Vec3) -> [f64; 3] {
     let normal = (b - a).cross(c - a);
-    let weights = [normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b))];
+    let weights = [
+        normal.dot(b.cross(c)),
+        normal.dot(c.cross(a)),
+        normal.dot(a.cross(b)),
+    ];
     if weights.iter().all(|w| *w > 0.0) {
-        // Their own sum, not the normal's square, which for a sliver differs: the point stays in the plane.
+        // Their own sum, not the normal's square, which for a sliver differs: the point stays in
+        // the plane.
         let sum: f64 = weights.iter().sum();
         return weights.map(|w| w / sum);
     }
-    let ([ab, ba], [bc, cb], [ca, ac]) = (on_edge(a, b), on_edge(b, c), on_edge(c, a));
-    let options =
-        [([ab, ba, 0.0], a * ab + b * ba), ([0.0, bc, cb], b * bc + c * cb), ([ac, 0.0, ca], c * ca + a * ac)];
+    let [ab, ba] = on_edge(a, b);
+    let [bc, cb] = on_edge(b, c);
+    let [ca, ac] = on_edge(c, a);
+    let options = [
+        ([ab, ba, 0.0], a * ab + b * ba),
+        ([0.0, bc, cb], b * bc + c * cb),
+        ([ac, 0.0, ca], c * ca + a * ac),
+    ];
     least(options)
 }
 
@@ -179,7 +208,9 @@ fn on_solid(p: &[Vec3; 4]) -> [f64; 4] {
     least(FACES.map(|[i, j, k, _]| {
         let face = on_face(p[i], p[j], p[k]);
         let mut weights = [0.0; 4];
-        (weights[i], weights[j], weights[k]) = (face[0], face[1], face[2]);
+        weights[i] = face[0];
+        weights[j] = face[1];
+        weights[k] = face[2];
         (weights, p[i] * face[0] + p[j] * face[1] + p[k] * face[2])
     }))
 }

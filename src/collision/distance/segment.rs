@@ -15,19 +15,29 @@ pub(super) fn closest(p: Vec3, q: Vec3, other: &Core) -> (Vec3, Vec3) {
             (on_segment, on_triangle)
         }
         Core::Box { center, axes, half } => to_box(p, q, center, axes, half),
-        Core::Cylinder { center, axes, half_height, radius } => {
-            let (start, along) = (axes.transpose() * (p - center), axes.transpose() * (q - p));
+        Core::Cylinder {
+            center,
+            axes,
+            half_height,
+            radius,
+        } => {
+            let start = axes.transpose() * (p - center);
+            let along = axes.transpose() * (q - p);
             let on_segment = p + (q - p) * nearest_to_cylinder(start, along, half_height, radius);
             (on_segment, closest_on(other, on_segment))
         }
     }
 }
 
-/// Closest points of two segments (Ericson, Real-Time Collision Detection, 5.1.9). The place on the first
-/// line comes from cross products: for segments all but parallel the usual determinant is all rounding.
+/// Closest points of two segments (Ericson, Real-Time Collision Detection, 5.1.9). The place on the
+/// first line comes from cross products: for segments all but parallel the usual determinant is all
+/// rounding.
 pub(super) fn to_segment(a0: Vec3, a1: Vec3, b0: Vec3, b1: Vec3) -> (Vec3, Vec3) {
-    let (da, db, r) = (a1 - a0, b1 - b0, a0 - b0);
-    let (aa, bb) = (da.length_squared(), db.length_squared());
+    let da = a1 - a0;
+    let db = b1 - b0;
+    let r = a0 - b0;
+    let aa = da.length_squared();
+    let bb = db.length_squared();
     if aa <= 0.0 {
         return (a0, on_segment(b0, b1, a0));
     }
@@ -36,8 +46,13 @@ pub(super) fn to_segment(a0: Vec3, a1: Vec3, b0: Vec3, b1: Vec3) -> (Vec3, Vec3)
     }
     let across = da.cross(db);
     let square = across.length_squared();
-    let mut s = if square > 0.0 { (db.cross(r).dot(across) / square).clamp(0.0, 1.0) } else { 0.0 };
-    let (ab, f) = (da.dot(db), db.dot(r));
+    let mut s = if square > 0.0 {
+        (db.cross(r).dot(across) / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    let ab = da.dot(db);
+    let f = db.dot(r);
     let mut t = (ab * s + f) / bb;
     if !(0.0..=1.0).contains(&t) {
         t = t.clamp(0.0, 1.0);
@@ -49,7 +64,8 @@ pub(super) fn to_segment(a0: Vec3, a1: Vec3, b0: Vec3, b1: Vec3) -> (Vec3, Vec3)
 /// The squared distance to a box is convex and piecewise quadratic along the segment: its slope is
 /// linear between the places where the segment crosses a plane of the box's faces.
 fn to_box(p: Vec3, q: Vec3, center: Vec3, axes: Mat3, half: Vec3) -> (Vec3, Vec3) {
-    let (start, along) = (axes.transpose() * (p - center), axes.transpose() * (q - p));
+    let start = axes.transpose() * (p - center);
+    let along = axes.transpose() * (q - p);
     let outside = |s: f64| {
         let x = start + along * s;
         x - x.clamp(-half, half)
@@ -58,8 +74,10 @@ fn to_box(p: Vec3, q: Vec3, center: Vec3, axes: Mat3, half: Vec3) -> (Vec3, Vec3
         let x = start + along * s;
         (p + (q - p) * s, center + axes * x.clamp(-half, half))
     };
-    let (mut low, mut high) = (0.0, 1.0);
-    let (mut falling, mut rising) = (along.dot(outside(0.0)), along.dot(outside(1.0)));
+    let mut low = 0.0;
+    let mut high = 1.0;
+    let mut falling = along.dot(outside(0.0));
+    let mut rising = along.dot(outside(1.0));
     if falling >= 0.0 {
         return place(0.0);
     }
@@ -72,9 +90,11 @@ fn to_box(p: Vec3, q: Vec3, center: Vec3, axes: Mat3, half: Vec3) -> (Vec3, Vec3
             if s > low && s < high {
                 let slope = along.dot(outside(s));
                 if slope < 0.0 {
-                    (low, falling) = (s, slope);
+                    low = s;
+                    falling = slope;
                 } else {
-                    (high, rising) = (s, slope);
+                    high = s;
+                    rising = slope;
                 }
             }
         }
@@ -82,29 +102,35 @@ fn to_box(p: Vec3, q: Vec3, center: Vec3, axes: Mat3, half: Vec3) -> (Vec3, Vec3
     place(low + (high - low) * (falling / (falling - rising)))
 }
 
-/// Place of the segment's point closest to an upright cylinder. The squared distance is convex along the
-/// segment, so its slope has one change of sign, which false position (with the Illinois rule) encloses.
+/// Place of the segment's point closest to an upright cylinder. The squared distance is convex
+/// along the segment, so its slope has one change of sign, which false position (with the Illinois
+/// rule) encloses.
 fn nearest_to_cylinder(start: Vec3, along: Vec3, half_height: f64, radius: f64) -> f64 {
     let slope = |s: f64| {
         let x = start + along * s;
         along.dot(x - point::in_upright_cylinder(half_height, radius, x))
     };
-    let (mut low, mut high) = (0.0, 1.0);
-    let (mut falling, mut rising) = (slope(0.0), slope(1.0));
+    let mut low = 0.0;
+    let mut high = 1.0;
+    let mut falling = slope(0.0);
+    let mut rising = slope(1.0);
     if falling >= 0.0 {
         return 0.0;
     }
     if rising <= 0.0 {
         return 1.0;
     }
-    // Between the places where the segment crosses the planes of the lids and the side, the slope is smooth.
+    // Between the places where the segment crosses the planes of the lids and the side, the slope
+    // is smooth.
     for s in crossings(start, along, half_height, radius) {
         if s > low && s < high {
             let here = slope(s);
             if here < 0.0 {
-                (low, falling) = (s, here);
+                low = s;
+                falling = here;
             } else {
-                (high, rising) = (s, here);
+                high = s;
+                rising = here;
             }
         }
     }
@@ -118,25 +144,36 @@ fn nearest_to_cylinder(start: Vec3, along: Vec3, half_height: f64, radius: f64) 
         }
         let is_low = here < 0.0;
         if is_low {
-            (low, falling) = (s, here);
+            low = s;
+            falling = here;
             rising *= if last_was_low == Some(true) { 0.5 } else { 1.0 };
         } else {
-            (high, rising) = (s, here);
-            falling *= if last_was_low == Some(false) { 0.5 } else { 1.0 };
+            high = s;
+            rising = here;
+            falling *= if last_was_low == Some(false) {
+                0.5
+            } else {
+                1.0
+            };
         }
         last_was_low = Some(is_low);
     }
     low + (high - low) * 0.5
 }
 
-/// Places where a line crosses the planes of the lids and the side of an upright cylinder; not finite where
-/// it does not.
+/// Places where a line crosses the planes of the lids and the side of an upright cylinder; not
+/// finite where it does not.
 fn crossings(start: Vec3, along: Vec3, half_height: f64, radius: f64) -> [f64; 4] {
     let square = along.x * along.x + along.y * along.y;
     let middle = -(start.x * along.x + start.y * along.y) / square;
     let beside = (start.x * along.y - start.y * along.x).powi(2) / square;
     let reach = ((radius * radius - beside) / square).sqrt();
-    [(-half_height - start.z) / along.z, (half_height - start.z) / along.z, middle - reach, middle + reach]
+    [
+        (-half_height - start.z) / along.z,
+        (half_height - start.z) / along.z,
+        middle - reach,
+        middle + reach,
+    ]
 }
 
 /// Far more than false position needs.

@@ -1,8 +1,8 @@
 //! Triangles against cores, in closed form.
 //!
-//! Where a closest point is inside the triangle, the direction is the triangle's normal, and the other
-//! core's point lowest along it is a closest one, or else the closest points that do not lie inside reach
-//! an edge. So the lowest point and the three edges are all that need be tried.
+//! Where a closest point is inside the triangle, the direction is the triangle's normal, and the
+//! other core's point lowest along it is a closest one, or else the closest points that do not lie
+//! inside reach an edge. So the lowest point and the three edges are all that need be tried.
 
 use super::{Nearest, is_certain, segment};
 use crate::collision::piece::Core;
@@ -31,7 +31,11 @@ pub(super) fn to_solid(triangle: [Vec3; 3], other: &Core) -> (Vec3, Vec3) {
         let mut best = Nearest::default();
         for (a, b) in edges(triangle) {
             let points = segment::closest(a, b, other);
-            if is_certain(&Core::Triangle(triangle[0], triangle[1], triangle[2]), other, points) {
+            if is_certain(
+                &Core::Triangle(triangle[0], triangle[1], triangle[2]),
+                other,
+                points,
+            ) {
                 return points;
             }
             best.offer(points);
@@ -50,14 +54,20 @@ pub(super) fn to_triangle(first: [Vec3; 3], second: [Vec3; 3]) -> (Vec3, Vec3) {
     }
     // The edges that meet at the corners which look at each other are most often the closest.
     let between = second[0] + second[1] + second[2] - first[0] - first[1] - first[2];
-    let (first, second) = (corner_second(first, between), corner_second(second, -between));
+    let first = corner_second(first, between);
+    let second = corner_second(second, -between);
     let mut best = Nearest::default();
     for i in 0..3 {
-        let (a, b, behind_a) = (first[i], first[(i + 1) % 3], first[(i + 2) % 3]);
+        let a = first[i];
+        let b = first[(i + 1) % 3];
+        let behind_a = first[(i + 2) % 3];
         for j in 0..3 {
-            let (c, d, behind_c) = (second[j], second[(j + 1) % 3], second[(j + 2) % 3]);
+            let c = second[j];
+            let d = second[(j + 1) % 3];
+            let behind_c = second[(j + 2) % 3];
             let (x, y) = segment::to_segment(a, b, c, d);
-            // Where both third corners lie behind the two points, a slab parts the triangles: nothing is closer.
+            // Where both third corners lie behind the two points, a slab parts the triangles:
+            // nothing is closer.
             let offset = y - x;
             if (behind_a - x).dot(offset) <= 0.0 && (behind_c - y).dot(offset) >= 0.0 {
                 return (x, y);
@@ -68,13 +78,14 @@ pub(super) fn to_triangle(first: [Vec3; 3], second: [Vec3; 3]) -> (Vec3, Vec3) {
     best.points
 }
 
-/// The closest points of a triangle and a convex solid if one is inside the triangle, and a common point
-/// if the solid passes through the inside. `corners` are the solid's own, or those of its points that
-/// lie lowest and highest above the triangle.
+/// The closest points of a triangle and a convex solid if one is inside the triangle, and a common
+/// point if the solid passes through the inside. `corners` are the solid's own, or those of its
+/// points that lie lowest and highest above the triangle.
 fn seen_from_face<const N: usize>(triangle: [Vec3; 3], corners: [Vec3; N]) -> Option<(Vec3, Vec3)> {
     let normal = normal(triangle);
     let heights = corners.map(|corner| normal.dot(corner - triangle[0]));
-    let nearest = |sign: f64| (0..N).min_by(|&i, &j| (sign * heights[i]).total_cmp(&(sign * heights[j])));
+    let nearest =
+        |sign: f64| (0..N).min_by(|&i, &j| (sign * heights[i]).total_cmp(&(sign * heights[j])));
     let lowest = if heights.iter().all(|h| *h > 0.0) {
         nearest(1.0)?
     } else if heights.iter().all(|h| *h < 0.0) {
@@ -83,7 +94,8 @@ fn seen_from_face<const N: usize>(triangle: [Vec3; 3], corners: [Vec3; N]) -> Op
         return (0..N).find_map(|i| {
             let j = (i + 1) % N;
             let passes = (heights[i] > 0.0) != (heights[j] > 0.0);
-            let at = corners[i] + (corners[j] - corners[i]) * (heights[i] / (heights[i] - heights[j]));
+            let at =
+                corners[i] + (corners[j] - corners[i]) * (heights[i] / (heights[i] - heights[j]));
             (passes && is_over(triangle, normal, at)).then_some((at, at))
         });
     };
@@ -92,10 +104,12 @@ fn seen_from_face<const N: usize>(triangle: [Vec3; 3], corners: [Vec3; N]) -> Op
     is_over(triangle, normal, foot).then_some((foot, corner))
 }
 
-/// The triangle from another of its corners on, so that the second is the one farthest along a direction:
-/// the first two edges meet there.
+/// The triangle from another of its corners on, so that the second is the one farthest along a
+/// direction: the first two edges meet there.
 fn corner_second([a, b, c]: [Vec3; 3], direction: Vec3) -> [Vec3; 3] {
-    let (u, v, w) = (direction.dot(a), direction.dot(b), direction.dot(c));
+    let u = direction.dot(a);
+    let v = direction.dot(b);
+    let w = direction.dot(c);
     if v >= u && v >= w {
         [a, b, c]
     } else if w >= u {
@@ -112,7 +126,9 @@ fn normal([a, b, c]: [Vec3; 3]) -> Vec3 {
 
 /// Whether a point of the triangle's plane is in the triangle.
 fn is_over(triangle: [Vec3; 3], normal: Vec3, point: Vec3) -> bool {
-    edges(triangle).iter().all(|(a, b)| (*b - *a).cross(point - *a).dot(normal) >= 0.0)
+    edges(triangle)
+        .iter()
+        .all(|(a, b)| (*b - *a).cross(point - *a).dot(normal) >= 0.0)
 }
 
 fn edges([a, b, c]: [Vec3; 3]) -> [(Vec3, Vec3); 3] {

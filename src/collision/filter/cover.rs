@@ -19,7 +19,10 @@ impl Ball {
     /// The ball around what the ball encloses, made thicker by `padding` (m).
     #[must_use]
     pub fn padded(&self, padding: f64) -> Self {
-        Self { radius: (self.radius + padding) * (1.0 + ROUNDING), ..*self }
+        Self {
+            radius: (self.radius + padding) * (1.0 + ROUNDING),
+            ..*self
+        }
     }
 }
 
@@ -41,10 +44,15 @@ pub fn balls(tree: &BallTree) -> Vec<Ball> {
         let ball = tree.ball(index);
         match ball.content {
             // Everything that is not a triangle is worth its own balls.
-            Content::Balls(left, right) if open.len() + balls.len() < MESH_BALLS || !is_mesh(tree) => {
+            Content::Balls(left, right)
+                if open.len() + balls.len() < MESH_BALLS || !is_mesh(tree) =>
+            {
                 open.extend([left, right]);
             }
-            Content::Balls(..) => balls.push(Ball { center: ball.center, radius: ball.radius }),
+            Content::Balls(..) => balls.push(Ball {
+                center: ball.center,
+                radius: ball.radius,
+            }),
             Content::Piece(piece) => slices(&tree.pieces()[piece as usize], &mut balls),
         }
     }
@@ -52,45 +60,79 @@ pub fn balls(tree: &BallTree) -> Vec<Ball> {
 }
 
 fn is_mesh(tree: &BallTree) -> bool {
-    tree.pieces().iter().any(|piece| matches!(piece.core, Core::Triangle(..)))
+    tree.pieces()
+        .iter()
+        .any(|piece| matches!(piece.core, Core::Triangle(..)))
 }
 
 fn widest(open: &[u32], tree: &BallTree) -> Option<usize> {
-    (0..open.len()).max_by(|&i, &j| tree.ball(open[i]).radius.total_cmp(&tree.ball(open[j]).radius))
+    (0..open.len()).max_by(|&i, &j| {
+        tree.ball(open[i])
+            .radius
+            .total_cmp(&tree.ball(open[j]).radius)
+    })
 }
 
 /// Cuts a piece across its longest direction, so that each slice is about as long as it is wide.
 fn slices(piece: &Piece, balls: &mut Vec<Ball>) {
     let (center, along, half, across) = match piece.core {
         Core::Point(a) => (a, Vec3::ZERO, 0.0, 0.0),
-        Core::Segment(a, b) => ((a + b) / 2.0, (b - a).normalize_or_zero(), a.distance(b) / 2.0, 0.0),
+        Core::Segment(a, b) => (
+            (a + b) / 2.0,
+            (b - a).normalize_or_zero(),
+            a.distance(b) / 2.0,
+            0.0,
+        ),
         Core::Box { center, axes, half } => {
-            let long = (0..3).max_by(|&i, &j| half[i].total_cmp(&half[j])).unwrap_or(0);
-            let across = (half.length_squared() - half[long] * half[long]).max(0.0).sqrt();
+            let long = (0..3)
+                .max_by(|&i, &j| half[i].total_cmp(&half[j]))
+                .unwrap_or(0);
+            let across = (half.length_squared() - half[long] * half[long])
+                .max(0.0)
+                .sqrt();
             (center, axes.col(long), half[long], across)
         }
-        Core::Cylinder { center, axes, half_height, radius } => (center, axes.z_axis, half_height, radius),
+        Core::Cylinder {
+            center,
+            axes,
+            half_height,
+            radius,
+        } => (center, axes.z_axis, half_height, radius),
         Core::Triangle(..) => {
             let center = piece.center();
-            return balls.push(Ball { center, radius: piece.farthest(center) * (1.0 + ROUNDING) });
+            return balls.push(Ball {
+                center,
+                radius: piece.farthest(center) * (1.0 + ROUNDING),
+            });
         }
     };
-    let width = (across + piece.radius).max(half / SLICES as f64).max(f64::MIN_POSITIVE);
+    let width = (across + piece.radius)
+        .max(half / SLICES as f64)
+        .max(f64::MIN_POSITIVE);
     let count = (half / width).ceil().clamp(1.0, SLICES as f64);
     let step = half / count;
     for slice in 0..count as usize {
         let at = center + along * (step * (2 * slice + 1) as f64 - half);
-        balls.push(Ball { center: at, radius: (across.hypot(step) + piece.radius) * (1.0 + ROUNDING) });
+        balls.push(Ball {
+            center: at,
+            radius: (across.hypot(step) + piece.radius) * (1.0 + ROUNDING),
+        });
     }
 }
 
-/// A nearly smallest ball around balls: the centre walks towards the farthest by ever smaller steps.
+/// A nearly smallest ball around balls: the centre walks towards the farthest by ever smaller
+/// steps.
 pub fn around(balls: &[Ball]) -> Ball {
     let mut center = balls.iter().map(|ball| ball.center).sum::<Vec3>() / balls.len() as f64;
-    let mut best = Ball { center, radius: f64::INFINITY };
+    let mut best = Ball {
+        center,
+        radius: f64::INFINITY,
+    };
     for step in 0..64 {
         let reach = |ball: &Ball| ball.center.distance(center) + ball.radius;
-        let Some(farthest) = balls.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else { break };
+        let Some(farthest) = balls.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else {
+            break;
+        };
         let radius = reach(farthest) * (1.0 + ROUNDING);
         if radius < best.radius {
             best = Ball { center, radius };
@@ -100,7 +142,8 @@ pub fn around(balls: &[Ball]) -> Ball {
     best
 }
 
-/// Groups the balls into clusters, near ones together; returns where each cluster begins, and the end.
+/// Groups the balls into clusters, near ones together; returns where each cluster begins, and the
+/// end.
 pub fn cluster(balls: &mut [Ball]) -> Vec<usize> {
     let mut starts = Vec::new();
     group(balls, 0, &mut starts);
@@ -114,9 +157,13 @@ fn group(balls: &mut [Ball], first: usize, starts: &mut Vec<usize>) {
     }
     let (low, high) = balls
         .iter()
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), ball| (low.min(ball.center), high.max(ball.center)));
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), ball| {
+            (low.min(ball.center), high.max(ball.center))
+        });
     let size = high - low;
-    let axis = (0..3).max_by(|&i, &j| size[i].total_cmp(&size[j])).unwrap_or(0);
+    let axis = (0..3)
+        .max_by(|&i, &j| size[i].total_cmp(&size[j]))
+        .unwrap_or(0);
     balls.sort_by(|a, b| a.center[axis].total_cmp(&b.center[axis]));
     let half = balls.len() / 2;
     let (left, right) = balls.split_at_mut(half);

@@ -16,8 +16,8 @@ use cover::Ball;
 pub use object_tree::ObjectNode;
 pub use objects::{FilterObject, Hull, HullCore, SolidHulls};
 
-/// Obstacles that stay farther than this (m) from a body in every configuration are not looked at for
-/// clearances below it.
+/// Obstacles that stay farther than this (m) from a body in every configuration are not looked at
+/// for clearances below it.
 pub const REMOTE_M: f64 = 0.1;
 
 /// A ball in its frame.
@@ -34,7 +34,8 @@ pub struct FilterBall {
 pub struct Hop {
     /// Its motion in the lanes.
     pub motion: usize,
-    /// Distance from its axis (ball: centre) to the farthest point of the body (m), translations below at rest.
+    /// Distance from its axis (ball: centre) to the farthest point of the body (m), translations
+    /// below at rest.
     pub reach: f32,
 }
 
@@ -93,7 +94,8 @@ pub struct Filter {
     pub near: Vec<Arc<Vec<ObjectNode>>>,
     /// For each body, the obstacles that it is always farther from than [`REMOTE_M`].
     pub remote: Vec<Arc<Vec<ObjectNode>>>,
-    /// Columns of translations and their ranges (m), outside of which what was taken for remote may not be.
+    /// Columns of translations and their ranges (m), outside of which what was taken for remote may
+    /// not be.
     pub confines: Arc<[(usize, std::ops::RangeInclusive<f64>)]>,
     /// Pairs of two bodies of the robot.
     pub own: Arc<[u32]>,
@@ -106,24 +108,50 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// Balls and boxes for the bodies of a model, of which the first `robot_bodies` move with the robot.
-    pub fn new(robot: &RobotModel, bodies: &[Body], robot_bodies: usize, pairs: &[BodyPair]) -> Self {
+    /// Balls and boxes for the bodies of a model, of which the first `robot_bodies` move with the
+    /// robot.
+    pub fn new(
+        robot: &RobotModel,
+        bodies: &[Body],
+        robot_bodies: usize,
+        pairs: &[BodyPair],
+    ) -> Self {
         let skeleton = Skeleton::new(robot, |joint| super::body::rest_value(robot, joint));
         let objects = bodies[robot_bodies..].iter();
-        let objects = objects.map(|body| FilterObject::new(&body.solid.hulls, &body.place)).collect();
-        let of_body = |body: &Body| body.chain.iter().map(|motion| motion.reach).fold(body.ball().radius, f64::max);
-        let reach = bodies[..robot_bodies].iter().map(of_body).fold(1e-3, f64::max);
-        let pair = |pair: &BodyPair| FilterPair { body: pair.a, partner: partner(bodies, robot_bodies, pair) };
+        let objects = objects
+            .map(|body| FilterObject::new(&body.solid.hulls, &body.place))
+            .collect();
+        let of_body = |body: &Body| {
+            body.chain
+                .iter()
+                .map(|motion| motion.reach)
+                .fold(body.ball().radius, f64::max)
+        };
+        let reach = bodies[..robot_bodies]
+            .iter()
+            .map(of_body)
+            .fold(1e-3, f64::max);
+        let pair = |pair: &BodyPair| FilterPair {
+            body: pair.a,
+            partner: partner(bodies, robot_bodies, pair),
+        };
         let is_own = |&index: &u32| pairs[index as usize].b < robot_bodies;
-        let confines = robot.joints().iter().filter_map(|joint| match (joint.kind, joint.drive) {
-            (JointKind::Prismatic, Drive::Variable { q, .. }) => {
-                Some((q, robot.variables()[q].hard_lower..=robot.variables()[q].hard_upper))
-            }
-            _ => None,
-        });
+        let confines = robot
+            .joints()
+            .iter()
+            .filter_map(|joint| match (joint.kind, joint.drive) {
+                (JointKind::Prismatic, Drive::Variable { q, .. }) => Some((
+                    q,
+                    robot.variables()[q].hard_lower..=robot.variables()[q].hard_upper,
+                )),
+                _ => None,
+            });
         let mut filter = Self {
             blur: 2.0 * skeleton.relative_rounding() as f32,
-            bodies: bodies[..robot_bodies].iter().map(|body| FilterBody::new(body, &skeleton)).collect(),
+            bodies: bodies[..robot_bodies]
+                .iter()
+                .map(|body| FilterBody::new(body, &skeleton))
+                .collect(),
             skeleton: Arc::new(skeleton),
             objects,
             pairs: pairs.iter().map(pair).collect(),
@@ -132,7 +160,10 @@ impl Filter {
             confines: confines.collect(),
             own: (0..pairs.len() as u32).filter(is_own).collect(),
             reach,
-            stays: bodies[..robot_bodies].iter().map(|body| confinement(robot, body)).collect(),
+            stays: bodies[..robot_bodies]
+                .iter()
+                .map(|body| confinement(robot, body))
+                .collect(),
         };
         filter.plant(&vec![[true; 2]; robot_bodies]);
         filter
@@ -144,7 +175,8 @@ impl Filter {
         let mut has_moved = vec![false; filter.objects.len()];
         for body in moved {
             let object = body - filter.bodies.len();
-            filter.objects[object] = FilterObject::new(&bodies[body].solid.hulls, &bodies[body].place);
+            filter.objects[object] =
+                FilterObject::new(&bodies[body].solid.hulls, &bodies[body].place);
             has_moved[object] = true;
         }
         let mut stale = vec![[false; 2]; filter.bodies.len()];
@@ -152,7 +184,9 @@ impl Filter {
             match pair.partner {
                 Partner::Object(object) if has_moved[object] => {
                     let sides = [self, &filter].map(|filter| filter.is_remote(pair.body, object));
-                    sides.into_iter().for_each(|side| stale[pair.body][usize::from(side)] = true);
+                    sides
+                        .into_iter()
+                        .for_each(|side| stale[pair.body][usize::from(side)] = true);
                 }
                 _ => {}
             }
@@ -163,11 +197,13 @@ impl Filter {
 
     /// Whether an obstacle is always farther from a body than [`REMOTE_M`].
     fn is_remote(&self, body: usize, object: usize) -> bool {
-        let is_far = |Ball { center, radius }| self.objects[object].distance(center) > radius + REMOTE_M;
+        let is_far =
+            |Ball { center, radius }| self.objects[object].distance(center) > radius + REMOTE_M;
         self.stays[body].is_some_and(is_far)
     }
 
-    /// Makes trees over the obstacles: for each body, that of those which it can come near, and of the others.
+    /// Makes trees over the obstacles: for each body, that of those which it can come near, and of
+    /// the others.
     fn plant(&mut self, stale: &[[bool; 2]]) {
         let mut leaves = vec![[Vec::new(), Vec::new()]; stale.len()];
         for (index, pair) in self.pairs.iter().enumerate() {
@@ -195,18 +231,26 @@ fn partner(bodies: &[Body], robot_bodies: usize, pair: &BodyPair) -> Partner {
     }
     let below = |body: usize| {
         let is_below = |link| pair.ancestor.is_none_or(|ancestor| link > ancestor);
-        let mut joints: Vec<_> = bodies[body].chain.iter().map(|motion| motion.joint).collect();
+        let mut joints: Vec<_> = bodies[body]
+            .chain
+            .iter()
+            .map(|motion| motion.joint)
+            .collect();
         joints.dedup();
         joints.into_iter().filter(|&joint| is_below(joint)).count()
     };
-    Partner::Body { body: pair.b, hops: [below(pair.a), below(pair.b)] }
+    Partner::Body {
+        body: pair.b,
+        hops: [below(pair.a), below(pair.b)],
+    }
 }
 
 impl Filter {
-    /// Whether the filter sees the distance of every pair as it is, up to rounding: the robot is made of balls,
-    /// and every obstacle is a ball, box, cylinder or capsule or several of them.
+    /// Whether the filter sees the distance of every pair as it is, up to rounding: the robot is
+    /// made of balls, and every obstacle is a ball, box, cylinder or capsule or several of them.
     pub fn is_exact(&self) -> bool {
-        self.bodies.iter().all(|body| body.is_exact) && self.objects.iter().all(|object| object.is_exact)
+        self.bodies.iter().all(|body| body.is_exact)
+            && self.objects.iter().all(|object| object.is_exact)
     }
 }
 
@@ -220,29 +264,50 @@ impl FilterBody {
         let starts = cover::cluster(&mut balls);
         let single = |ball: &Ball| FilterBall {
             center: ball.center.to_array().map(|value| value as f32),
-            radius: (ball.radius + skeleton.rounding(ball.center.length() + ball.radius)) as f32 * (1.0 + f32::EPSILON),
+            radius: (ball.radius + skeleton.rounding(ball.center.length() + ball.radius)) as f32
+                * (1.0 + f32::EPSILON),
         };
-        let clusters = starts.windows(2).map(|w| (single(&cover::around(&balls[w[0]..w[1]])), w[0]..w[1])).collect();
+        let clusters = starts
+            .windows(2)
+            .map(|w| (single(&cover::around(&balls[w[0]..w[1]])), w[0]..w[1]))
+            .collect();
         let mut hops: Vec<Hop> = Vec::new();
         for motion in body.chain.iter().rev() {
-            let Some(index) = skeleton.motion_of(motion.joint) else { continue };
+            let Some(index) = skeleton.motion_of(motion.joint) else {
+                continue;
+            };
             let reach = match motion.kind {
                 MotionKind::Translation(_) => 0.0,
                 MotionKind::Axis | MotionKind::Ball => motion.reach as f32 * (1.0 + f32::EPSILON),
             };
             match hops.last_mut() {
                 Some(hop) if hop.motion == index => hop.reach = hop.reach.max(reach),
-                _ => hops.push(Hop { motion: index, reach }),
+                _ => hops.push(Hop {
+                    motion: index,
+                    reach,
+                }),
             }
         }
         let root = single(&cover::around(&balls));
-        let is_exact = body.solid.tree.pieces().iter().all(|piece| matches!(piece.core, Core::Point(_)));
-        Self { frame, root, clusters, balls: balls.iter().map(single).collect(), hops, is_exact }
+        let is_exact = body
+            .solid
+            .tree
+            .pieces()
+            .iter()
+            .all(|piece| matches!(piece.core, Core::Point(_)));
+        Self {
+            frame,
+            root,
+            clusters,
+            balls: balls.iter().map(single).collect(),
+            hops,
+            is_exact,
+        }
     }
 }
 
-/// Ball in the world that the body never leaves as long as translations keep their limits; `None` where there
-/// is no such ball.
+/// Ball in the world that the body never leaves as long as translations keep their limits; `None`
+/// where there is no such ball.
 fn confinement(robot: &RobotModel, body: &Body) -> Option<Ball> {
     let mut ball = body.ball();
     let mut at = body.link;
@@ -252,16 +317,26 @@ fn confinement(robot: &RobotModel, body: &Body) -> Option<Ball> {
             JointKind::Fixed => {}
             JointKind::Revolute | JointKind::Continuous => {
                 let on_axis = joint.axis * ball.center.dot(joint.axis);
-                ball = Ball { center: on_axis, radius: ball.radius + ball.center.distance(on_axis) };
+                ball = Ball {
+                    center: on_axis,
+                    radius: ball.radius + ball.center.distance(on_axis),
+                };
             }
             JointKind::Prismatic => {
-                let Drive::Variable { q, .. } = joint.drive else { return None };
-                let (lower, upper) = (robot.variables()[q].hard_lower, robot.variables()[q].hard_upper);
-                let (middle, half) = ((lower + upper) / 2.0, (upper - lower) / 2.0);
+                let Drive::Variable { q, .. } = joint.drive else {
+                    return None;
+                };
+                let lower = robot.variables()[q].hard_lower;
+                let upper = robot.variables()[q].hard_upper;
+                let middle = (lower + upper) / 2.0;
+                let half = (upper - lower) / 2.0;
                 if !half.is_finite() {
                     return None;
                 }
-                ball = Ball { center: ball.center + joint.axis * middle, radius: ball.radius + half };
+                ball = Ball {
+                    center: ball.center + joint.axis * middle,
+                    radius: ball.radius + half,
+                };
             }
             JointKind::Planar | JointKind::Floating => return None,
         }

@@ -21,7 +21,11 @@ const BUNCH: usize = 6;
 
 /// A tree over `(pair, object)` leaves, given by pair; a few leaves need none.
 pub fn tree(leaves: &[(u32, u32)], objects: &[FilterObject]) -> Vec<ObjectNode> {
-    let leaf = |&(pair, object): &(u32, u32)| Leaf { pair, object, middle: objects[object as usize].middle };
+    let leaf = |&(pair, object): &(u32, u32)| Leaf {
+        pair,
+        object,
+        middle: objects[object as usize].middle,
+    };
     let mut leaves: Vec<_> = leaves.iter().map(leaf).collect();
     let mut nodes = Vec::with_capacity(leaves.len() * 3 / 2);
     grow(&mut leaves, objects, &mut nodes, Order::default());
@@ -36,8 +40,8 @@ struct Leaf {
     middle: [f64; 3],
 }
 
-/// How leaves are in order below some splits: as if they had been sorted at each of them by the middle along its
-/// axis, the last time last, and equal ones had stayed as they were.
+/// How leaves are in order below some splits: as if they had been sorted at each of them by the
+/// middle along its axis, the last time last, and equal ones had stayed as they were.
 #[derive(Clone, Copy, Default)]
 struct Order {
     /// Axes of the splits, the last first, each once.
@@ -47,8 +51,14 @@ struct Order {
 
 impl Order {
     fn after(self, axis: usize) -> Self {
-        let mut next = Self { axes: [axis; 3], count: 1 };
-        for &other in self.axes[..self.count].iter().filter(|&&other| other != axis) {
+        let mut next = Self {
+            axes: [axis; 3],
+            count: 1,
+        };
+        for &other in self.axes[..self.count]
+            .iter()
+            .filter(|&&other| other != axis)
+        {
             next.axes[next.count] = other;
             next.count += 1;
         }
@@ -57,7 +67,10 @@ impl Order {
 
     fn compare(&self, a: &Leaf, b: &Leaf) -> Ordering {
         let along = |&axis: &usize| a.middle[axis].total_cmp(&b.middle[axis]);
-        let unequal = self.axes[..self.count].iter().map(along).find(|order| order.is_ne());
+        let unequal = self.axes[..self.count]
+            .iter()
+            .map(along)
+            .find(|order| order.is_ne());
         unequal.unwrap_or_else(|| a.pair.cmp(&b.pair))
     }
 }
@@ -65,21 +78,35 @@ impl Order {
 fn grow(leaves: &mut [Leaf], objects: &[FilterObject], nodes: &mut Vec<ObjectNode>, order: Order) {
     let is_root = order.count == 0;
     let few = if is_root { 2 * BUNCH } else { BUNCH };
-    let bounds = leaves.iter().map(|leaf| objects[leaf.object as usize].bounds);
-    let [low, high] =
-        bounds.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)]);
+    let bounds = leaves
+        .iter()
+        .map(|leaf| objects[leaf.object as usize].bounds);
+    let [low, high] = bounds.fold(
+        [Vec3::INFINITY, Vec3::NEG_INFINITY],
+        |[low, high], [l, h]| [low.min(l), high.max(h)],
+    );
     let own = nodes.len();
     if !is_root {
-        nodes.push(ObjectNode { hull: box_hull([low, high]), skip: 0, leaf: None });
+        nodes.push(ObjectNode {
+            hull: box_hull([low, high]),
+            skip: 0,
+            leaf: None,
+        });
     }
     if leaves.len() <= few {
         leaves.sort_unstable_by(|a, b| order.compare(a, b));
         for leaf in leaves {
             let hull = objects[leaf.object as usize].hull;
-            nodes.push(ObjectNode { hull, skip: nodes.len() as u32 + 1, leaf: Some((leaf.pair, leaf.object)) });
+            nodes.push(ObjectNode {
+                hull,
+                skip: nodes.len() as u32 + 1,
+                leaf: Some((leaf.pair, leaf.object)),
+            });
         }
     } else {
-        let axis = (0..3).max_by(|&i, &j| (high - low)[i].total_cmp(&(high - low)[j])).unwrap_or(0);
+        let axis = (0..3)
+            .max_by(|&i, &j| (high - low)[i].total_cmp(&(high - low)[j]))
+            .unwrap_or(0);
         let order = order.after(axis);
         let half = leaves.len() / 2;
         leaves.select_nth_unstable_by(half, |a, b| order.compare(a, b));
@@ -99,24 +126,44 @@ mod tests {
     use crate::collision::piece::{Core, Piece, Transform};
     use crate::math::Mat3;
 
-    /// The same tree by the definition: leaves are sorted at every split, and equal ones stay in their order.
-    fn by_sorting(leaves: &mut [(u32, u32)], objects: &[FilterObject], nodes: &mut Vec<ObjectNode>, is_root: bool) {
+    /// The same tree by the definition: leaves are sorted at every split, and equal ones stay in
+    /// their order.
+    fn by_sorting(
+        leaves: &mut [(u32, u32)],
+        objects: &[FilterObject],
+        nodes: &mut Vec<ObjectNode>,
+        is_root: bool,
+    ) {
         let few = if is_root { 2 * BUNCH } else { BUNCH };
         let corners = leaves.iter().map(|leaf| objects[leaf.1 as usize].bounds);
-        let [low, high] =
-            corners.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)]);
+        let [low, high] = corners.fold(
+            [Vec3::INFINITY, Vec3::NEG_INFINITY],
+            |[low, high], [l, h]| [low.min(l), high.max(h)],
+        );
         let own = nodes.len();
         if !is_root {
-            nodes.push(ObjectNode { hull: box_hull([low, high]), skip: 0, leaf: None });
+            nodes.push(ObjectNode {
+                hull: box_hull([low, high]),
+                skip: 0,
+                leaf: None,
+            });
         }
         if leaves.len() <= few {
             for leaf in leaves {
                 let hull = objects[leaf.1 as usize].hull;
-                nodes.push(ObjectNode { hull, skip: nodes.len() as u32 + 1, leaf: Some(*leaf) });
+                nodes.push(ObjectNode {
+                    hull,
+                    skip: nodes.len() as u32 + 1,
+                    leaf: Some(*leaf),
+                });
             }
         } else {
-            let axis = (0..3).max_by(|&i, &j| (high - low)[i].total_cmp(&(high - low)[j])).unwrap();
-            leaves.sort_by(|a, b| objects[a.1 as usize].middle[axis].total_cmp(&objects[b.1 as usize].middle[axis]));
+            let axis = (0..3)
+                .max_by(|&i, &j| (high - low)[i].total_cmp(&(high - low)[j]))
+                .unwrap();
+            leaves.sort_by(|a, b| {
+                objects[a.1 as usize].middle[axis].total_cmp(&objects[b.1 as usize].middle[axis])
+            });
             let (near, far) = leaves.split_at_mut(leaves.len() / 2);
             by_sorting(near, objects, nodes, false);
             by_sorting(far, objects, nodes, false);
@@ -130,21 +177,31 @@ mod tests {
     #[test]
     fn trees_are_those_that_sorting_makes() {
         let mut rng = fastrand::Rng::with_seed(12);
-        let hulls = SolidHulls::new(&[Piece { core: Core::Point(Vec3::ZERO), radius: 0.1 }]);
+        let hulls = SolidHulls::new(&[Piece {
+            core: Core::Point(Vec3::ZERO),
+            radius: 0.1,
+        }]);
         for count in (0..40).chain([100, 500]) {
             let mut on_grid = || f64::from(rng.i32(-3..4)) * 0.25;
             let mut object = || {
-                let place =
-                    Transform { rotation: Mat3::IDENTITY, translation: Vec3::new(on_grid(), on_grid(), on_grid()) };
+                let place = Transform {
+                    rotation: Mat3::IDENTITY,
+                    translation: Vec3::new(on_grid(), on_grid(), on_grid()),
+                };
                 FilterObject::new(&hulls, &place)
             };
             let objects: Vec<_> = (0..count).map(|_| object()).collect();
-            let mut leaves: Vec<_> =
-                (0..count).filter(|object| object % 7 != 3).map(|object| (object + 5, object)).collect();
+            let mut leaves: Vec<_> = (0..count)
+                .filter(|object| object % 7 != 3)
+                .map(|object| (object + 5, object))
+                .collect();
             let grown = tree(&leaves, &objects);
             let mut sorted = Vec::new();
             by_sorting(&mut leaves, &objects, &mut sorted, true);
-            assert!(format!("{grown:?}") == format!("{sorted:?}"), "{count} objects");
+            assert!(
+                format!("{grown:?}") == format!("{sorted:?}"),
+                "{count} objects"
+            );
         }
     }
 }

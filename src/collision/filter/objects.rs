@@ -65,50 +65,110 @@ struct Exact {
 
 impl Exact {
     fn of_piece(piece: &Piece) -> Self {
-        let (radius, is_cylinder) = (piece.radius, false);
+        let radius = piece.radius;
+        let is_cylinder = false;
         match piece.core {
-            Core::Point(center) => Self { center, axes: Mat3::IDENTITY, half: Vec3::ZERO, radius, is_cylinder },
+            Core::Point(center) => Self {
+                center,
+                axes: Mat3::IDENTITY,
+                half: Vec3::ZERO,
+                radius,
+                is_cylinder,
+            },
             Core::Segment(a, b) => {
                 let along = (b - a).try_normalize().unwrap_or(Vec3::Z);
                 let (x, y) = along.any_orthonormal_pair();
-                let (axes, half) = (Mat3::from_cols(x, y, along), Vec3::new(0.0, 0.0, a.distance(b) / 2.0));
-                Self { center: (a + b) / 2.0, axes, half, radius, is_cylinder }.upright()
+                let axes = Mat3::from_cols(x, y, along);
+                let half = Vec3::new(0.0, 0.0, a.distance(b) / 2.0);
+                Self {
+                    center: (a + b) / 2.0,
+                    axes,
+                    half,
+                    radius,
+                    is_cylinder,
+                }
+                .upright()
             }
             Core::Triangle(a, b, c) => Self::of_bounds([a.min(b).min(c), a.max(b).max(c)], radius),
-            Core::Box { center, axes, half } => Self { center, axes, half, radius, is_cylinder }.upright(),
-            Core::Cylinder { center, axes, half_height, radius: across } => {
+            Core::Box { center, axes, half } => Self {
+                center,
+                axes,
+                half,
+                radius,
+                is_cylinder,
+            }
+            .upright(),
+            Core::Cylinder {
+                center,
+                axes,
+                half_height,
+                radius: across,
+            } => {
                 let half = Vec3::new(across, across, half_height);
-                Self { center, axes, half, radius, is_cylinder: true }.upright()
+                Self {
+                    center,
+                    axes,
+                    half,
+                    radius,
+                    is_cylinder: true,
+                }
+                .upright()
             }
         }
     }
 
     fn of_bounds([low, high]: [Vec3; 2], radius: f64) -> Self {
-        Self { center: (low + high) / 2.0, axes: Mat3::IDENTITY, half: (high - low) / 2.0, radius, is_cylinder: false }
+        Self {
+            center: (low + high) / 2.0,
+            axes: Mat3::IDENTITY,
+            half: (high - low) / 2.0,
+            radius,
+            is_cylinder: false,
+        }
     }
 
     /// A box turned by quarter turns is one along the world's axes, a cylinder one about the third.
     fn upright(self) -> Self {
         if self.is_cylinder {
             let tilted = (self.axes.z_axis.z.abs() - 1.0).abs() > 1e-15;
-            return Self { axes: if tilted { self.axes } else { Mat3::IDENTITY }, ..self };
+            return Self {
+                axes: if tilted { self.axes } else { Mat3::IDENTITY },
+                ..self
+            };
         }
         let columns = [self.axes.x_axis, self.axes.y_axis, self.axes.z_axis];
         let nearly = |value: f64| value.abs() < 1e-12 || (value.abs() - 1.0).abs() < 1e-12;
-        if !columns.iter().all(|column| column.to_array().into_iter().all(nearly)) {
+        if !columns
+            .iter()
+            .all(|column| column.to_array().into_iter().all(nearly))
+        {
             return self;
         }
-        let half = columns[0].abs() * self.half.x + columns[1].abs() * self.half.y + columns[2].abs() * self.half.z;
-        Self { axes: Mat3::IDENTITY, half: half * (1.0 + 1e-11), ..self }
+        let half = columns[0].abs() * self.half.x
+            + columns[1].abs() * self.half.y
+            + columns[2].abs() * self.half.z;
+        Self {
+            axes: Mat3::IDENTITY,
+            half: half * (1.0 + 1e-11),
+            ..self
+        }
     }
 
     /// The hull in the frame in which `place` puts its own.
     fn placed(&self, place: &Transform) -> Self {
-        Self { center: place.point(self.center), axes: place.rotation * self.axes, ..*self }.upright()
+        Self {
+            center: place.point(self.center),
+            axes: place.rotation * self.axes,
+            ..*self
+        }
+        .upright()
     }
 
     fn padded(&self, padding: f64) -> Self {
-        Self { radius: self.radius + padding, ..*self }
+        Self {
+            radius: self.radius + padding,
+            ..*self
+        }
     }
 
     fn bounds(&self) -> [Vec3; 2] {
@@ -125,7 +185,10 @@ impl Exact {
             center: single(self.center),
             axes: (self.axes != Mat3::IDENTITY).then(|| columns.map(single)),
             core: match single(self.half) {
-                [radius, _, half_height] if self.is_cylinder => HullCore::Cylinder { radius, half_height },
+                [radius, _, half_height] if self.is_cylinder => HullCore::Cylinder {
+                    radius,
+                    half_height,
+                },
                 half => HullCore::Box(half),
             },
             radius: (self.radius + ROUNDING * size) as f32,
@@ -148,9 +211,15 @@ impl SolidHulls {
     pub fn new(pieces: &[Piece]) -> Self {
         if let [piece] = pieces {
             let is_exact = !matches!(piece.core, Core::Triangle(..));
-            return Self { whole: Exact::of_piece(piece), parts: Vec::new(), is_exact };
+            return Self {
+                whole: Exact::of_piece(piece),
+                parts: Vec::new(),
+                is_exact,
+            };
         }
-        let is_exact = pieces.iter().all(|piece| !matches!(piece.core, Core::Triangle(..)));
+        let is_exact = pieces
+            .iter()
+            .all(|piece| !matches!(piece.core, Core::Triangle(..)));
         let parts: Vec<_> = if is_exact {
             pieces.iter().map(Exact::of_piece).collect()
         } else {
@@ -160,14 +229,22 @@ impl SolidHulls {
                 .map(|part| Exact::of_bounds(bounds_of(part.iter().map(Exact::of_piece)), 0.0))
                 .collect()
         };
-        Self { whole: Exact::of_bounds(bounds_of(parts.iter().copied()), 0.0), parts, is_exact }
+        Self {
+            whole: Exact::of_bounds(bounds_of(parts.iter().copied()), 0.0),
+            parts,
+            is_exact,
+        }
     }
 
     /// Hulls of the same solid, thicker by `padding` (m).
     #[must_use]
     pub fn padded(&self, padding: f64) -> Self {
         let parts = self.parts.iter().map(|part| part.padded(padding)).collect();
-        Self { whole: self.whole.padded(padding), parts, is_exact: self.is_exact }
+        Self {
+            whole: self.whole.padded(padding),
+            parts,
+            is_exact: self.is_exact,
+        }
     }
 }
 
@@ -176,10 +253,20 @@ impl FilterObject {
     pub fn new(hulls: &SolidHulls, place: &Transform) -> Self {
         let whole = hulls.whole.placed(place);
         let parts: Vec<_> = hulls.parts.iter().map(|part| part.placed(place)).collect();
-        let bounds = if parts.is_empty() { whole.bounds() } else { bounds_of(parts.iter().copied()) };
+        let bounds = if parts.is_empty() {
+            whole.bounds()
+        } else {
+            bounds_of(parts.iter().copied())
+        };
         let middle = std::array::from_fn(|axis| bounds.map(|corner| corner[axis]).iter().sum());
         let (hull, boxes) = (whole.hull(), parts.iter().map(Exact::hull).collect());
-        Self { hull, boxes, bounds, middle, is_exact: hulls.is_exact }
+        Self {
+            hull,
+            boxes,
+            bounds,
+            middle,
+            is_exact: hulls.is_exact,
+        }
     }
 
     /// Distance from a point to the object's bounding box (m).
@@ -194,7 +281,8 @@ pub(super) fn box_hull(bounds: [Vec3; 2]) -> Hull {
 }
 
 fn bounds_of(hulls: impl Iterator<Item = Exact>) -> [Vec3; 2] {
-    hulls
-        .map(|hull| hull.bounds())
-        .fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)])
+    hulls.map(|hull| hull.bounds()).fold(
+        [Vec3::INFINITY, Vec3::NEG_INFINITY],
+        |[low, high], [l, h]| [low.min(l), high.max(h)],
+    )
 }

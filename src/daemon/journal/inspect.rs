@@ -34,7 +34,10 @@ pub fn inspect(folder: &Path) -> Result<Found, JournalError> {
     }
     for folder in [folder.to_owned(), read::meshes(folder)] {
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        found.bytes += entries.filter_map(|entry| entry.metadata().ok()).map(|meta| meta.len()).sum::<u64>();
+        found.bytes += entries
+            .filter_map(|entry| entry.metadata().ok())
+            .map(|meta| meta.len())
+            .sum::<u64>();
     }
     Ok(found)
 }

@@ -1,4 +1,5 @@
-//! The journal's file: records one after the other; what is half written at its end was told to nobody.
+//! The journal's file: records one after the other; what is half written at its end was told to
+//! nobody.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
@@ -47,11 +48,20 @@ pub(super) fn read(path: &Path) -> Result<Contents, LogError> {
     match File::open(path).and_then(|mut file| file.read_to_end(&mut bytes)) {
         Ok(_) if !bytes.starts_with(START) => {
             let place = "at its start: it is no journal of this release".to_owned();
-            Err(LogError::Damaged { path: path.to_owned(), place })
+            Err(LogError::Damaged {
+                path: path.to_owned(),
+                place,
+            })
         }
-        Ok(_) => frames::parse(&bytes, START.len()).map_err(|place| LogError::Damaged { path: path.to_owned(), place }),
+        Ok(_) => frames::parse(&bytes, START.len()).map_err(|place| LogError::Damaged {
+            path: path.to_owned(),
+            place,
+        }),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Contents::default()),
-        Err(source) => Err(LogError::File { path: path.to_owned(), source }),
+        Err(source) => Err(LogError::File {
+            path: path.to_owned(),
+            source,
+        }),
     }
 }
 
@@ -68,7 +78,12 @@ pub(super) struct Log {
 impl Log {
     /// Begins with a file that is written anew first.
     pub(super) fn new(path: PathBuf) -> Self {
-        Self { path, file: None, bytes: 0, least: 0 }
+        Self {
+            path,
+            file: None,
+            bytes: 0,
+            least: 0,
+        }
     }
 
     /// Whether records can be added to it.
@@ -89,7 +104,11 @@ impl Log {
     /// Whether everything has to be written, not only what changed.
     pub(super) fn needs_all(&mut self) -> bool {
         // A file that somebody removed takes records all the same, and nobody would find them.
-        if self.file.as_ref().is_some_and(|file| file.metadata().is_ok_and(|metadata| metadata.nlink() == 0)) {
+        if self
+            .file
+            .as_ref()
+            .is_some_and(|file| file.metadata().is_ok_and(|metadata| metadata.nlink() == 0))
+        {
             self.file = None;
         }
         self.file.is_none() || self.bytes > SMALL.max(GROWTH * self.least)
@@ -98,7 +117,9 @@ impl Log {
     /// Adds records to the file.
     pub(super) fn append(&mut self, records: &[u8]) -> std::io::Result<()> {
         let Some(file) = &mut self.file else {
-            return Err(std::io::Error::other("the journal has to be written anew first"));
+            return Err(std::io::Error::other(
+                "the journal has to be written anew first",
+            ));
         };
         if let Err(error) = file.write_all(records) {
             // What was written of it must not stand before later records.
@@ -134,7 +155,9 @@ mod tests {
     use crate::daemon::frames::{HEADER, encode};
 
     fn gone(label: &str) -> Record {
-        Record::SceneGone { label: label.to_owned() }
+        Record::SceneGone {
+            label: label.to_owned(),
+        }
     }
 
     fn labels(contents: &Contents) -> Vec<&str> {
@@ -160,19 +183,34 @@ mod tests {
         log.append(&second).unwrap();
         assert!(!log.needs_all());
         let whole = std::fs::read(&path).unwrap();
-        assert_eq!((labels(&read(&path).unwrap()), read(&path).unwrap().torn), (vec!["a", "b"], 0));
+        assert_eq!(
+            (labels(&read(&path).unwrap()), read(&path).unwrap().torn),
+            (vec!["a", "b"], 0)
+        );
         for cut in 1..second.len() {
             std::fs::write(&path, &whole[..whole.len() - cut]).unwrap();
             let contents = read(&path).unwrap();
-            assert_eq!((labels(&contents), contents.torn), (vec!["a"], second.len() - cut));
+            assert_eq!(
+                (labels(&contents), contents.torn),
+                (vec!["a"], second.len() - cut)
+            );
         }
         let mut wrong = whole.clone();
         wrong[START.len() + HEADER + 1] ^= 1;
         std::fs::write(&path, &wrong).unwrap();
         let error = read(&path).err().unwrap().to_string();
-        assert!(error.contains("at byte 15: a checksum is wrong") && error.contains("--no-state"), "{error}");
+        assert!(
+            error.contains("at byte 15: a checksum is wrong") && error.contains("--no-state"),
+            "{error}"
+        );
         std::fs::write(&path, b"something else").unwrap();
-        assert!(read(&path).err().unwrap().to_string().contains("no journal of this release"));
+        assert!(
+            read(&path)
+                .err()
+                .unwrap()
+                .to_string()
+                .contains("no journal of this release")
+        );
     }
 
     #[test]
@@ -197,6 +235,9 @@ mod tests {
         log.replace(b"").unwrap();
         assert!(!log.needs_all());
         std::fs::remove_file(&path).unwrap();
-        assert!(log.needs_all() && log.append(b"x").is_err(), "nobody would find it");
+        assert!(
+            log.needs_all() && log.append(b"x").is_err(),
+            "nobody would find it"
+        );
     }
 }

@@ -20,7 +20,11 @@ pub(super) struct Meshes {
 impl Meshes {
     /// The meshes of a folder, which is made when it is first needed.
     pub(super) fn new(folder: PathBuf) -> Self {
-        Self { folder, written: BTreeSet::new(), read: HashMap::new() }
+        Self {
+            folder,
+            written: BTreeSet::new(),
+            read: HashMap::new(),
+        }
     }
 
     fn file(&self, hash: u64) -> PathBuf {
@@ -41,9 +45,12 @@ impl Meshes {
         }
         let bytes = bincode::serde::encode_to_vec(mesh_parts(mesh), bincode::config::standard());
         let bytes = bytes.map_err(|error| error.to_string())?;
-        let (file, new) = (self.file(mesh.hash()), self.folder.join("new"));
-        let written =
-            self.make_folder().and_then(|()| std::fs::write(&new, bytes)).and_then(|()| std::fs::rename(&new, &file));
+        let file = self.file(mesh.hash());
+        let new = self.folder.join("new");
+        let written = self
+            .make_folder()
+            .and_then(|()| std::fs::write(&new, bytes))
+            .and_then(|()| std::fs::rename(&new, &file));
         written.map_err(|error| {
             let _ = std::fs::remove_file(&new);
             format!("{}: {error}", file.display())
@@ -60,7 +67,8 @@ impl Meshes {
         let file = self.file(hash);
         let refuse = |reason: String| format!("{}: {reason}", file.display());
         let bytes = std::fs::read(&file).map_err(|error| refuse(error.to_string()))?;
-        let parts = bincode::serde::decode_from_slice::<MeshParts, _>(&bytes, bincode::config::standard());
+        let parts =
+            bincode::serde::decode_from_slice::<MeshParts, _>(&bytes, bincode::config::standard());
         let (parts, _) = parts.map_err(|error| refuse(error.to_string()))?;
         let mesh = Arc::new(restore_mesh(parts, hash).map_err(refuse)?);
         self.written.insert(hash);
@@ -70,10 +78,14 @@ impl Meshes {
 
     /// Removes all others.
     pub(super) fn retain(&mut self, used: &BTreeSet<u64>) {
-        let Ok(entries) = std::fs::read_dir(&self.folder) else { return };
+        let Ok(entries) = std::fs::read_dir(&self.folder) else {
+            return;
+        };
         for entry in entries.flatten() {
             let name = entry.file_name();
-            let hash = name.to_str().and_then(|name| u64::from_str_radix(name, 16).ok());
+            let hash = name
+                .to_str()
+                .and_then(|name| u64::from_str_radix(name, 16).ok());
             if hash.is_none_or(|hash| !used.contains(&hash)) {
                 // One that stays takes room and does no harm.
                 let _ = std::fs::remove_file(entry.path());

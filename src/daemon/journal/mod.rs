@@ -1,8 +1,10 @@
-//! The journal: what every label names, on disk, so that a daemon that died goes on with what it had.
+//! The journal: what every label names, on disk, so that a daemon that died goes on with what it
+//! had.
 //!
-//! A folder with a file of records (`journal`), a file for each mesh (`meshes`), and a lock. Records are handed to
-//! the system before a change is acknowledged, which a killed process cannot undo; a machine that loses its power
-//! may lose the last seconds. Contents are kept, not names of files, and each must have its hash when it is read.
+//! A folder with a file of records (`journal`), a file for each mesh (`meshes`), and a lock.
+//! Records are handed to the system before a change is acknowledged, which a killed process cannot
+//! undo; a machine that loses its power may lose the last seconds. Contents are kept, not names of
+//! files, and each must have its hash when it is read.
 
 mod inspect;
 mod log;
@@ -54,7 +56,9 @@ impl Content {
     fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Robot(a, _), Self::Robot(b, _)) => a.hash() == b.hash(),
-            (Self::Scene(version, a), Self::Scene(other, b)) => version == other && a.hash() == b.hash(),
+            (Self::Scene(version, a), Self::Scene(other, b)) => {
+                version == other && a.hash() == b.hash()
+            }
             (Self::Gone, Self::Gone) => true,
             _ => false,
         }
@@ -87,8 +91,9 @@ pub(super) struct Journal {
 pub(super) type Told = dyn Fn(u64, Option<String>) + Send;
 
 impl Journal {
-    /// Starts the thread that writes, first `live`, what the labels name now; it ends when the sender is dropped.
-    /// `configured` are the labels that the configuration names: of those, it is kept too that they are gone.
+    /// Starts the thread that writes, first `live`, what the labels name now; it ends when the
+    /// sender is dropped. `configured` are the labels that the configuration names: of those, it is
+    /// kept too that they are gone.
     pub(super) fn start(
         self,
         live: BTreeMap<Key, State>,
@@ -96,9 +101,16 @@ impl Journal {
         told: Box<Told>,
     ) -> std::io::Result<(Sender<Entry>, JoinHandle<()>)> {
         let (entries, receiver) = unbounded();
-        let writer = Writer { live, configured, ..self.writer };
+        let writer = Writer {
+            live,
+            configured,
+            ..self.writer
+        };
         let thread = std::thread::Builder::new().name("taut-journal".into());
-        Ok((entries, thread.spawn(move || work(writer, &receiver, &told))?))
+        Ok((
+            entries,
+            thread.spawn(move || work(writer, &receiver, &told))?,
+        ))
     }
 }
 
@@ -108,7 +120,8 @@ fn work(mut writer: Writer, entries: &Receiver<Entry>, told: &Told) {
         tracing::error!("what is loaded is not kept yet: {reason}");
     }
     while let Ok(first) = entries.recv() {
-        let (mut last, mut ends) = (0, false);
+        let mut last = 0;
+        let mut ends = false;
         for entry in std::iter::once(first).chain(entries.try_iter()) {
             match entry {
                 Entry::Changed(ticket, key, state) => {

@@ -8,11 +8,28 @@ use crate::daemon::content::{Moves, RobotRecord, SceneRecord};
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) enum Record {
     /// What a robot's label names.
-    Robot { label: String, hash: u64, weights: Vec<f64>, configured: bool, robot: RobotRecord },
+    Robot {
+        label: String,
+        hash: u64,
+        weights: Vec<f64>,
+        configured: bool,
+        robot: RobotRecord,
+    },
     /// What a scene's label names.
-    Scene { label: String, version: u64, hash: u64, configured: bool, scene: SceneRecord },
+    Scene {
+        label: String,
+        version: u64,
+        hash: u64,
+        configured: bool,
+        scene: SceneRecord,
+    },
     /// What a scene's label names, as what moved since its record before.
-    Moved { label: String, version: u64, hash: u64, moves: Moves },
+    Moved {
+        label: String,
+        version: u64,
+        hash: u64,
+        moves: Moves,
+    },
     /// A robot's label names nothing any more.
     RobotGone { label: String },
     /// A scene's label names nothing any more.

@@ -15,21 +15,42 @@ fn tetrahedron(size: f64) -> Arc<Mesh> {
 }
 
 fn placed(shape: Shape) -> PlacedShape {
-    PlacedShape { pose: Pose::from_translation(Vec3::new(0.1, -0.2, 0.3)), shape }
+    PlacedShape {
+        pose: Pose::from_translation(Vec3::new(0.1, -0.2, 0.3)),
+        shape,
+    }
 }
 
 fn robot(size: f64) -> Content {
-    let collision = vec![placed(Shape::Mesh(tetrahedron(size))), placed(Shape::sphere(0.1).unwrap())];
-    let links = vec![LinkDescription { name: "base".into(), collision }];
+    let collision = vec![
+        placed(Shape::Mesh(tetrahedron(size))),
+        placed(Shape::sphere(0.1).unwrap()),
+    ];
+    let links = vec![LinkDescription {
+        name: "base".into(),
+        collision,
+    }];
     let warnings = vec![Warning::uncovered("odd")];
-    let robot = RobotModel::new(RobotDescription { links, warnings, ..RobotDescription::default() }).unwrap();
-    Content::Robot(Arc::new(robot.with_warnings(vec![Warning::uncovered("found later")])), Arc::new([]))
+    let robot = RobotModel::new(RobotDescription {
+        links,
+        warnings,
+        ..RobotDescription::default()
+    })
+    .unwrap();
+    Content::Robot(
+        Arc::new(robot.with_warnings(vec![Warning::uncovered("found later")])),
+        Arc::new([]),
+    )
 }
 
 fn scene(size: f64) -> Arc<Scene> {
     let mesh = Obstacle::new("mesh", vec![placed(Shape::Mesh(tetrahedron(size)))]);
-    let many =
-        (0..50).map(|index| Obstacle::new(format!("box{index}"), vec![placed(Shape::cuboid(Vec3::ONE).unwrap())]));
+    let many = (0..50).map(|index| {
+        Obstacle::new(
+            format!("box{index}"),
+            vec![placed(Shape::cuboid(Vec3::ONE).unwrap())],
+        )
+    });
     let allowed = vec![("mesh".to_owned(), "box1".to_owned())];
     Arc::new(
         Scene::new(
@@ -43,7 +64,14 @@ fn scene(size: f64) -> Arc<Scene> {
 }
 
 fn moved(scene: &Scene, id: &str, x: f64) -> Arc<Scene> {
-    Arc::new(scene.with([SceneChange::Move { id: id.into(), pose: Pose::from_translation(Vec3::X * x) }]).unwrap())
+    Arc::new(
+        scene
+            .with([SceneChange::Move {
+                id: id.into(),
+                pose: Pose::from_translation(Vec3::X * x),
+            }])
+            .unwrap(),
+    )
 }
 
 fn key(kind: Kind, label: &str) -> Key {
@@ -51,7 +79,10 @@ fn key(kind: Kind, label: &str) -> Key {
 }
 
 fn of_client(content: Content) -> State {
-    State { content, configured: false }
+    State {
+        content,
+        configured: false,
+    }
 }
 
 /// Writes as the daemon's thread does.
@@ -68,8 +99,11 @@ fn same(kept: &Kept, key: &Key, content: &Content) {
 #[test]
 fn robots_and_scenes_come_back_with_their_hashes_versions_and_warnings() {
     let folder = tempfile::tempdir().unwrap();
-    let (arm, cell, gone) = (key(Kind::Robot, "arm"), key(Kind::Scene, "cell"), key(Kind::Scene, "gone"));
-    let (first, robot) = (scene(1.0), robot(0.5));
+    let arm = key(Kind::Robot, "arm");
+    let cell = key(Kind::Scene, "cell");
+    let gone = key(Kind::Scene, "gone");
+    let first = scene(1.0);
+    let robot = robot(0.5);
     let second = moved(&first, "box7", 3.0);
     let third = moved(&second, "mesh", -1.0);
     let (mut journal, kept) = open(folder.path()).unwrap();
@@ -81,7 +115,11 @@ fn robots_and_scenes_come_back_with_their_hashes_versions_and_warnings() {
     let size = || std::fs::metadata(file(folder.path())).unwrap().len();
     let before = size();
     write(writer, cell.clone(), Content::Scene(5, second));
-    assert!(size() - before < 200, "what moved is written, not the scene: {} bytes", size() - before);
+    assert!(
+        size() - before < 200,
+        "what moved is written, not the scene: {} bytes",
+        size() - before
+    );
     write(writer, cell.clone(), Content::Scene(6, third.clone()));
     write(writer, gone.clone(), Content::Gone);
     assert!(matches!(open(folder.path()), Err(JournalError::Locked(_))));
@@ -91,29 +129,53 @@ fn robots_and_scenes_come_back_with_their_hashes_versions_and_warnings() {
     same(&kept, &arm, &robot);
     same(&kept, &cell, &Content::Scene(6, third));
     same(&kept, &gone, &Content::Gone);
-    let Content::Robot(arm, _) = &kept.states[&arm].as_ref().unwrap().content else { panic!() };
-    let Content::Robot(robot, _) = &robot else { panic!() };
+    let Content::Robot(arm, _) = &kept.states[&arm].as_ref().unwrap().content else {
+        panic!()
+    };
+    let Content::Robot(robot, _) = &robot else {
+        panic!()
+    };
     assert_eq!(arm.warnings(), robot.warnings());
-    let Content::Scene(_, cell) = &kept.states[&cell].as_ref().unwrap().content else { panic!() };
+    let Content::Scene(_, cell) = &kept.states[&cell].as_ref().unwrap().content else {
+        panic!()
+    };
     assert_eq!(cell.warnings(), first.warnings());
 }
 
 #[test]
 fn a_mesh_that_is_not_what_it_was_is_not_served() {
     let folder = tempfile::tempdir().unwrap();
-    let (arm, cell, other) = (key(Kind::Robot, "arm"), key(Kind::Scene, "cell"), key(Kind::Scene, "other"));
+    let arm = key(Kind::Robot, "arm");
+    let cell = key(Kind::Scene, "cell");
+    let other = key(Kind::Scene, "other");
     let (mut journal, _) = open(folder.path()).unwrap();
     write(&mut journal.writer, arm.clone(), robot(0.5));
-    write(&mut journal.writer, cell.clone(), Content::Scene(1, scene(1.0)));
-    write(&mut journal.writer, other.clone(), Content::Scene(1, scene(2.0)));
+    write(
+        &mut journal.writer,
+        cell.clone(),
+        Content::Scene(1, scene(1.0)),
+    );
+    write(
+        &mut journal.writer,
+        other.clone(),
+        Content::Scene(1, scene(2.0)),
+    );
     drop(journal);
-    let mesh = |size| folder.path().join(format!("meshes/{:016x}", tetrahedron(size).hash()));
+    let mesh = |size| {
+        folder
+            .path()
+            .join(format!("meshes/{:016x}", tetrahedron(size).hash()))
+    };
     std::fs::copy(mesh(0.5), mesh(1.0)).unwrap();
     std::fs::remove_file(mesh(2.0)).unwrap();
     let (_journal, kept) = open(folder.path()).unwrap();
     assert!(kept.states[&arm].is_ok());
     let why = |key| kept.states[key].as_ref().err().unwrap();
-    assert!(why(&cell).contains("its content has hash"), "{}", why(&cell));
+    assert!(
+        why(&cell).contains("its content has hash"),
+        "{}",
+        why(&cell)
+    );
     assert!(why(&other).contains("No such file"), "{}", why(&other));
 }
 
@@ -121,7 +183,8 @@ fn a_mesh_that_is_not_what_it_was_is_not_served() {
 fn what_could_not_be_written_is_written_with_the_next_change() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().to_owned();
-    let (arm, cell) = (key(Kind::Robot, "arm"), key(Kind::Scene, "cell"));
+    let arm = key(Kind::Robot, "arm");
+    let cell = key(Kind::Scene, "cell");
     let first = scene(1.0);
     let (mut journal, _) = open(&place).unwrap();
     let writer = &mut journal.writer;
@@ -147,17 +210,24 @@ fn changes_that_wait_are_written_as_the_newest_and_the_end_in_order_is_kept() {
     let (journal, _) = open(folder.path()).unwrap();
     let (told, heard) = mpsc::channel();
     let told = Box::new(move |ticket, failure| told.send((ticket, failure)).unwrap());
-    let (entries, thread) = journal.start(BTreeMap::new(), BTreeSet::new(), told).unwrap();
+    let (entries, thread) = journal
+        .start(BTreeMap::new(), BTreeSet::new(), told)
+        .unwrap();
     let mut newest = scene(1.0);
     for ticket in 1..=100 {
         newest = moved(&newest, "mesh", ticket as f64);
         let state = of_client(Content::Scene(ticket, newest.clone()));
-        entries.send(Entry::Changed(ticket, cell.clone(), state)).unwrap();
+        entries
+            .send(Entry::Changed(ticket, cell.clone(), state))
+            .unwrap();
     }
     let mut last = 0;
     while last < 100 {
         let (ticket, failure) = heard.recv().unwrap();
-        assert!(ticket > last && failure.is_none(), "{ticket} after {last}: {failure:?}");
+        assert!(
+            ticket > last && failure.is_none(),
+            "{ticket} after {last}: {failure:?}"
+        );
         last = ticket;
     }
     entries.send(Entry::End).unwrap();

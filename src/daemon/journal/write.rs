@@ -18,7 +18,8 @@ pub(super) struct Writer {
     pub meshes: Meshes,
     /// What every label names.
     pub live: BTreeMap<Key, State>,
-    /// What labels of [`Self::live`] named when they were last written, of those that changed since.
+    /// What labels of [`Self::live`] named when they were last written, of those that changed
+    /// since.
     pub before: BTreeMap<Key, Option<State>>,
     pub configured: BTreeSet<Key>,
     /// Held until the end.
@@ -32,7 +33,9 @@ impl Writer {
         if held.is_some_and(|held| held.content.is_same(&state.content)) {
             return;
         }
-        self.before.entry(key.clone()).or_insert_with(|| held.cloned());
+        self.before
+            .entry(key.clone())
+            .or_insert_with(|| held.cloned());
         self.live.insert(key, state);
     }
 
@@ -64,7 +67,9 @@ impl Writer {
         if ends {
             frames::encode(&Record::Ended, &mut bytes)?;
         }
-        self.log.append(&bytes).map_err(|error| self.log.error(&error))
+        self.log
+            .append(&bytes)
+            .map_err(|error| self.log.error(&error))
     }
 
     fn write_all(&mut self, ends: bool) -> Result<(), String> {
@@ -80,8 +85,13 @@ impl Writer {
         if ends {
             frames::encode(&Record::Ended, &mut bytes)?;
         }
-        self.log.replace(&bytes).map_err(|error| self.log.error(&error))?;
-        let used = self.live.values().flat_map(|state| content::meshes(shapes(&state.content)));
+        self.log
+            .replace(&bytes)
+            .map_err(|error| self.log.error(&error))?;
+        let used = self
+            .live
+            .values()
+            .flat_map(|state| content::meshes(shapes(&state.content)));
         self.meshes.retain(&used.map(|mesh| mesh.hash()).collect());
         Ok(())
     }
@@ -90,35 +100,65 @@ impl Writer {
 fn shapes(content: &Content) -> Box<dyn Iterator<Item = &PlacedShape> + '_> {
     match content {
         Content::Robot(robot, _) => Box::new(robot.links().iter().flat_map(|link| &link.shapes)),
-        Content::Scene(_, scene) => Box::new(scene.objects().flat_map(|object| object.shapes.iter())),
+        Content::Scene(_, scene) => {
+            Box::new(scene.objects().flat_map(|object| object.shapes.iter()))
+        }
         Content::Gone => Box::new(std::iter::empty()),
     }
 }
 
 fn whole((kind, label): &Key, state: &State) -> Result<Record, String> {
-    let (label, configured) = (label.clone(), state.configured);
+    let label = label.clone();
+    let configured = state.configured;
     Ok(match (&state.content, kind) {
         (Content::Robot(robot, weights), _) => {
-            let (hash, weights, robot) = (robot.hash(), weights.to_vec(), RobotRecord::of(robot)?);
-            Record::Robot { label, hash, weights, configured, robot }
+            let hash = robot.hash();
+            let weights = weights.to_vec();
+            let robot = RobotRecord::of(robot)?;
+            Record::Robot {
+                label,
+                hash,
+                weights,
+                configured,
+                robot,
+            }
         }
         (Content::Scene(version, scene), _) => {
-            let (hash, version, scene) = (scene.hash(), *version, SceneRecord::of(scene)?);
-            Record::Scene { label, version, hash, configured, scene }
+            let hash = scene.hash();
+            let version = *version;
+            let scene = SceneRecord::of(scene)?;
+            Record::Scene {
+                label,
+                version,
+                hash,
+                configured,
+                scene,
+            }
         }
         (Content::Gone, Kind::Robot) => Record::RobotGone { label },
         (Content::Gone, Kind::Scene) => Record::SceneGone { label },
     })
 }
 
-/// What only moved is written as that: a large scene of which one thing moves is not written again and again.
+/// What only moved is written as that: a large scene of which one thing moves is not written again
+/// and again.
 fn change(key: &Key, before: Option<&State>, state: &State) -> Result<Record, String> {
-    if let (Some(State { content: Content::Scene(_, before), configured }), Content::Scene(version, scene)) =
-        (before, &state.content)
+    if let (
+        Some(State {
+            content: Content::Scene(_, before),
+            configured,
+        }),
+        Content::Scene(version, scene),
+    ) = (before, &state.content)
         && *configured == state.configured
         && let Some(moves) = moves_between(before, scene)
     {
-        return Ok(Record::Moved { label: key.1.clone(), version: *version, hash: scene.hash(), moves });
+        return Ok(Record::Moved {
+            label: key.1.clone(),
+            version: *version,
+            hash: scene.hash(),
+            moves,
+        });
     }
     whole(key, state)
 }

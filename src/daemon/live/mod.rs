@@ -1,7 +1,8 @@
-//! What the daemon's own page shows: what runs, and the last answers with all that is needed to look at them.
+//! What the daemon's own page shows: what runs, and the last answers with all that is needed to
+//! look at them.
 //!
-//! Workers enter what they compute, the I/O thread its figures with each status message; the page's thread reads and
-//! makes pictures of it. Each holds the lock for a few copies only.
+//! Workers enter what they compute, the I/O thread its figures with each status message; the page's
+//! thread reads and makes pictures of it. Each holds the lock for a few copies only.
 
 mod http;
 
@@ -120,19 +121,31 @@ struct ShownAnswer<'a> {
 impl Live {
     /// Nothing yet, of the instance of this name.
     pub(super) fn new(instance: &str) -> Self {
-        Self { instance: instance.to_owned(), state: Mutex::default() }
+        Self {
+            instance: instance.to_owned(),
+            state: Mutex::default(),
+        }
     }
 
     /// The I/O thread's figures.
     pub(super) fn counted(&self, stats: BTreeMap<String, f64>, clients: Vec<ClientSummary>) {
         let mut state = self.lock();
-        (state.stats, state.clients) = (stats, clients);
+        state.stats = stats;
+        state.clients = clients;
     }
 
     /// A worker begins with a job.
     pub(super) fn begin(&self, job: &Job) {
-        let (asked, mode, received_ns) = (job.asked.clone(), job.settings.mode.name(), job.received_ns);
-        let run = Run { asked, mode, received_ns, length_before: 0.0, lengths: Vec::new() };
+        let asked = job.asked.clone();
+        let mode = job.settings.mode.name();
+        let received_ns = job.received_ns;
+        let run = Run {
+            asked,
+            mode,
+            received_ns,
+            length_before: 0.0,
+            lengths: Vec::new(),
+        };
         self.lock().running.insert(job.id, run);
     }
 
@@ -141,7 +154,8 @@ impl Live {
         let now_ns = monotonic_ns();
         if let Some(run) = self.lock().running.get_mut(&job) {
             run.length_before = length_before;
-            run.lengths.push((now_ns.saturating_sub(run.received_ns) as f64 * 1e-9, length));
+            run.lengths
+                .push((now_ns.saturating_sub(run.received_ns) as f64 * 1e-9, length));
             if run.lengths.len() > LENGTHS {
                 let mut index = 0;
                 run.lengths.retain(|_| (index % 2 == 0, index += 1).0);
@@ -151,8 +165,14 @@ impl Live {
 
     /// It has an answer.
     pub(super) fn answered(&self, job: &Job, outcome: &Outcome, code: Code) {
-        let Ok(model) = job.snapshot.model.get() else { return };
-        let lengths = self.lock().running.get_mut(&job.id).map(|run| std::mem::take(&mut run.lengths));
+        let Ok(model) = job.snapshot.model.get() else {
+            return;
+        };
+        let lengths = self
+            .lock()
+            .running
+            .get_mut(&job.id)
+            .map(|run| std::mem::take(&mut run.lengths));
         let answer = Arc::new(Answer {
             number: job.id,
             request_id: job.request_id,
@@ -171,7 +191,9 @@ impl Live {
         });
         let mut state = self.lock();
         state.answers.push_back(answer);
-        while state.answers.len() > ANSWERS || (state.answers.len() > 1 && numbers(&state.answers) > NUMBERS) {
+        while state.answers.len() > ANSWERS
+            || (state.answers.len() > 1 && numbers(&state.answers) > NUMBERS)
+        {
             state.answers.pop_front();
         }
     }
@@ -189,15 +211,29 @@ impl Live {
             instance: &self.instance,
             stats: &state.stats,
             clients: &state.clients,
-            running: state.running.values().map(|run| run.shown(now_ns)).collect(),
-            answers: state.answers.iter().rev().map(|answer| answer.shown()).collect(),
+            running: state
+                .running
+                .values()
+                .map(|run| run.shown(now_ns))
+                .collect(),
+            answers: state
+                .answers
+                .iter()
+                .rev()
+                .map(|answer| answer.shown())
+                .collect(),
         };
         serde_json::to_string(&shown).expect("only strings and numbers")
     }
 
     /// The picture of an answer, as JSON; `None` where it is not kept any more.
     fn picture(&self, number: u64) -> Option<String> {
-        let answer = self.lock().answers.iter().find(|answer| answer.number == number)?.clone();
+        let answer = self
+            .lock()
+            .answers
+            .iter()
+            .find(|answer| answer.number == number)?
+            .clone();
         Some(serde_json::to_string(&answer.picture()).expect("only strings and numbers"))
     }
 
@@ -207,7 +243,10 @@ impl Live {
 }
 
 fn numbers(answers: &VecDeque<Arc<Answer>>) -> usize {
-    answers.iter().map(|answer| answer.input.as_flat().len() + answer.outcome.path.as_flat().len()).sum()
+    answers
+        .iter()
+        .map(|answer| answer.input.as_flat().len() + answer.outcome.path.as_flat().len())
+        .sum()
 }
 
 impl Run {
@@ -233,13 +272,22 @@ impl Answer {
             proved: outcome.proved,
             length_before: outcome.length_before,
             length_after: outcome.length_after,
-            clearance_m: outcome.certificate.as_ref().and_then(|certificate| certificate.clearance_m()),
+            clearance_m: outcome
+                .certificate
+                .as_ref()
+                .and_then(|certificate| certificate.clearance_m()),
         }
     }
 
     fn picture(&self) -> Picture {
-        let (robot, scene) = (&*self.robot, &*self.scene);
-        let held = self.held.iter().flatten().zip(robot.held()).map(|(value, of)| (of.name.clone(), *value));
+        let robot = &*self.robot;
+        let scene = &*self.scene;
+        let held = self
+            .held
+            .iter()
+            .flatten()
+            .zip(robot.held())
+            .map(|(value, of)| (of.name.clone(), *value));
         let subject = ResultSubject {
             robot: RobotSource {
                 label: Some(self.asked.robot.clone()),
@@ -264,11 +312,21 @@ impl Answer {
             request_id: Some(format!("{:016x}", self.request_id)),
             time_s: self.time_s,
             lengths_over_time: self.lengths.clone(),
-            variables: robot.variables().iter().map(|variable| variable.name.clone()).collect(),
+            variables: robot
+                .variables()
+                .iter()
+                .map(|variable| variable.name.clone())
+                .collect(),
             path_before: rows(&self.input),
             subject,
             ..ResultFile::of(&self.outcome)
         };
-        Picture::of(Sight { result, robot, scene, visuals: Vec::new(), notes: Vec::new() })
+        Picture::of(Sight {
+            result,
+            robot,
+            scene,
+            visuals: Vec::new(),
+            notes: Vec::new(),
+        })
     }
 }

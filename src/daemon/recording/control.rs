@@ -33,10 +33,15 @@ impl EventLoop {
     /// Writes one request to a file of its own.
     pub(in crate::daemon) fn bundle(&mut self, control: IncomingControl, id: &str, file: PathBuf) {
         let stories = self.stories.find(id);
-        let known = stories.first().map(|story| story.request_id).ok_or_else(|| {
-            let text = format!("no request {id} among the last ones; `taut why` without an id lists the newest");
-            Refusal::new(Code::InvalidObjectName, text)
-        });
+        let known = stories
+            .first()
+            .map(|story| story.request_id)
+            .ok_or_else(|| {
+                let text = format!(
+                    "no request {id} among the last ones; `taut why` without an id lists the newest"
+                );
+                Refusal::new(Code::InvalidObjectName, text)
+            });
         let story = serde_json::to_string(&stories).expect("stories hold only plain values");
         self.ask_recorder(control, |recorder, token| {
             absolute(&file)?;
@@ -44,7 +49,11 @@ impl EventLoop {
         });
     }
 
-    fn ask_recorder(&mut self, control: IncomingControl, ask: impl FnOnce(&mut Recorder, u64) -> Result<(), Refusal>) {
+    fn ask_recorder(
+        &mut self,
+        control: IncomingControl,
+        ask: impl FnOnce(&mut Recorder, u64) -> Result<(), Refusal>,
+    ) {
         let token = self.next_number();
         match ask(&mut self.recorder, token) {
             Ok(()) => self.wait_for_thread(control, token),

@@ -1,8 +1,10 @@
-//! Recorded runs: requests with their robots and scenes and the answers they got, so that the same answers can be
-//! computed again elsewhere, to the last bit (`taut record`, `taut replay`, `taut why --bundle`).
+//! Recorded runs: requests with their robots and scenes and the answers they got, so that the same
+//! answers can be computed again elsewhere, to the last bit (`taut record`, `taut replay`,
+//! `taut why --bundle`).
 //!
-//! The I/O thread only hands over what it holds anyway, all of it shared; a thread of its own writes. What would have
-//! to wait because the disk is slow is left out and counted. The last answers are remembered for a bundle.
+//! The I/O thread only hands over what it holds anyway, all of it shared; a thread of its own
+//! writes. What would have to wait because the disk is slow is left out and counted. The last
+//! answers are remembered for a bundle.
 
 mod control;
 mod read;
@@ -57,11 +59,13 @@ pub(super) struct Answer {
 }
 
 impl Answer {
-    /// Header and sections, as on the wire; one that is too large for the wire comes without sections, as nobody got
-    /// them.
+    /// Header and sections, as on the wire; one that is too large for the wire comes without
+    /// sections, as nobody got them.
     fn encoded(&self) -> (ResponseHeader, Vec<u8>) {
-        let (mut header, mut body) = (self.reply.header, self.reply.body());
-        (header.wire_version, header.header_len) = (WIRE_VERSION, size_of::<ResponseHeader>() as u32);
+        let mut header = self.reply.header;
+        let mut body = self.reply.body();
+        header.wire_version = WIRE_VERSION;
+        header.header_len = size_of::<ResponseHeader>() as u32;
         let bytes = body.lay_out(&mut header).unwrap_or_else(|_| {
             body = ResponseBody::default();
             header.waypoints = 0;

@@ -103,15 +103,20 @@ impl Recorded {
 }
 
 impl Recording {
-    /// Reads a file that `taut record` or `taut why --bundle` wrote. One that was not finished is read as far as it
-    /// goes.
+    /// Reads a file that `taut record` or `taut why --bundle` wrote. One that was not finished is
+    /// read as far as it goes.
     ///
     /// # Errors
     /// A file that cannot be read, or is damaged.
     pub fn read(file: &Path) -> Result<Self, RecordingError> {
-        let bytes =
-            std::fs::read(file).map_err(|source| RecordingError::Unreadable { file: file.to_owned(), source })?;
-        parse(&bytes).map_err(|text| RecordingError::Content { file: file.to_owned(), text })
+        let bytes = std::fs::read(file).map_err(|source| RecordingError::Unreadable {
+            file: file.to_owned(),
+            source,
+        })?;
+        parse(&bytes).map_err(|text| RecordingError::Content {
+            file: file.to_owned(),
+            text,
+        })
     }
 }
 
@@ -119,9 +124,13 @@ impl Recording {
 pub(super) fn parse(bytes: &[u8]) -> Result<Recording, String> {
     if !bytes.starts_with(START) {
         let start = String::from_utf8_lossy(START);
-        return Err(format!("no recorded run of this release, which starts with {:?}", start.trim_end()));
+        return Err(format!(
+            "no recorded run of this release, which starts with {:?}",
+            start.trim_end()
+        ));
     }
-    let contents = frames::parse::<RunRecord>(bytes, START.len()).map_err(|place| format!("damaged {place}"))?;
+    let contents = frames::parse::<RunRecord>(bytes, START.len())
+        .map_err(|place| format!("damaged {place}"))?;
     let mut reading = Reading {
         meshes: HashMap::new(),
         robots: HashMap::new(),
@@ -135,7 +144,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Recording, String> {
             torn: contents.torn,
         },
     };
-    contents.records.into_iter().try_for_each(|record| reading.take(record))?;
+    contents
+        .records
+        .into_iter()
+        .try_for_each(|record| reading.take(record))?;
     Ok(reading.run)
 }
 
@@ -154,7 +166,8 @@ impl Reading {
             RunRecord::Written(facts) => self.run.written = facts,
             RunRecord::Story(text) => self.run.story = text,
             RunRecord::Mesh { hash, parts } => {
-                self.meshes.insert(hash, Arc::new(restore_mesh(parts, hash)?));
+                self.meshes
+                    .insert(hash, Arc::new(restore_mesh(parts, hash)?));
             }
             RunRecord::Robot { hash, robot } => {
                 let model = robot.restore(&mut |mesh| found(&self.meshes, "mesh", mesh))?;
@@ -167,8 +180,12 @@ impl Reading {
                 self.scenes.insert(hash, Arc::new(scene));
             }
             RunRecord::Moved { hash, base, moved } => {
-                let moves = moved.into_iter().map(|(id, pose)| SceneChange::Move { id, pose });
-                let scene = found(&self.scenes, "scene", base)?.with(moves).map_err(|error| error.to_string())?;
+                let moves = moved
+                    .into_iter()
+                    .map(|(id, pose)| SceneChange::Move { id, pose });
+                let scene = found(&self.scenes, "scene", base)?
+                    .with(moves)
+                    .map_err(|error| error.to_string())?;
                 same("scene", hash, scene.hash())?;
                 self.scenes.insert(hash, Arc::new(scene));
             }
@@ -194,35 +211,62 @@ impl Reading {
             scene_id: request.scene_id,
             scene_version: request.scene_version,
             settings: Arc::new(request.settings),
-            path: Arc::new(path.ok_or_else(|| format!("request {} has no whole rows", request.number))?),
+            path: Arc::new(
+                path.ok_or_else(|| format!("request {} has no whole rows", request.number))?,
+            ),
             is_recorded: true,
         };
         self.newest.insert(question.number, self.run.requests.len());
-        self.run.requests.push(Recorded { question, answer: None, abandoned: false });
+        self.run.requests.push(Recorded {
+            question,
+            answer: None,
+            abandoned: false,
+        });
         Ok(())
     }
 
     fn answer(&mut self, answer: AnswerRecord) -> Result<(), String> {
-        let AnswerRecord { number, way, header, payload } = answer;
+        let AnswerRecord {
+            number,
+            way,
+            header,
+            payload,
+        } = answer;
         let header: ResponseHeader = bytemuck::try_pod_read_unaligned(&header)
             .map_err(|error| format!("the answer to request {number} has no header: {error}"))?;
         // Sections are read in place; they start at multiples of their alignment.
-        ResponseView::parse(header, &payload).map_err(|error| format!("the answer to request {number}: {error}"))?;
-        self.asked(number)?.answer = Some(RecordedAnswer { way, header, payload });
+        ResponseView::parse(header, &payload)
+            .map_err(|error| format!("the answer to request {number}: {error}"))?;
+        self.asked(number)?.answer = Some(RecordedAnswer {
+            way,
+            header,
+            payload,
+        });
         Ok(())
     }
 
     fn asked(&mut self, number: u64) -> Result<&mut Recorded, String> {
-        let index =
-            self.newest.get(&number).ok_or_else(|| format!("an answer to request {number}, which is not there"))?;
+        let index = self
+            .newest
+            .get(&number)
+            .ok_or_else(|| format!("an answer to request {number}, which is not there"))?;
         Ok(&mut self.run.requests[*index])
     }
 }
 
 fn found<T>(known: &HashMap<u64, Arc<T>>, what: &str, hash: u64) -> Result<Arc<T>, String> {
-    known.get(&hash).cloned().ok_or_else(|| format!("the {what} {hash:016x} is named before it stands there"))
+    known
+        .get(&hash)
+        .cloned()
+        .ok_or_else(|| format!("the {what} {hash:016x} is named before it stands there"))
 }
 
 fn same(what: &str, named: u64, is: u64) -> Result<(), String> {
-    if named == is { Ok(()) } else { Err(format!("a {what} that should have hash {named:016x} has {is:016x}")) }
+    if named == is {
+        Ok(())
+    } else {
+        Err(format!(
+            "a {what} that should have hash {named:016x} has {is:016x}"
+        ))
+    }
 }

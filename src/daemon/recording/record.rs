@@ -12,7 +12,8 @@ use crate::daemon::event::Way;
 /// How the file starts; the number counts changes of its format.
 pub(super) const START: &[u8] = b"taut run 2\n";
 
-/// One record of a run, in the order in which things happened. What a record names stands before it.
+/// One record of a run, in the order in which things happened. What a record names stands before
+/// it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) enum RunRecord {
     /// Who wrote it: facts by name.
@@ -24,7 +25,11 @@ pub(super) enum RunRecord {
     /// A scene, which requests name by its hash.
     Scene { hash: u64, scene: SceneRecord },
     /// A scene that is another one but for where these objects are.
-    Moved { hash: u64, base: u64, moved: Vec<(String, Pose)> },
+    Moved {
+        hash: u64,
+        base: u64,
+        moved: Vec<(String, Pose)>,
+    },
     /// A request that was let in.
     Request(Box<RequestRecord>),
     /// Its answer.

@@ -26,12 +26,22 @@ const PATIENCE_NS: u64 = 5_000_000_000;
 
 /// What the thread is told.
 enum Line {
-    Begin { file: PathBuf, token: u64 },
+    Begin {
+        file: PathBuf,
+        token: u64,
+    },
     Asked(Arc<Question>),
     Answered(Arc<Question>, Arc<Answer>),
     Abandoned(u64),
-    End { token: Option<u64> },
-    Bundle { file: PathBuf, story: String, kept: Vec<Kept>, token: u64 },
+    End {
+        token: Option<u64>,
+    },
+    Bundle {
+        file: PathBuf,
+        story: String,
+        kept: Vec<Kept>,
+        token: u64,
+    },
 }
 
 type Kept = (Arc<Question>, Arc<Answer>);
@@ -69,10 +79,23 @@ impl Recorder {
     pub(in crate::daemon) fn start(events: EventSender) -> std::io::Result<(Self, JoinHandle<()>)> {
         let (lines, receiver) = unbounded();
         let counts = Arc::<Counts>::default();
-        let mut thread = Writing { events, run: None, counts: counts.clone() };
+        let mut thread = Writing {
+            events,
+            run: None,
+            counts: counts.clone(),
+        };
         let named = std::thread::Builder::new().name("taut-recorder".into());
         let joined = named.spawn(move || thread.work(&receiver))?;
-        Ok((Self { lines: Some(lines), running: None, kept: VecDeque::new(), kept_bytes: 0, counts }, joined))
+        Ok((
+            Self {
+                lines: Some(lines),
+                running: None,
+                kept: VecDeque::new(),
+                kept_bytes: 0,
+                counts,
+            },
+            joined,
+        ))
     }
 
     fn send(&self, line: Line) {
@@ -86,7 +109,8 @@ impl Recorder {
         self.running.is_some() && !self.counts.has_failed.load(Relaxed)
     }
 
-    /// Begins to record to a file, or tells how that goes; `None` where the thread answers the control request.
+    /// Begins to record to a file, or tells how that goes; `None` where the thread answers the
+    /// control request.
     ///
     /// # Errors
     /// Another recording runs.
@@ -97,10 +121,16 @@ impl Recorder {
         now_ns: u64,
     ) -> Result<Option<RecordingState>, Refusal> {
         let has_failed = self.counts.has_failed.load(Relaxed);
-        if let Some(running) = self.running.as_mut().filter(|running| !has_failed || running.file == file) {
+        if let Some(running) = self
+            .running
+            .as_mut()
+            .filter(|running| !has_failed || running.file == file)
+        {
             if running.file != file {
-                let text =
-                    format!("this daemon records to {} already; end that `taut record` first", running.file.display());
+                let text = format!(
+                    "this daemon records to {} already; end that `taut record` first",
+                    running.file.display()
+                );
                 return Err(Refusal::new(Code::LabelTaken, text));
             }
             running.asked_about_ns = now_ns;
@@ -111,7 +141,10 @@ impl Recorder {
             return state;
         }
         self.counts.begin();
-        self.running = Some(Running { file: file.clone(), asked_about_ns: now_ns });
+        self.running = Some(Running {
+            file: file.clone(),
+            asked_about_ns: now_ns,
+        });
         self.send(Line::Begin { file, token });
         Ok(None)
     }
@@ -122,7 +155,10 @@ impl Recorder {
     /// None runs.
     pub(in crate::daemon) fn end(&mut self, token: Option<u64>) -> Result<(), Refusal> {
         if self.running.take().is_none() {
-            return Err(Refusal::new(Code::MalformedRequest, "nothing is being recorded"));
+            return Err(Refusal::new(
+                Code::MalformedRequest,
+                "nothing is being recorded",
+            ));
         }
         self.send(Line::End { token });
         Ok(())
@@ -130,9 +166,15 @@ impl Recorder {
 
     /// Ends a recording of which nobody has asked how it goes for too long: who wanted it is gone.
     pub(in crate::daemon) fn end_forgotten(&mut self, now_ns: u64) {
-        let forgotten = self.running.as_ref().filter(|running| now_ns > running.asked_about_ns + PATIENCE_NS);
+        let forgotten = self
+            .running
+            .as_ref()
+            .filter(|running| now_ns > running.asked_about_ns + PATIENCE_NS);
         if let Some(running) = forgotten {
-            tracing::info!("recording to {} ends: who asked for it is gone", running.file.display());
+            tracing::info!(
+                "recording to {} ends: who asked for it is gone",
+                running.file.display()
+            );
             let _ = self.end(None);
         }
     }
@@ -161,7 +203,8 @@ impl Recorder {
 
     /// It has its answer.
     pub(in crate::daemon) fn answered(&mut self, question: &Arc<Question>, answer: Answer) {
-        let (bytes, answer) = (answer.bytes(), Arc::new(answer));
+        let bytes = answer.bytes();
+        let answer = Arc::new(answer);
         if question.is_recorded && self.is_running() && self.takes(bytes as u64) {
             self.counts.answers.fetch_add(1, Relaxed);
             self.send(Line::Answered(question.clone(), answer.clone()));
@@ -184,12 +227,15 @@ impl Recorder {
         self.kept_bytes += bytes;
         self.kept.push_back(kept);
         while self.kept.len() > REMEMBERED || self.kept_bytes > REMEMBERED_BYTES {
-            let Some(oldest) = self.kept.pop_front() else { break };
+            let Some(oldest) = self.kept.pop_front() else {
+                break;
+            };
             self.kept_bytes -= bytes_of(&oldest);
         }
     }
 
-    /// Writes the requests of this id that are remembered to a file; the thread answers the control request.
+    /// Writes the requests of this id that are remembered to a file; the thread answers the control
+    /// request.
     ///
     /// # Errors
     /// None is remembered.
@@ -200,7 +246,10 @@ impl Recorder {
         story: String,
         token: u64,
     ) -> Result<(), Refusal> {
-        let meant = self.kept.iter().filter(|(question, _)| question.request_id == request_id);
+        let meant = self
+            .kept
+            .iter()
+            .filter(|(question, _)| question.request_id == request_id);
         let kept: Vec<Kept> = meant.cloned().collect();
         if kept.is_empty() {
             let text = format!(
@@ -209,7 +258,12 @@ impl Recorder {
             );
             return Err(Refusal::new(Code::InvalidObjectName, text));
         }
-        self.send(Line::Bundle { file, story, kept, token });
+        self.send(Line::Bundle {
+            file,
+            story,
+            kept,
+            token,
+        });
         Ok(())
     }
 
@@ -228,7 +282,10 @@ impl Answer {
 }
 
 fn bytes_of((question, answer): &Kept) -> usize {
-    size_of_val(question.path.as_flat()) + answer.bytes() + size_of::<Question>() + size_of::<Answer>()
+    size_of_val(question.path.as_flat())
+        + answer.bytes()
+        + size_of::<Question>()
+        + size_of::<Answer>()
 }
 
 impl Counts {
@@ -249,7 +306,10 @@ impl Counts {
     fn state(&self, file: &Path) -> Result<RecordingState, Refusal> {
         if self.has_failed.load(Relaxed) {
             let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
-            return Err(Refusal::new(Code::ResourceExhausted, format!("not recorded: {failure}")));
+            return Err(Refusal::new(
+                Code::ResourceExhausted,
+                format!("not recorded: {failure}"),
+            ));
         }
         let of = |count: &AtomicU64| count.load(Relaxed);
         Ok(RecordingState {
@@ -274,7 +334,8 @@ impl Writing {
         for line in lines {
             match line {
                 Line::Begin { file, token } => {
-                    let created = RunWriter::create(&file).map_err(|error| format!("{}: {error}", file.display()));
+                    let created = RunWriter::create(&file)
+                        .map_err(|error| format!("{}: {error}", file.display()));
                     let refuse = |text: String| {
                         self.counts.fail(text.clone());
                         Refusal::new(Code::UnreadableFile, format!("cannot record to {text}"))
@@ -286,19 +347,33 @@ impl Writing {
                     self.answer(Some(token), begun);
                 }
                 Line::Asked(question) => {
-                    self.counts.waiting.fetch_sub(size_of_val(question.path.as_flat()) as u64, Relaxed);
+                    self.counts
+                        .waiting
+                        .fetch_sub(size_of_val(question.path.as_flat()) as u64, Relaxed);
                     self.write(|run| run.request(&question));
                 }
                 Line::Answered(question, answer) => {
-                    self.counts.waiting.fetch_sub(answer.bytes() as u64, Relaxed);
+                    self.counts
+                        .waiting
+                        .fetch_sub(answer.bytes() as u64, Relaxed);
                     self.write(|run| run.answer(question.number, &answer));
                 }
-                Line::Abandoned(number) => self.write(|run| run.write(&RunRecord::Abandoned { number })),
+                Line::Abandoned(number) => {
+                    self.write(|run| run.write(&RunRecord::Abandoned { number }))
+                }
                 Line::End { token } => self.end(token),
-                Line::Bundle { file, story, kept, token } => {
+                Line::Bundle {
+                    file,
+                    story,
+                    kept,
+                    token,
+                } => {
                     let written = write_bundle(&file, story, &kept);
                     let failed = |error| {
-                        Refusal::new(Code::ResourceExhausted, format!("cannot write {}: {error}", file.display()))
+                        Refusal::new(
+                            Code::ResourceExhausted,
+                            format!("cannot write {}: {error}", file.display()),
+                        )
                     };
                     let count = kept.len() as u64;
                     let state = written.map_err(failed).map(|bytes| RecordingState {
@@ -316,7 +391,9 @@ impl Writing {
 
     /// Writes to the file that is open; after a failure there is none.
     fn write(&mut self, write: impl FnOnce(&mut RunWriter) -> Result<(), String>) {
-        let Some((file, run)) = &mut self.run else { return };
+        let Some((file, run)) = &mut self.run else {
+            return;
+        };
         if let Err(error) = write(run) {
             self.counts.fail(format!("{}: {error}", file.display()));
             self.run = None;

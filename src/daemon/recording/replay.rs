@@ -1,4 +1,5 @@
-//! Computing a run again: each request from the same bits, told to end where it was told to end then.
+//! Computing a run again: each request from the same bits, told to end where it was told to end
+//! then.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -43,34 +44,60 @@ pub struct Replay<'a> {
 impl<'a> Replay<'a> {
     /// Of this run.
     pub fn new(run: &'a Recording) -> Self {
-        Self { run, models: Mutex::default() }
+        Self {
+            run,
+            models: Mutex::default(),
+        }
     }
 
     /// Computes the request of this index again.
     pub fn run(&self, index: usize, workspace: &mut Workspace) -> Replayed {
         let recorded = &self.run.requests[index];
-        let without = |why| Replayed { verdict: Verdict::NotCompared(why), header: None };
-        let Some(answer) = &recorded.answer else {
-            return without(if recorded.abandoned { "its client dropped it" } else { "no answer is recorded" });
+        let without = |why| Replayed {
+            verdict: Verdict::NotCompared(why),
+            header: None,
         };
-        let Way::Computed(stopped) = answer.way else { return without("it was over before it was begun") };
+        let Some(answer) = &recorded.answer else {
+            return without(if recorded.abandoned {
+                "its client dropped it"
+            } else {
+                "no answer is recorded"
+            });
+        };
+        let Way::Computed(stopped) = answer.way else {
+            return without("it was over before it was begun");
+        };
         let job = self.job(&recorded.question);
         let mut asked = 0;
         let mut stop = || {
             asked += 1;
-            stopped.filter(|stopped| asked >= stopped.asked).map(|stopped| stopped.cause)
+            stopped
+                .filter(|stopped| asked >= stopped.asked)
+                .map(|stopped| stopped.cause)
         };
         let computed = computing::compute(&job, workspace, &mut stop, &mut |_| {});
-        let (header, payload) = Answer { reply: computed.reply, way: answer.way }.encoded();
+        let (header, payload) = Answer {
+            reply: computed.reply,
+            way: answer.way,
+        }
+        .encoded();
         let verdict = match difference(answer, header, &payload) {
             None => Verdict::Equal,
             Some(difference) => Verdict::Differs(difference),
         };
-        Replayed { verdict, header: Some(header) }
+        Replayed {
+            verdict,
+            header: Some(header),
+        }
     }
 
     fn job(&self, question: &Question) -> Job {
-        let Question { robot, scene, settings, .. } = question;
+        let Question {
+            robot,
+            scene,
+            settings,
+            ..
+        } = question;
         let snapshot = Snapshot {
             robot: robot.clone(),
             weights: settings.weights.clone().unwrap_or_default().into(),
@@ -110,13 +137,18 @@ impl<'a> Replay<'a> {
     }
 }
 
-/// The first difference of two answers in what does not depend on when and where they were computed.
+/// The first difference of two answers in what does not depend on when and where they were
+/// computed.
 fn difference(recorded: &RecordedAnswer, header: ResponseHeader, payload: &[u8]) -> Option<String> {
-    let views = [(recorded.header, &*recorded.payload), (header, payload)].map(|(h, p)| ResponseView::parse(h, p));
-    let [Ok(then), Ok(now)] = views else { return Some("an answer that is none".to_owned()) };
+    let views = [(recorded.header, &*recorded.payload), (header, payload)]
+        .map(|(h, p)| ResponseView::parse(h, p));
+    let [Ok(then), Ok(now)] = views else {
+        return Some("an answer that is none".to_owned());
+    };
     let code = |view: &ResponseView| Code::name(view.code);
     let proved = |header: &ResponseHeader| u64::from(header.flags & ResponseFlags::PROVED);
-    let (a, b) = (&then.header, &now.header);
+    let a = &then.header;
+    let b = &now.header;
     let numbers = [
         ("proved", proved(a), proved(b)),
         ("waypoints", a.waypoints.into(), b.waypoints.into()),
@@ -135,16 +167,52 @@ fn difference(recorded: &RecordedAnswer, header: ResponseHeader, payload: &[u8])
         ("searched_m", a.searched_m, b.searched_m),
     ];
     let sections = [
-        ("certificate", bytemuck::cast_slice(then.certificate), bytemuck::cast_slice(now.certificate)),
-        ("certificate_head", bytes_of(then.certificate_head), bytes_of(now.certificate_head)),
-        ("lowered_pairs", bytemuck::cast_slice(then.lowered_pairs), bytemuck::cast_slice(now.lowered_pairs)),
-        ("active_contacts", bytemuck::cast_slice(then.active_contacts), bytemuck::cast_slice(now.active_contacts)),
-        ("reach", bytemuck::cast_slice(then.reach), bytemuck::cast_slice(now.reach)),
-        ("stages", bytemuck::cast_slice(then.stages), bytemuck::cast_slice(now.stages)),
-        ("turned_columns", bytemuck::cast_slice(then.turned_columns), bytemuck::cast_slice(now.turned_columns)),
-        ("pinched_pairs", bytemuck::cast_slice(then.pinched_pairs), bytemuck::cast_slice(now.pinched_pairs)),
+        (
+            "certificate",
+            bytemuck::cast_slice(then.certificate),
+            bytemuck::cast_slice(now.certificate),
+        ),
+        (
+            "certificate_head",
+            bytes_of(then.certificate_head),
+            bytes_of(now.certificate_head),
+        ),
+        (
+            "lowered_pairs",
+            bytemuck::cast_slice(then.lowered_pairs),
+            bytemuck::cast_slice(now.lowered_pairs),
+        ),
+        (
+            "active_contacts",
+            bytemuck::cast_slice(then.active_contacts),
+            bytemuck::cast_slice(now.active_contacts),
+        ),
+        (
+            "reach",
+            bytemuck::cast_slice(then.reach),
+            bytemuck::cast_slice(now.reach),
+        ),
+        (
+            "stages",
+            bytemuck::cast_slice(then.stages),
+            bytemuck::cast_slice(now.stages),
+        ),
+        (
+            "turned_columns",
+            bytemuck::cast_slice(then.turned_columns),
+            bytemuck::cast_slice(now.turned_columns),
+        ),
+        (
+            "pinched_pairs",
+            bytemuck::cast_slice(then.pinched_pairs),
+            bytemuck::cast_slice(now.pinched_pairs),
+        ),
         ("refusal", bytes_of(then.refusal), bytes_of(now.refusal)),
-        ("warnings", bytemuck::cast_slice(then.warnings), bytemuck::cast_slice(now.warnings)),
+        (
+            "warnings",
+            bytemuck::cast_slice(then.warnings),
+            bytemuck::cast_slice(now.warnings),
+        ),
         ("names", then.names.as_bytes(), now.names.as_bytes()),
         ("message", then.message.as_bytes(), now.message.as_bytes()),
     ];
@@ -155,22 +223,41 @@ fn difference(recorded: &RecordedAnswer, header: ResponseHeader, payload: &[u8])
         return differs("code", &code(&then), &code(&now));
     }
     if then.termination != now.termination {
-        return differs("termination", &format!("{:?}", then.termination), &format!("{:?}", now.termination));
+        return differs(
+            "termination",
+            &format!("{:?}", then.termination),
+            &format!("{:?}", now.termination),
+        );
     }
     let unequal = numbers.iter().find(|(_, then, now)| then != now);
     let unequal = unequal.and_then(|(name, then, now)| differs(name, then, now));
     let path = || {
-        let place = then.path.iter().zip(now.path).position(|(a, b)| a.to_bits() != b.to_bits())?;
-        let (row, column) = (place / a.variables.max(1) as usize, place % a.variables.max(1) as usize);
-        differs(&format!("waypoint {row}, column {column}"), &then.path[place], &now.path[place])
+        let place = then
+            .path
+            .iter()
+            .zip(now.path)
+            .position(|(a, b)| a.to_bits() != b.to_bits())?;
+        let row = place / a.variables.max(1) as usize;
+        let column = place % a.variables.max(1) as usize;
+        differs(
+            &format!("waypoint {row}, column {column}"),
+            &then.path[place],
+            &now.path[place],
+        )
     };
     let measured = || {
-        let unequal = measures.iter().find(|(_, then, now)| then.to_bits() != now.to_bits());
+        let unequal = measures
+            .iter()
+            .find(|(_, then, now)| then.to_bits() != now.to_bits());
         unequal.and_then(|(name, then, now)| differs(name, then, now))
     };
     let section = || {
         let (name, then, now) = sections.iter().find(|(_, then, now)| then != now)?;
-        Some(format!("section {name} of {} bytes is another, of {} bytes", then.len(), now.len()))
+        Some(format!(
+            "section {name} of {} bytes is another, of {} bytes",
+            then.len(),
+            now.len()
+        ))
     };
     unequal.or_else(path).or_else(measured).or_else(section)
 }
@@ -183,7 +270,13 @@ fn bytes_of<T: bytemuck::NoUninit>(record: Option<&T>) -> &[u8] {
 impl std::fmt::Display for Recorded {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         let (scene, version) = self.scene();
-        let (id, mode, robot, waypoints) = (self.request_id(), self.mode(), self.robot(), self.waypoints());
-        write!(f, "{id:016x}   {mode} {robot} in {scene} v{version}   {waypoints} waypoints")
+        let id = self.request_id();
+        let mode = self.mode();
+        let robot = self.robot();
+        let waypoints = self.waypoints();
+        write!(
+            f,
+            "{id:016x}   {mode} {robot} in {scene} v{version}   {waypoints} waypoints"
+        )
     }
 }

@@ -34,8 +34,16 @@ impl RunWriter {
         let mut file = File::create(path).map_err(|error| error.to_string())?;
         file.write_all(START).map_err(|error| error.to_string())?;
         let bytes = START.len() as u64;
-        let mut writer = Self { file, bytes, written: HashSet::new(), scenes: HashMap::new() };
-        let facts = [("taut", env!("CARGO_PKG_VERSION")), ("machine", std::env::consts::ARCH)];
+        let mut writer = Self {
+            file,
+            bytes,
+            written: HashSet::new(),
+            scenes: HashMap::new(),
+        };
+        let facts = [
+            ("taut", env!("CARGO_PKG_VERSION")),
+            ("machine", std::env::consts::ARCH),
+        ];
         let facts = facts.map(|(name, value)| (name.to_owned(), value.to_owned()));
         writer.write(&RunRecord::Written(BTreeMap::from(facts)))?;
         Ok(writer)
@@ -45,17 +53,23 @@ impl RunWriter {
     pub(super) fn write(&mut self, record: &RunRecord) -> Result<(), String> {
         let mut bytes = Vec::new();
         frames::encode(record, &mut bytes)?;
-        self.file.write_all(&bytes).map_err(|error| error.to_string())?;
+        self.file
+            .write_all(&bytes)
+            .map_err(|error| error.to_string())?;
         self.bytes += bytes.len() as u64;
         Ok(())
     }
 
     /// Writes a request, and what it needs first.
     pub(super) fn request(&mut self, question: &Question) -> Result<(), String> {
-        let (robot, scene) = (&question.robot, &question.scene);
+        let robot = &question.robot;
+        let scene = &question.scene;
         if self.written.insert(robot.hash()) {
             self.meshes(robot.links().iter().flat_map(|link| &link.shapes))?;
-            self.write(&RunRecord::Robot { hash: robot.hash(), robot: RobotRecord::of(robot)? })?;
+            self.write(&RunRecord::Robot {
+                hash: robot.hash(),
+                robot: RobotRecord::of(robot)?,
+            })?;
         }
         if self.written.insert(scene.hash()) {
             self.meshes(scene.objects().flat_map(|object| object.shapes.iter()))?;
@@ -82,17 +96,26 @@ impl RunWriter {
     /// A scene of which only something moved is written as that.
     fn scene(&mut self, scene_id: u64, scene: &Arc<Scene>) -> Result<(), String> {
         let hash = scene.hash();
-        let moved = self.scenes.get(&scene_id).and_then(|base| Some((base.hash(), moved_between(base, scene)?)));
+        let moved = self
+            .scenes
+            .get(&scene_id)
+            .and_then(|base| Some((base.hash(), moved_between(base, scene)?)));
         match moved {
             Some((base, moved)) => self.write(&RunRecord::Moved { hash, base, moved }),
-            None => self.write(&RunRecord::Scene { hash, scene: SceneRecord::of(scene)? }),
+            None => self.write(&RunRecord::Scene {
+                hash,
+                scene: SceneRecord::of(scene)?,
+            }),
         }
     }
 
     fn meshes<'a>(&mut self, shapes: impl Iterator<Item = &'a PlacedShape>) -> Result<(), String> {
         for mesh in meshes(shapes) {
             if self.written.insert(mesh.hash()) {
-                self.write(&RunRecord::Mesh { hash: mesh.hash(), parts: mesh_parts(mesh) })?;
+                self.write(&RunRecord::Mesh {
+                    hash: mesh.hash(),
+                    parts: mesh_parts(mesh),
+                })?;
             }
         }
         Ok(())
@@ -102,7 +125,12 @@ impl RunWriter {
     pub(super) fn answer(&mut self, number: u64, answer: &Answer) -> Result<(), String> {
         let (header, payload) = answer.encoded();
         let header = bytemuck::bytes_of(&header).to_vec();
-        self.write(&RunRecord::Answer(Box::new(AnswerRecord { number, way: answer.way, header, payload })))
+        self.write(&RunRecord::Answer(Box::new(AnswerRecord {
+            number,
+            way: answer.way,
+            header,
+            payload,
+        })))
     }
 }
 
@@ -113,6 +141,15 @@ fn moved_between(before: &Scene, after: &Scene) -> Option<Vec<(String, Pose)>> {
     if moves.iter().any(|(index, _)| *index as usize >= standing) {
         return None;
     }
-    let ids: Vec<&str> = after.obstacles().iter().map(|object| object.id.as_str()).collect();
-    Some(moves.into_iter().map(|(index, pose)| (ids[index as usize].to_owned(), pose)).collect())
+    let ids: Vec<&str> = after
+        .obstacles()
+        .iter()
+        .map(|object| object.id.as_str())
+        .collect();
+    Some(
+        moves
+            .into_iter()
+            .map(|(index, pose)| (ids[index as usize].to_owned(), pose))
+            .collect(),
+    )
 }

@@ -1,8 +1,8 @@
 //! Jobs that wait, and who computes when.
 //!
-//! There are as many *slots* as jobs may be computed at once, and more threads than slots: a long job that has to make
-//! room gives up its slot where it stands and keeps its thread, so that it goes on later as if nothing had been. Its
-//! answer is the same, bit for bit.
+//! There are as many *slots* as jobs may be computed at once, and more threads than slots: a long
+//! job that has to make room gives up its slot where it stands and keeps its thread, so that it
+//! goes on later as if nothing had been. Its answer is the same, bit for bit.
 
 mod order;
 #[cfg(test)]
@@ -24,7 +24,8 @@ const PAUSED_PER_SLOT: usize = 4;
 const PACE: f64 = 0.1;
 /// Computing time (ns) between two looks at who waits.
 const LOOK_NS: u64 = 500_000;
-/// After this time (ns) half of what a client has had is forgotten: who was greedy long ago, or away, is as any other.
+/// After this time (ns) half of what a client has had is forgotten: who was greedy long ago, or
+/// away, is as any other.
 const HALF_LIFE_NS: f64 = 1e8;
 /// Time (ns) between two times of forgetting.
 const FORGET_NS: u64 = 5_000_000;
@@ -34,7 +35,8 @@ pub(super) const fn threads(slots: usize) -> usize {
     slots * (1 + 2 * PAUSED_PER_SLOT)
 }
 
-/// Jobs that wait for a slot. Locks are held for a look through those that wait, never while anything is computed.
+/// Jobs that wait for a slot. Locks are held for a look through those that wait, never while
+/// anything is computed.
 pub(super) struct Schedule {
     state: Mutex<State>,
     /// Where each thread waits, for a job or, if its job has made room, for a slot.
@@ -109,7 +111,14 @@ pub(super) struct Turn {
 
 impl Turn {
     fn standing(&self, clients: &HashMap<u128, Share>) -> Standing {
-        standing(clients, self.client, self.class, Some(self.deadline_ns), self.job, self.computed_ns)
+        standing(
+            clients,
+            self.client,
+            self.class,
+            Some(self.deadline_ns),
+            self.job,
+            self.computed_ns,
+        )
     }
 }
 
@@ -122,24 +131,40 @@ fn standing(
     computed_ns: u64,
 ) -> Standing {
     let used_ns = clients.get(&client).map_or(0, |share| share.used_ns);
-    Standing { class, lead_ns: used_ns + computed_ns, deadline_ns: deadline_ns.unwrap_or(u64::MAX), number }
+    Standing {
+        class,
+        lead_ns: used_ns + computed_ns,
+        deadline_ns: deadline_ns.unwrap_or(u64::MAX),
+        number,
+    }
 }
 
 impl State {
-    /// Standings of the jobs that can be computed now: first those that wait, then those that have made room.
+    /// Standings of the jobs that can be computed now: first those that wait, then those that have
+    /// made room.
     fn standings(&self) -> impl Iterator<Item = Standing> + Clone {
         let waiting = self.ready_jobs().map(|(_, job)| self.standing_of(job));
         waiting.chain(self.paused.iter().map(|turn| turn.standing(&self.clients)))
     }
 
     fn standing_of(&self, job: &Job) -> Standing {
-        standing(&self.clients, job.client, job.priority, job.deadline_ns, job.id, 0)
+        standing(
+            &self.clients,
+            job.client,
+            job.priority,
+            job.deadline_ns,
+            job.id,
+            0,
+        )
     }
 
     /// Those whose model is made, by index.
     fn ready_jobs(&self) -> impl Iterator<Item = (usize, &Job)> + Clone {
         let is_of_use = !self.idle.is_empty();
-        self.waiting.iter().enumerate().filter(move |(_, job)| is_of_use && job.snapshot.model.is_ready())
+        self.waiting
+            .iter()
+            .enumerate()
+            .filter(move |(_, job)| is_of_use && job.snapshot.model.is_ready())
     }
 
     fn charge(&mut self, turn: &mut Turn, now_ns: u64) {
@@ -165,8 +190,11 @@ impl State {
         }
         self.forgotten_ns = now_ns;
         let left = 0.5_f64.powf(passed_ns as f64 / HALF_LIFE_NS);
-        self.clients.values_mut().for_each(|share| share.used_ns = (share.used_ns as f64 * left) as u64);
-        self.clients.retain(|_, share| share.jobs > 0 || share.used_ns > 0);
+        self.clients
+            .values_mut()
+            .for_each(|share| share.used_ns = (share.used_ns as f64 * left) as u64);
+        self.clients
+            .retain(|_, share| share.jobs > 0 || share.used_ns > 0);
     }
 
     fn leave(&mut self, client: u128) {
@@ -244,12 +272,14 @@ impl Schedule {
             if state.closed && state.waiting.is_empty() {
                 return None;
             }
-            state = self.seats[thread].wait(state).unwrap_or_else(PoisonError::into_inner);
+            state = self.seats[thread]
+                .wait(state)
+                .unwrap_or_else(PoisonError::into_inner);
         }
     }
 
-    /// Where a job may make room for another; returns when it is to go on. `is_over` tells that it has to end, which
-    /// needs no slot. Costs two reads where nobody waits.
+    /// Where a job may make room for another; returns when it is to go on. `is_over` tells that it
+    /// has to end, which needs no slot. Costs two reads where nobody waits.
     pub(super) fn make_room(&self, turn: &mut Turn, now_ns: u64, is_over: impl Fn() -> bool) {
         if self.ready.load(Ordering::Relaxed) == 0 || !turn.has_slot {
             return;
@@ -269,7 +299,12 @@ impl Schedule {
         state.free_slots += 1;
         self.fill_slots(&mut state);
         // Whoever gives a paused job a slot takes it from the list.
-        let is_paused = |state: &State| state.paused.iter().position(|paused| paused.job == turn.job);
+        let is_paused = |state: &State| {
+            state
+                .paused
+                .iter()
+                .position(|paused| paused.job == turn.job)
+        };
         while let Some(index) = is_paused(&state) {
             if is_over() {
                 state.paused.swap_remove(index);
@@ -288,10 +323,14 @@ impl Schedule {
 
     fn yields(&self, state: &State, turn: &Turn) -> bool {
         let standings: Vec<Standing> = state.standings().collect();
-        let Some(best) = order::next(standings.iter().copied()).map(|index| standings[index]) else { return false };
+        let Some(best) = order::next(standings.iter().copied()).map(|index| standings[index])
+        else {
+            return false;
+        };
         let own = turn.standing(&state.clients);
         let most = state.slots * PAUSED_PER_SLOT * if best.class > own.class { 2 } else { 1 };
-        state.paused.len() < most && own.yields_to(&best, turn.since_ns.saturating_sub(turn.begun_ns))
+        state.paused.len() < most
+            && own.yields_to(&best, turn.since_ns.saturating_sub(turn.begun_ns))
     }
 
     /// Ends a turn, whose job is answered.
@@ -332,9 +371,14 @@ impl Schedule {
 
     fn take_where(&self, is_meant: impl Fn(&Job) -> bool) -> Vec<Job> {
         let mut state = self.lock();
-        let meant: Vec<usize> =
-            (0..state.waiting.len()).rev().filter(|&index| is_meant(&state.waiting[index])).collect();
-        let mut taken: Vec<Job> = meant.into_iter().map(|index| state.take_job(index)).collect();
+        let meant: Vec<usize> = (0..state.waiting.len())
+            .rev()
+            .filter(|&index| is_meant(&state.waiting[index]))
+            .collect();
+        let mut taken: Vec<Job> = meant
+            .into_iter()
+            .map(|index| state.take_job(index))
+            .collect();
         taken.sort_by_key(|job| job.id);
         self.fill_slots(&mut state);
         taken
@@ -350,11 +394,16 @@ impl Schedule {
         self.lock().waiting.len()
     }
 
-    /// When (ns from now) a job of this client, class and deadline would be begun, as fast as jobs are begun now.
+    /// When (ns from now) a job of this client, class and deadline would be begun, as fast as jobs
+    /// are begun now.
     pub(super) fn wait_ns(&self, client: u128, class: u32, deadline_ns: Option<u64>) -> u64 {
         let state = self.lock();
         let new = standing(&state.clients, client, class, deadline_ns, u64::MAX, 0);
-        let ahead = state.waiting.iter().filter(|job| !state.standing_of(job).goes_after(&new)).count();
+        let ahead = state
+            .waiting
+            .iter()
+            .filter(|job| !state.standing_of(job).goes_after(&new))
+            .count();
         (ahead as f64 * state.begun.interval_ns) as u64
     }
 
@@ -367,12 +416,16 @@ impl Schedule {
     /// Gives every free slot to whoever is next. The one place where jobs get slots.
     fn fill_slots(&self, state: &mut State) {
         while state.free_slots > 0 {
-            let Some(next) = order::next(state.standings()) else { break };
+            let Some(next) = order::next(state.standings()) else {
+                break;
+            };
             let ready: Vec<usize> = state.ready_jobs().map(|(index, _)| index).collect();
             state.free_slots -= 1;
             match ready.get(next) {
                 Some(&index) => {
-                    let Some(thread) = state.idle.pop() else { unreachable!("jobs are ready only for idle threads") };
+                    let Some(thread) = state.idle.pop() else {
+                        unreachable!("jobs are ready only for idle threads")
+                    };
                     let job = state.waiting.swap_remove(index);
                     state.begun.one(state.waiting.len());
                     state.handed.push((thread, job));
@@ -384,8 +437,16 @@ impl Schedule {
                 }
             }
         }
-        self.ready.store(state.standings().count(), Ordering::Relaxed);
-        self.urgent.store(state.standings().map(|standing| standing.class).max().unwrap_or(0), Ordering::Relaxed);
+        self.ready
+            .store(state.standings().count(), Ordering::Relaxed);
+        self.urgent.store(
+            state
+                .standings()
+                .map(|standing| standing.class)
+                .max()
+                .unwrap_or(0),
+            Ordering::Relaxed,
+        );
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {

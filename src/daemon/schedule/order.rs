@@ -1,15 +1,17 @@
 //! Who is computed first.
 //!
-//! Between classes the higher one. Within a class clients share the workers: each job has a *lead*, what its client has
-//! had of them of late plus what the job itself has had, and jobs that lead by more than [`SHARE_NS`] wait for the others. Among
-//! those that do not, the earliest deadline goes first, else who came first. So a client with one short path does not wait for another's
-//! long ones, and a client's own short path not for its long one.
+//! Between classes the higher one. Within a class clients share the workers: each job has a *lead*,
+//! what its client has had of them of late plus what the job itself has had, and jobs that lead by
+//! more than [`SHARE_NS`] wait for the others. Among those that do not, the earliest deadline goes
+//! first, else who came first. So a client with one short path does not wait for another's long
+//! ones, and a client's own short path not for its long one.
 
 use std::cmp::Ordering;
 
 /// By how much (ns of computing) one job may lead another before it has to let it go first.
 pub(super) const SHARE_NS: u64 = 10_000_000;
-/// How long (ns) a job goes on beside one with an earlier deadline: two of one client would else take turns all the time.
+/// How long (ns) a job goes on beside one with an earlier deadline: two of one client would else
+/// take turns all the time.
 const TURN_NS: u64 = 4_000_000;
 
 /// What the order looks at.
@@ -55,10 +57,17 @@ impl Standing {
 /// Index of the job to compute next.
 pub(super) fn next(standings: impl Iterator<Item = Standing> + Clone) -> Option<usize> {
     let class = standings.clone().map(|standing| standing.class).max()?;
-    let in_class = move || standings.clone().enumerate().filter(move |(_, standing)| standing.class == class);
+    let in_class = move || {
+        standings
+            .clone()
+            .enumerate()
+            .filter(move |(_, standing)| standing.class == class)
+    };
     let least = in_class().min_by_key(|(_, standing)| standing.lead_ns)?.1;
     let eligible = in_class().filter(|(_, standing)| !standing.has_had_more_than(&least));
-    eligible.min_by_key(|(_, standing)| (standing.deadline_ns, standing.number)).map(|(index, _)| index)
+    eligible
+        .min_by_key(|(_, standing)| (standing.deadline_ns, standing.number))
+        .map(|(index, _)| index)
 }
 
 #[cfg(test)]
@@ -68,18 +77,43 @@ mod tests {
     const NONE: u64 = u64::MAX;
 
     fn standing(class: u32, lead_ms: u64, deadline_ns: u64, number: u64) -> Standing {
-        Standing { class, lead_ns: lead_ms * 1_000_000, deadline_ns, number }
+        Standing {
+            class,
+            lead_ns: lead_ms * 1_000_000,
+            deadline_ns,
+            number,
+        }
     }
 
     #[test]
     fn class_then_share_then_deadline_then_arrival() {
         let next = |standings: &[Standing]| next(standings.iter().copied());
         assert_eq!(next(&[]), None);
-        assert_eq!(next(&[standing(0, 0, NONE, 1), standing(1, 99, NONE, 2)]), Some(1), "class before share");
-        assert_eq!(next(&[standing(0, 50, 5, 1), standing(0, 0, 9, 2)]), Some(1), "share before deadline");
-        assert_eq!(next(&[standing(0, 9, 5, 1), standing(0, 0, 9, 2)]), Some(0), "deadline within the share");
-        assert_eq!(next(&[standing(0, 0, NONE, 2), standing(0, 9, NONE, 1)]), Some(1), "then order of arrival");
-        assert_eq!(next(&[standing(0, 0, 7, 2), standing(0, 0, 7, 1)]), Some(1), "then order of arrival");
+        assert_eq!(
+            next(&[standing(0, 0, NONE, 1), standing(1, 99, NONE, 2)]),
+            Some(1),
+            "class before share"
+        );
+        assert_eq!(
+            next(&[standing(0, 50, 5, 1), standing(0, 0, 9, 2)]),
+            Some(1),
+            "share before deadline"
+        );
+        assert_eq!(
+            next(&[standing(0, 9, 5, 1), standing(0, 0, 9, 2)]),
+            Some(0),
+            "deadline within the share"
+        );
+        assert_eq!(
+            next(&[standing(0, 0, NONE, 2), standing(0, 9, NONE, 1)]),
+            Some(1),
+            "then order of arrival"
+        );
+        assert_eq!(
+            next(&[standing(0, 0, 7, 2), standing(0, 0, 7, 1)]),
+            Some(1),
+            "then order of arrival"
+        );
     }
 
     #[test]
@@ -87,11 +121,16 @@ mod tests {
         let all: Vec<Standing> = [0, 1]
             .into_iter()
             .flat_map(|class| [0, 5, 30].map(move |lead| (class, lead)))
-            .flat_map(|(class, lead)| [3, NONE].map(move |deadline| standing(class, lead, deadline, lead)))
+            .flat_map(|(class, lead)| {
+                [3, NONE].map(move |deadline| standing(class, lead, deadline, lead))
+            })
             .collect();
         for a in &all {
             for b in &all {
-                assert!(!(a.goes_after(b) && b.goes_after(a)), "{a:?} and {b:?} would take turns for ever");
+                assert!(
+                    !(a.goes_after(b) && b.goes_after(a)),
+                    "{a:?} and {b:?} would take turns for ever"
+                );
                 assert!(a.goes_after(b) || !a.yields_to(b, 0));
                 if a.goes_after(b) {
                     assert_eq!(

@@ -13,8 +13,17 @@ use super::*;
 const MILLISECOND: u64 = 1_000_000;
 
 fn job(id: u64, client: u128, priority: u32, deadline_ns: Option<u64>) -> Job {
-    let links = vec![taut::robot::LinkDescription { name: "base".to_owned(), collision: Vec::new() }];
-    let robot = Arc::new(RobotModel::new(RobotDescription { links, ..RobotDescription::default() }).unwrap());
+    let links = vec![taut::robot::LinkDescription {
+        name: "base".to_owned(),
+        collision: Vec::new(),
+    }];
+    let robot = Arc::new(
+        RobotModel::new(RobotDescription {
+            links,
+            ..RobotDescription::default()
+        })
+        .unwrap(),
+    );
     let scene = Arc::new(Scene::default());
     let model = Arc::new(PreparedModel::new(robot.clone(), scene.clone()));
     model.give_up();
@@ -22,7 +31,15 @@ fn job(id: u64, client: u128, priority: u32, deadline_ns: Option<u64>) -> Job {
         id,
         request_id: id,
         client,
-        snapshot: Snapshot { robot, weights: Arc::new([]), scene, model, scene_id: 0, scene_hash: 0, scene_version: 1 },
+        snapshot: Snapshot {
+            robot,
+            weights: Arc::new([]),
+            scene,
+            model,
+            scene_id: 0,
+            scene_hash: 0,
+            scene_version: 1,
+        },
         path: Path::from_rows(1, vec![0.0]).unwrap().into(),
         settings: Settings::default().into(),
         deadline_ns,
@@ -70,7 +87,11 @@ fn a_long_job_makes_room_for_anothers_short_one_and_goes_on() {
     assert_eq!(turn.pauses, 0, "not before a look is due");
     let late_ns = turn.since_ns + order::SHARE_NS + 2 * MILLISECOND;
     schedule.make_room(&mut turn, late_ns, || false);
-    assert_eq!((turn.pauses, schedule.waiting()), (1, 0), "the other one is done");
+    assert_eq!(
+        (turn.pauses, schedule.waiting()),
+        (1, 0),
+        "the other one is done"
+    );
     assert!(turn.has_slot && turn.computed_ns > order::SHARE_NS);
     schedule.finish(&mut turn);
     assert_eq!(schedule.lock().free_slots, 1);
@@ -101,7 +122,8 @@ fn a_job_that_is_over_ends_without_a_slot() {
     }
     schedule.look_again();
     let paused = {
-        let (schedule, is_over) = (Arc::clone(&schedule), Arc::clone(&is_over));
+        let schedule = Arc::clone(&schedule);
+        let is_over = Arc::clone(&is_over);
         std::thread::spawn(move || {
             let now_ns = turn.since_ns + 1;
             schedule.make_room(&mut turn, now_ns, || is_over.load(Ordering::Relaxed));
@@ -128,24 +150,45 @@ fn what_is_taken_out_leaves_nothing_behind() {
     schedule.push(job(3, 3, 0, Some(now_ns + 1000 * MILLISECOND)));
     schedule.push(job(4, 4, 0, None));
     assert_eq!(schedule.next_deadline_ns(), Some(now_ns));
-    assert_eq!(schedule.take_expired(now_ns).iter().map(|job| job.id).collect::<Vec<_>>(), [2]);
+    assert_eq!(
+        schedule
+            .take_expired(now_ns)
+            .iter()
+            .map(|job| job.id)
+            .collect::<Vec<_>>(),
+        [2]
+    );
     assert_eq!(schedule.remove(3).map(|job| job.id), Some(3));
     assert!(schedule.remove(3).is_none());
     assert_eq!(schedule.take_all().len(), 1);
-    assert!(schedule.lock().clients.iter().all(|(client, share)| share.jobs == usize::from(*client == 1)));
+    assert!(
+        schedule
+            .lock()
+            .clients
+            .iter()
+            .all(|(client, share)| share.jobs == usize::from(*client == 1))
+    );
 }
 
 #[test]
 fn what_a_client_has_had_is_forgotten_in_time() {
     let (schedule, mut turn) = busy(0);
     let mut state = schedule.lock();
-    let (begun_ns, used_ns) = (turn.since_ns, 8 * order::SHARE_NS);
+    let begun_ns = turn.since_ns;
+    let used_ns = 8 * order::SHARE_NS;
     state.charge(&mut turn, begun_ns + used_ns);
     state.enter(2, begun_ns + used_ns);
-    assert_eq!((state.clients[&1].used_ns, state.clients[&2].used_ns), (used_ns, 0));
+    assert_eq!(
+        (state.clients[&1].used_ns, state.clients[&2].used_ns),
+        (used_ns, 0)
+    );
     state.forget(begun_ns + used_ns + 3 * HALF_LIFE_NS as u64);
     assert_eq!(state.clients[&1].used_ns, order::SHARE_NS);
     state.leave(2);
     state.forget(begun_ns + used_ns + 60 * HALF_LIFE_NS as u64);
-    assert_eq!(state.clients.len(), 1, "who is away and has nothing is not remembered");
+    assert_eq!(
+        state.clients.len(),
+        1,
+        "who is away and has nothing is not remembered"
+    );
 }

@@ -8,8 +8,8 @@ use proptest::prelude::*;
 /// Segment, ratio, jacobian and right-hand side of a row.
 type Given = (usize, f64, Vec<f64>, f64);
 
-/// Rows that all but depend on each other need such forces, of a model whose forces are about 1; whether they do
-/// depend is then no longer seen.
+/// Rows that all but depend on each other need such forces, of a model whose forces are about 1;
+/// whether they do depend is then no longer seen.
 const ROUNDING_DECIDES: f64 = 1e7;
 /// No path is as long as a step that goes so far.
 const FAR_AWAY: f64 = 1e3;
@@ -31,20 +31,35 @@ struct Solved {
 impl Case {
     fn random(seed: u64, waypoints: usize) -> Self {
         let on_lines = seed.is_multiple_of(3);
-        let instance = if on_lines { testing::lines(seed, waypoints, 3) } else { testing::instance(seed, waypoints) };
-        let (nv, mut path) = (instance.space.nv(), instance.rows.clone());
+        let instance = if on_lines {
+            testing::lines(seed, waypoints, 3)
+        } else {
+            testing::instance(seed, waypoints)
+        };
+        let nv = instance.space.nv();
+        let mut path = instance.rows.clone();
         testing::shake(&instance.space, &mut path, seed);
         let mut gradient = vec![0.0; waypoints * nv];
         cost(&instance).gradient(&path, &mut vec![0.0; nv], &mut gradient);
-        Self { instance, gradient, given: Vec::new(), random: fastrand::Rng::with_seed(seed ^ 0x5eed) }
+        Self {
+            instance,
+            gradient,
+            given: Vec::new(),
+            random: fastrand::Rng::with_seed(seed ^ 0x5eed),
+        }
     }
 
-    /// The same with so many half-spaces that one random step is in all of; some of them it only just is in.
+    /// The same with so many half-spaces that one random step is in all of; some of them it only
+    /// just is in.
     fn with_feasible(mut self, count: usize) -> Self {
         let inside = self.random_step();
         for _ in 0..count {
             let mut given = self.random_row();
-            let slack = if self.random.f64() < 0.3 { 0.0 } else { 0.3 * self.random.f64() };
+            let slack = if self.random.f64() < 0.3 {
+                0.0
+            } else {
+                0.3 * self.random.f64()
+            };
             given.3 = row(&given).of_step(&inside) - slack;
             self.given.push(given);
         }
@@ -64,14 +79,23 @@ impl Case {
         let Instance { fixed, moving, .. } = &self.instance;
         let may_move = |place: usize| !fixed[place / moving.len()] && moving[place % moving.len()];
         let random = &mut self.random;
-        (0..self.gradient.len()).map(|k| if may_move(k) { random.f64() - 0.5 } else { 0.0 }).collect()
+        (0..self.gradient.len())
+            .map(|k| if may_move(k) { random.f64() - 0.5 } else { 0.0 })
+            .collect()
     }
 
     fn random_row(&mut self) -> Given {
         let random = &mut self.random;
-        let jacobian = (0..self.instance.space.nv()).map(|_| random.f64() - 0.5).collect();
+        let jacobian = (0..self.instance.space.nv())
+            .map(|_| random.f64() - 0.5)
+            .collect();
         let ratio = [0.0, 1.0, random.f64(), random.f64()][random.usize(..4)];
-        (random.usize(..self.instance.fixed.len() - 1), ratio, jacobian, random.f64() - 0.5)
+        (
+            random.usize(..self.instance.fixed.len() - 1),
+            ratio,
+            jacobian,
+            random.f64() - 0.5,
+        )
     }
 
     /// The model of this case, without rows.
@@ -107,42 +131,81 @@ impl Case {
         Dense::new(&self.instance, set.rows(), &self.gradient)
     }
 
-    /// `J p ≥ b`, ν ≥ 0, ν (J p − b) = 0, H p + g = Jᵀ ν; fixed waypoints stay. Rows of `ignored` ask for nothing.
+    /// `J p ≥ b`, ν ≥ 0, ν (J p − b) = 0, H p + g = Jᵀ ν; fixed waypoints stay. Rows of `ignored`
+    /// ask for nothing.
     fn is_optimal(&self, set: &mut ActiveSet, ignored: &[usize]) -> Result<(), TestCaseError> {
-        let (step, dense) = (self.step(set), self.dense(set));
-        let p = DVector::from_iterator(dense.places.len(), dense.places.iter().map(|&place| step[place]));
+        let step = self.step(set);
+        let dense = self.dense(set);
+        let p = DVector::from_iterator(
+            dense.places.len(),
+            dense.places.iter().map(|&place| step[place]),
+        );
         let travel: f64 = step.iter().map(|p| p * p).sum();
-        prop_assert!((travel - p.norm_squared()).abs() <= 1e-12 * travel, "what may not move moves");
+        prop_assert!(
+            (travel - p.norm_squared()).abs() <= 1e-12 * travel,
+            "what may not move moves"
+        );
         let mut multipliers = DVector::zeros(set.rows().len());
         for (row, multiplier) in set.active() {
-            prop_assert!(multiplier >= 0.0 && !ignored.contains(&row), "row {row} pulls by {multiplier}");
+            prop_assert!(
+                multiplier >= 0.0 && !ignored.contains(&row),
+                "row {row} pulls by {multiplier}"
+            );
             multipliers[row] = multiplier;
         }
         let slack = &dense.jacobian * &p - &dense.right_hand_side;
         let tolerance = 1e-6 * (1.0 + p.amax());
-        for (row, &slack) in slack.iter().enumerate().filter(|(row, _)| !ignored.contains(row)) {
+        for (row, &slack) in slack
+            .iter()
+            .enumerate()
+            .filter(|(row, _)| !ignored.contains(row))
+        {
             prop_assert!(slack > -tolerance, "row {row} is left by {slack}");
-            prop_assert!(multipliers[row] == 0.0 || slack < tolerance, "row {row} holds from {slack} away");
+            prop_assert!(
+                multipliers[row] == 0.0 || slack < tolerance,
+                "row {row} holds from {slack} away"
+            );
         }
-        let force = &dense.hessian * &p + &dense.gradient - dense.jacobian.transpose() * &multipliers;
+        let force =
+            &dense.hessian * &p + &dense.gradient - dense.jacobian.transpose() * &multipliers;
         let forces = 1.0 + multipliers.amax() + dense.hessian.amax() * p.amax();
-        prop_assert!(force.amax() < 1e-7 * forces, "{} left of {}", force.amax(), forces);
+        prop_assert!(
+            force.amax() < 1e-7 * forces,
+            "{} left of {}",
+            force.amax(),
+            forces
+        );
         Ok(())
     }
 }
 
 fn cost(instance: &Instance) -> Cost<'_> {
-    Cost::new(&instance.space, &instance.metric, &instance.rows, &instance.fixed, &instance.moving)
+    Cost::new(
+        &instance.space,
+        &instance.metric,
+        &instance.rows,
+        &instance.fixed,
+        &instance.moving,
+    )
 }
 
 fn row((segment, ratio, jacobian, right_hand_side): &Given) -> Row<'_> {
-    Row { segment: *segment, ratio: *ratio, jacobian, right_hand_side: *right_hand_side }
+    Row {
+        segment: *segment,
+        ratio: *ratio,
+        jacobian,
+        right_hand_side: *right_hand_side,
+    }
 }
 
 /// Largest difference, for a largest step of 1.
 fn apart(a: &[f64], b: &[f64]) -> f64 {
     let scale = a.iter().fold(1.0, |scale: f64, a| scale.max(a.abs()));
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / scale
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max)
+        / scale
 }
 
 proptest! {
@@ -212,7 +275,8 @@ proptest! {
         case.is_optimal(&mut more.set, &[])?;
     }
 
-    /// What is said to be infeasible is, and without the row that is named all is as if it had never come.
+    /// What is said to be infeasible is, and without the row that is named all is as if it had
+    /// never come.
     #[test]
     fn infeasible_sets_are_reported_and_can_be_relaxed(seed: u64, waypoints in 3usize..7, rows in 1usize..40) {
         let case = Case::random(seed, waypoints).with_any(rows);
@@ -236,7 +300,8 @@ proptest! {
             let blamed: Vec<usize> = held.into_iter().chain([row]).collect();
             dense.jacobian = dense.jacobian.select_rows(&blamed);
             dense.right_hand_side = dense.right_hand_side.select_rows(&blamed);
-            // Rows that nearly depend on each other count as dependent: they could be met, but only far away.
+            // Rows that nearly depend on each other count as dependent: they could be met, but only
+            // far away.
             let met = dense.step_of_clarabel(Dense::HALF_SPACES);
             let most = met.map(|step| step.iter().fold(0.0, |most: f64, p| most.max(p.abs())));
             prop_assert!(most.is_none_or(|most| most > FAR_AWAY), "{:?} are feasible within {:?}", blamed, most);
@@ -268,26 +333,42 @@ fn rows_that_move_nothing_are_refused() {
     for seed in 0..60 {
         let case = Case::random(seed, 8);
         let Instance { fixed, moving, .. } = &case.instance;
-        let (cost, mut set) = (cost(&case.instance), case.begin());
+        let cost = cost(&case.instance);
+        let mut set = case.begin();
         let all = vec![1.0; moving.len()];
-        let still: Vec<f64> = moving.iter().map(|moves| f64::from(u8::from(!moves))).collect();
+        let still: Vec<f64> = moving
+            .iter()
+            .map(|moves| f64::from(u8::from(!moves)))
+            .collect();
         for segment in 0..fixed.len() - 1 {
             for ratio in [0.0, 0.4, 1.0] {
-                let moves = (ratio < 1.0 && !fixed[segment]) || (ratio > 0.0 && !fixed[segment + 1]);
+                let moves =
+                    (ratio < 1.0 && !fixed[segment]) || (ratio > 0.0 && !fixed[segment + 1]);
                 let before = set.rows().len();
                 let pushed = set.push(&cost, row(&(segment, ratio, all.clone(), 0.1)));
-                assert_eq!(pushed, moves.then_some(before), "ratio {ratio} of segment {segment}, seed {seed}");
-                assert_eq!(set.push(&cost, row(&(segment, ratio, still.clone(), 0.1))), None);
+                assert_eq!(
+                    pushed,
+                    moves.then_some(before),
+                    "ratio {ratio} of segment {segment}, seed {seed}"
+                );
+                assert_eq!(
+                    set.push(&cost, row(&(segment, ratio, still.clone(), 0.1))),
+                    None
+                );
                 assert_eq!(set.rows().len(), before + usize::from(moves));
             }
         }
         // The last waypoint has no successor, as the row of a limit there.
-        assert_eq!(set.push(&cost, row(&(fixed.len() - 1, 0.0, all, 0.1))), None);
+        assert_eq!(
+            set.push(&cost, row(&(fixed.len() - 1, 0.0, all, 0.1))),
+            None
+        );
     }
 }
 
-/// Of rows that all but depend on each other one too many is taken for independent: more hold the step than it has
-/// coordinates, with multipliers of 10¹⁶, and the step leaves rows that are said to be active.
+/// Of rows that all but depend on each other one too many is taken for independent: more hold the
+/// step than it has coordinates, with multipliers of 10¹⁶, and the step leaves rows that are said
+/// to be active.
 #[test]
 #[ignore = "known: what is left of a dependent row is rounding above `DEPENDENT`"]
 fn no_more_rows_are_active_than_the_step_has_coordinates() {
@@ -297,7 +378,11 @@ fn no_more_rows_are_active_than_the_step_has_coordinates() {
         while let Err(Infeasible { row }) = set.solve() {
             set.relax(row, f64::NEG_INFINITY);
         }
-        let (active, coordinates) = (set.active().count(), case.dense(&set).places.len());
-        assert!(active <= coordinates, "seed {seed}: {active} rows on {coordinates} coordinates");
+        let active = set.active().count();
+        let coordinates = case.dense(&set).places.len();
+        assert!(
+            active <= coordinates,
+            "seed {seed}: {active} rows on {coordinates} coordinates"
+        );
     }
 }

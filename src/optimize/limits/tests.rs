@@ -24,14 +24,29 @@ impl Case {
         let mut random = fastrand::Rng::with_seed(seed);
         let mut row = || {
             let jacobian = (0..JOINTS).map(|_| random.f64() - 0.5).collect();
-            (random.usize(..WAYPOINTS - 1), random.f64(), jacobian, 0.6 * (random.f64() - 0.5))
+            (
+                random.usize(..WAYPOINTS - 1),
+                random.f64(),
+                jacobian,
+                0.6 * (random.f64() - 0.5),
+            )
         };
         let rows = (0..3).map(|_| row()).collect();
-        Self { model: testing::sliders(JOINTS, (-0.1, 1.05)), instance, rows }
+        Self {
+            model: testing::sliders(JOINTS, (-0.1, 1.05)),
+            instance,
+            rows,
+        }
     }
 
     fn task(&self) -> Task<'_> {
-        let Instance { space, metric, fixed, moving, .. } = &self.instance;
+        let Instance {
+            space,
+            metric,
+            fixed,
+            moving,
+            ..
+        } = &self.instance;
         Task {
             model: &self.model,
             space,
@@ -48,23 +63,48 @@ impl Case {
 
     /// Step, part and the collision rows that were taken.
     fn solve(&self) -> (Vec<f64>, f64, usize) {
-        let (task, path) = (self.task(), &self.instance.rows);
+        let task = self.task();
+        let path = &self.instance.rows;
         let cost = Cost::new(task.space, task.metric, path, task.fixed, task.moving);
         let mut quadratic = QuadraticStep::new(&cost);
         for (segment, ratio, jacobian, right_hand_side) in &self.rows {
-            let (segment, ratio, right_hand_side) = (*segment, *ratio, *right_hand_side);
-            let _ = quadratic.append(&cost, Row { segment, ratio, jacobian, right_hand_side });
+            let segment = *segment;
+            let ratio = *ratio;
+            let right_hand_side = *right_hand_side;
+            let _ = quadratic.append(
+                &cost,
+                Row {
+                    segment,
+                    ratio,
+                    jacobian,
+                    right_hand_side,
+                },
+            );
         }
-        let (mut gradient, mut step) = (vec![0.0; path.len()], vec![0.0; path.len()]);
+        let mut gradient = vec![0.0; path.len()];
+        let mut step = vec![0.0; path.len()];
         cost.gradient(path, &mut [0.0; JOINTS], &mut gradient);
         let count = quadratic.rows().len();
-        let part = Limits::new(&task, task.fixed).solve(&mut quadratic, count, &cost, path, &gradient, &mut step);
+        let part = Limits::new(&task, task.fixed).solve(
+            &mut quadratic,
+            count,
+            &cost,
+            path,
+            &gradient,
+            &mut step,
+        );
         (step, part, count)
     }
 
     /// The same by Clarabel; `None` where no step keeps rows and limits.
     fn clarabel(&self) -> Option<Vec<f64>> {
-        let Instance { space, metric, rows: path, fixed, .. } = &self.instance;
+        let Instance {
+            space,
+            metric,
+            rows: path,
+            fixed,
+            ..
+        } = &self.instance;
         let n = path.len();
         let free: Vec<usize> = (0..WAYPOINTS).filter(|&i| !fixed[i]).collect();
         let tridiagonal = testing::tridiagonal(&segment_lengths(space, metric, path), fixed);
@@ -72,11 +112,16 @@ impl Case {
         for (a, &i) in free.iter().enumerate() {
             for (b, &j) in free.iter().enumerate() {
                 for v in 0..JOINTS {
-                    hessian[i * JOINTS + v][j * JOINTS + v] = tridiagonal[(a, b)] * metric.weights()[v].powi(2);
+                    hessian[i * JOINTS + v][j * JOINTS + v] =
+                        tridiagonal[(a, b)] * metric.weights()[v].powi(2);
                 }
             }
         }
-        let unit = |place: usize, value: f64| (0..n).map(|k| if k == place { value } else { 0.0 }).collect();
+        let unit = |place: usize, value: f64| {
+            (0..n)
+                .map(|k| if k == place { value } else { 0.0 })
+                .collect()
+        };
         let mut lines: Vec<Vec<f64>> = Vec::new();
         let mut right = Vec::new();
         for place in (0..n).filter(|place| fixed[place / JOINTS]) {
@@ -84,8 +129,19 @@ impl Case {
             right.push(0.0);
         }
         for (segment, ratio, jacobian, b) in &self.rows {
-            let row = Row { segment: *segment, ratio: *ratio, jacobian, right_hand_side: *b };
-            let entry = |k: usize| if fixed[k / JOINTS] { 0.0 } else { row.of_step(&unit(k, 1.0)) };
+            let row = Row {
+                segment: *segment,
+                ratio: *ratio,
+                jacobian,
+                right_hand_side: *b,
+            };
+            let entry = |k: usize| {
+                if fixed[k / JOINTS] {
+                    0.0
+                } else {
+                    row.of_step(&unit(k, 1.0))
+                }
+            };
             let line: Vec<f64> = (0..n).map(entry).collect();
             if line.iter().any(|x| *x != 0.0) {
                 lines.push(line);
@@ -97,7 +153,10 @@ impl Case {
             lines.extend([unit(k, 1.0), unit(k, -1.0)]);
             right.extend([1.05 - path[k], path[k] + 0.1]);
         }
-        let cones = [SupportedConeT::ZeroConeT(equalities), SupportedConeT::NonnegativeConeT(lines.len() - equalities)];
+        let cones = [
+            SupportedConeT::ZeroConeT(equalities),
+            SupportedConeT::NonnegativeConeT(lines.len() - equalities),
+        ];
         let cost = Cost::new(space, metric, path, fixed, &[true; JOINTS]);
         let mut gradient = vec![0.0; n];
         cost.gradient(path, &mut [0.0; JOINTS], &mut gradient);
@@ -108,8 +167,10 @@ impl Case {
             tol_feas: 1e-11,
             ..DefaultSettings::default()
         };
-        let (upper, matrix) = (CscMatrix::from(&hessian).to_triu(), CscMatrix::from(&lines));
-        let mut solver = DefaultSolver::new(&upper, &gradient, &matrix, &right, &cones, settings).expect("a QP");
+        let upper = CscMatrix::from(&hessian).to_triu();
+        let matrix = CscMatrix::from(&lines);
+        let mut solver =
+            DefaultSolver::new(&upper, &gradient, &matrix, &right, &cones, settings).expect("a QP");
         solver.solve();
         let solved = solver.solution.status == clarabel::solver::SolverStatus::Solved;
         solved.then(|| solver.solution.x.clone())
@@ -147,7 +208,11 @@ fn where_there_is_such_a_step_it_is_nearly_always_found() {
     let cases = (0..400).map(Case::random);
     let solvable: Vec<Case> = cases.filter(|case| case.clarabel().is_some()).collect();
     let found = solvable.iter().filter(|case| case.solve().1 == 1.0).count();
-    assert!(found * 100 >= solvable.len() * 98, "{found} of {}", solvable.len());
+    assert!(
+        found * 100 >= solvable.len() * 98,
+        "{found} of {}",
+        solvable.len()
+    );
 }
 
 #[test]
@@ -164,7 +229,13 @@ fn what_starts_outside_never_moves_further_out() {
 fn where_more_limits_are_left_than_rows_are_worth_the_step_is_cut() {
     let instance = testing::lines(7, 4 * MOST_HELD, JOINTS);
     let model = testing::sliders(JOINTS, (-0.1, 1.05));
-    let Instance { space, metric, rows: path, fixed, moving } = &instance;
+    let Instance {
+        space,
+        metric,
+        rows: path,
+        fixed,
+        moving,
+    } = &instance;
     let task = Task {
         model: &model,
         space,
@@ -178,12 +249,16 @@ fn where_more_limits_are_left_than_rows_are_worth_the_step_is_cut() {
         work_budget: u64::MAX,
     };
     let cost = Cost::new(space, metric, path, fixed, moving);
-    let (mut quadratic, mut step) = (QuadraticStep::new(&cost), vec![0.0; path.len()]);
+    let mut quadratic = QuadraticStep::new(&cost);
+    let mut step = vec![0.0; path.len()];
     let mut limits = Limits::new(&task, fixed);
     // It pushes every waypoint out.
     let gradient = vec![-1e3; path.len()];
     let part = limits.solve(&mut quadratic, 0, &cost, path, &gradient, &mut step);
     assert_eq!(limits.active.len(), MOST_HELD);
-    let kept = path.iter().zip(&step).all(|(x, p)| x + part * p <= x.max(1.05) + 1e-6);
+    let kept = path
+        .iter()
+        .zip(&step)
+        .all(|(x, p)| x + part * p <= x.max(1.05) + 1e-6);
     assert!((0.0..1.0).contains(&part) && kept, "{part}");
 }

@@ -1,8 +1,9 @@
 //! Forward kinematics of eight configurations at once, in f32, for the filter.
 //!
-//! Frames stand only at joints that can move; what is fixed to them is folded into constants. Each frame is
-//! turned so that its joint's axis is z. Velocities are *half displacements*: velocity times the half width
-//! of an interval, so that every lane may belong to an interval of another segment.
+//! Frames stand only at joints that can move; what is fixed to them is folded into constants. Each
+//! frame is turned so that its joint's axis is z. Velocities are *half displacements*: velocity
+//! times the half width of an interval, so that every lane may belong to an interval of another
+//! segment.
 
 mod segments;
 
@@ -32,7 +33,8 @@ struct LaneJoint {
     rest: f32,
 }
 
-/// The moving skeleton of a robot. Frame 0 is the world, frame k + 1 is carried by the k-th moving joint.
+/// The moving skeleton of a robot. Frame 0 is the world, frame k + 1 is carried by the k-th moving
+/// joint.
 #[derive(Clone, Debug)]
 pub struct Skeleton {
     joints: Vec<LaneJoint>,
@@ -41,7 +43,8 @@ pub struct Skeleton {
     /// Joint of the robot that carries each frame but the first.
     movers: Vec<usize>,
     columns: usize,
-    /// Sum of the lengths of all fixed parts (m): no point of the skeleton with translations at 0 is farther out.
+    /// Sum of the lengths of all fixed parts (m): no point of the skeleton with translations at 0
+    /// is farther out.
     extent: f64,
 }
 
@@ -87,7 +90,10 @@ impl LaneFrame {
     pub fn point<S: Eight>(&self, simd: S, p: [f32; 3]) -> (Vectors<S>, Vectors<S>) {
         let arm = Axes::new(simd, &self.axes).combine_constant(p);
         let angular = Vectors::new(simd, self.angular);
-        (Vectors::new(simd, self.origin) + arm, Vectors::new(simd, self.linear) + angular.cross(arm))
+        (
+            Vectors::new(simd, self.origin) + arm,
+            Vectors::new(simd, self.linear) + angular.cross(arm),
+        )
     }
 }
 
@@ -109,7 +115,8 @@ impl LaneFrame {
 }
 
 impl Skeleton {
-    /// The skeleton of a robot; `rest` is the value (m) of a prismatic joint that its shift is counted from.
+    /// The skeleton of a robot; `rest` is the value (m) of a prismatic joint that its shift is
+    /// counted from.
     pub fn new(robot: &RobotModel, rest: impl Fn(usize) -> f64) -> Self {
         let mut skeleton = Self {
             joints: Vec::new(),
@@ -119,20 +126,28 @@ impl Skeleton {
             extent: 0.0,
         };
         for (index, joint) in robot.joints().iter().enumerate() {
-            let (parent, place) = joint.parent.map_or((0, Pose::identity()), |parent| skeleton.links[parent]);
+            let (parent, place) = joint
+                .parent
+                .map_or((0, Pose::identity()), |parent| skeleton.links[parent]);
             let place = place * joint.origin;
             if joint.kind == JointKind::Fixed {
                 skeleton.links.push((parent, place));
                 continue;
             }
             let (driver, factor, offset) = match joint.drive {
-                Drive::Mimic { master, multiplier, offset } => (robot.joints()[master].drive, multiplier, offset),
+                Drive::Mimic {
+                    master,
+                    multiplier,
+                    offset,
+                } => (robot.joints()[master].drive, multiplier, offset),
                 own => (own, 1.0, 0.0),
             };
             let (value, rate) = match driver {
                 Drive::Variable { q, v } => (q, Some(v)),
                 Drive::Held { first } => (skeleton.columns + first, None),
-                Drive::Fixed | Drive::Mimic { .. } => unreachable!("a movable joint is driven by a variable or held"),
+                Drive::Fixed | Drive::Mimic { .. } => {
+                    unreachable!("a movable joint is driven by a variable or held")
+                }
             };
             // The frame stands turned against its link: its joint's axis becomes z.
             let turn = match joint.kind {
@@ -151,10 +166,17 @@ impl Skeleton {
                 rate,
                 factor: factor as f32,
                 offset: offset as f32,
-                rest: if joint.kind == JointKind::Prismatic { rest(index) as f32 } else { 0.0 },
+                rest: if joint.kind == JointKind::Prismatic {
+                    rest(index) as f32
+                } else {
+                    0.0
+                },
             });
             skeleton.movers.push(index);
-            skeleton.links.push((skeleton.joints.len(), Pose::from_parts(Vec3::ZERO, turn.conjugate())));
+            skeleton.links.push((
+                skeleton.joints.len(),
+                Pose::from_parts(Vec3::ZERO, turn.conjugate()),
+            ));
         }
         skeleton
     }
@@ -171,10 +193,12 @@ impl Skeleton {
     pub fn motion_of(&self, joint: usize) -> Option<usize> {
         self.movers.iter().position(|&mover| mover == joint)
     }
-    /// Size of a joint-space motion (rad): of all turns and, divided by `reach`, of all translations.
+    /// Size of a joint-space motion (rad): of all turns and, divided by `reach`, of all
+    /// translations.
     pub fn motion(&self, velocity: &[f64], reach: f64) -> f64 {
         let square = |joint: &LaneJoint, first: usize| {
-            let sum = |range: std::ops::Range<usize>| velocity[range].iter().map(|x| x * x).sum::<f64>();
+            let sum =
+                |range: std::ops::Range<usize>| velocity[range].iter().map(|x| x * x).sum::<f64>();
             let (slides, turns) = match joint.kind {
                 JointKind::Fixed => (0, 0),
                 JointKind::Revolute | JointKind::Continuous => (0, 1),
@@ -182,9 +206,13 @@ impl Skeleton {
                 JointKind::Planar => (2, 1),
                 JointKind::Floating => (3, 3),
             };
-            sum(first..first + slides) / (reach * reach) + sum(first + slides..first + slides + turns)
+            sum(first..first + slides) / (reach * reach)
+                + sum(first + slides..first + slides + turns)
         };
-        let squares = self.joints.iter().filter_map(|joint| Some(square(joint, joint.rate?)));
+        let squares = self
+            .joints
+            .iter()
+            .filter_map(|joint| Some(square(joint, joint.rate?)));
         squares.sum::<f64>().sqrt()
     }
     /// Sum of the lengths of all fixed parts (m).
@@ -192,7 +220,8 @@ impl Skeleton {
         self.extent
     }
 
-    /// Places all frames. `motions` has an entry for each moving joint. Without `MOVING` nothing has a velocity.
+    /// Places all frames. `motions` has an entry for each moving joint. Without `MOVING` nothing
+    /// has a velocity.
     #[inline(always)]
     pub fn update<S: Eight, const MOVING: bool>(
         &self,
@@ -207,32 +236,80 @@ impl Skeleton {
         for joint in &self.joints {
             let parent = frames[joint.parent];
             let mut moved = Moved::on(simd, &parent, joint);
-            let value = Input { simd, packed: &input.values[joint.value..], known: true };
+            let value = Input {
+                simd,
+                packed: &input.values[joint.value..],
+                known: true,
+            };
             let rate = match joint.rate {
-                Some(first) => Input { simd, packed: &input.rates[first..], known: true },
-                None => Input { simd, packed: &[], known: false },
+                Some(first) => Input {
+                    simd,
+                    packed: &input.rates[first..],
+                    known: true,
+                },
+                None => Input {
+                    simd,
+                    packed: &[],
+                    known: false,
+                },
             };
             match joint.kind {
                 JointKind::Fixed => {}
                 JointKind::Revolute | JointKind::Continuous => {
-                    moved.turn_about_z::<MOVING>(value.at(0) * joint.factor + joint.offset, rate.at(0) * joint.factor);
+                    moved.turn_about_z::<MOVING>(
+                        value.at(0) * joint.factor + joint.offset,
+                        rate.at(0) * joint.factor,
+                    );
                 }
                 JointKind::Prismatic => {
-                    let (at, by) = (value.at(0) * joint.factor + joint.offset, rate.at(0) * joint.factor);
+                    let at = value.at(0) * joint.factor + joint.offset;
+                    let by = rate.at(0) * joint.factor;
                     let zero = Lanes::splat(simd, 0.0);
-                    let along_z = |z| Vectors { x: zero, y: zero, z };
+                    let along_z = |z| Vectors {
+                        x: zero,
+                        y: zero,
+                        z,
+                    };
                     moved.slide::<MOVING>(along_z(at), along_z(by), along_z(at - joint.rest));
                 }
                 JointKind::Planar => {
                     let zero = Lanes::splat(simd, 0.0);
-                    let at = Vectors { x: value.at(0), y: value.at(1), z: zero };
-                    moved.slide::<MOVING>(at, Vectors { x: rate.at(0), y: rate.at(1), z: zero }, at);
+                    let at = Vectors {
+                        x: value.at(0),
+                        y: value.at(1),
+                        z: zero,
+                    };
+                    moved.slide::<MOVING>(
+                        at,
+                        Vectors {
+                            x: rate.at(0),
+                            y: rate.at(1),
+                            z: zero,
+                        },
+                        at,
+                    );
                     moved.turn_about_z::<MOVING>(value.at(2), rate.at(2));
                 }
                 JointKind::Floating => {
-                    let at = Vectors { x: value.at(0), y: value.at(1), z: value.at(2) };
-                    moved.slide::<MOVING>(at, Vectors { x: rate.at(0), y: rate.at(1), z: rate.at(2) }, at);
-                    let by = Vectors { x: rate.at(3), y: rate.at(4), z: rate.at(5) };
+                    let at = Vectors {
+                        x: value.at(0),
+                        y: value.at(1),
+                        z: value.at(2),
+                    };
+                    moved.slide::<MOVING>(
+                        at,
+                        Vectors {
+                            x: rate.at(0),
+                            y: rate.at(1),
+                            z: rate.at(2),
+                        },
+                        at,
+                    );
+                    let by = Vectors {
+                        x: rate.at(3),
+                        y: rate.at(4),
+                        z: rate.at(5),
+                    };
                     moved.turn::<MOVING>([value.at(3), value.at(4), value.at(5), value.at(6)], by);
                 }
             }
@@ -303,7 +380,8 @@ impl<S: Eight> Moved<S> {
         }
     }
 
-    /// Translates it to `at`, half displacement `by`, which is `from_rest` of where its reach counts from.
+    /// Translates it to `at`, half displacement `by`, which is `from_rest` of where its reach
+    /// counts from.
     #[inline(always)]
     fn slide<const MOVING: bool>(&mut self, at: Vectors<S>, by: Vectors<S>, from_rest: Vectors<S>) {
         let arm = self.axes.combine(at);
@@ -329,14 +407,35 @@ impl<S: Eight> Moved<S> {
     /// Turns it by a unit quaternion (x, y, z, w), half displacement `by` about its own axes.
     #[inline(always)]
     fn turn<const MOVING: bool>(&mut self, [x, y, z, w]: [Lanes<S>; 4], by: Vectors<S>) {
-        let (x2, y2, z2) = (x * 2.0, y * 2.0, z * 2.0);
-        let (xx, yy, zz) = (x * x2, y * y2, z * z2);
-        let (xy, xz, yz, wx, wy, wz) = (x * y2, x * z2, y * z2, w * x2, w * y2, w * z2);
+        let x2 = x * 2.0;
+        let y2 = y * 2.0;
+        let z2 = z * 2.0;
+        let xx = x * x2;
+        let yy = y * y2;
+        let zz = z * z2;
+        let xy = x * y2;
+        let xz = x * z2;
+        let yz = y * z2;
+        let wx = w * x2;
+        let wy = w * y2;
+        let wz = w * z2;
         let old = self.axes;
         self.axes = Axes([
-            old.combine(Vectors { x: -(yy + zz) + 1.0, y: xy + wz, z: xz - wy }),
-            old.combine(Vectors { x: xy - wz, y: -(xx + zz) + 1.0, z: yz + wx }),
-            old.combine(Vectors { x: xz + wy, y: yz - wx, z: -(xx + yy) + 1.0 }),
+            old.combine(Vectors {
+                x: -(yy + zz) + 1.0,
+                y: xy + wz,
+                z: xz - wy,
+            }),
+            old.combine(Vectors {
+                x: xy - wz,
+                y: -(xx + zz) + 1.0,
+                z: yz + wx,
+            }),
+            old.combine(Vectors {
+                x: xz + wy,
+                y: yz - wx,
+                z: -(xx + yy) + 1.0,
+            }),
         ]);
         if MOVING {
             self.angular = self.angular + self.axes.combine(by);
@@ -349,12 +448,12 @@ impl<S: Eight> Moved<S> {
 const ROUNDOFF: f64 = 5.960_464_5e-8;
 
 impl Skeleton {
-    /// Bound on the error (m) of the place of a point this far (m) from its frame's origin, as long as all
-    /// translations are 0 and no angle is beyond a turn.
+    /// Bound on the error (m) of the place of a point this far (m) from its frame's origin, as long
+    /// as all translations are 0 and no angle is beyond a turn.
     ///
-    /// A product of two rotations rounds each entry by at most 3 roundoffs, sine and cosine add 5, so the
-    /// rotation of frame k is off by at most 16 k roundoffs in norm; places add that times each arm.
-    /// Half displacements have the same error relative to the plain bound V h.
+    /// A product of two rotations rounds each entry by at most 3 roundoffs, sine and cosine add 5,
+    /// so the rotation of frame k is off by at most 16 k roundoffs in norm; places add that times
+    /// each arm. Half displacements have the same error relative to the plain bound V h.
     pub fn rounding(&self, point: f64) -> f64 {
         self.relative_rounding() * (self.extent + point)
     }
@@ -366,19 +465,27 @@ impl Skeleton {
 
     /// What large angles and translations add to [`Self::rounding`] (m).
     fn rounding_of_values(&self, from: &[f64], velocity: &[f64], held: &[f64]) -> f64 {
-        let (mut lengths, mut angles) = (0.0, 0.0);
+        let mut lengths = 0.0;
+        let mut angles = 0.0;
         for joint in &self.joints {
             let size = |k: usize| {
                 let at = joint.value + k;
-                let value = if at < self.columns { from[at] } else { held[at - self.columns] };
+                let value = if at < self.columns {
+                    from[at]
+                } else {
+                    held[at - self.columns]
+                };
                 let rate = joint.rate.map_or(0.0, |first| velocity[first + k]);
-                f64::from(joint.factor).abs() * (value.abs() + rate.abs()) + f64::from(joint.offset).abs()
+                f64::from(joint.factor).abs() * (value.abs() + rate.abs())
+                    + f64::from(joint.offset).abs()
             };
             match joint.kind {
                 JointKind::Fixed => {}
                 JointKind::Revolute | JointKind::Continuous => angles += size(0),
                 JointKind::Prismatic => lengths += size(0),
-                JointKind::Planar => (lengths, angles) = (lengths + size(0) + size(1), angles + size(2)),
+                JointKind::Planar => {
+                    (lengths, angles) = (lengths + size(0) + size(1), angles + size(2))
+                }
                 JointKind::Floating => lengths += size(0) + size(1) + size(2),
             }
         }

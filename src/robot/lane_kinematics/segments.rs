@@ -47,10 +47,13 @@ impl LaneSegments {
 
     /// Appends the segment `from ⊕ t velocity`.
     pub fn push(&mut self, skeleton: &Skeleton, from: &[f64], velocity: &[f64], held: &[f64]) {
-        (self.nq, self.nv) = (from.len(), velocity.len());
+        self.nq = from.len();
+        self.nv = velocity.len();
         self.from.extend(from.iter().map(|&value| value as f32));
-        self.velocity.extend(velocity.iter().map(|&value| value as f32));
-        self.rounding.push(skeleton.rounding_of_values(from, velocity, held) as f32);
+        self.velocity
+            .extend(velocity.iter().map(|&value| value as f32));
+        self.rounding
+            .push(skeleton.rounding_of_values(from, velocity, held) as f32);
     }
 
     /// Rounding that comes of large values, of a segment (m).
@@ -67,7 +70,9 @@ impl LaneSegments {
         intervals: &[LaneInterval; LANES],
         input: &mut LaneInput,
     ) {
-        let (mut middles, mut halves, mut rows) = ([0.0_f32; LANES], [0.0_f32; LANES], [0; LANES]);
+        let mut middles = [0.0_f32; LANES];
+        let mut halves = [0.0_f32; LANES];
+        let mut rows = [0; LANES];
         for (lane, interval) in intervals.iter().enumerate() {
             middles[lane] = interval.middle as f32;
             // A little wider than the interval: its middle may have been rounded.
@@ -82,12 +87,14 @@ impl LaneSegments {
             match *component {
                 Component::Line { q, v } | Component::Circle { q, v } => {
                     let velocity = gather.column(&self.velocity, self.nv, v);
-                    input.values[q] = (gather.column(&self.from, self.nq, q) + velocity * middles).packed;
+                    input.values[q] =
+                        (gather.column(&self.from, self.nq, q) + velocity * middles).packed;
                     input.rates[v] = (velocity * halves).packed;
                 }
                 Component::Rotation { q, v } => {
                     for k in v..v + 3 {
-                        input.rates[k] = (gather.column(&self.velocity, self.nv, k) * halves).packed;
+                        input.rates[k] =
+                            (gather.column(&self.velocity, self.nv, k) * halves).packed;
                     }
                     let turned = intervals.map(|interval| self.turned(&interval, q, v));
                     for k in 0..4 {
@@ -100,8 +107,10 @@ impl LaneSegments {
 
     /// Rotation of a ball joint at the middle of an interval.
     fn turned(&self, interval: &LaneInterval, q: usize, v: usize) -> [f64; 4] {
-        let from: [f64; 4] = std::array::from_fn(|k| f64::from(self.from[interval.segment * self.nq + q + k]));
-        let turn: [f64; 3] = std::array::from_fn(|k| f64::from(self.velocity[interval.segment * self.nv + v + k]));
+        let from: [f64; 4] =
+            std::array::from_fn(|k| f64::from(self.from[interval.segment * self.nq + q + k]));
+        let turn: [f64; 3] =
+            std::array::from_fn(|k| f64::from(self.velocity[interval.segment * self.nv + v + k]));
         let turn = quat_exp(Vec3::from_array(turn) * interval.middle);
         (Quat::from_array(from) * turn).normalize().to_array()
     }
@@ -133,7 +142,10 @@ impl LaneInput {
     pub fn reset(&mut self, space: &ConfigurationSpace, held: &[f64]) {
         self.values.clear();
         self.values.resize(space.nq(), ZERO);
-        self.values.extend(held.iter().map(|&value| -> Packed { pulp::cast([value as f32; LANES]) }));
+        self.values.extend(
+            held.iter()
+                .map(|&value| -> Packed { pulp::cast([value as f32; LANES]) }),
+        );
         self.rates.clear();
         self.rates.resize(space.nv(), ZERO);
     }

@@ -45,7 +45,8 @@ pub(super) fn placed(node: Node, of: &str, version: (u32, u32)) -> Result<(), Ro
     geometry(children(node, "geometry").next().unwrap_or(node), of)
 }
 
-/// Refuses a joint whose name, type, ends or numbers cannot be read. Of parts that stand there twice the first counts.
+/// Refuses a joint whose name, type, ends or numbers cannot be read. Of parts that stand there
+/// twice the first counts.
 pub(super) fn joint(node: Node, version: (u32, u32)) -> Result<(), RobotError> {
     let name = format!("joint {:?}", required(node, "name")?);
     let kind = required(node, "type")?;
@@ -54,14 +55,19 @@ pub(super) fn joint(node: Node, version: (u32, u32)) -> Result<(), RobotError> {
         return Err(syntax(node, format!("{name}: {advice}")));
     }
     if !JOINT_TYPES.split(", ").any(|known| known == kind) {
-        return Err(syntax(node, format!("{name} has the type {kind:?}; valid types: {JOINT_TYPES}")));
+        return Err(syntax(
+            node,
+            format!("{name} has the type {kind:?}; valid types: {JOINT_TYPES}"),
+        ));
     }
     for element in ["parent", "child"] {
         single(node, element, &name, true)?;
         children(node, element).try_for_each(|end| required(end, "link").map(drop))?;
     }
     for element in ["origin", "axis", "limit", "mimic", "safety_controller"] {
-        let Some(part) = children(node, element).next() else { continue };
+        let Some(part) = children(node, element).next() else {
+            continue;
+        };
         match element {
             // A joint that has no axis may have any element of that name.
             "axis" if matches!(kind, "fixed" | "floating" | "planar") => continue,
@@ -88,12 +94,26 @@ fn geometry(node: Node, of: &str) -> Result<(), RobotError> {
     // Elements with a prefix count: other programs' shapes are shapes.
     let shapes: Vec<Node> = node.children().filter(Node::is_element).collect();
     let &[shape] = shapes.as_slice() else {
-        let text = format!("{of}: {} holds {} shapes, it must hold one", tag(node), shapes.len());
-        return Err(syntax(node, format!("{text}; valid shapes: {}", SHAPES.join(", "))));
+        let text = format!(
+            "{of}: {} holds {} shapes, it must hold one",
+            tag(node),
+            shapes.len()
+        );
+        return Err(syntax(
+            node,
+            format!("{text}; valid shapes: {}", SHAPES.join(", ")),
+        ));
     };
     let kind = shape.tag_name().name();
     if !is_plain(shape) || !SHAPES.contains(&kind) {
-        return Err(syntax(shape, format!("{of}: {} is no shape; valid shapes: {}", tag(shape), SHAPES.join(", "))));
+        return Err(syntax(
+            shape,
+            format!(
+                "{of}: {} is no shape; valid shapes: {}",
+                tag(shape),
+                SHAPES.join(", ")
+            ),
+        ));
     }
     if kind == "mesh" {
         required(shape, "filename")?;
@@ -104,27 +124,51 @@ fn geometry(node: Node, of: &str) -> Result<(), RobotError> {
 
 fn all_numbers(node: Node, of: &str) -> Result<(), RobotError> {
     let kind = node.tag_name().name();
-    for (_, attribute, count, needed) in NUMBERS.into_iter().filter(|(element, ..)| *element == kind) {
+    for (_, attribute, count, needed) in
+        NUMBERS.into_iter().filter(|(element, ..)| *element == kind)
+    {
         counted(node, attribute, count, needed, of)?;
     }
     Ok(())
 }
 
-fn counted(node: Node, attribute: &str, count: usize, needed: bool, of: &str) -> Result<(), RobotError> {
+fn counted(
+    node: Node,
+    attribute: &str,
+    count: usize,
+    needed: bool,
+    of: &str,
+) -> Result<(), RobotError> {
     match numbers(node, attribute, of)? {
         Some(values) if values.len() != count => {
-            let text = format!("{of}: {} {attribute:?} has {} numbers", tag(node), values.len());
+            let text = format!(
+                "{of}: {} {attribute:?} has {} numbers",
+                tag(node),
+                values.len()
+            );
             Err(syntax(node, format!("{text}, it must have {count}")))
         }
-        None if needed => Err(syntax(node, format!("{of}: {} has no attribute {attribute:?}", tag(node)))),
+        None if needed => Err(syntax(
+            node,
+            format!("{of}: {} has no attribute {attribute:?}", tag(node)),
+        )),
         _ => Ok(()),
     }
 }
 
 fn single(node: Node, element: &'static str, of: &str, needed: bool) -> Result<(), RobotError> {
     match children(node, element).count() {
-        0 if needed => Err(syntax(node, format!("{of}: {} has no <{element}>", tag(node)))),
+        0 if needed => Err(syntax(
+            node,
+            format!("{of}: {} has no <{element}>", tag(node)),
+        )),
         0 | 1 => Ok(()),
-        count => Err(syntax(node, format!("{of}: {} has {count} <{element}>, only one is allowed", tag(node)))),
+        count => Err(syntax(
+            node,
+            format!(
+                "{of}: {} has {count} <{element}>, only one is allowed",
+                tag(node)
+            ),
+        )),
     }
 }

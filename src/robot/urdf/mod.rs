@@ -1,9 +1,10 @@
 //! URDF: the tree of links and joints, their limits and collision shapes.
 //!
-//! urdf-rs reads the elements. It hides or lets through much that a proof must know (a missing limit is [0, 0], a
-//! broken number is dropped, a texture without a file fails the whole robot, a quaternion near the vertical is turned
-//! by milliradians), so `check` looks at the XML first, limits and quaternions are read from the XML, urdf-rs gets
-//! only what is used (`essentials`), and what is not used is named (`unread`).
+//! urdf-rs reads the elements. It hides or lets through much that a proof must know (a missing
+//! limit is [0, 0], a broken number is dropped, a texture without a file fails the whole robot, a
+//! quaternion near the vertical is turned by milliradians), so `check` looks at the XML first,
+//! limits and quaternions are read from the XML, urdf-rs gets only what is used (`essentials`), and
+//! what is not used is named (`unread`).
 
 mod check;
 mod essentials;
@@ -28,14 +29,16 @@ use crate::math::{Pose, Quat, Vec3, quat_from_rpy};
 use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
 use crate::warning::Warning;
 
-/// The version of URDF that brought `quat_xyzw`, and the one that brought `<capsule>` and limits without ends.
+/// The version of URDF that brought `quat_xyzw`, and the one that brought `<capsule>` and limits
+/// without ends.
 const QUATERNIONS: (u32, u32) = (1, 1);
 const CAPSULES: (u32, u32) = (1, 2);
 
 /// Gives the mesh of a file name (as written in the URDF) at a scale (negative factors mirror).
 pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> + 'a;
 
-/// Reads a URDF. Only collision geometry is resolved; visuals (see [`visuals`]), inertias and extensions are skipped.
+/// Reads a URDF. Only collision geometry is resolved; visuals (see [`visuals`]), inertias and
+/// extensions are skipped.
 ///
 /// Names, loops and numbers are checked once more by [`RobotModel::new`](super::RobotModel::new).
 ///
@@ -44,30 +47,49 @@ pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> 
 /// none (with its link).
 pub fn parse(text: &str, meshes: &mut MeshSource<'_>) -> Result<RobotDescription, RobotError> {
     let (text, odd) = xml::tidy(text);
-    let warnings = odd.into_iter().map(|text| Warning::cosmetic("text", text)).collect();
+    let warnings = odd
+        .into_iter()
+        .map(|text| Warning::cosmetic("text", text))
+        .collect();
     let document = xml::document(&text, "URDF")?;
     let root = document.root_element();
     let version = version(root);
     children(root, "link").try_for_each(|node| check::link(node, version))?;
     children(root, "joint").try_for_each(|node| check::joint(node, version))?;
-    let mut reading = Reading { meshes, version, warnings };
+    let mut reading = Reading {
+        meshes,
+        version,
+        warnings,
+    };
     reading.warnings.extend(unread::warnings(root)?);
     let robot = urdf_rs::read_from_string(&essentials::of_robot(root))
         .map_err(|error| RobotError::Syntax(format!("not a URDF: {error}")))?;
 
     let links = robot.links.iter().zip(children(root, "link"));
-    let links: Vec<LinkDescription> = links.map(|(link, node)| reading.link(link, node)).collect::<Result<_, _>>()?;
+    let links: Vec<LinkDescription> = links
+        .map(|(link, node)| reading.link(link, node))
+        .collect::<Result<_, _>>()?;
     let joints = robot.joints.iter().zip(children(root, "joint"));
-    let joints = joints.map(|(joint, node)| reading.joint(joint, node)).collect::<Result<_, _>>()?;
+    let joints = joints
+        .map(|(joint, node)| reading.joint(joint, node))
+        .collect::<Result<_, _>>()?;
     let mut warnings = reading.warnings;
     mesh_warnings(&links, &mut warnings);
-    Ok(RobotDescription { name: robot.name, links, joints, warnings, ..RobotDescription::default() })
+    Ok(RobotDescription {
+        name: robot.name,
+        links,
+        joints,
+        warnings,
+        ..RobotDescription::default()
+    })
 }
 
 /// What is odd about the meshes, each mesh once.
 fn mesh_warnings(links: &[LinkDescription], warnings: &mut Vec<Warning>) {
     for shape in links.iter().flat_map(|link| &link.collision) {
-        let Shape::Mesh(mesh) = &shape.shape else { continue };
+        let Shape::Mesh(mesh) = &shape.shape else {
+            continue;
+        };
         for warning in mesh.warnings() {
             if !warnings.contains(warning) {
                 warnings.push(warning.clone());
@@ -101,10 +123,17 @@ impl Reading<'_, '_> {
             let placed = self.shape(&shape.geometry, node, &link.name)?;
             collision.extend(placed.map(|shape| PlacedShape { pose, shape }));
         }
-        Ok(LinkDescription { name: link.name.clone(), collision })
+        Ok(LinkDescription {
+            name: link.name.clone(),
+            collision,
+        })
     }
 
-    fn joint(&mut self, joint: &urdf_rs::Joint, node: Node) -> Result<JointDescription, RobotError> {
+    fn joint(
+        &mut self,
+        joint: &urdf_rs::Joint,
+        node: Node,
+    ) -> Result<JointDescription, RobotError> {
         let kind = match joint.joint_type {
             urdf_rs::JointType::Revolute => JointKind::Revolute,
             urdf_rs::JointType::Continuous => JointKind::Continuous,
@@ -142,15 +171,20 @@ impl Reading<'_, '_> {
         })
     }
 
-    /// Limits of a bounded joint. A missing end is 0 before URDF 1.2, unbounded since; no `<limit>` is no limits.
+    /// Limits of a bounded joint. A missing end is 0 before URDF 1.2, unbounded since; no `<limit>`
+    /// is no limits.
     fn limits(&mut self, kind: JointKind, joint: Node) -> Option<(f64, f64)> {
         if !matches!(kind, JointKind::Revolute | JointKind::Prismatic) {
             return None;
         }
         let limit = children(joint, "limit").next()?;
-        let (lower, upper) = (number(limit, "lower"), number(limit, "upper"));
+        let lower = number(limit, "lower");
+        let upper = number(limit, "upper");
         if self.version >= (1, 2) {
-            return Some((lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY)));
+            return Some((
+                lower.unwrap_or(f64::NEG_INFINITY),
+                upper.unwrap_or(f64::INFINITY),
+            ));
         }
         if lower.is_none() || upper.is_none() {
             let which = match (lower, upper) {
@@ -159,24 +193,41 @@ impl Reading<'_, '_> {
                 _ => "no upper, which is",
             };
             let name = joint.attribute("name").unwrap_or_default();
-            let text = format!("line {}: <limit> of joint {name:?} gives {which} 0 by default", line(limit));
+            let text = format!(
+                "line {}: <limit> of joint {name:?} gives {which} 0 by default",
+                line(limit)
+            );
             self.warnings.push(Warning::cosmetic("default limit", text));
         }
         Some((lower.unwrap_or(0.0), upper.unwrap_or(0.0)))
     }
 
-    /// The soft limits of a bounded joint, whatever its gains are, and 0 where one is missing: as MoveIt's robot model
-    /// has them.
+    /// The soft limits of a bounded joint, whatever its gains are, and 0 where one is missing: as
+    /// MoveIt's robot model has them.
     fn soft_limits(&mut self, limits: (f64, f64), joint: Node) -> Option<(f64, f64)> {
         let safety = children(joint, "safety_controller").next()?;
-        let (lower, upper) = (number(safety, "soft_lower_limit"), number(safety, "soft_upper_limit"));
+        let lower = number(safety, "soft_lower_limit");
+        let upper = number(safety, "soft_upper_limit");
         let soft = (lower.unwrap_or(0.0), upper.unwrap_or(0.0));
         let joint = joint.attribute("name").unwrap_or_default();
-        let name = || format!("line {}: <safety_controller> of joint {joint:?}", line(safety));
+        let name = || {
+            format!(
+                "line {}: <safety_controller> of joint {joint:?}",
+                line(safety)
+            )
+        };
         let leaves_some = soft.0.max(limits.0) <= soft.1.min(limits.1);
         if !leaves_some {
-            let text = format!("leave nothing of its limits [{}, {}]; they are ignored", limits.0, limits.1);
-            let text = format!("{} has soft limits [{}, {}] that {text}", name(), soft.0, soft.1);
+            let text = format!(
+                "leave nothing of its limits [{}, {}]; they are ignored",
+                limits.0, limits.1
+            );
+            let text = format!(
+                "{} has soft limits [{}, {}] that {text}",
+                name(),
+                soft.0,
+                soft.1
+            );
             self.warnings.push(Warning::uncovered(text));
             return None;
         }
@@ -187,7 +238,10 @@ impl Reading<'_, '_> {
             (Some(_), None) => "no soft_upper_limit",
         };
         let text = "0 by default, as in MoveIt, and bounds the joint";
-        self.warnings.push(Warning::cosmetic("default limit", format!("{} gives {missing}, which is {text}", name())));
+        self.warnings.push(Warning::cosmetic(
+            "default limit",
+            format!("{} gives {missing}, which is {text}", name()),
+        ));
         Some(soft)
     }
 
@@ -204,27 +258,43 @@ impl Reading<'_, '_> {
         if pose.is_finite() {
             return Ok(pose);
         }
-        let attribute = |name: &str| node.and_then(|node| Some(format!("{name} {:?}", node.attribute(name)?)));
+        let attribute =
+            |name: &str| node.and_then(|node| Some(format!("{name} {:?}", node.attribute(name)?)));
         Err(RobotError::BadValue {
             what: format!("{of}: the <origin> in line {}", node.map_or(0, line)),
-            value: ["xyz", "rpy", "quat_xyzw"].into_iter().filter_map(attribute).collect::<Vec<_>>().join(", "),
+            value: ["xyz", "rpy", "quat_xyzw"]
+                .into_iter()
+                .filter_map(attribute)
+                .collect::<Vec<_>>()
+                .join(", "),
             rule: "it must be finite",
         })
     }
 
-    /// The rotation of an `<origin>` as its quaternion says; `None` before URDF 1.1, which has none.
+    /// The rotation of an `<origin>` as its quaternion says; `None` before URDF 1.1, which has
+    /// none.
     fn quaternion(&mut self, origin: Node, of: &str) -> Result<Option<Quat>, RobotError> {
         let place = || format!("line {}: {of}: quat_xyzw", line(origin));
         if self.version < QUATERNIONS {
             let (major, minor) = self.version;
-            let text = format!("is of URDF 1.1 and this file of {major}.{minor}; it is ignored, as by urdfdom");
-            self.warnings.push(Warning::uncovered(format!("{} {text}", place())));
+            let text = format!(
+                "is of URDF 1.1 and this file of {major}.{minor}; it is ignored, as by urdfdom"
+            );
+            self.warnings
+                .push(Warning::uncovered(format!("{} {text}", place())));
             return Ok(None);
         }
-        let Some(numbers) = xml::numbers(origin, "quat_xyzw", of)? else { return Ok(None) };
-        let &[x, y, z, w] = numbers.as_slice() else { return Ok(None) };
+        let Some(numbers) = xml::numbers(origin, "quat_xyzw", of)? else {
+            return Ok(None);
+        };
+        let &[x, y, z, w] = numbers.as_slice() else {
+            return Ok(None);
+        };
         if [x, y, z, w] == [0.0; 4] {
-            let text = format!("{} is 0 0 0 0, which is no rotation; it is taken for none", place());
+            let text = format!(
+                "{} is 0 0 0 0, which is no rotation; it is taken for none",
+                place()
+            );
             self.warnings.push(Warning::uncovered(text));
             return Ok(Some(Quat::IDENTITY));
         }
@@ -234,5 +304,6 @@ impl Reading<'_, '_> {
 
 /// A number that `check` has looked at.
 fn number(node: Node, name: &str) -> Option<f64> {
-    node.attribute(name).and_then(|text| text.trim().parse().ok())
+    node.attribute(name)
+        .and_then(|text| text.trim().parse().ok())
 }

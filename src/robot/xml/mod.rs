@@ -6,7 +6,8 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::RobotError;
 
-/// The text as XML, however the readers of robots would have let it pass; and what is odd about it, a line each.
+/// The text as XML, however the readers of robots would have let it pass; and what is odd about it,
+/// a line each.
 pub(super) fn tidy(text: &str) -> (String, Vec<String>) {
     tidy::tidy(text)
 }
@@ -14,15 +15,27 @@ pub(super) fn tidy(text: &str) -> (String, Vec<String>) {
 /// Parses a tidy document whose root is `<robot>`.
 pub(super) fn document<'a>(text: &'a str, format: &str) -> Result<Document<'a>, RobotError> {
     // Entities of a document type are expanded to a depth that the parser bounds.
-    let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
+    let options = ParsingOptions {
+        allow_dtd: true,
+        ..ParsingOptions::default()
+    };
     let document = Document::parse_with_options(text, options)
         .map_err(|error| RobotError::Syntax(format!("not an XML file: {error}")))?;
     let root = document.root_element();
     if let Some(node) = document.descendants().find(is_xacro) {
-        return Err(syntax(node, format!("{} is an xacro element; {XACRO_ADVICE}", tag(node))));
+        return Err(syntax(
+            node,
+            format!("{} is an xacro element; {XACRO_ADVICE}", tag(node)),
+        ));
     }
     if !is_plain(root) || root.tag_name().name() != "robot" {
-        return Err(syntax(root, format!("the root element is {}; a {format} starts with <robot>", tag(root))));
+        return Err(syntax(
+            root,
+            format!(
+                "the root element is {}; a {format} starts with <robot>",
+                tag(root)
+            ),
+        ));
     }
     Ok(document)
 }
@@ -38,7 +51,11 @@ pub(crate) fn name(text: &str) -> Option<String> {
 const XACRO_ADVICE: &str = "expand the file first: xacro FILE.xacro > FILE.urdf";
 
 fn is_xacro(node: &Node) -> bool {
-    node.is_element() && node.tag_name().namespace().is_some_and(|space| space.contains("xacro"))
+    node.is_element()
+        && node
+            .tag_name()
+            .namespace()
+            .is_some_and(|space| space.contains("xacro"))
 }
 
 /// Whether an element has no prefix: those with one are other programs' own.
@@ -49,8 +66,14 @@ pub(super) fn is_plain(node: Node) -> bool {
 /// The element as a message names it: `<limit>`, `<drake:joint>`.
 pub(super) fn tag(node: Node) -> String {
     let name = node.tag_name();
-    let prefix = name.namespace().and_then(|space| node.lookup_prefix(space)).filter(|prefix| !prefix.is_empty());
-    prefix.map_or_else(|| format!("<{}>", name.name()), |prefix| format!("<{prefix}:{}>", name.name()))
+    let prefix = name
+        .namespace()
+        .and_then(|space| node.lookup_prefix(space))
+        .filter(|prefix| !prefix.is_empty());
+    prefix.map_or_else(
+        || format!("<{}>", name.name()),
+        |prefix| format!("<{prefix}:{}>", name.name()),
+    )
 }
 
 /// An error at the line of an element.
@@ -64,8 +87,12 @@ pub(super) fn line(node: Node) -> u32 {
 }
 
 /// Child elements of one name, without a prefix.
-pub(super) fn children<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
-    node.children().filter(move |child| is_plain(*child) && child.tag_name().name() == name)
+pub(super) fn children<'a, 'i>(
+    node: Node<'a, 'i>,
+    name: &'static str,
+) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children()
+        .filter(move |child| is_plain(*child) && child.tag_name().name() == name)
 }
 
 /// An attribute that must be there and not be empty.
@@ -74,21 +101,30 @@ pub(super) fn required<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, Ro
         Some(value) if is_unexpanded(value) => Err(unexpanded(node, name, value)),
         Some(value) if !value.trim().is_empty() => Ok(value),
         Some(_) => Err(syntax(node, format!("{} has an empty {name:?}", tag(node)))),
-        None => Err(syntax(node, format!("{} has no attribute {name:?}", tag(node)))),
+        None => Err(syntax(
+            node,
+            format!("{} has no attribute {name:?}", tag(node)),
+        )),
     }
 }
 
 /// Numbers of an attribute, separated by blanks; `None` where the attribute is missing.
 pub(super) fn numbers(node: Node, name: &str, of: &str) -> Result<Option<Vec<f64>>, RobotError> {
-    let Some(text) = node.attribute(name) else { return Ok(None) };
+    let Some(text) = node.attribute(name) else {
+        return Ok(None);
+    };
     if is_unexpanded(text) {
         return Err(unexpanded(node, name, text));
     }
     let parse = |word: &str| {
         let place = format!("{of}: {} {name:?} is {text:?}", tag(node));
-        word.parse::<f64>().map_err(|_| syntax(node, format!("{place}; {word:?} is not a number")))
+        word.parse::<f64>()
+            .map_err(|_| syntax(node, format!("{place}; {word:?} is not a number")))
     };
-    text.split_whitespace().map(parse).collect::<Result<Vec<_>, _>>().map(Some)
+    text.split_whitespace()
+        .map(parse)
+        .collect::<Result<Vec<_>, _>>()
+        .map(Some)
 }
 
 /// Whether a value holds what xacro would have replaced: `$(find package)`, `${length}`.
@@ -97,5 +133,11 @@ fn is_unexpanded(value: &str) -> bool {
 }
 
 fn unexpanded(node: Node, name: &str, value: &str) -> RobotError {
-    syntax(node, format!("{} {name:?} is {value:?}, which xacro has not expanded; {XACRO_ADVICE}", tag(node)))
+    syntax(
+        node,
+        format!(
+            "{} {name:?} is {value:?}, which xacro has not expanded; {XACRO_ADVICE}",
+            tag(node)
+        ),
+    )
 }

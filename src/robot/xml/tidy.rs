@@ -1,11 +1,14 @@
-//! What the XML readers of robots let pass, written as XML has it: prefixes that nobody declares, a blank before the
-//! declaration, `--` in comments, a bare `&`. Lines keep their numbers.
+//! What the XML readers of robots let pass, written as XML has it: prefixes that nobody declares, a
+//! blank before the declaration, `--` in comments, a bare `&`. Lines keep their numbers.
 
 use std::collections::BTreeSet;
 
 /// The text as XML, and what is odd about it, a line each.
 pub(super) fn tidy(text: &str) -> (String, Vec<String>) {
-    let mut scan = Scan { rest: text.strip_prefix('\u{feff}').unwrap_or(text), ..Scan::default() };
+    let mut scan = Scan {
+        rest: text.strip_prefix('\u{feff}').unwrap_or(text),
+        ..Scan::default()
+    };
     scan.out.reserve(text.len());
     while !scan.rest.is_empty() {
         scan.step();
@@ -57,7 +60,8 @@ impl<'a> Scan<'a> {
 
     /// Blanks of as many lines and columns.
     fn blank(&mut self, text: &str) {
-        self.out.extend(text.chars().map(|c| if c == '\n' { '\n' } else { ' ' }));
+        self.out
+            .extend(text.chars().map(|c| if c == '\n' { '\n' } else { ' ' }));
     }
 
     /// A document type that declares something stays, any other says nothing that is read here.
@@ -77,8 +81,11 @@ impl<'a> Scan<'a> {
     /// A tag up to its `>`, its values escaped and its prefixes noted.
     fn tag(&mut self) {
         let is_root = self.root.is_none() && !self.rest.starts_with("</");
-        let name =
-            self.take(self.rest[1..].find([' ', '\t', '\r', '\n', '/', '>']).map_or(self.rest.len(), |at| at + 1));
+        let name = self.take(
+            self.rest[1..]
+                .find([' ', '\t', '\r', '\n', '/', '>'])
+                .map_or(self.rest.len(), |at| at + 1),
+        );
         self.out.push_str(name);
         if is_root {
             self.root = Some(self.out.len());
@@ -92,7 +99,11 @@ impl<'a> Scan<'a> {
                 .for_each(|word| self.note(word, is_root));
             match self.rest.chars().next() {
                 Some(quote @ ('"' | '\'')) => {
-                    let value = self.take(self.rest[1..].find(quote).map_or(self.rest.len(), |at| at + 2));
+                    let value = self.take(
+                        self.rest[1..]
+                            .find(quote)
+                            .map_or(self.rest.len(), |at| at + 2),
+                    );
                     self.escaped(value);
                 }
                 Some(_) => {
@@ -121,7 +132,9 @@ impl<'a> Scan<'a> {
     fn escaped(&mut self, text: &str) {
         for (at, c) in text.char_indices() {
             match c {
-                '&' if !self.has_entities && !is_reference(&text[at + 1..]) => self.out.push_str("&amp;"),
+                '&' if !self.has_entities && !is_reference(&text[at + 1..]) => {
+                    self.out.push_str("&amp;")
+                }
                 '<' => self.out.push_str("&lt;"),
                 c => self.out.push(c),
             }
@@ -132,13 +145,20 @@ impl<'a> Scan<'a> {
     fn declare(mut self) -> (String, Vec<String>) {
         let missing: Vec<&str> = self.used.difference(&self.declared).copied().collect();
         let declaration = |prefix: &&str| {
-            let name = if *prefix == "xacro" { "http://www.ros.org/wiki/xacro" } else { prefix };
+            let name = if *prefix == "xacro" {
+                "http://www.ros.org/wiki/xacro"
+            } else {
+                prefix
+            };
             format!(" xmlns:{prefix}=\"{name}\"")
         };
         if let Some(root) = self.root {
-            self.out.insert_str(root, &missing.iter().map(declaration).collect::<String>());
+            self.out
+                .insert_str(root, &missing.iter().map(declaration).collect::<String>());
         }
-        let warning = |prefix: &str| format!("the XML prefix {prefix:?} is not declared; what has it is not read");
+        let warning = |prefix: &str| {
+            format!("the XML prefix {prefix:?} is not declared; what has it is not read")
+        };
         (self.out, missing.into_iter().map(warning).collect())
     }
 }
@@ -150,8 +170,12 @@ fn after(text: &str, mark: &str) -> usize {
 
 /// Whether what follows a `&` makes it a reference that every XML reader knows.
 fn is_reference(text: &str) -> bool {
-    let Some((name, _)) = text.split_once(';') else { return false };
-    let is_number = |digits: &str, is_digit: fn(char) -> bool| !digits.is_empty() && digits.chars().all(is_digit);
+    let Some((name, _)) = text.split_once(';') else {
+        return false;
+    };
+    let is_number = |digits: &str, is_digit: fn(char) -> bool| {
+        !digits.is_empty() && digits.chars().all(is_digit)
+    };
     match name.strip_prefix('#') {
         Some(number) => match number.strip_prefix('x') {
             Some(digits) => is_number(digits, |c| c.is_ascii_hexdigit()),
@@ -173,12 +197,16 @@ mod tests {
         assert!(roxmltree::Document::parse(odd).is_err());
         let document = roxmltree::Document::parse(&text).expect(&text);
         assert_eq!(document.root_element().attribute("name"), Some("a & b"));
-        let element =
-            document.descendants().find(|node| node.tag_name().name() == "e" && node.tag_name().namespace().is_none());
+        let element = document
+            .descendants()
+            .find(|node| node.tag_name().name() == "e" && node.tag_name().namespace().is_none());
         let element = element.unwrap();
         assert_eq!(element.attribute(("q", "a")), Some("1 < 2 & A"));
         assert_eq!(document.text_pos_at(element.range().start).row, 7);
-        assert!(warnings.len() == 2 && warnings[0].contains("\"p\"") && warnings[1].contains("\"q\""), "{warnings:?}");
+        assert!(
+            warnings.len() == 2 && warnings[0].contains("\"p\"") && warnings[1].contains("\"q\""),
+            "{warnings:?}"
+        );
     }
 
     #[test]

@@ -1,12 +1,13 @@
 //! The corridor of a proved path: how far what is executed may stray from it.
 //!
-//! A certificate claims of each segment a clearance c that every pair keeps on it. With the [`Reach`] of each
-//! coordinate that makes a promise for configurations beside the path: for every configuration p of the segment and
-//! every q with Σ_j reach_j |(q ⊖ p)_j| ≤ c − floor = slack, every pair keeps the floor at q, and on the straight way
-//! from p to q. A pair whose own floor is higher keeps c − slack too, but perhaps not its own.
+//! A certificate claims of each segment a clearance c that every pair keeps on it. With the
+//! [`Reach`] of each coordinate that makes a promise for configurations beside the path: for every
+//! configuration p of the segment and every q with Σ_j reach_j |(q ⊖ p)_j| ≤ c − floor = slack,
+//! every pair keeps the floor at q, and on the straight way from p to q. A pair whose own floor is
+//! higher keeps c − slack too, but perhaps not its own.
 //!
-//! A proof stops as soon as floors are kept, and its claims are little more than the floors. [`Validator::widen`]
-//! proves each segment again at larger clearances.
+//! A proof stops as soon as floors are kept, and its claims are little more than the floors.
+//! [`Validator::widen`] proves each segment again at larger clearances.
 
 #[cfg(test)]
 mod tests;
@@ -18,12 +19,14 @@ use super::{Certificate, SegmentProof, SegmentVerdict};
 use crate::collision::CollisionModel;
 use crate::path::Path;
 
-/// No corridor is wider than this (m): beyond, nobody asks, and obstacles that are always farther are left out.
+/// No corridor is wider than this (m): beyond, nobody asks, and obstacles that are always farther
+/// are left out.
 pub const WIDEST_M: f64 = 0.1;
-/// A clearance is proved only where bodies are this many times as far apart in the middle of an interval; nearer to 1
-/// the corridor is wider and dearer.
+/// A clearance is proved only where bodies are this many times as far apart in the middle of an
+/// interval; nearer to 1 the corridor is wider and dearer.
 const MARGIN: f64 = 1.1;
-/// The search for the largest clearance ends where the next would be less than this many times the one proved.
+/// The search for the largest clearance ends where the next would be less than this many times the
+/// one proved.
 const FINEST_STEP: f64 = 1.1;
 /// A clearance that is refused is followed by one that is at most this many times as large.
 const SHRINK: f64 = 0.8;
@@ -33,7 +36,8 @@ const SHRINK: f64 = 0.8;
 pub struct Corridor {
     /// Distance that every pair keeps within the corridor (m).
     pub floor_m: f64,
-    /// How far bodies move at most against each other, per unit of each velocity coordinate (m per rad or m).
+    /// How far bodies move at most against each other, per unit of each velocity coordinate (m per
+    /// rad or m).
     pub reach: Vec<f64>,
     /// For each segment the largest Σ_j reach_j |(q ⊖ p)_j| (m), in [0, [`WIDEST_M`]].
     pub slack_m: Vec<f64>,
@@ -42,7 +46,14 @@ pub struct Corridor {
 impl Corridor {
     /// The corridor that a certificate of this model and path gives.
     pub fn new(model: &CollisionModel, path: &Path, certificate: &Certificate) -> Self {
-        let defaults = || model.robot().held().iter().map(|variable| variable.default).collect();
+        let defaults = || {
+            model
+                .robot()
+                .held()
+                .iter()
+                .map(|variable| variable.default)
+                .collect()
+        };
         let held: Vec<f64> = certificate.held.clone().unwrap_or_else(defaults);
         let mut ranges = Ranges::none(path.nq());
         path.waypoints().for_each(|waypoint| ranges.add(waypoint));
@@ -57,20 +68,34 @@ impl Corridor {
 /// What each segment of a certificate keeps above its least floor (m), in [0, [`WIDEST_M`]].
 pub fn slack_m(certificate: &Certificate) -> Vec<f64> {
     let floor = certificate.floor_m() + ROUNDING_M;
-    let slack = |clearance: Option<f64>| clearance.map_or(WIDEST_M, |kept| (kept - floor).clamp(0.0, WIDEST_M));
-    certificate.segments.iter().map(|segment| slack(segment.clearance_m)).collect()
+    let slack = |clearance: Option<f64>| {
+        clearance.map_or(WIDEST_M, |kept| (kept - floor).clamp(0.0, WIDEST_M))
+    };
+    certificate
+        .segments
+        .iter()
+        .map(|segment| slack(segment.clearance_m))
+        .collect()
 }
 
 impl Validator<'_> {
-    /// Proves each segment of a proved path again, at the largest clearance below [`WIDEST_M`] that can be found, and
-    /// puts that in its proof. What is proved and where pairs were seen apart stay as they were.
+    /// Proves each segment of a proved path again, at the largest clearance below [`WIDEST_M`] that
+    /// can be found, and puts that in its proof. What is proved and where pairs were seen apart
+    /// stay as they were.
     ///
-    /// Where `stop` says so or the search costs more than it may, the segments that are left keep the proofs they have.
-    pub fn widen(&mut self, path: &Path, proofs: &mut [SegmentProof], stop: &mut dyn FnMut() -> bool) {
+    /// Where `stop` says so or the search costs more than it may, the segments that are left keep
+    /// the proofs they have.
+    pub fn widen(
+        &mut self,
+        path: &Path,
+        proofs: &mut [SegmentProof],
+        stop: &mut dyn FnMut() -> bool,
+    ) {
         let most_work = self.work() + 500_000 + 100_000 * path.len() as u64;
         let directions = std::mem::take(&mut self.scratch.directions);
         for (segment, proof) in proofs.iter_mut().enumerate() {
-            let ends = [segment, (segment + 1).min(path.len() - 1)].map(|waypoint| path.waypoint(waypoint));
+            let ends = [segment, (segment + 1).min(path.len() - 1)]
+                .map(|waypoint| path.waypoint(waypoint));
             if !self.widen_segment(ends, proof, most_work, stop) {
                 break;
             }
@@ -93,11 +118,17 @@ impl Validator<'_> {
             }
             match self.prove_keeping(from, to, clearance, stop) {
                 SegmentVerdict::Proved(wider) => {
-                    *proof = SegmentProof { clearance_m: wider.clearance_m.max(clearance), ..wider };
+                    *proof = SegmentProof {
+                        clearance_m: wider.clearance_m.max(clearance),
+                        ..wider
+                    };
                     return true;
                 }
-                // The bodies that refused it come as near as this: what is wider is refused there too.
-                SegmentVerdict::Refused(hit) => clearance = (hit.contact.distance / MARGIN).min(SHRINK * clearance),
+                // The bodies that refused it come as near as this: what is wider is refused there
+                // too.
+                SegmentVerdict::Refused(hit) => {
+                    clearance = (hit.contact.distance / MARGIN).min(SHRINK * clearance)
+                }
                 SegmentVerdict::Stopped => return false,
             }
         }
@@ -115,10 +146,13 @@ impl Validator<'_> {
         let mut wide = std::mem::take(&mut self.scratch.wide);
         wide.reset(self.model.pairs().len(), clearance);
         let floors = std::mem::replace(&mut self.scratch.floors, wide);
-        let (reuse, margin) = (self.layers.reuse, self.margin);
-        (self.layers.reuse, self.margin) = (false, MARGIN);
+        let reuse = self.layers.reuse;
+        let margin = self.margin;
+        self.layers.reuse = false;
+        self.margin = MARGIN;
         let verdict = self.segment(from, to, stop);
-        (self.layers.reuse, self.margin) = (reuse, margin);
+        self.layers.reuse = reuse;
+        self.margin = margin;
         self.begin();
         self.scratch.wide = std::mem::replace(&mut self.scratch.floors, floors);
         verdict

@@ -1,32 +1,38 @@
-//! Proof of a request's input. Its verdict is the worst thing on the path: a collision anywhere goes before whatever is
-//! too close or not provable anywhere, and of all collisions the first along the path is the one that is told.
+//! Proof of a request's input. Its verdict is the worst thing on the path: a collision anywhere
+//! goes before whatever is too close or not provable anywhere, and of all collisions the first
+//! along the path is the one that is told.
 //!
 //! A path that is proved at the floors asked for costs nothing beyond that proof. Of any other, all
-//! [`waypoints`](super::waypoints) are looked at: nothing that follows one that collides counts. Up to there segments
-//! are proved in order, in [`runs`](super::runs) where a collision is known, and with floors lowered where that is
-//! allowed; one that cannot be proved is searched for contact of any pair ([`first_contact`](super::first_contact)).
-//! A stop leaves the collision that is known by then, which need not be the first, or no verdict.
+//! [`waypoints`](super::waypoints) are looked at: nothing that follows one that collides counts. Up
+//! to there segments are proved in order, in [`runs`](super::runs) where a collision is known, and
+//! with floors lowered where that is allowed; one that cannot be proved is searched for contact of
+//! any pair ([`first_contact`](super::first_contact)). A stop leaves the collision that is known by
+//! then, which need not be the first, or no verdict.
 
 use super::continuous::{Attempt, FINEST};
 use super::first_contact::{FirstContact, Touch};
 use super::path_proof::{PathVerdict, ends, lowered_floor, segments};
 use super::runs::Runs;
 use super::waypoints::Colliding;
-use super::{Contact, Enclosed, Hit, HitReason, SegmentProof, SegmentVerdict, SegmentsVerdict, Validator};
+use super::{
+    Contact, Enclosed, Hit, HitReason, SegmentProof, SegmentVerdict, SegmentsVerdict, Validator,
+};
 use crate::collision::query::TOUCHING_M;
 use crate::path::Path;
 
-/// Segments that are proved together: what is left of them is looked at again after one that needs lower floors.
+/// Segments that are proved together: what is left of them is looked at again after one that needs
+/// lower floors.
 const BATCH: usize = 128;
 /// Where a collision is known, what is before it is proved in runs of up to so many segments.
 const LONGEST_RUN: usize = 64;
-/// Of a path of more waypoints, its ends are looked at before anything is proved: that costs next to nothing then.
-/// A look at all of them costs as much as their proof.
+/// Of a path of more waypoints, its ends are looked at before anything is proved: that costs next
+/// to nothing then. A look at all of them costs as much as their proof.
 const MANY_WAYPOINTS: usize = 128;
 
-/// Proves a request's input. Where `may_lower`, the floor of each pair that comes closer is lowered: to the largest of
-/// δ/4, δ/16, …, and last [`LEAST_FLOOR_M`](super::path_proof::LEAST_FLOOR_M), at which it can be proved. Every later
-/// path keeps these floors.
+/// Proves a request's input. Where `may_lower`, the floor of each pair that comes closer is
+/// lowered: to the largest of δ/4, δ/16, …, and last
+/// [`LEAST_FLOOR_M`](super::path_proof::LEAST_FLOOR_M), at which it can be proved. Every later path
+/// keeps these floors.
 pub fn prove_input(
     validator: &mut Validator,
     path: &Path,
@@ -38,14 +44,31 @@ pub fn prove_input(
         Enclosed::Pair(pair, contact) => return refused_at_start(pair, contact),
         Enclosed::Stopped => return PathVerdict::Stopped,
     }
-    let mut proof = InputProof { validator, path, may_lower, proofs: Vec::new(), collision: None, unproved: None };
+    let mut proof = InputProof {
+        validator,
+        path,
+        may_lower,
+        proofs: Vec::new(),
+        collision: None,
+        unproved: None,
+    };
     let is_finished = proof.search(stop).is_some();
     proof.verdict(is_finished)
 }
 
 fn refused_at_start(pair: usize, contact: Contact) -> PathVerdict {
-    let hit = Hit { reason: HitReason::Collision, t: 0.0, pair, contact, proved_until: 0.0 };
-    PathVerdict::Refused { segment: 0, hit, proved_prefix: 0.0 }
+    let hit = Hit {
+        reason: HitReason::Collision,
+        t: 0.0,
+        pair,
+        contact,
+        proved_until: 0.0,
+    };
+    PathVerdict::Refused {
+        segment: 0,
+        hit,
+        proved_prefix: 0.0,
+    }
 }
 
 /// A contact on the path.
@@ -83,22 +106,36 @@ impl InputProof<'_, '_, '_> {
         match self.collision {
             None => self.prove_up_to(segments(self.path), stop),
             // What stands at the start needs no proof of anything.
-            Some(Collision { touch: Touch { t: 0.0, .. }, .. }) => Some(()),
+            Some(Collision {
+                touch: Touch { t: 0.0, .. },
+                ..
+            }) => Some(()),
             Some(Collision { segment, .. }) => self.prove_up_to(segment + 1, stop),
         }
     }
 
     /// Proves segment after segment up to the first collision.
     fn prove_up_to(&mut self, end: usize, stop: &mut dyn FnMut() -> bool) -> Option<()> {
-        let runs = self.collision.and_then(|_| Runs::new(self.validator, self.path));
+        let runs = self
+            .collision
+            .and_then(|_| Runs::new(self.validator, self.path));
         let longest = if runs.is_some() { LONGEST_RUN } else { 1 };
-        let (mut next, mut most) = (0, longest);
+        let mut next = 0;
+        let mut most = longest;
         while next < end {
             let (reached, is_refused) = match &runs {
-                Some(runs) => self.validator.prove_runs(runs, next..end, most, &mut self.proofs, stop)?,
+                Some(runs) => {
+                    self.validator
+                        .prove_runs(runs, next..end, most, &mut self.proofs, stop)?
+                }
                 None => {
                     let batch = end.min(next + BATCH);
-                    let reached = self.validator.prove_in_order(self.path, next..batch, &mut self.proofs, stop)?;
+                    let reached = self.validator.prove_in_order(
+                        self.path,
+                        next..batch,
+                        &mut self.proofs,
+                        stop,
+                    )?;
                     (reached, reached < batch)
                 }
             };
@@ -130,7 +167,8 @@ impl InputProof<'_, '_, '_> {
                 SegmentsVerdict::Proved => {}
             }
         }
-        self.validator.prove_in_order(self.path, 0..count, &mut self.proofs, stop)?;
+        self.validator
+            .prove_in_order(self.path, 0..count, &mut self.proofs, stop)?;
         if self.proofs.len() < count {
             self.proofs.clear();
         }
@@ -142,15 +180,18 @@ impl InputProof<'_, '_, '_> {
         waypoints: impl Iterator<Item = usize>,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<()> {
-        if let Some(Colliding { waypoint, pair }) = self.validator.colliding_waypoint(self.path, waypoints, stop)? {
+        if let Some(Colliding { waypoint, pair }) = self
+            .validator
+            .colliding_waypoint(self.path, waypoints, stop)?
+        {
             let t = if waypoint == 0 { 0.0 } else { 1.0 };
             self.meet(waypoint.saturating_sub(1), Touch { t, pair });
         }
         Some(())
     }
 
-    /// A segment that is refused as it stands: lowers floors, or looks for what collides on it. Whether that is the
-    /// first collision of the path.
+    /// A segment that is refused as it stands: lowers floors, or looks for what collides on it.
+    /// Whether that is the first collision of the path.
     fn is_settled_by(&mut self, segment: usize, stop: &mut dyn FnMut() -> bool) -> Option<bool> {
         if self.proves_lowering(segment, stop)? {
             return Some(false);
@@ -159,19 +200,27 @@ impl InputProof<'_, '_, '_> {
             FirstContact::Nothing => {}
             FirstContact::At(touch) => self.meet(segment, touch),
             FirstContact::Stopped(found) => {
-                found.into_iter().for_each(|touch| self.meet(segment, touch));
+                found
+                    .into_iter()
+                    .for_each(|touch| self.meet(segment, touch));
                 return None;
             }
         }
         if self.unproved.is_none() {
             self.find_first_refusal(segment, stop)?;
         }
-        Some(self.collision.is_some_and(|collision| collision.segment == segment && collision.touch.t < 1.0))
+        Some(
+            self.collision
+                .is_some_and(|collision| collision.segment == segment && collision.touch.t < 1.0),
+        )
     }
 
     /// Takes note of a contact, if none before it is known.
     fn meet(&mut self, segment: usize, mut touch: Touch) {
-        if segment == 0 && touch.t <= FINEST && self.validator.touches(touch.pair, self.path.waypoint(0)) {
+        if segment == 0
+            && touch.t <= FINEST
+            && self.validator.touches(touch.pair, self.path.waypoint(0))
+        {
             touch.t = 0.0;
         }
         let is_later = |known: Collision| (known.segment, known.touch.t) > (segment, touch.t);
@@ -210,7 +259,8 @@ impl InputProof<'_, '_, '_> {
         }
     }
 
-    /// Where the first segment that is not proved is first refused: what is proved of the path ends there.
+    /// Where the first segment that is not proved is first refused: what is proved of the path ends
+    /// there.
     fn find_first_refusal(&mut self, segment: usize, stop: &mut dyn FnMut() -> bool) -> Option<()> {
         self.unproved = Some((segment, None));
         let [from, to] = ends(self.path, segment);
@@ -223,11 +273,20 @@ impl InputProof<'_, '_, '_> {
                     return Some(());
                 }
                 SegmentVerdict::Refused(hit) => {
-                    if hit.reason == HitReason::TooClose && self.may_lower && self.lower(hit.pair, self.hope(&hit)) {
+                    if hit.reason == HitReason::TooClose
+                        && self.may_lower
+                        && self.lower(hit.pair, self.hope(&hit))
+                    {
                         continue;
                     }
                     if hit.reason == HitReason::Collision {
-                        self.meet(segment, Touch { t: hit.t, pair: hit.pair });
+                        self.meet(
+                            segment,
+                            Touch {
+                                t: hit.t,
+                                pair: hit.pair,
+                            },
+                        );
                     }
                     self.unproved = Some((segment, Some(hit)));
                     return Some(());
@@ -238,12 +297,16 @@ impl InputProof<'_, '_, '_> {
 
     /// The distance that a pair which is too close may keep: none, if it is known to collide.
     fn hope(&self, hit: &Hit) -> f64 {
-        let collides = self.collision.is_some_and(|collision| collision.touch.pair == hit.pair);
+        let collides = self
+            .collision
+            .is_some_and(|collision| collision.touch.pair == hit.pair);
         if collides { 0.0 } else { hit.contact.distance }
     }
 
     fn lower(&mut self, pair: usize, distance: f64) -> bool {
-        let Some(floor) = lowered_floor(self.validator.floors()[pair], distance) else { return false };
+        let Some(floor) = lowered_floor(self.validator.floors()[pair], distance) else {
+            return false;
+        };
         self.validator.set_floor(pair, floor);
         true
     }
@@ -256,11 +319,19 @@ impl InputProof<'_, '_, '_> {
         if let Some(Collision { segment, touch }) = self.collision {
             let hit = self.contact(segment, touch);
             let proved_prefix = proved_prefix.min(segment as f64 + touch.t);
-            return PathVerdict::Refused { segment, hit, proved_prefix };
+            return PathVerdict::Refused {
+                segment,
+                hit,
+                proved_prefix,
+            };
         }
         match self.unproved {
             _ if !is_finished => PathVerdict::Stopped,
-            Some((segment, Some(hit))) => PathVerdict::Refused { segment, hit, proved_prefix },
+            Some((segment, Some(hit))) => PathVerdict::Refused {
+                segment,
+                hit,
+                proved_prefix,
+            },
             Some((segment, None)) => unreachable!("segment {segment} is refused nowhere"),
             None => PathVerdict::Proved(self.proofs),
         }
@@ -269,7 +340,13 @@ impl InputProof<'_, '_, '_> {
     fn contact(&mut self, segment: usize, Touch { t, pair }: Touch) -> Hit {
         let [from, to] = ends(self.path, segment);
         let contact = self.validator.contact_between(pair, from, to, t);
-        Hit { reason: HitReason::Collision, t, pair, contact, proved_until: 0.0 }
+        Hit {
+            reason: HitReason::Collision,
+            t,
+            pair,
+            contact,
+            proved_until: 0.0,
+        }
     }
 }
 

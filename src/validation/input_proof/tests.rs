@@ -1,4 +1,5 @@
-//! The verdict on random paths of random robots, against dense samples and distances that share none of its code.
+//! The verdict on random paths of random robots, against dense samples and distances that share
+//! none of its code.
 
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
@@ -12,15 +13,19 @@ use crate::validation::{Layers, Scratch};
 const CLEARANCE_M: f64 = 1e-3;
 /// How far the oracle's distances and depths may be off (m).
 const ORACLE_M: f64 = 2e-5;
-/// Depth (m) from which a collision must be found: well above what may pass unseen and what the oracle is off by.
+/// Depth (m) from which a collision must be found: well above what may pass unseen and what the
+/// oracle is off by.
 const DEEP_M: f64 = 1e-4;
 
 fn cases() -> u32 {
-    std::env::var("TAUT_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(100)
+    std::env::var("TAUT_CASES")
+        .ok()
+        .and_then(|cases| cases.parse().ok())
+        .unwrap_or(100)
 }
 
-/// A random model and a random path of one to six waypoints, whatever it meets; every other is resampled, and not quite
-/// straight then.
+/// A random model and a random path of one to six waypoints, whatever it meets; every other is
+/// resampled, and not quite straight then.
 fn request(seed: u64) -> (CollisionModel, Path) {
     let mut rng = fastrand::Rng::with_seed(seed);
     let model = testing::model(&mut rng);
@@ -33,19 +38,32 @@ fn request(seed: u64) -> (CollisionModel, Path) {
     if rng.bool() && rng.bool() && rows.len() > nq {
         rows = resampled(&mut rng, &model, &rows);
     }
-    let path = if nq == 0 { Path::from_rows(1, vec![0.0]) } else { Path::from_rows(nq, rows) };
+    let path = if nq == 0 {
+        Path::from_rows(1, vec![0.0])
+    } else {
+        Path::from_rows(nq, rows)
+    };
     (model, path.expect("whole rows"))
 }
 
 fn resampled(rng: &mut fastrand::Rng, model: &CollisionModel, rows: &[f64]) -> Vec<f64> {
     let space = model.robot().space();
-    let (nq, parts, noise) = (space.nq(), rng.usize(2..60), [0.0, 1e-7, 1e-4][rng.usize(0..3)]);
+    let nq = space.nq();
+    let parts = rng.usize(2..60);
+    let noise = [0.0, 1e-7, 1e-4][rng.usize(0..3)];
     let mut fine = rows[..nq].to_vec();
     for (from, to) in rows.chunks(nq).zip(rows.chunks(nq).skip(1)) {
         for part in 1..=parts {
-            let shaken: Vec<f64> = (0..space.nv()).map(|_| testing::uniform(rng, -noise, noise)).collect();
+            let shaken: Vec<f64> = (0..space.nv())
+                .map(|_| testing::uniform(rng, -noise, noise))
+                .collect();
             let mut at = vec![0.0; nq];
-            space.integrate(&space.between(from, to, part as f64 / parts as f64), &shaken, 1.0, &mut at);
+            space.integrate(
+                &space.between(from, to, part as f64 / parts as f64),
+                &shaken,
+                1.0,
+                &mut at,
+            );
             fine.extend(at);
         }
     }
@@ -60,9 +78,20 @@ struct Run {
 }
 
 fn run(model: &CollisionModel, path: &Path, may_lower: bool, layers: Layers, last: u64) -> Run {
-    let held: Vec<f64> = model.robot().held().iter().map(|held| held.default).collect();
+    let held: Vec<f64> = model
+        .robot()
+        .held()
+        .iter()
+        .map(|held| held.default)
+        .collect();
     let mut scratch = Scratch::default();
-    let validator = Validator::new(model, model.robot().space(), &held, CLEARANCE_M, &mut scratch);
+    let validator = Validator::new(
+        model,
+        model.robot().space(),
+        &held,
+        CLEARANCE_M,
+        &mut scratch,
+    );
     let mut validator = validator.with_layers(layers);
     let mut polls = 0;
     let mut stop = || {
@@ -70,7 +99,11 @@ fn run(model: &CollisionModel, path: &Path, may_lower: bool, layers: Layers, las
         polls > last
     };
     let verdict = prove_input(&mut validator, path, may_lower, &mut stop);
-    Run { verdict, floors: validator.floors().to_vec(), polls }
+    Run {
+        verdict,
+        floors: validator.floors().to_vec(),
+        polls,
+    }
 }
 
 fn whole(model: &CollisionModel, path: &Path, may_lower: bool) -> Run {
@@ -81,35 +114,63 @@ fn whole(model: &CollisionModel, path: &Path, may_lower: bool) -> Run {
 fn samples(model: &CollisionModel, path: &Path) -> Vec<(f64, Vec<f64>)> {
     let each = (256 / segments(path)).clamp(4, 64);
     let at = |i: usize| {
-        let (segment, t) = (i / each, (i % each) as f64 / each as f64);
+        let segment = i / each;
+        let t = (i % each) as f64 / each as f64;
         let [from, to] = ends(path, segment);
-        (segment as f64 + t, model.robot().space().between(from, to, t))
+        (
+            segment as f64 + t,
+            model.robot().space().between(from, to, t),
+        )
     };
     (0..segments(path) * each)
         .map(at)
-        .chain([(segments(path) as f64, path.waypoint(path.len() - 1).to_vec())])
+        .chain([(
+            segments(path) as f64,
+            path.waypoint(path.len() - 1).to_vec(),
+        )])
         .collect()
 }
 
 /// Whether a body begins inside of a mesh, which the oracle sees as a surface.
 fn begins_enclosed(model: &CollisionModel, path: &Path) -> bool {
-    let held: Vec<f64> = model.robot().held().iter().map(|held| held.default).collect();
+    let held: Vec<f64> = model
+        .robot()
+        .held()
+        .iter()
+        .map(|held| held.default)
+        .collect();
     let mut scratch = Scratch::default();
-    let mut validator = Validator::new(model, model.robot().space(), &held, CLEARANCE_M, &mut scratch);
+    let mut validator = Validator::new(
+        model,
+        model.robot().space(),
+        &held,
+        CLEARANCE_M,
+        &mut scratch,
+    );
     validator.enclosed_at(path.waypoint(0), &mut || false) != Enclosed::Nothing
 }
 
 /// Everything before `until` keeps the floors.
-fn is_free_until(model: &CollisionModel, path: &Path, floors: &[f64], until: f64) -> Result<(), TestCaseError> {
+fn is_free_until(
+    model: &CollisionModel,
+    path: &Path,
+    floors: &[f64],
+    until: f64,
+) -> Result<(), TestCaseError> {
     let oracle = Oracle::new(model);
-    for (place, q) in samples(model, path).iter().filter(|(place, _)| *place < until) {
+    for (place, q) in samples(model, path)
+        .iter()
+        .filter(|(place, _)| *place < until)
+    {
         for (pair, floor) in floors.iter().enumerate() {
             let distance = oracle.pair_distance(model, pair, q);
             prop_assert!(
                 distance >= floor - ORACLE_M,
                 "{distance} at {place}, before {until}, where {floor} is proved"
             );
-            prop_assert!(oracle.pair_depth(model, pair, q) < ORACLE_M || model.pair_names(pair).is_empty());
+            prop_assert!(
+                oracle.pair_depth(model, pair, q) < ORACLE_M || model.pair_names(pair).is_empty()
+            );
         }
     }
     Ok(())
@@ -118,8 +179,12 @@ fn is_free_until(model: &CollisionModel, path: &Path, floors: &[f64], until: f64
 /// The first sample at which any two bodies are deep in each other.
 fn first_deep(model: &CollisionModel, path: &Path) -> Option<f64> {
     let oracle = Oracle::new(model);
-    let is_deep = |q: &[f64]| (0..model.pairs().len()).any(|pair| oracle.pair_depth(model, pair, q) > DEEP_M);
-    samples(model, path).into_iter().find(|(_, q)| is_deep(q)).map(|(place, _)| place)
+    let is_deep =
+        |q: &[f64]| (0..model.pairs().len()).any(|pair| oracle.pair_depth(model, pair, q) > DEEP_M);
+    samples(model, path)
+        .into_iter()
+        .find(|(_, q)| is_deep(q))
+        .map(|(place, _)| place)
 }
 
 /// Where a path is refused for a collision.

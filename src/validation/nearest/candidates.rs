@@ -19,13 +19,15 @@ impl Candidate {
     /// Pair by pair, each along the path.
     pub(super) fn along_the_path(&self, other: &Self) -> Ordering {
         let place = |it: &Self| (it.pair, it.interval.segment);
-        place(self).cmp(&place(other)).then(self.interval.middle.total_cmp(&other.interval.middle))
+        place(self)
+            .cmp(&place(other))
+            .then(self.interval.middle.total_cmp(&other.interval.middle))
     }
 }
 
 impl Validator<'_> {
-    /// Looks at the whole path as a proof at the present floors does, but goes on where a pair is too close: these
-    /// are the candidates. `None` where stopped or too dear.
+    /// Looks at the whole path as a proof at the present floors does, but goes on where a pair is
+    /// too close: these are the candidates. `None` where stopped or too dear.
     pub(super) fn candidates(
         &mut self,
         path: &Path,
@@ -62,7 +64,8 @@ impl Validator<'_> {
         found: &mut Vec<Candidate>,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Undecided> {
-        let (first, mut excess) = (self.scratch.lists.len(), 0.0_f32);
+        let first = self.scratch.lists.len();
+        let mut excess = 0.0_f32;
         for entry in 0..self.scratch.rake.unproved.len() {
             if self.scratch.rake.unproved[entry].lanes >> lane & 1 == 0 {
                 continue;
@@ -71,7 +74,10 @@ impl Validator<'_> {
             let unproved = &self.scratch.rake.unproved[entry];
             let pair = unproved.pair as usize;
             match refused {
-                Some(_) => found.push(Candidate { pair, interval: *interval }),
+                Some(_) => found.push(Candidate {
+                    pair,
+                    interval: *interval,
+                }),
                 None if unproved.lanes >> lane & 1 == 1 => {
                     self.scratch.lists.push(unproved.pair);
                     excess = excess.max(unproved.excess[lane]);
@@ -80,11 +86,14 @@ impl Validator<'_> {
             }
         }
         let parts = excess.ceil().max(2.0).min(LANES as f32) as usize;
-        Some(Undecided { pairs: List::Of(first, self.scratch.lists.len()), parts })
+        Some(Undecided {
+            pairs: List::Of(first, self.scratch.lists.len()),
+            parts,
+        })
     }
 
-    /// What is nearest of the candidates' middles, followed to where it is nearest: what is farther away than this
-    /// need not be looked for.
+    /// What is nearest of the candidates' middles, followed to where it is nearest: what is farther
+    /// away than this need not be looked for.
     pub(super) fn rough_smallest(
         &mut self,
         candidates: &[Candidate],
@@ -100,6 +109,8 @@ impl Validator<'_> {
                 nearest = Some((distance, *candidate));
             }
         }
-        Some(nearest.map(|(_, candidate)| self.follow(candidate.pair, &candidate.interval, [0.0, 1.0], FINEST_M)))
+        Some(nearest.map(|(_, candidate)| {
+            self.follow(candidate.pair, &candidate.interval, [0.0, 1.0], FINEST_M)
+        }))
     }
 }

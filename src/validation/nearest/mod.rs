@@ -1,10 +1,11 @@
 //! Where a proved path comes nearest to anything, and which bodies hold it.
 //!
-//! A proof only says what is kept; a person wants to know where and between what. So the path is looked at once more:
-//! the filter and the bound of a proof leave few places that may be nearer than what is looked for
-//! (`candidates`), and of these each stretch is searched for its least distance (`stretch`). Distances are exact
-//! and their places are where they are least, up to [`RESOLUTION`]. First only what holds the path is looked for, and
-//! farther only where nothing does.
+//! A proof only says what is kept; a person wants to know where and between what. So the path is
+//! looked at once more: the filter and the bound of a proof leave few places that may be nearer
+//! than what is looked for (`candidates`), and of these each stretch is searched for its least
+//! distance (`stretch`). Distances are exact and their places are where they are least, up to
+//! [`RESOLUTION`]. First only what holds the path is looked for, and farther only where nothing
+//! does.
 
 mod candidates;
 mod follow;
@@ -50,17 +51,19 @@ pub struct Nearest {
     pub searched_m: f64,
     /// The least distance of all.
     pub smallest: Option<Near>,
-    /// For each pair and each stretch of a segment on which it is nearer than [`CONTACT_FLOORS`] of its floors, the
-    /// place where it is nearest; in order along the path. Stretches with little motion between them may count as
-    /// one, and those on both sides of a waypoint do, unless the pair is farther apart there than beside it.
+    /// For each pair and each stretch of a segment on which it is nearer than [`CONTACT_FLOORS`] of
+    /// its floors, the place where it is nearest; in order along the path. Stretches with little
+    /// motion between them may count as one, and those on both sides of a waypoint do, unless the
+    /// pair is farther apart there than beside it.
     pub contacts: Vec<Near>,
 }
 
 impl Validator<'_> {
     /// Looks for what is nearest along a path that is proved.
     ///
-    /// Floors, what is proved and where pairs were seen apart stay as they were, so that the search changes no later
-    /// verdict. `None` where `stop` said so, or where the search cost more than it may: then nothing is known.
+    /// Floors, what is proved and where pairs were seen apart stay as they were, so that the search
+    /// changes no later verdict. `None` where `stop` said so, or where the search cost more than it
+    /// may: then nothing is known.
     pub fn nearest(&mut self, path: &Path, stop: &mut dyn FnMut() -> bool) -> Option<Nearest> {
         let clearance = self.scratch.floors.common();
         let near = CONTACT_FLOORS * clearance;
@@ -102,24 +105,43 @@ impl Validator<'_> {
     ) -> Option<Nearest> {
         let mut candidates = self.candidates(path, most_work, stop)?;
         candidates.sort_by(Candidate::along_the_path);
-        let mut smallest = self.rough_smallest(&candidates, stop)?.filter(|near| near.contact.distance < searched_m);
+        let mut smallest = self
+            .rough_smallest(&candidates, stop)?
+            .filter(|near| near.contact.distance < searched_m);
         let mut contacts = Vec::new();
         for of_pair in candidates.chunk_by(|a, b| a.pair == b.pair) {
             let pair = of_pair[0].pair;
-            let (floor, within) = (floors.all()[pair], CONTACT_FLOORS * floors.all()[pair]);
+            let floor = floors.all()[pair];
+            let within = CONTACT_FLOORS * floors.all()[pair];
             let least = smallest.map_or(searched_m, |near: Near| near.contact.distance);
             let resolution = (RESOLUTION * floor).max(FINEST_M);
-            let sought = Sought { pair, within: within.max(least), resolution, most_work };
+            let sought = Sought {
+                pair,
+                within: within.max(least),
+                resolution,
+                most_work,
+            };
             for near in self.stretches(&sought, of_pair, stop)? {
                 let distance = near.contact.distance;
-                if distance < searched_m && smallest.is_none_or(|least| distance < least.contact.distance) {
+                if distance < searched_m
+                    && smallest.is_none_or(|least| distance < least.contact.distance)
+                {
                     smallest = Some(near);
                 }
                 contacts.extend(Some(near).filter(|_| distance < within));
             }
         }
-        contacts.sort_by(|a, b| a.segment.cmp(&b.segment).then(a.t.total_cmp(&b.t)).then(a.pair.cmp(&b.pair)));
-        Some(Nearest { searched_m, smallest, contacts })
+        contacts.sort_by(|a, b| {
+            a.segment
+                .cmp(&b.segment)
+                .then(a.t.total_cmp(&b.t))
+                .then(a.pair.cmp(&b.pair))
+        });
+        Some(Nearest {
+            searched_m,
+            smallest,
+            contacts,
+        })
     }
 }
 

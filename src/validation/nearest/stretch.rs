@@ -33,7 +33,8 @@ struct Cell {
 /// What is known of one pair, along the path.
 #[derive(Default)]
 struct Along {
-    /// Cells of one segment without a parting between them, of which the nearest place is not known yet.
+    /// Cells of one segment without a parting between them, of which the nearest place is not known
+    /// yet.
     stretch: Vec<Cell>,
     found: Vec<Near>,
     /// Places at which the pair is farther apart than is sought, in order.
@@ -45,7 +46,11 @@ struct Along {
 impl Interval {
     fn halves(&self) -> [Self; 2] {
         let half = self.half / 2.0;
-        [-half, half].map(|shift| Self { middle: self.middle + shift, half, ..*self })
+        [-half, half].map(|shift| Self {
+            middle: self.middle + shift,
+            half,
+            ..*self
+        })
     }
 
     /// Where it begins and ends on its segment.
@@ -59,8 +64,8 @@ impl Interval {
 }
 
 impl Validator<'_> {
-    /// The nearest place of each stretch of the pair's candidates, which are in order. `None` where stopped or too
-    /// dear.
+    /// The nearest place of each stretch of the pair's candidates, which are in order. `None` where
+    /// stopped or too dear.
     pub(super) fn stretches(
         &mut self,
         sought: &Sought,
@@ -68,15 +73,20 @@ impl Validator<'_> {
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Vec<Near>> {
         let mut along = Along::default();
-        let mut open: Vec<Interval> = candidates.iter().rev().map(|candidate| candidate.interval).collect();
+        let mut open: Vec<Interval> = candidates
+            .iter()
+            .rev()
+            .map(|candidate| candidate.interval)
+            .collect();
         while let Some(interval) = open.pop() {
             if self.is_over(sought, stop) {
                 return None;
             }
-            let near = Some(self.nearly_apart(sought.pair, &interval)).filter(|distance| *distance < sought.within);
+            let near = Some(self.nearly_apart(sought.pair, &interval))
+                .filter(|distance| *distance < sought.within);
             // What is hardly nearer anywhere than what is sought is not near.
-            let is_settled =
-                near.is_some() || self.keeps(sought, &interval, sought.within - sought.resolution, stop)?;
+            let is_settled = near.is_some()
+                || self.keeps(sought, &interval, sought.within - sought.resolution, stop)?;
             if !is_settled && interval.half > FINEST_HALF {
                 open.extend(interval.halves().into_iter().rev());
                 continue;
@@ -87,8 +97,8 @@ impl Validator<'_> {
         Some(self.merged(&along))
     }
 
-    /// Goes on along the path by an interval that is looked at enough; `near` is about the distance in its middle, or
-    /// `None` where all of it is too far.
+    /// Goes on along the path by an interval that is looked at enough; `near` is about the distance
+    /// in its middle, or `None` where all of it is too far.
     fn append(
         &mut self,
         sought: &Sought,
@@ -100,31 +110,53 @@ impl Validator<'_> {
         let [start, end] = interval.ends().map(|t| interval.along(t));
         let before = (start > along.reached + FINEST_HALF).then_some((start + along.reached) / 2.0);
         let inside = near.is_none().then_some(interval.along(interval.middle));
-        let turns = along.stretch.last().is_some_and(|cell| cell.interval.segment != interval.segment);
+        let turns = along
+            .stretch
+            .last()
+            .is_some_and(|cell| cell.interval.segment != interval.segment);
         if turns || before.or(inside).is_some() {
             self.close(sought, along, stop)?;
         }
         along.partings.extend(before.into_iter().chain(inside));
         along.reached = end;
-        along.stretch.extend(near.map(|distance| Cell { interval: *interval, distance }));
+        along.stretch.extend(near.map(|distance| Cell {
+            interval: *interval,
+            distance,
+        }));
         Some(())
     }
 
     /// Ends a stretch: finds its nearest place, which counts if it is near enough.
-    fn close(&mut self, sought: &Sought, along: &mut Along, stop: &mut dyn FnMut() -> bool) -> Option<()> {
+    fn close(
+        &mut self,
+        sought: &Sought,
+        along: &mut Along,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<()> {
         if let Some(near) = self.least(sought, &along.stretch, stop)? {
-            along.found.extend(Some(near).filter(|near| near.contact.distance < sought.within));
+            along
+                .found
+                .extend(Some(near).filter(|near| near.contact.distance < sought.within));
         }
         along.stretch.clear();
         Some(())
     }
 
-    /// The nearest place of a stretch: the nearest of its cells' middles, followed to where the distance stops
-    /// falling; then whatever the bound does not prove to be farther is halved, and the same again.
-    fn least(&mut self, sought: &Sought, stretch: &[Cell], stop: &mut dyn FnMut() -> bool) -> Option<Option<Near>> {
+    /// The nearest place of a stretch: the nearest of its cells' middles, followed to where the
+    /// distance stops falling; then whatever the bound does not prove to be farther is halved, and
+    /// the same again.
+    fn least(
+        &mut self,
+        sought: &Sought,
+        stretch: &[Cell],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Option<Near>> {
         let nearest = |a: &&Cell, b: &&Cell| a.distance.total_cmp(&b.distance);
-        let Some(start) = stretch.iter().min_by(nearest) else { return Some(None) };
-        let (reach, settled) = (reach(stretch), SETTLED * sought.resolution);
+        let Some(start) = stretch.iter().min_by(nearest) else {
+            return Some(None);
+        };
+        let reach = reach(stretch);
+        let settled = SETTLED * sought.resolution;
         let mut best = self.follow(sought.pair, &start.interval, reach, settled);
         let mut open: Vec<Interval> = stretch.iter().map(|cell| cell.interval).collect();
         while let Some(interval) = open.pop() {
@@ -138,7 +170,11 @@ impl Validator<'_> {
             for half in interval.halves() {
                 if self.nearly_apart(sought.pair, &half) < best.contact.distance {
                     let near = self.follow(sought.pair, &half, reach, settled);
-                    best = if near.contact.distance < best.contact.distance { near } else { best };
+                    best = if near.contact.distance < best.contact.distance {
+                        near
+                    } else {
+                        best
+                    };
                 }
                 open.push(half);
             }
@@ -166,25 +202,40 @@ impl Validator<'_> {
         merged
     }
 
-    /// Whether two places, one after the other, are of one stretch: nothing parts them, and where a waypoint lies
-    /// between them, one of the two is at the waypoint and the distance falls from there towards the other.
+    /// Whether two places, one after the other, are of one stretch: nothing parts them, and where a
+    /// waypoint lies between them, one of the two is at the waypoint and the distance falls from
+    /// there towards the other.
     fn are_one(&mut self, first: &Near, second: &Near, partings: &[f64]) -> bool {
         let along = |near: &Near| near.segment as f64 + near.t;
-        let (low, high) = (along(first).min(along(second)), along(first).max(along(second)));
+        let low = along(first).min(along(second));
+        let high = along(first).max(along(second));
         let next = partings.partition_point(|parting| *parting <= low);
-        if second.segment > first.segment + 1 || partings.get(next).is_some_and(|parting| *parting < high) {
+        if second.segment > first.segment + 1
+            || partings.get(next).is_some_and(|parting| *parting < high)
+        {
             return false;
         }
         let rate_at = |validator: &mut Self, segment: usize, t: f64| {
-            validator.near(first.pair, &Interval { segment, ..Interval::default() }, t).1
+            validator
+                .near(
+                    first.pair,
+                    &Interval {
+                        segment,
+                        ..Interval::default()
+                    },
+                    t,
+                )
+                .1
         };
-        let (ends_at, begins_at) = (first.t > 1.0 - FINEST_HALF, second.t < FINEST_HALF);
+        let ends_at = first.t > 1.0 - FINEST_HALF;
+        let begins_at = second.t < FINEST_HALF;
         first.segment == second.segment
             || ends_at && (begins_at || rate_at(self, second.segment, 0.0) < 0.0)
             || begins_at && rate_at(self, first.segment, 1.0) > 0.0
     }
 
-    /// Whether the pair is proved to keep this distance (m) on the whole interval. `None` where stopped.
+    /// Whether the pair is proved to keep this distance (m) on the whole interval. `None` where
+    /// stopped.
     fn keeps(
         &mut self,
         sought: &Sought,
@@ -193,8 +244,12 @@ impl Validator<'_> {
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<bool> {
         self.place(interval);
-        let (model, pair) = (self.model, sought.pair);
-        let mut bound = self.scratch.motion.pair_interval(model, &model.pairs()[pair], interval.half, distance);
+        let model = self.model;
+        let pair = sought.pair;
+        let mut bound =
+            self.scratch
+                .motion
+                .pair_interval(model, &model.pairs()[pair], interval.half, distance);
         bound.too_close = distance;
         if !self.layers.along_normal {
             bound.bend = f64::INFINITY;
@@ -215,7 +270,7 @@ impl Validator<'_> {
 
 /// The part of its segment that a stretch covers.
 fn reach(stretch: &[Cell]) -> [f64; 2] {
-    let [first, last] =
-        [stretch.first(), stretch.last()].map(|cell| cell.map_or([0.0, 1.0], |cell| cell.interval.ends()));
+    let [first, last] = [stretch.first(), stretch.last()]
+        .map(|cell| cell.map_or([0.0, 1.0], |cell| cell.interval.ends()));
     [first[0].max(0.0), last[1].min(1.0)]
 }

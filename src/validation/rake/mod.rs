@@ -1,9 +1,10 @@
-//! The filter: the theorem of [`motion`](super::motion) for balls, on eight intervals at once in f32.
+//! The filter: the theorem of [`motion`](super::motion) for balls, on eight intervals at once in
+//! f32.
 //!
-//! A ball moves like its centre, so only the velocity of the centre along the normal and the bend of its
-//! path count. Everything that is rounded is paid for: places and boxes with larger radii, velocities with
-//! a share of the plain bound V h, large values with a rounding of their own. What passes is proved; what
-//! does not pass is only undecided.
+//! A ball moves like its centre, so only the velocity of the centre along the normal and the bend
+//! of its path count. Everything that is rounded is paid for: places and boxes with larger radii,
+//! velocities with a share of the plain bound V h, large values with a rounding of their own. What
+//! passes is proved; what does not pass is only undecided.
 
 mod narrow;
 mod placed;
@@ -74,7 +75,8 @@ pub struct RakeScratch {
     pub unproved: Vec<Unproved>,
     /// Distance that all that was proved in a lane keeps (m).
     pub kept: [f32; LANES],
-    /// Tests of the broad phase: a ball around a body against a node over obstacles or another such ball.
+    /// Tests of the broad phase: a ball around a body against a node over obstacles or another such
+    /// ball.
     pub far: u64,
     /// Tests of two parts of bodies.
     pub near: u64,
@@ -92,20 +94,34 @@ pub struct RakeScratch {
 const ZERO: Packed = Packed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
 
 impl RakeScratch {
-    /// Memory for the bodies of a model. What an earlier request left there is of an earlier rake and never read.
+    /// Memory for the bodies of a model. What an earlier request left there is of an earlier rake
+    /// and never read.
     pub fn reset(&mut self, filter: &Filter, space: &ConfigurationSpace, held: &[f64]) {
         self.input.reset(space, held);
         self.bodies.clear();
-        let unknown = PlacedBall { rake: 0, center: [ZERO; 3], velocity: [ZERO; 3], speed: ZERO };
-        let (mut first, mut first_bend) = (0, 0);
+        let unknown = PlacedBall {
+            rake: 0,
+            center: [ZERO; 3],
+            velocity: [ZERO; 3],
+            speed: ZERO,
+        };
+        let mut first = 0;
+        let mut first_bend = 0;
         for body in &*filter.bodies {
-            self.bodies.push(PlacedBody { bent_rake: 0, first, first_bend, bend: ZERO, blur: ZERO });
+            self.bodies.push(PlacedBody {
+                bent_rake: 0,
+                first,
+                first_bend,
+                bend: ZERO,
+                blur: ZERO,
+            });
             first += 1 + body.clusters.len() + body.balls.len();
             first_bend += body.hops.len();
         }
         self.balls.resize(first, unknown);
         self.bends.resize(first_bend, ZERO);
-        (self.far, self.near) = (0, 0);
+        self.far = 0;
+        self.near = 0;
     }
 
     /// Where the frames of the last rake are.
@@ -116,16 +132,23 @@ impl RakeScratch {
 
     /// What comes of a filter that is switched off: everything is undecided, at no known distance.
     pub fn leave(&mut self, pairs: impl Iterator<Item = (u32, u8)>) {
-        let (gap, excess) = ([f32::NEG_INFINITY; LANES], [f32::INFINITY; LANES]);
+        let gap = [f32::NEG_INFINITY; LANES];
+        let excess = [f32::INFINITY; LANES];
         self.unproved.clear();
         self.kept = [f32::INFINITY; LANES];
-        self.unproved.extend(pairs.map(|(pair, lanes)| Unproved { pair, lanes, gap, excess }));
+        self.unproved.extend(pairs.map(|(pair, lanes)| Unproved {
+            pair,
+            lanes,
+            gap,
+            excess,
+        }));
     }
 }
 
 /// Proves that bodies keep apart while they move.
 pub struct Proving<'a>(pub Rake<'a>);
-/// Looks only at the middles: bodies apart there pass. For comparison; it proves nothing of the interval.
+/// Looks only at the middles: bodies apart there pass. For comparison; it proves nothing of the
+/// interval.
 pub struct Sampling<'a>(pub Rake<'a>);
 
 impl EightWide for Proving<'_> {
@@ -159,17 +182,35 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
             *drift = rake.segments.rounding(interval.segment);
         }
         let drift = Lanes::new(simd, pulp::cast(drift));
-        Self { simd, rake, kept: Lanes::splat(simd, f32::INFINITY), drift }
+        Self {
+            simd,
+            rake,
+            kept: Lanes::splat(simd, f32::INFINITY),
+            drift,
+        }
     }
 
     #[inline(always)]
     fn all(mut self) {
-        let (simd, filter, lanes) = (self.simd, self.rake.filter, self.rake.lanes);
-        let Rake { space, segments, intervals, scratch, .. } = &mut self.rake;
+        let simd = self.simd;
+        let filter = self.rake.filter;
+        let lanes = self.rake.lanes;
+        let Rake {
+            space,
+            segments,
+            intervals,
+            scratch,
+            ..
+        } = &mut self.rake;
         scratch.rake += 1;
         scratch.unproved.clear();
         segments.fill(simd, space, intervals, &mut scratch.input);
-        filter.skeleton.update::<S, MOVING>(simd, &scratch.input, &mut scratch.frames, &mut scratch.motions);
+        filter.skeleton.update::<S, MOVING>(
+            simd,
+            &scratch.input,
+            &mut scratch.frames,
+            &mut scratch.motions,
+        );
         let mut near = std::mem::take(&mut scratch.pairs);
         near.clear();
         match self.rake.pairs {
@@ -198,15 +239,22 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         self.rake.scratch.kept = pulp::cast(self.kept.packed);
     }
 
-    /// The broad phase of one body: obstacles that the ball around all of it may come near. Lanes that a node
-    /// of the tree proves do not go on below it.
+    /// The broad phase of one body: obstacles that the ball around all of it may come near. Lanes
+    /// that a node of the tree proves do not go on below it.
     #[inline(always)]
-    fn near_objects(&mut self, body: usize, nodes: &[ObjectNode], lanes: u8, near: &mut Vec<(u32, u8)>) {
+    fn near_objects(
+        &mut self,
+        body: usize,
+        nodes: &[ObjectNode],
+        lanes: u8,
+        near: &mut Vec<(u32, u8)>,
+    ) {
         if nodes.is_empty() {
             return;
         }
         let need = self.need_of(self.rake.highest_floor);
-        let (root, bend) = (self.root(body), self.bend(body).0);
+        let root = self.root(body);
+        let bend = self.bend(body).0;
         let reach = root.speed + bend + root.radius;
         let mut open = std::mem::take(&mut self.rake.scratch.open);
         open.clear();
@@ -238,8 +286,11 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         let filter = self.rake.filter;
         for &pair in &*filter.own {
             let entry = &filter.pairs[pair as usize];
-            let Partner::Body { body: b, .. } = entry.partner else { continue };
-            let (root_a, root_b) = (self.root(entry.body), self.root(b));
+            let Partner::Body { body: b, .. } = entry.partner else {
+                continue;
+            };
+            let root_a = self.root(entry.body);
+            let root_b = self.root(b);
             // Seen from the world both move more than against each other; enough for most.
             let reach = root_a.speed + root_b.speed + self.bend(entry.body).0 + self.bend(b).0;
             let reach = reach + (root_a.radius + root_b.radius);
@@ -250,12 +301,13 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         }
     }
 
-    /// Lanes in which two balls this far away from each other, which reach this far together, may come too
-    /// near. The comparison of squares does not wait for a root.
+    /// Lanes in which two balls this far away from each other, which reach this far together, may
+    /// come too near. The comparison of squares does not wait for a root.
     #[inline(always)]
     fn is_far(&mut self, away: Vectors<S>, reach: Lanes<S>, need: Lanes<S>, lanes: u8) -> u8 {
         self.rake.scratch.far += 1;
-        let (square, least) = (away.dot(away), reach + need);
+        let square = away.dot(away);
+        let least = reach + need;
         let passes = square.at_least(least * least);
         if MOVING {
             let passes = passes.and(Mask::from_bits(self.simd, lanes));

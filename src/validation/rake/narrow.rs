@@ -23,7 +23,11 @@ struct Failed<S: Eight> {
 impl<S: Eight> Failed<S> {
     #[inline(always)]
     fn none(simd: S) -> Self {
-        Self { lanes: 0, gap: Lanes::splat(simd, f32::INFINITY), excess: Lanes::splat(simd, 0.0) }
+        Self {
+            lanes: 0,
+            gap: Lanes::splat(simd, f32::INFINITY),
+            excess: Lanes::splat(simd, 0.0),
+        }
     }
 
     #[inline(always)]
@@ -33,7 +37,10 @@ impl<S: Eight> Failed<S> {
         let room = (tested.gap - need).max(Lanes::splat(simd, f32::MIN_POSITIVE));
         self.lanes |= tested.fails;
         self.gap = failed.select(self.gap.min(tested.gap), self.gap);
-        self.excess = failed.select(self.excess.max((tested.gap - tested.kept) / room), self.excess);
+        self.excess = failed.select(
+            self.excess.max((tested.gap - tested.kept) / room),
+            self.excess,
+        );
     }
 }
 
@@ -42,9 +49,11 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
     #[inline(always)]
     pub(super) fn object(&mut self, body: usize, pair: u32, object: usize, lanes: u8) {
         let filter = self.rake.filter;
-        let (shape, object) = (&filter.bodies[body], &filter.objects[object]);
+        let shape = &filter.bodies[body];
+        let object = &filter.objects[object];
         let need = self.need(pair);
-        let (root, bend) = (self.root(body), self.bend(body).0);
+        let root = self.root(body);
+        let bend = self.bend(body).0;
         let tested = self.near_hull(&root, &object.hull, bend, need, lanes);
         if tested.fails == 0 {
             return;
@@ -58,7 +67,9 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
             let mut left = tested.fails;
             if shape.clusters.len() > 1 {
                 let cluster = self.cluster(body, index);
-                left = self.near_hull(&cluster, &object.hull, bend, need, left).fails;
+                left = self
+                    .near_hull(&cluster, &object.hull, bend, need, left)
+                    .fails;
             }
             if left == 0 {
                 continue;
@@ -85,24 +96,36 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
     #[inline(always)]
     pub(super) fn own(&mut self, pair: u32, [a, b]: [usize; 2], hops: [usize; 2], lanes: u8) {
         let filter = self.rake.filter;
-        let (shape_a, shape_b) = (&filter.bodies[a], &filter.bodies[b]);
+        let shape_a = &filter.bodies[a];
+        let shape_b = &filter.bodies[b];
         let need = self.need(pair);
         let mut bend = Lanes::splat(self.simd, 0.0);
         if MOVING {
             let blur = self.bend(a).1 + self.bend(b).1;
             bend = self.bend_below(a, hops[0]) + self.bend_below(b, hops[1]) + blur;
         }
-        let (root_a, root_b) = (self.root(a), self.root(b));
+        let root_a = self.root(a);
+        let root_b = self.root(b);
         let tested = self.near_ball(&root_a, &root_b, bend, need, lanes);
         if tested.fails == 0 {
             return;
         }
         let mut failed = Failed::none(self.simd);
         for (index_a, (_, range_a)) in shape_a.clusters.iter().enumerate() {
-            let cluster_a = if shape_a.clusters.len() > 1 { self.cluster(a, index_a) } else { root_a };
+            let cluster_a = if shape_a.clusters.len() > 1 {
+                self.cluster(a, index_a)
+            } else {
+                root_a
+            };
             for (index_b, (_, range_b)) in shape_b.clusters.iter().enumerate() {
-                let cluster_b = if shape_b.clusters.len() > 1 { self.cluster(b, index_b) } else { root_b };
-                let left = self.near_ball(&cluster_a, &cluster_b, bend, need, tested.fails).fails;
+                let cluster_b = if shape_b.clusters.len() > 1 {
+                    self.cluster(b, index_b)
+                } else {
+                    root_b
+                };
+                let left = self
+                    .near_ball(&cluster_a, &cluster_b, bend, need, tested.fails)
+                    .fails;
                 if left == 0 {
                     continue;
                 }
@@ -126,21 +149,35 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
     #[inline(always)]
     fn report(&mut self, pair: u32, failed: &Failed<S>) {
         if failed.lanes != 0 {
-            let (gap, excess) = (pulp::cast(failed.gap.packed), pulp::cast(failed.excess.packed));
-            self.rake.scratch.unproved.push(Unproved { pair, lanes: failed.lanes, gap, excess });
+            let gap = pulp::cast(failed.gap.packed);
+            let excess = pulp::cast(failed.excess.packed);
+            self.rake.scratch.unproved.push(Unproved {
+                pair,
+                lanes: failed.lanes,
+                gap,
+                excess,
+            });
         }
     }
 
     /// A ball against a hull that stands still.
     #[inline(always)]
-    fn near_hull(&mut self, ball: &Moving<S>, object: &Hull, bend: Lanes<S>, need: Lanes<S>, lanes: u8) -> Tested<S> {
+    fn near_hull(
+        &mut self,
+        ball: &Moving<S>,
+        object: &Hull,
+        bend: Lanes<S>,
+        need: Lanes<S>,
+        lanes: u8,
+    ) -> Tested<S> {
         let (away, velocity) = self.away(ball, object);
         let length = away.length();
         let gap = length - (ball.radius + object.radius);
         self.decide(gap, length, ball.speed, (away, velocity), bend, need, lanes)
     }
 
-    /// From the nearest point of a hull's core to a ball's centre, and the centre's velocity; in the hull's axes.
+    /// From the nearest point of a hull's core to a ball's centre, and the centre's velocity; in
+    /// the hull's axes.
     #[inline(always)]
     pub(super) fn away(&self, ball: &Moving<S>, object: &Hull) -> (Vectors<S>, Vectors<S>) {
         let mut offset = ball.center - Vectors::splat(self.simd, object.center);
@@ -153,33 +190,58 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
             }
         }
         let away = match object.core {
-            HullCore::Box([x, y, z]) => {
-                Vectors { x: outside(offset.x, x), y: outside(offset.y, y), z: outside(offset.z, z) }
-            }
-            HullCore::Cylinder { radius, half_height } => {
+            HullCore::Box([x, y, z]) => Vectors {
+                x: outside(offset.x, x),
+                y: outside(offset.y, y),
+                z: outside(offset.z, z),
+            },
+            HullCore::Cylinder {
+                radius,
+                half_height,
+            } => {
                 let across = (offset.x * offset.x + offset.y * offset.y).sqrt();
                 let tiny = Lanes::splat(self.simd, f32::MIN_POSITIVE);
                 let share = outside(across, radius) / across.max(tiny);
-                Vectors { x: offset.x * share, y: offset.y * share, z: outside(offset.z, half_height) }
+                Vectors {
+                    x: offset.x * share,
+                    y: offset.y * share,
+                    z: outside(offset.z, half_height),
+                }
             }
         };
         (away, velocity)
     }
 
-    /// Two balls. What carries both may turn, but at right angles to the offset: only their own velocities
-    /// count along it.
+    /// Two balls. What carries both may turn, but at right angles to the offset: only their own
+    /// velocities count along it.
     #[inline(always)]
-    fn near_ball(&mut self, a: &Moving<S>, b: &Moving<S>, bend: Lanes<S>, need: Lanes<S>, lanes: u8) -> Tested<S> {
+    fn near_ball(
+        &mut self,
+        a: &Moving<S>,
+        b: &Moving<S>,
+        bend: Lanes<S>,
+        need: Lanes<S>,
+        lanes: u8,
+    ) -> Tested<S> {
         let away = a.center - b.center;
         let length = away.length();
         let gap = length - (a.radius + b.radius);
-        let (va, vb) = (a.velocity, b.velocity);
-        self.decide(gap, length, Lanes::splat(self.simd, f32::INFINITY), (away, va - vb), bend, need, lanes)
+        let va = a.velocity;
+        let vb = b.velocity;
+        self.decide(
+            gap,
+            length,
+            Lanes::splat(self.simd, f32::INFINITY),
+            (away, va - vb),
+            bend,
+            need,
+            lanes,
+        )
     }
 
-    /// The theorem: what is kept is the gap less the velocity along the normal less the bend. The speed of
-    /// the centre bounds the velocity along any normal and is there already; where it is enough in every
-    /// lane the normal is not asked for.
+    /// The theorem: what is kept is the gap less the velocity along the normal less the bend. The
+    /// speed of the centre bounds the velocity along any normal and is there already; where it is
+    /// enough in every lane the normal is not asked for.
     #[inline(always)]
     #[allow(clippy::too_many_arguments)]
     fn decide(
@@ -194,7 +256,11 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
     ) -> Tested<S> {
         self.rake.scratch.near += 1;
         if !MOVING {
-            return Tested { fails: lanes & !gap.at_least(need).bits(), gap, kept: gap };
+            return Tested {
+                fails: lanes & !gap.at_least(need).bits(),
+                gap,
+                kept: gap,
+            };
         }
         let slack = gap - bend;
         let kept = slack - speed;
@@ -203,7 +269,11 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
         let counted = Mask::from_bits(self.simd, lanes);
         if lanes & !passes.bits() == 0 {
             self.kept = self.kept.min(counted.select(kept, infinite));
-            return Tested { fails: 0, gap, kept };
+            return Tested {
+                fails: 0,
+                gap,
+                kept,
+            };
         }
         // A centre inside a hull is away from it in no direction: nothing moves along it.
         let length = length.max(Lanes::splat(self.simd, f32::MIN_POSITIVE));
@@ -211,7 +281,11 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
         let kept = passes.select(kept, directed);
         let passes = kept.at_least(need);
         self.kept = self.kept.min(counted.and(passes).select(kept, infinite));
-        Tested { fails: lanes & !passes.bits(), gap, kept }
+        Tested {
+            fails: lanes & !passes.bits(),
+            gap,
+            kept,
+        }
     }
 }
 

@@ -39,7 +39,8 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
     /// Where a body's ball is, computed once a rake.
     #[inline(always)]
     fn placed(&mut self, entry: usize, frame: usize, ball: FilterBall) -> Moving<S> {
-        let (simd, scratch) = (self.simd, &mut *self.rake.scratch);
+        let simd = self.simd;
+        let scratch = &mut *self.rake.scratch;
         let known = &mut scratch.balls[entry];
         if known.rake != scratch.rake {
             let (center, velocity) = scratch.frames[frame].point(simd, ball.center);
@@ -61,13 +62,21 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
     #[inline(always)]
     pub(super) fn root(&mut self, body: usize) -> Moving<S> {
         let shape: &FilterBody = &self.rake.filter.bodies[body];
-        self.placed(self.rake.scratch.bodies[body].first, shape.frame, shape.root)
+        self.placed(
+            self.rake.scratch.bodies[body].first,
+            shape.frame,
+            shape.root,
+        )
     }
 
     #[inline(always)]
     pub(super) fn cluster(&mut self, body: usize, index: usize) -> Moving<S> {
         let shape = &self.rake.filter.bodies[body];
-        self.placed(self.rake.scratch.bodies[body].first + 1 + index, shape.frame, shape.clusters[index].0)
+        self.placed(
+            self.rake.scratch.bodies[body].first + 1 + index,
+            shape.frame,
+            shape.clusters[index].0,
+        )
     }
 
     #[inline(always)]
@@ -77,21 +86,29 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
         self.placed(entry, shape.frame, shape.balls[index])
     }
 
-    /// Of a body, computed once a rake: the bend of its path relative to the world ½ h² A =
-    /// Σ s_l (ω_l / 2 + Σ_{i<l} ω_i), everything times h, with the blur of its velocity, and the blur alone: a
-    /// share of Σ (s_l + ω_l · reach of the robot).
+    /// Of a body, computed once a rake: the bend of its path relative to the world ½ h² A = Σ s_l
+    /// (ω_l / 2 + Σ_{i<l} ω_i), everything times h, with the blur of its velocity, and the blur
+    /// alone: a share of Σ (s_l + ω_l · reach of the robot).
     #[inline(always)]
     pub(super) fn bend(&mut self, body: usize) -> (Lanes<S>, Lanes<S>) {
         let zero = Lanes::splat(self.simd, 0.0);
         if !MOVING {
             return (zero, zero);
         }
-        let (known, rake) = (self.rake.scratch.bodies[body], self.rake.scratch.rake);
+        let known = self.rake.scratch.bodies[body];
+        let rake = self.rake.scratch.rake;
         if known.bent_rake == rake {
-            return (Lanes::new(self.simd, known.bend), Lanes::new(self.simd, known.blur));
+            return (
+                Lanes::new(self.simd, known.bend),
+                Lanes::new(self.simd, known.blur),
+            );
         }
-        let (filter, scratch) = (self.rake.filter, &mut *self.rake.scratch);
-        let (mut bend, mut speed, mut pushed, mut turned) = (zero, zero, zero, zero);
+        let filter = self.rake.filter;
+        let scratch = &mut *self.rake.scratch;
+        let mut bend = zero;
+        let mut speed = zero;
+        let mut pushed = zero;
+        let mut turned = zero;
         let bends = &mut scratch.bends[known.first_bend..];
         for (hop, below) in filter.bodies[body].hops.iter().zip(bends) {
             let motion = &scratch.motions[hop.motion];
@@ -104,10 +121,13 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
             pushed = pushed + Lanes::new(self.simd, motion.shift);
             turned = turned + turn;
         }
-        let blur = (speed + turned * (pushed + filter.skeleton.extent() as f32)) * filter.blur + self.drift;
+        let blur = (speed + turned * (pushed + filter.skeleton.extent() as f32)) * filter.blur
+            + self.drift;
         let bend = bend * (1.0 + 1e-5) + blur;
         let known = &mut scratch.bodies[body];
-        (known.bent_rake, known.bend, known.blur) = (rake, bend.packed, blur.packed);
+        known.bent_rake = rake;
+        known.bend = bend.packed;
+        known.blur = blur.packed;
         (bend, blur)
     }
 
@@ -116,6 +136,13 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
     pub(super) fn bend_below(&self, body: usize, hops: usize) -> Lanes<S> {
         let scratch = &*self.rake.scratch;
         let first = scratch.bodies[body].first_bend;
-        Lanes::new(self.simd, if hops == 0 { ZERO } else { scratch.bends[first + hops - 1] })
+        Lanes::new(
+            self.simd,
+            if hops == 0 {
+                ZERO
+            } else {
+                scratch.bends[first + hops - 1]
+            },
+        )
     }
 }

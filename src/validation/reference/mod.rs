@@ -1,18 +1,19 @@
 //! The reference checker: finds out whether a certificate is true, by the plainest means there are.
 //!
-//! It shares with the [validator](super::continuous) what a robot and a scene are, where their bodies stand
-//! at one configuration, and how far apart two convex pieces are. It shares no filter, no lanes, no ball
-//! tree and no bound that depends on a direction or on an acceleration.
+//! It shares with the [validator](super::continuous) what a robot and a scene are, where their
+//! bodies stand at one configuration, and how far apart two convex pieces are. It shares no filter,
+//! no lanes, no ball tree and no bound that depends on a direction or on an acceleration.
 //!
-//! On a segment `q(t) = q₀ ⊕ t v` no point of a body is faster than V (`travel.rs`) as seen from the link that
-//! carries both bodies of a pair. So if they are d apart in the middle of an interval of half width h, they
-//! are at least d − V h apart on all of it. Where that is not enough, both halves are looked at.
+//! On a segment `q(t) = q₀ ⊕ t v` no point of a body is faster than V (`travel.rs`) as seen from
+//! the link that carries both bodies of a pair. So if they are d apart in the middle of an interval
+//! of half width h, they are at least d − V h apart on all of it. Where that is not enough, both
+//! halves are looked at.
 //!
-//! A pair is claimed to keep c, the larger of its floor and of what the segment's claim says. It must be
-//! proved to keep c − [`slack`], and must nowhere be seen closer than c. Proved at the least two thirds of its
-//! floor, that is; and since it keeps c if the claim is true, the search ends at the latest where V h is the
-//! slack. A claim that is too high by more than the slack is always refused, one that is too high by less if
-//! a place is met where the pair is closer.
+//! A pair is claimed to keep c, the larger of its floor and of what the segment's claim says. It
+//! must be proved to keep c − [`slack`], and must nowhere be seen closer than c. Proved at the
+//! least two thirds of its floor, that is; and since it keeps c if the claim is true, the search
+//! ends at the latest where V h is the slack. A claim that is too high by more than the slack is
+//! always refused, one that is too high by less if a place is met where the pair is closer.
 
 use std::f64::consts::PI;
 
@@ -36,7 +37,8 @@ use crate::robot::{Component, ConfigurationSpace, Kinematics};
 use cover::Cover;
 use segment::Segment;
 
-/// What is not resolved of a claim (m): more than the distance of two smooth solids is uncertain by.
+/// What is not resolved of a claim (m): more than the distance of two smooth solids is uncertain
+/// by.
 pub const RESOLUTION_M: f64 = 5e-5;
 
 /// What verifying a certificate took.
@@ -48,12 +50,14 @@ pub struct Effort {
     pub distances: u64,
 }
 
-/// How far below its claim a pair may be proved (m): three tenths of its floor, and no more than [`RESOLUTION_M`].
+/// How far below its claim a pair may be proved (m): three tenths of its floor, and no more than
+/// [`RESOLUTION_M`].
 pub fn slack(floor: f64) -> f64 {
     (0.3 * floor).min(RESOLUTION_M)
 }
 
-/// Verifies that `certificate` is about this model and this path and that all it claims of them is true.
+/// Verifies that `certificate` is about this model and this path and that all it claims of them is
+/// true.
 ///
 /// `progress` hears the number of segments that are verified, `stop` is asked at every interval.
 ///
@@ -76,10 +80,17 @@ pub fn verify(
     check_start(model, path.waypoint(0), &held)?;
 
     let space = model.robot().space();
-    let space = if certificate.unwrapped { space.unwrapped() } else { space.clone() };
+    let space = if certificate.unwrapped {
+        space.unwrapped()
+    } else {
+        space.clone()
+    };
     check_steps(model, &path, &space, certificate.checker_version)?;
-    let covers: Vec<Cover> =
-        model.bodies().iter().map(|body| Cover::new(body.solid.tree.pieces(), &body.place)).collect();
+    let covers: Vec<Cover> = model
+        .bodies()
+        .iter()
+        .map(|body| Cover::new(body.solid.tree.pieces(), &body.place))
+        .collect();
     let mut effort = Effort::default();
     for (index, claim) in certificate.segments.iter().enumerate() {
         let ends = [index, (index + 1).min(path.len() - 1)].map(|waypoint| path.waypoint(waypoint));
@@ -92,7 +103,11 @@ pub fn verify(
 }
 
 /// Whether the certificate is whole, of a known kind, and about this robot, scene and path.
-fn check_origin(model: &CollisionModel, path: &Path, certificate: &Certificate) -> Result<(), Objection> {
+fn check_origin(
+    model: &CollisionModel,
+    path: &Path,
+    certificate: &Certificate,
+) -> Result<(), Objection> {
     let version = certificate.checker_version;
     if version > CHECKER_VERSION || version == 0 {
         return Err(Objection::Version(version));
@@ -100,43 +115,80 @@ fn check_origin(model: &CollisionModel, path: &Path, certificate: &Certificate) 
     match certificate.digest {
         None if version >= FIRST_WITH_DIGEST => return Err(Objection::NoDigest(version)),
         Some(digest) if digest != certificate.content() => {
-            return Err(Objection::Edited { digest, content: certificate.content() });
+            return Err(Objection::Edited {
+                digest,
+                content: certificate.content(),
+            });
         }
         _ => {}
     }
     let scene = model.scene();
     let is_former = scene.former_hash() == Some(certificate.scene_hash);
-    let scene_hash = if is_former { certificate.scene_hash } else { scene.hash() };
+    let scene_hash = if is_former {
+        certificate.scene_hash
+    } else {
+        scene.hash()
+    };
     for (kind, claimed, given) in [
         ("robot", certificate.robot_hash, model.robot().hash()),
         ("scene", certificate.scene_hash, scene_hash),
         ("path", certificate.path_hash, path.hash()),
     ] {
         if claimed != given {
-            return Err(Objection::Other { kind, claimed, given });
+            return Err(Objection::Other {
+                kind,
+                claimed,
+                given,
+            });
         }
     }
     let columns = ("columns", path.nq(), model.robot().space().nq());
-    let claims = ("claims", certificate.segments.len(), (path.len() - 1).max(1));
+    let claims = (
+        "claims",
+        certificate.segments.len(),
+        (path.len() - 1).max(1),
+    );
     for (what, got, expected) in [columns, claims] {
         if got != expected {
-            return Err(Objection::Count { what, got, expected });
+            return Err(Objection::Count {
+                what,
+                got,
+                expected,
+            });
         }
     }
     Ok(())
 }
 
 /// Every step says by its numbers how it moves.
-fn check_steps(model: &CollisionModel, path: &Path, space: &ConfigurationSpace, version: u32) -> Result<(), Objection> {
+fn check_steps(
+    model: &CollisionModel,
+    path: &Path,
+    space: &ConfigurationSpace,
+    version: u32,
+) -> Result<(), Objection> {
     let name = |column: usize| model.robot().variables()[column].name.clone();
     // Before, half a turn could be meant the other way.
-    let longest = if version < FIRST_BY_NUMBERS { PI - ROUNDED_RAD } else { LONGEST_STEP_RAD };
+    let longest = if version < FIRST_BY_NUMBERS {
+        PI - ROUNDED_RAD
+    } else {
+        LONGEST_STEP_RAD
+    };
     for (segment, [from, to]) in path.segments().enumerate() {
         if let Some(q) = space.circles().find(|&q| (to[q] - from[q]).abs() > longest) {
-            return Err(Objection::LongStep { segment, variable: name(q), from: from[q], to: to[q], version });
+            return Err(Objection::LongStep {
+                segment,
+                variable: name(q),
+                from: from[q],
+                to: to[q],
+                version,
+            });
         }
         if let Some(q) = space.half_turn(from, to) {
-            return Err(Objection::HalfTurn { segment, variable: name(q) });
+            return Err(Objection::HalfTurn {
+                segment,
+                variable: name(q),
+            });
         }
     }
     Ok(())
@@ -145,26 +197,53 @@ fn check_steps(model: &CollisionModel, path: &Path, space: &ConfigurationSpace, 
 /// The floor of every pair (m), by the certificate.
 fn floors(model: &CollisionModel, certificate: &Certificate) -> Result<Vec<f64>, Objection> {
     let highest = certificate.clearance_m;
-    let check = |what: String, floor: f64, range: std::ops::RangeInclusive<f64>| match range.contains(&floor) {
+    let check = |what: String, floor: f64, range: std::ops::RangeInclusive<f64>| match range
+        .contains(&floor)
+    {
         true => Ok(floor),
-        false => Err(Objection::Number { what, value: floor, least: *range.start(), most: *range.end() }),
+        false => Err(Objection::Number {
+            what,
+            value: floor,
+            least: *range.start(),
+            most: *range.end(),
+        }),
     };
     check("clearance_m".to_owned(), highest, LEAST_FLOOR_M..=f64::MAX)?;
-    let names: Vec<[String; 2]> = (0..model.pairs().len()).map(|pair| model.pair_names(pair)).collect();
+    let names: Vec<[String; 2]> = (0..model.pairs().len())
+        .map(|pair| model.pair_names(pair))
+        .collect();
     let mut floors = vec![highest; names.len()];
     for (a, b, floor) in &certificate.lowered {
-        check(format!("the floor of {a} × {b}"), *floor, LEAST_FLOOR_M..=highest)?;
+        check(
+            format!("the floor of {a} × {b}"),
+            *floor,
+            LEAST_FLOOR_M..=highest,
+        )?;
         let mut known = false;
-        for (pair, _) in names.iter().enumerate().filter(|(_, [x, y])| (x, y) == (a, b)) {
-            (floors[pair], known) = (*floor, true);
+        for (pair, _) in names
+            .iter()
+            .enumerate()
+            .filter(|(_, [x, y])| (x, y) == (a, b))
+        {
+            floors[pair] = *floor;
+            known = true;
         }
         if !known {
-            return Err(Objection::UnknownPair { a: a.clone(), b: b.clone() });
+            return Err(Objection::UnknownPair {
+                a: a.clone(),
+                b: b.clone(),
+            });
         }
     }
     for (index, claim) in certificate.segments.iter().enumerate() {
-        let Some(clearance) = claim.clearance_m else { continue };
-        check(format!("the clearance of segment {}", index + 1), clearance, certificate.floor_m()..=f64::MAX)?;
+        let Some(clearance) = claim.clearance_m else {
+            continue;
+        };
+        check(
+            format!("the clearance of segment {}", index + 1),
+            clearance,
+            certificate.floor_m()..=f64::MAX,
+        )?;
     }
     Ok(floors)
 }
@@ -175,9 +254,11 @@ fn held(model: &CollisionModel, certificate: &Certificate) -> Result<Vec<f64>, O
     match &certificate.held {
         None => Ok(variables.iter().map(|variable| variable.default).collect()),
         Some(held) if held.len() == variables.len() => Ok(held.clone()),
-        Some(held) => {
-            Err(Objection::Count { what: "values of held variables", got: held.len(), expected: variables.len() })
-        }
+        Some(held) => Err(Objection::Count {
+            what: "values of held variables",
+            got: held.len(),
+            expected: variables.len(),
+        }),
     }
 }
 
@@ -196,8 +277,8 @@ fn unit_quaternions(model: &CollisionModel, path: &Path) -> Path {
     path
 }
 
-/// What intervals do not see: links that no joint moves, and bodies wholly inside a mesh. Nothing gets inside
-/// later without coming near its surface.
+/// What intervals do not see: links that no joint moves, and bodies wholly inside a mesh. Nothing
+/// gets inside later without coming near its surface.
 fn check_start(model: &CollisionModel, start: &[f64], held: &[f64]) -> Result<(), Objection> {
     let mut kinematics = Kinematics::default();
     kinematics.update(model.robot(), start, held);
@@ -205,11 +286,14 @@ fn check_start(model: &CollisionModel, start: &[f64], held: &[f64]) -> Result<()
         return Err(Objection::StandsIn { bodies });
     }
     for (index, pair) in model.pairs().iter().enumerate() {
-        let (a, b) = (&model.bodies()[pair.a], &model.bodies()[pair.b]);
+        let a = &model.bodies()[pair.a];
+        let b = &model.bodies()[pair.b];
         if (a.solid.hollow || b.solid.hollow)
             && query::enclosed(a, &a.placed(&kinematics), b, &b.placed(&kinematics)).is_some()
         {
-            return Err(Objection::StandsIn { bodies: model.pair_names(index) });
+            return Err(Objection::StandsIn {
+                bodies: model.pair_names(index),
+            });
         }
     }
     Ok(())

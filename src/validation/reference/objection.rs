@@ -12,10 +12,14 @@ pub enum Objection {
     )]
     Version(u32),
     /// The digest is missing.
-    #[error("it has no digest, which certificates of checker version {0} have; it was changed after the proof")]
+    #[error(
+        "it has no digest, which certificates of checker version {0} have; it was changed after the proof"
+    )]
     NoDigest(u32),
     /// The digest does not fit.
-    #[error("its digest is {digest:016x}, its content has {content:016x}; it was changed after the proof")]
+    #[error(
+        "its digest is {digest:016x}, its content has {content:016x}; it was changed after the proof"
+    )]
     Edited {
         /// Digest that the certificate names.
         digest: u64,
@@ -130,13 +134,25 @@ pub struct Closeness {
 
 impl std::fmt::Display for Closeness {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { segment, t, bodies: [a, b], distance_m, claimed_m } = self;
+        let Self {
+            segment,
+            t,
+            bodies: [a, b],
+            distance_m,
+            claimed_m,
+        } = self;
         let segment = segment + 1;
         match claimed_m.is_finite() {
             true => {
-                write!(f, "segment {segment}, t = {t:.6}: {a} × {b} are {distance_m} m apart, claimed {claimed_m} m")
+                write!(
+                    f,
+                    "segment {segment}, t = {t:.6}: {a} × {b} are {distance_m} m apart, claimed {claimed_m} m"
+                )
             }
-            false => write!(f, "segment {segment}: it claims that nothing can collide, but {a} × {b} can"),
+            false => write!(
+                f,
+                "segment {segment}: it claims that nothing can collide, but {a} × {b} can"
+            ),
         }
     }
 }

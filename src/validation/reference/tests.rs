@@ -21,26 +21,49 @@ fn proved(rng: &mut Rng) -> Option<(CollisionModel, Path, Certificate)> {
     let mut at = rows.clone();
     for _ in 0..rng.usize(0..4) {
         // Some neighbours are equal: segments that do not move.
-        at = if rng.f64() < 0.2 { at } else { testing::neighbour(rng, robot, &at) };
+        at = if rng.f64() < 0.2 {
+            at
+        } else {
+            testing::neighbour(rng, robot, &at)
+        };
         rows.extend_from_slice(&at);
     }
     let path = Path::from_rows(robot.space().nq(), rows)?;
     let clearance_m = [1e-3, 1e-4, 2e-2][rng.usize(0..3)];
-    let settings = Settings { mode: Mode::Check, clearance_m, unwrapped: rng.bool(), ..Settings::default() };
+    let settings = Settings {
+        mode: Mode::Check,
+        clearance_m,
+        unwrapped: rng.bool(),
+        ..Settings::default()
+    };
     let mut asked = 0;
     let mut stop = || {
         asked += 1;
         asked > 200_000
     };
-    let answer = optimize::run(&model, &path, &settings, &mut Workspace::default(), &mut stop, &mut |_| {});
+    let answer = optimize::run(
+        &model,
+        &path,
+        &settings,
+        &mut Workspace::default(),
+        &mut stop,
+        &mut |_| {},
+    );
     let answer = answer.ok()?;
-    assert!(answer.termination != optimize::Termination::Stopped, "no end at clearance {clearance_m}");
+    assert!(
+        answer.termination != optimize::Termination::Stopped,
+        "no end at clearance {clearance_m}"
+    );
     let certificate = answer.certificate?;
     assert_eq!(certificate.segments.len(), (path.len() - 1).max(1));
     Some((model, path, certificate))
 }
 
-fn verified(model: &CollisionModel, path: &Path, certificate: &Certificate) -> Result<Effort, Objection> {
+fn verified(
+    model: &CollisionModel,
+    path: &Path,
+    certificate: &Certificate,
+) -> Result<Effort, Objection> {
     verify(model, path, certificate, &mut || false, &mut |_| {})
 }
 
@@ -55,16 +78,33 @@ fn forged(
 }
 
 /// The least distance of each segment that parry finds at this many places, ends included.
-fn least_distances(model: &CollisionModel, path: &Path, certificate: &Certificate, places: u32) -> Vec<f64> {
-    let (oracle, robot) = (Oracle::new(model), model.robot());
-    let space = if certificate.unwrapped { robot.space().unwrapped() } else { robot.space().clone() };
-    let (mut velocity, mut q) = (vec![0.0; space.nv()], vec![0.0; space.nq()]);
+fn least_distances(
+    model: &CollisionModel,
+    path: &Path,
+    certificate: &Certificate,
+    places: u32,
+) -> Vec<f64> {
+    let oracle = Oracle::new(model);
+    let robot = model.robot();
+    let space = if certificate.unwrapped {
+        robot.space().unwrapped()
+    } else {
+        robot.space().clone()
+    };
+    let mut velocity = vec![0.0; space.nv()];
+    let mut q = vec![0.0; space.nq()];
     let mut least = vec![f64::INFINITY; certificate.segments.len()];
     for (segment, least) in least.iter_mut().enumerate() {
-        let (from, to) = (path.waypoint(segment), path.waypoint((segment + 1).min(path.len() - 1)));
+        let from = path.waypoint(segment);
+        let to = path.waypoint((segment + 1).min(path.len() - 1));
         space.difference(to, from, &mut velocity);
         for place in 0..=places {
-            space.integrate(from, &velocity, f64::from(place) / f64::from(places), &mut q);
+            space.integrate(
+                from,
+                &velocity,
+                f64::from(place) / f64::from(places),
+                &mut q,
+            );
             for pair in 0..model.pairs().len() {
                 *least = least.min(oracle.pair_distance(model, pair, &q));
             }
@@ -76,9 +116,13 @@ fn least_distances(model: &CollisionModel, path: &Path, certificate: &Certificat
 #[test]
 fn what_the_validator_proves_is_verified() {
     let (count, mut rng) = cases(1500);
-    let (mut met, mut lowered, mut effort) = (0, 0, Effort::default());
+    let mut met = 0;
+    let mut lowered = 0;
+    let mut effort = Effort::default();
     for case in 0..count {
-        let Some((model, path, certificate)) = proved(&mut rng) else { continue };
+        let Some((model, path, certificate)) = proved(&mut rng) else {
+            continue;
+        };
         let found = verified(&model, &path, &certificate);
         let found = found.unwrap_or_else(|objection| panic!("case {case}: {objection}"));
         met += 1;
@@ -90,33 +134,52 @@ fn what_the_validator_proves_is_verified() {
     assert!(met > count / 6 && lowered > count / 200);
 }
 
-/// Parry, which shares only the description with the checker, finds no distance below a claim that is verified,
-/// and a claim above what parry finds is refused.
+/// Parry, which shares only the description with the checker, finds no distance below a claim that
+/// is verified, and a claim above what parry finds is refused.
 #[test]
 fn a_clearance_above_the_distance_is_refused() {
     let (count, mut rng) = cases(400);
     let mut met = 0;
     for case in 0..count {
-        let Some(proved) = proved(&mut rng) else { continue };
+        let Some(proved) = proved(&mut rng) else {
+            continue;
+        };
         let least = least_distances(&proved.0, &proved.1, &proved.2, 40);
         let segment = rng.usize(0..least.len());
         if !least[segment].is_finite() {
             continue;
         }
         let claim = proved.2.segments[segment].clearance_m.unwrap();
-        assert!(claim <= least[segment] + 1e-7, "case {case}: {claim} is verified, {} found", least[segment]);
+        assert!(
+            claim <= least[segment] + 1e-7,
+            "case {case}: {claim} is verified, {} found",
+            least[segment]
+        );
         for raised in [least[segment] + RESOLUTION_M, 2.0 * least[segment] + 1e-3] {
-            let found = forged(&proved, |certificate| certificate.segments[segment].clearance_m = Some(raised));
+            let found = forged(&proved, |certificate| {
+                certificate.segments[segment].clearance_m = Some(raised)
+            });
             let place = match found {
                 Err(Objection::Closer(place)) if place.distance_m < raised => place,
                 // Where the distance itself is uncertain.
                 Err(Objection::NotProved(place)) if place.distance_m < raised + SMOOTH_M => place,
-                found => panic!("case {case}: {raised} is verified, {} found: {found:?}", least[segment]),
+                found => panic!(
+                    "case {case}: {raised} is verified, {} found: {found:?}",
+                    least[segment]
+                ),
             };
-            assert!(place.segment == segment && place.claimed_m == raised, "{place:?}");
+            assert!(
+                place.segment == segment && place.claimed_m == raised,
+                "{place:?}"
+            );
         }
-        let found = forged(&proved, |certificate| certificate.segments[segment].clearance_m = None);
-        assert!(matches!(found, Err(Objection::Closer(_))), "case {case}: {found:?}");
+        let found = forged(&proved, |certificate| {
+            certificate.segments[segment].clearance_m = None
+        });
+        assert!(
+            matches!(found, Err(Objection::Closer(_))),
+            "case {case}: {found:?}"
+        );
         met += 1;
     }
     assert!(met > count / 8, "{met} met");
@@ -125,33 +188,61 @@ fn a_clearance_above_the_distance_is_refused() {
 #[test]
 fn a_raised_floor_and_a_lowered_pair_that_is_left_out_are_refused() {
     let (count, mut rng) = cases(1500);
-    let (mut raised, mut removed) = (0, 0);
+    let mut raised = 0;
+    let mut removed = 0;
     for case in 0..count {
-        let Some(proved) = proved(&mut rng) else { continue };
-        let least = least_distances(&proved.0, &proved.1, &proved.2, 8).into_iter().fold(f64::INFINITY, f64::min);
+        let Some(proved) = proved(&mut rng) else {
+            continue;
+        };
+        let least = least_distances(&proved.0, &proved.1, &proved.2, 8)
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
         if proved.2.lowered.is_empty() && least.is_finite() {
             let found = forged(&proved, |certificate| {
                 certificate.clearance_m = least + RESOLUTION_M;
-                certificate.segments.iter_mut().for_each(|claim| claim.clearance_m = Some(least + RESOLUTION_M));
+                certificate
+                    .segments
+                    .iter_mut()
+                    .for_each(|claim| claim.clearance_m = Some(least + RESOLUTION_M));
             });
-            assert!(matches!(found, Err(Objection::Closer(_) | Objection::NotProved(_))), "case {case}: {found:?}");
+            assert!(
+                matches!(found, Err(Objection::Closer(_) | Objection::NotProved(_))),
+                "case {case}: {found:?}"
+            );
             // Two thirds of it would still be true.
-            let found = forged(&proved, |certificate| certificate.clearance_m = 1.4 * least + RESOLUTION_M);
-            assert!(matches!(found, Err(Objection::Number { .. } | Objection::Closer(_))), "case {case}: {found:?}");
+            let found = forged(&proved, |certificate| {
+                certificate.clearance_m = 1.4 * least + RESOLUTION_M
+            });
+            assert!(
+                matches!(found, Err(Objection::Number { .. } | Objection::Closer(_))),
+                "case {case}: {found:?}"
+            );
             raised += 1;
         } else if least < proved.2.clearance_m - RESOLUTION_M {
             let found = forged(&proved, |certificate| {
                 certificate.lowered.clear();
                 let floor = certificate.clearance_m;
-                certificate.segments.iter_mut().for_each(|claim| claim.clearance_m = Some(floor));
+                certificate
+                    .segments
+                    .iter_mut()
+                    .for_each(|claim| claim.clearance_m = Some(floor));
             });
-            assert!(matches!(found, Err(Objection::Closer(_))), "case {case}: {found:?}");
+            assert!(
+                matches!(found, Err(Objection::Closer(_))),
+                "case {case}: {found:?}"
+            );
             let found = forged(&proved, |certificate| certificate.lowered[0].0.push('?'));
-            assert!(matches!(found, Err(Objection::UnknownPair { .. })), "case {case}: {found:?}");
+            assert!(
+                matches!(found, Err(Objection::UnknownPair { .. })),
+                "case {case}: {found:?}"
+            );
             removed += 1;
         }
     }
-    assert!(raised > count / 8 && removed > count / 300, "{raised} raised, {removed} removed");
+    assert!(
+        raised > count / 8 && removed > count / 300,
+        "{raised} raised, {removed} removed"
+    );
 }
 
 #[test]
@@ -159,7 +250,9 @@ fn another_path_robot_or_scene_is_refused() {
     let (count, mut rng) = cases(200);
     let mut met = 0;
     for _ in 0..count {
-        let (Some(one), Some(other)) = (proved(&mut rng), proved(&mut rng)) else { continue };
+        let (Some(one), Some(other)) = (proved(&mut rng), proved(&mut rng)) else {
+            continue;
+        };
         let (model, path, certificate) = &one;
         let other_kind = |found: Result<Effort, Objection>| match found {
             Err(Objection::Other { kind, .. }) => kind,
@@ -172,7 +265,8 @@ fn another_path_robot_or_scene_is_refused() {
         assert_eq!(other_kind(verified(&other.0, path, certificate)), "robot");
         let scene = testing::scene(&mut rng);
         if scene.hash() != model.scene().hash() {
-            let elsewhere = CollisionModel::new(model.robot().clone(), std::sync::Arc::new(scene)).unwrap();
+            let elsewhere =
+                CollisionModel::new(model.robot().clone(), std::sync::Arc::new(scene)).unwrap();
             assert_eq!(other_kind(verified(&elsewhere, path, certificate)), "scene");
         }
         met += 1;
@@ -207,31 +301,63 @@ fn whatever_is_changed_after_the_proof_shows_in_the_digest() {
         let mut changed = certificate.clone();
         change(&mut changed);
         let found = verified(&model, &path, &changed);
-        assert!(matches!(found, Err(Objection::Edited { .. })), "change {index}: {found:?}");
+        assert!(
+            matches!(found, Err(Objection::Edited { .. })),
+            "change {index}: {found:?}"
+        );
     }
     let whole = (model, path, certificate);
     let dropped = forged(&whole, |certificate| certificate.segments.truncate(1));
-    assert!(matches!(dropped, Err(Objection::Count { what: "claims", .. })), "{dropped:?}");
+    assert!(
+        matches!(dropped, Err(Objection::Count { what: "claims", .. })),
+        "{dropped:?}"
+    );
     let held = forged(&whole, |certificate| certificate.held = Some(vec![0.0; 99]));
     assert!(matches!(held, Err(Objection::Count { .. })), "{held:?}");
     for bad in [f64::NAN, f64::INFINITY, -1.0, 0.0] {
-        let found = forged(&whole, |certificate| certificate.segments[0].clearance_m = Some(bad));
-        assert!(matches!(found, Err(Objection::Number { .. } | Objection::Closer(_))), "{bad}: {found:?}");
+        let found = forged(&whole, |certificate| {
+            certificate.segments[0].clearance_m = Some(bad)
+        });
+        assert!(
+            matches!(found, Err(Objection::Number { .. } | Objection::Closer(_))),
+            "{bad}: {found:?}"
+        );
         let found = forged(&whole, |certificate| certificate.lowered[0].2 = bad);
-        assert!(matches!(found, Err(Objection::Number { .. })), "{bad}: {found:?}");
+        assert!(
+            matches!(found, Err(Objection::Number { .. })),
+            "{bad}: {found:?}"
+        );
     }
 }
 
 #[test]
 fn older_versions_are_verified_and_newer_ones_are_not() {
     let mut rng = Rng::with_seed(12);
-    let (model, path, certificate) = std::iter::repeat_with(|| proved(&mut rng)).flatten().next().unwrap();
+    let (model, path, certificate) = std::iter::repeat_with(|| proved(&mut rng))
+        .flatten()
+        .next()
+        .unwrap();
     let of_version = |checker_version, digest: bool| {
-        let certificate = Certificate { checker_version, digest: None, ..certificate.clone() };
-        verified(&model, &path, &if digest { certificate.sealed() } else { certificate })
+        let certificate = Certificate {
+            checker_version,
+            digest: None,
+            ..certificate.clone()
+        };
+        verified(
+            &model,
+            &path,
+            &if digest {
+                certificate.sealed()
+            } else {
+                certificate
+            },
+        )
     };
     assert!(of_version(1, false).is_ok() && of_version(CHECKER_VERSION, true).is_ok());
-    assert_eq!(of_version(CHECKER_VERSION, false), Err(Objection::NoDigest(CHECKER_VERSION)));
+    assert_eq!(
+        of_version(CHECKER_VERSION, false),
+        Err(Objection::NoDigest(CHECKER_VERSION))
+    );
     for unknown in [0, CHECKER_VERSION + 1] {
         assert_eq!(of_version(unknown, true), Err(Objection::Version(unknown)));
     }
@@ -241,7 +367,8 @@ fn older_versions_are_verified_and_newer_ones_are_not() {
 #[test]
 fn no_point_is_faster_than_the_plain_bound() {
     let (count, mut rng) = cases(300);
-    let (mut ratios, mut seen) = (Vec::new(), 0.0_f64);
+    let mut ratios = Vec::new();
+    let mut seen = 0.0_f64;
     for _ in 0..count {
         let model = testing::model(&mut rng);
         let robot = model.robot();
@@ -257,7 +384,8 @@ fn no_point_is_faster_than_the_plain_bound() {
         };
         let travel = travel::Travel::new(robot, &velocity, [&at(&from), &at(&to)]);
         for pair in model.pairs() {
-            let (mut bound, mut fastest) = (0.0, 0.0);
+            let mut bound = 0.0;
+            let mut fastest = 0.0;
             for body in [pair.a, pair.b].map(|body| &model.bodies()[body]) {
                 let Some(link) = body.link else { continue };
                 let points = body.solid.tree.pieces().iter().flat_map(surface_points);
@@ -265,7 +393,11 @@ fn no_point_is_faster_than_the_plain_bound() {
                 let reach = Cover::new(body.solid.tree.pieces(), &body.place).reach;
                 let speed = travel.speed(Some(link), pair.ancestor, reach);
                 let sampled = sampled_motion(robot, &from, &velocity, link, pair.ancestor, &points);
-                assert!(sampled.0 <= speed * (1.0 + 1e-6) + 1e-6, "{} above {speed}", sampled.0);
+                assert!(
+                    sampled.0 <= speed * (1.0 + 1e-6) + 1e-6,
+                    "{} above {speed}",
+                    sampled.0
+                );
                 bound += speed;
                 fastest += sampled.0;
             }
@@ -276,8 +408,15 @@ fn no_point_is_faster_than_the_plain_bound() {
         }
     }
     ratios.sort_by(f64::total_cmp);
-    println!("{} pairs, median of bound over fastest point {:.2}", ratios.len(), ratios[ratios.len() / 2]);
-    assert!(ratios[ratios.len() / 2] < 4.0 && seen > 0.9, "of no use: {seen}");
+    println!(
+        "{} pairs, median of bound over fastest point {:.2}",
+        ratios.len(),
+        ratios[ratios.len() / 2]
+    );
+    assert!(
+        ratios[ratios.len() / 2] < 4.0 && seen > 0.9,
+        "of no use: {seen}"
+    );
 }
 
 #[test]
@@ -288,21 +427,40 @@ fn a_search_of_covers_finds_what_trying_all_pieces_finds() {
         let model = testing::model(&mut rng);
         let mut kinematics = Kinematics::default();
         let held: Vec<f64> = model.robot().held().iter().map(|h| h.default).collect();
-        kinematics.update(model.robot(), &testing::configuration(&mut rng, model.robot()), &held);
+        kinematics.update(
+            model.robot(),
+            &testing::configuration(&mut rng, model.robot()),
+            &held,
+        );
         for pair in model.pairs() {
-            let (a, b) = (&model.bodies()[pair.a], &model.bodies()[pair.b]);
+            let a = &model.bodies()[pair.a];
+            let b = &model.bodies()[pair.b];
             let relative = b.placed(&kinematics).inverse_of(&a.placed(&kinematics));
-            let all = a.solid.tree.pieces().iter().flat_map(|x| b.solid.tree.pieces().iter().map(move |y| (x, y)));
+            let all = a
+                .solid
+                .tree
+                .pieces()
+                .iter()
+                .flat_map(|x| b.solid.tree.pieces().iter().map(move |y| (x, y)));
             let least = all
-                .map(|(x, y)| crate::collision::distance::separation(&x.transformed(&relative), y).gap)
+                .map(|(x, y)| {
+                    crate::collision::distance::separation(&x.transformed(&relative), y).gap
+                })
                 .fold(f64::INFINITY, f64::min);
             let [a, b] = [a, b].map(|body| Cover::new(body.solid.tree.pieces(), &body.place));
             let found = cover::near(&a, &b, &relative, f64::INFINITY, cover::Until::Closest);
-            // A gap is at most the distance, and pieces farther than the least gap are not looked at.
-            assert!(found.gap >= least && found.gap <= least.max(0.0) + SMOOTH_M, "{} {least}", found.gap);
+            // A gap is at most the distance, and pieces farther than the least gap are not looked
+            // at.
+            assert!(
+                found.gap >= least && found.gap <= least.max(0.0) + SMOOTH_M,
+                "{} {least}",
+                found.gap
+            );
             if least > 0.0 {
-                let any = |within| cover::near(&a, &b, &relative, within, cover::Until::AnyCloser).gap;
-                let (above, below) = (least + SMOOTH_M, least - 1e-6);
+                let any =
+                    |within| cover::near(&a, &b, &relative, within, cover::Until::AnyCloser).gap;
+                let above = least + SMOOTH_M;
+                let below = least - 1e-6;
                 assert!(any(above) < above && any(below) >= below, "{least}");
             }
             met += 1;

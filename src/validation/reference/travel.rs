@@ -1,9 +1,10 @@
 //! The plain bound V: how fast any point of a body can be on a segment.
 //!
-//! Seen from the link that a joint hangs on, the joint moves every point of the body at most at
-//! ‖v‖ + ‖ω‖ρ, v its translation and ω its rotation per unit t, ρ the farthest that a point of the body can
-//! be from the joint's moving origin. Going up from the body, ρ grows by each link's arm: the farthest that
-//! its origin gets from the origin of the link before. Whatever the joints do, V is the sum.
+//! Seen from the link that a joint hangs on, the joint moves every point of the body at most at ‖v‖
+//! + ‖ω‖ρ, v its translation and ω its rotation per unit t, ρ the farthest that a point of the body
+//! can be from the joint's moving origin. Going up from the body, ρ grows by each link's arm: the
+//! farthest that its origin gets from the origin of the link before. Whatever the joints do, V is
+//! the sum.
 
 use crate::math::Vec3;
 use crate::robot::{JointKind, Kinematics, RobotModel, kinematics};
@@ -24,16 +25,29 @@ impl<'a> Travel<'a> {
     pub fn new(robot: &'a RobotModel, velocity: &'a [f64], ends: [&Kinematics; 2]) -> Self {
         let arm = |link: usize| {
             let parent = robot.joints()[link].parent?;
-            let length = |at: &Kinematics| at.poses()[link].translation.distance(at.poses()[parent].translation);
+            let length = |at: &Kinematics| {
+                at.poses()[link]
+                    .translation
+                    .distance(at.poses()[parent].translation)
+            };
             Some(length(ends[0]).max(length(ends[1])))
         };
-        Self { robot, velocity, arms: (0..robot.joints().len()).map(|link| arm(link).unwrap_or(0.0)).collect() }
+        Self {
+            robot,
+            velocity,
+            arms: (0..robot.joints().len())
+                .map(|link| arm(link).unwrap_or(0.0))
+                .collect(),
+        }
     }
 
-    /// V (m per unit t) of a body that `link` carries, in the frame of `ancestor`; `reach` is the farthest that a
-    /// point of the body is from the link's origin (m). `None` is the world, where obstacles stand still.
+    /// V (m per unit t) of a body that `link` carries, in the frame of `ancestor`; `reach` is the
+    /// farthest that a point of the body is from the link's origin (m). `None` is the world, where
+    /// obstacles stand still.
     pub fn speed(&self, link: Option<usize>, ancestor: Option<usize>, reach: f64) -> f64 {
-        let (mut at, mut reach, mut speed) = (link, reach, 0.0);
+        let mut at = link;
+        let mut reach = reach;
+        let mut speed = 0.0;
         while at != ancestor
             && let Some(link) = at
         {
@@ -49,16 +63,19 @@ impl<'a> Travel<'a> {
     /// ‖v‖ (m) and ‖ω‖ (rad) of a link's joint per unit t.
     fn rates(&self, link: usize) -> (f64, f64) {
         let joint = &self.robot.joints()[link];
-        let Some((first, factor)) = kinematics::rate(self.robot.joints(), joint) else { return (0.0, 0.0) };
+        let Some((first, factor)) = kinematics::rate(self.robot.joints(), joint) else {
+            return (0.0, 0.0);
+        };
         let rate = |index: usize| factor * self.velocity[first + index];
         match joint.kind {
             JointKind::Fixed => (0.0, 0.0),
             JointKind::Revolute | JointKind::Continuous => (0.0, rate(0).abs()),
             JointKind::Prismatic => (rate(0).abs(), 0.0),
             JointKind::Planar => (rate(0).hypot(rate(1)), rate(2).abs()),
-            JointKind::Floating => {
-                (Vec3::new(rate(0), rate(1), rate(2)).length(), Vec3::new(rate(3), rate(4), rate(5)).length())
-            }
+            JointKind::Floating => (
+                Vec3::new(rate(0), rate(1), rate(2)).length(),
+                Vec3::new(rate(3), rate(4), rate(5)).length(),
+            ),
         }
     }
 }

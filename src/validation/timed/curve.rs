@@ -1,8 +1,8 @@
 //! What a controller makes of a trajectory's points: between two of them a polynomial of time.
 //!
-//! As ros2_control's `joint_trajectory_controller` does it: straight where a point of the two has no velocities, cubic
-//! where both have velocities, quintic where both have accelerations too. Columns are taken as they stand: a
-//! controller does not know which joints turn all the way round.
+//! As ros2_control's `joint_trajectory_controller` does it: straight where a point of the two has
+//! no velocities, cubic where both have velocities, quintic where both have accelerations too.
+//! Columns are taken as they stand: a controller does not know which joints turn all the way round.
 
 use super::polynomial::{Knot, Polynomial};
 use crate::robot::{Component, RobotModel, Variable};
@@ -53,7 +53,9 @@ pub enum CurveError {
         value: f64,
     },
     /// Time that stands still or runs back.
-    #[error("point {point}: its time is {time_s} s, that of the point before {before_s} s; times must grow")]
+    #[error(
+        "point {point}: its time is {time_s} s, that of the point before {before_s} s; times must grow"
+    )]
     Time {
         /// Point, from 0.
         point: usize,
@@ -63,10 +65,14 @@ pub enum CurveError {
         before_s: f64,
     },
     /// Accelerations without velocities.
-    #[error("point {0}: it has accelerations but no velocities; a controller does not say what it makes of that")]
+    #[error(
+        "point {0}: it has accelerations but no velocities; a controller does not say what it makes of that"
+    )]
     Accelerations(usize),
     /// A quaternion of the wrong norm.
-    #[error("the quaternion that starts at {variable} has norm {norm}; it must be 1 within {NORM_TOLERANCE}")]
+    #[error(
+        "the quaternion that starts at {variable} has norm {norm}; it must be 1 within {NORM_TOLERANCE}"
+    )]
     Quaternion {
         /// First variable of the quaternion.
         variable: String,
@@ -74,7 +80,9 @@ pub enum CurveError {
         norm: f64,
     },
     /// A quaternion that moves.
-    #[error("point {point}: the quaternion that starts at {variable} turns; only joints of one value can be timed")]
+    #[error(
+        "point {point}: the quaternion that starts at {variable} turns; only joints of one value can be timed"
+    )]
     Rotation {
         /// Point, from 0.
         point: usize,
@@ -114,18 +122,24 @@ impl Curve {
     /// The curve through points whose columns are the robot's variables.
     ///
     /// # Errors
-    /// Lists of the wrong length, numbers that are not finite, times that do not grow, a quaternion that moves.
+    /// Lists of the wrong length, numbers that are not finite, times that do not grow, a quaternion
+    /// that moves.
     pub fn new(robot: &RobotModel, points: &[Point]) -> Result<Self, CurveError> {
         let space = robot.space();
         let mut curve = Self::of_lines(space.nq(), points)?;
         curve.nv = space.nv();
         for component in space.components() {
             match *component {
-                Component::Line { q, v } | Component::Circle { q, v } => curve.coordinates[q] = Some(v),
+                Component::Line { q, v } | Component::Circle { q, v } => {
+                    curve.coordinates[q] = Some(v)
+                }
                 Component::Rotation { q, .. } => {
                     check_still(robot, points, q)?;
                     let standing = unit(robot, &points[0].positions, q)?;
-                    curve.polynomials.iter_mut().for_each(|columns| columns[q..q + 4].copy_from_slice(&standing));
+                    curve
+                        .polynomials
+                        .iter_mut()
+                        .for_each(|columns| columns[q..q + 4].copy_from_slice(&standing));
                     curve.coordinates[q..q + 4].fill(None);
                 }
             }
@@ -143,14 +157,28 @@ impl Curve {
         }
         for (index, point) in points.iter().enumerate() {
             check(index, point, columns)?;
-            let before_s = index.checked_sub(1).map_or(f64::NEG_INFINITY, |before| points[before].time_s);
+            let before_s = index
+                .checked_sub(1)
+                .map_or(f64::NEG_INFINITY, |before| points[before].time_s);
             if point.time_s <= before_s {
-                return Err(CurveError::Time { point: index, time_s: point.time_s, before_s });
+                return Err(CurveError::Time {
+                    point: index,
+                    time_s: point.time_s,
+                    before_s,
+                });
             }
         }
         let times = points.iter().map(|point| point.time_s).collect();
-        let polynomials = points.windows(2).map(|ends| between(&ends[0], &ends[1])).collect();
-        Ok(Self { times, polynomials, coordinates: (0..columns).map(Some).collect(), nv: columns })
+        let polynomials = points
+            .windows(2)
+            .map(|ends| between(&ends[0], &ends[1]))
+            .collect();
+        Ok(Self {
+            times,
+            polynomials,
+            coordinates: (0..columns).map(Some).collect(),
+            nv: columns,
+        })
     }
 
     /// Columns.
@@ -176,17 +204,21 @@ impl Curve {
 
     /// The configuration so many seconds after a point.
     pub fn at(&self, point: usize, t: f64) -> Vec<f64> {
-        self.polynomials[point].iter().map(|polynomial| polynomial.at(t)).collect()
+        self.polynomials[point]
+            .iter()
+            .map(|polynomial| polynomial.at(t))
+            .collect()
     }
 
     /// Least and greatest value of each column on the whole curve.
     pub fn ranges(&self) -> Vec<[f64; 2]> {
         let of_column = |column: usize| {
-            let extremes =
-                (0..self.segments()).map(|point| self.polynomials[point][column].extremes(0.0, self.duration(point)));
-            extremes.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [(least, _), (most, _)]| {
-                [low.min(least), high.max(most)]
-            })
+            let extremes = (0..self.segments())
+                .map(|point| self.polynomials[point][column].extremes(0.0, self.duration(point)));
+            extremes.fold(
+                [f64::INFINITY, f64::NEG_INFINITY],
+                |[low, high], [(least, _), (most, _)]| [low.min(least), high.max(most)],
+            )
         };
         (0..self.columns()).map(of_column).collect()
     }
@@ -194,12 +226,17 @@ impl Curve {
     /// e_j of a piece between two times after a point, for each velocity coordinate (m or rad).
     pub fn deviations(&self, point: usize, from: f64, to: f64) -> Vec<f64> {
         let share = (to - from).powi(2) / 8.0 * (1.0 + 1e-9);
-        self.per_coordinate(point, |polynomial| share * polynomial.derivative().derivative().largest(from, to))
+        self.per_coordinate(point, |polynomial| {
+            share * polynomial.derivative().derivative().largest(from, to)
+        })
     }
 
-    /// The greatest speed of each velocity coordinate between two times after a point (m or rad per s).
+    /// The greatest speed of each velocity coordinate between two times after a point (m or rad per
+    /// s).
     pub fn speeds(&self, point: usize, from: f64, to: f64) -> Vec<f64> {
-        self.per_coordinate(point, |polynomial| polynomial.derivative().largest(from, to))
+        self.per_coordinate(point, |polynomial| {
+            polynomial.derivative().largest(from, to)
+        })
     }
 
     fn per_coordinate(&self, point: usize, of: impl Fn(&Polynomial) -> f64) -> Vec<f64> {
@@ -222,15 +259,27 @@ impl Curve {
         self.farthest(robot, |variable| (variable.lower, variable.upper))
     }
 
-    fn farthest(&self, robot: &RobotModel, limits: impl Fn(&Variable) -> (f64, f64)) -> Option<Outside> {
+    fn farthest(
+        &self,
+        robot: &RobotModel,
+        limits: impl Fn(&Variable) -> (f64, f64),
+    ) -> Option<Outside> {
         let mut worst: Option<Outside> = None;
         for (point, polynomials) in self.polynomials.iter().enumerate() {
-            for (column, (polynomial, variable)) in polynomials.iter().zip(robot.variables()).enumerate() {
+            for (column, (polynomial, variable)) in
+                polynomials.iter().zip(robot.variables()).enumerate()
+            {
                 let (lower, upper) = limits(variable);
                 for (value, t) in polynomial.extremes(0.0, self.duration(point)) {
                     let by = (lower - value).max(value - upper);
                     if by > worst.as_ref().map_or(0.0, |worst| worst.by) {
-                        worst = Some(Outside { point, time_s: self.times[point] + t, column, value, by });
+                        worst = Some(Outside {
+                            point,
+                            time_s: self.times[point] + t,
+                            column,
+                            value,
+                            by,
+                        });
                     }
                 }
             }
@@ -247,17 +296,34 @@ fn check(index: usize, point: &Point, expected: usize) -> Result<(), CurveError>
     ];
     for (what, list, may_be_empty) in lists {
         if list.len() != expected && !(may_be_empty && list.is_empty()) {
-            return Err(CurveError::Count { point: index, what, got: list.len(), expected });
+            return Err(CurveError::Count {
+                point: index,
+                what,
+                got: list.len(),
+                expected,
+            });
         }
         if let Some(&value) = list.iter().find(|value| !value.is_finite()) {
-            return Err(CurveError::NotFinite { point: index, what, value });
+            return Err(CurveError::NotFinite {
+                point: index,
+                what,
+                value,
+            });
         }
     }
     if !point.time_s.is_finite() {
-        return Err(CurveError::NotFinite { point: index, what: "times", value: point.time_s });
+        return Err(CurveError::NotFinite {
+            point: index,
+            what: "times",
+            value: point.time_s,
+        });
     }
     let says_nothing = point.velocities.is_empty() && !point.accelerations.is_empty();
-    if says_nothing { Err(CurveError::Accelerations(index)) } else { Ok(()) }
+    if says_nothing {
+        Err(CurveError::Accelerations(index))
+    } else {
+        Ok(())
+    }
 }
 
 /// A quaternion is no joint of one value: what lies between two of them a controller does not say.
@@ -266,28 +332,44 @@ fn check_still(robot: &RobotModel, points: &[Point], q: usize) -> Result<(), Cur
     let is_still = |point: &Point| {
         let rates = [&point.velocities, &point.accelerations];
         point.positions[columns.clone()] == points[0].positions[columns.clone()]
-            && rates
-                .iter()
-                .all(|list| list.get(columns.clone()).is_none_or(|list| list.iter().all(|rate| *rate == 0.0)))
+            && rates.iter().all(|list| {
+                list.get(columns.clone())
+                    .is_none_or(|list| list.iter().all(|rate| *rate == 0.0))
+            })
     };
     match points.iter().position(|point| !is_still(point)) {
         None => Ok(()),
-        Some(point) => Err(CurveError::Rotation { point, variable: robot.variables()[q].name.clone() }),
+        Some(point) => Err(CurveError::Rotation {
+            point,
+            variable: robot.variables()[q].name.clone(),
+        }),
     }
 }
 
 /// The quaternion that starts at a column, as four columns that stand still.
 fn unit(robot: &RobotModel, positions: &[f64], q: usize) -> Result<[Polynomial; 4], CurveError> {
-    let norm = positions[q..q + 4].iter().map(|x| x * x).sum::<f64>().sqrt();
+    let norm = positions[q..q + 4]
+        .iter()
+        .map(|x| x * x)
+        .sum::<f64>()
+        .sqrt();
     if (norm - 1.0).abs() > NORM_TOLERANCE {
-        return Err(CurveError::Quaternion { variable: robot.variables()[q].name.clone(), norm });
+        return Err(CurveError::Quaternion {
+            variable: robot.variables()[q].name.clone(),
+            norm,
+        });
     }
-    Ok(std::array::from_fn(|k| Polynomial::constant(positions[q + k] / norm)))
+    Ok(std::array::from_fn(|k| {
+        Polynomial::constant(positions[q + k] / norm)
+    }))
 }
 
 fn between(a: &Point, b: &Point) -> Vec<Polynomial> {
     let both = |list: fn(&Point) -> &Vec<f64>| !list(a).is_empty() && !list(b).is_empty();
-    let make = match (both(|point| &point.velocities), both(|point| &point.accelerations)) {
+    let make = match (
+        both(|point| &point.velocities),
+        both(|point| &point.accelerations),
+    ) {
         (false, _) => Polynomial::linear,
         (true, false) => Polynomial::cubic,
         (true, true) => Polynomial::quintic,
@@ -298,5 +380,7 @@ fn between(a: &Point, b: &Point) -> Vec<Polynomial> {
         acceleration: point.accelerations.get(column).copied().unwrap_or(0.0),
     };
     let duration = b.time_s - a.time_s;
-    (0..a.positions.len()).map(|column| make(knot(a, column), knot(b, column), duration)).collect()
+    (0..a.positions.len())
+        .map(|column| make(knot(a, column), knot(b, column), duration))
+        .collect()
 }

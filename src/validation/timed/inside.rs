@@ -1,8 +1,8 @@
 //! Whether a timed trajectory stays inside the corridor of a path: a proof without robot and scene.
 //!
-//! Around one segment of the path the corridor is {q : min_p Σ_j reach_j |q_j − p_j| ≤ slack}, which is convex. So the
-//! chord of a piece of the curve is inside if both its ends are, and the curve is if they are inside by the curve's
-//! deviation from the chord, Σ_j reach_j e_j.
+//! Around one segment of the path the corridor is {q : min_p Σ_j reach_j |q_j − p_j| ≤ slack},
+//! which is convex. So the chord of a piece of the curve is inside if both its ends are, and the
+//! curve is if they are inside by the curve's deviation from the chord, Σ_j reach_j e_j.
 
 use super::Piece;
 use super::curve::Curve;
@@ -33,18 +33,33 @@ pub enum Inside {
     Stopped,
 }
 
-/// Whether a curve stays, up to a nanometre, in the corridor around a path of the same columns, all of joints of one value, with the
-/// numbers of both as they stand.
-pub fn stays_inside(curve: &Curve, path: &Path, corridor: &Corridor, stop: &mut dyn FnMut() -> bool) -> Inside {
+/// Whether a curve stays, up to a nanometre, in the corridor around a path of the same columns, all
+/// of joints of one value, with the numbers of both as they stand.
+pub fn stays_inside(
+    curve: &Curve,
+    path: &Path,
+    corridor: &Corridor,
+    stop: &mut dyn FnMut() -> bool,
+) -> Inside {
     let tube = Tube { path, corridor };
-    let (mut hint, mut most_used) = (0, 0.0_f64);
-    let whole = |point| Piece { point, from: 0.0, to: curve.duration(point) };
+    let mut hint = 0;
+    let mut most_used = 0.0_f64;
+    let whole = |point| Piece {
+        point,
+        from: 0.0,
+        to: curve.duration(point),
+    };
     let mut open: Vec<Piece> = (0..curve.segments()).rev().map(whole).collect();
     while let Some(piece) = open.pop() {
         if stop() {
             return Inside::Stopped;
         }
-        let deviation = cost(&corridor.reach, curve.deviations(piece.point, piece.from, piece.to).into_iter());
+        let deviation = cost(
+            &corridor.reach,
+            curve
+                .deviations(piece.point, piece.from, piece.to)
+                .into_iter(),
+        );
         let ends = [piece.from, piece.to].map(|t| curve.at(piece.point, t));
         let both = tube.nearest(&ends, hint);
         if both.excess + deviation <= 0.0 {
@@ -56,10 +71,19 @@ pub fn stays_inside(curve: &Curve, path: &Path, corridor: &Corridor, stop: &mut 
         // Pieces come in the order of time: what is outside at its beginning is so nowhere before.
         let first = tube.nearest(&ends[..1], hint);
         if first.excess > 0.0 || piece.width() < FINEST_S {
-            let (point, time_s) = (piece.point, curve.time(piece.point) + piece.from);
-            let after = (point..curve.segments()).map(|point| curve.at(point, curve.duration(point)));
-            let excess_m = after.map(|q| tube.nearest(&[q], hint).excess).fold(first.excess.max(0.0), f64::max);
-            return Inside::No { point, time_s, segment: first.segment, excess_m };
+            let point = piece.point;
+            let time_s = curve.time(piece.point) + piece.from;
+            let after =
+                (point..curve.segments()).map(|point| curve.at(point, curve.duration(point)));
+            let excess_m = after
+                .map(|q| tube.nearest(&[q], hint).excess)
+                .fold(first.excess.max(0.0), f64::max);
+            return Inside::No {
+                point,
+                time_s,
+                segment: first.segment,
+                excess_m,
+            };
         }
         open.extend(piece.halves());
     }
@@ -79,39 +103,66 @@ struct Place {
 }
 
 impl Tube<'_> {
-    /// The segment whose corridor is exceeded least by all of these configurations; that of the hint if it is not.
+    /// The segment whose corridor is exceeded least by all of these configurations; that of the
+    /// hint if it is not.
     fn nearest(&self, configurations: &[Vec<f64>], hint: usize) -> Place {
         let excess = |segment: usize| {
-            let farthest = configurations.iter().map(|q| self.distance(segment, q)).fold(0.0, f64::max);
-            Place { segment, excess: farthest - self.corridor.slack_m[segment] - ROUNDING_M }
+            let farthest = configurations
+                .iter()
+                .map(|q| self.distance(segment, q))
+                .fold(0.0, f64::max);
+            Place {
+                segment,
+                excess: farthest - self.corridor.slack_m[segment] - ROUNDING_M,
+            }
         };
         let hinted = excess(hint);
         if hinted.excess <= 0.0 {
             return hinted;
         }
-        (0..self.corridor.slack_m.len()).map(excess).fold(
-            hinted,
-            |best, other| {
-                if other.excess < best.excess { other } else { best }
-            },
-        )
+        (0..self.corridor.slack_m.len())
+            .map(excess)
+            .fold(hinted, |best, other| {
+                if other.excess < best.excess {
+                    other
+                } else {
+                    best
+                }
+            })
     }
 
-    /// min_p Σ_j reach_j |q_j − p_j| over a segment (m): convex in the ratio along it and straight between the ratios
-    /// at which a column agrees.
+    /// min_p Σ_j reach_j |q_j − p_j| over a segment (m): convex in the ratio along it and straight
+    /// between the ratios at which a column agrees.
     fn distance(&self, segment: usize, q: &[f64]) -> f64 {
-        let [from, to] = [segment, (segment + 1).min(self.path.len() - 1)].map(|k| self.path.waypoint(k));
+        let [from, to] =
+            [segment, (segment + 1).min(self.path.len() - 1)].map(|k| self.path.waypoint(k));
         let at = |ratio: f64| {
-            let gaps = q.iter().zip(from.iter().zip(to)).map(|(q, (from, to))| q - (from + ratio * (to - from)));
+            let gaps = q
+                .iter()
+                .zip(from.iter().zip(to))
+                .map(|(q, (from, to))| q - (from + ratio * (to - from)));
             cost(&self.corridor.reach, gaps)
         };
-        let agrees = |(q, (from, to)): (&f64, (&f64, &f64))| ((q - from) / (to - from)).clamp(0.0, 1.0);
-        let ratios = q.iter().zip(from.iter().zip(to)).map(agrees).filter(|ratio| ratio.is_finite());
-        ratios.chain([0.0, 1.0]).map(at).fold(f64::INFINITY, f64::min)
+        let agrees =
+            |(q, (from, to)): (&f64, (&f64, &f64))| ((q - from) / (to - from)).clamp(0.0, 1.0);
+        let ratios = q
+            .iter()
+            .zip(from.iter().zip(to))
+            .map(agrees)
+            .filter(|ratio| ratio.is_finite());
+        ratios
+            .chain([0.0, 1.0])
+            .map(at)
+            .fold(f64::INFINITY, f64::min)
     }
 }
 
 fn cost(reach: &[f64], deviations: impl Iterator<Item = f64>) -> f64 {
     // Far above what the sum loses.
-    reach.iter().zip(deviations).map(|(reach, deviation)| reach * deviation.abs()).sum::<f64>() * (1.0 + 1e-12)
+    reach
+        .iter()
+        .zip(deviations)
+        .map(|(reach, deviation)| reach * deviation.abs())
+        .sum::<f64>()
+        * (1.0 + 1e-12)
 }

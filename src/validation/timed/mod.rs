@@ -1,14 +1,16 @@
-//! Timed trajectories: what a controller executes between the points that it gets is proved, not the points.
+//! Timed trajectories: what a controller executes between the points that it gets is proved, not
+//! the points.
 //!
-//! Between two points a controller follows a polynomial q(t) (`curve`). On a piece of time of width w let c be the
-//! chord between the piece's ends. Then |q_j(t) − c_j(t)| ≤ e_j = w²/8 · max |q_j''| on the piece for each column j, so
-//! that by [`reach`](super::reach) every pair is at q(t) at least as far apart as at c(t), less E = Σ_j reach_j e_j.
-//! A piece is proved by proving its chord, a straight segment, with every floor higher by E.
+//! Between two points a controller follows a polynomial q(t) (`curve`). On a piece of time of width
+//! w let c be the chord between the piece's ends. Then |q_j(t) − c_j(t)| ≤ e_j = w²/8 · max |q_j''|
+//! on the piece for each column j, so that by [`reach`](super::reach) every pair is at q(t) at
+//! least as far apart as at c(t), less E = Σ_j reach_j e_j. A piece is proved by proving its chord,
+//! a straight segment, with every floor higher by E.
 //!
 //! Pieces are halved until E is an eighth of the floor that decides; the rest is as in
-//! [`path_proof`](super::path_proof): a pair that comes closer than asked for has its floor lowered, unless that is
-//! forbidden. A collision is one only where the bodies touch on the curve itself; one anywhere goes before whatever is
-//! not provable anywhere.
+//! [`path_proof`](super::path_proof): a pair that comes closer than asked for has its floor
+//! lowered, unless that is forbidden. A collision is one only where the bodies touch on the curve
+//! itself; one anywhere goes before whatever is not provable anywhere.
 
 pub mod curve;
 pub mod inside;
@@ -64,7 +66,8 @@ pub struct TimedHit {
     pub time_s: f64,
     /// Index of the pair in the collision model.
     pub pair: usize,
-    /// When the closest points were looked at (s): a little later, where bodies are deeper in each other.
+    /// When the closest points were looked at (s): a little later, where bodies are deeper in each
+    /// other.
     pub seen_s: f64,
     /// Closest points then.
     pub contact: Contact,
@@ -87,7 +90,16 @@ impl Piece {
     /// The later half first, as a stack takes them.
     fn halves(&self) -> [Self; 2] {
         let middle = self.from + self.width() / 2.0;
-        [Self { from: middle, ..*self }, Self { to: middle, ..*self }]
+        [
+            Self {
+                from: middle,
+                ..*self
+            },
+            Self {
+                to: middle,
+                ..*self
+            },
+        ]
     }
 }
 
@@ -116,12 +128,17 @@ struct Prover<'c, 'v, 'm> {
     kept: f64,
 }
 
-/// Proves that a trajectory is free at every instant from its first point to its last, every pair at the validator's
-/// floors; where not `strict`, floors of pairs that come closer are lowered, never below
-/// [`LEAST_FLOOR_M`](super::path_proof::LEAST_FLOOR_M).
+/// Proves that a trajectory is free at every instant from its first point to its last, every pair
+/// at the validator's floors; where not `strict`, floors of pairs that come closer are lowered,
+/// never below [`LEAST_FLOOR_M`](super::path_proof::LEAST_FLOOR_M).
 ///
 /// The validator's space must take columns as they stand: a controller does.
-pub fn prove(validator: &mut Validator, curve: &Curve, strict: bool, stop: &mut dyn FnMut() -> bool) -> TimedVerdict {
+pub fn prove(
+    validator: &mut Validator,
+    curve: &Curve,
+    strict: bool,
+    stop: &mut dyn FnMut() -> bool,
+) -> TimedVerdict {
     let mut ranges = Ranges::none(curve.columns());
     for (column, [low, high]) in curve.ranges().into_iter().enumerate() {
         ranges.add_value(column, low);
@@ -131,17 +148,36 @@ pub fn prove(validator: &mut Validator, curve: &Curve, strict: bool, stop: &mut 
         Enclosed::Nothing => {}
         Enclosed::Stopped => return TimedVerdict::Stopped,
         Enclosed::Pair(pair, contact) => {
-            let (reason, time_s) = (HitReason::Collision, curve.time(0));
-            let hit = TimedHit { reason, point: 0, time_s, pair, seen_s: time_s, contact };
+            let reason = HitReason::Collision;
+            let time_s = curve.time(0);
+            let hit = TimedHit {
+                reason,
+                point: 0,
+                time_s,
+                pair,
+                seen_s: time_s,
+                contact,
+            };
             return with_depth(validator, curve, TimedVerdict::Refused(hit));
         }
     }
-    let (reuse, clearance) = (validator.layers.reuse, validator.scratch.floors.common());
+    let reuse = validator.layers.reuse;
+    let clearance = validator.scratch.floors.common();
     // A remembered segment was proved at whatever floors there were.
     validator.layers.reuse = false;
     let reach = Reach::new(validator.model, validator.held, &ranges, 0.0);
-    let (pieces, kept) = (0, f64::INFINITY);
-    let mut prover = Prover { curve, validator, reach, clearance, lowered: Vec::new(), strict, pieces, kept };
+    let pieces = 0;
+    let kept = f64::INFINITY;
+    let mut prover = Prover {
+        curve,
+        validator,
+        reach,
+        clearance,
+        lowered: Vec::new(),
+        strict,
+        pieces,
+        kept,
+    };
     let verdict = match prover.all_at_once(stop) {
         Some(verdict) => verdict,
         None => prover.one_by_one(stop),
@@ -164,7 +200,8 @@ fn with_depth(validator: &mut Validator, curve: &Curve, verdict: TimedVerdict) -
 }
 
 impl Prover<'_, '_, '_> {
-    /// All pieces together at floors that are an eighth higher, which is cheap and mostly enough; `None` where not.
+    /// All pieces together at floors that are an eighth higher, which is cheap and mostly enough;
+    /// `None` where not.
     fn all_at_once(&mut self, stop: &mut dyn FnMut() -> bool) -> Option<TimedVerdict> {
         let most = DEVIATION * self.clearance;
         let mut chords = Vec::new();
@@ -172,21 +209,29 @@ impl Prover<'_, '_, '_> {
         while let Some(piece) = open.pop() {
             if self.deviation(&piece) <= most {
                 chords.push(self.chord(&piece));
-            } else if chords.len() as u64 + open.len() as u64 > MOST_PIECES || piece.width() < FINEST_S || stop() {
+            } else if chords.len() as u64 + open.len() as u64 > MOST_PIECES
+                || piece.width() < FINEST_S
+                || stop()
+            {
                 return None;
             } else {
                 open.extend(piece.halves());
             }
         }
         self.set_floors(most);
-        let segments = chords.iter().map(|[from, to]| [from.as_slice(), to.as_slice()]);
+        let segments = chords
+            .iter()
+            .map(|[from, to]| [from.as_slice(), to.as_slice()]);
         match self.validator.segments(segments, stop) {
             super::SegmentsVerdict::Refused(_) => None,
             super::SegmentsVerdict::Stopped => Some(TimedVerdict::Stopped),
             super::SegmentsVerdict::Proved => {
                 let proofs = self.validator.scratch.segments.proofs.iter();
-                let kept = proofs.map(|proof| proof.clearance_m).fold(f64::INFINITY, f64::min);
-                (self.pieces, self.kept) = (chords.len() as u64, kept - most);
+                let kept = proofs
+                    .map(|proof| proof.clearance_m)
+                    .fold(f64::INFINITY, f64::min);
+                self.pieces = chords.len() as u64;
+                self.kept = kept - most;
                 Some(self.proved())
             }
         }
@@ -194,7 +239,8 @@ impl Prover<'_, '_, '_> {
 
     /// Piece by piece in the order of time, so that what is refused is refused where it is first.
     fn one_by_one(&mut self, stop: &mut dyn FnMut() -> bool) -> TimedVerdict {
-        let (mut open, mut unprovable) = (self.whole(), None);
+        let mut open = self.whole();
+        let mut unprovable = None;
         while let Some(piece) = open.pop() {
             if stop() {
                 return TimedVerdict::Stopped;
@@ -224,7 +270,13 @@ impl Prover<'_, '_, '_> {
     }
 
     /// What becomes of a piece that is refused as it stands.
-    fn refused(&mut self, piece: &Piece, hit: &Hit, deviation: f64, stop: &mut dyn FnMut() -> bool) -> Refused {
+    fn refused(
+        &mut self,
+        piece: &Piece,
+        hit: &Hit,
+        deviation: f64,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Refused {
         let touch = self.touch(piece, hit);
         if touch.is_none() {
             if deviation > DEVIATION * self.floor(hit.pair) && self.can_be_halved(piece) {
@@ -244,13 +296,23 @@ impl Prover<'_, '_, '_> {
     }
 
     fn proved(&self) -> TimedVerdict {
-        let (clearance_m, lowered, pieces) = (self.kept, self.lowered.clone(), self.pieces);
-        TimedVerdict::Proved(TimedProof { clearance_m, lowered, pieces })
+        let clearance_m = self.kept;
+        let lowered = self.lowered.clone();
+        let pieces = self.pieces;
+        TimedVerdict::Proved(TimedProof {
+            clearance_m,
+            lowered,
+            pieces,
+        })
     }
 
     /// The pieces between points, the last first.
     fn whole(&self) -> Vec<Piece> {
-        let piece = |point| Piece { point, from: 0.0, to: self.curve.duration(point) };
+        let piece = |point| Piece {
+            point,
+            from: 0.0,
+            to: self.curve.duration(point),
+        };
         (0..self.curve.segments()).rev().map(piece).collect()
     }
 
@@ -260,7 +322,8 @@ impl Prover<'_, '_, '_> {
 
     /// E (m).
     fn deviation(&self, piece: &Piece) -> f64 {
-        self.reach.cost(&self.curve.deviations(piece.point, piece.from, piece.to))
+        self.reach
+            .cost(&self.curve.deviations(piece.point, piece.from, piece.to))
     }
 
     fn chord(&self, piece: &Piece) -> [Vec<f64>; 2] {
@@ -269,13 +332,19 @@ impl Prover<'_, '_, '_> {
 
     /// The floor that a pair keeps on the curve (m).
     fn floor(&self, pair: usize) -> f64 {
-        self.lowered.iter().find(|(lowered, _)| *lowered == pair).map_or(self.clearance, |(_, floor)| *floor)
+        self.lowered
+            .iter()
+            .find(|(lowered, _)| *lowered == pair)
+            .map_or(self.clearance, |(_, floor)| *floor)
     }
 
     /// Gives every pair the floor that it must keep on a chord with this deviation (m).
     fn set_floors(&mut self, deviation: f64) {
         let floors = &mut self.validator.scratch.floors;
-        floors.reset(self.validator.model.pairs().len(), self.clearance + deviation);
+        floors.reset(
+            self.validator.model.pairs().len(),
+            self.clearance + deviation,
+        );
         for &(pair, floor) in &self.lowered {
             floors.set(pair, floor + deviation);
         }
@@ -283,7 +352,10 @@ impl Prover<'_, '_, '_> {
 
     /// Lowers the floor of the pair that was too close on a chord with this deviation.
     fn lower(&mut self, hit: &Hit, deviation: f64) -> bool {
-        let Some(floor) = lowered_floor(self.floor(hit.pair), hit.contact.distance - deviation) else { return false };
+        let Some(floor) = lowered_floor(self.floor(hit.pair), hit.contact.distance - deviation)
+        else {
+            return false;
+        };
         self.lowered.retain(|(pair, _)| *pair != hit.pair);
         self.lowered.push((hit.pair, floor));
         true

@@ -1,4 +1,5 @@
-//! One column between two points of a timed trajectory: a polynomial of time, its derivatives and its extremes.
+//! One column between two points of a timed trajectory: a polynomial of time, its derivatives and
+//! its extremes.
 
 /// Σ c_k t^k, t in seconds from the first of the two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,12 +24,20 @@ impl Polynomial {
 
     /// The straight line between two positions.
     pub fn linear(a: Knot, b: Knot, duration: f64) -> Self {
-        Self([a.position, (b.position - a.position) / duration, 0.0, 0.0, 0.0, 0.0])
+        Self([
+            a.position,
+            (b.position - a.position) / duration,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        ])
     }
 
     /// The cubic with these positions and velocities at its ends.
     pub fn cubic(a: Knot, b: Knot, duration: f64) -> Self {
-        let (t, step) = (duration, b.position - a.position);
+        let t = duration;
+        let step = b.position - a.position;
         let quadratic = (3.0 * step - (2.0 * a.velocity + b.velocity) * t) / (t * t);
         let cubic = ((a.velocity + b.velocity) * t - 2.0 * step) / (t * t * t);
         Self([a.position, a.velocity, quadratic, cubic, 0.0, 0.0])
@@ -36,9 +45,12 @@ impl Polynomial {
 
     /// The quintic with these positions, velocities and accelerations at its ends.
     pub fn quintic(a: Knot, b: Knot, duration: f64) -> Self {
-        let (t, step) = (duration, b.position - a.position);
-        let (v, w) = (a.velocity * t, b.velocity * t);
-        let (k, l) = (a.acceleration * t * t, b.acceleration * t * t);
+        let t = duration;
+        let step = b.position - a.position;
+        let v = a.velocity * t;
+        let w = b.velocity * t;
+        let k = a.acceleration * t * t;
+        let l = b.acceleration * t * t;
         let cubic = (20.0 * step - 12.0 * v - 8.0 * w - 3.0 * k + l) / 2.0;
         let quartic = (-30.0 * step + 16.0 * v + 14.0 * w + 3.0 * k - 2.0 * l) / 2.0;
         let quintic = (12.0 * step - 6.0 * v - 6.0 * w - k + l) / 2.0;
@@ -71,7 +83,10 @@ impl Polynomial {
         let values = turns.into_iter().chain([from, to]).map(|t| (self.at(t), t));
         let least = [(f64::INFINITY, from), (f64::NEG_INFINITY, from)];
         values.fold(least, |[low, high], value| {
-            [if value.0 < low.0 { value } else { low }, if value.0 > high.0 { value } else { high }]
+            [
+                if value.0 < low.0 { value } else { low },
+                if value.0 > high.0 { value } else { high },
+            ]
         })
     }
 
@@ -81,7 +96,8 @@ impl Polynomial {
         low.abs().max(high.abs())
     }
 
-    /// Places between two times where the sign changes, in order: between two turns there is at most one.
+    /// Places between two times where the sign changes, in order: between two turns there is at
+    /// most one.
     fn roots(&self, from: f64, to: f64, found: &mut Vec<f64>) {
         if self.0[1..].iter().all(|c| *c == 0.0) {
             return;
@@ -108,7 +124,11 @@ impl Polynomial {
             if middle <= left || middle >= right {
                 return Some(left);
             }
-            if (self.at(middle) <= 0.0) == rising { left = middle } else { right = middle }
+            if (self.at(middle) <= 0.0) == rising {
+                left = middle
+            } else {
+                right = middle
+            }
         }
     }
 }
@@ -119,18 +139,27 @@ mod tests {
 
     fn knot(rng: &mut fastrand::Rng) -> Knot {
         let mut number = || 4.0 * rng.f64() - 2.0;
-        Knot { position: number(), velocity: number(), acceleration: number() }
+        Knot {
+            position: number(),
+            velocity: number(),
+            acceleration: number(),
+        }
     }
 
     #[test]
     fn ends_are_as_given() {
         let mut rng = fastrand::Rng::with_seed(1);
         for _ in 0..200 {
-            let (a, b, t) = (knot(&mut rng), knot(&mut rng), 0.05 + 3.0 * rng.f64());
-            let close = |x: f64, y: f64| assert!((x - y).abs() < 1e-9 * (1.0 + 1.0 / t.powi(2)), "{x} {y}");
-            let polynomials = [Polynomial::linear, Polynomial::cubic, Polynomial::quintic].map(|make| make(a, b, t));
+            let a = knot(&mut rng);
+            let b = knot(&mut rng);
+            let t = 0.05 + 3.0 * rng.f64();
+            let close =
+                |x: f64, y: f64| assert!((x - y).abs() < 1e-9 * (1.0 + 1.0 / t.powi(2)), "{x} {y}");
+            let polynomials = [Polynomial::linear, Polynomial::cubic, Polynomial::quintic]
+                .map(|make| make(a, b, t));
             for (degree, polynomial) in polynomials.iter().enumerate() {
-                let (first, second) = (polynomial.derivative(), polynomial.derivative().derivative());
+                let first = polynomial.derivative();
+                let second = polynomial.derivative().derivative();
                 for (at, end) in [(0.0, a), (t, b)] {
                     close(polynomial.at(at), end.position);
                     if degree > 0 {
@@ -148,14 +177,25 @@ mod tests {
     fn nothing_sampled_is_beyond_the_extremes_and_they_are_taken() {
         let mut rng = fastrand::Rng::with_seed(2);
         for _ in 0..500 {
-            let (a, b, t) = (knot(&mut rng), knot(&mut rng), 0.2 + 2.0 * rng.f64());
+            let a = knot(&mut rng);
+            let b = knot(&mut rng);
+            let t = 0.2 + 2.0 * rng.f64();
             let mut polynomial = Polynomial::quintic(a, b, t);
             for _ in 0..3 {
                 let [(low, when_low), (high, when_high)] = polynomial.extremes(0.0, t);
-                let sampled: Vec<f64> = (0..=2000).map(|i| polynomial.at(t * f64::from(i) / 2000.0)).collect();
+                let sampled: Vec<f64> = (0..=2000)
+                    .map(|i| polynomial.at(t * f64::from(i) / 2000.0))
+                    .collect();
                 let scale = 1e-12 * (low.abs() + high.abs());
-                assert!(sampled.iter().all(|x| (low - scale..=high + scale).contains(x)));
-                assert_eq!([polynomial.at(when_low), polynomial.at(when_high)], [low, high]);
+                assert!(
+                    sampled
+                        .iter()
+                        .all(|x| (low - scale..=high + scale).contains(x))
+                );
+                assert_eq!(
+                    [polynomial.at(when_low), polynomial.at(when_high)],
+                    [low, high]
+                );
                 polynomial = polynomial.derivative();
             }
         }

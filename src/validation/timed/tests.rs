@@ -1,4 +1,5 @@
-//! The promise of the timed proof, against samples of the curve and distances that share none of its code.
+//! The promise of the timed proof, against samples of the curve and distances that share none of
+//! its code.
 
 use std::sync::Arc;
 
@@ -9,7 +10,9 @@ use super::*;
 use crate::collision::CollisionModel;
 use crate::math::{Pose, Vec3};
 use crate::path::Path;
-use crate::robot::{Component, JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel};
+use crate::robot::{
+    Component, JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel,
+};
 use crate::scene::{Obstacle, Scene};
 use crate::shape::{PlacedShape, Shape};
 use crate::testing::{self, Oracle};
@@ -21,12 +24,20 @@ const FLOOR_M: f64 = 1e-3;
 const ORACLE_M: f64 = 2e-5;
 
 fn verdict(model: &CollisionModel, curve: &Curve, strict: bool) -> TimedVerdict {
-    let held: Vec<f64> = model.robot().held().iter().map(|variable| variable.default).collect();
+    let held: Vec<f64> = model
+        .robot()
+        .held()
+        .iter()
+        .map(|variable| variable.default)
+        .collect();
     let space = model.robot().space().unwrapped();
     let mut scratch = Scratch::default();
     let mut validator = Validator::new(model, &space, &held, FLOOR_M, &mut scratch);
     let verdict = prove(&mut validator, curve, strict, &mut || false);
-    assert!(validator.floors().iter().all(|floor| *floor <= FLOOR_M), "the floors are as they were");
+    assert!(
+        validator.floors().iter().all(|floor| *floor <= FLOOR_M),
+        "the floors are as they were"
+    );
     verdict
 }
 
@@ -35,7 +46,8 @@ fn points(rng: &mut Rng, robot: &RobotModel) -> Vec<Point> {
     let space = robot.space();
     let first = testing::configuration(rng, robot);
     let mut points: Vec<Point> = Vec::new();
-    let (with_velocities, with_accelerations) = (rng.f64() < 0.8, rng.f64() < 0.5);
+    let with_velocities = rng.f64() < 0.8;
+    let with_accelerations = rng.f64() < 0.5;
     for index in 0..rng.usize(2..5) {
         let mut positions = match points.last() {
             None => first.clone(),
@@ -49,32 +61,64 @@ fn points(rng: &mut Rng, robot: &RobotModel) -> Vec<Point> {
             }
         }
         let mut rates = |size: f64| -> Vec<f64> {
-            is_still.iter().map(|still| if *still { 0.0 } else { testing::uniform(rng, -size, size) }).collect()
+            is_still
+                .iter()
+                .map(|still| {
+                    if *still {
+                        0.0
+                    } else {
+                        testing::uniform(rng, -size, size)
+                    }
+                })
+                .collect()
         };
-        let velocities = if with_velocities { rates(0.6) } else { Vec::new() };
-        let accelerations = if with_velocities && with_accelerations { rates(2.0) } else { Vec::new() };
-        points.push(Point { time_s: 0.7 * index as f64 + 0.2, positions, velocities, accelerations });
+        let velocities = if with_velocities {
+            rates(0.6)
+        } else {
+            Vec::new()
+        };
+        let accelerations = if with_velocities && with_accelerations {
+            rates(2.0)
+        } else {
+            Vec::new()
+        };
+        points.push(Point {
+            time_s: 0.7 * index as f64 + 0.2,
+            positions,
+            velocities,
+            accelerations,
+        });
     }
     points
 }
 
 /// The curve again, from the definition and not from its coefficients: Hermite's basis on [0, 1].
 fn sampled(a: &Point, b: &Point, u: f64) -> Vec<f64> {
-    let (t, u2, u3, u4, u5) = (b.time_s - a.time_s, u * u, u.powi(3), u.powi(4), u.powi(5));
+    let t = b.time_s - a.time_s;
+    let u2 = u * u;
+    let u3 = u.powi(3);
+    let u4 = u.powi(4);
+    let u5 = u.powi(5);
     let of = |list: &[f64], j: usize| list.get(j).copied().unwrap_or(0.0);
     let column = |j: usize| {
-        let (p, q) = (a.positions[j], b.positions[j]);
-        let (v, w) = (t * of(&a.velocities, j), t * of(&b.velocities, j));
-        let (k, l) = (t * t * of(&a.accelerations, j), t * t * of(&b.accelerations, j));
+        let p = a.positions[j];
+        let q = b.positions[j];
+        let v = t * of(&a.velocities, j);
+        let w = t * of(&b.velocities, j);
+        let k = t * t * of(&a.accelerations, j);
+        let l = t * t * of(&b.accelerations, j);
         if a.velocities.is_empty() {
             p + u * (q - p)
         } else if a.accelerations.is_empty() {
-            let (h, g) = (3.0 * u2 - 2.0 * u3, u3 - 2.0 * u2 + u);
+            let h = 3.0 * u2 - 2.0 * u3;
+            let g = u3 - 2.0 * u2 + u;
             p * (1.0 - h) + q * h + v * g + w * (u3 - u2)
         } else {
             let h = 10.0 * u3 - 15.0 * u4 + 6.0 * u5;
-            let (g, f) = (u - 6.0 * u3 + 8.0 * u4 - 3.0 * u5, -4.0 * u3 + 7.0 * u4 - 3.0 * u5);
-            let (e, d) = (0.5 * u2 - 1.5 * u3 + 1.5 * u4 - 0.5 * u5, 0.5 * u3 - u4 + 0.5 * u5);
+            let g = u - 6.0 * u3 + 8.0 * u4 - 3.0 * u5;
+            let f = -4.0 * u3 + 7.0 * u4 - 3.0 * u5;
+            let e = 0.5 * u2 - 1.5 * u3 + 1.5 * u4 - 0.5 * u5;
+            let d = 0.5 * u3 - u4 + 0.5 * u5;
             p * (1.0 - h) + q * h + v * g + w * f + k * e + l * d
         }
     };
@@ -84,7 +128,9 @@ fn sampled(a: &Point, b: &Point, u: f64) -> Vec<f64> {
 #[test]
 fn a_proved_curve_keeps_its_floors_and_a_refused_one_touches_where_it_says() {
     let (count, mut rng) = cases(250);
-    let (mut proved, mut touched, mut near) = (0, 0, 0);
+    let mut proved = 0;
+    let mut touched = 0;
+    let mut near = 0;
     for _ in 0..count {
         let model = testing::model(&mut rng);
         let points = points(&mut rng, model.robot());
@@ -92,7 +138,11 @@ fn a_proved_curve_keeps_its_floors_and_a_refused_one_touches_where_it_says() {
         let oracle = Oracle::new(&model);
         let samples: Vec<Vec<f64>> = points
             .windows(2)
-            .flat_map(|ends| (0..=40).map(|i| sampled(&ends[0], &ends[1], f64::from(i) / 40.0)).collect::<Vec<_>>())
+            .flat_map(|ends| {
+                (0..=40)
+                    .map(|i| sampled(&ends[0], &ends[1], f64::from(i) / 40.0))
+                    .collect::<Vec<_>>()
+            })
             .collect();
         match verdict(&model, &curve, false) {
             TimedVerdict::Proved(proof) => {
@@ -107,21 +157,29 @@ fn a_proved_curve_keeps_its_floors_and_a_refused_one_touches_where_it_says() {
                     }
                 }
             }
-            // To the oracle a mesh is its surface: what begins wholly inside of one is apart from it.
+            // To the oracle a mesh is its surface: what begins wholly inside of one is apart from
+            // it.
             TimedVerdict::Refused(hit)
-                if hit.time_s == points[0].time_s && hit.contact.point_a == hit.contact.point_b => {}
+                if hit.time_s == points[0].time_s && hit.contact.point_a == hit.contact.point_b => {
+            }
             TimedVerdict::Refused(hit) if hit.reason == HitReason::Collision => {
                 touched += 1;
                 let since = hit.time_s - points[hit.point].time_s;
                 let ends = [&points[hit.point], &points[hit.point + 1]];
                 let q = sampled(ends[0], ends[1], since / (ends[1].time_s - ends[0].time_s));
-                assert!(oracle.pair_distance(&model, hit.pair, &q) < ORACLE_M, "{hit:?}");
+                assert!(
+                    oracle.pair_distance(&model, hit.pair, &q) < ORACLE_M,
+                    "{hit:?}"
+                );
             }
             other => println!("{other:?}"),
         }
     }
     println!("{proved} proved, {touched} touch, {near} near samples");
-    assert!(proved > count / 10 && touched > count / 20 && near > 20, "{proved} {touched} {near}");
+    assert!(
+        proved > count / 10 && touched > count / 20 && near > 20,
+        "{proved} {touched} {near}"
+    );
 }
 
 /// A ball of 5 cm that moves in the plane.
@@ -137,10 +195,17 @@ fn slider(obstacle: Option<(Pose, Vec3)>) -> CollisionModel {
         soft_limits: None,
         mimic: None,
     };
-    let ball = PlacedShape { pose: Pose::identity(), shape: Shape::Sphere { radius: 0.05 } };
+    let ball = PlacedShape {
+        pose: Pose::identity(),
+        shape: Shape::Sphere { radius: 0.05 },
+    };
     let link = |index: usize| LinkDescription {
         name: format!("link{index}"),
-        collision: if index == 2 { vec![ball.clone()] } else { Vec::new() },
+        collision: if index == 2 {
+            vec![ball.clone()]
+        } else {
+            Vec::new()
+        },
     };
     let robot = RobotDescription {
         name: "slider".into(),
@@ -149,23 +214,41 @@ fn slider(obstacle: Option<(Pose, Vec3)>) -> CollisionModel {
         ..RobotDescription::default()
     };
     let wall = obstacle.map(|(pose, half_extents)| {
-        Obstacle::new("wall", vec![PlacedShape { pose, shape: Shape::Box { half_extents } }])
+        Obstacle::new(
+            "wall",
+            vec![PlacedShape {
+                pose,
+                shape: Shape::Box { half_extents },
+            }],
+        )
     });
     let scene = Scene::new("wall", wall.into_iter().collect(), Vec::new(), Vec::new()).unwrap();
     CollisionModel::new(Arc::new(RobotModel::new(robot).unwrap()), Arc::new(scene)).unwrap()
 }
 
 fn wall_at(y: f64) -> CollisionModel {
-    slider(Some((Pose::translation(0.5, y, 0.0), Vec3::new(1.0, 5e-4, 1.0))))
+    slider(Some((
+        Pose::translation(0.5, y, 0.0),
+        Vec3::new(1.0, 5e-4, 1.0),
+    )))
 }
 
 fn point(time_s: f64, positions: [f64; 2], velocities: [f64; 2]) -> Point {
-    Point { time_s, positions: positions.to_vec(), velocities: velocities.to_vec(), ..Point::default() }
+    Point {
+        time_s,
+        positions: positions.to_vec(),
+        velocities: velocities.to_vec(),
+        ..Point::default()
+    }
 }
 
-/// From y = 0 to y = 0 it swings out to y = v t (1 − t)² + v t² (1 − t), v/4 at the most, in the middle.
+/// From y = 0 to y = 0 it swings out to y = v t (1 − t)² + v t² (1 − t), v/4 at the most, in the
+/// middle.
 fn swing(velocity: f64) -> Vec<Point> {
-    vec![point(1.0, [0.0, 0.0], [1.0, velocity]), point(2.0, [1.0, 0.0], [1.0, -velocity])]
+    vec![
+        point(1.0, [0.0, 0.0], [1.0, velocity]),
+        point(2.0, [1.0, 0.0], [1.0, -velocity]),
+    ]
 }
 
 #[test]
@@ -174,19 +257,36 @@ fn a_wall_that_only_the_overshoot_between_two_points_meets() {
     for _ in 0..count {
         let velocity = testing::uniform(&mut rng, 0.2, 2.0);
         let reached = velocity / 4.0 + 0.05 + 5e-4;
-        let (met, missed) = (wall_at(reached - testing::uniform(&mut rng, 1e-6, 0.01)), wall_at(reached + 2e-3));
-        let curve = |model: &CollisionModel, points: &[Point]| Curve::new(model.robot(), points).unwrap();
-        let straight: Vec<Point> =
-            swing(velocity).into_iter().map(|point| Point { velocities: Vec::new(), ..point }).collect();
-        assert!(matches!(verdict(&met, &curve(&met, &straight), true), TimedVerdict::Proved(_)));
+        let met = wall_at(reached - testing::uniform(&mut rng, 1e-6, 0.01));
+        let missed = wall_at(reached + 2e-3);
+        let curve =
+            |model: &CollisionModel, points: &[Point]| Curve::new(model.robot(), points).unwrap();
+        let straight: Vec<Point> = swing(velocity)
+            .into_iter()
+            .map(|point| Point {
+                velocities: Vec::new(),
+                ..point
+            })
+            .collect();
+        assert!(matches!(
+            verdict(&met, &curve(&met, &straight), true),
+            TimedVerdict::Proved(_)
+        ));
         match verdict(&met, &curve(&met, &swing(velocity)), false) {
             TimedVerdict::Refused(hit) => {
                 assert_eq!((hit.reason, hit.point), (HitReason::Collision, 0));
-                assert!((1.25..=1.5 + 1e-3).contains(&hit.time_s), "first touched on the way out: {}", hit.time_s);
+                assert!(
+                    (1.25..=1.5 + 1e-3).contains(&hit.time_s),
+                    "first touched on the way out: {}",
+                    hit.time_s
+                );
             }
             other => panic!("{other:?}"),
         }
-        assert!(matches!(verdict(&missed, &curve(&missed, &swing(velocity)), true), TimedVerdict::Proved(_)));
+        assert!(matches!(
+            verdict(&missed, &curve(&missed, &swing(velocity)), true),
+            TimedVerdict::Proved(_)
+        ));
     }
 }
 
@@ -204,7 +304,10 @@ fn a_curve_that_comes_closer_than_asked_lowers_a_floor_or_is_refused() {
     match verdict(&model, &curve, true) {
         TimedVerdict::Refused(hit) => {
             assert_eq!(hit.reason, HitReason::TooClose);
-            assert!(hit.contact.distance >= 3.9e-4 && hit.contact.distance < 2e-3, "{hit:?}");
+            assert!(
+                hit.contact.distance >= 3.9e-4 && hit.contact.distance < 2e-3,
+                "{hit:?}"
+            );
         }
         other => panic!("{other:?}"),
     }
@@ -213,27 +316,67 @@ fn a_curve_that_comes_closer_than_asked_lowers_a_floor_or_is_refused() {
 #[test]
 fn limits_count_between_points_too() {
     let model = slider(None);
-    let outside = |velocity| Curve::new(model.robot(), &swing(velocity)).unwrap().outside(model.robot());
+    let outside = |velocity| {
+        Curve::new(model.robot(), &swing(velocity))
+            .unwrap()
+            .outside(model.robot())
+    };
     assert_eq!(outside(7.9), None);
     let found = outside(8.4).unwrap();
     assert_eq!((found.point, found.column), (0, 1));
-    assert!((found.by - 0.1).abs() < 1e-9 && (found.time_s - 1.5).abs() < 1e-6, "{found:?}");
+    assert!(
+        (found.by - 0.1).abs() < 1e-9 && (found.time_s - 1.5).abs() < 1e-6,
+        "{found:?}"
+    );
 }
 
 #[test]
 fn points_that_make_no_curve_are_named() {
     let model = slider(None);
     let refusal = |points: &[Point]| Curve::new(model.robot(), points).unwrap_err().to_string();
-    let [a, b] = [point(0.0, [0.0; 2], [0.0; 2]), point(1.0, [0.5; 2], [0.0; 2])];
-    assert_eq!(refusal(std::slice::from_ref(&a)), "the trajectory has 1 points; it needs at least 2");
-    let back = refusal(&[a.clone(), Point { time_s: 0.0, ..b.clone() }]);
-    assert_eq!(back, "point 1: its time is 0 s, that of the point before 0 s; times must grow");
-    let short = refusal(&[a.clone(), Point { velocities: vec![1.0], ..b.clone() }]);
+    let [a, b] = [
+        point(0.0, [0.0; 2], [0.0; 2]),
+        point(1.0, [0.5; 2], [0.0; 2]),
+    ];
+    assert_eq!(
+        refusal(std::slice::from_ref(&a)),
+        "the trajectory has 1 points; it needs at least 2"
+    );
+    let back = refusal(&[
+        a.clone(),
+        Point {
+            time_s: 0.0,
+            ..b.clone()
+        },
+    ]);
+    assert_eq!(
+        back,
+        "point 1: its time is 0 s, that of the point before 0 s; times must grow"
+    );
+    let short = refusal(&[
+        a.clone(),
+        Point {
+            velocities: vec![1.0],
+            ..b.clone()
+        },
+    ]);
     assert_eq!(short, "point 1: 1 velocities given, 2 needed");
-    let lone = Point { velocities: Vec::new(), accelerations: vec![0.0; 2], ..b.clone() };
-    assert!(refusal(&[a.clone(), lone]).starts_with("point 1: it has accelerations but no velocities"));
-    let infinite = Point { positions: vec![f64::NAN, 0.0], ..b };
-    assert_eq!(refusal(&[a, infinite]), "point 1: positions hold NaN; they must be finite");
+    let lone = Point {
+        velocities: Vec::new(),
+        accelerations: vec![0.0; 2],
+        ..b.clone()
+    };
+    assert!(
+        refusal(&[a.clone(), lone]).starts_with("point 1: it has accelerations but no velocities")
+    );
+    let infinite = Point {
+        positions: vec![f64::NAN, 0.0],
+        ..b
+    };
+    assert_eq!(
+        refusal(&[a, infinite]),
+        "point 1: positions hold NaN; they must be finite"
+    );
 }
 
 #[test]
@@ -243,23 +386,41 @@ fn a_trajectory_along_a_path_is_inside_its_corridor_and_one_that_strays_is_not()
     let path = Path::from_rows(2, vec![0.0, 0.0, 0.5, 0.1, 1.0, 0.0]).unwrap();
     for _ in 0..count {
         let slack = testing::uniform(&mut rng, 1e-4, 5e-3);
-        let corridor = Corridor { floor_m: FLOOR_M, reach: vec![1.0, 2.0], slack_m: vec![slack, 2.0 * slack] };
-        let check = |points: &[Point]| {
-            stays_inside(&Curve::new(model.robot(), points).unwrap(), &path, &corridor, &mut || false)
+        let corridor = Corridor {
+            floor_m: FLOOR_M,
+            reach: vec![1.0, 2.0],
+            slack_m: vec![slack, 2.0 * slack],
         };
-        // Straight on the path, but for a step aside of this part of the slack on the second segment.
+        let check = |points: &[Point]| {
+            stays_inside(
+                &Curve::new(model.robot(), points).unwrap(),
+                &path,
+                &corridor,
+                &mut || false,
+            )
+        };
+        // Straight on the path, but for a step aside of this part of the slack on the second
+        // segment.
         let aside = |part: f64| {
             let y = 0.05 + part * slack;
             let still = [0.0; 2];
             let times = [0.0, 1.0, 1.5, 2.0];
             let positions = [[0.0, 0.0], [0.5, 0.1], [0.75, y], [1.0, 0.0]];
-            let point = |(time, at): (&f64, &[f64; 2])| Point { velocities: Vec::new(), ..point(*time, *at, still) };
+            let point = |(time, at): (&f64, &[f64; 2])| Point {
+                velocities: Vec::new(),
+                ..point(*time, *at, still)
+            };
             times.iter().zip(&positions).map(point).collect::<Vec<_>>()
         };
         assert!(matches!(check(&aside(0.0)), Inside::Yes(used) if used < 1e-3));
         assert!(matches!(check(&aside(0.9)), Inside::Yes(used) if (used - 0.9).abs() < 0.05));
         match check(&aside(1.1)) {
-            Inside::No { point, time_s, segment, excess_m } => {
+            Inside::No {
+                point,
+                time_s,
+                segment,
+                excess_m,
+            } => {
                 assert_eq!((point, segment), (1, 1));
                 assert!((1.4..1.5).contains(&time_s), "{time_s}");
                 assert!(

@@ -1,5 +1,5 @@
-//! Solids whose convex parts are known, to be written as meshes. Their coordinates are whole multiples of 1/2048 m,
-//! which every format holds exactly.
+//! Solids whose convex parts are known, to be written as meshes. Their coordinates are whole
+//! multiples of 1/2048 m, which every format holds exactly.
 
 use std::f64::consts::TAU;
 
@@ -54,9 +54,12 @@ impl Column {
         let first = rng.usize(0..corners);
         let mut triangles = triangles;
         if form == Form::Roof {
-            top.iter_mut().for_each(|z| *z = on_grid(half + uniform(rng, -0.4, 0.4) * size));
+            top.iter_mut()
+                .for_each(|z| *z = on_grid(half + uniform(rng, -0.4, 0.4) * size));
             // A convex polygon is a fan from its first corner.
-            triangles = [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|i| (first + i) % 4)).to_vec();
+            triangles = [[0, 1, 2], [0, 2, 3]]
+                .map(|t| t.map(|i| (first + i) % 4))
+                .to_vec();
         }
         Self {
             form,
@@ -86,12 +89,17 @@ impl Column {
     /// Vertices: the ring below, then that above, each with the centre if it has one.
     pub fn vertices(&self) -> Vec<Vector> {
         let count = self.points.len();
-        (0..count).map(|i| self.low(i)).chain((0..count).map(|i| self.high(i))).collect()
+        (0..count)
+            .map(|i| self.low(i))
+            .chain((0..count).map(|i| self.high(i)))
+            .collect()
     }
 
-    /// Its faces as polygons of vertices, seen from outside counter-clockwise: quads, and outlines of any form.
+    /// Its faces as polygons of vertices, seen from outside counter-clockwise: quads, and outlines
+    /// of any form.
     pub fn polygons(&self) -> Vec<Vec<usize>> {
-        let (n, above) = (self.corners, self.points.len());
+        let n = self.corners;
+        let above = self.points.len();
         let lid = (0..n).map(|i| above + (self.first + i) % n).collect();
         let floor = (0..n).rev().map(|i| (self.first + i) % n).collect();
         let wall = |i: usize| {
@@ -103,8 +111,12 @@ impl Column {
 
     /// The same as triangles.
     pub fn triangulated(&self) -> Vec<Vec<usize>> {
-        let (n, above) = (self.corners, self.points.len());
-        let lids = self.triangles.iter().flat_map(|&[a, b, c]| [vec![above + a, above + b, above + c], vec![c, b, a]]);
+        let n = self.corners;
+        let above = self.points.len();
+        let lids = self
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [vec![above + a, above + b, above + c], vec![c, b, a]]);
         let walls = (0..n).flat_map(|i| {
             let j = (i + 1) % n;
             [vec![i, j, above + j], vec![i, above + j, above + i]]
@@ -114,7 +126,11 @@ impl Column {
 
     /// Its convex parts.
     pub fn parts(&self) -> Vec<Convex> {
-        let part = |t: &[usize; 3]| t.iter().flat_map(|&i| [self.low(i), self.high(i)]).collect();
+        let part = |t: &[usize; 3]| {
+            t.iter()
+                .flat_map(|&i| [self.low(i), self.high(i)])
+                .collect()
+        };
         self.triangles.iter().map(part).map(Convex::Hull).collect()
     }
 
@@ -132,9 +148,14 @@ impl Column {
         let at = [own[0], own[1]];
         let is_in = |&[a, b, c]: &[usize; 3]| {
             let corners = [a, b, c].map(|i| self.points[i]);
-            let weights: [f64; 3] = std::array::from_fn(|i| turn(at, corners[(i + 1) % 3], corners[(i + 2) % 3]));
+            let weights: [f64; 3] =
+                std::array::from_fn(|i| turn(at, corners[(i + 1) % 3], corners[(i + 2) % 3]));
             let all = turn(corners[0], corners[1], corners[2]);
-            let lid: f64 = weights.iter().zip([a, b, c]).map(|(w, i)| w / all * self.top[i]).sum();
+            let lid: f64 = weights
+                .iter()
+                .zip([a, b, c])
+                .map(|(w, i)| w / all * self.top[i])
+                .sum();
             weights.iter().all(|w| *w >= 0.0) && own[2] >= self.bottom && own[2] <= lid
         };
         self.triangles.iter().any(is_in)
@@ -145,26 +166,63 @@ type Outline = (Vec<[f64; 2]>, usize, Vec<[usize; 3]>);
 
 fn square(rng: &mut Rng, size: f64) -> Outline {
     let [x, y] = [0, 1].map(|_| on_grid(uniform(rng, 0.5, 1.0) * size));
-    (vec![[-x, -y], [x, -y], [x, y], [-x, y]], 4, vec![[0, 1, 2], [0, 2, 3]])
+    (
+        vec![[-x, -y], [x, -y], [x, y], [-x, y]],
+        4,
+        vec![[0, 1, 2], [0, 2, 3]],
+    )
 }
 
 fn star(rng: &mut Rng, size: f64) -> Outline {
     let corners = rng.usize(4..10);
     let corner = |i: usize| {
         let angle = TAU * (i as f64 + uniform(rng, -0.2, 0.2)) / corners as f64;
-        let radius = size * if i.is_multiple_of(2) { uniform(rng, 0.9, 1.4) } else { uniform(rng, 0.15, 0.7) };
+        let radius = size
+            * if i.is_multiple_of(2) {
+                uniform(rng, 0.9, 1.4)
+            } else {
+                uniform(rng, 0.15, 0.7)
+            };
         [on_grid(radius * angle.cos()), on_grid(radius * angle.sin())]
     };
     let mut points: Vec<_> = (0..corners).map(corner).collect();
     points.push([0.0, 0.0]);
-    (points, corners, (0..corners).map(|i| [corners, i, (i + 1) % corners]).collect())
+    (
+        points,
+        corners,
+        (0..corners)
+            .map(|i| [corners, i, (i + 1) % corners])
+            .collect(),
+    )
 }
 
 fn comb(rng: &mut Rng, size: f64) -> Outline {
     let [x, y] = [0, 1].map(|_| on_grid(uniform(rng, 0.4, 0.7) * size));
-    let outline = [[0, 0], [3, 0], [3, 2], [2, 2], [2, 1], [1, 1], [1, 2], [0, 2]];
-    let points = outline.map(|[i, j]| [x * (i as f64 - 1.5), y * (j as f64 - 1.0)]).to_vec();
-    (points, 8, vec![[0, 5, 7], [7, 5, 6], [0, 1, 5], [1, 4, 5], [1, 2, 4], [2, 3, 4]])
+    let outline = [
+        [0, 0],
+        [3, 0],
+        [3, 2],
+        [2, 2],
+        [2, 1],
+        [1, 1],
+        [1, 2],
+        [0, 2],
+    ];
+    let points = outline
+        .map(|[i, j]| [x * (i as f64 - 1.5), y * (j as f64 - 1.0)])
+        .to_vec();
+    (
+        points,
+        8,
+        vec![
+            [0, 5, 7],
+            [7, 5, 6],
+            [0, 1, 5],
+            [1, 4, 5],
+            [1, 2, 4],
+            [2, 3, 4],
+        ],
+    )
 }
 
 /// Twice the area of a triangle, positive counter-clockwise.
@@ -240,12 +298,30 @@ impl Mesh {
         let column = Column::new(rng, form, size);
         let scale = match rng.usize(0..4) {
             0 => [0.001; 3],
-            1 => [pick(rng, &[2.0, -2.0, 0.5]), pick(rng, &[1.0, -1.0]), pick(rng, &[1.0, 0.25])],
+            1 => [
+                pick(rng, &[2.0, -2.0, 0.5]),
+                pick(rng, &[1.0, -1.0]),
+                pick(rng, &[1.0, 0.25]),
+            ],
             _ => [1.0; 3],
         };
-        let (unit, steps) = if format == Format::Dae { dae_frame(rng) } else { (1.0, Vec::new()) };
-        let has_polygons = matches!(format, Format::Obj | Format::Dae) && (form == Form::Roof || rng.usize(0..4) > 0);
-        Self { column, format, scale, offset: [0.0; 3], has_polygons, unit, steps, whim: rng.u64(..) }
+        let (unit, steps) = if format == Format::Dae {
+            dae_frame(rng)
+        } else {
+            (1.0, Vec::new())
+        };
+        let has_polygons = matches!(format, Format::Obj | Format::Dae)
+            && (form == Form::Roof || rng.usize(0..4) > 0);
+        Self {
+            column,
+            format,
+            scale,
+            offset: [0.0; 3],
+            has_polygons,
+            unit,
+            steps,
+            whim: rng.u64(..),
+        }
     }
 
     /// Puts the solid far from the origin of its file.
@@ -256,15 +332,22 @@ impl Mesh {
 
     pub fn faces(&self) -> Vec<Vec<usize>> {
         let is_fan = self.column.form != Form::Roof || self.has_convex_lid();
-        if self.has_polygons && is_fan { self.column.polygons() } else { self.column.triangulated() }
+        if self.has_polygons && is_fan {
+            self.column.polygons()
+        } else {
+            self.column.triangulated()
+        }
     }
 
-    /// Whether the lid turns one way as the file has it, seen along its own normal. A quad that is not flat may be
-    /// convex in metres and not in a file whose node scales unevenly: readers decide before they scale, and some cut
-    /// ears there, others a fan; what it means is then nobody's word.
+    /// Whether the lid turns one way as the file has it, seen along its own normal. A quad that is
+    /// not flat may be convex in metres and not in a file whose node scales unevenly: readers
+    /// decide before they scale, and some cut ears there, others a fan; what it means is then
+    /// nobody's word.
     fn has_convex_lid(&self) -> bool {
         let corners = self.column.corners;
-        let places: Vec<Vector> = (0..corners).map(|i| self.in_file(self.column.high(i))).collect();
+        let places: Vec<Vector> = (0..corners)
+            .map(|i| self.in_file(self.column.high(i)))
+            .collect();
         let side = |i: usize| sub(places[(i + 1) % corners], places[i % corners]);
         let normal = (1..corners - 1).fold([0.0; 3], |sum, i| {
             let area = cross(sub(places[i], places[0]), sub(places[i + 1], places[0]));
@@ -277,13 +360,18 @@ impl Mesh {
     /// Whether the file's coordinates are mirrored, so that faces turn over.
     pub fn is_mirrored(&self) -> bool {
         let of = |scale: &Vector| scale.iter().product::<f64>() < 0.0;
-        let steps = self.steps.iter().filter(|step| matches!(step, Step::Scale(scale) if of(scale))).count();
+        let steps = self
+            .steps
+            .iter()
+            .filter(|step| matches!(step, Step::Scale(scale) if of(scale)))
+            .count();
         of(&self.scale) != (steps % 2 == 1)
     }
 
     /// A vertex of the solid as the file has it.
     pub fn in_file(&self, vertex: Vector) -> Vector {
-        let mut at: Vector = std::array::from_fn(|i| (vertex[i] + self.offset[i]) / self.scale[i] / self.unit);
+        let mut at: Vector =
+            std::array::from_fn(|i| (vertex[i] + self.offset[i]) / self.scale[i] / self.unit);
         for step in &self.steps {
             at = match step {
                 Step::Translate(by) => sub(at, *by),
@@ -296,7 +384,11 @@ impl Mesh {
 }
 
 pub fn rotated(axis: Vector, degrees: f64, p: Vector) -> Vector {
-    crate::pose::Pose::turn(crate::pose::about(crate::pose::unit(axis), degrees.to_radians())).point(p)
+    crate::pose::Pose::turn(crate::pose::about(
+        crate::pose::unit(axis),
+        degrees.to_radians(),
+    ))
+    .point(p)
 }
 
 fn dae_frame(rng: &mut Rng) -> (f64, Vec<Step>) {
@@ -304,7 +396,10 @@ fn dae_frame(rng: &mut Rng) -> (f64, Vec<Step>) {
     let count = rng.usize(0..4);
     let step = |_| match rng.usize(0..3) {
         0 => Step::Translate(super::vector(rng, 0.3)),
-        1 => Step::Rotate(super::direction(rng), pick(rng, &[90.0, -90.0, 180.0, 33.0])),
+        1 => Step::Rotate(
+            super::direction(rng),
+            pick(rng, &[90.0, -90.0, 180.0, 33.0]),
+        ),
         _ => Step::Scale([pick(rng, &[0.5, 2.0, -1.0]), pick(rng, &[1.0, 0.1]), 1.0]),
     };
     (unit, (0..count).map(step).collect())

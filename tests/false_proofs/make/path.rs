@@ -62,7 +62,11 @@ const TELLING_TRIES: usize = 6;
 
 /// A row within the limits.
 pub fn row(rng: &mut Rng, robot: &Robot) -> Vec<f64> {
-    let mut row: Vec<f64> = robot.columns.iter().map(|column| number(rng, robot, *column)).collect();
+    let mut row: Vec<f64> = robot
+        .columns
+        .iter()
+        .map(|column| number(rng, robot, *column))
+        .collect();
     for q in turns(robot) {
         row[q..q + 4].copy_from_slice(&quaternion(rng));
     }
@@ -73,8 +77,13 @@ fn number(rng: &mut Rng, robot: &Robot, column: Column) -> f64 {
     let joint = &robot.joints[column.joint];
     match joint.kind {
         Kind::Revolute | Kind::Prismatic => {
-            let (lower, upper) = if one_in(rng, 8) { joint.bounds() } else { joint.soft_bounds() };
-            // A mimic that has a column of its own may have limits that its leader leaves; 0 is within all.
+            let (lower, upper) = if one_in(rng, 8) {
+                joint.bounds()
+            } else {
+                joint.soft_bounds()
+            };
+            // A mimic that has a column of its own may have limits that its leader leaves; 0 is
+            // within all.
             uniform(rng, lower, upper)
         }
         Kind::Planar if column.part < 2 => uniform(rng, -0.4, 0.4),
@@ -103,7 +112,9 @@ pub fn endless(robot: &Robot) -> Vec<usize> {
 }
 
 pub fn free_row(rng: &mut Rng, world: &World) -> Option<Vec<f64>> {
-    (0..TRIES).map(|_| row(rng, &world.robot)).find(|row| execute::is_free(world, row, row, CLEAR_M))
+    (0..TRIES)
+        .map(|_| row(rng, &world.robot))
+        .find(|row| execute::is_free(world, row, row, CLEAR_M))
 }
 
 /// A wandering path; where it winds, its endless columns keep on turning one way.
@@ -131,7 +142,8 @@ fn step(rng: &mut Rng, robot: &Robot, from: &[f64], way: Option<f64>) -> Vec<f64
     for (q, column) in robot.columns.iter().enumerate() {
         let joint = &robot.joints[column.joint];
         let (lower, upper) = joint.bounds();
-        let is_angle = matches!(joint.kind, Kind::Revolute | Kind::Continuous) || endless.contains(&q);
+        let is_angle =
+            matches!(joint.kind, Kind::Revolute | Kind::Continuous) || endless.contains(&q);
         let by = if is_angle { stride } else { 0.2 * stride };
         row[q] = match way {
             Some(way) if endless.contains(&q) => row[q] + way * uniform(rng, 0.3, 1.2),
@@ -179,14 +191,21 @@ fn within_half_a_turn(rng: &mut Rng, robot: &Robot, from: &[f64], to: &mut [f64]
 /// A straight line from where it is free to where something is hit, or that place alone.
 pub fn into(rng: &mut Rng, world: &World) -> Option<Made> {
     let (from, to) = hit(rng, world)?;
-    let rows = if rng.bool() { vec![from, to] } else { vec![to.clone(), to] };
+    let rows = if rng.bool() {
+        vec![from, to]
+    } else {
+        vec![to.clone(), to]
+    };
     Some(Made::new(rows, Step::Into))
 }
 
-/// A free row, and one where a body of those that are not links is hit by one other, if such a row is found.
+/// A free row, and one where a body of those that are not links is hit by one other, if such a row
+/// is found.
 fn hit(rng: &mut Rng, world: &World) -> Option<(Vec<f64>, Vec<f64>)> {
     let from = free_row(rng, world)?;
-    let objects: Vec<usize> = (0..world.bodies.len()).filter(|&body| !world.bodies[body].is_link).collect();
+    let objects: Vec<usize> = (0..world.bodies.len())
+        .filter(|&body| !world.bodies[body].is_link)
+        .collect();
     let target = some(rng, &objects);
     let mut any = None;
     for _ in 0..2 * TRIES {
@@ -194,7 +213,9 @@ fn hit(rng: &mut Rng, world: &World) -> Option<(Vec<f64>, Vec<f64>)> {
         within_half_a_turn(rng, &world.robot, &from, &mut to);
         match execute::overlapping(world, &to).as_slice() {
             [] => {}
-            [pair] if target.is_none_or(|target| pair.a == target || pair.b == target) => return Some((from, to)),
+            [pair] if target.is_none_or(|target| pair.a == target || pair.b == target) => {
+                return Some((from, to));
+            }
             _ => any = any.or(Some(to)),
         }
     }
@@ -204,15 +225,27 @@ fn hit(rng: &mut Rng, world: &World) -> Option<(Vec<f64>, Vec<f64>)> {
 /// Where something is hit by hardly more than nothing, or missed by as much.
 pub fn graze(rng: &mut Rng, world: &World) -> Option<Made> {
     let (from, to) = hit(rng, world)?;
-    let (mut free, mut hit) = (0.0, 1.0);
+    let mut free = 0.0;
+    let mut hit = 1.0;
     let mut row = Vec::new();
     for _ in 0..20 {
         let t = 0.5 * (free + hit);
         execute::between(&world.robot, &from, &to, t, false, &mut row);
-        if execute::overlapping(world, &row).is_empty() { free = t } else { hit = t }
+        if execute::overlapping(world, &row).is_empty() {
+            free = t
+        } else {
+            hit = t
+        }
     }
     let by = pick(rng, &[1e-5, 1e-4, 5e-4, 2e-3]) * if one_in(rng, 4) { -1.0 } else { 1.0 };
-    execute::between(&world.robot, &from, &to, (hit + by).clamp(0.0, 1.0), false, &mut row);
+    execute::between(
+        &world.robot,
+        &from,
+        &to,
+        (hit + by).clamp(0.0, 1.0),
+        false,
+        &mut row,
+    );
     Some(Made::new(vec![row.clone(), row], Step::Graze))
 }
 
@@ -220,8 +253,12 @@ pub fn graze(rng: &mut Rng, world: &World) -> Option<Made> {
 pub fn half_turn(rng: &mut Rng, world: &World) -> Option<Made> {
     telling(rng, world, Step::HalfTurn, |rng, from| {
         let q = some(rng, &endless(&world.robot))?;
-        let half = pick(rng, &[PI, cut(PI, 4), cut(PI, 5), f64::from(PI as f32)]) * pick(rng, &[1.0, -1.0]);
-        let quarter = pick(rng, &[FRAC_PI_2, cut(FRAC_PI_2, 4), f64::from(FRAC_PI_2 as f32)]) * pick(rng, &[1.0, -1.0]);
+        let half = pick(rng, &[PI, cut(PI, 4), cut(PI, 5), f64::from(PI as f32)])
+            * pick(rng, &[1.0, -1.0]);
+        let quarter = pick(
+            rng,
+            &[FRAC_PI_2, cut(FRAC_PI_2, 4), f64::from(FRAC_PI_2 as f32)],
+        ) * pick(rng, &[1.0, -1.0]);
         let (start, end) = match rng.usize(0..3) {
             0 => (quarter, -quarter),
             1 => (0.0, half),
@@ -232,10 +269,13 @@ pub fn half_turn(rng: &mut Rng, world: &World) -> Option<Made> {
     })
 }
 
-/// A step longer than half a turn of an endless column, or of one of those that are no angles if `is_line`.
+/// A step longer than half a turn of an endless column, or of one of those that are no angles if
+/// `is_line`.
 pub fn long(rng: &mut Rng, world: &World, is_line: bool) -> Option<Made> {
     let robot = &world.robot;
-    let columns = endless(robot).into_iter().filter(|&q| !is_line || !robot.is_angle(robot.columns[q]));
+    let columns = endless(robot)
+        .into_iter()
+        .filter(|&q| !is_line || !robot.is_angle(robot.columns[q]));
     let columns: Vec<usize> = columns.collect();
     telling(rng, world, Step::Long, |rng, from| {
         let q = some(rng, &columns)?;
@@ -248,8 +288,8 @@ pub fn long(rng: &mut Rng, world: &World, is_line: bool) -> Option<Made> {
     })
 }
 
-/// A step of one column to a number, which hits something while the same step some whole turns less does not, if one
-/// is found: who goes the other way is then found out.
+/// A step of one column to a number, which hits something while the same step some whole turns less
+/// does not, if one is found: who goes the other way is then found out.
 fn telling(
     rng: &mut Rng,
     world: &World,
@@ -260,13 +300,22 @@ fn telling(
     for _ in 0..TELLING_TRIES {
         let mut from = free_row(rng, world)?;
         let (q, to_number) = end(rng, &mut from)?;
-        let mut to = if rng.bool() { from.clone() } else { step(rng, &world.robot, &from, None) };
+        let mut to = if rng.bool() {
+            from.clone()
+        } else {
+            step(rng, &world.robot, &from, None)
+        };
         to[q] = to_number;
         let mut other = to.clone();
         let turns = (to_number - from[q]) / TAU;
-        other[q] -= TAU * if turns.abs() < 0.51 { turns.signum() } else { turns.round() };
-        let is_telling =
-            !execute::is_free(world, &from, &to, CLEAR_M) && execute::is_free(world, &from, &other, CLEAR_M);
+        other[q] -= TAU
+            * if turns.abs() < 0.51 {
+                turns.signum()
+            } else {
+                turns.round()
+            };
+        let is_telling = !execute::is_free(world, &from, &to, CLEAR_M)
+            && execute::is_free(world, &from, &other, CLEAR_M);
         any = Some(Made::new(vec![from, to], kind));
         if is_telling {
             break;
@@ -275,14 +324,18 @@ fn telling(
     any
 }
 
-/// Orientations half a turn apart, exactly, nearly or to the last bits; if one is found, such that something is hit on
-/// one of the two ways only.
+/// Orientations half a turn apart, exactly, nearly or to the last bits; if one is found, such that
+/// something is hit on one of the two ways only.
 pub fn half_quaternion(rng: &mut Rng, world: &World) -> Option<Made> {
     let floors = vec![CLEAR_M; world.pairs.len()];
     let mut any = None;
     for _ in 0..TELLING_TRIES {
         let rows = half_quaternion_rows(rng, world)?;
-        let is_refuted = |is_said| execute::path(world, &rows, &floors, is_said).refutation.is_some();
+        let is_refuted = |is_said| {
+            execute::path(world, &rows, &floors, is_said)
+                .refutation
+                .is_some()
+        };
         let is_telling = is_refuted(false) && !is_refuted(true);
         any = Some(Made::new(rows, Step::HalfQuaternion));
         if is_telling {
@@ -317,19 +370,29 @@ fn some(rng: &mut Rng, of: &[usize]) -> Option<usize> {
 
 impl Made {
     fn new(rows: Vec<Vec<f64>>, step: Step) -> Self {
-        Self { rows, steps: [step].into(), constraint: None }
+        Self {
+            rows,
+            steps: [step].into(),
+            constraint: None,
+        }
     }
 
     /// Makes it the line of a request that must not move some column far.
     pub fn constrain(&mut self, rng: &mut Rng) {
         let last = self.rows.len() - 1;
         self.rows = vec![self.rows[0].clone(), self.rows[last].clone()];
-        self.constraint = Some(Constraint { column: rng.usize(0..self.rows[0].len()), tolerance: 0.05 });
+        self.constraint = Some(Constraint {
+            column: rng.usize(0..self.rows[0].len()),
+            tolerance: 0.05,
+        });
     }
 
     /// Adds whole turns to angles of some waypoints, as planners that wrap do.
     pub fn rewind(&mut self, rng: &mut Rng, robot: &Robot) {
-        let columns: Vec<usize> = endless(robot).into_iter().filter(|&q| robot.is_angle(robot.columns[q])).collect();
+        let columns: Vec<usize> = endless(robot)
+            .into_iter()
+            .filter(|&q| robot.is_angle(robot.columns[q]))
+            .collect();
         for row in &mut self.rows[1..] {
             for &q in &columns {
                 row[q] += TAU * pick(rng, &[0.0, 0.0, 1.0, -1.0]);
@@ -348,8 +411,16 @@ impl Made {
             for (q, number) in row.iter_mut().enumerate() {
                 let (lower, upper) = robot.joints[robot.columns[q].joint].bounds();
                 let is_exact = to_four && !quaternions.contains(&q);
-                let kept = if is_exact { cut(*number, 4) } else { f64::from(*number as f32) };
-                *number = if quaternions.contains(&q) { kept } else { kept.clamp(lower, upper) };
+                let kept = if is_exact {
+                    cut(*number, 4)
+                } else {
+                    f64::from(*number as f32)
+                };
+                *number = if quaternions.contains(&q) {
+                    kept
+                } else {
+                    kept.clamp(lower, upper)
+                };
             }
         }
         self.steps.insert(Step::Rounded);

@@ -39,7 +39,9 @@ pub struct Object {
 impl Object {
     pub fn parts(&self) -> Vec<Part> {
         let shapes = self.shapes.iter();
-        shapes.flat_map(|(geometry, pose)| geometry.parts(&self.stands.then(&pose.pose()))).collect()
+        shapes
+            .flat_map(|(geometry, pose)| geometry.parts(&self.stands.then(&pose.pose())))
+            .collect()
     }
 }
 
@@ -65,8 +67,14 @@ impl Octomap {
 
     fn at(rng: &mut Rng, wanted: Vector) -> Self {
         let resolution = pick(rng, &[0.05, 0.04, 0.025]);
-        let origin =
-            Placement { at: vector(rng, 0.3), turn: if rng.bool() { [0.0, 0.0, 0.0, 1.0] } else { quaternion(rng) } };
+        let origin = Placement {
+            at: vector(rng, 0.3),
+            turn: if rng.bool() {
+                [0.0, 0.0, 0.0, 1.0]
+            } else {
+                quaternion(rng)
+            },
+        };
         let pose = origin.pose();
         let inside = pose.direction_inside(crate::pose::sub(wanted, pose.at));
         let keys = inside.map(|x| (x / resolution).floor() as i64 + (1 << (Self::DEPTH - 1)));
@@ -75,7 +83,11 @@ impl Octomap {
             let bit = |axis: usize| (keys[axis] >> (Self::DEPTH - 1 - level) & 1) as usize;
             bit(0) | bit(1) << 1 | bit(2) << 2
         };
-        Self { resolution, path: (0..levels).map(child).collect(), origin }
+        Self {
+            resolution,
+            path: (0..levels).map(child).collect(),
+            origin,
+        }
     }
 
     /// The cell as a box.
@@ -87,7 +99,10 @@ impl Octomap {
             low = std::array::from_fn(|axis| low[axis] + size * (child >> axis & 1) as f64);
         }
         let middle = add(low, [size / 2.0; 3]);
-        Part::new(self.origin.pose().then(&Pose::shift(middle)), Convex::cuboid([size; 3]))
+        Part::new(
+            self.origin.pose().then(&Pose::shift(middle)),
+            Convex::cuboid([size; 3]),
+        )
     }
 }
 
@@ -117,7 +132,9 @@ pub fn scene(rng: &mut Rng, theme: Theme, made: &Made) -> Scene {
     };
     let has_frames = text != Text::Lines;
     let count = if has_frames { rng.usize(0..3) } else { 0 };
-    let frames = (0..count).map(|i| (format!("frame{i}"), placement(rng, 0.4))).collect();
+    let frames = (0..count)
+        .map(|i| (format!("frame{i}"), placement(rng, 0.4)))
+        .collect();
     let mut scene = Scene {
         text,
         frames,
@@ -139,8 +156,12 @@ pub fn scene(rng: &mut Rng, theme: Theme, made: &Made) -> Scene {
         attach(rng, theme, made, &mut scene);
     }
     if matches!(text, Text::Own | Text::Diff) && one_in(rng, 4) && !scene.objects.is_empty() {
-        let (link, object) = (rng.usize(0..made.robot.links.len()), rng.usize(0..scene.objects.len()));
-        scene.allowed.push((made.robot.links[link].clone(), scene.objects[object].id.clone()));
+        let link = rng.usize(0..made.robot.links.len());
+        let object = rng.usize(0..scene.objects.len());
+        scene.allowed.push((
+            made.robot.links[link].clone(),
+            scene.objects[object].id.clone(),
+        ));
     }
     if theme == Theme::Octomap {
         let wanted = nearby(rng);
@@ -157,18 +178,34 @@ fn nearby(rng: &mut Rng) -> Vector {
 }
 
 fn placement(rng: &mut Rng, most: f64) -> Placement {
-    let turn = if rng.bool() { quaternion(rng) } else { [0.0, 0.0, 0.0, 1.0] };
-    Placement { at: vector(rng, most), turn }
+    let turn = if rng.bool() {
+        quaternion(rng)
+    } else {
+        [0.0, 0.0, 0.0, 1.0]
+    };
+    Placement {
+        at: vector(rng, most),
+        turn,
+    }
 }
 
 /// Frames that a next object may name, with where they stand.
 fn known_frames(scene: &Scene, theme: Theme) -> Vec<(String, Pose)> {
-    let mut known: Vec<(String, Pose)> = scene.frames.iter().map(|(name, pose)| (name.clone(), pose.pose())).collect();
+    let mut known: Vec<(String, Pose)> = scene
+        .frames
+        .iter()
+        .map(|(name, pose)| (name.clone(), pose.pose()))
+        .collect();
     if theme.has(Theme::Frames) {
         for object in &scene.objects {
             known.push((object.id.clone(), object.stands));
             let inner = object.subframes.iter();
-            known.extend(inner.map(|(name, pose)| (format!("{}/{name}", object.id), object.stands.then(&pose.pose()))));
+            known.extend(inner.map(|(name, pose)| {
+                (
+                    format!("{}/{name}", object.id),
+                    object.stands.then(&pose.pose()),
+                )
+            }));
         }
     }
     known
@@ -176,10 +213,15 @@ fn known_frames(scene: &Scene, theme: Theme) -> Vec<(String, Pose)> {
 
 fn object(rng: &mut Rng, theme: Theme, made: &Made, scene: &Scene, index: usize) -> Object {
     let known = known_frames(scene, theme);
-    let is_framed = scene.text != Text::Lines && !known.is_empty() && (theme.has(Theme::Frames) || one_in(rng, 3));
+    let is_framed = scene.text != Text::Lines
+        && !known.is_empty()
+        && (theme.has(Theme::Frames) || one_in(rng, 3));
     let (frame, outer) = if is_framed {
         known[rng.usize(0..known.len())].clone()
-    } else if scene.text != Text::Lines && one_in(rng, 6) && made.robot.joints[0].kind != crate::robot::Kind::Fixed {
+    } else if scene.text != Text::Lines
+        && one_in(rng, 6)
+        && made.robot.joints[0].kind != crate::robot::Kind::Fixed
+    {
         (made.world_frame.to_owned(), Pose::IDENTITY)
     } else {
         (String::new(), Pose::IDENTITY)
@@ -187,15 +229,29 @@ fn object(rng: &mut Rng, theme: Theme, made: &Made, scene: &Scene, index: usize)
     // Where it should stand, seen from its frame.
     let wanted = nearby(rng);
     let at = outer.direction_inside(crate::pose::sub(wanted, outer.at));
-    let pose = Placement { at, ..placement(rng, 0.0) };
+    let pose = Placement {
+        at,
+        ..placement(rng, 0.0)
+    };
     let formats: &[Format] = match scene.text {
         Text::Lines => &[Format::Inline],
-        Text::Own | Text::Diff | Text::Message => {
-            &[Format::Obj, Format::Dae, Format::StlText, Format::StlBinary, Format::Inline]
-        }
+        Text::Own | Text::Diff | Text::Message => &[
+            Format::Obj,
+            Format::Dae,
+            Format::StlText,
+            Format::StlBinary,
+            Format::Inline,
+        ],
     };
     let (shapes, subframes) = contents(rng, theme, scene.text, formats);
-    Object { id: format!("o{index}"), frame, pose, shapes, subframes, stands: outer.then(&pose.pose()) }
+    Object {
+        id: format!("o{index}"),
+        frame,
+        pose,
+        shapes,
+        subframes,
+        stands: outer.then(&pose.pose()),
+    }
 }
 
 type Contents = (Vec<(Geometry, Placement)>, Vec<(String, Placement)>);
@@ -213,34 +269,62 @@ fn contents(rng: &mut Rng, theme: Theme, text: Text, formats: &[Format]) -> Cont
         if let Geometry::Mesh(mesh) = &mut shape
             && mesh.format == Format::Inline
         {
-            (mesh.scale, mesh.has_polygons) = ([1.0; 3], false);
+            mesh.scale = [1.0; 3];
+            mesh.has_polygons = false;
         }
         let wanted = placement(rng, 0.05);
         let at = shape.origin_for(&wanted.pose());
-        (shape, Placement { at, turn: wanted.turn })
+        (
+            shape,
+            Placement {
+                at,
+                turn: wanted.turn,
+            },
+        )
     });
     let shapes = shapes.collect();
-    let count = if theme.has(Theme::Frames) { rng.usize(0..3) } else { 0 };
-    (shapes, (0..count).map(|i| (format!("sub{i}"), placement(rng, 0.3))).collect())
+    let count = if theme.has(Theme::Frames) {
+        rng.usize(0..3)
+    } else {
+        0
+    };
+    (
+        shapes,
+        (0..count)
+            .map(|i| (format!("sub{i}"), placement(rng, 0.3)))
+            .collect(),
+    )
 }
 
 /// Hangs an object on a link; it may touch the neighbours.
 fn attach(rng: &mut Rng, theme: Theme, made: &Made, scene: &mut Scene) {
     let link = rng.usize(0..made.robot.links.len());
-    let pose = Placement { at: scaled(direction(rng), 0.15), ..placement(rng, 0.0) };
+    let pose = Placement {
+        at: scaled(direction(rng), 0.15),
+        ..placement(rng, 0.0)
+    };
     let formats = [Format::Obj, Format::Dae, Format::StlText, Format::Inline];
     let (shapes, _) = contents(rng, theme, scene.text, &formats);
     let object = Object {
         id: "held".to_owned(),
-        frame: if rng.bool() { made.robot.links[link].clone() } else { String::new() },
+        frame: if rng.bool() {
+            made.robot.links[link].clone()
+        } else {
+            String::new()
+        },
         pose,
         shapes,
         subframes: Vec::new(),
         stands: pose.pose(),
     };
     let is_next = |other: &usize| {
-        made.robot.joints[*other].parent == Some(link) || made.robot.joints[link].parent == Some(*other)
+        made.robot.joints[*other].parent == Some(link)
+            || made.robot.joints[link].parent == Some(*other)
     };
     let touch_links = (0..made.robot.links.len()).filter(is_next).collect();
-    scene.attached.push(Attached { link, touch_links, object });
+    scene.attached.push(Attached {
+        link,
+        touch_links,
+        object,
+    });
 }

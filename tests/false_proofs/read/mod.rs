@@ -1,4 +1,5 @@
-//! The gate's own readers: of mesh files, against what they were written to say, and of exported paths.
+//! The gate's own readers: of mesh files, against what they were written to say, and of exported
+//! paths.
 
 pub mod mesh;
 pub mod path;

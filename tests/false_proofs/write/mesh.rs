@@ -8,7 +8,12 @@ use crate::pose::Vector;
 
 /// The bytes of a mesh file.
 pub fn bytes(mesh: &Mesh) -> Vec<u8> {
-    let vertices: Vec<Vector> = mesh.column.vertices().iter().map(|vertex| mesh.in_file(*vertex)).collect();
+    let vertices: Vec<Vector> = mesh
+        .column
+        .vertices()
+        .iter()
+        .map(|vertex| mesh.in_file(*vertex))
+        .collect();
     let mut faces = mesh.faces();
     if mesh.is_mirrored() {
         faces.iter_mut().for_each(|face| face[1..].reverse());
@@ -26,7 +31,8 @@ fn stl_text(vertices: &[Vector], faces: &[Vec<usize>]) -> String {
     let mut text = "solid made by a test\n".to_owned();
     for face in faces {
         text += "  facet normal 0 0 0\n    outer loop\n";
-        face.iter().for_each(|&i| text += &format!("      vertex {}\n", words(&vertices[i])));
+        face.iter()
+            .for_each(|&i| text += &format!("      vertex {}\n", words(&vertices[i])));
         text += "    endloop\n  endfacet\n";
     }
     text + "endsolid made by a test\n"
@@ -34,7 +40,11 @@ fn stl_text(vertices: &[Vector], faces: &[Vec<usize>]) -> String {
 
 fn stl_binary(vertices: &[Vector], faces: &[Vec<usize>], whim: u64) -> Vec<u8> {
     // Many exporters begin binary files like texts.
-    let header: &[u8] = if whim.is_multiple_of(2) { b"solid but binary" } else { b"binary" };
+    let header: &[u8] = if whim.is_multiple_of(2) {
+        b"solid but binary"
+    } else {
+        b"binary"
+    };
     let mut bytes = header.to_vec();
     bytes.resize(80, b' ');
     bytes.extend((faces.len() as u32).to_le_bytes());
@@ -49,7 +59,9 @@ fn stl_binary(vertices: &[Vector], faces: &[Vec<usize>], whim: u64) -> Vec<u8> {
 
 fn obj(vertices: &[Vector], faces: &[Vec<usize>], whim: u64) -> String {
     let mut text = "# made by a test\no solid\nvn 0 0 1\nvt 0 0\n".to_owned();
-    vertices.iter().for_each(|vertex| text += &format!("v {}\n", words(vertex)));
+    vertices
+        .iter()
+        .for_each(|vertex| text += &format!("v {}\n", words(vertex)));
     for (index, face) in faces.iter().enumerate() {
         let corner = |&i: &usize| match whim % 5 {
             0 => format!("{}", i as i64 - vertices.len() as i64),
@@ -70,7 +82,11 @@ fn dae(vertices: &[Vector], faces: &[Vec<usize>], mesh: &Mesh) -> String {
     let has_normals = mesh.whim.is_multiple_of(2);
     let axis = ["X_UP", "Y_UP", "Z_UP"][mesh.whim as usize / 2 % 3];
     let (open, close) = nodes(&mesh.steps, mesh.whim);
-    let normal = if has_normals { "<input semantic=\"NORMAL\" source=\"#n\" offset=\"1\"/>" } else { "" };
+    let normal = if has_normals {
+        "<input semantic=\"NORMAL\" source=\"#n\" offset=\"1\"/>"
+    } else {
+        ""
+    };
     let input = format!("<input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/>{normal}");
     let positions: Vec<String> = vertices.iter().map(|vertex| words(vertex)).collect();
     format!(
@@ -93,7 +109,9 @@ fn dae(vertices: &[Vector], faces: &[Vec<usize>], mesh: &Mesh) -> String {
 }
 
 fn source(id: &str, count: usize, numbers: &str) -> String {
-    let params = ["X", "Y", "Z"].map(|name| format!("<param name=\"{name}\" type=\"float\"/>")).concat();
+    let params = ["X", "Y", "Z"]
+        .map(|name| format!("<param name=\"{name}\" type=\"float\"/>"))
+        .concat();
     format!(
         "<source id=\"{id}\"><float_array id=\"{id}a\" count=\"{}\">{numbers}</float_array><technique_common>\
          <accessor source=\"#{id}a\" count=\"{count}\" stride=\"3\">{params}</accessor></technique_common></source>\n",
@@ -107,30 +125,47 @@ fn nodes(steps: &[Step], whim: u64) -> (String, String) {
         Step::Translate(by) => format!("<translate>{}</translate>", words(by)),
         Step::Rotate(axis, degrees) => format!("<rotate>{} {degrees}</rotate>", words(axis)),
         Step::Scale(by) if whim.is_multiple_of(3) => {
-            format!("<matrix>{} 0 0 0 0 {} 0 0 0 0 {} 0 0 0 0 1</matrix>", by[0], by[1], by[2])
+            format!(
+                "<matrix>{} 0 0 0 0 {} 0 0 0 0 {} 0 0 0 0 1</matrix>",
+                by[0], by[1], by[2]
+            )
         }
         Step::Scale(by) => format!("<scale>{}</scale>", words(by)),
     };
     let split = steps.len() / 2;
-    let [outer, inner] = [&steps[..split], &steps[split..]].map(|steps| steps.iter().map(text).collect::<String>());
-    (format!("<node id=\"outer\">{outer}<node id=\"inner\">{inner}"), "</node></node>".to_owned())
+    let [outer, inner] =
+        [&steps[..split], &steps[split..]].map(|steps| steps.iter().map(text).collect::<String>());
+    (
+        format!("<node id=\"outer\">{outer}<node id=\"inner\">{inner}"),
+        "</node></node>".to_owned(),
+    )
 }
 
 fn polygons(faces: &[Vec<usize>], input: &str, has_normals: bool, whim: u64) -> String {
     let list = |face: &Vec<usize>| {
-        let corner = |i: &usize| if has_normals { format!("{i} 0") } else { i.to_string() };
+        let corner = |i: &usize| {
+            if has_normals {
+                format!("{i} 0")
+            } else {
+                i.to_string()
+            }
+        };
         face.iter().map(corner).collect::<Vec<_>>().join(" ")
     };
     let lists: Vec<String> = faces.iter().map(list).collect();
     let count = faces.len();
     if faces.iter().all(|face| face.len() == 3) && whim.is_multiple_of(2) {
-        return format!("<triangles count=\"{count}\">{input}<p>{}</p></triangles>", lists.join(" "));
+        return format!(
+            "<triangles count=\"{count}\">{input}<p>{}</p></triangles>",
+            lists.join(" ")
+        );
     }
     if whim % 4 < 2 {
         let each: String = lists.iter().map(|list| format!("<p>{list}</p>")).collect();
         return format!("<polygons count=\"{count}\">{input}{each}</polygons>");
     }
     let sizes: Vec<String> = faces.iter().map(|face| face.len().to_string()).collect();
-    let (sizes, lists) = (sizes.join(" "), lists.join(" "));
+    let sizes = sizes.join(" ");
+    let lists = lists.join(" ");
     format!("<polylist count=\"{count}\">{input}<vcount>{sizes}</vcount><p>{lists}</p></polylist>")
 }

@@ -7,5 +7,9 @@ pub mod scene;
 
 /// Numbers as a list in text; every bit is read back.
 pub fn words(numbers: &[f64]) -> String {
-    numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
+    numbers
+        .iter()
+        .map(f64::to_string)
+        .collect::<Vec<_>>()
+        .join(" ")
 }

@@ -19,7 +19,12 @@ pub struct Written {
 
 pub fn scene(made: &Made, scene: &Scene) -> Written {
     let is_message = scene.text == Text::Message;
-    let mut writer = Writer { made, is_message, has_numbers: scene.has_numbers, meshes: Vec::new() };
+    let mut writer = Writer {
+        made,
+        is_message,
+        has_numbers: scene.has_numbers,
+        meshes: Vec::new(),
+    };
     let ending = match scene.text {
         Text::Own | Text::Diff => "json",
         Text::Message => "yaml",
@@ -31,7 +36,18 @@ pub fn scene(made: &Made, scene: &Scene) -> Written {
             let (first, rest) = scene.objects.split_at(scene.objects.len() / 2);
             let added = rest.iter().map(|object| writer.object(object, Some("ADD")));
             let diff = json!({ "is_diff": true, "objects": added.collect::<Vec<_>>() });
-            (writer.own(&Scene { allowed: Vec::new(), ..scene.clone() }, first).to_string(), Some((diff, scene)))
+            (
+                writer
+                    .own(
+                        &Scene {
+                            allowed: Vec::new(),
+                            ..scene.clone()
+                        },
+                        first,
+                    )
+                    .to_string(),
+                Some((diff, scene)),
+            )
         }
         // JSON is YAML too.
         Text::Message => (writer.message(scene).to_string(), None),
@@ -41,8 +57,15 @@ pub fn scene(made: &Made, scene: &Scene) -> Written {
         diff["allowed_collisions"] = json!(scene.allowed);
         diff.to_string()
     });
-    let text = scene.wrong_letter.map_or(text.clone(), |choice| misspelt(&text, choice));
-    Written { text, ending, diff, meshes: writer.meshes }
+    let text = scene
+        .wrong_letter
+        .map_or(text.clone(), |choice| misspelt(&text, choice));
+    Written {
+        text,
+        ending,
+        diff,
+        meshes: writer.meshes,
+    }
 }
 
 struct Writer<'a> {
@@ -69,7 +92,7 @@ impl Writer<'_> {
 
     fn message(&mut self, scene: &Scene) -> Value {
         let frames = scene.frames.iter().map(|(name, pose)| {
-            let (at, turn) = (named(&["x", "y", "z"], &pose.at), named(&["x", "y", "z", "w"], &pose.turn));
+            let at = named(&["x", "y", "z"], &pose.at); let turn = named(&["x", "y", "z", "w"], &pose.turn);
             let header = json!({ "stamp": { "sec": 0, "nanosec": 0 }, "frame_id": "" });
             json!({ "header": header, "child_frame_id": name, "transform": { "translation": at, "rotation": turn } })
         });
@@ -79,7 +102,11 @@ impl Writer<'_> {
         if let Some(octomap) = &scene.octomap {
             world["octomap"] = self.octomap(octomap);
         }
-        let attached = scene.attached.iter().map(|held| self.attached(held)).collect::<Vec<_>>();
+        let attached = scene
+            .attached
+            .iter()
+            .map(|held| self.attached(held))
+            .collect::<Vec<_>>();
         json!({
             "name": "random",
             "robot_state": { "attached_collision_objects": attached, "is_diff": false },
@@ -108,7 +135,11 @@ impl Writer<'_> {
 
     fn pose(&self, pose: &Placement) -> Value {
         let turn = named(&["x", "y", "z", "w"], &pose.turn);
-        let at = if self.is_message { named(&["x", "y", "z"], &pose.at) } else { json!(pose.at) };
+        let at = if self.is_message {
+            named(&["x", "y", "z"], &pose.at)
+        } else {
+            json!(pose.at)
+        };
         json!({ "position": at, "orientation": turn })
     }
 
@@ -116,15 +147,21 @@ impl Writer<'_> {
         let mut fields = Map::new();
         fields.insert("id".into(), json!(object.id));
         if let Some(operation) = operation {
-            let word = if self.is_message { json!(0) } else { json!(operation) };
+            let word = if self.is_message {
+                json!(0)
+            } else {
+                json!(operation)
+            };
             fields.insert("operation".into(), word);
         }
         if !object.frame.is_empty() {
             fields.insert("header".into(), json!({ "frame_id": object.frame }));
         }
         fields.insert("pose".into(), self.pose(&object.pose));
-        let (mut primitives, mut primitive_poses) = (Vec::new(), Vec::new());
-        let (mut meshes, mut mesh_poses) = (Vec::new(), Vec::new());
+        let mut primitives = Vec::new();
+        let mut primitive_poses = Vec::new();
+        let mut meshes = Vec::new();
+        let mut mesh_poses = Vec::new();
         for (geometry, pose) in &object.shapes {
             match geometry {
                 Geometry::Mesh(mesh) => {
@@ -148,7 +185,11 @@ impl Writer<'_> {
         if !object.subframes.is_empty() {
             let names: Vec<&String> = object.subframes.iter().map(|(name, _)| name).collect();
             fields.insert("subframe_names".into(), json!(names));
-            let poses: Vec<Value> = object.subframes.iter().map(|(_, pose)| self.pose(pose)).collect();
+            let poses: Vec<Value> = object
+                .subframes
+                .iter()
+                .map(|(_, pose)| self.pose(pose))
+                .collect();
             fields.insert("subframe_poses".into(), json!(poses));
         }
         Value::Object(fields)
@@ -169,7 +210,12 @@ impl Writer<'_> {
 
     fn mesh(&mut self, mesh: &Mesh, id: &str) -> Value {
         if mesh.format == Format::Inline {
-            let vertices: Vec<Vector> = mesh.column.vertices().iter().map(|vertex| mesh.in_file(*vertex)).collect();
+            let vertices: Vec<Vector> = mesh
+                .column
+                .vertices()
+                .iter()
+                .map(|vertex| mesh.in_file(*vertex))
+                .collect();
             let triangles = mesh.faces();
             return match self.is_message {
                 true => json!({
@@ -189,14 +235,19 @@ impl Writer<'_> {
 
     fn attached(&mut self, attached: &Attached) -> Value {
         let name = |link: &usize| self.made.robot.links[*link].clone();
-        let (link, touch_links) = (name(&attached.link), attached.touch_links.iter().map(name).collect::<Vec<_>>());
+        let link = name(&attached.link);
+        let touch_links = attached.touch_links.iter().map(name).collect::<Vec<_>>();
         let operation = self.is_message.then_some("ADD");
         json!({ "link_name": link, "touch_links": touch_links, "object": self.object(&attached.object, operation) })
     }
 }
 
 fn named(names: &[&str], numbers: &[f64]) -> Value {
-    names.iter().zip(numbers).map(|(name, number)| ((*name).to_owned(), json!(number))).collect()
+    names
+        .iter()
+        .zip(numbers)
+        .map(|(name, number)| ((*name).to_owned(), json!(number)))
+        .collect()
 }
 
 /// Fields whose loss would move or remove something.
@@ -224,7 +275,9 @@ const FIELDS: [&str; 17] = [
 fn misspelt(text: &str, choice: u64) -> String {
     let known = FIELDS.iter().flat_map(|field| {
         let quoted = format!("\"{field}\":");
-        text.match_indices(&quoted).map(|(at, _)| (at + 1, field.len())).collect::<Vec<_>>()
+        text.match_indices(&quoted)
+            .map(|(at, _)| (at + 1, field.len()))
+            .collect::<Vec<_>>()
     });
     let places: Vec<(usize, usize)> = known.collect();
     let (at, length) = places[choice as usize % places.len()];
@@ -242,9 +295,15 @@ fn misspelt(text: &str, choice: u64) -> String {
 /// MoveIt's own text: name, shapes, each with its pose and colour.
 fn lines(scene: &Scene) -> String {
     let mut text = "random\n".to_owned();
-    let pose = |pose: &Placement| format!("{}\n{}\n", super::words(&pose.at), super::words(&pose.turn));
+    let pose =
+        |pose: &Placement| format!("{}\n{}\n", super::words(&pose.at), super::words(&pose.turn));
     for object in &scene.objects {
-        text += &format!("* {}\n{}{}\n", object.id, pose(&object.pose), object.shapes.len());
+        text += &format!(
+            "* {}\n{}{}\n",
+            object.id,
+            pose(&object.pose),
+            object.shapes.len()
+        );
         for (geometry, place) in &object.shapes {
             text += &match geometry {
                 Geometry::Box(size) => format!("box\n{}\n", super::words(size)),
@@ -256,15 +315,21 @@ fn lines(scene: &Scene) -> String {
             text += &format!("{}0 0 0 0\n", pose(place));
         }
         text += &format!("{}\n", object.subframes.len());
-        object.subframes.iter().for_each(|(name, place)| text += &format!("{name} {}", pose(place)));
+        object
+            .subframes
+            .iter()
+            .for_each(|(name, place)| text += &format!("{name} {}", pose(place)));
     }
     text + ".\n"
 }
 
 fn triangles(mesh: &Mesh) -> String {
-    let (vertices, faces) = (mesh.column.vertices(), mesh.faces());
+    let vertices = mesh.column.vertices();
+    let faces = mesh.faces();
     let mut text = format!("mesh\n{} {}\n", vertices.len(), faces.len());
-    vertices.iter().for_each(|vertex| text += &format!("{}\n", super::words(&mesh.in_file(*vertex))));
+    vertices
+        .iter()
+        .for_each(|vertex| text += &format!("{}\n", super::words(&mesh.in_file(*vertex))));
     for face in faces {
         let face: Vec<String> = face.iter().map(usize::to_string).collect();
         text += &format!("{}\n", face.join(" "));

@@ -7,10 +7,19 @@ const HEIGHT: f64 = 12.0;
 /// From a dot to its name, and further where there is no room [px].
 const DISTANCES: [f64; 6] = [8.0, 16.0, 28.0, 42.0, 58.0, 76.0];
 /// Directions that a name is looked for in, to the right first.
-const DIRECTIONS: [Point; 8] =
-    [[1.0, 0.0], [1.0, -0.7], [1.0, 0.7], [-1.0, 0.0], [-1.0, -0.7], [-1.0, 0.7], [0.2, -1.0], [0.2, 1.0]];
+const DIRECTIONS: [Point; 8] = [
+    [1.0, 0.0],
+    [1.0, -0.7],
+    [1.0, 0.7],
+    [-1.0, 0.0],
+    [-1.0, -0.7],
+    [-1.0, 0.7],
+    [0.2, -1.0],
+    [0.2, 1.0],
+];
 
-/// What it costs to cover a point of a line, and to stand beside another dot, in pixels of distance.
+/// What it costs to cover a point of a line, and to stand beside another dot, in pixels of
+/// distance.
 const COVERS: f64 = 2.5;
 const MISLEADS: f64 = 16.0;
 
@@ -41,46 +50,73 @@ impl Room {
     /// All of a plot but some dots.
     pub(super) fn new(plot: Area, dots: &[Point], lines: Vec<Point>) -> Self {
         let around = |dot: &Point| [dot[0] - 5.0, dot[1] - 5.0, dot[0] + 5.0, dot[1] + 5.0];
-        Self { plot, dots: dots.to_vec(), taken: dots.iter().map(around).collect(), lines }
+        Self {
+            plot,
+            dots: dots.to_vec(),
+            taken: dots.iter().map(around).collect(),
+            lines,
+        }
     }
 
-    /// The best place for a name so many pixels wide, which is then taken; `None` where there is no room.
+    /// The best place for a name so many pixels wide, which is then taken; `None` where there is no
+    /// room.
     pub(super) fn place(&mut self, dot: Point, width: f64) -> Option<Place> {
         let size = [width, HEIGHT];
-        let places = DISTANCES.iter().flat_map(|distance| DIRECTIONS.map(|direction| (*distance, direction)));
+        let places = DISTANCES
+            .iter()
+            .flat_map(|distance| DIRECTIONS.map(|direction| (*distance, direction)));
         let candidates = places.map(|(distance, direction)| {
             let is_right = direction[0] < 0.0;
             (distance, is_right, area(dot, distance, direction, size))
         });
         let cost = |(distance, _, area): &(f64, bool, Area)| {
-            let covered = self.lines.iter().filter(|point| contains(area, point)).count();
+            let covered = self
+                .lines
+                .iter()
+                .filter(|point| contains(area, point))
+                .count();
             // A name right beside another dot would be taken for that one's.
             let beside = |other: &&Point| **other != dot && contains(&widened(area), other);
-            distance + COVERS * covered as f64 + MISLEADS * self.dots.iter().filter(beside).count() as f64
+            distance
+                + COVERS * covered as f64
+                + MISLEADS * self.dots.iter().filter(beside).count() as f64
         };
         let free = candidates.filter(|(_, _, area)| self.is_free(area));
         let (distance, is_right, area) = free.min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
         self.taken.push(area);
-        let nearest = [dot[0].clamp(area[0], area[2]), dot[1].clamp(area[1] + 2.0, area[3] - 2.0)];
+        let nearest = [
+            dot[0].clamp(area[0], area[2]),
+            dot[1].clamp(area[1] + 2.0, area[3] - 2.0),
+        ];
         let leader = (distance > DISTANCES[0]).then_some(nearest);
-        Some(Place { anchor: [if is_right { area[2] } else { area[0] }, area[3] - 3.0], is_right, leader })
+        Some(Place {
+            anchor: [if is_right { area[2] } else { area[0] }, area[3] - 3.0],
+            is_right,
+            leader,
+        })
     }
 
     /// Takes the room of something that stands there already.
     pub(super) fn take(&mut self, [left, baseline]: Point, width: f64) {
-        self.taken.push([left, baseline - HEIGHT, left + width, baseline + 3.0]);
+        self.taken
+            .push([left, baseline - HEIGHT, left + width, baseline + 3.0]);
     }
 
     fn is_free(&self, area: &Area) -> bool {
-        let inside =
-            area[0] >= self.plot[0] && area[1] >= self.plot[1] && area[2] <= self.plot[2] && area[3] <= self.plot[3];
+        let inside = area[0] >= self.plot[0]
+            && area[1] >= self.plot[1]
+            && area[2] <= self.plot[2]
+            && area[3] <= self.plot[3];
         inside && !self.taken.iter().any(|other| overlap(area, other))
     }
 }
 
 /// Where a name stands that begins, or to the left ends, so far from its dot.
 fn area(dot: Point, distance: f64, direction: Point, [width, height]: [f64; 2]) -> Area {
-    let [x, y] = [dot[0] + distance * direction[0], dot[1] + distance * direction[1]];
+    let [x, y] = [
+        dot[0] + distance * direction[0],
+        dot[1] + distance * direction[1],
+    ];
     let left = if direction[0] < 0.0 { x - width } else { x };
     [left, y - height / 2.0, left + width, y + height / 2.0]
 }
@@ -106,12 +142,19 @@ mod tests {
     fn names_of_near_dots_do_not_cover_each_other() {
         let dots = [[50.0, 50.0], [52.0, 51.0], [54.0, 50.0]];
         let mut room = Room::new([0.0, 0.0, 300.0, 100.0], &dots, Vec::new());
-        let places: Vec<Place> = dots.iter().filter_map(|dot| room.place(*dot, 40.0)).collect();
+        let places: Vec<Place> = dots
+            .iter()
+            .filter_map(|dot| room.place(*dot, 40.0))
+            .collect();
         assert_eq!(places.len(), 3);
         let taken = &room.taken;
         let pairs = (0..taken.len()).flat_map(|a| (a + 1..taken.len()).map(move |b| (a, b)));
         // The dots themselves may.
-        assert!(pairs.filter(|(_, b)| *b >= dots.len()).all(|(a, b)| !overlap(&taken[a], &taken[b])));
+        assert!(
+            pairs
+                .filter(|(_, b)| *b >= dots.len())
+                .all(|(a, b)| !overlap(&taken[a], &taken[b]))
+        );
         assert_eq!(room.place([299.0, 50.0], 400.0), None);
     }
 }

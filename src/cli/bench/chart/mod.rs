@@ -40,13 +40,19 @@ pub(super) fn draw(report: &Report) -> String {
     let width = MARGIN + columns as f64 * (PANEL[0] + MARGIN);
     let height = HEAD + lines as f64 * (PANEL[1] + MARGIN);
     let mut svg = Svg::new(width, height, STYLE);
-    svg.element("rect", &[("class", &"page"), ("width", &width), ("height", &height)]);
+    svg.element(
+        "rect",
+        &[("class", &"page"), ("width", &width), ("height", &height)],
+    );
     head(&mut svg, report);
     for (index, summary) in report.sets.iter().enumerate() {
         let x = MARGIN + (index % columns) as f64 * (PANEL[0] + MARGIN);
         let y = HEAD + (index / columns) as f64 * (PANEL[1] + MARGIN);
         let place = format!("translate({x} {y})");
-        svg.begin("g", &[("id", &format!("set-{index}")), ("transform", &place)]);
+        svg.begin(
+            "g",
+            &[("id", &format!("set-{index}")), ("transform", &place)],
+        );
         Panel::new(report, summary).draw(&mut svg);
         svg.end();
     }
@@ -54,9 +60,17 @@ pub(super) fn draw(report: &Report) -> String {
 }
 
 fn head(svg: &mut Svg, report: &Report) {
-    svg.label([MARGIN, 42.0], "title", "taut bench: remaining length over time");
+    svg.label(
+        [MARGIN, 42.0],
+        "title",
+        "taut bench: remaining length over time",
+    );
     let given = report.from.as_deref().unwrap_or("the planner");
-    let runs = if report.repeat == 1 { "one run".to_owned() } else { format!("{} runs", report.repeat) };
+    let runs = if report.repeat == 1 {
+        "one run".to_owned()
+    } else {
+        format!("{} runs", report.repeat)
+    };
     let text = format!(
         "Means over each set; 1 is the path of {given}, and counts until the first improvement and where nothing is proved. One thread, medians of {runs}; calibration kernel {}.",
         time(report.calibration_s)
@@ -64,12 +78,20 @@ fn head(svg: &mut Svg, report: &Report) {
     svg.label([MARGIN, 66.0], "small", &text);
     let mut x = MARGIN;
     for (index, mode) in report.modes.iter().enumerate() {
-        svg.line(&[[x, 92.0], [x + 30.0, 92.0]], &mode_class("mode", index), mode);
+        svg.line(
+            &[[x, 92.0], [x + 30.0, 92.0]],
+            &mode_class("mode", index),
+            mode,
+        );
         svg.label([x + 38.0, 96.0], "", mode);
         x += 62.0 + 7.0 * mode.len() as f64;
     }
     for (class, radius, text) in [
-        ("peer", 4.0, "recorded peer (median CPU, mean length), filled by its share of honest answers"),
+        (
+            "peer",
+            4.0,
+            "recorded peer (median CPU, mean length), filled by its share of honest answers",
+        ),
         ("best", 6.5, "best honest peer of each path"),
     ] {
         svg.titled_dot([x + 6.0, 92.0], radius, class, 1.0, text);

@@ -18,7 +18,8 @@ const CLIENTS: usize = 3;
 const MIB: f64 = (1 << 20) as f64;
 /// Growth that is none (MiB): the allocator's own.
 const SLACK_MIB: f64 = 8.0;
-/// Open files more that are none: one that is being written just now. Hundreds of clients come and go.
+/// Open files more that are none: one that is being written just now. Hundreds of clients come and
+/// go.
 const SLACK_FILES: u64 = 4;
 /// How long a daemon that has nothing to do may take to be as it was.
 const SETTLE: Duration = Duration::from_secs(20);
@@ -33,10 +34,17 @@ struct Size {
 }
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
-    let site = Site::own(&Setup { workers: 2, ..Setup::default() })?;
+    let site = Site::own(&Setup {
+        workers: 2,
+        ..Setup::default()
+    })?;
     let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, CLIENTS)?;
     let total = trial.pick(Duration::from_secs(20), Duration::from_secs(1800));
-    let mut churn = Churn { changes: 0, clients: 0, random: fastrand::Rng::with_seed(trial.seed) };
+    let mut churn = Churn {
+        changes: 0,
+        clients: 0,
+        random: fastrand::Rng::with_seed(trial.seed),
+    };
     let mut all = Tally::default();
     let mut sizes = Vec::new();
     let quarters = 4;
@@ -54,13 +62,17 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
         sizes.push(settled(&site, &sizes)?);
     }
     // The first quarter fills caches; from there on nothing may grow.
-    let (first, last) = (sizes[0], sizes[sizes.len() - 1]);
+    let first = sizes[0];
+    let last = sizes[sizes.len() - 1];
     let minutes = (total * 3 / 4).as_secs_f64() / 60.0;
     let grown = |from: f64, to: f64, unit: &str| format!("{from:.1} -> {to:.1}{unit}");
     let resident = last.resident_mib - first.resident_mib;
     Ok(vec![
         Row::none("daemon exits", u64::from(!site.is_alive())),
-        Row::none(format!("of {} requests, without a proved answer", all.sent), all.sent - all.served),
+        Row::none(
+            format!("of {} requests, without a proved answer", all.sent),
+            all.sent - all.served,
+        ),
         Row::told(
             "scene changes, clients that came and went",
             format!("{}, {}", churn.changes, churn.clients),
@@ -78,7 +90,8 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
             "flat",
             grown(first.shared_mib, last.shared_mib, " MiB"),
             last.shared_mib,
-            last.shared_mib <= first.shared_mib * 1.1 + 1.0 && last.shared_files <= first.shared_files,
+            last.shared_mib <= first.shared_mib * 1.1 + 1.0
+                && last.shared_files <= first.shared_files,
         ),
         Row::is(
             "open files",
@@ -98,17 +111,27 @@ struct Churn {
 }
 
 impl Churn {
-    /// Loads and replaces a scene over and over, drops it now and then; a client comes and is killed or goes.
+    /// Loads and replaces a scene over and over, drops it now and then; a client comes and is
+    /// killed or goes.
     fn during(&mut self, site: &Site, length: Duration) -> Result<(), CliError> {
         let end = Instant::now() + length;
         let client = site.client()?;
         self.clients += 1;
         let guest = Member::start(site.instance(), &site.jobs, 5000 + self.clients as usize)?;
         while Instant::now() < end {
-            let (label, at) = (format!("churn{}", self.random.u8(..4)), self.random.f64() * 5.0 + 5.0);
+            let label = format!("churn{}", self.random.u8(..4));
+            let at = self.random.f64() * 5.0 + 5.0;
             let objects: Vec<String> = (0..20).map(|index| sphere(index, at)).collect();
             let json = format!(r#"{{"objects": [{}]}}"#, objects.join(","));
-            control(&client, &ControlRequest::LoadScene { label: label.clone(), json, base_dir: None, replace: true })?;
+            control(
+                &client,
+                &ControlRequest::LoadScene {
+                    label: label.clone(),
+                    json,
+                    base_dir: None,
+                    replace: true,
+                },
+            )?;
             self.changes += 1;
             if self.random.u8(..10) == 0 {
                 control(&client, &ControlRequest::UnloadScene { label })?;
@@ -132,7 +155,9 @@ fn sphere(index: usize, at: f64) -> String {
 /// Sizes once dead clients are cleaned up, or as they are after a while.
 fn settled(site: &Site, earlier: &[Size]) -> Result<Size, CliError> {
     let client = site.client()?;
-    until(SETTLE, || Ok(number(&client, "clients")? <= (CLIENTS + 1) as f64))?;
+    until(SETTLE, || {
+        Ok(number(&client, "clients")? <= (CLIENTS + 1) as f64)
+    })?;
     let size = || -> Result<Size, CliError> {
         let pid = site.pid().ok_or_else(|| site.gone())?;
         let (shared_files, taken) = site.shared_memory();
@@ -145,7 +170,10 @@ fn settled(site: &Site, earlier: &[Size]) -> Result<Size, CliError> {
     };
     if let Some(first) = earlier.first() {
         until(SETTLE, || {
-            size().map(|now| now.shared_files <= first.shared_files && now.open_files <= first.open_files + SLACK_FILES)
+            size().map(|now| {
+                now.shared_files <= first.shared_files
+                    && now.open_files <= first.open_files + SLACK_FILES
+            })
         })?;
     }
     size()

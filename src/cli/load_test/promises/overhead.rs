@@ -1,4 +1,5 @@
-//! What the daemon takes of a round trip beyond waiting and computing, beside a bare echo of the same sizes.
+//! What the daemon takes of a round trip beyond waiting and computing, beside a bare echo of the
+//! same sizes.
 
 use std::time::Duration;
 
@@ -29,16 +30,25 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
 }
 
 fn sized(trial: &Trial, waypoints: usize, what: &str) -> Result<Vec<Row>, CliError> {
-    let site = Site::own(&Setup { workers: 1, waypoints, ..Setup::default() })?;
+    let site = Site::own(&Setup {
+        workers: 1,
+        waypoints,
+        ..Setup::default()
+    })?;
     let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, 1)?;
     let mut many = Fleet::start(site.instance(), &site.jobs, 1, MANY)?;
     let echo = Echo::start()?;
     let length = trial.pick(Duration::from_millis(250), Duration::from_millis(500));
-    let (mut ratios, mut ours, mut bare) = ([Vec::new(), Vec::new()], Vec::new(), Vec::new());
+    let mut ratios = [Vec::new(), Vec::new()];
+    let mut ours = Vec::new();
+    let mut bare = Vec::new();
     let mut crowded = [Vec::new(), Vec::new()];
     let mut sizes = [0, 0];
     for number in 0..trial.pick(5, 24) {
-        let window = Window { mode: wire_mode(Mode::Check), ..trial.window(number) };
+        let window = Window {
+            mode: wire_mode(Mode::Check),
+            ..trial.window(number)
+        };
         let tally = run(&mut fleet, window, length)?;
         let count = tally.latency.len().max(1);
         sizes = tally.bytes.map(|bytes| (bytes / count) as usize);
@@ -57,13 +67,36 @@ fn sized(trial: &Trial, waypoints: usize, what: &str) -> Result<Vec<Row>, CliErr
             crowded[index].push(beside.overhead.quantile(part));
         }
     }
-    let told = format!("{} / {}", report::time(median(&ours)), report::time(median(&bare)));
-    let with_many = crowded.each_ref().map(|all| report::time(median(all))).join(", ");
+    let told = format!(
+        "{} / {}",
+        report::time(median(&ours)),
+        report::time(median(&bare))
+    );
+    let with_many = crowded
+        .each_ref()
+        .map(|all| report::time(median(all)))
+        .join(", ");
     let [request, response] = sizes;
     Ok(vec![
-        Row::at_most(format!("overhead p50 / bare echo p50, {what}"), 2.0, median(&ratios[0])),
-        Row::at_most(format!("overhead p99 / bare echo p99, {what}"), 2.0, median(&ratios[1])),
-        Row::told(format!("overhead p50, p99 with {MANY} clients, {what}"), with_many, median(&crowded[0])),
-        Row::told(format!("p50 of the two, {request} B there and {response} B back"), told, median(&ours)),
+        Row::at_most(
+            format!("overhead p50 / bare echo p50, {what}"),
+            2.0,
+            median(&ratios[0]),
+        ),
+        Row::at_most(
+            format!("overhead p99 / bare echo p99, {what}"),
+            2.0,
+            median(&ratios[1]),
+        ),
+        Row::told(
+            format!("overhead p50, p99 with {MANY} clients, {what}"),
+            with_many,
+            median(&crowded[0]),
+        ),
+        Row::told(
+            format!("p50 of the two, {request} B there and {response} B back"),
+            told,
+            median(&ours),
+        ),
     ])
 }

@@ -17,7 +17,11 @@ const TIMES: [f64; 3] = [1.0, 2.0, 10.0];
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
     // A short queue, so that it runs full before the transport's own limit is reached.
-    let site = Site::own(&Setup { workers: 1, lines: "queue = 12".to_owned(), ..Setup::default() })?;
+    let site = Site::own(&Setup {
+        workers: 1,
+        lines: "queue = 12".to_owned(),
+        ..Setup::default()
+    })?;
     let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, CLIENTS)?;
     let length = trial.pick(Duration::from_secs(1), Duration::from_secs(2));
     let mut ratios = Vec::new();
@@ -30,8 +34,14 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
         rates.push(full);
         let mut goodput = [0.0; 3];
         for (index, times) in TIMES.iter().enumerate() {
-            let pace = Pace::Open { rate_hz: times * full / CLIENTS as f64 };
-            let window = Window { pace, deadline_ns, ..trial.window(number) };
+            let pace = Pace::Open {
+                rate_hz: times * full / CLIENTS as f64,
+            };
+            let window = Window {
+                pace,
+                deadline_ns,
+                ..trial.window(number)
+            };
             let tally = Tally::of(&fleet.run(window, length)?);
             goodput[index] = tally.goodput();
             sums[index].merge(&tally);
@@ -44,10 +54,17 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
     let waits_long = ten.queue.share_above(deadline_ns + LATE_NS);
     let rate = median(&rates);
     Ok(vec![
-        Row::told("saturation, closed loop", format!("{rate:.0} a second"), rate),
+        Row::told(
+            "saturation, closed loop",
+            format!("{rate:.0} a second"),
+            rate,
+        ),
         Row::none("daemon exits", u64::from(!site.is_alive())),
         Row::none(format!("of {sent} requests, without an end"), lost),
-        Row::none(format!("of {} refused at 10x, without a hint", ten.refusal.len()), ten.without_hint),
+        Row::none(
+            format!("of {} refused at 10x, without a hint", ten.refusal.len()),
+            ten.without_hint,
+        ),
         Row::is(
             "requests refused as OVERLOADED at 10x",
             "> 0",
@@ -56,7 +73,11 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
             ten.with(Code::Overloaded) > 0,
         ),
         Row::at_least("goodput at 10x / the most", 0.9, median(&ratios)),
-        Row::time("a refusal comes within, p99 at 10x", 0.01, ten.refusal.quantile(0.99)),
+        Row::time(
+            "a refusal comes within, p99 at 10x",
+            0.01,
+            ten.refusal.quantile(0.99),
+        ),
         Row::part("requests that wait past their deadline", 0.001, waits_long),
         Row::told(
             "answers later than 1 ms after the deadline at 10x",

@@ -1,4 +1,5 @@
-//! Memory of planner processes: what a connection adds, and sixteen planners with a daemon beside sixteen without.
+//! Memory of planner processes: what a connection adds, and sixteen planners with a daemon beside
+//! sixteen without.
 
 use super::row::Row;
 use super::trial::{Trial, run};
@@ -13,10 +14,24 @@ const PLANNERS: usize = 16;
 const MIB: f64 = (1 << 20) as f64;
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
-    let site = Site::own(&Setup { workers: 1, ..Setup::default() })?;
+    let site = Site::own(&Setup {
+        workers: 1,
+        ..Setup::default()
+    })?;
     let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, PLANNERS)?;
-    run(&mut fleet, Window { in_order: true, ..trial.window(0) }, Duration::from_secs(2))?;
-    let added: Vec<u64> = fleet.0.iter().map(|one| one.memory.after.saturating_sub(one.memory.before)).collect();
+    run(
+        &mut fleet,
+        Window {
+            in_order: true,
+            ..trial.window(0)
+        },
+        Duration::from_secs(2),
+    )?;
+    let added: Vec<u64> = fleet
+        .0
+        .iter()
+        .map(|one| one.memory.after.saturating_sub(one.memory.before))
+        .collect();
     let most = added.iter().max().copied().unwrap_or(0) as f64 / MIB;
     let planners: u64 = fleet.0.iter().map(|one| private_bytes(one.pid())).sum();
     let daemon = resident_bytes(site.pid().ok_or_else(|| site.gone())?);
@@ -32,7 +47,15 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
             most,
             most <= 2.0,
         ),
-        Row::told("16 planners and their daemon", format!("{with:.1} MiB"), with),
-        Row::told("16 planners that optimize in process", format!("{without:.1} MiB"), without),
+        Row::told(
+            "16 planners and their daemon",
+            format!("{with:.1} MiB"),
+            with,
+        ),
+        Row::told(
+            "16 planners that optimize in process",
+            format!("{without:.1} MiB"),
+            without,
+        ),
     ])
 }

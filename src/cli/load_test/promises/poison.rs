@@ -21,7 +21,11 @@ const WITNESSES: usize = 2;
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A wrong request and the codes that are right for it.
-type Poison = (&'static str, fn(&mut RequestHeader, &mut Vec<f64>), &'static [Code]);
+type Poison = (
+    &'static str,
+    fn(&mut RequestHeader, &mut Vec<f64>),
+    &'static [Code],
+);
 
 /// What the wire itself forbids, sent past the client library.
 const POISONS: [Poison; 17] = {
@@ -29,36 +33,103 @@ const POISONS: [Poison; 17] = {
     [
         ("panic", |header, _| header.seed = PANIC_SEED, &[Crash]),
         ("NaN", |_, path| path[0] = f64::NAN, &[InvalidRobotState]),
-        ("infinity", |_, path| *path.last_mut().expect("not empty") = f64::INFINITY, &[InvalidRobotState]),
-        ("far outside the limits", |_, path| path[0] = 1e300, &[InvalidRobotState]),
-        ("a million waypoints", |header, _| header.waypoints = 1_000_000, &[ResourceExhausted, MalformedRequest]),
-        ("no waypoint", |header, _| header.waypoints = 0, &[ResourceExhausted, MalformedRequest]),
-        ("4 billion columns", |header, _| header.variables = u32::MAX, &[ResourceExhausted, MalformedRequest]),
-        ("a path beyond its bytes", |header, _| header.path.offset = 1 << 20, &[MalformedRequest]),
-        ("an odd offset", |header, _| header.path.offset = 3, &[MalformedRequest]),
         (
-            "weights beyond the end",
-            |header, _| header.weights = Section { offset: 0, count: 1 << 30 },
+            "infinity",
+            |_, path| *path.last_mut().expect("not empty") = f64::INFINITY,
+            &[InvalidRobotState],
+        ),
+        (
+            "far outside the limits",
+            |_, path| path[0] = 1e300,
+            &[InvalidRobotState],
+        ),
+        (
+            "a million waypoints",
+            |header, _| header.waypoints = 1_000_000,
             &[ResourceExhausted, MalformedRequest],
         ),
-        ("another wire version", |header, _| header.wire_version = 99, &[MalformedRequest]),
-        ("another header length", |header, _| header.header_len = 8, &[MalformedRequest]),
-        ("an unknown mode", |header, _| header.mode = 77, &[MalformedRequest]),
-        ("an unknown flag", |header, _| header.flags = 1 << 31, &[MalformedRequest]),
-        ("an unknown robot", |header, _| header.robot_id = 1, &[UnknownRobot]),
-        ("an unknown scene", |header, _| header.scene_id = 1, &[UnknownScene]),
-        ("a clearance that is no number", |header, _| header.clearance_m = f64::NAN, &[MalformedRequest]),
+        (
+            "no waypoint",
+            |header, _| header.waypoints = 0,
+            &[ResourceExhausted, MalformedRequest],
+        ),
+        (
+            "4 billion columns",
+            |header, _| header.variables = u32::MAX,
+            &[ResourceExhausted, MalformedRequest],
+        ),
+        (
+            "a path beyond its bytes",
+            |header, _| header.path.offset = 1 << 20,
+            &[MalformedRequest],
+        ),
+        (
+            "an odd offset",
+            |header, _| header.path.offset = 3,
+            &[MalformedRequest],
+        ),
+        (
+            "weights beyond the end",
+            |header, _| {
+                header.weights = Section {
+                    offset: 0,
+                    count: 1 << 30,
+                }
+            },
+            &[ResourceExhausted, MalformedRequest],
+        ),
+        (
+            "another wire version",
+            |header, _| header.wire_version = 99,
+            &[MalformedRequest],
+        ),
+        (
+            "another header length",
+            |header, _| header.header_len = 8,
+            &[MalformedRequest],
+        ),
+        (
+            "an unknown mode",
+            |header, _| header.mode = 77,
+            &[MalformedRequest],
+        ),
+        (
+            "an unknown flag",
+            |header, _| header.flags = 1 << 31,
+            &[MalformedRequest],
+        ),
+        (
+            "an unknown robot",
+            |header, _| header.robot_id = 1,
+            &[UnknownRobot],
+        ),
+        (
+            "an unknown scene",
+            |header, _| header.scene_id = 1,
+            &[UnknownScene],
+        ),
+        (
+            "a clearance that is no number",
+            |header, _| header.clearance_m = f64::NAN,
+            &[MalformedRequest],
+        ),
     ]
 };
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
-    let site = Site::own(&Setup { workers: 2, lines: FAULTS.to_owned(), ..Setup::default() })?;
+    let site = Site::own(&Setup {
+        workers: 2,
+        lines: FAULTS.to_owned(),
+        ..Setup::default()
+    })?;
     let client = site.client()?;
     let mut witnesses = Fleet::start(site.instance(), &site.jobs, 0, WITNESSES)?;
     let bare = Bare::open(site.instance())?;
     let length = trial.pick(Duration::from_secs(4), Duration::from_secs(120));
     let window = witnesses.begin(trial.window(0), length)?;
-    let (mut wrong, mut hurt, mut rounds) = (Vec::new(), 0_u64, 0_u64);
+    let mut wrong = Vec::new();
+    let mut hurt = 0_u64;
+    let mut rounds = 0_u64;
     while taut_ipc::monotonic_ns() < window.end_ns {
         let job = &site.jobs[rounds as usize % site.jobs.len()];
         for (name, spoil, right) in POISONS {
@@ -69,18 +140,37 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, CliError> {
             }
             hurt += u64::from(!serves(&client, job));
         }
-        wrong.extend(meshes(&client, site.folder().unwrap_or(std::path::Path::new("/")), job)?);
+        wrong.extend(meshes(
+            &client,
+            site.folder().unwrap_or(std::path::Path::new("/")),
+            job,
+        )?);
         rounds += 1;
     }
     let tally = Tally::of(&witnesses.finish(length)?);
     let panics = number(&client, "worker_panics")?;
     let kinds = POISONS.len() + MESHES.len();
-    let said = wrong.first().cloned().unwrap_or_else(|| format!("{} requests", rounds * kinds as u64));
+    let said = wrong
+        .first()
+        .cloned()
+        .unwrap_or_else(|| format!("{} requests", rounds * kinds as u64));
     Ok(vec![
         Row::none("daemon exits", u64::from(!site.is_alive())),
-        Row::is(format!("each of {kinds} kinds gets its code"), "all", said, wrong.len() as f64, wrong.is_empty()),
+        Row::is(
+            format!("each of {kinds} kinds gets its code"),
+            "all",
+            said,
+            wrong.len() as f64,
+            wrong.is_empty(),
+        ),
         Row::none("good requests that fail right after one", hurt),
-        Row::none(format!("of {} witnesses' requests, without a proved answer", tally.sent), tally.sent - tally.served),
+        Row::none(
+            format!(
+                "of {} witnesses' requests, without a proved answer",
+                tally.sent
+            ),
+            tally.sent - tally.served,
+        ),
         Row::none("witnesses' unequal answers", tally.unequal),
         Row::is(
             "workers made anew, one for each panic",
@@ -106,11 +196,17 @@ fn send(
         mode: Mode::Hybrid.into(),
         // Another content each time: what crashed often is not tried again.
         work_budget: super::trial::BUDGET + round,
-        path: Section { offset: 0, count: path.len() as u32 },
+        path: Section {
+            offset: 0,
+            count: path.len() as u32,
+        },
         ..job.header()
     };
     spoil(&mut header, &mut path);
-    let bytes: Vec<u8> = path.iter().flat_map(|number| number.to_le_bytes()).collect();
+    let bytes: Vec<u8> = path
+        .iter()
+        .flat_map(|number| number.to_le_bytes())
+        .collect();
     let answer = bare.exchange(header, &bytes, PATIENCE)?;
     Ok(answer.and_then(|(header, _)| Code::try_from(header.code).ok()))
 }
@@ -122,14 +218,22 @@ fn serves(client: &Client, job: &Job) -> bool {
 
 fn ask(client: &Client, job: &Job, scene_id: u64, scene_hash: u64) -> Result<Code, ClientError> {
     let mut request = client.request(job.waypoints(), job.variables);
-    let (mode, flags) = (Mode::Check.into(), RequestFlags::WITHOUT_CONTACTS);
-    request.header = RequestHeader { mode, flags, scene_id, scene_hash, ..job.header() };
+    let mode = Mode::Check.into();
+    let flags = RequestFlags::WITHOUT_CONTACTS;
+    request.header = RequestHeader {
+        mode,
+        flags,
+        scene_id,
+        scene_hash,
+        ..job.header()
+    };
     let mut loan = request.loan()?;
     loan.path_mut().copy_from_slice(&job.path);
     Ok(loan.send()?.wait(PATIENCE)?.code())
 }
 
-/// Meshes that are none: a point, a needle, no triangle, numbers that are none, and one that goes on for ever.
+/// Meshes that are none: a point, a needle, no triangle, numbers that are none, and one that goes
+/// on for ever.
 const MESHES: [(&str, &str); 5] = [
     ("point", "v 9 9 9\nv 9 9 9\nv 9 9 9\nf 1 2 3\n"),
     ("needle", "v 9 9 9\nv 10 9 9\nv 11 9 9\nf 1 2 3\n"),
@@ -138,16 +242,27 @@ const MESHES: [(&str, &str); 5] = [
     ("dangling", "v 9 9 9\nv 8 9 9\nv 8 8 9\nf 1 2 900000\n"),
 ];
 
-/// Loads each as a scene and, where that is taken, has a path checked in it: either is refused by a code, or answered.
+/// Loads each as a scene and, where that is taken, has a path checked in it: either is refused by a
+/// code, or answered.
 fn meshes(client: &Client, folder: &std::path::Path, job: &Job) -> Result<Vec<String>, CliError> {
     let mut wrong = Vec::new();
     for (name, text) in MESHES {
         let file = format!("{name}.obj");
         let written = std::fs::write(folder.join(&file), text);
-        written.map_err(|source| CliError::Output { file: file.clone(), source })?;
-        let json = format!(r#"{{"objects": [{{"id": "m", "meshes": [{{"file": "{file}"}}], "mesh_poses": [{{}}]}}]}}"#);
+        written.map_err(|source| CliError::Output {
+            file: file.clone(),
+            source,
+        })?;
+        let json = format!(
+            r#"{{"objects": [{{"id": "m", "meshes": [{{"file": "{file}"}}], "mesh_poses": [{{}}]}}]}}"#
+        );
         let base_dir = Some(folder.to_owned());
-        let message = ControlRequest::LoadScene { label: format!("mesh_{name}"), json, base_dir, replace: true };
+        let message = ControlRequest::LoadScene {
+            label: format!("mesh_{name}"),
+            json,
+            base_dir,
+            replace: true,
+        };
         match control(client, &message) {
             Ok(ControlReply::Scene(scene)) => {
                 if let Err(error) = ask(client, job, scene.scene_id, scene.scene_hash) {
@@ -155,7 +270,10 @@ fn meshes(client: &Client, folder: &std::path::Path, job: &Job) -> Result<Vec<St
                 }
             }
             Ok(other) => return Err(unexpected(&other)),
-            Err(CliError::Refused { code: Code::InvalidModel | Code::UnreadableFile, .. }) => (),
+            Err(CliError::Refused {
+                code: Code::InvalidModel | Code::UnreadableFile,
+                ..
+            }) => (),
             Err(error) => wrong.push(format!("mesh {name}: {error}")),
         }
     }

@@ -33,7 +33,11 @@ impl Trial {
 
     /// A window with fixed work for each request and this trial's seed.
     pub(super) fn window(&self, number: usize) -> Window {
-        Window { seed: self.seed.wrapping_add(number as u64), budget: BUDGET, ..Window::closed() }
+        Window {
+            seed: self.seed.wrapping_add(number as u64),
+            budget: BUDGET,
+            ..Window::closed()
+        }
     }
 }
 
