@@ -143,8 +143,8 @@ impl PairInterval<'_> {
     /// Distance that the bodies' convex hulls keep on the interval along a unit vector: most meshes
     /// that pass each other closely never reach into each other's hollows.
     ///
-    /// But for the bend, a point p of a body that moves with the half displacements ω and l is at p
-    /// + τ (l + ω × p) for τ in [−1, 1], and along n at (n + τ n × ω)·p + τ n·l. The least of such
+    /// But for the bend, a point p of a body that moves with the half displacements ω and l is at
+    /// p + τ (l + ω × p) for τ in [−1, 1], and along n at (n + τ n × ω)·p + τ n·l. The least of such
     /// linear functions over A less the greatest over B is concave in τ, so it is least at an end.
     pub fn kept_by_wholes(&self, normal: Vec3) -> f64 {
         let (Some(a), Some(b)) = (&self.a.solid.shell, &self.b.solid.shell) else {

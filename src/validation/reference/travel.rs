@@ -1,10 +1,10 @@
 //! The plain bound V: how fast any point of a body can be on a segment.
 //!
-//! Seen from the link that a joint hangs on, the joint moves every point of the body at most at ‖v‖
-//! + ‖ω‖ρ, v its translation and ω its rotation per unit t, ρ the farthest that a point of the body
-//! can be from the joint's moving origin. Going up from the body, ρ grows by each link's arm: the
-//! farthest that its origin gets from the origin of the link before. Whatever the joints do, V is
-//! the sum.
+//! Seen from the link that a joint hangs on, the joint moves every point of the body at most at
+//! ‖v‖ + ‖ω‖ρ, v its translation and ω its rotation per unit t, ρ the farthest that a point of the
+//! body can be from the joint's moving origin. Going up from the body, ρ grows by each link's arm:
+//! the farthest that its origin gets from the origin of the link before. Whatever the joints do, V
+//! is the sum.
 
 use crate::math::Vec3;
 use crate::robot::{JointKind, Kinematics, RobotModel, kinematics};
