@@ -6,6 +6,7 @@ pub mod continuous;
 pub mod corridor;
 pub mod discretized;
 mod examine;
+pub mod filter;
 mod first_contact;
 mod floors;
 mod in_order;
@@ -18,7 +19,6 @@ pub mod path_proof;
 mod poses;
 #[cfg(test)]
 mod probe;
-pub mod rake;
 pub mod reach;
 pub mod reference;
 mod runs;

@@ -48,7 +48,7 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
     /// A body against an obstacle: all of it, then its clusters, then its balls.
     #[inline(always)]
     pub(super) fn object(&mut self, body: usize, pair: u32, object: usize, lanes: u8) {
-        let filter = self.rake.filter;
+        let filter = self.batch.filter;
         let shape = &filter.bodies[body];
         let object = &filter.objects[object];
         let need = self.need(pair);
@@ -95,7 +95,7 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
     /// Two bodies of the robot.
     #[inline(always)]
     pub(super) fn own(&mut self, pair: u32, [a, b]: [usize; 2], hops: [usize; 2], lanes: u8) {
-        let filter = self.rake.filter;
+        let filter = self.batch.filter;
         let shape_a = &filter.bodies[a];
         let shape_b = &filter.bodies[b];
         let need = self.need(pair);
@@ -151,7 +151,7 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
         if failed.lanes != 0 {
             let gap = pulp::cast(failed.gap.packed);
             let excess = pulp::cast(failed.excess.packed);
-            self.rake.scratch.unproved.push(Unproved {
+            self.batch.scratch.unproved.push(Unproved {
                 pair,
                 lanes: failed.lanes,
                 gap,
@@ -254,7 +254,7 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
         need: Lanes<S>,
         lanes: u8,
     ) -> Tested<S> {
-        self.rake.scratch.near += 1;
+        self.batch.scratch.near += 1;
         if !MOVING {
             return Tested {
                 fails: lanes & !gap.at_least(need).bits(),

@@ -32,7 +32,7 @@ pub struct Unproved {
     pub excess: [f32; LANES],
 }
 
-/// Pairs that a rake looks at.
+/// Pairs that a batch looks at.
 #[derive(Clone, Copy, Debug)]
 pub enum Pairs<'a> {
     /// All; with the obstacles that are always far or without.
@@ -45,7 +45,7 @@ pub enum Pairs<'a> {
 }
 
 /// Eight intervals to be looked at together.
-pub struct Rake<'a> {
+pub struct Batch<'a> {
     /// The filter's model.
     pub filter: &'a Filter,
     /// Space of the configurations.
@@ -63,12 +63,12 @@ pub struct Rake<'a> {
     /// The highest of them (m).
     pub highest_floor: f64,
     /// Memory.
-    pub scratch: &'a mut RakeScratch,
+    pub scratch: &'a mut FilterScratch,
 }
 
-/// Memory of the filter, and what came of the last rake.
+/// Memory of the filter, and what came of the last batch.
 #[derive(Debug, Default)]
-pub struct RakeScratch {
+pub struct FilterScratch {
     /// Values of the held variables, and room for the lanes' configurations.
     pub input: LaneInput,
     /// Pairs that are not proved.
@@ -88,19 +88,19 @@ pub struct RakeScratch {
     pairs: Vec<(u32, u8)>,
     /// Bends of each body relative to the joints that carry it, from the body up.
     bends: Vec<Packed>,
-    rake: u64,
+    batch: u64,
 }
 
 const ZERO: Packed = Packed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
 
-impl RakeScratch {
-    /// Memory for the bodies of a model. What an earlier request left there is of an earlier rake
+impl FilterScratch {
+    /// Memory for the bodies of a model. What an earlier request left there is of an earlier batch
     /// and never read.
     pub fn reset(&mut self, filter: &Filter, space: &ConfigurationSpace, held: &[f64]) {
         self.input.reset(space, held);
         self.bodies.clear();
         let unknown = PlacedBall {
-            rake: 0,
+            batch: 0,
             center: [ZERO; 3],
             velocity: [ZERO; 3],
             speed: ZERO,
@@ -109,7 +109,7 @@ impl RakeScratch {
         let mut first_bend = 0;
         for body in &*filter.bodies {
             self.bodies.push(PlacedBody {
-                bent_rake: 0,
+                bent_batch: 0,
                 first,
                 first_bend,
                 bend: ZERO,
@@ -124,7 +124,7 @@ impl RakeScratch {
         self.near = 0;
     }
 
-    /// Where the frames of the last rake are.
+    /// Where the frames of the last batch are.
     #[cfg(test)]
     pub(crate) fn frames(&self) -> &[LaneFrame] {
         &self.frames
@@ -146,10 +146,10 @@ impl RakeScratch {
 }
 
 /// Proves that bodies keep apart while they move.
-pub struct Proving<'a>(pub Rake<'a>);
+pub struct Proving<'a>(pub Batch<'a>);
 /// Looks only at the middles: bodies apart there pass. For comparison; it proves nothing of the
 /// interval.
-pub struct Sampling<'a>(pub Rake<'a>);
+pub struct Sampling<'a>(pub Batch<'a>);
 
 impl EightWide for Proving<'_> {
     type Output = ();
@@ -169,22 +169,22 @@ impl EightWide for Sampling<'_> {
 
 struct Look<'a, S: Eight, const MOVING: bool> {
     simd: S,
-    rake: Rake<'a>,
+    batch: Batch<'a>,
     kept: Lanes<S>,
     drift: Lanes<S>,
 }
 
 impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
     #[inline(always)]
-    fn new(simd: S, rake: Rake<'a>) -> Self {
+    fn new(simd: S, batch: Batch<'a>) -> Self {
         let mut drift = [0.0_f32; LANES];
-        for (drift, interval) in drift.iter_mut().zip(&rake.intervals) {
-            *drift = rake.segments.rounding(interval.segment);
+        for (drift, interval) in drift.iter_mut().zip(&batch.intervals) {
+            *drift = batch.segments.rounding(interval.segment);
         }
         let drift = Lanes::new(simd, pulp::cast(drift));
         Self {
             simd,
-            rake,
+            batch,
             kept: Lanes::splat(simd, f32::INFINITY),
             drift,
         }
@@ -193,16 +193,16 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
     #[inline(always)]
     fn all(mut self) {
         let simd = self.simd;
-        let filter = self.rake.filter;
-        let lanes = self.rake.lanes;
-        let Rake {
+        let filter = self.batch.filter;
+        let lanes = self.batch.lanes;
+        let Batch {
             space,
             segments,
             intervals,
             scratch,
             ..
-        } = &mut self.rake;
-        scratch.rake += 1;
+        } = &mut self.batch;
+        scratch.batch += 1;
         scratch.unproved.clear();
         segments.fill(simd, space, intervals, &mut scratch.input);
         filter.skeleton.update::<S, MOVING>(
@@ -213,7 +213,7 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         );
         let mut near = std::mem::take(&mut scratch.pairs);
         near.clear();
-        match self.rake.pairs {
+        match self.batch.pairs {
             Pairs::Of(pairs) => near.extend_from_slice(pairs),
             Pairs::All { with_remote } => {
                 if !with_remote && filter.remote.iter().any(|remote| !remote.is_empty()) {
@@ -235,8 +235,8 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
                 Partner::Body { body, hops } => self.own(pair, [entry.body, body], hops, lanes),
             }
         }
-        self.rake.scratch.pairs = near;
-        self.rake.scratch.kept = pulp::cast(self.kept.packed);
+        self.batch.scratch.pairs = near;
+        self.batch.scratch.kept = pulp::cast(self.kept.packed);
     }
 
     /// The broad phase of one body: obstacles that the ball around all of it may come near. Lanes
@@ -252,11 +252,11 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         if nodes.is_empty() {
             return;
         }
-        let need = self.need_of(self.rake.highest_floor);
+        let need = self.need_of(self.batch.highest_floor);
         let root = self.root(body);
         let bend = self.bend(body).0;
         let reach = root.speed + bend + root.radius;
-        let mut open = std::mem::take(&mut self.rake.scratch.open);
+        let mut open = std::mem::take(&mut self.batch.scratch.open);
         open.clear();
         let mut mask = lanes;
         let mut at = 0;
@@ -277,13 +277,13 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
                 }
             }
         }
-        self.rake.scratch.open = open;
+        self.batch.scratch.open = open;
     }
 
     /// The broad phase of the robot against itself.
     #[inline(always)]
     fn near_bodies(&mut self, lanes: u8, near: &mut Vec<(u32, u8)>) {
-        let filter = self.rake.filter;
+        let filter = self.batch.filter;
         for &pair in &*filter.own {
             let entry = &filter.pairs[pair as usize];
             let Partner::Body { body: b, .. } = entry.partner else {
@@ -305,7 +305,7 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
     /// come too near. The comparison of squares does not wait for a root.
     #[inline(always)]
     fn is_far(&mut self, away: Vectors<S>, reach: Lanes<S>, need: Lanes<S>, lanes: u8) -> u8 {
-        self.rake.scratch.far += 1;
+        self.batch.scratch.far += 1;
         let square = away.dot(away);
         let least = reach + need;
         let passes = square.at_least(least * least);
@@ -318,7 +318,7 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
 
     #[inline(always)]
     fn need(&self, pair: u32) -> Lanes<S> {
-        self.need_of(self.rake.floors[pair as usize])
+        self.need_of(self.batch.floors[pair as usize])
     }
 
     /// A floor with the allowance that exact proofs make, rounded up.

@@ -1,13 +1,13 @@
-//! Where the filter's balls are and how they move, each computed once a rake.
+//! Where the filter's balls are and how they move, each computed once a batch.
 
 use super::{Look, ZERO};
 use crate::collision::filter::{FilterBall, FilterBody};
 use crate::lanes::{Eight, Lanes, Packed, Vectors};
 
-/// What was computed of a body for rake number `rake`.
+/// What was computed of a body for batch number `batch`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlacedBody {
-    pub(super) bent_rake: u64,
+    pub(super) bent_batch: u64,
     /// First entry of `balls`: the root, then the clusters, then the balls.
     pub(super) first: usize,
     /// First entry of `bends`, one for each hop.
@@ -20,7 +20,7 @@ pub(super) struct PlacedBody {
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlacedBall {
-    pub(super) rake: u64,
+    pub(super) batch: u64,
     pub(super) center: [Packed; 3],
     pub(super) velocity: [Packed; 3],
     pub(super) speed: Packed,
@@ -36,15 +36,15 @@ pub(super) struct Moving<S: Eight> {
 }
 
 impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
-    /// Where a body's ball is, computed once a rake.
+    /// Where a body's ball is, computed once a batch.
     #[inline(always)]
     fn placed(&mut self, entry: usize, frame: usize, ball: FilterBall) -> Moving<S> {
         let simd = self.simd;
-        let scratch = &mut *self.rake.scratch;
+        let scratch = &mut *self.batch.scratch;
         let known = &mut scratch.balls[entry];
-        if known.rake != scratch.rake {
+        if known.batch != scratch.batch {
             let (center, velocity) = scratch.frames[frame].point(simd, ball.center);
-            known.rake = scratch.rake;
+            known.batch = scratch.batch;
             known.center = center.packed();
             if MOVING {
                 known.velocity = velocity.packed();
@@ -61,9 +61,9 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
 
     #[inline(always)]
     pub(super) fn root(&mut self, body: usize) -> Moving<S> {
-        let shape: &FilterBody = &self.rake.filter.bodies[body];
+        let shape: &FilterBody = &self.batch.filter.bodies[body];
         self.placed(
-            self.rake.scratch.bodies[body].first,
+            self.batch.scratch.bodies[body].first,
             shape.frame,
             shape.root,
         )
@@ -71,9 +71,9 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
 
     #[inline(always)]
     pub(super) fn cluster(&mut self, body: usize, index: usize) -> Moving<S> {
-        let shape = &self.rake.filter.bodies[body];
+        let shape = &self.batch.filter.bodies[body];
         self.placed(
-            self.rake.scratch.bodies[body].first + 1 + index,
+            self.batch.scratch.bodies[body].first + 1 + index,
             shape.frame,
             shape.clusters[index].0,
         )
@@ -81,12 +81,12 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
 
     #[inline(always)]
     pub(super) fn ball(&mut self, body: usize, index: usize) -> Moving<S> {
-        let shape = &self.rake.filter.bodies[body];
-        let entry = self.rake.scratch.bodies[body].first + 1 + shape.clusters.len() + index;
+        let shape = &self.batch.filter.bodies[body];
+        let entry = self.batch.scratch.bodies[body].first + 1 + shape.clusters.len() + index;
         self.placed(entry, shape.frame, shape.balls[index])
     }
 
-    /// Of a body, computed once a rake: the bend of its path relative to the world ½ h² A = Σ s_l
+    /// Of a body, computed once a batch: the bend of its path relative to the world ½ h² A = Σ s_l
     /// (ω_l / 2 + Σ_{i<l} ω_i), everything times h, with the blur of its velocity, and the blur
     /// alone: a share of Σ (s_l + ω_l · reach of the robot).
     #[inline(always)]
@@ -95,16 +95,16 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
         if !MOVING {
             return (zero, zero);
         }
-        let known = self.rake.scratch.bodies[body];
-        let rake = self.rake.scratch.rake;
-        if known.bent_rake == rake {
+        let known = self.batch.scratch.bodies[body];
+        let batch = self.batch.scratch.batch;
+        if known.bent_batch == batch {
             return (
                 Lanes::new(self.simd, known.bend),
                 Lanes::new(self.simd, known.blur),
             );
         }
-        let filter = self.rake.filter;
-        let scratch = &mut *self.rake.scratch;
+        let filter = self.batch.filter;
+        let scratch = &mut *self.batch.scratch;
         let mut bend = zero;
         let mut speed = zero;
         let mut pushed = zero;
@@ -125,7 +125,7 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
             + self.drift;
         let bend = bend * (1.0 + 1e-5) + blur;
         let known = &mut scratch.bodies[body];
-        known.bent_rake = rake;
+        known.bent_batch = batch;
         known.bend = bend.packed;
         known.blur = blur.packed;
         (bend, blur)
@@ -134,7 +134,7 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
     /// Bend of a body that counts only so many of the joints that carry it; after [`Self::bend`].
     #[inline(always)]
     pub(super) fn bend_below(&self, body: usize, hops: usize) -> Lanes<S> {
-        let scratch = &*self.rake.scratch;
+        let scratch = &*self.batch.scratch;
         let first = scratch.bodies[body].first_bend;
         Lanes::new(
             self.simd,

@@ -227,7 +227,7 @@ fn what_the_filter_says_of_overlaps_is_a_number() {
             );
             validator
                 .scratch
-                .rake
+                .filter
                 .unproved
                 .iter()
                 .map(|u| (u.pair, u.gap[0], u.excess[0]))
