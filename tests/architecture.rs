@@ -11,6 +11,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         "robot",
         "scene",
         "shape",
+        "solid",
         "collision",
         "path",
         "validation",
@@ -25,9 +26,16 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("robot", vec!["shape", "lanes"]),
         ("scene", vec!["shape"]),
         ("path", vec!["robot"]),
-        ("collision", vec!["robot", "scene", "shape"]),
-        ("validation", vec!["collision", "path", "robot", "lanes"]),
-        ("optimize", vec!["validation", "collision", "path", "robot"]),
+        ("solid", vec!["shape"]),
+        ("collision", vec!["robot", "scene", "shape", "solid"]),
+        (
+            "validation",
+            vec!["solid", "collision", "path", "robot", "lanes"],
+        ),
+        (
+            "optimize",
+            vec!["validation", "solid", "collision", "path", "robot"],
+        ),
         ("store", vec!["collision", "robot", "scene"]),
         (
             "files",
@@ -57,12 +65,13 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
 }
 
 /// Rooms without clock, thread, disk, log or transport.
-const CORE: [&str; 12] = [
+const CORE: [&str; 13] = [
     "math",
     "lanes",
     "hash",
     "warning",
     "shape",
+    "solid",
     "robot",
     "scene",
     "path",
@@ -73,7 +82,7 @@ const CORE: [&str; 12] = [
 ];
 
 /// Where the geometry library's queries are wrapped; everywhere else its types come from `math`.
-const NAMES_LIBRARIES: [&str; 2] = ["math.rs", "collision/distance/convex.rs"];
+const NAMES_LIBRARIES: [&str; 2] = ["math.rs", "solid/distance/convex.rs"];
 
 fn sources() -> Vec<(String, PathBuf)> {
     fn walk(folder: &Path, found: &mut Vec<PathBuf>) {

@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use super::filter::cover::Ball;
-use super::piece::Transform;
-use super::solid::Solid;
-use super::tree::BallTree;
 use crate::math::Vec3;
 use crate::robot::{Component, Drive, JointKind, Kinematics, RobotModel};
 use crate::scene::{Obstacle, Scene};
+use crate::solid::cover::Ball;
+use crate::solid::tree::BallTree;
+use crate::solid::{Solid, Transform};
 
 /// A solid that is checked as a whole, where it is and what carries it.
 #[derive(Clone, Debug)]

@@ -10,9 +10,10 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Sender, unbounded};
 use sha2::{Digest, Sha256};
-use taut::collision::{CollisionModel, Solid};
+use taut::collision::CollisionModel;
 use taut::robot::RobotModel;
 use taut::shape::Shape;
+use taut::solid::Solid;
 use taut::store::PreparedModel;
 
 /// Bytes of a checksum.

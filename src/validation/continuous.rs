@@ -24,10 +24,10 @@ use super::{
     Hit, HitReason, Layers, Queries, SegmentProof, SegmentRefusal, SegmentVerdict, SegmentsVerdict,
 };
 use crate::collision::CollisionModel;
-use crate::collision::query::TOUCHING_M;
 use crate::lanes::{InstructionSet, LANES};
 use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
+use crate::solid::TOUCHING_M;
 
 /// Width to which [`Validator::first_hit`] narrows a refusal down.
 pub const FINEST: f64 = 1.0 / 2048.0;

@@ -35,7 +35,7 @@ pub use corridor::Corridor;
 pub use nearest::{Near, Nearest};
 pub use poses::Enclosed;
 
-pub use crate::collision::Contact;
+pub use crate::solid::Contact;
 
 /// What a validator may use; all of it, unless a test or a measurement wants to know what a layer
 /// is worth. Verdicts agree with and without each wherever the clearance is not between 1 and 1.5

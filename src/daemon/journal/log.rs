@@ -7,7 +7,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use super::record::Record;
-use crate::daemon::frames;
+use crate::daemon::record_log;
 
 /// How the file starts; the number counts changes of its format.
 const START: &[u8] = b"taut journal 2\n";
@@ -40,7 +40,7 @@ pub(super) enum LogError {
 }
 
 /// What a file holds; a torn record's bytes were told to nobody.
-pub(super) type Contents = frames::Contents<Record>;
+pub(super) type Contents = record_log::Contents<Record>;
 
 /// Reads a journal; one that is not there is empty.
 pub(super) fn read(path: &Path) -> Result<Contents, LogError> {
@@ -53,7 +53,7 @@ pub(super) fn read(path: &Path) -> Result<Contents, LogError> {
                 place,
             })
         }
-        Ok(_) => frames::parse(&bytes, START.len()).map_err(|place| LogError::Damaged {
+        Ok(_) => record_log::parse(&bytes, START.len()).map_err(|place| LogError::Damaged {
             path: path.to_owned(),
             place,
         }),
@@ -152,7 +152,7 @@ impl Log {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::daemon::frames::{HEADER, encode};
+    use crate::daemon::record_log::{HEADER, encode};
 
     fn gone(label: &str) -> Record {
         Record::SceneGone {

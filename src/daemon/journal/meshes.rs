@@ -6,7 +6,7 @@ use std::sync::{Arc, Weak};
 
 use taut::shape::Mesh;
 
-use crate::daemon::content::{MeshParts, mesh_parts, restore_mesh};
+use crate::daemon::persisted::{MeshParts, mesh_parts, restore_mesh};
 
 /// The folder of meshes.
 pub(super) struct Meshes {

@@ -9,8 +9,8 @@ use super::log::Log;
 use super::meshes::Meshes;
 use super::record::Record;
 use super::{Content, Key, Kind, State};
-use crate::daemon::content::{self, RobotRecord, SceneRecord, moves_between};
-use crate::daemon::frames;
+use crate::daemon::persisted::{self, RobotRecord, SceneRecord, moves_between};
+use crate::daemon::record_log;
 
 /// What the thread owns.
 pub(super) struct Writer {
@@ -61,11 +61,12 @@ impl Writer {
         let mut bytes = Vec::new();
         for (key, before) in &self.before {
             let state = &self.live[key];
-            content::meshes(shapes(&state.content)).try_for_each(|mesh| self.meshes.keep(mesh))?;
-            frames::encode(&change(key, before.as_ref(), state)?, &mut bytes)?;
+            persisted::meshes(shapes(&state.content))
+                .try_for_each(|mesh| self.meshes.keep(mesh))?;
+            record_log::encode(&change(key, before.as_ref(), state)?, &mut bytes)?;
         }
         if ends {
-            frames::encode(&Record::Ended, &mut bytes)?;
+            record_log::encode(&Record::Ended, &mut bytes)?;
         }
         self.log
             .append(&bytes)
@@ -79,11 +80,12 @@ impl Writer {
         });
         let mut bytes = Vec::new();
         for (key, state) in &self.live {
-            content::meshes(shapes(&state.content)).try_for_each(|mesh| self.meshes.keep(mesh))?;
-            frames::encode(&whole(key, state)?, &mut bytes)?;
+            persisted::meshes(shapes(&state.content))
+                .try_for_each(|mesh| self.meshes.keep(mesh))?;
+            record_log::encode(&whole(key, state)?, &mut bytes)?;
         }
         if ends {
-            frames::encode(&Record::Ended, &mut bytes)?;
+            record_log::encode(&Record::Ended, &mut bytes)?;
         }
         self.log
             .replace(&bytes)
@@ -91,7 +93,7 @@ impl Writer {
         let used = self
             .live
             .values()
-            .flat_map(|state| content::meshes(shapes(&state.content)));
+            .flat_map(|state| persisted::meshes(shapes(&state.content)));
         self.meshes.retain(&used.map(|mesh| mesh.hash()).collect());
         Ok(())
     }

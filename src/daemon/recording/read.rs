@@ -11,9 +11,9 @@ use taut_ipc::wire::{Code, ResponseHeader, ResponseView};
 
 use super::Question;
 use super::record::{AnswerRecord, RequestRecord, RunRecord, START};
-use crate::daemon::content::restore_mesh;
 use crate::daemon::event::Way;
-use crate::daemon::frames;
+use crate::daemon::persisted::restore_mesh;
+use crate::daemon::record_log;
 
 /// Why a run cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -129,7 +129,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Recording, String> {
             start.trim_end()
         ));
     }
-    let contents = frames::parse::<RunRecord>(bytes, START.len())
+    let contents = record_log::parse::<RunRecord>(bytes, START.len())
         .map_err(|place| format!("damaged {place}"))?;
     let mut reading = Reading {
         meshes: HashMap::new(),

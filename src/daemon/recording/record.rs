@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use taut::math::Pose;
 use taut::optimize::Settings;
 
-use crate::daemon::content::{MeshParts, RobotRecord, SceneRecord};
 use crate::daemon::event::Way;
+use crate::daemon::persisted::{MeshParts, RobotRecord, SceneRecord};
 
 /// How the file starts; the number counts changes of its format.
 pub(super) const START: &[u8] = b"taut run 2\n";

@@ -12,8 +12,8 @@ use taut::shape::PlacedShape;
 
 use super::record::{AnswerRecord, RequestRecord, RunRecord, START};
 use super::{Answer, Question};
-use crate::daemon::content::{RobotRecord, SceneRecord, mesh_parts, meshes, moves_between};
-use crate::daemon::frames;
+use crate::daemon::persisted::{RobotRecord, SceneRecord, mesh_parts, meshes, moves_between};
+use crate::daemon::record_log;
 
 /// A file that is being written.
 pub(super) struct RunWriter {
@@ -52,7 +52,7 @@ impl RunWriter {
     /// Writes a record in one piece.
     pub(super) fn write(&mut self, record: &RunRecord) -> Result<(), String> {
         let mut bytes = Vec::new();
-        frames::encode(record, &mut bytes)?;
+        record_log::encode(record, &mut bytes)?;
         self.file
             .write_all(&bytes)
             .map_err(|error| error.to_string())?;

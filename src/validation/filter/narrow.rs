@@ -2,8 +2,8 @@
 
 use super::placed::Moving;
 use super::{Look, Unproved};
-use crate::collision::filter::{Hull, HullCore};
 use crate::lanes::{Axes, Eight, Lanes, Mask, Vectors};
+use crate::solid::hulls::{Hull, HullCore};
 
 /// What one test says of the lanes.
 #[derive(Clone, Copy)]

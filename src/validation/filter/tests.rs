@@ -1,10 +1,11 @@
 //! What the filter promises, against the oracle and against itself with other layers.
 
 use crate::collision::CollisionModel;
-use crate::collision::filter::{FilterBall, Hull, HullCore};
+use crate::collision::filter::FilterBall;
 use crate::lanes::LANES;
 use crate::math::Vec3;
 use crate::robot::lane_kinematics::LaneInterval;
+use crate::solid::hulls::{Hull, HullCore};
 use crate::testing::{self, Oracle};
 use crate::validation::soundness::{cases, surface_points};
 use crate::validation::{HitReason, Layers, Scratch, SegmentVerdict, Validator};

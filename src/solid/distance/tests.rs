@@ -6,8 +6,8 @@ use parry3d_f64::query;
 use parry3d_f64::shape::{Cuboid, Segment, Triangle};
 
 use super::*;
-use crate::collision::piece::Transform;
 use crate::math::{Mat3, Pose, Quat, quat_exp};
+use crate::solid::piece::Transform;
 use crate::testing::{uniform, vector};
 use crate::validation::soundness::cases;
 

@@ -1,15 +1,30 @@
-//! Solids: shapes made ready for checking, once, in their own frame. Where a solid stands, who
+//! Solids: shapes made ready for checking, once, in their own frame, and what is asked of two of
+//! them: how far apart they are, where they touch, how deep they overlap. Where a solid stands, who
 //! carries it and whom it may touch is said elsewhere, so that none of this makes anything anew.
+
+pub mod contact;
+pub mod convex_hull;
+pub mod cover;
+pub mod distance;
+pub mod hulls;
+mod inside;
+pub mod penetration;
+pub mod piece;
+pub mod query;
+pub mod tree;
 
 use serde::{Deserialize, Serialize};
 
-use super::filter::SolidHulls;
-use super::filter::cover::{self, Ball};
-use super::piece::Piece;
-use super::shell::Shell;
-use super::tree::BallTree;
 use crate::math::Vec3;
 use crate::shape::{PlacedShape, Shape};
+use convex_hull::ConvexHull;
+use cover::Ball;
+use hulls::SolidHulls;
+use piece::Piece;
+use tree::BallTree;
+
+pub use contact::{Contact, TOUCHING_M};
+pub use piece::Transform;
 
 /// Shapes that move as one, made ready for checking.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -30,7 +45,7 @@ pub struct Solid {
     /// Boxes and cylinders that enclose it: what the filter sees of it where it stands.
     pub hulls: SolidHulls,
     /// Its convex hull, a little too large, unless it has too many pieces.
-    pub shell: Option<Shell>,
+    pub convex_hull: Option<ConvexHull>,
 }
 
 impl Solid {
@@ -59,7 +74,7 @@ impl Solid {
         let tree = BallTree::new(pieces);
         let cover = cover::balls(&tree);
         let hulls = SolidHulls::new(tree.pieces());
-        let shell = Shell::new(&tree);
+        let convex_hull = ConvexHull::new(&tree);
         Self {
             tree,
             anchors,
@@ -67,7 +82,7 @@ impl Solid {
             is_open,
             cover,
             hulls,
-            shell,
+            convex_hull,
         }
     }
 
@@ -82,7 +97,10 @@ impl Solid {
             is_open: self.is_open,
             cover: self.cover.iter().map(|ball| ball.padded(padding)).collect(),
             hulls: self.hulls.padded(padding),
-            shell: self.shell.as_ref().map(|shell| shell.padded(padding)),
+            convex_hull: self
+                .convex_hull
+                .as_ref()
+                .map(|convex_hull| convex_hull.padded(padding)),
         }
     }
 }

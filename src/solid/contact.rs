@@ -14,3 +14,6 @@ pub struct Contact {
     /// Distance (m), negative depth for a collision.
     pub distance: f64,
 }
+
+/// Distances at or below this are contact (m).
+pub const TOUCHING_M: f64 = 1e-9;

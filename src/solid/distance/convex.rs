@@ -6,10 +6,11 @@ use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 
+use super::gap::normals;
 use super::point::closest_on;
-use crate::collision::contact::Contact;
-use crate::collision::piece::{Core, Piece, Transform};
 use crate::math::{Pose, Vec3};
+use crate::solid::contact::Contact;
+use crate::solid::piece::{Core, Piece, Transform};
 
 impl SupportMap for Core {
     fn local_support_point(&self, direction: Vec3) -> Vec3 {
@@ -42,7 +43,7 @@ impl Hull {
 
     fn normals(&self) -> Vec<Vec3> {
         match self {
-            Self::Piece(piece) => super::normals(piece).into_iter().flatten().collect(),
+            Self::Piece(piece) => normals(piece).into_iter().flatten().collect(),
             Self::Points { normals, .. } => normals.clone(),
         }
     }

@@ -5,9 +5,10 @@
 //! the other's middle lies can have a part in the direction of the least distance, and of the edges
 //! only theirs.
 
-use super::{Nearest, is_certain, segment};
-use crate::collision::piece::{Core, Piece, Transform};
+use super::gap::{Nearest, is_certain};
+use super::segment;
 use crate::math::{Mat3, Vec3};
+use crate::solid::piece::{Core, Piece, Transform};
 
 /// Closest points of a box and a box or cylinder; equal where they overlap.
 pub(super) fn to_solid(center: Vec3, axes: Mat3, half: Vec3, other: &Core) -> (Vec3, Vec3) {

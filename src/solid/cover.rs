@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::collision::piece::{Core, Piece};
-use crate::collision::tree::{BallTree, Content};
+use super::piece::{Core, Piece};
+use super::tree::{BallTree, Content};
 use crate::math::Vec3;
 
 /// A ball that encloses a part of a body.

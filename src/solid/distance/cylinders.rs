@@ -4,10 +4,10 @@
 //! the origin is sought. Each step gives a support gap, a lower bound, and two points, an upper
 //! one; it ends where they meet.
 
+use super::gap::{Nearest, gap_of_cores};
 use super::point::closest_on;
-use super::{Nearest, gap_of_cores};
-use crate::collision::piece::{Core, Piece};
 use crate::math::Vec3;
+use crate::solid::piece::{Core, Piece};
 
 /// Steps at most; a dozen is usual.
 const MOST_STEPS: usize = 64;

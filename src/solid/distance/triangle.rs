@@ -4,25 +4,12 @@
 //! other core's point lowest along it is a closest one, or else the closest points that do not lie
 //! inside reach an edge. So the lowest point and the three edges are all that need be tried.
 
-use super::{Nearest, is_certain, segment};
-use crate::collision::piece::Core;
+use super::face::{edges, normal, seen_from_face};
+use super::gap::{Nearest, is_certain};
+use super::segment;
+use super::segments;
 use crate::math::Vec3;
-
-/// Closest points of a triangle and a segment; equal where they overlap.
-pub(super) fn to_segment(triangle: [Vec3; 3], p: Vec3, q: Vec3) -> (Vec3, Vec3) {
-    seen_from_face(triangle, [p, q]).unwrap_or_else(|| {
-        let mut best = Nearest::default();
-        let [a, b, c] = triangle;
-        for (from, to, behind) in [(a, b, c), (b, c, a), (c, a, b)] {
-            let (x, y) = segment::to_segment(from, to, p, q);
-            if (behind - x).dot(y - x) <= 0.0 {
-                return (x, y);
-            }
-            best.offer((x, y));
-        }
-        best.points
-    })
-}
+use crate::solid::piece::Core;
 
 /// Closest points of a triangle and of a box or cylinder; equal where they overlap.
 pub(super) fn to_solid(triangle: [Vec3; 3], other: &Core) -> (Vec3, Vec3) {
@@ -65,7 +52,7 @@ pub(super) fn to_triangle(first: [Vec3; 3], second: [Vec3; 3]) -> (Vec3, Vec3) {
             let c = second[j];
             let d = second[(j + 1) % 3];
             let behind_c = second[(j + 2) % 3];
-            let (x, y) = segment::to_segment(a, b, c, d);
+            let (x, y) = segments::closest(a, b, c, d);
             // Where both third corners lie behind the two points, a slab parts the triangles:
             // nothing is closer.
             let offset = y - x;
@@ -76,32 +63,6 @@ pub(super) fn to_triangle(first: [Vec3; 3], second: [Vec3; 3]) -> (Vec3, Vec3) {
         }
     }
     best.points
-}
-
-/// The closest points of a triangle and a convex solid if one is inside the triangle, and a common
-/// point if the solid passes through the inside. `corners` are the solid's own, or those of its
-/// points that lie lowest and highest above the triangle.
-fn seen_from_face<const N: usize>(triangle: [Vec3; 3], corners: [Vec3; N]) -> Option<(Vec3, Vec3)> {
-    let normal = normal(triangle);
-    let heights = corners.map(|corner| normal.dot(corner - triangle[0]));
-    let nearest =
-        |sign: f64| (0..N).min_by(|&i, &j| (sign * heights[i]).total_cmp(&(sign * heights[j])));
-    let lowest = if heights.iter().all(|h| *h > 0.0) {
-        nearest(1.0)?
-    } else if heights.iter().all(|h| *h < 0.0) {
-        nearest(-1.0)?
-    } else {
-        return (0..N).find_map(|i| {
-            let j = (i + 1) % N;
-            let passes = (heights[i] > 0.0) != (heights[j] > 0.0);
-            let at =
-                corners[i] + (corners[j] - corners[i]) * (heights[i] / (heights[i] - heights[j]));
-            (passes && is_over(triangle, normal, at)).then_some((at, at))
-        });
-    };
-    let corner = corners[lowest];
-    let foot = corner - normal * (heights[lowest] / normal.length_squared());
-    is_over(triangle, normal, foot).then_some((foot, corner))
 }
 
 /// The triangle from another of its corners on, so that the second is the one farthest along a
@@ -117,20 +78,4 @@ fn corner_second([a, b, c]: [Vec3; 3], direction: Vec3) -> [Vec3; 3] {
     } else {
         [c, a, b]
     }
-}
-
-/// Normal of a triangle, not of unit length.
-fn normal([a, b, c]: [Vec3; 3]) -> Vec3 {
-    (b - a).cross(c - a)
-}
-
-/// Whether a point of the triangle's plane is in the triangle.
-fn is_over(triangle: [Vec3; 3], normal: Vec3, point: Vec3) -> bool {
-    edges(triangle)
-        .iter()
-        .all(|(a, b)| (*b - *a).cross(point - *a).dot(normal) >= 0.0)
-}
-
-fn edges([a, b, c]: [Vec3; 3]) -> [(Vec3, Vec3); 3] {
-    [(a, b), (b, c), (c, a)]
 }

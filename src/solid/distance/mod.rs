@@ -18,14 +18,20 @@
 mod boxes;
 mod convex;
 mod cylinders;
+mod face;
+mod gap;
 mod point;
 mod segment;
+mod segments;
 #[cfg(test)]
 mod tests;
 mod triangle;
 
 pub use convex::{Hull, deepest_of_hulls, direction_between, from_hull};
+pub use gap::gap_along;
 pub use point::closest_on;
+
+use gap::normals;
 
 use super::contact::Contact;
 use super::piece::{Core, Piece};
@@ -88,16 +94,6 @@ fn cheap_gap(a: &Piece, b: &Piece) -> (Vec3, f64) {
     best
 }
 
-/// Unit normals of a piece's faces and lids.
-fn normals(piece: &Piece) -> [Option<Vec3>; 3] {
-    match piece.core {
-        Core::Triangle(p, q, r) => [(q - p).cross(r - p).try_normalize(), None, None],
-        Core::Box { axes, .. } => [Some(axes.x_axis), Some(axes.y_axis), Some(axes.z_axis)],
-        Core::Cylinder { axes, .. } => [Some(axes.z_axis), None, None],
-        Core::Point(_) | Core::Segment(..) => [None; 3],
-    }
-}
-
 /// [`contact`] of two pieces that are closer than `within` (m); negative for "overlap deeper than
 /// that". `None` where a cheap direction shows that they are not; nothing is said of the others.
 pub fn contact_within(a: &Piece, b: &Piece, within: f64) -> Option<Contact> {
@@ -122,15 +118,6 @@ pub fn approach_within(a: &Piece, b: &Piece, within: f64) -> Option<Contact> {
     Some(place(point_a, point_b, normal, distance))
 }
 
-/// `min_A n·a − max_B n·b` for a unit `normal`: a lower bound of the distance whatever the normal.
-pub fn gap_along(a: &Piece, b: &Piece, normal: Vec3) -> f64 {
-    gap_of_cores(&a.core, &b.core, normal) - a.radius - b.radius
-}
-
-fn gap_of_cores(a: &Core, b: &Core, normal: Vec3) -> f64 {
-    normal.dot(a.support(-normal) - b.support(normal))
-}
-
 /// Closest points of two cores; equal where they overlap.
 fn core_points(a: &Core, b: &Core) -> (Vec3, Vec3) {
     use Core::{Box, Cylinder, Point, Segment, Triangle};
@@ -149,49 +136,6 @@ fn core_points(a: &Core, b: &Core) -> (Vec3, Vec3) {
             let (on_b, on_a) = core_points(b, a);
             (on_a, on_b)
         }
-    }
-}
-
-/// Whether the support gap says that no points are closer, up to rounding. Of several
-/// pairs that are as near as rounding can tell, only the right one has a direction that says so.
-fn is_certain(a: &Core, b: &Core, (on_a, on_b): (Vec3, Vec3)) -> bool {
-    let offset = on_a - on_b;
-    let length = offset.length();
-    length > 0.0 && gap_of_cores(a, b, offset / length) >= length - 1e-13 * (1.0 + length)
-}
-
-/// The nearest of several pairs of points.
-struct Nearest {
-    points: (Vec3, Vec3),
-    square: f64,
-}
-
-impl Default for Nearest {
-    fn default() -> Self {
-        Self {
-            points: (Vec3::ZERO, Vec3::INFINITY),
-            square: f64::INFINITY,
-        }
-    }
-}
-
-impl Nearest {
-    /// Both at one point.
-    fn common(point: Vec3) -> Self {
-        Self {
-            points: (point, point),
-            square: 0.0,
-        }
-    }
-
-    /// Takes the pair if it is nearer than all before; says whether it is.
-    fn offer(&mut self, points: (Vec3, Vec3)) -> bool {
-        let square = points.0.distance_squared(points.1);
-        let is_nearer = square < self.square;
-        if is_nearer {
-            *self = Self { points, square };
-        }
-        is_nearer
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::collision::piece::{Core, Piece, Transform};
+use super::piece::{Core, Piece, Transform};
 use crate::math::{Mat3, Vec3};
 
 /// A box or cylinder in the world swept by a ball; encloses a part of an obstacle.
@@ -40,9 +40,9 @@ pub struct FilterObject {
     /// Boxes that enclose it together, where there is more than the hull.
     pub boxes: Vec<Hull>,
     /// Corners of the hull's bounding box in the world (m).
-    pub(super) bounds: [Vec3; 2],
+    pub bounds: [Vec3; 2],
     /// Twice the middle of these, by which trees are sorted (m).
-    pub(super) middle: [f64; 3],
+    pub middle: [f64; 3],
     /// The object is what encloses it.
     pub is_exact: bool,
 }
@@ -270,13 +270,13 @@ impl FilterObject {
     }
 
     /// Distance from a point to the object's bounding box (m).
-    pub(super) fn distance(&self, from: Vec3) -> f64 {
+    pub fn distance(&self, from: Vec3) -> f64 {
         from.distance(from.clamp(self.bounds[0], self.bounds[1]))
     }
 }
 
 /// A box along the world's axes.
-pub(super) fn box_hull(bounds: [Vec3; 2]) -> Hull {
+pub fn box_hull(bounds: [Vec3; 2]) -> Hull {
     Exact::of_bounds(bounds, 0.0).hull()
 }
 

@@ -1,18 +1,15 @@
 //! Closest points of two bodies at one configuration: exact, for messages, rows and oracles.
 
-use super::body::Body;
-use super::contact::Contact;
+use super::Solid;
+use super::contact::{Contact, TOUCHING_M};
 use super::distance;
 use super::inside::contains;
 use super::piece::{Piece, Transform};
 use super::tree::{Ball, BallTree, Content};
 use crate::math::Vec3;
 
-/// Distances at or below this are contact (m).
-pub const TOUCHING_M: f64 = 1e-9;
-
 /// Closest points of two bodies, in the world; a body wholly inside a mesh counts as overlapping.
-pub fn closest(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
+pub fn closest(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> Contact {
     // Surfaces first: whether a point is inside a mesh takes all of its triangles.
     let surfaces = between_surfaces(a, at_a, b, at_b);
     if surfaces.distance <= TOUCHING_M {
@@ -23,13 +20,13 @@ pub fn closest(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contac
 }
 
 /// The same where neither body is inside of the other, as along a proved path.
-pub fn between_surfaces(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
+pub fn between_surfaces(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> Contact {
     surface_contact(a, at_a, b, at_b, f64::INFINITY)
 }
 
 /// Points of two surfaces no farther apart than 1 + [`NEARLY`] times the closest, much cheaper for
 /// meshes: for directions, where a proof decides afterwards.
-pub fn nearly_closest(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
+pub fn nearly_closest(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> Contact {
     let rules = Rules {
         share: 1.0 / (1.0 + NEARLY),
         any_overlap_will_do: true,
@@ -42,7 +39,7 @@ pub fn nearly_closest(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) ->
 pub const NEARLY: f64 = 0.05;
 
 /// The contact of two bodies that touch or overlap; `None` where they are apart.
-pub fn overlap(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option<Contact> {
+pub fn overlap(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> Option<Contact> {
     let contact = surface_contact(a, at_a, b, at_b, 2.0 * TOUCHING_M);
     if contact.distance <= TOUCHING_M {
         Some(contact)
@@ -53,9 +50,15 @@ pub fn overlap(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option
 
 /// Closest points of two surfaces, if they are closer than `within`; else a contact at that
 /// distance.
-fn surface_contact(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform, within: f64) -> Contact {
+fn surface_contact(
+    a: &Solid,
+    at_a: &Transform,
+    b: &Solid,
+    at_b: &Transform,
+    within: f64,
+) -> Contact {
     // Among the overlapping triangles of two meshes none is the deepest in a useful sense.
-    let any_overlap_will_do = a.solid.hollow && b.solid.hollow;
+    let any_overlap_will_do = a.hollow && b.hollow;
     search(
         a,
         at_a,
@@ -81,9 +84,9 @@ struct Rules {
 }
 
 fn search(
-    a: &Body,
+    a: &Solid,
     at_a: &Transform,
-    b: &Body,
+    b: &Solid,
     at_b: &Transform,
     within: f64,
     rules: Rules,
@@ -96,8 +99,8 @@ fn search(
         distance: within,
     };
     let mut search = Search {
-        a: &a.solid.tree,
-        b: &b.solid.tree,
+        a: &a.tree,
+        b: &b.tree,
         relative,
         best: far,
         rules,
@@ -242,15 +245,11 @@ pub fn children(a: &Ball, b: &Ball) -> Split {
 }
 
 /// A part of one body that lies wholly inside a mesh of the other.
-pub fn enclosed(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Option<Contact> {
-    let inside = |outer: &Body, at_outer: &Transform, inner: &Body, at_inner: &Transform| {
-        let anchors = inner
-            .solid
-            .anchors
-            .iter()
-            .map(|anchor| at_inner.point(*anchor));
-        let mut hits = anchors
-            .filter(|p| outer.solid.hollow && contains(&outer.solid, at_outer.inverse_point(*p)));
+pub fn enclosed(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> Option<Contact> {
+    let inside = |outer: &Solid, at_outer: &Transform, inner: &Solid, at_inner: &Transform| {
+        let anchors = inner.anchors.iter().map(|anchor| at_inner.point(*anchor));
+        let mut hits =
+            anchors.filter(|p| outer.hollow && contains(outer, at_outer.inverse_point(*p)));
         hits.next()
     };
     let point = inside(b, at_b, a, at_a).or_else(|| inside(a, at_a, b, at_b))?;
@@ -269,28 +268,20 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::collision::body::Size;
-    use crate::collision::solid::Solid;
     use crate::math::{Pose, Quat};
     use crate::scene::{Obstacle, Scene};
     use crate::shape::{PlacedShape, Shape};
     use crate::testing::wedge;
 
-    fn solid(shape: Shape, at: Vec3) -> Body {
+    fn solid(shape: Shape, at: Vec3) -> Solid {
         let shapes = [PlacedShape {
             pose: Pose::from_parts(at, Quat::IDENTITY),
             shape,
         }];
-        let solid = Arc::new(Solid::new(&shapes));
-        let obstacle = Obstacle {
-            id: "solid".into(),
-            pose: Pose::identity(),
-            shapes: Arc::new(shapes),
-        };
-        Body::of_obstacle(&obstacle, Size::OWN, solid)
+        Solid::new(&shapes)
     }
 
-    fn cuboid(size: f64, at: Vec3) -> Body {
+    fn cuboid(size: f64, at: Vec3) -> Solid {
         solid(Shape::cuboid(Vec3::splat(size)).unwrap(), at)
     }
 
@@ -329,7 +320,7 @@ mod tests {
                 // Balls hang free above the roof, whose middle is pressed in.
                 for (gap, touches) in [(-1e-6, true), (5e-10, true), (5e-9, false)] {
                     let seen = overlap(&at(gap), &HERE, &lower, &HERE).is_some();
-                    let rim_only = lower.solid.hollow
+                    let rim_only = lower.hollow
                         && matches!(upper, Shape::Sphere { .. } | Shape::Capsule { .. });
                     assert_eq!(
                         seen,

@@ -10,14 +10,13 @@
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
 
-use super::body::Body;
-use super::contact::Contact;
+use super::Solid;
+use super::contact::{Contact, TOUCHING_M};
+use super::convex_hull::outline;
 use super::distance::{self, Hull, closest_on};
 use super::inside;
 use super::piece::{Core, Piece, Transform};
-use super::query::{self, TOUCHING_M};
-use super::shell::outline;
-use super::solid::Solid;
+use super::query;
 use super::tree::{BallTree, Content};
 use crate::math::Vec3;
 
@@ -34,16 +33,16 @@ const RESOLUTION_M: f64 = 1e-6;
 
 /// The contact of two bodies that touch or overlap, with the penetration depth; as
 /// [`query::closest`] where they are apart.
-pub fn penetration(a: &Body, at_a: &Transform, b: &Body, at_b: &Transform) -> Contact {
+pub fn penetration(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> Contact {
     let seen = query::closest(a, at_a, b, at_b);
-    if seen.distance > TOUCHING_M || !(a.solid.hollow || b.solid.hollow) {
+    if seen.distance > TOUCHING_M || !(a.hollow || b.hollow) {
         return seen;
     }
-    if let Some(exact) = between_convex(&a.solid, at_a, &b.solid, at_b) {
+    if let Some(exact) = between_convex(a, at_a, b, at_b) {
         return exact;
     }
-    let of_a = deepest(&a.solid, at_a, &b.solid, at_b);
-    let of_b = deepest(&b.solid, at_b, &a.solid, at_a).map(|contact| Contact {
+    let of_a = deepest(a, at_a, b, at_b);
+    let of_b = deepest(b, at_b, a, at_a).map(|contact| Contact {
         normal: -contact.normal,
         ..contact
     });
@@ -338,33 +337,25 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::collision::body::Size;
     use crate::math::{Pose, Quat, quat_exp};
-    use crate::scene::Obstacle;
     use crate::shape::{Mesh, PlacedShape, Shape, mesh_file};
     use crate::testing::vector;
 
-    fn body(shape: Shape) -> Body {
+    fn body(shape: Shape) -> Solid {
         let shapes = [PlacedShape {
             pose: Pose::from_parts(Vec3::ZERO, Quat::IDENTITY),
             shape,
         }];
-        let solid = Arc::new(Solid::new(&shapes));
-        let obstacle = Obstacle {
-            id: "solid".into(),
-            pose: Pose::identity(),
-            shapes: Arc::new(shapes),
-        };
-        Body::of_obstacle(&obstacle, Size::OWN, solid)
+        Solid::new(&shapes)
     }
 
-    fn mesh(text: &str) -> Body {
+    fn mesh(text: &str) -> Solid {
         body(Shape::Mesh(Arc::new(
             mesh_file::read("m.obj", text.as_bytes(), Vec3::ONE).unwrap(),
         )))
     }
 
-    fn cube_mesh() -> Body {
+    fn cube_mesh() -> Solid {
         let corner = |i: u32| {
             Vec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64) * 0.2 - Vec3::splat(0.1)
         };

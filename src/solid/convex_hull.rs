@@ -10,7 +10,7 @@ use crate::math::Vec3;
 
 /// Points and a slack: the solid is within `slack` of the points' convex hull.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Shell {
+pub struct ConvexHull {
     corners: Vec<Vec3>,
     slack: f64,
 }
@@ -19,15 +19,15 @@ pub struct Shell {
 const CORNERS: usize = 128;
 /// Points beyond the hull of those that become corners too.
 const MORE_CORNERS: usize = 32;
-/// Solids of more pieces get no shell: every point of them would have to be measured.
+/// Solids of more pieces get no convex_hull: every point of them would have to be measured.
 const MOST_PIECES: usize = 32_768;
 /// Points on the rim of a cylinder's lid.
 const RIM: usize = 16;
 /// Allowed for the rounding of a point's distance from the hull (m).
 const ROUNDING_M: f64 = 1e-7;
 
-impl Shell {
-    /// The shell of a solid; `None` for one of too many pieces.
+impl ConvexHull {
+    /// The convex_hull of a solid; `None` for one of too many pieces.
     pub fn new(tree: &BallTree) -> Option<Self> {
         if tree.pieces().len() > MOST_PIECES {
             return None;
@@ -64,7 +64,7 @@ impl Shell {
         })
     }
 
-    /// The shell of the same solid, thicker by `padding` (m).
+    /// The hull of the same solid, thicker by `padding` (m).
     #[must_use]
     pub fn padded(&self, padding: f64) -> Self {
         Self {
@@ -73,7 +73,7 @@ impl Shell {
         }
     }
 
-    /// Direction from B's shell to A's, which `relative` places in B's frame; `None` where they
+    /// Direction from B's hull to A's, which `relative` places in B's frame; `None` where they
     /// overlap.
     pub fn direction(a: &Self, relative: &Transform, b: &Self) -> Option<Vec3> {
         distance::direction_between(&a.corners, relative, &b.corners)
@@ -151,7 +151,7 @@ mod tests {
         for _ in 0..count {
             let model = testing::model(&mut rng);
             for body in model.bodies() {
-                let shell = body.solid.shell.as_ref().unwrap();
+                let convex_hull = body.solid.convex_hull.as_ref().unwrap();
                 let directions: Vec<_> = (0..50).map(|_| testing::vector(&mut rng, 1.0)).collect();
                 let pieces = body.solid.tree.pieces();
                 for (piece, &along) in pieces
@@ -161,12 +161,12 @@ mod tests {
                     let farthest =
                         along.dot(piece.core.support(along)) + along.length() * piece.radius;
                     assert!(
-                        farthest <= shell.farthest_along(along),
+                        farthest <= convex_hull.farthest_along(along),
                         "{farthest} along {along}"
                     );
                 }
                 let round = pieces.iter().map(|piece| piece.radius).fold(0.0, f64::max);
-                slack += shell.slack - round;
+                slack += convex_hull.slack - round;
                 size += body.solid.tree.balls()[0].radius;
             }
         }

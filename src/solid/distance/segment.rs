@@ -1,17 +1,17 @@
 //! Segments against cores, in closed form; against a cylinder by the root of a monotone function.
 
 use super::point::{self, closest_on, on_segment};
-use super::triangle;
-use crate::collision::piece::Core;
+use super::{face, segments};
 use crate::math::{Mat3, Vec3};
+use crate::solid::piece::Core;
 
 /// Closest points of the segment from `p` to `q` and of a core; equal where they overlap.
 pub(super) fn closest(p: Vec3, q: Vec3, other: &Core) -> (Vec3, Vec3) {
     match *other {
         Core::Point(a) => (on_segment(p, q, a), a),
-        Core::Segment(a, b) => to_segment(p, q, a, b),
+        Core::Segment(a, b) => segments::closest(p, q, a, b),
         Core::Triangle(a, b, c) => {
-            let (on_triangle, on_segment) = triangle::to_segment([a, b, c], p, q);
+            let (on_triangle, on_segment) = face::to_segment([a, b, c], p, q);
             (on_segment, on_triangle)
         }
         Core::Box { center, axes, half } => to_box(p, q, center, axes, half),
@@ -27,38 +27,6 @@ pub(super) fn closest(p: Vec3, q: Vec3, other: &Core) -> (Vec3, Vec3) {
             (on_segment, closest_on(other, on_segment))
         }
     }
-}
-
-/// Closest points of two segments (Ericson, Real-Time Collision Detection, 5.1.9). The place on the
-/// first line comes from cross products: for segments all but parallel the usual determinant is all
-/// rounding.
-pub(super) fn to_segment(a0: Vec3, a1: Vec3, b0: Vec3, b1: Vec3) -> (Vec3, Vec3) {
-    let da = a1 - a0;
-    let db = b1 - b0;
-    let r = a0 - b0;
-    let aa = da.length_squared();
-    let bb = db.length_squared();
-    if aa <= 0.0 {
-        return (a0, on_segment(b0, b1, a0));
-    }
-    if bb <= 0.0 {
-        return (on_segment(a0, a1, b0), b0);
-    }
-    let across = da.cross(db);
-    let square = across.length_squared();
-    let mut s = if square > 0.0 {
-        (db.cross(r).dot(across) / square).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    let ab = da.dot(db);
-    let f = db.dot(r);
-    let mut t = (ab * s + f) / bb;
-    if !(0.0..=1.0).contains(&t) {
-        t = t.clamp(0.0, 1.0);
-        s = ((ab * t - da.dot(r)) / aa).clamp(0.0, 1.0);
-    }
-    (a0 + da * s, b0 + db * t)
 }
 
 /// The squared distance to a box is convex and piecewise quadratic along the segment: its slope is

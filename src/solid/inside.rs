@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
+use super::Solid;
+use super::convex_hull;
 use super::piece::Core;
-use super::shell;
-use super::solid::Solid;
 use super::tree::{BallTree, Content};
 use crate::math::Vec3;
 use crate::shape::solid_angle;
@@ -45,7 +45,7 @@ pub(super) fn probably_contains(tree: &BallTree, point: Vec3) -> bool {
         meet(
             tree,
             point,
-            shell::direction(*index, RAYS),
+            convex_hull::direction(*index, RAYS),
             0.0,
             &mut |_| {
                 met += 1;
@@ -71,7 +71,7 @@ fn is_hidden(tree: &BallTree, point: Vec3, gaps: usize) -> bool {
         meet(
             tree,
             point,
-            shell::direction(*index, RAYS),
+            convex_hull::direction(*index, RAYS),
             RIM,
             &mut |_| {
                 escapes = false;
