@@ -5,7 +5,6 @@ use crate::shape::MeshError;
 
 /// A robot and a scene that do not go together.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum CollisionModelError {
     /// A pair, touch link or padding names nothing.
     #[error(

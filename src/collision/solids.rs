@@ -107,7 +107,7 @@ impl Solids {
     fn read_again(&self, shapes: &Arc<[PlacedShape]>, before: &Self) -> Made {
         let mut hasher = ContentHasher::default();
         for shape in shapes.iter() {
-            hasher.shape(shape);
+            shape.tell(&mut hasher);
         }
         let content = hasher.finish();
         let known = self

@@ -52,7 +52,6 @@ impl ShapeRecord {
                 half_length,
             },
             Shape::Mesh(ref mesh) => Kind::Mesh { hash: mesh.hash() },
-            ref other => return Err(format!("a shape that cannot be kept: {other:?}")),
         };
         Ok(Self {
             pose: placed.pose,
@@ -348,10 +347,7 @@ fn pair((a, b): (&str, &str)) -> (String, String) {
 pub(super) fn meshes<'a>(
     shapes: impl Iterator<Item = &'a PlacedShape>,
 ) -> impl Iterator<Item = &'a Arc<Mesh>> {
-    shapes.filter_map(|placed| match &placed.shape {
-        Shape::Mesh(mesh) => Some(mesh),
-        _ => None,
-    })
+    shapes.filter_map(|placed| placed.shape.mesh())
 }
 
 /// What a mesh is made of: its name, vertices, triangles and warnings.

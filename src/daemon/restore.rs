@@ -327,10 +327,7 @@ fn robot_line(label: &str, robot: &RobotModel, start: Instant) -> String {
 }
 
 fn triangles(shape: &Shape) -> usize {
-    match shape {
-        Shape::Mesh(mesh) => mesh.triangles().len(),
-        _ => 0,
-    }
+    shape.mesh().map_or(0, |mesh| mesh.triangles().len())
 }
 
 fn scene_line(label: &str, version: u64, scene: &Scene) -> String {

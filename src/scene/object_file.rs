@@ -11,7 +11,7 @@ use super::pose_file::{HeaderFile, PoseFile, not_set};
 use super::shape_file::{MeshFile, PrimitiveFile};
 use super::{Obstacle, Scene, SceneError};
 use crate::math::{Pose, Vec3};
-use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
+use crate::shape::{Description, Mesh, MeshError, PlacedShape};
 use crate::warning::Warning;
 
 /// Gives the mesh of a file name (as written in the scene) at a scale.
@@ -152,7 +152,7 @@ impl ObjectFile {
 
     /// What appends shapes to an object. One text has primitives before meshes; at least one.
     pub(super) fn appending(id: &str, shapes: &[PlacedShape], with_meshes: bool) -> Vec<Self> {
-        let is_mesh = |placed: &PlacedShape| matches!(placed.shape, Shape::Mesh(_));
+        let is_mesh = |placed: &PlacedShape| placed.shape.mesh().is_some();
         let mut runs = shapes
             .chunk_by(|a, b| is_mesh(b) || !is_mesh(a))
             .collect::<Vec<_>>();
@@ -174,13 +174,14 @@ impl ObjectFile {
     fn set_shapes(&mut self, shapes: &[PlacedShape], with_meshes: bool) {
         for placed in shapes {
             let pose = PoseFile::of(&placed.pose);
-            match &placed.shape {
-                Shape::Mesh(mesh) => {
+            match placed.shape.description() {
+                Description::Mesh(mesh) => {
                     self.meshes.push(MeshFile::of(mesh, with_meshes));
                     self.mesh_poses.push(pose);
                 }
-                primitive => {
-                    self.primitives.push(PrimitiveFile::of(primitive));
+                Description::Primitive(kind, dimensions) => {
+                    let file = PrimitiveFile::of(kind, kind.own(&dimensions));
+                    self.primitives.push(file);
                     self.primitive_poses.push(pose);
                 }
             }

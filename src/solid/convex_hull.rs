@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::distance;
-use super::piece::{Core, Transform};
+use super::transform::Transform;
 use super::tree::BallTree;
 use crate::math::Vec3;
 
@@ -21,8 +21,6 @@ const CORNERS: usize = 128;
 const MORE_CORNERS: usize = 32;
 /// Solids of more pieces get no convex_hull: every point of them would have to be measured.
 const MOST_PIECES: usize = 32_768;
-/// Points on the rim of a cylinder's lid.
-const RIM: usize = 16;
 /// Allowed for the rounding of a point's distance from the hull (m).
 const ROUNDING_M: f64 = 1e-7;
 
@@ -39,7 +37,7 @@ impl ConvexHull {
         let mut points = Vec::new();
         let mut round = 0.0_f64;
         for piece in tree.pieces() {
-            round = round.max(piece.radius + outline(&piece.core, &mut points));
+            round = round.max(piece.radius + piece.core.outline(&mut points));
         }
         sort_out(&mut points);
         let mut beyond: Vec<_> = points
@@ -89,35 +87,6 @@ impl ConvexHull {
             .fold(f64::NEG_INFINITY, f64::max);
         farthest + direction.length() * self.slack
     }
-}
-
-/// Adds points of which the core is the convex hull, but for the slack that it returns (m).
-pub(super) fn outline(core: &Core, points: &mut Vec<Vec3>) -> f64 {
-    match *core {
-        Core::Point(a) => points.push(a),
-        Core::Segment(a, b) => points.extend([a, b]),
-        Core::Triangle(a, b, c) => points.extend([a, b, c]),
-        Core::Box { center, axes, half } => {
-            let signs = (0..8)
-                .map(|corner: u32| [1, 2, 4].map(|bit| if corner & bit == 0 { 1.0 } else { -1.0 }));
-            points.extend(signs.map(|signs| center + axes * (half * Vec3::from_array(signs))));
-        }
-        Core::Cylinder {
-            center,
-            axes,
-            half_height,
-            radius,
-        } => {
-            for index in 0..RIM {
-                let (sine, cosine) = (std::f64::consts::TAU * index as f64 / RIM as f64).sin_cos();
-                let rim =
-                    |height| center + axes * Vec3::new(radius * cosine, radius * sine, height);
-                points.extend([rim(half_height), rim(-half_height)]);
-            }
-            return radius * (1.0 - (std::f64::consts::PI / RIM as f64).cos());
-        }
-    }
-    0.0
 }
 
 /// One of so many directions that are spread evenly, on a spiral by the golden angle.

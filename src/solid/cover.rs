@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::piece::{Core, Piece};
+use super::core::Length;
+use super::piece::Piece;
 use super::tree::{BallTree, Content};
 use crate::math::Vec3;
 
@@ -60,9 +61,7 @@ pub fn balls(tree: &BallTree) -> Vec<Ball> {
 }
 
 fn is_mesh(tree: &BallTree) -> bool {
-    tree.pieces()
-        .iter()
-        .any(|piece| matches!(piece.core, Core::Triangle(..)))
+    tree.pieces().iter().any(|piece| piece.core.is_surface())
 }
 
 fn widest(open: &[u32], tree: &BallTree) -> Option<usize> {
@@ -75,36 +74,18 @@ fn widest(open: &[u32], tree: &BallTree) -> Option<usize> {
 
 /// Cuts a piece across its longest direction, so that each slice is about as long as it is wide.
 fn slices(piece: &Piece, balls: &mut Vec<Ball>) {
-    let (center, along, half, across) = match piece.core {
-        Core::Point(a) => (a, Vec3::ZERO, 0.0, 0.0),
-        Core::Segment(a, b) => (
-            (a + b) / 2.0,
-            (b - a).normalize_or_zero(),
-            a.distance(b) / 2.0,
-            0.0,
-        ),
-        Core::Box { center, axes, half } => {
-            let long = (0..3)
-                .max_by(|&i, &j| half[i].total_cmp(&half[j]))
-                .unwrap_or(0);
-            let across = (half.length_squared() - half[long] * half[long])
-                .max(0.0)
-                .sqrt();
-            (center, axes.col(long), half[long], across)
-        }
-        Core::Cylinder {
+    let Some(Length {
+        center,
+        along,
+        half,
+        across,
+    }) = piece.core.length()
+    else {
+        let center = piece.center();
+        return balls.push(Ball {
             center,
-            axes,
-            half_height,
-            radius,
-        } => (center, axes.z_axis, half_height, radius),
-        Core::Triangle(..) => {
-            let center = piece.center();
-            return balls.push(Ball {
-                center,
-                radius: piece.farthest(center) * (1.0 + ROUNDING),
-            });
-        }
+            radius: piece.farthest(center) * (1.0 + ROUNDING),
+        });
     };
     let width = (across + piece.radius)
         .max(half / SLICES as f64)

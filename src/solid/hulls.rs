@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::piece::{Core, Piece, Transform};
+use super::core::Enclosure;
+use super::piece::Piece;
+use super::transform::Transform;
 use crate::math::{Mat3, Vec3};
 
 /// A box or cylinder in the world swept by a ball; encloses a part of an obstacle.
@@ -65,55 +67,23 @@ struct Exact {
 
 impl Exact {
     fn of_piece(piece: &Piece) -> Self {
-        let radius = piece.radius;
-        let is_cylinder = false;
-        match piece.core {
-            Core::Point(center) => Self {
-                center,
-                axes: Mat3::IDENTITY,
-                half: Vec3::ZERO,
-                radius,
-                is_cylinder,
-            },
-            Core::Segment(a, b) => {
-                let along = (b - a).try_normalize().unwrap_or(Vec3::Z);
-                let (x, y) = along.any_orthonormal_pair();
-                let axes = Mat3::from_cols(x, y, along);
-                let half = Vec3::new(0.0, 0.0, a.distance(b) / 2.0);
-                Self {
-                    center: (a + b) / 2.0,
-                    axes,
-                    half,
-                    radius,
-                    is_cylinder,
-                }
-                .upright()
-            }
-            Core::Triangle(a, b, c) => Self::of_bounds([a.min(b).min(c), a.max(b).max(c)], radius),
-            Core::Box { center, axes, half } => Self {
-                center,
-                axes,
-                half,
-                radius,
-                is_cylinder,
-            }
-            .upright(),
-            Core::Cylinder {
-                center,
-                axes,
-                half_height,
-                radius: across,
-            } => {
-                let half = Vec3::new(across, across, half_height);
-                Self {
-                    center,
-                    axes,
-                    half,
-                    radius,
-                    is_cylinder: true,
-                }
-                .upright()
-            }
+        let Enclosure {
+            center,
+            axes,
+            half,
+            is_cylinder,
+        } = piece.core.enclosure();
+        let exact = Self {
+            center,
+            axes,
+            half,
+            radius: piece.radius,
+            is_cylinder,
+        };
+        // A triangle's box is along the world's axes already.
+        match piece.core.is_surface() {
+            true => exact,
+            false => exact.upright(),
         }
     }
 
@@ -210,16 +180,14 @@ impl SolidHulls {
     /// Hulls over pieces that stand in the order of their tree: neighbours together.
     pub fn new(pieces: &[Piece]) -> Self {
         if let [piece] = pieces {
-            let is_exact = !matches!(piece.core, Core::Triangle(..));
+            let is_exact = !piece.core.is_surface();
             return Self {
                 whole: Exact::of_piece(piece),
                 parts: Vec::new(),
                 is_exact,
             };
         }
-        let is_exact = pieces
-            .iter()
-            .all(|piece| !matches!(piece.core, Core::Triangle(..)));
+        let is_exact = pieces.iter().all(|piece| !piece.core.is_surface());
         let parts: Vec<_> = if is_exact {
             pieces.iter().map(Exact::of_piece).collect()
         } else {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::Solid;
 use super::convex_hull;
-use super::piece::Core;
+use super::core::Core;
 use super::tree::{BallTree, Content};
 use crate::math::Vec3;
 use crate::shape::solid_angle;

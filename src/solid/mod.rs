@@ -4,6 +4,7 @@
 
 pub mod contact;
 pub mod convex_hull;
+pub mod core;
 pub mod cover;
 pub mod distance;
 pub mod hulls;
@@ -11,12 +12,13 @@ mod inside;
 pub mod penetration;
 pub mod piece;
 pub mod query;
+pub mod transform;
 pub mod tree;
 
 use serde::{Deserialize, Serialize};
 
 use crate::math::Vec3;
-use crate::shape::{PlacedShape, Shape};
+use crate::shape::PlacedShape;
 use convex_hull::ConvexHull;
 use cover::Ball;
 use hulls::SolidHulls;
@@ -24,7 +26,7 @@ use piece::Piece;
 use tree::BallTree;
 
 pub use contact::{Contact, TOUCHING_M};
-pub use piece::Transform;
+pub use transform::Transform;
 
 /// Shapes that move as one, made ready for checking.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -58,8 +60,8 @@ impl Solid {
         for placed in shapes {
             let first = pieces.len();
             Piece::append_of(placed, &mut pieces);
-            match &placed.shape {
-                Shape::Mesh(mesh) => {
+            match placed.shape.mesh() {
+                Some(mesh) => {
                     hollow = true;
                     is_open |= !mesh.has_inside();
                     anchors.extend(
@@ -68,7 +70,7 @@ impl Solid {
                             .map(|vertex| placed.pose.transform_point(vertex)),
                     );
                 }
-                _ => anchors.extend(pieces[first..].iter().map(Piece::center)),
+                None => anchors.extend(pieces[first..].iter().map(Piece::center)),
             }
         }
         let tree = BallTree::new(pieces);

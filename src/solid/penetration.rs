@@ -12,11 +12,12 @@ use std::collections::{BinaryHeap, HashMap};
 
 use super::Solid;
 use super::contact::{Contact, TOUCHING_M};
-use super::convex_hull::outline;
+use super::core::Core;
 use super::distance::{self, Hull, closest_on};
 use super::inside;
-use super::piece::{Core, Piece, Transform};
+use super::piece::Piece;
 use super::query;
+use super::transform::Transform;
 use super::tree::{BallTree, Content};
 use crate::math::Vec3;
 
@@ -211,7 +212,7 @@ fn deepest(
 /// Points of a piece, without its rounding.
 fn points(piece: &Piece) -> Vec<Vec3> {
     let mut points = vec![piece.center()];
-    outline(&piece.core, &mut points);
+    piece.core.outline(&mut points);
     points
 }
 
@@ -263,7 +264,7 @@ impl Ground<'_> {
         if *hollow && !is_open && inside::probably_contains(tree, point) {
             return (away + radius, offset.try_normalize().unwrap_or(Vec3::Z));
         }
-        match inner_depth(&piece.core, point) {
+        match piece.core.inner_depth(point) {
             Some((depth, way)) => (depth + radius, way),
             None => (radius - away, (-offset).try_normalize().unwrap_or(Vec3::Z)),
         }
@@ -295,41 +296,6 @@ fn nearest(tree: &BallTree, point: Vec3) -> (&Piece, Vec3) {
         }
     }
     (best.1, best.2)
-}
-
-/// How deep a point is in a core that has an inside, and the way out; `None` outside.
-fn inner_depth(core: &Core, point: Vec3) -> Option<(f64, Vec3)> {
-    let (depth, way) = match *core {
-        Core::Point(_) | Core::Segment(..) | Core::Triangle(..) => return None,
-        Core::Box { center, axes, half } => {
-            let local = axes.transpose() * (point - center);
-            let room = half - local.abs();
-            let axis = (0..3).min_by(|&a, &b| room[a].total_cmp(&room[b]))?;
-            (room[axis], axes.col(axis) * 1.0_f64.copysign(local[axis]))
-        }
-        Core::Cylinder {
-            center,
-            axes,
-            half_height,
-            radius,
-        } => {
-            let local = axes.transpose() * (point - center);
-            let across = local.truncate().length();
-            let up = half_height - local.z.abs();
-            let out = radius - across;
-            let outwards = if across > 0.0 {
-                Vec3::new(local.x, local.y, 0.0) / across
-            } else {
-                Vec3::X
-            };
-            if up < out {
-                (up, axes.z_axis * 1.0_f64.copysign(local.z))
-            } else {
-                (out, axes * outwards)
-            }
-        }
-    };
-    (depth >= 0.0).then_some((depth, way))
 }
 
 #[cfg(test)]

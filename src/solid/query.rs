@@ -4,7 +4,8 @@ use super::Solid;
 use super::contact::{Contact, TOUCHING_M};
 use super::distance;
 use super::inside::contains;
-use super::piece::{Piece, Transform};
+use super::piece::Piece;
+use super::transform::Transform;
 use super::tree::{Ball, BallTree, Content};
 use crate::math::Vec3;
 

@@ -233,7 +233,7 @@ fn farthest(pieces: &[Piece], places: &[Place], from: Vec3) -> (Place, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solid::piece::Core;
+    use crate::solid::core::Core;
     use crate::testing::vector;
 
     /// Every ball of a body of many pieces holds all that is below it, and the first is nearly the

@@ -10,8 +10,9 @@ use crate::math::Vec3;
 use crate::solid::TOUCHING_M;
 use crate::solid::convex_hull::ConvexHull;
 use crate::solid::distance;
-use crate::solid::piece::{Core, Piece, Transform};
+use crate::solid::piece::Piece;
 use crate::solid::query::{self, Split};
+use crate::solid::transform::Transform;
 use crate::solid::tree::Ball;
 
 /// Allowed for the rounding of poses, distances and bounds (m): a thousand times what they amount
@@ -342,9 +343,9 @@ fn cheap_normals(a: &Piece, b: &Piece) -> [Option<Vec3>; 3] {
             normal
         }
     };
-    let across = |piece: &Piece| match piece.core {
-        Core::Triangle(p, q, r) => (q - p).cross(r - p).try_normalize().map(towards),
-        _ => None,
+    let across = |piece: &Piece| {
+        let [normal, ..] = piece.core.triangle().and(Some(piece.core.normals()))?;
+        normal.map(towards)
     };
     [
         from_piece(b, middle).map(|(normal, _)| normal),

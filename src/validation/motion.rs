@@ -14,7 +14,7 @@
 
 use crate::collision::body::{Body, ChainMotion, MotionKind, Source};
 use crate::math::Vec3;
-use crate::solid::piece::Transform;
+use crate::solid::transform::Transform;
 
 /// Speed and acceleration bounds of one body on one segment, for every ancestor on its chain.
 #[derive(Clone, Debug, Default)]

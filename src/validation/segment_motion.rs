@@ -8,8 +8,8 @@ use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
 use crate::solid::Contact;
 use crate::solid::penetration::penetration;
-use crate::solid::piece::Transform;
 use crate::solid::query;
+use crate::solid::transform::Transform;
 
 /// Reusable memory for the motion of all bodies.
 #[derive(Debug, Default)]

@@ -6,7 +6,7 @@ use super::interval::PairInterval;
 use super::motion::{MotionBounds, Twist};
 use super::*;
 use crate::robot::Kinematics;
-use crate::solid::piece::Transform;
+use crate::solid::transform::Transform;
 use crate::testing::{self, Oracle};
 
 /// Random cases; `TAUT_CASES` asks for a long run, `TAUT_SEED` for other ones.

@@ -9,9 +9,9 @@ use super::body::{Body, MotionKind};
 use super::pairs::BodyPair;
 use crate::robot::lane_kinematics::Skeleton;
 use crate::robot::{Drive, JointKind, RobotModel};
+use crate::solid::core::Core;
 use crate::solid::cover::{self, Ball};
 use crate::solid::hulls::FilterObject;
-use crate::solid::piece::Core;
 pub use object_tree::ObjectNode;
 
 /// Obstacles that stay farther than this (m) from a body in every configuration are not looked at

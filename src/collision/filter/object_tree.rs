@@ -123,8 +123,10 @@ fn grow(leaves: &mut [Leaf], objects: &[FilterObject], nodes: &mut Vec<ObjectNod
 mod tests {
     use super::*;
     use crate::math::Mat3;
+    use crate::solid::core::Core;
     use crate::solid::hulls::SolidHulls;
-    use crate::solid::piece::{Core, Piece, Transform};
+    use crate::solid::piece::Piece;
+    use crate::solid::transform::Transform;
 
     /// The same tree by the definition: leaves are sorted at every split, and equal ones stay in
     /// their order.

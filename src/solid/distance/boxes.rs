@@ -8,7 +8,8 @@
 use super::gap::{Nearest, is_certain};
 use super::segment;
 use crate::math::{Mat3, Vec3};
-use crate::solid::piece::{Core, Piece, Transform};
+use crate::solid::core::Core;
+use crate::solid::transform::Transform;
 
 /// Closest points of a box and a box or cylinder; equal where they overlap.
 pub(super) fn to_solid(center: Vec3, axes: Mat3, half: Vec3, other: &Core) -> (Vec3, Vec3) {
@@ -23,11 +24,7 @@ pub(super) fn to_solid(center: Vec3, axes: Mat3, half: Vec3, other: &Core) -> (V
 
 /// The same for a box about the origin, along the axes.
 fn upright_to_solid(half: Vec3, other: &Core) -> (Vec3, Vec3) {
-    let middle = Piece {
-        core: *other,
-        radius: 0.0,
-    }
-    .center();
+    let middle = other.center();
     let seen = [0, 1, 2].map(|i| middle[i].abs() > half[i]);
     if seen == [false; 3] {
         return (middle, middle);

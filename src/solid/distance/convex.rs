@@ -6,11 +6,12 @@ use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 
-use super::gap::normals;
 use super::point::closest_on;
 use crate::math::{Pose, Vec3};
 use crate::solid::contact::Contact;
-use crate::solid::piece::{Core, Piece, Transform};
+use crate::solid::core::Core;
+use crate::solid::piece::Piece;
+use crate::solid::transform::Transform;
 
 impl SupportMap for Core {
     fn local_support_point(&self, direction: Vec3) -> Vec3 {
@@ -43,7 +44,7 @@ impl Hull {
 
     fn normals(&self) -> Vec<Vec3> {
         match self {
-            Self::Piece(piece) => normals(piece).into_iter().flatten().collect(),
+            Self::Piece(piece) => piece.core.normals().into_iter().flatten().collect(),
             Self::Points { normals, .. } => normals.clone(),
         }
     }

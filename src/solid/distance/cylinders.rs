@@ -7,7 +7,7 @@
 use super::gap::{Nearest, gap_of_cores};
 use super::point::closest_on;
 use crate::math::Vec3;
-use crate::solid::piece::{Core, Piece};
+use crate::solid::core::Core;
 
 /// Steps at most; a dozen is usual.
 const MOST_STEPS: usize = 64;
@@ -44,14 +44,7 @@ struct Simplex {
 
 /// Closest points of two convex cores; equal, or as good as, where they overlap.
 pub(super) fn closest(a: &Core, b: &Core) -> (Vec3, Vec3) {
-    let middle = |core: &Core| {
-        Piece {
-            core: *core,
-            radius: 0.0,
-        }
-        .center()
-    };
-    polish(a, b, descend(a, b, (middle(a), middle(b))).points)
+    polish(a, b, descend(a, b, (a.center(), b.center())).points)
 }
 
 /// Steps towards the closest points from any two points of the cores, until rounding ends them.

@@ -2,7 +2,8 @@
 //! pairs of points.
 
 use crate::math::Vec3;
-use crate::solid::piece::{Core, Piece};
+use crate::solid::core::Core;
+use crate::solid::piece::Piece;
 
 /// `min_A n·a − max_B n·b` for a unit `normal`: a lower bound of the distance whatever the normal.
 pub fn gap_along(a: &Piece, b: &Piece, normal: Vec3) -> f64 {
@@ -11,16 +12,6 @@ pub fn gap_along(a: &Piece, b: &Piece, normal: Vec3) -> f64 {
 
 pub(super) fn gap_of_cores(a: &Core, b: &Core, normal: Vec3) -> f64 {
     normal.dot(a.support(-normal) - b.support(normal))
-}
-
-/// Unit normals of a piece's faces and lids.
-pub(super) fn normals(piece: &Piece) -> [Option<Vec3>; 3] {
-    match piece.core {
-        Core::Triangle(p, q, r) => [(q - p).cross(r - p).try_normalize(), None, None],
-        Core::Box { axes, .. } => [Some(axes.x_axis), Some(axes.y_axis), Some(axes.z_axis)],
-        Core::Cylinder { axes, .. } => [Some(axes.z_axis), None, None],
-        Core::Point(_) | Core::Segment(..) => [None; 3],
-    }
 }
 
 /// Whether the support gap says that no points are closer, up to rounding. Of several

@@ -31,10 +31,9 @@ pub use convex::{Hull, deepest_of_hulls, direction_between, from_hull};
 pub use gap::gap_along;
 pub use point::closest_on;
 
-use gap::normals;
-
 use super::contact::Contact;
-use super::piece::{Core, Piece};
+use super::core::Core;
+use super::piece::Piece;
 use crate::math::Vec3;
 
 /// What a distance query knows of two convex pieces A and B.
@@ -87,7 +86,11 @@ fn cheap_gap(a: &Piece, b: &Piece) -> (Vec3, f64) {
         .try_normalize()
         .into_iter()
         .for_each(&mut offer);
-    for normal in [a, b].into_iter().flat_map(normals).flatten() {
+    for normal in [a, b]
+        .into_iter()
+        .flat_map(|piece| piece.core.normals())
+        .flatten()
+    {
         offer(normal);
         offer(-normal);
     }

@@ -1,7 +1,7 @@
 //! Points against cores.
 
 use crate::math::Vec3;
-use crate::solid::piece::Core;
+use crate::solid::core::Core;
 
 /// Point of the (solid) core closest to `p`; `p` itself where it is inside.
 pub fn closest_on(core: &Core, p: Vec3) -> Vec3 {

@@ -3,7 +3,7 @@
 use super::point::{self, closest_on, on_segment};
 use super::{face, segments};
 use crate::math::{Mat3, Vec3};
-use crate::solid::piece::Core;
+use crate::solid::core::Core;
 
 /// Closest points of the segment from `p` to `q` and of a core; equal where they overlap.
 pub(super) fn closest(p: Vec3, q: Vec3, other: &Core) -> (Vec3, Vec3) {

@@ -7,7 +7,7 @@ use parry3d_f64::shape::{Cuboid, Segment, Triangle};
 
 use super::*;
 use crate::math::{Mat3, Pose, Quat, quat_exp};
-use crate::solid::piece::Transform;
+use crate::solid::transform::Transform;
 use crate::testing::{uniform, vector};
 use crate::validation::soundness::cases;
 

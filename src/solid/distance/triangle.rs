@@ -9,7 +9,7 @@ use super::gap::{Nearest, is_certain};
 use super::segment;
 use super::segments;
 use crate::math::Vec3;
-use crate::solid::piece::Core;
+use crate::solid::core::Core;
 
 /// Closest points of a triangle and of a box or cylinder; equal where they overlap.
 pub(super) fn to_solid(triangle: [Vec3; 3], other: &Core) -> (Vec3, Vec3) {

@@ -5,7 +5,8 @@
 
 use crate::math::Vec3;
 use crate::solid::distance;
-use crate::solid::piece::{Piece, Transform};
+use crate::solid::piece::Piece;
+use crate::solid::transform::Transform;
 
 /// The pieces of a body in parts of parts.
 #[derive(Debug)]

@@ -5,7 +5,7 @@ use super::travel::Travel;
 use super::{Closeness, Effort, Objection, ROUNDING_M, slack};
 use crate::collision::CollisionModel;
 use crate::robot::{ConfigurationSpace, Kinematics};
-use crate::solid::piece::Transform;
+use crate::solid::transform::Transform;
 
 /// Halvings after which an interval is a rounding wide.
 const DEEPEST: u32 = 48;
