@@ -18,7 +18,7 @@ use super::config::Config;
 use super::event::{Event, EventSender};
 use super::event_loop::EventLoop;
 use super::journal::{self, Journal, JournalError, Kept};
-use super::keep::{Keeping, KeptUpTo};
+use super::keeping::{Keeping, KeptUpTo};
 use super::live::{self, Live};
 use super::loader::Loader;
 use super::metrics::Metrics;

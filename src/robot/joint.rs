@@ -1,11 +1,9 @@
 //! One joint: how it moves its link, and what drives it.
 
-use serde::{Deserialize, Serialize};
-
 use crate::math::{Pose, Vec3};
 
 /// How a joint moves its child link in the joint's frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum JointKind {
     /// Does not move.
     Fixed,

@@ -40,7 +40,7 @@ pub use crate::solid::Contact;
 /// What a validator may use; all of it, unless a test or a measurement wants to know what a layer
 /// is worth. Verdicts agree with and without each wherever the clearance is not between 1 and 1.5
 /// floors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layers {
     /// The eight-wide filter; without it every pair is decided exactly.
     pub filter: bool,

@@ -63,7 +63,7 @@ impl Writer {
             let state = &self.live[key];
             persisted::meshes(shapes(&state.content))
                 .try_for_each(|mesh| self.meshes.keep(mesh))?;
-            record_log::encode(&change(key, before.as_ref(), state)?, &mut bytes)?;
+            record_log::encode(&change(key, before.as_ref(), state), &mut bytes)?;
         }
         if ends {
             record_log::encode(&Record::Ended, &mut bytes)?;
@@ -82,7 +82,7 @@ impl Writer {
         for (key, state) in &self.live {
             persisted::meshes(shapes(&state.content))
                 .try_for_each(|mesh| self.meshes.keep(mesh))?;
-            record_log::encode(&whole(key, state)?, &mut bytes)?;
+            record_log::encode(&whole(key, state), &mut bytes)?;
         }
         if ends {
             record_log::encode(&Record::Ended, &mut bytes)?;
@@ -109,14 +109,14 @@ fn shapes(content: &Content) -> Box<dyn Iterator<Item = &PlacedShape> + '_> {
     }
 }
 
-fn whole((kind, label): &Key, state: &State) -> Result<Record, String> {
+fn whole((kind, label): &Key, state: &State) -> Record {
     let label = label.clone();
     let configured = state.configured;
-    Ok(match (&state.content, kind) {
+    match (&state.content, kind) {
         (Content::Robot(robot, weights), _) => {
             let hash = robot.hash();
             let weights = weights.to_vec();
-            let robot = RobotRecord::of(robot)?;
+            let robot = RobotRecord::from(&**robot);
             Record::Robot {
                 label,
                 hash,
@@ -128,7 +128,7 @@ fn whole((kind, label): &Key, state: &State) -> Result<Record, String> {
         (Content::Scene(version, scene), _) => {
             let hash = scene.hash();
             let version = *version;
-            let scene = SceneRecord::of(scene)?;
+            let scene = SceneRecord::from(&**scene);
             Record::Scene {
                 label,
                 version,
@@ -139,12 +139,12 @@ fn whole((kind, label): &Key, state: &State) -> Result<Record, String> {
         }
         (Content::Gone, Kind::Robot) => Record::RobotGone { label },
         (Content::Gone, Kind::Scene) => Record::SceneGone { label },
-    })
+    }
 }
 
 /// What only moved is written as that: a large scene of which one thing moves is not written again
 /// and again.
-fn change(key: &Key, before: Option<&State>, state: &State) -> Result<Record, String> {
+fn change(key: &Key, before: Option<&State>, state: &State) -> Record {
     if let (
         Some(State {
             content: Content::Scene(_, before),
@@ -155,12 +155,12 @@ fn change(key: &Key, before: Option<&State>, state: &State) -> Result<Record, St
         && *configured == state.configured
         && let Some(moves) = moves_between(before, scene)
     {
-        return Ok(Record::Moved {
+        return Record::Moved {
             label: key.1.clone(),
             version: *version,
             hash: scene.hash(),
             moves,
-        });
+        };
     }
     whole(key, state)
 }
