@@ -9,6 +9,7 @@ mod clients;
 mod computing;
 pub mod config;
 mod control;
+mod error;
 mod event;
 mod event_loop;
 mod job;
@@ -40,7 +41,8 @@ mod watch;
 mod web;
 mod worker;
 
+pub use error::DaemonError;
 pub use journal::inspect;
-pub use start::{DaemonError, serve};
+pub use start::serve;
 pub use taut::translate;
 pub use worker::{HANG_SEED, PANIC_SEED};

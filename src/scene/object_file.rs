@@ -1,21 +1,18 @@
 //! MoveIt's collision objects as JSON has them.
 
 use std::fmt;
-use std::sync::Arc;
 
 use serde::de::{self, IgnoredAny, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::object::set_identity;
 use super::pose_file::{HeaderFile, PoseFile, not_set};
+pub use super::shape_file::MeshSource;
 use super::shape_file::{MeshFile, PrimitiveFile};
 use super::{Obstacle, Scene, SceneError};
-use crate::math::{Pose, Vec3};
-use crate::shape::{Description, Mesh, MeshError, PlacedShape};
+use crate::math::Pose;
+use crate::shape::{Description, PlacedShape};
 use crate::warning::Warning;
-
-/// Gives the mesh of a file name (as written in the scene) at a scale.
-pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> + 'a;
 
 /// What a text does with an object: MoveIt's `operation`, by name or number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,6 +123,22 @@ pub struct ObjectFile {
     /// A note of problem files on what other optimizers make of it.
     #[serde(default, rename = "peers_treat_it_as", skip_serializing)]
     pub(super) _peers_treat_it_as: IgnoredAny,
+}
+
+/// MoveIt's attached collision object.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AttachedObjectFile {
+    #[serde(default)]
+    pub(super) link_name: String,
+    pub(super) object: ObjectFile,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) touch_links: Vec<String>,
+    /// How a gripper opens to let go, and how heavy it is.
+    #[serde(default, rename = "detach_posture", skip_serializing)]
+    pub(super) _detach_posture: IgnoredAny,
+    #[serde(default, rename = "weight", skip_serializing)]
+    pub(super) _weight: IgnoredAny,
 }
 
 impl ObjectFile {

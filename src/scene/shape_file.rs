@@ -8,9 +8,11 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::SceneError;
 use super::numbers::{Corners, Finite, Point};
-use super::object_file::MeshSource;
 use crate::math::Vec3;
 use crate::shape::{Mesh, MeshError, PRIMITIVES, PrimitiveKind, Shape};
+
+/// Gives the mesh of a file name (as written in the scene) at a scale.
+pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> + 'a;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

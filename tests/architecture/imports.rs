@@ -179,7 +179,7 @@ fn module_of(file: &Path) -> Option<Module> {
 fn code(text: &str) -> String {
     let text = text.split("#[cfg(test)]\nmod tests").next().unwrap();
     let lines = text.lines().map(|line| line.split("//").next().unwrap());
-    lines.collect::<Vec<_>>().join("\n")
+    lines.map(|line| format!("{line}\n")).collect()
 }
 
 /// Paths that `use` brings: those that are handed on, and those that are imported. Each statement

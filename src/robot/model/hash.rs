@@ -1,7 +1,8 @@
 //! Content hashes of a robot. The words are those of the first hashes, by which certificates and
 //! journals name robots; they are written field by field, so that no renaming moves them.
 
-use super::RobotModel;
+use super::link::Link;
+use super::semantics::Pairs;
 use crate::hash::{ContentHasher, number, quoted};
 use crate::robot::{Drive, GroupState, Joint, JointKind, Variable};
 
@@ -14,16 +15,32 @@ pub(super) fn of_layout(variables: &[Variable]) -> u64 {
     hasher.finish()
 }
 
+/// What a robot is by content, whatever it is called.
+pub(super) struct Parts<'a> {
+    /// Joint `i` carries link `i`.
+    pub links: &'a [Link],
+    /// The joints.
+    pub joints: &'a [Joint],
+    /// Columns of a path.
+    pub variables: &'a [Variable],
+    /// Pairs that are never checked.
+    pub allowed: &'a Pairs,
+    /// Name and velocity coordinates of each.
+    pub groups: &'a [(String, Vec<bool>)],
+    /// Named configurations of groups.
+    pub group_states: &'a [GroupState],
+}
+
 /// Hash of everything that the robot does.
-pub(super) fn of_content(robot: &RobotModel) -> u64 {
+pub(super) fn of_content(robot: &Parts) -> u64 {
     let mut hasher = ContentHasher::default();
-    for (link, joint) in robot.links.iter().zip(&robot.joints) {
+    for (link, joint) in robot.links.iter().zip(robot.joints) {
         hasher.text(&link.name);
         link.shapes.iter().for_each(|shape| shape.tell(&mut hasher));
         hasher.text(&joint.name).text(&words_of_joint(joint));
         hasher.pose(&joint.origin).floats(&joint.axis.to_array());
     }
-    for variable in &robot.variables {
+    for variable in robot.variables {
         tell_variable(variable, &mut hasher);
     }
     hasher.text(&words_of_rules(robot));
@@ -73,7 +90,7 @@ fn words_of_drive(drive: Drive) -> String {
 }
 
 /// Allowed pairs, groups and their states.
-fn words_of_rules(robot: &RobotModel) -> String {
+fn words_of_rules(robot: &Parts) -> String {
     let pairs = robot.allowed.iter().map(|(a, b)| format!("({a}, {b})"));
     let groups = robot.groups.iter().map(|(name, moving)| {
         let moving = moving.iter().map(bool::to_string);

@@ -4,6 +4,7 @@ mod columns;
 mod error;
 mod hash;
 mod joints;
+mod link;
 mod mimic;
 mod semantics;
 mod source;
@@ -13,10 +14,10 @@ use super::configuration::ConfigurationSpace;
 use super::description::{GroupState, LinkDescription, RobotDescription};
 use super::joint::{Drive, Joint};
 use super::variable::{HeldVariable, Variable};
-use crate::shape::PlacedShape;
 use crate::warning::Warning;
 use columns::Columns;
 pub use error::RobotError;
+pub use link::Link;
 use mimic::free_of_fixed_leaders;
 use semantics::{Pairs, allowed_pairs, groups};
 use tree::Order;
@@ -40,15 +41,6 @@ pub struct RobotModel {
     layout_hash: u64,
 }
 
-/// A link and its collision shapes in the link's frame.
-#[derive(Clone, Debug)]
-pub struct Link {
-    /// Name.
-    pub name: String,
-    /// Collision shapes; often none.
-    pub shapes: Vec<PlacedShape>,
-}
-
 impl RobotModel {
     /// Checks a description and orders it.
     ///
@@ -69,7 +61,15 @@ impl RobotModel {
         let allowed = allowed_pairs(&description, &joints, &link_index, &mut warnings)?;
         let (groups, group_states) =
             groups(&description, &joints, columns.space.nv(), &joint_index);
-        let mut model = Self {
+        let hash = hash::of_content(&hash::Parts {
+            links: &links,
+            joints: &joints,
+            variables: &columns.variables,
+            allowed: &allowed,
+            groups: &groups,
+            group_states: &group_states,
+        });
+        Ok(Self {
             description: kept,
             name: description.name,
             links,
@@ -82,10 +82,8 @@ impl RobotModel {
             group_states,
             allowed,
             warnings,
-            hash: 0,
-        };
-        model.hash = hash::of_content(&model);
-        Ok(model)
+            hash,
+        })
     }
 
     /// What it was made of: a model made of it again is the same, but for warnings found where it
