@@ -1,5 +1,8 @@
 //! Who can collide with whom, and how far apart two bodies are.
 
+// A new kind of shape, core or joint is an error here, not another one's arm.
+#![deny(clippy::wildcard_enum_match_arm)]
+
 pub mod body;
 mod carry;
 mod coverage;

@@ -1,5 +1,8 @@
 //! Shapes of links and obstacles, and the meshes they may be. Knows neither robots nor scenes.
 
+// A new kind of shape, core or joint is an error here, not another one's arm.
+#![deny(clippy::wildcard_enum_match_arm)]
+
 mod collada;
 mod drawn;
 mod kind;

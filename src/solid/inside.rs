@@ -4,7 +4,6 @@ use std::f64::consts::PI;
 
 use super::Solid;
 use super::convex_hull;
-use super::core::Core;
 use super::tree::{BallTree, Content};
 use crate::math::Vec3;
 use crate::shape::solid_angle;
@@ -58,10 +57,9 @@ pub(super) fn probably_contains(tree: &BallTree, point: Vec3) -> bool {
 }
 
 fn triangles(tree: &BallTree) -> impl Iterator<Item = [Vec3; 3]> {
-    tree.pieces().iter().filter_map(|piece| match piece.core {
-        Core::Triangle(a, b, c) => Some([a, b, c]),
-        _ => None,
-    })
+    tree.pieces()
+        .iter()
+        .filter_map(|piece| piece.core.triangle())
 }
 
 /// Whether no more than so many rays find a way out.
@@ -103,7 +101,7 @@ fn meet(
         match ball.content {
             Content::Balls(a, b) => left.extend([a, b]),
             Content::Piece(piece) => {
-                if let Core::Triangle(a, b, c) = tree.pieces()[piece as usize].core
+                if let Some([a, b, c]) = tree.pieces()[piece as usize].core.triangle()
                     && meets(from, along, [a, b, c], rim)
                     && !tell([a, b, c])
                 {

@@ -2,6 +2,9 @@
 //! them: how far apart they are, where they touch, how deep they overlap. Where a solid stands, who
 //! carries it and whom it may touch is said elsewhere, so that none of this makes anything anew.
 
+// A new kind of shape, core or joint is an error here, not another one's arm.
+#![deny(clippy::wildcard_enum_match_arm)]
+
 pub mod contact;
 pub mod convex_hull;
 pub mod core;

@@ -179,14 +179,14 @@ impl Filter {
         }
         let mut stale = vec![[false; 2]; filter.bodies.len()];
         for pair in &*filter.pairs {
-            match pair.partner {
-                Partner::Object(object) if has_moved[object] => {
-                    let sides = [self, &filter].map(|filter| filter.is_remote(pair.body, object));
-                    sides
-                        .into_iter()
-                        .for_each(|side| stale[pair.body][usize::from(side)] = true);
-                }
-                _ => {}
+            let Partner::Object(object) = pair.partner else {
+                continue;
+            };
+            if has_moved[object] {
+                let sides = [self, &filter].map(|filter| filter.is_remote(pair.body, object));
+                sides
+                    .into_iter()
+                    .for_each(|side| stale[pair.body][usize::from(side)] = true);
             }
         }
         filter.plant(&stale);

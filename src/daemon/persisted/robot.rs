@@ -58,13 +58,16 @@ struct VirtualJointRecord {
     parent_frame: String,
 }
 
+/// Joint name and its values.
+type JointValues = Vec<(String, Vec<f64>)>;
+
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct SemanticsRecord {
     disabled_collisions: Vec<(String, String)>,
     /// Name and joints of each.
     groups: Vec<(String, Vec<String>)>,
     /// Name, group, and the values of joints.
-    group_states: Vec<(String, String, Vec<(String, Vec<f64>)>)>,
+    group_states: Vec<(String, String, JointValues)>,
     virtual_joint: Option<VirtualJointRecord>,
 }
 

@@ -149,7 +149,7 @@ pub fn direction_between(a: &[Vec3], relative: &Transform, b: &[Vec3]) -> Option
     simplex.reset(CsoPoint::from_shapes(&here, &a, &b, -start));
     match gjk::closest_points(&here, &a, &b, f64::MAX, true, &mut simplex) {
         GJKResult::ClosestPoints(on_a, on_b, _) => (on_a - on_b).try_normalize(),
-        _ => None,
+        GJKResult::Intersection | GJKResult::Proximity(_) | GJKResult::NoIntersection(_) => None,
     }
 }
 

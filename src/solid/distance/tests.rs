@@ -220,7 +220,7 @@ fn by_parry(a: &Core, b: &Core) -> Option<f64> {
                 Pose::from_parts(center, Quat::from_mat3(&axes)),
                 Box::new(Cuboid::new(half)),
             ),
-            _ => return None,
+            Core::Point(_) | Core::Cylinder { .. } => return None,
         })
     };
     let (at_a, a) = shape(a)?;
