@@ -14,6 +14,8 @@ const RECORD_MAX: usize = 256 * 1024 * 1024;
 pub(super) struct Format {
     /// The word.
     pub what: &'static str,
+    /// What people call such a file.
+    pub name: &'static str,
     /// Counts changes of the records.
     pub version: u32,
 }
@@ -37,7 +39,11 @@ impl Format {
     }
 
     fn refusal(&self, bytes: &[u8]) -> String {
-        let Self { what, version } = self;
+        let Self {
+            what,
+            name,
+            version,
+        } = self;
         let line = bytes
             .split(|byte| *byte == b'\n')
             .next()
@@ -46,9 +52,9 @@ impl Format {
         let other = line.strip_prefix(&format!("taut {what} "));
         match other.and_then(|number| number.parse::<u32>().ok()) {
             Some(other) => format!(
-                "at its start: it is a {what} of version {other}, this release reads version {version}"
+                "at its start: it is a {name} of version {other}, this release reads version {version}"
             ),
-            None => format!("at its start: it is no {what} of this release"),
+            None => format!("at its start: it is no {name} of this release"),
         }
     }
 }

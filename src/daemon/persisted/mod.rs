@@ -28,10 +28,12 @@ use super::record_log::Format;
 /// The journal's file.
 pub(super) const JOURNAL: Format = Format {
     what: "journal",
+    name: "journal",
     version: 2,
 };
 /// A recorded run's file.
 pub(super) const RUN: Format = Format {
     what: "run",
+    name: "recorded run",
     version: 2,
 };
