@@ -127,9 +127,10 @@ pub(super) fn measure(
     let proof_s = median(proofs.into_iter()).unwrap_or_default();
     let sampled_s = median(samplings.into_iter());
     let (intervals, clearance_m) = match &verdict {
-        PathVerdict::Proved(proofs) => (
-            proofs.iter().map(|proof| proof.intervals).sum(),
-            proofs
+        PathVerdict::Proved(proved) => (
+            proved.proofs().iter().map(|proof| proof.intervals).sum(),
+            proved
+                .proofs()
                 .iter()
                 .map(|proof| proof.clearance_m)
                 .min_by(f64::total_cmp)
@@ -210,7 +211,7 @@ impl Check<'_> {
         validator
     }
 
-    fn proof(&mut self, path: &Path) -> (f64, (PathVerdict, Queries)) {
+    fn proof<'p>(&mut self, path: &'p Path) -> (f64, (PathVerdict<'p>, Queries)) {
         let mut validator = self.validator();
         let start = Instant::now();
         let verdict = path_proof::prove(&mut validator, path, &mut || false);
