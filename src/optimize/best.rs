@@ -7,7 +7,7 @@ use super::task::{SHORTER, Task};
 use crate::path::Path;
 use crate::validation::{Proved, RowsVerdict, SegmentProof, Validator};
 
-/// By how much a path without needless waypoints may seem longer, as a part of its length: what
+/// By how much a path may seem longer without a needless waypoint, as a part of its length: what
 /// rounding adds.
 const ROUNDING: f64 = 1e-12;
 
@@ -129,11 +129,14 @@ impl<'r> Best<'r> {
         change: Change,
     ) -> bool {
         let gain = self.gain(range, rows.rows());
-        let least = match change {
-            Change::Shortens => SHORTER,
-            Change::Simplifies => -ROUNDING,
+        let is_as_said = match change {
+            Change::Shortens => gain > SHORTER * self.length(),
+            Change::Simplifies => {
+                let is_fewer = rows.rows().len() < range.len() * self.path.nq();
+                is_fewer && gain >= -ROUNDING * self.length()
+            }
         };
-        if gain <= least * self.length() {
+        if !is_as_said {
             return false;
         }
         if let Some(tail) = tail {
@@ -192,5 +195,106 @@ impl<'r> Best<'r> {
                 .distance(self.task.space, from, to, &mut self.velocity);
             self.arcs.push(arc);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::collision::CollisionModel;
+    use crate::optimize::testing;
+    use crate::path::Metric;
+    use crate::scene::Scene;
+    use crate::validation::Scratch;
+
+    /// A disc on an empty plane, and a path of it around a corner.
+    fn on_a_plane(examine: impl FnOnce(&Task<'_>, &mut Validator<'_>, &Path)) {
+        let scene = Scene::new("plane", Vec::new(), Vec::new(), Vec::new()).expect("nothing");
+        let model = CollisionModel::new(Arc::new(testing::disc(0.1)), Arc::new(scene));
+        let model = model.expect("a model");
+        let space = model.robot().space();
+        let metric = Metric::new(space, vec![1.0; 2]).expect("two weights");
+        let corner = path(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
+        let task = Task {
+            model: &model,
+            space,
+            metric: &metric,
+            held: &[],
+            fixed: &[true, false, true],
+            fixed_rows: &[0.0, 0.0, 1.0, 1.0],
+            moving: &[true; 2],
+            keep_goal: false,
+            seed: 0,
+            work_budget: u64::MAX,
+        };
+        let mut scratch = Scratch::default();
+        let mut validator = Validator::new(&model, space, &[], 1e-3, &mut scratch);
+        examine(&task, &mut validator, &corner);
+    }
+
+    fn path(rows: &[[f64; 2]]) -> Path {
+        Path::from_rows(2, rows.concat()).expect("whole rows")
+    }
+
+    fn proved<'p>(validator: &mut Validator<'_>, rows: &'p Path) -> Proved<'p> {
+        match validator.prove(rows.as_flat(), &mut || false) {
+            RowsVerdict::Proved(proved) => proved,
+            verdict => panic!("{verdict:?}"),
+        }
+    }
+
+    #[test]
+    fn only_what_is_strictly_shorter_is_taken() {
+        on_a_plane(|task, validator, corner| {
+            let mut best = Best::proved(task, corner, proved(validator, corner));
+            let longer = path(&[[0.0, 0.0], [1.0, -0.1], [1.0, 1.0]]);
+            let shorter = path(&[[0.0, 0.0], [0.9, 0.1], [1.0, 1.0]]);
+            assert!(!best.take(&proved(validator, corner), task.fixed));
+            assert!(!best.take(&proved(validator, &longer), task.fixed));
+            assert_eq!((best.path(), best.length()), (corner, 2.0));
+            assert!(best.take(&proved(validator, &shorter), task.fixed));
+            assert_eq!(best.path(), &shorter);
+            assert_eq!(best.into_parts().1.map(|proofs| proofs.len()), Some(2));
+        });
+    }
+
+    #[test]
+    fn a_part_becomes_shorter_or_simpler() {
+        on_a_plane(|task, validator, corner| {
+            let mut best = Best::proved(task, corner, proved(validator, corner));
+            let bent = path(&[[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [1.0, 1.0]]);
+            let bent = proved(validator, &bent);
+            for change in [Change::Shortens, Change::Simplifies] {
+                assert!(!best.replace(&(0..3), &bent, None, change), "{change:?}");
+            }
+            let cut = path(&[[0.5, 0.0], [1.0, 0.5]]);
+            let around = path(&[[0.0, 0.0], [0.5, 0.0], [1.0, 0.5], [1.0, 1.0]]);
+            assert!(best.replace(&(0..3), &proved(validator, &around), None, Change::Shortens));
+            assert_eq!(best.fixed(), [true, false, false, true]);
+            let same = proved(validator, &cut);
+            assert!(!best.replace(&(1..3), &same, None, Change::Shortens));
+            let straight = path(&[[0.0, 0.0], [1.0, 0.5]]);
+            let straight = proved(validator, &straight);
+            assert!(best.replace(&(0..3), &straight, None, Change::Simplifies));
+            assert_eq!(best.fixed(), [true, false, true]);
+            assert!((best.length() - 1.25_f64.sqrt() - 0.5).abs() < 1e-15);
+        });
+    }
+
+    #[test]
+    fn an_input_without_proof_counts_once_all_of_it_is_proved() {
+        on_a_plane(|task, validator, corner| {
+            let mut best = Best::unproved(task, corner);
+            let first = path(&[[0.0, 0.0], [1.0, 0.0]]);
+            let first = proved(validator, &first);
+            assert!(best.replace(&(0..2), &first, None, Change::Simplifies));
+            assert!(!best.is_proved());
+            assert!(!best.clone().prove_rest(validator, &mut || true));
+            assert_eq!(best.clone().into_parts().1, None);
+            assert!(best.prove_rest(validator, &mut || false));
+            assert!(best.into_parts().1.is_some());
+        });
     }
 }

@@ -8,6 +8,10 @@ use super::{SegmentProof, SegmentRefusal, SegmentsVerdict};
 
 /// Rows laid end to end, every straight segment between which keeps the floors of the validator
 /// that made this.
+///
+/// ```compile_fail
+/// let nobody_asked = taut::validation::Proved { rows: &[0.0, 1.0], proofs: Vec::new() };
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proved<'p> {
     rows: &'p [f64],
