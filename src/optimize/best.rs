@@ -209,21 +209,26 @@ mod tests {
     use crate::scene::Scene;
     use crate::validation::Scratch;
 
-    /// A disc on an empty plane, and a path of it around a corner.
-    fn on_a_plane(examine: impl FnOnce(&Task<'_>, &mut Validator<'_>, &Path)) {
+    const CORNER: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
+
+    /// A disc on an empty plane, and a path of it.
+    fn on_a_plane(rows: &[[f64; 2]], examine: impl FnOnce(&Task<'_>, &mut Validator<'_>, &Path)) {
         let scene = Scene::new("plane", Vec::new(), Vec::new(), Vec::new()).expect("nothing");
         let model = CollisionModel::new(Arc::new(testing::disc(0.1)), Arc::new(scene));
         let model = model.expect("a model");
         let space = model.robot().space();
         let metric = Metric::new(space, vec![1.0; 2]).expect("two weights");
-        let corner = path(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
+        let input = path(rows);
+        let mut fixed = vec![false; rows.len()];
+        fixed[0] = true;
+        fixed[rows.len() - 1] = true;
         let task = Task {
             model: &model,
             space,
             metric: &metric,
             held: &[],
-            fixed: &[true, false, true],
-            fixed_rows: &[0.0, 0.0, 1.0, 1.0],
+            fixed: &fixed,
+            fixed_rows: &[rows[0], rows[rows.len() - 1]].concat(),
             moving: &[true; 2],
             keep_goal: false,
             seed: 0,
@@ -231,7 +236,7 @@ mod tests {
         };
         let mut scratch = Scratch::default();
         let mut validator = Validator::new(&model, space, &[], 1e-3, &mut scratch);
-        examine(&task, &mut validator, &corner);
+        examine(&task, &mut validator, &input);
     }
 
     fn path(rows: &[[f64; 2]]) -> Path {
@@ -247,7 +252,7 @@ mod tests {
 
     #[test]
     fn only_what_is_strictly_shorter_is_taken() {
-        on_a_plane(|task, validator, corner| {
+        on_a_plane(&CORNER, |task, validator, corner| {
             let mut best = Best::proved(task, corner, proved(validator, corner));
             let longer = path(&[[0.0, 0.0], [1.0, -0.1], [1.0, 1.0]]);
             let shorter = path(&[[0.0, 0.0], [0.9, 0.1], [1.0, 1.0]]);
@@ -262,7 +267,7 @@ mod tests {
 
     #[test]
     fn a_part_becomes_shorter_or_simpler() {
-        on_a_plane(|task, validator, corner| {
+        on_a_plane(&CORNER, |task, validator, corner| {
             let mut best = Best::proved(task, corner, proved(validator, corner));
             let bent = path(&[[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [1.0, 1.0]]);
             let bent = proved(validator, &bent);
@@ -285,11 +290,12 @@ mod tests {
 
     #[test]
     fn an_input_without_proof_counts_once_all_of_it_is_proved() {
-        on_a_plane(|task, validator, corner| {
-            let mut best = Best::unproved(task, corner);
+        let rows = [[0.0, 0.0], [0.5, 0.5], [1.0, 0.0], [1.0, 1.0]];
+        on_a_plane(&rows, |task, validator, input| {
+            let mut best = Best::unproved(task, input);
             let first = path(&[[0.0, 0.0], [1.0, 0.0]]);
             let first = proved(validator, &first);
-            assert!(best.replace(&(0..2), &first, None, Change::Simplifies));
+            assert!(best.replace(&(0..3), &first, None, Change::Shortens));
             assert!(!best.is_proved());
             assert!(!best.clone().prove_rest(validator, &mut || true));
             assert_eq!(best.clone().into_parts().1, None);
