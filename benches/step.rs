@@ -164,7 +164,10 @@ impl Case {
     fn iterate(&self, memory: &mut Memory) {
         let cost = self.linearise(memory);
         self.push_rows(&cost, memory);
-        memory.set.solve().expect("independent rows are feasible");
+        memory
+            .set
+            .solve(&mut || false)
+            .expect("independent rows are feasible");
         memory.set.step(&cost, &mut memory.step);
     }
 }
@@ -245,7 +248,10 @@ fn rows_warm(bencher: Bencher, count: usize) {
         let cost = case.linearise(&mut memory);
         case.push_rows(&cost, &mut memory);
         memory.set.warm_start(held.iter().copied());
-        memory.set.solve().expect("independent rows are feasible");
+        memory
+            .set
+            .solve(&mut || false)
+            .expect("independent rows are feasible");
         memory.set.step(&cost, &mut memory.step);
     });
 }

@@ -30,6 +30,8 @@ pub(super) struct Answer {
     /// Pairs with a lowered floor, and their floors (m).
     lowered: Vec<(usize, f64)>,
     nearest: Option<Nearest>,
+    /// Length of the input and of the path, where an optimizer has measured them.
+    lengths: Option<[f64; 2]>,
     iterations: u64,
     work: u64,
     stage: Stage,
@@ -46,6 +48,7 @@ impl Answer {
             refusal: None,
             lowered: Vec::new(),
             nearest: None,
+            lengths: None,
             iterations: 0,
             work: 0,
             stage: Stage::Input,
@@ -86,7 +89,14 @@ impl Answer {
         self.pinched = std::mem::take(&mut progress.pinched);
         self.pinched.sort_unstable();
         self.pinched.dedup();
+        self.lengths = Some([progress.best.input_length(), progress.best.length()]);
         (self.path, self.proofs) = progress.best.into_parts();
+    }
+
+    /// Goes back to the input.
+    pub fn reset(&mut self, question: &Question) {
+        self.path.clone_from(&question.input.path);
+        self.lengths = None;
     }
 
     /// Adds what is asked for beside the path: what it comes near, how far it may be strayed from.
@@ -111,7 +121,7 @@ impl Answer {
     }
 
     /// The same in the caller's words and with the caller's waypoints.
-    pub fn into_outcome(self, question: &Question) -> Outcome {
+    pub fn into_outcome(mut self, question: &Question) -> Outcome {
         let Question {
             model,
             path,
@@ -119,8 +129,8 @@ impl Answer {
             input,
         } = *question;
         let is_unchanged = self.path == input.path;
-        let output = self.output(question, is_unchanged);
         let [length_before, length_after, lower_bound] = self.lengths(question);
+        let output = self.output(question, is_unchanged);
         let floors_lowered = self.floors_lowered(model);
         let certificate = self.claims(question, is_unchanged).map(|proofs| {
             Certificate::new(model, &output, terms(question, &floors_lowered), &proofs)
@@ -164,14 +174,15 @@ impl Answer {
         }
     }
 
-    /// The path as the caller gets it.
-    fn output(&self, question: &Question, is_unchanged: bool) -> Path {
+    /// The path as the caller gets it; it is taken out.
+    fn output(&mut self, question: &Question, is_unchanged: bool) -> Path {
         let Question { path, input, .. } = *question;
         if is_unchanged {
-            input.given(path).clone()
-        } else {
-            Restorer::new(path, input).into_restored(&self.path)
+            return input.given(path).clone();
         }
+        let mut output = std::mem::take(&mut self.path);
+        Restorer::new(path, input).restore(&mut output);
+        output
     }
 
     /// Length of the input, of the path, and what none can be shorter than.
@@ -179,14 +190,16 @@ impl Answer {
         let Input {
             space,
             metric,
+            path,
             keep_goal,
             ..
         } = question.input;
-        let mut scratch = vec![0.0; space.nv()];
-        let mut length = |path: &Path| metric.length(space, path.as_flat(), &mut scratch);
-        let before = length(&question.input.path);
+        let [before, after] = self.lengths.unwrap_or_else(|| {
+            let length = metric.length(space, path.as_flat(), &mut vec![0.0; space.nv()]);
+            [length; 2]
+        });
         // Without a waypoint on a straight line the sum may be rounded up.
-        let after = length(&self.path).min(before);
+        let after = after.min(before);
         // Angles far out are rounded by more than the two may differ.
         let bound = lower_bound(space, metric, question.path, *keep_goal).min(after);
         [before, after, bound]

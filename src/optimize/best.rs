@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use super::cost;
 use super::task::{SHORTER, Task};
 use crate::path::Path;
 use crate::validation::{Proved, RowsVerdict, SegmentProof, Validator};
@@ -27,10 +28,14 @@ pub struct Best<'r> {
     path: Path,
     /// Waypoints that must stay as they are, the first and the last among them.
     fixed: Vec<bool>,
-    /// Length of the path up to each waypoint.
+    /// Length of each segment.
+    steps: Vec<f64>,
+    /// Length of the path up to each waypoint: their sums, one after the other.
     arcs: Vec<f64>,
     /// Of each segment; `None` where the input is not proved and nothing has taken its place.
     proofs: Vec<Option<SegmentProof>>,
+    /// Length of the input.
+    input_length: f64,
     velocity: Vec<f64>,
 }
 
@@ -53,11 +58,14 @@ impl<'r> Best<'r> {
             task,
             path: input.clone(),
             fixed: task.fixed.to_vec(),
-            arcs: Vec::with_capacity(input.len()),
+            steps: Vec::new(),
+            arcs: vec![0.0],
             proofs,
+            input_length: 0.0,
             velocity: vec![0.0; task.space.nv()],
         };
-        best.measure();
+        best.measure(0..0, input.as_flat());
+        best.input_length = best.length();
         best
     }
 
@@ -84,6 +92,11 @@ impl<'r> Best<'r> {
     /// Length of the path.
     pub fn length(&self) -> f64 {
         self.arcs[self.arcs.len() - 1]
+    }
+
+    /// Length of the input.
+    pub fn input_length(&self) -> f64 {
+        self.input_length
     }
 
     /// Whether a length is strictly shorter than the path's.
@@ -114,7 +127,7 @@ impl<'r> Best<'r> {
         self.fixed.extend_from_slice(fixed);
         self.proofs.clear();
         self.proofs.extend(path.proofs().iter().copied().map(Some));
-        self.measure();
+        self.measure(0..self.steps.len(), path.rows());
         true
     }
 
@@ -143,7 +156,6 @@ impl<'r> Best<'r> {
             self.splice(range.end - 1..self.path.len(), tail);
         }
         self.splice(range.clone(), rows);
-        self.measure();
         true
     }
 
@@ -181,18 +193,20 @@ impl<'r> Best<'r> {
             range.start..range.end - 1,
             rows.proofs().iter().copied().map(Some),
         );
+        self.measure(range.start..range.end - 1, rows.rows());
         self.path.splice(range, rows.rows());
     }
 
-    fn measure(&mut self) {
-        let mut arc = 0.0;
-        self.arcs.clear();
-        self.arcs.push(arc);
-        for [from, to] in self.path.segments() {
-            arc += self
-                .task
-                .metric
-                .distance(self.task.space, from, to, &mut self.velocity);
+    /// Puts the lengths of the segments between these rows in the place of those of `segments`.
+    fn measure(&mut self, segments: Range<usize>, rows: &[f64]) {
+        let first = segments.start;
+        let velocity = &mut self.velocity;
+        let lengths = cost::steps(self.task.space, self.task.metric, rows, velocity);
+        self.steps.splice(segments, lengths);
+        self.arcs.truncate(first + 1);
+        let mut arc = self.arcs[first];
+        for step in &self.steps[first..] {
+            arc += step;
             self.arcs.push(arc);
         }
     }

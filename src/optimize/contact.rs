@@ -15,7 +15,7 @@
 //! Once nothing more is gained, segments that are pushed on their inside get a waypoint there, and
 //! it goes on.
 
-use super::active_set::ActiveSet;
+use super::active_set::{ActiveSet, Unsolved};
 use super::contacts::{Contacts, Ray};
 use super::cost::{Cost, segment_lengths};
 use super::limits::Limits;
@@ -139,7 +139,9 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     /// Tries steps from x₀ until one is shorter and proved.
     fn pull(&mut self) -> Pulled {
         self.linearise();
-        self.update_step();
+        if self.update_step().is_none() {
+            return Pulled::Ended(Termination::Stopped);
+        }
         let mut part = self.part;
         for trial in 1..=TRIALS {
             if let Some(termination) = self.progress.must_end() {
@@ -164,8 +166,8 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
                     let apart = self.learn(&refusal, part);
                     if trial % PATIENCE == 0 {
                         part = (0.95 * apart).clamp(0.25 * part, 0.9 * part);
-                    } else {
-                        self.update_step();
+                    } else if self.update_step().is_none() {
+                        return Pulled::Ended(Termination::Stopped);
                     }
                 }
             }
@@ -199,20 +201,32 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         );
     }
 
-    /// p ← the minimum of the model under half-spaces and limits.
-    fn update_step(&mut self) {
+    /// p ← the minimum of the model under half-spaces and limits; `None` where stopped.
+    fn update_step(&mut self) -> Option<()> {
         loop {
-            while let Err(infeasible) = self.set.solve() {
-                self.progress
-                    .pinched
-                    .extend(self.contacts.give_way(infeasible, &mut self.set));
-            }
+            self.solve()?;
             self.set.step(&self.cost, &mut self.step);
-            if !self
-                .limits
-                .push_left(&mut self.set, &self.cost, self.path.as_flat(), &self.step)
-            {
-                return;
+            let rows = self.path.as_flat();
+            let stop = &mut *self.progress.stop;
+            let has_left =
+                self.limits
+                    .push_left(&mut self.set, &self.cost, rows, &self.step, stop)?;
+            if !has_left {
+                return Some(());
+            }
+        }
+    }
+
+    /// The multipliers under the half-spaces; those that no step satisfies give way.
+    fn solve(&mut self) -> Option<()> {
+        loop {
+            match self.set.solve(self.progress.stop) {
+                Ok(()) => return Some(()),
+                Err(Unsolved::Stopped) => return None,
+                Err(Unsolved::Infeasible { row }) => {
+                    let pinched = self.contacts.give_way(row, &mut self.set);
+                    self.progress.pinched.extend(pinched);
+                }
             }
         }
     }

@@ -85,7 +85,9 @@ pub fn optimize(progress: &mut Progress) -> Termination {
             return termination;
         }
         descent.progress.iterations += 1;
-        descent.update_step();
+        if descent.update_step().is_none() {
+            return Termination::Stopped;
+        }
         if descent.step_norm == 0.0 {
             return Termination::Converged;
         }
@@ -172,10 +174,11 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         }
     }
 
-    /// p ← the minimum of the quadratic model under the rows and the limits, where they changed.
-    fn update_step(&mut self) {
+    /// p ← the minimum of the quadratic model under the rows and the limits, where they changed;
+    /// `None` where stopped.
+    fn update_step(&mut self) -> Option<()> {
         if !self.outdated {
-            return;
+            return Some(());
         }
         let rows = self.progress.best.path().as_flat();
         self.cost
@@ -189,19 +192,20 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             rows,
             &self.gradient,
             &mut self.step,
-        );
+            self.progress.stop,
+        )?;
         let squares = self
             .step
             .chunks_exact(self.velocity.len())
             .map(|p| self.progress.task.metric.norm(p).powi(2));
         self.step_norm = self.largest_part * squares.sum::<f64>().sqrt();
         self.outdated = false;
+        Some(())
     }
 
     /// Whether the model promises no more than a small step.
     fn is_at_minimum(&mut self) -> bool {
-        self.update_step();
-        self.step_norm < SMALL_STEP * self.progress.best.length()
+        self.update_step().is_some() && self.step_norm < SMALL_STEP * self.progress.best.length()
     }
 
     /// x₁ ← x₀ ⊕ αp; what may not move keeps its bits.

@@ -92,8 +92,16 @@ fn answer(
         input,
         ..
     } = *question;
-    let mut restored = Restorer::new(path, input);
-    let mut publish = |improvement: Improvement| restored.publish(&improvement, publish);
+    let restorer = Restorer::new(path, input);
+    let mut restored = input.path.clone();
+    let mut publish = |improvement: Improvement| {
+        restored.clone_from(improvement.path);
+        restorer.restore(&mut restored);
+        publish(Improvement {
+            path: &restored,
+            ..improvement
+        });
+    };
     let mut answer = Answer::unproved(question);
     match path_proof::prove_input(validator, &input.path, !settings.strict, stop) {
         PathVerdict::Stopped => answer.termination = Termination::Stopped,
@@ -126,7 +134,7 @@ fn answer(
                 optimize(&mut answer, question, None, validator, stop, &mut publish);
                 match answer.proofs {
                     Some(_) => answer.refusal = None,
-                    None => answer.path = input.path.clone(),
+                    None => answer.reset(question),
                 }
             }
         }

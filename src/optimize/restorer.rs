@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 
 use super::input::Input;
-use super::task::Improvement;
 use crate::path::Path;
 use crate::robot::configuration::turns_between;
 
@@ -16,7 +15,6 @@ pub(super) struct Restorer<'a> {
     /// The fixed waypoints of the optimizers' form, in order.
     fixed: Vec<usize>,
     circles: Vec<usize>,
-    buffer: Path,
 }
 
 impl<'a> Restorer<'a> {
@@ -27,18 +25,11 @@ impl<'a> Restorer<'a> {
             input,
             fixed: (0..count).filter(|&index| input.fixed[index]).collect(),
             circles: input.space.circles().collect(),
-            buffer: input.path.clone(),
         }
     }
 
-    /// The path with the caller's rows.
-    pub fn into_restored(mut self, path: &Path) -> Path {
-        self.restore(path);
-        self.buffer
-    }
-
-    fn restore(&mut self, path: &Path) {
-        self.buffer.clone_from(path);
+    /// Gives a path the caller's rows.
+    pub fn restore(&self, path: &mut Path) {
         let mut fixed = self.fixed.iter();
         let mut next = fixed.next();
         for index in 0..path.len() {
@@ -46,13 +37,17 @@ impl<'a> Restorer<'a> {
             if let Some(&place) = next
                 && self.is_same_place(path.waypoint(index), place)
             {
-                let original = self.given.waypoint(self.input.origins[place]);
-                let restored = self.buffer.waypoint_mut(index);
-                restored.copy_from_slice(original);
-                for &q in &self.circles {
-                    restored[q] = path.waypoint(index)[q];
-                }
+                self.restore_row(path.waypoint_mut(index), place);
                 next = fixed.next();
+            }
+        }
+    }
+
+    fn restore_row(&self, row: &mut [f64], place: usize) {
+        let given = self.given.waypoint(self.input.origins[place]);
+        for (q, number) in row.iter_mut().enumerate() {
+            if !self.circles.contains(&q) {
+                *number = given[q];
             }
         }
     }
@@ -66,13 +61,5 @@ impl<'a> Restorer<'a> {
             false => at[q] == row[q],
         };
         (0..at.len()).all(is_same)
-    }
-
-    pub fn publish(&mut self, improvement: &Improvement, publish: &mut dyn FnMut(Improvement)) {
-        self.restore(improvement.path);
-        publish(Improvement {
-            path: &self.buffer,
-            ..*improvement
-        });
     }
 }

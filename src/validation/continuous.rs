@@ -43,7 +43,7 @@ const MARGIN: f64 = 1.5;
 const START_WIDTH: f64 = 0.35;
 
 /// Segments that are laid out between two questions whether to stop.
-const ASKED_EVERY: usize = 256;
+pub(super) const ASKED_EVERY: usize = 256;
 
 /// Reusable memory of a validator; nothing in it outlives a request but its capacity.
 #[derive(Debug, Default)]
