@@ -11,7 +11,7 @@
 //! strictly shorter, so the answer is never worse than the input.
 
 use super::cost::Cost;
-use super::limits::Limits;
+use super::limits::{Limits, Model};
 use super::outcome::{Stage, Termination};
 use super::progress::{Progress, Tried};
 use super::quadratic_step::QuadraticStep;
@@ -188,9 +188,11 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         self.largest_part = self.limits.solve(
             quadratic,
             count,
-            &self.cost,
-            rows,
-            &self.gradient,
+            Model {
+                cost: &self.cost,
+                path: rows,
+                gradient: &self.gradient,
+            },
             &mut self.step,
             self.progress.stop,
         )?;

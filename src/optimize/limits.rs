@@ -74,6 +74,17 @@ impl Limited {
     }
 }
 
+/// The quadratic model of the cost at a path.
+#[derive(Clone, Copy)]
+pub struct Model<'a> {
+    /// H.
+    pub cost: &'a Cost<'a>,
+    /// The path, flat rows.
+    pub path: &'a [f64],
+    /// g there, one row of nv numbers for each waypoint.
+    pub gradient: &'a [f64],
+}
+
 /// The limits of a robot's variables, and those that hold the step now.
 #[derive(Clone, Debug)]
 pub struct Limits {
@@ -110,7 +121,7 @@ impl Limits {
     }
 
     /// Writes the step of the first `collision_rows` rows of `quadratic` and of those limits that
-    /// hold it; `path` is flat rows. Limit rows of the last step are dropped and found again.
+    /// hold it. Limit rows of the last step are dropped and found again.
     ///
     /// Returns the largest part of the step that keeps all limits: 1 unless the rows leave no such
     /// step. `None` where stopped: `stop` is asked at every row.
@@ -118,12 +129,15 @@ impl Limits {
         &mut self,
         quadratic: &mut QuadraticStep,
         collision_rows: usize,
-        cost: &Cost<'_>,
-        path: &[f64],
-        gradient: &[f64],
+        model: Model<'_>,
         step: &mut [f64],
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<f64> {
+        let Model {
+            cost,
+            path,
+            gradient,
+        } = model;
         for round in 0..ROUNDS {
             quadratic.truncate(collision_rows);
             let wanted = self.active.len();

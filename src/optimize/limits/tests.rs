@@ -88,9 +88,11 @@ impl Case {
         let part = Limits::new(&task, task.fixed).solve(
             &mut quadratic,
             count,
-            &cost,
-            path,
-            &gradient,
+            Model {
+                cost: &cost,
+                path,
+                gradient: &gradient,
+            },
             &mut step,
             &mut || false,
         );
@@ -259,9 +261,11 @@ fn where_more_limits_are_left_than_rows_are_worth_the_step_is_cut() {
         .solve(
             &mut quadratic,
             0,
-            &cost,
-            path,
-            &gradient,
+            Model {
+                cost: &cost,
+                path,
+                gradient: &gradient,
+            },
             &mut step,
             &mut || false,
         )
