@@ -87,7 +87,7 @@ impl Case {
 
 fn problem(name: &str) -> Problem {
     let file = File::new(env!("CARGO_MANIFEST_DIR"))
-        .join("config/problems")
+        .join("../config/problems")
         .join(format!("{name}.json"));
     Reader::new(Packages::default())
         .problem(&file, Geometry::Given)

@@ -69,7 +69,7 @@ fn changed(scene: &Scene, changes: impl IntoIterator<Item = SceneChange>) -> Sce
 }
 
 fn robot() -> Arc<RobotModel> {
-    let file = File::new(env!("CARGO_MANIFEST_DIR")).join("config/problems/arm_shelf.json");
+    let file = File::new(env!("CARGO_MANIFEST_DIR")).join("../config/problems/arm_shelf.json");
     let problem = Reader::new(Packages::default())
         .problem(&file, Geometry::Given)
         .expect("the problem is shipped");

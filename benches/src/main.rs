@@ -34,6 +34,10 @@ struct Cli {
 }
 
 #[derive(clap::Subcommand)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one value, made once and matched at once"
+)]
 enum Command {
     Bench(bench::Arguments),
     Load(load::Arguments),

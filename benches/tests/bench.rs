@@ -1,17 +1,17 @@
-//! `taut bench` on the shipped problems: its figures agree with each other.
-#![cfg(feature = "daemon")]
+//! `taut-bench bench` on the shipped problems: its figures agree with each other, and with those of a
+//! run before.
 
 mod common;
 
 use std::fs;
 use std::process::Command;
 
-use common::{Run, config};
+use common::{Run, TAUT_BENCH, config, taut};
 use serde_json::Value;
 
 fn bench(arguments: &[&str]) -> Run {
     Run::of(
-        Command::new(env!("CARGO_BIN_EXE_taut"))
+        Command::new(TAUT_BENCH)
             .arg("bench")
             .args(arguments)
             .output()
@@ -36,7 +36,7 @@ fn list(value: &Value) -> &Vec<Value> {
 fn family() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (set, name) in [("tiny_a", "corner"), ("tiny_b", "rooms")] {
-        let mut problem = common::problem(name);
+        let mut problem = problem(name);
         let rows = list(&problem["path"]).clone();
         // The robot's and the meshes' files lie where they lay.
         problem["robot"]["urdf"] = Value::from(config(&format!(
@@ -61,9 +61,15 @@ fn family() -> tempfile::TempDir {
     folder
 }
 
+/// A shipped problem.
+fn problem(name: &str) -> Value {
+    let text = fs::read_to_string(config(&format!("problems/{name}.json"))).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
 /// Length of a shipped problem's path in its own metric.
 fn input_length(problem: &str) -> f64 {
-    let run = Command::new(env!("CARGO_BIN_EXE_taut"))
+    let run = Command::new(taut())
         .args(["check", &config(problem), "--local", "--format", "json"])
         .output()
         .unwrap();
@@ -280,4 +286,91 @@ fn a_peers_path_can_take_the_planners_place() {
         "{}",
         run.err
     );
+}
+
+#[test]
+fn a_bench_has_a_row_for_every_problem_and_bad_ones_do_not_end_it() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(
+        folder.path().join("bad.json"),
+        "{ \"format\": \"taut-problem/1\" }",
+    )
+    .unwrap();
+    let run = bench(&[folder.path().to_str().unwrap()]);
+    assert_eq!(run.exit, 65);
+    assert!(
+        run.out.contains("bad.json") && run.out.contains("missing field"),
+        "{}",
+        run.out
+    );
+
+    let arguments = [
+        "--modes", "check", "--filter", "arm_", "--limit", "1", "--format", "json",
+    ];
+    let run = bench(&[&[config("problems").as_str()], &arguments[..]].concat());
+    assert_eq!(run.exit, 0, "{}", run.err);
+    let report = run.json();
+    assert_eq!(report["rows"].as_array().unwrap().len(), 1);
+    assert_eq!(
+        report["rows"][0]["answers"]["check"]["ratio"].as_f64(),
+        Some(1.0)
+    );
+    assert_eq!(
+        report["sets"][0]["modes"]["check"]["valid"].as_u64(),
+        Some(1)
+    );
+}
+
+#[test]
+fn a_run_beside_an_earlier_one_says_what_is_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let before = folder.path().join("before.json");
+    let before = before.to_str().unwrap();
+    let problems = config("problems");
+    let asked = [
+        problems.as_str(),
+        "--filter",
+        "arm_",
+        "--repeat",
+        "1",
+        "--modes",
+        "gradient,contact",
+    ];
+    assert_eq!(bench(&[&asked[..], &["--out", before]].concat()).exit, 0);
+    let again = || bench(&[&asked[..], &["--against", before]].concat());
+    let run = again();
+    assert_eq!((run.exit, run.err.as_str()), (0, ""), "{}", run.out);
+    assert_eq!(run.out.lines().count(), 1, "{}", run.out);
+    assert!(run.out.contains(" 0 different"), "{}", run.out);
+
+    let mut report: Value = serde_json::from_str(&fs::read_to_string(before).unwrap()).unwrap();
+    let answers = &mut report["rows"][0]["answers"];
+    answers["gradient"]["work"] = Value::from(1);
+    fs::write(before, report.to_string()).unwrap();
+    let run = again();
+    assert!(
+        run.exit == 0 && run.out.contains("other work ") && run.out.contains(" 1 with other work"),
+        "{}",
+        run.out
+    );
+
+    report["rows"][0]["answers"]["contact"]["path_hash"] = Value::from("0");
+    fs::write(before, report.to_string()).unwrap();
+    let run = again();
+    assert_eq!(run.exit, 1, "{}", run.out);
+    assert!(run.out.contains(" contact: path 0 -> "), "{}", run.out);
+
+    fs::write(before, "{}").unwrap();
+    let run = again();
+    assert_eq!((run.exit, run.err.lines().count()), (65, 1), "{}", run.err);
+}
+
+#[test]
+fn the_users_command_is_the_same_program() {
+    let mut command = Command::new(taut());
+    command.args(["bench", &config("problems"), "--modes", "check"]);
+    command.args(["--filter", "corner", "--format", "json"]);
+    let run = Run::of(command.output().unwrap());
+    assert_eq!(run.exit, 0, "{}", run.err);
+    assert_eq!(list(&run.json()["rows"]).len(), 1);
 }

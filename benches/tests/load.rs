@@ -1,12 +1,11 @@
-//! `taut load`: every request comes to an end, and the report adds up.
-#![cfg(feature = "daemon")]
+//! `taut-bench load`: every request comes to an end, and the report adds up.
 
 mod common;
 
 use common::{Place, Run, config};
 
 fn load(place: &Place, arguments: &[&str]) -> serde_json::Value {
-    let run = place.taut(
+    let run = place.run(
         &[
             &["load", "--format", "json", "--duration", "500ms"],
             arguments,
@@ -92,7 +91,7 @@ fn arrivals_beyond_saturation_are_refused_by_code() {
 #[test]
 fn a_daemon_that_serves_already_is_used_and_stays() {
     let place = Place::new();
-    let mut daemon = place.serve("workers = 1");
+    let mut daemon = place.serve();
     let problem = config("problems/corner.json");
     let arguments = [
         "--clients",
@@ -106,8 +105,8 @@ fn a_daemon_that_serves_already_is_used_and_stays() {
     ];
     adds_up(&load(&place, &arguments));
     assert!(daemon.is_alive());
-    daemon.kill();
-    let run = place.taut(&["load", "--duration", "100ms"]);
+    drop(daemon);
+    let run = place.run(&["load", "--duration", "100ms"]);
     assert_eq!((run.exit, run.err.lines().count()), (69, 1), "{}", run.err);
 }
 

@@ -1,8 +1,7 @@
-//! The short form of `taut promises`: what no noise of the machine can change has to hold, times
+//! The short form of `taut-bench promises`: what no noise of the machine can change has to hold, times
 //! are only printed.
 //!
-//! The long form, about 80 minutes: `cargo run --release -- promises --long`.
-#![cfg(feature = "daemon")]
+//! The long form, about 80 minutes: `cargo run --release -p taut-bench -- promises --long`.
 
 mod common;
 
@@ -16,7 +15,7 @@ static ALONE: Mutex<()> = Mutex::new(());
 fn holds(promise: &str) {
     let _guard = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let place = Place::new();
-    let run = place.taut(&["promises", "--only", promise, "--format", "json"]);
+    let run = place.run(&["promises", "--only", promise, "--format", "json"]);
     assert!([0, 1].contains(&run.exit), "{}{}", run.out, run.err);
     let report = run.json();
     let rows = report["rows"].as_array().unwrap();
