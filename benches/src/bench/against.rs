@@ -167,10 +167,9 @@ impl Compared {
                 None => self.differs(&label, "is new"),
             }
         }
-        for mode in before.answers.keys() {
-            if !now.answers.contains_key(mode.as_str()) {
-                self.differs(&format!("{label} {mode}"), "is gone");
-            }
+        let is_gone = |mode: &&String| !now.answers.contains_key(mode.as_str());
+        for mode in before.answers.keys().filter(is_gone) {
+            self.differs(&format!("{label} {mode}"), "is gone");
         }
     }
 

@@ -1,7 +1,5 @@
 //! Text in columns, each as wide as its widest cell.
 
-use std::fmt::Write;
-
 /// Between two columns.
 const GAP: &str = "  ";
 
@@ -28,29 +26,32 @@ impl Grid {
 
     /// Writes all lines, each behind `indent`.
     pub(super) fn write(&self, indent: &str, text: &mut String) {
-        let columns = self.lines.iter().map(Vec::len).max().unwrap_or(0);
-        let width = |column: usize| {
-            let cells = self.lines.iter().filter_map(|line| line.get(column));
-            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-        };
-        let widths: Vec<usize> = (0..columns).map(width).collect();
+        let widths = self.widths();
         for line in &self.lines {
-            let mut out = indent.to_owned();
-            for (column, (cell, width)) in line.iter().zip(&widths).enumerate() {
-                let gap = if column == 0 { "" } else { GAP };
-                // Writing to a string cannot fail.
-                let _ = match self
-                    .sides
-                    .as_bytes()
-                    .get(column)
-                    .or(self.sides.as_bytes().last())
-                {
-                    Some(b'<') => write!(out, "{gap}{cell:<width$}"),
-                    _ => write!(out, "{gap}{cell:>width$}"),
-                };
-            }
-            text.push_str(out.trim_end());
+            let cells = line.iter().zip(&widths).enumerate();
+            let cells: Vec<String> = cells
+                .map(|(column, (cell, width))| self.cell(column, cell, *width))
+                .collect();
+            text.push_str(format!("{indent}{}", cells.join(GAP)).trim_end());
             text.push('\n');
+        }
+    }
+
+    fn widths(&self) -> Vec<usize> {
+        let columns = self.lines.iter().map(Vec::len).max().unwrap_or(0);
+        (0..columns).map(|column| self.width(column)).collect()
+    }
+
+    fn width(&self, column: usize) -> usize {
+        let cells = self.lines.iter().filter_map(|line| line.get(column));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    }
+
+    fn cell(&self, column: usize, cell: &str, width: usize) -> String {
+        let sides = self.sides.as_bytes();
+        match sides.get(column).or(sides.last()) {
+            Some(b'<') => format!("{cell:<width$}"),
+            _ => format!("{cell:>width$}"),
         }
     }
 }

@@ -17,12 +17,19 @@ pub(super) fn collisions(recorded: &Value) -> BTreeMap<String, bool> {
 }
 
 /// How many of how many.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub(super) struct Share {
     /// Those that collide.
     pub collide: usize,
     /// All of them.
     pub of: usize,
+}
+
+impl Share {
+    /// Those that collide (%).
+    pub(super) fn percent(&self) -> f64 {
+        100.0 * self.collide as f64 / self.of.max(1) as f64
+    }
 }
 
 /// The checks of a set.
@@ -37,35 +44,37 @@ pub(super) struct Meshes {
 impl Meshes {
     /// `None` where nothing is recorded.
     pub(super) fn of(rows: &[&Row], modes: &[&'static str]) -> Option<Self> {
-        let mut recorded: BTreeMap<String, Share> = BTreeMap::new();
-        for (name, collides) in rows.iter().flat_map(|row| &row.mesh_check) {
-            let share = recorded
-                .entry(name.clone())
-                .or_insert(Share { collide: 0, of: 0 });
-            share.collide += usize::from(*collides);
-            share.of += 1;
-        }
-        let checked = || {
-            rows.iter()
-                .filter(|row| !row.mesh_check.is_empty() && row.geometry == "given")
-        };
-        let proved = |mode: &&'static str| {
-            let answers = checked().filter_map(|row| row.answers.get(mode));
-            // None of them collides: that is what is proved of the same meshes.
-            (
-                *mode,
-                Share {
-                    collide: 0,
-                    of: answers.filter(|figures| figures.proved).count(),
-                },
-            )
-        };
-        let ours = if checked().next().is_some() {
-            modes.iter().map(proved).collect()
-        } else {
-            BTreeMap::new()
-        };
-        (!recorded.is_empty()).then_some(Self { recorded, ours })
+        let recorded = recorded(rows);
+        (!recorded.is_empty()).then(|| Self {
+            recorded,
+            ours: ours(rows, modes),
+        })
+    }
+}
+
+fn recorded(rows: &[&Row]) -> BTreeMap<String, Share> {
+    let mut recorded: BTreeMap<String, Share> = BTreeMap::new();
+    for (name, collides) in rows.iter().flat_map(|row| &row.mesh_check) {
+        let share = recorded.entry(name.clone()).or_default();
+        share.collide += usize::from(*collides);
+        share.of += 1;
+    }
+    recorded
+}
+
+fn ours(rows: &[&Row], modes: &[&'static str]) -> BTreeMap<&'static str, Share> {
+    let mut checked = rows.to_vec();
+    checked.retain(|row| !row.mesh_check.is_empty() && row.geometry == "given");
+    let modes = modes.iter().filter(|_| !checked.is_empty());
+    modes.map(|mode| (*mode, proved(&checked, mode))).collect()
+}
+
+/// None of them collides: that is what is proved of the same meshes.
+fn proved(rows: &[&Row], mode: &str) -> Share {
+    let answers = rows.iter().filter_map(|row| row.answers.get(mode));
+    Share {
+        collide: 0,
+        of: answers.filter(|figures| figures.proved).count(),
     }
 }
 

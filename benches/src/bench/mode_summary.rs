@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::moment::AGAINST_BEST;
+use super::moment::{AGAINST_BEST, Moment};
 use super::row::{Figures, Row};
 use crate::statistics::{Average, Tally, Worst, median};
 
@@ -72,83 +72,121 @@ pub(super) struct IdleSummary {
 impl ModeSummary {
     /// Of its answers among the rows; `None` where there are none.
     pub(super) fn of(rows: &[&Row], mode: &str, modes: &[&str], budgets: usize) -> Option<Self> {
-        let answers: Vec<(&Row, &Figures)> = rows
-            .iter()
-            .filter_map(|row| Some((*row, row.answers.get(mode)?)))
-            .collect();
-        let figures = || answers.iter().map(|answer| answer.1);
-        let at =
-            |budget: usize| Average::of(figures().map(move |figures| remaining(figures, budget)));
-        let ratios = at(budgets)?;
-        let versus = AGAINST_BEST.map(|moment| {
-            let name = moment.name();
-            let quotient = |(row, f): &(&Row, &Figures)| {
-                Some((*f.over_best_honest_peer.get(name)?, row.label()))
-            };
-            Some((
-                name,
-                Versus::of(answers.iter().filter_map(quotient).collect())?,
-            ))
-        });
+        let answers = Answers::of(rows, mode);
+        let ratios = answers.at(budgets)?;
+        let above = |budget| Above::of(rows, mode, modes, budget);
         Some(Self {
-            answers: answers.len(),
-            valid: figures().filter(|figures| figures.proved).count(),
+            answers: answers.0.len(),
+            valid: answers.proved().count(),
             ratio: ratios.median,
             ratio_mean: ratios.mean,
-            ratio_proved: Average::of(
-                figures()
-                    .filter(|figures| figures.proved)
-                    .map(|figures| figures.ratio),
-            ),
-            ratio_at: (0..budgets).filter_map(at).collect(),
-            cpu_s: median(figures().map(|figures| figures.cpu_s))?,
-            first_improvement_s: median(
-                figures().filter_map(|figures| figures.first_improvement_s),
-            ),
-            above_other_modes: (0..=budgets)
-                .map(|budget| Above::of(rows, mode, modes, budget))
-                .collect(),
-            over_best_honest_peer: versus.into_iter().flatten().collect(),
+            ratio_proved: Average::of(answers.proved().map(|figures| figures.ratio)),
+            ratio_at: (0..budgets).filter_map(|at| answers.at(at)).collect(),
+            cpu_s: median(answers.figures().map(|figures| figures.cpu_s))?,
+            first_improvement_s: answers.first_improvement_s(),
+            above_other_modes: (0..=budgets).map(above).collect(),
+            over_best_honest_peer: answers.over_best_honest_peer(),
             idle: IdleSummary::of(&answers),
         })
     }
 }
 
+/// A mode's answers, each with its problem.
+struct Answers<'a>(Vec<(&'a Row, &'a Figures)>);
+
+impl<'a> Answers<'a> {
+    fn of(rows: &[&'a Row], mode: &str) -> Self {
+        let answer = |row: &&'a Row| Some((*row, row.answers.get(mode)?));
+        Self(rows.iter().filter_map(answer).collect())
+    }
+
+    fn figures(&self) -> impl Iterator<Item = &'a Figures> + Clone {
+        self.0.iter().map(|answer| answer.1)
+    }
+
+    fn proved(&self) -> impl Iterator<Item = &'a Figures> + Clone {
+        self.figures().filter(|figures| figures.proved)
+    }
+
+    /// Remaining length at a budget.
+    fn at(&self, budget: usize) -> Option<Average> {
+        Average::of(
+            self.figures()
+                .map(move |figures| remaining(figures, budget)),
+        )
+    }
+
+    fn first_improvement_s(&self) -> Option<f64> {
+        median(
+            self.figures()
+                .filter_map(|figures| figures.first_improvement_s),
+        )
+    }
+
+    fn over_best_honest_peer(&self) -> BTreeMap<&'static str, Versus> {
+        let versus = |moment: Moment| Some((moment.name(), self.versus(moment)?));
+        AGAINST_BEST.into_iter().filter_map(versus).collect()
+    }
+
+    fn versus(&self, moment: Moment) -> Option<Versus> {
+        let quotient = |(row, figures): &(&Row, &Figures)| {
+            let over = figures.over_best_honest_peer.get(moment.name())?;
+            Some((*over, row.label()))
+        };
+        Versus::of(self.0.iter().filter_map(quotient).collect())
+    }
+
+    /// Those whose idle coordinates move in the path given.
+    fn idle(&self) -> Vec<(&'a Row, &'a Figures)> {
+        /// Less is rounding (rad or m).
+        const MOVES: f64 = 1e-9;
+        let mut moving = self.0.clone();
+        moving.retain(|(_, figures)| figures.idle_travel_before > MOVES);
+        moving
+    }
+}
+
 /// Remaining length at a budget; the one after the last is the end.
 fn remaining(figures: &Figures, budget: usize) -> f64 {
-    figures
-        .ratio_at
-        .get(budget)
-        .copied()
-        .unwrap_or(figures.ratio)
+    let at = figures.ratio_at.get(budget);
+    at.copied().unwrap_or(figures.ratio)
+}
+
+/// The same of a mode's answer to one problem.
+fn remaining_of(row: &Row, mode: &str, budget: usize) -> Option<f64> {
+    Some(remaining(row.answers.get(mode)?, budget))
+}
+
+/// The median over all problems.
+fn median_of(rows: &[&Row], mode: &str, budget: usize) -> Option<f64> {
+    median(
+        rows.iter()
+            .filter_map(|row| remaining_of(row, mode, budget)),
+    )
 }
 
 impl Above {
     fn of(rows: &[&Row], mode: &str, modes: &[&str], budget: usize) -> Self {
-        let percent = |ours: f64, best: f64| 100.0 * (ours / best - 1.0);
-        let length = |row: &Row, mode: &str| {
-            row.answers
-                .get(mode)
-                .map(|figures| remaining(figures, budget))
-        };
-        let of_mode = |mode: &str| median(rows.iter().filter_map(|row| length(row, mode)));
-        let others = || modes.iter().filter(|other| **other != mode);
-        let of_path = |row: &&Row| {
-            let best = others()
-                .filter_map(|other| length(row, other))
-                .min_by(f64::total_cmp)?;
-            Some(percent(length(row, mode)?, best))
-        };
-        let best = others()
-            .filter_map(|other| of_mode(other))
-            .min_by(f64::total_cmp);
+        let others: Vec<&str> = modes
+            .iter()
+            .copied()
+            .filter(|other| *other != mode)
+            .collect();
+        let of_medians = |mode: &str| median_of(rows, mode, budget);
+        let of_path =
+            |row: &&Row| above_percent(mode, &others, |mode| remaining_of(row, mode, budget));
         Self {
-            medians_percent: of_mode(mode)
-                .zip(best)
-                .map(|(ours, best)| percent(ours, best)),
+            medians_percent: above_percent(mode, &others, of_medians),
             paths_percent: median(rows.iter().filter_map(of_path)),
         }
     }
+}
+
+/// How far a mode's length is above the best of the others (%).
+fn above_percent(mode: &str, others: &[&str], length: impl Fn(&str) -> Option<f64>) -> Option<f64> {
+    let lengths = others.iter().filter_map(|other| length(other));
+    let best = lengths.min_by(f64::total_cmp)?;
+    Some(100.0 * (length(mode)? / best - 1.0))
 }
 
 impl Versus {
@@ -165,22 +203,17 @@ impl Versus {
 }
 
 impl IdleSummary {
-    fn of(answers: &[(&Row, &Figures)]) -> Option<Self> {
-        /// Less is rounding (rad or m).
-        const MOVES: f64 = 1e-9;
-        let moving: Vec<_> = answers
+    fn of(answers: &Answers) -> Option<Self> {
+        let moving = answers.idle();
+        let figures = || moving.iter().map(|answer| answer.1);
+        let travels = moving
             .iter()
-            .filter(|(_, figures)| figures.idle_travel_before > MOVES)
-            .collect();
+            .map(|(row, figures)| (figures.idle_travel, row.label()));
         Some(Self {
             paths: moving.len(),
-            before: median(moving.iter().map(|(_, figures)| figures.idle_travel_before))?,
-            after: median(moving.iter().map(|(_, figures)| figures.idle_travel))?,
-            worst: Worst::of(
-                moving
-                    .iter()
-                    .map(|(row, figures)| (figures.idle_travel, row.label())),
-            )?,
+            before: median(figures().map(|figures| figures.idle_travel_before))?,
+            after: median(figures().map(|figures| figures.idle_travel))?,
+            worst: Worst::of(travels)?,
         })
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::moment::AGAINST_ANY;
+use super::moment::{AGAINST_ANY, Moment};
 use super::row::{PeerFigures, Row};
 use crate::statistics::{Tally, mean, median};
 
@@ -32,30 +32,32 @@ impl PeerSummary {
         modes: &[&'static str],
         of: impl Fn(&'a Row) -> Option<&'a PeerFigures>,
     ) -> Option<Self> {
-        let answers: Vec<(&Row, &PeerFigures)> = rows
-            .iter()
-            .filter_map(|row| Some((*row, of(row)?)))
-            .collect();
+        let answer = |row: &&'a Row| Some((*row, of(row)?));
+        let answers: Vec<Answer> = rows.iter().filter_map(answer).collect();
         let peers = || answers.iter().map(|answer| answer.1);
-        let against = |mode: &'static str| {
-            let tally = AGAINST_ANY.map(|moment| {
-                let quotient = |(row, peer): &(&Row, &PeerFigures)| {
-                    Some(row.answers.get(mode)?.over(peer, moment))
-                };
-                (
-                    moment.name(),
-                    Tally::of(answers.iter().filter_map(quotient)),
-                )
-            });
-            (mode, tally.into())
-        };
+        let against = |mode: &&'static str| (*mode, against(&answers, mode));
         Some(Self {
             answers: answers.len(),
             valid: peers().filter(|peer| peer.honest).count(),
             ratio: median(peers().map(|peer| peer.ratio))?,
             ratio_mean: mean(peers().map(|peer| peer.ratio))?,
             cpu_s: median(peers().map(|peer| peer.cpu_s))?,
-            ours: modes.iter().copied().map(against).collect(),
+            ours: modes.iter().map(against).collect(),
         })
     }
+}
+
+/// What a peer made of a problem.
+type Answer<'a> = (&'a Row, &'a PeerFigures);
+
+/// Ours against it, by moment.
+fn against(answers: &[Answer], mode: &str) -> BTreeMap<&'static str, Tally> {
+    let tally = |moment: Moment| {
+        let quotient = |(row, peer): &Answer| Some(row.answers.get(mode)?.over(peer, moment));
+        (
+            moment.name(),
+            Tally::of(answers.iter().filter_map(quotient)),
+        )
+    };
+    AGAINST_ANY.map(tally).into()
 }

@@ -38,32 +38,34 @@ pub(super) struct Combined {
 /// Which run differs and how: then a promise of the core is broken, and no figure means anything.
 pub(super) fn alike(repeats: &[Repeat]) -> Result<Combined, String> {
     let first = &repeats[0];
-    for (index, other) in repeats.iter().enumerate().skip(1) {
-        let run = index + 1;
-        if other.hash != first.hash {
-            return Err(format!(
-                "run {run} gave the path {:016x}, run 1 gave {:016x}",
-                other.hash, first.hash
-            ));
-        }
-        let a = other.curve.improvements();
-        let b = first.curve.improvements();
-        if a != b {
-            return Err(format!(
-                "run {run} gave its path in {a} improvements, run 1 in {b}"
-            ));
-        }
+    for (index, other) in repeats.iter().enumerate() {
+        check_alike(first, other, index + 1)?;
     }
     let of = |value: &dyn Fn(&Repeat) -> f64| median(repeats.iter().map(value)).unwrap_or_default();
+    let time_of = |step: usize| of(&|repeat| repeat.curve.time_s(step));
     Ok(Combined {
         run: 0,
         runs: repeats.len(),
-        curve: first
-            .curve
-            .at_times(|step| of(&|repeat| repeat.curve.time_s(step))),
+        curve: first.curve.at_times(time_of),
         cpu_s: of(&|repeat| repeat.cpu_s),
         time_s: of(&|repeat| repeat.time_s),
     })
+}
+
+fn check_alike(first: &Repeat, other: &Repeat, run: usize) -> Result<(), String> {
+    if other.hash != first.hash {
+        return Err(format!(
+            "run {run} gave the path {:016x}, run 1 gave {:016x}",
+            other.hash, first.hash
+        ));
+    }
+    let [a, b] = [other, first].map(|repeat| repeat.curve.improvements());
+    match a == b {
+        true => Ok(()),
+        false => Err(format!(
+            "run {run} gave its path in {a} improvements, run 1 in {b}"
+        )),
+    }
 }
 
 /// Runs that a deadline ends may differ: the one of median length stands for all, of two the

@@ -73,16 +73,21 @@ impl Report {
 
 /// Of each set, and of each family of sets.
 fn summaries(rows: &[Row], modes: &[&'static str], budgets: usize) -> [Vec<Summary>; 2] {
-    let mut by_set: BTreeMap<&str, Vec<&Row>> = BTreeMap::new();
-    for row in rows {
-        by_set.entry(&row.set).or_default().push(row);
-    }
+    let by_set = by_set(rows);
+    let families = pooled::groups(by_set.keys().copied());
     let pool = |(family, sets): (&str, Vec<&str>)| {
         let rows: Vec<&Row> = sets.iter().flat_map(|set| &by_set[set]).copied().collect();
         Summary::of(&format!("{family} (pooled)"), &rows, modes, budgets)
     };
-    let families = pooled::groups(by_set.keys().copied());
     let pooled = families.into_iter().map(pool).collect();
     let each = |(set, rows): (&&str, &Vec<&Row>)| Summary::of(set, rows, modes, budgets);
     [by_set.iter().map(each).collect(), pooled]
+}
+
+fn by_set(rows: &[Row]) -> BTreeMap<&str, Vec<&Row>> {
+    let mut by_set: BTreeMap<&str, Vec<&Row>> = BTreeMap::new();
+    for row in rows {
+        by_set.entry(&row.set).or_default().push(row);
+    }
+    by_set
 }

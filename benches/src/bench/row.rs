@@ -96,6 +96,11 @@ impl Row {
         format!("{}/{}", self.set, self.name)
     }
 
+    /// Distance of the ends, as a part of the length of the path given.
+    pub(super) fn lower_bound_ratio(&self) -> Option<f64> {
+        Some(self.lower_bound? / self.length_before?)
+    }
+
     /// Compares each answer with the best honest peer's.
     pub(super) fn compare(&mut self) {
         let Some((_, best)) = &self.best_honest_peer else {

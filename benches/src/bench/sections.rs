@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use super::grid::Grid;
-use super::mode_summary::ModeSummary;
-use super::moment::{AGAINST_ANY, AGAINST_BEST};
+use super::meshes::Share;
+use super::mode_summary::{IdleSummary, ModeSummary, Versus};
+use super::moment::{AGAINST_ANY, AGAINST_BEST, Moment};
 use super::peer_summary::PeerSummary;
 use super::report::Report;
 use super::summary::Summary;
@@ -48,56 +49,34 @@ impl Sections<'_> {
         self.idle(text);
     }
 
-    /// Names of the budgets and of the end.
-    fn budgets(&self) -> impl Iterator<Item = String> {
-        let budgets = self
-            .report
-            .budgets_s
-            .iter()
-            .map(|budget| budget_name(*budget));
-        budgets.chain(["end".to_owned()])
+    /// Names of the budgets and of the end, each with another name behind it.
+    fn budgets(&self, second: &'static str) -> impl Iterator<Item = String> {
+        let budgets = self.report.budgets_s.iter().copied().map(budget_name);
+        budgets
+            .chain(["end".to_owned()])
+            .flat_map(move |budget| [budget, second.to_owned()])
     }
 
     fn lengths(&self, text: &mut String) {
         let mut grid = Grid::new("<>");
-        let budgets = self
-            .budgets()
-            .flat_map(|budget| [budget, "mean".to_owned()]);
         let head = ["remaining length: median, mean", "proved", "first", "cpu"].map(str::to_owned);
-        grid.line(head.into_iter().chain(budgets));
+        grid.line(head.into_iter().chain(self.budgets("mean")));
         for (mode, figures) in self.modes() {
-            let at = figures.ratio_at.iter().map(|at| (at.median, at.mean));
-            let at = at.chain([(figures.ratio, figures.ratio_mean)]);
             let first = figures.first_improvement_s.map_or("-".to_owned(), time);
-            let proved = format!("{}/{}", figures.valid, figures.answers);
-            let cells =
-                at.flat_map(|(median, mean)| [format!("{median:.3}"), format!("{mean:.3}")]);
-            grid.line(
-                [mode.to_owned(), proved, first, time(figures.cpu_s)]
-                    .into_iter()
-                    .chain(cells),
-            );
+            let cells = [mode.to_owned(), proved(figures), first, time(figures.cpu_s)];
+            grid.line(cells.into_iter().chain(lengths(figures)));
         }
         grid.write("  ", text);
     }
 
     fn above(&self, text: &mut String) {
         let mut grid = Grid::new("<>");
-        let budgets = self
-            .budgets()
-            .flat_map(|budget| [budget, "paths".to_owned()]);
-        grid.line(
-            ["above the best other mode: of medians, of paths %".to_owned()]
-                .into_iter()
-                .chain(budgets),
-        );
+        let head = "above the best other mode: of medians, of paths %".to_owned();
+        grid.line([head].into_iter().chain(self.budgets("paths")));
         for (mode, figures) in self.modes() {
-            let percent =
-                |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:+.1}"));
             let above = figures.above_other_modes.iter();
-            let cells = above
-                .flat_map(|above| [percent(above.medians_percent), percent(above.paths_percent)]);
-            grid.line([mode.to_owned()].into_iter().chain(cells));
+            let cells = above.flat_map(|above| [above.medians_percent, above.paths_percent]);
+            grid.line([mode.to_owned()].into_iter().chain(cells.map(percent)));
         }
         section(&grid, text);
     }
@@ -106,117 +85,78 @@ impl Sections<'_> {
         let mut grid = Grid::new("<>");
         grid.line(["shortened by, of those proved", "proved", "median", "mean"]);
         for (mode, figures) in self.modes() {
-            let percent = |remains: f64| format!("{:.1} %", 100.0 * (1.0 - remains));
+            let saved = |remains: f64| format!("{:.1} %", 100.0 * (1.0 - remains));
             let Some(ratio) = figures.ratio_proved else {
                 continue;
             };
-            let proved = format!("{}/{}", figures.valid, figures.answers);
-            grid.line([
-                mode.to_owned(),
-                proved,
-                percent(ratio.median),
-                percent(ratio.mean),
-            ]);
+            let cells = [ratio.median, ratio.mean].map(saved);
+            grid.line([mode.to_owned(), proved(figures)].into_iter().chain(cells));
         }
         section(&grid, text);
     }
 
     fn best(&self, text: &mut String) {
+        if self.summary.best_honest_peer.is_none() {
+            return;
+        }
         let mut grid = Grid::new("<<>><>");
-        grid.line([
-            "ours ÷ best honest peer of each path",
-            "",
-            "median",
-            "worst",
-            "",
-            "won",
-            "tied",
-            "lost",
-        ]);
+        let head = "ours ÷ best honest peer of each path";
+        grid.line([head, "", "median", "worst", "", "won", "tied", "lost"]);
         for (mode, figures) in self.modes() {
+            let mut name = mode;
             for moment in AGAINST_BEST {
                 let Some(versus) = figures.over_best_honest_peer.get(moment.name()) else {
                     continue;
                 };
-                let worst = &versus.worst;
-                let Tally { wins, ties, losses } = versus.tally;
-                let name = if moment == AGAINST_BEST[0] { mode } else { "" };
-                let figures = [
-                    format!("{:.3}", versus.median),
-                    format!("{:.3}", worst.value),
-                    worst.problem.clone(),
-                ];
-                let counts = [wins, ties, losses].map(|count| count.to_string());
-                grid.line(
-                    [name.to_owned(), moment.text().to_owned()]
-                        .into_iter()
-                        .chain(figures)
-                        .chain(counts),
-                );
+                let names = [name.to_owned(), moment.text().to_owned()];
+                grid.line(names.into_iter().chain(over_best(versus)));
+                name = "";
             }
         }
-        if self.summary.best_honest_peer.is_some() {
-            section(&grid, text);
-        }
+        section(&grid, text);
     }
 
     fn peers(&self, text: &mut String) {
-        let Summary {
-            peers,
-            best_honest_peer,
-            ..
-        } = self.summary;
-        if peers.is_empty() && best_honest_peer.is_none() {
+        let peers = &self.summary.peers;
+        let best = &self.summary.best_honest_peer;
+        if peers.is_empty() && best.is_none() {
             return;
         }
         let mut grid = Grid::new("<>");
+        self.head_of_peers(&mut grid);
+        for (name, peer) in peers {
+            grid.line(self.peer(name, peer));
+        }
+        if let Some(best) = best {
+            grid.line(self.peer("best honest peer of each path", best));
+        }
+        section(&grid, text);
+    }
+
+    /// A line of modes above a line of moments.
+    fn head_of_peers(&self, grid: &mut Grid) {
+        let owned = |cells: [&str; 5]| cells.map(str::to_owned).into_iter();
         let modes = self
             .modes()
             .flat_map(|(mode, _)| [mode.to_owned(), String::new()]);
         let moments = self
             .modes()
             .flat_map(|_| AGAINST_ANY.map(|moment| moment.text().to_owned()));
-        grid.line(
-            ["ours against peers: won/tied/lost", "", "", "", ""]
-                .map(str::to_owned)
-                .into_iter()
-                .chain(modes),
-        );
-        grid.line(
-            ["peer", "honest", "median", "mean", "cpu"]
-                .map(str::to_owned)
-                .into_iter()
-                .chain(moments),
-        );
-        let best = best_honest_peer
-            .iter()
-            .map(|best| ("best honest peer of each path", best));
-        for (name, peer) in peers
-            .iter()
-            .map(|(name, peer)| (name.as_str(), peer))
-            .chain(best)
-        {
-            grid.line(self.peer(name, peer));
-        }
-        section(&grid, text);
+        let head = owned(["ours against peers: won/tied/lost", "", "", "", ""]);
+        grid.line(head.chain(modes));
+        grid.line(owned(["peer", "honest", "median", "mean", "cpu"]).chain(moments));
     }
 
     fn peer(&self, name: &str, peer: &PeerSummary) -> Vec<String> {
-        let honest = format!("{}/{}", peer.valid, peer.answers);
         let mut cells = vec![
             name.to_owned(),
-            honest,
+            format!("{}/{}", peer.valid, peer.answers),
             format!("{:.3}", peer.ratio),
             format!("{:.3}", peer.ratio_mean),
             time(peer.cpu_s),
         ];
         for (mode, _) in self.modes() {
-            cells.extend(AGAINST_ANY.map(|moment| {
-                let tally = peer.ours.get(mode).and_then(|ours| ours.get(moment.name()));
-                tally.map_or(String::new(), |Tally { wins, ties, losses }| {
-                    format!("{wins}/{ties}/{losses}")
-                })
-            }));
+            cells.extend(AGAINST_ANY.map(|moment| against(peer, mode, moment)));
         }
         cells
     }
@@ -227,53 +167,30 @@ impl Sections<'_> {
         };
         let mut grid = Grid::new("<>");
         grid.line(["colliding with the exact meshes", "paths", "of", "%"]);
-        let recorded = meshes
-            .recorded
-            .iter()
-            .map(|(name, share)| (format!("recorded: {name}"), share));
-        let ours = meshes
-            .ours
-            .iter()
-            .map(|(mode, share)| (format!("ours, proved: {mode}"), share));
-        for (name, share) in recorded.chain(ours) {
-            let percent = format!(
-                "{:.1}",
-                100.0 * share.collide as f64 / share.of.max(1) as f64
-            );
-            grid.line([
-                name,
-                share.collide.to_string(),
-                share.of.to_string(),
-                percent,
-            ]);
+        for (name, share) in &meshes.recorded {
+            grid.line(colliding(format!("recorded: {name}"), share));
+        }
+        for (mode, share) in &meshes.ours {
+            grid.line(colliding(format!("ours, proved: {mode}"), share));
         }
         section(&grid, text);
     }
 
     fn idle(&self, text: &mut String) {
         let mut grid = Grid::new("<>>>><");
-        grid.line([
-            "travel of coordinates that need not move [rad, m]",
-            "paths",
-            "before",
-            "after",
-            "worst",
-            "",
-        ]);
-        let mut any = false;
-        for (mode, figures) in self.modes() {
-            let Some(idle) = &figures.idle else { continue };
-            any = true;
-            let figures =
-                [idle.before, idle.after, idle.worst.value].map(|travel| format!("{travel:.3}"));
-            let counted = [mode.to_owned(), idle.paths.to_string()]
-                .into_iter()
-                .chain(figures);
-            grid.line(counted.chain([idle.worst.problem.clone()]));
+        let head = "travel of coordinates that need not move [rad, m]";
+        grid.line([head, "paths", "before", "after", "worst", ""]);
+        let idle = |(mode, figures): (&'static str, &'_ ModeSummary)| {
+            Some(travel(mode, figures.idle.as_ref()?))
+        };
+        let lines: Vec<[String; 6]> = self.modes().filter_map(idle).collect();
+        if lines.is_empty() {
+            return;
         }
-        if any {
-            section(&grid, text);
+        for line in lines {
+            grid.line(line);
         }
+        section(&grid, text);
     }
 
     /// Modes with figures, in the order asked for.
@@ -284,6 +201,63 @@ impl Sections<'_> {
             .iter()
             .filter_map(|mode| Some((*mode, summaries.get(mode)?)))
     }
+}
+
+/// How many of how many.
+fn proved(figures: &ModeSummary) -> String {
+    format!("{}/{}", figures.valid, figures.answers)
+}
+
+/// Median and mean at each budget and at the end.
+fn lengths(figures: &ModeSummary) -> impl Iterator<Item = String> {
+    let at = figures.ratio_at.iter().flat_map(|at| [at.median, at.mean]);
+    let at = at.chain([figures.ratio, figures.ratio_mean]);
+    at.map(|length| format!("{length:.3}"))
+}
+
+fn percent(value: Option<f64>) -> String {
+    value.map_or("-".to_owned(), |value| format!("{value:+.1}"))
+}
+
+/// Median, worst and where, and who won how often.
+fn over_best(versus: &Versus) -> [String; 6] {
+    let Tally { wins, ties, losses } = versus.tally;
+    [
+        format!("{:.3}", versus.median),
+        format!("{:.3}", versus.worst.value),
+        versus.worst.problem.clone(),
+        wins.to_string(),
+        ties.to_string(),
+        losses.to_string(),
+    ]
+}
+
+fn against(peer: &PeerSummary, mode: &str, moment: Moment) -> String {
+    let tally = peer.ours.get(mode).and_then(|ours| ours.get(moment.name()));
+    tally.map_or(String::new(), |Tally { wins, ties, losses }| {
+        format!("{wins}/{ties}/{losses}")
+    })
+}
+
+fn colliding(name: String, share: &Share) -> [String; 4] {
+    [
+        name,
+        share.collide.to_string(),
+        share.of.to_string(),
+        format!("{:.1}", share.percent()),
+    ]
+}
+
+fn travel(mode: &str, idle: &IdleSummary) -> [String; 6] {
+    let travel = |travel: f64| format!("{travel:.3}");
+    [
+        mode.to_owned(),
+        idle.paths.to_string(),
+        travel(idle.before),
+        travel(idle.after),
+        travel(idle.worst.value),
+        idle.worst.problem.clone(),
+    ]
 }
 
 fn section(grid: &Grid, text: &mut String) {

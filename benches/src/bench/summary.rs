@@ -2,7 +2,7 @@
 //!
 //! An answer that is not proved is the path given, so it counts with the length 1 everywhere.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
@@ -34,31 +34,33 @@ pub(super) struct Summary {
 impl Summary {
     /// Of rows, for modes at so many budgets.
     pub(super) fn of(set: &str, rows: &[&Row], modes: &[&'static str], budgets: usize) -> Self {
-        let lower_bounds = rows
-            .iter()
-            .filter_map(|row| Some(row.lower_bound? / row.length_before?));
-        let mut names: Vec<&String> = rows.iter().flat_map(|row| row.peers.keys()).collect();
-        names.sort();
-        names.dedup();
-        let peer = |name: &&String| {
-            Some((
-                (*name).clone(),
-                PeerSummary::of(rows, modes, |row| row.peers.get(*name))?,
-            ))
-        };
+        let mode =
+            |mode: &&'static str| Some((*mode, ModeSummary::of(rows, mode, modes, budgets)?));
         Self {
             set: set.to_owned(),
             problems: rows.len(),
-            lower_bound: median(lower_bounds),
-            modes: modes
-                .iter()
-                .filter_map(|mode| Some((*mode, ModeSummary::of(rows, mode, modes, budgets)?)))
-                .collect(),
-            peers: names.iter().filter_map(peer).collect(),
-            best_honest_peer: PeerSummary::of(rows, modes, |row| {
-                row.best_honest_peer.as_ref().map(|best| &best.1)
-            }),
+            lower_bound: median(rows.iter().filter_map(|row| row.lower_bound_ratio())),
+            modes: modes.iter().filter_map(mode).collect(),
+            peers: peers(rows, modes),
+            best_honest_peer: best_honest_peer(rows, modes),
             mesh_check: Meshes::of(rows, modes),
         }
     }
+}
+
+/// Each peer of any row.
+fn peers(rows: &[&Row], modes: &[&'static str]) -> BTreeMap<String, PeerSummary> {
+    let names: BTreeSet<&String> = rows.iter().flat_map(|row| row.peers.keys()).collect();
+    let peer = |name: &String| {
+        let summary = PeerSummary::of(rows, modes, |row| row.peers.get(name))?;
+        Some((name.clone(), summary))
+    };
+    names.into_iter().filter_map(peer).collect()
+}
+
+fn best_honest_peer(rows: &[&Row], modes: &[&'static str]) -> Option<PeerSummary> {
+    PeerSummary::of(rows, modes, |row| {
+        let (_, best) = row.best_honest_peer.as_ref()?;
+        Some(best)
+    })
 }

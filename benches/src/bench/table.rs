@@ -1,8 +1,6 @@
 //! The report for people: a row for each path, then what each set and each family of sets amounts
 //! to.
 
-use std::fmt::Write;
-
 use super::grid::Grid;
 use super::report::Report;
 use super::row::{Figures, Row};
@@ -26,53 +24,59 @@ impl Report {
     }
 
     fn head(&self) -> String {
-        let given = match &self.from {
+        format!(
+            "remaining length (1 = {}) and CPU; {}{}; calibration kernel {}\n\n",
+            self.given(),
+            self.runs(),
+            self.deadline(),
+            time(self.calibration_s)
+        )
+    }
+
+    fn given(&self) -> String {
+        match &self.from {
             None => "the planner's path".to_owned(),
             Some(peer) if self.skipped == 0 => format!("the path of {peer}"),
             Some(peer) => format!(
                 "the path of {peer}, which {} problems do not have and are left out",
                 self.skipped
             ),
-        };
-        let runs = match (self.repeat, self.deadline_s) {
+        }
+    }
+
+    fn runs(&self) -> String {
+        match (self.repeat, self.deadline_s) {
             (1, _) => "one run each".to_owned(),
             (count, None) => format!("{count} runs each, times are medians"),
             (count, Some(_)) => format!("{count} runs each, the one of median length counts"),
-        };
-        let deadline = self.deadline_s.map_or(String::new(), |deadline| {
-            format!("; deadline {}", time(deadline))
-        });
-        let calibration = time(self.calibration_s);
-        format!(
-            "remaining length (1 = {given}) and CPU; {runs}{deadline}; calibration kernel {calibration}\n\n"
-        )
+        }
+    }
+
+    fn deadline(&self) -> String {
+        let deadline = self.deadline_s.map(time);
+        deadline.map_or(String::new(), |deadline| format!("; deadline {deadline}"))
     }
 
     fn rows(&self, text: &mut String) {
         let mut grid = Grid::new("<");
-        let modes = self.modes.iter().map(|mode| (*mode).to_owned());
-        let best = self
-            .rows
-            .iter()
-            .any(|row| row.best_honest_peer.is_some())
-            .then(|| "best honest peer".to_owned());
-        grid.line(["problem".to_owned()].into_iter().chain(modes).chain(best));
+        let mut head = vec!["problem"];
+        head.extend(&self.modes);
+        if self.rows.iter().any(|row| row.best_honest_peer.is_some()) {
+            head.push("best honest peer");
+        }
+        grid.line(head);
         for row in &self.rows {
-            let best = row.best_honest_peer.as_ref();
-            let best = best
-                .map(|(name, peer)| format!("{:.3} {:>9}  {name}", peer.ratio, time(peer.cpu_s)));
-            let cells = self
-                .modes
-                .iter()
-                .map(|mode| self.cell(row.answers.get(mode)));
-            grid.line(
-                [row.label()]
-                    .into_iter()
-                    .chain(cells)
-                    .chain([best.unwrap_or_default()]),
-            );
+            grid.line(self.line(row));
         }
         grid.write("", text);
+    }
+
+    fn line(&self, row: &Row) -> Vec<String> {
+        let mut cells = vec![row.label()];
+        let answers = self.modes.iter().map(|mode| row.answers.get(mode));
+        cells.extend(answers.map(|figures| self.cell(figures)));
+        cells.push(best(row));
+        cells
     }
 
     /// `0.571  1.23 ms`, or why there is no proof.
@@ -96,27 +100,30 @@ impl Report {
 
     /// What the marks mean, and what is wrong with which problem.
     fn remarks(&self, text: &mut String) {
-        let any = |what: &dyn Fn(&Figures) -> bool| {
-            self.rows.iter().any(|row| row.answers.values().any(what))
-        };
-        // Writing to a string cannot fail.
-        if any(&|figures| figures.proved && figures.floors_lowered > 0) {
-            let _ = writeln!(
-                text,
-                "* where the path given keeps less than the clearance, so does the answer"
-            );
+        if self.any_proved(|figures| figures.floors_lowered > 0) {
+            *text += "* where the path given keeps less than the clearance, so does the answer\n";
         }
-        if any(&|figures| figures.proved && figures.runs < self.repeat) {
-            let _ = writeln!(text, "¹ one long run");
+        if self.any_proved(|figures| figures.runs < self.repeat) {
+            *text += "¹ one long run\n";
         }
         for row in &self.rows {
-            let refusals = row
-                .answers
-                .values()
-                .filter_map(|figures| figures.refusal.as_ref());
+            let refusals = row.answers.values().filter_map(|one| one.refusal.as_ref());
             for reason in row.error.iter().chain(refusals.min()) {
-                let _ = writeln!(text, "{}: {reason}", Row::label(row));
+                *text += &format!("{}: {reason}\n", row.label());
             }
         }
+    }
+
+    fn any_proved(&self, what: impl Fn(&Figures) -> bool) -> bool {
+        let mut answers = self.rows.iter().flat_map(|row| row.answers.values());
+        answers.any(|figures| figures.proved && what(figures))
+    }
+}
+
+/// The best honest peer of a problem.
+fn best(row: &Row) -> String {
+    match &row.best_honest_peer {
+        None => String::new(),
+        Some((name, peer)) => format!("{:.3} {:>9}  {name}", peer.ratio, time(peer.cpu_s)),
     }
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use taut_ipc::client::LoanedRequest;
-use taut_ipc::wire::{Code, Mode, RequestBody, RequestFlags, RequestHeader};
+use taut_ipc::wire::{Code, Mode, RequestBody, RequestFlags, RequestHeader, ResponseHeader};
 use taut_ipc::{Client, ClientError, Pending, Response, monotonic_ns};
 
 use super::orders::{Job, Pace, Window};
@@ -15,6 +15,10 @@ const PATIENCE_NS: u64 = 60_000_000_000;
 const LOST_PAUSE: Duration = Duration::from_millis(5);
 /// How often a wait looks up.
 const LOOK_UP: Duration = Duration::from_secs(1);
+
+fn is_other_scene(header: &ResponseHeader, job: &Job) -> bool {
+    header.scene_version != 0 && header.scene_hash != job.scene_hash
+}
 
 /// When things happened to a request (ns).
 #[derive(Clone, Copy)]
@@ -179,18 +183,22 @@ impl<'a> Asker<'a> {
             header,
             path: response.path(),
         });
-        if header.scene_version != 0 && header.scene_hash != self.jobs[job].scene_hash {
+        if is_other_scene(header, &self.jobs[job]) {
             self.tally.other_scene += 1;
         }
         if matches!(self.window.pace, Pace::Cancel { .. }) {
-            let waited_ns = ended_ns - times.arrived_ns;
-            let free_ns = waited_ns.saturating_sub(header.compute_ns);
-            self.tally.cancel.add(free_ns);
+            self.freed(ended_ns - times.arrived_ns, header);
         }
         if self.tally.served > served {
             self.tally.recovered(ended_ns);
         }
         Duration::from_millis(header.retry_after_ms.into())
+    }
+
+    /// Counts how long a cancelled request kept its worker.
+    fn freed(&mut self, waited_ns: u64, header: &ResponseHeader) {
+        let free_ns = waited_ns.saturating_sub(header.compute_ns);
+        self.tally.cancel.add(free_ns);
     }
 
     /// Counts a request whose daemon went away.

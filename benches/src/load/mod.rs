@@ -98,23 +98,26 @@ const DEFAULT_BUDGET: u64 = 6_000;
 pub(crate) fn run(arguments: &Arguments) -> Result<u8, Error> {
     interrupt::listen()?;
     let site = arguments.site()?;
-    let clients = usize::from(arguments.clients);
-    let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, clients)?;
-    let memory: Vec<Memory> = fleet.0.iter().map(|member| member.memory).collect();
-    let pid = site.serving()?;
-    let cpu = process::cpu_ns_of(pid);
-    let tallies = watched(&mut fleet, arguments.window(), arguments.duration)?;
-    let spent = process::cpu_ns_of(pid).saturating_sub(cpu);
-    if site.pid() != Some(pid) {
-        return Err(site.gone());
-    }
-    drop(fleet);
-    let report = Report::new(&tallies, &memory, spent, arguments.seed);
+    let report = report(arguments, &site)?;
     print(&match arguments.format {
         Format::Json => json(&report),
         Format::Table => report.table(),
     })?;
     Ok(u8::from(!report.is_sound()))
+}
+
+fn report(arguments: &Arguments, site: &Site) -> Result<Report, Error> {
+    let clients = usize::from(arguments.clients);
+    let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, clients)?;
+    let memory: Vec<Memory> = fleet.0.iter().map(|member| member.memory).collect();
+    let pid = site.serving()?;
+    let before = process::cpu_ns_of(pid);
+    let tallies = watched(&mut fleet, arguments.window(), arguments.duration)?;
+    let spent = process::cpu_ns_of(pid).saturating_sub(before);
+    match site.pid() == Some(pid) {
+        true => Ok(Report::new(&tallies, &memory, spent, arguments.seed)),
+        false => Err(site.gone()),
+    }
 }
 
 impl Arguments {

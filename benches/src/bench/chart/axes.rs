@@ -1,5 +1,7 @@
 //! Time to the right, by its logarithm, and remaining length upwards.
 
+use std::fmt::Display;
+
 use crate::svg::{Point, Svg};
 
 /// From times and lengths to pixels of a rectangle.
@@ -16,25 +18,15 @@ pub(super) struct Axes {
 impl Axes {
     /// Around all of these times and lengths.
     pub(super) fn around(edges: [f64; 4], times: &[f64], lengths: &[f64]) -> Self {
-        let positive = || {
-            times
-                .iter()
-                .copied()
-                .filter(|time| *time > 0.0 && time.is_finite())
-        };
-        let first = positive().fold(f64::INFINITY, f64::min).min(1e-3);
-        let last = positive().fold(0.0, f64::max).max(1e-2);
-        let decades = [first.log10().floor() as i32, last.log10().ceil() as i32];
+        let times: Vec<f64> = finite(times).filter(|time| *time > 0.0).collect();
+        let first = times.iter().copied().fold(1e-3, f64::min);
+        let last = times.iter().copied().fold(1e-2, f64::max);
         let low = lengths.iter().copied().fold(1.0, f64::min);
-        let high = lengths
-            .iter()
-            .copied()
-            .filter(|length| length.is_finite())
-            .fold(1.0, f64::max);
+        let high = finite(lengths).fold(1.0, f64::max);
         let room = 0.06 * (high - low).max(0.01);
         Self {
             edges,
-            decades,
+            decades: [first.log10().floor() as i32, last.log10().ceil() as i32],
             lengths: [low - room, high + room],
         }
     }
@@ -69,43 +61,57 @@ impl Axes {
     /// Draws grid, figures and names.
     pub(super) fn draw(&self, svg: &mut Svg) {
         let [left, top, right, bottom] = self.edges;
-        let width = right - left;
-        let height = bottom - top;
-        svg.element(
-            "rect",
-            &[
-                ("class", &"plot"),
-                ("x", &left),
-                ("y", &top),
-                ("width", &width),
-                ("height", &height),
-            ],
-        );
+        self.plot(svg);
+        self.decades(svg);
+        self.ticks(svg);
+        rule(svg, "axis", [left, top], [left, bottom]);
+        rule(svg, "axis", [left, bottom], [right, bottom]);
+        let middle = [(left + right) / 2.0, bottom + 36.0];
+        svg.label(middle, "small middle", "time on the clock; of peers, CPU");
+    }
+
+    fn plot(&self, svg: &mut Svg) {
+        let [left, top, right, bottom] = self.edges;
+        let attributes: [(&str, &dyn Display); 5] = [
+            ("class", &"plot"),
+            ("x", &left),
+            ("y", &top),
+            ("width", &(right - left)),
+            ("height", &(bottom - top)),
+        ];
+        svg.element("rect", &attributes);
+    }
+
+    fn decades(&self, svg: &mut Svg) {
+        let [_, top, _, bottom] = self.edges;
         for decade in self.decades[0]..=self.decades[1] {
             let x = self.x(10_f64.powi(decade));
             rule(svg, "grid", [x, top], [x, bottom]);
             svg.label([x, bottom + 17.0], "small middle", &decade_name(decade));
         }
-        let step = step(self.lengths[1] - self.lengths[0]);
-        let mut tick = (self.lengths[0] / step).ceil();
-        while tick * step <= self.lengths[1] {
-            let y = self.y(tick * step);
-            rule(svg, "grid", [left, y], [right, y]);
-            svg.label(
-                [left - 8.0, y + 4.0],
-                "small right",
-                &format!("{:.2}", tick * step),
-            );
-            tick += 1.0;
-        }
-        rule(svg, "axis", [left, top], [left, bottom]);
-        rule(svg, "axis", [left, bottom], [right, bottom]);
-        svg.label(
-            [(left + right) / 2.0, bottom + 36.0],
-            "small middle",
-            "time on the clock; of peers, CPU",
-        );
     }
+
+    fn ticks(&self, svg: &mut Svg) {
+        let [left, _, right, _] = self.edges;
+        for length in self.round_lengths() {
+            let y = self.y(length);
+            rule(svg, "grid", [left, y], [right, y]);
+            let place = [left - 8.0, y + 4.0];
+            svg.label(place, "small right", &format!("{length:.2}"));
+        }
+    }
+
+    /// Where lines of the grid stand.
+    fn round_lengths(&self) -> impl Iterator<Item = f64> {
+        let [low, high] = self.lengths;
+        let step = step(high - low);
+        let ticks = (low / step).ceil() as i64..=(high / step).floor() as i64;
+        ticks.map(move |tick| tick as f64 * step)
+    }
+}
+
+fn finite(values: &[f64]) -> impl Iterator<Item = f64> {
+    values.iter().copied().filter(|value| value.is_finite())
 }
 
 fn rule(svg: &mut Svg, class: &str, from: Point, to: Point) {

@@ -61,39 +61,25 @@ impl Room {
     /// The best place for a name so many pixels wide, which is then taken; `None` where there is no
     /// room.
     pub(super) fn place(&mut self, dot: Point, width: f64) -> Option<Place> {
-        let size = [width, HEIGHT];
-        let places = DISTANCES
+        let free = candidates(dot, [width, HEIGHT]).filter(|name| self.is_free(&name.area));
+        let best = free.min_by(|a, b| self.cost(dot, a).total_cmp(&self.cost(dot, b)))?;
+        self.taken.push(best.area);
+        Some(best.place(dot))
+    }
+
+    /// The distance, and what it costs to cover lines and to mislead.
+    fn cost(&self, dot: Point, name: &Candidate) -> f64 {
+        let covered = self
+            .lines
             .iter()
-            .flat_map(|distance| DIRECTIONS.map(|direction| (*distance, direction)));
-        let candidates = places.map(|(distance, direction)| {
-            let is_right = direction[0] < 0.0;
-            (distance, is_right, area(dot, distance, direction, size))
-        });
-        let cost = |(distance, _, area): &(f64, bool, Area)| {
-            let covered = self
-                .lines
-                .iter()
-                .filter(|point| contains(area, point))
-                .count();
-            // A name right beside another dot would be taken for that one's.
-            let beside = |other: &&Point| **other != dot && contains(&widened(area), other);
-            distance
-                + COVERS * covered as f64
-                + MISLEADS * self.dots.iter().filter(beside).count() as f64
-        };
-        let free = candidates.filter(|(_, _, area)| self.is_free(area));
-        let (distance, is_right, area) = free.min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
-        self.taken.push(area);
-        let nearest = [
-            dot[0].clamp(area[0], area[2]),
-            dot[1].clamp(area[1] + 2.0, area[3] - 2.0),
-        ];
-        let leader = (distance > DISTANCES[0]).then_some(nearest);
-        Some(Place {
-            anchor: [if is_right { area[2] } else { area[0] }, area[3] - 3.0],
-            is_right,
-            leader,
-        })
+            .filter(|point| contains(&name.area, point));
+        // A name right beside another dot would be taken for that one's.
+        let wide = widened(&name.area);
+        let beside = self
+            .dots
+            .iter()
+            .filter(|other| **other != dot && contains(&wide, other));
+        name.distance + COVERS * covered.count() as f64 + MISLEADS * beside.count() as f64
     }
 
     /// Takes the room of something that stands there already.
@@ -109,6 +95,41 @@ impl Room {
             && area[3] <= self.plot[3];
         inside && !self.taken.iter().any(|other| overlap(area, other))
     }
+}
+
+/// Where a name might stand.
+struct Candidate {
+    distance: f64,
+    is_right: bool,
+    area: Area,
+}
+
+impl Candidate {
+    fn place(&self, dot: Point) -> Place {
+        let [left, _, right, bottom] = self.area;
+        Place {
+            anchor: [if self.is_right { right } else { left }, bottom - 3.0],
+            is_right: self.is_right,
+            leader: (self.distance > DISTANCES[0]).then(|| self.nearest(dot)),
+        }
+    }
+
+    fn nearest(&self, [x, y]: Point) -> Point {
+        let [left, top, right, bottom] = self.area;
+        [x.clamp(left, right), y.clamp(top + 2.0, bottom - 2.0)]
+    }
+}
+
+/// Places for a name of this size, the nearest first.
+fn candidates(dot: Point, size: [f64; 2]) -> impl Iterator<Item = Candidate> {
+    let places = DISTANCES
+        .iter()
+        .flat_map(|distance| DIRECTIONS.map(|direction| (*distance, direction)));
+    places.map(move |(distance, direction)| Candidate {
+        distance,
+        is_right: direction[0] < 0.0,
+        area: area(dot, distance, direction, size),
+    })
 }
 
 /// Where a name stands that begins, or to the left ends, so far from its dot.

@@ -5,6 +5,8 @@ mod labels;
 mod panel;
 mod style;
 
+use std::fmt::Display;
+
 use super::report::Report;
 use crate::svg::Svg;
 use crate::units::time;
@@ -17,28 +19,34 @@ const COLUMNS: usize = 2;
 
 /// Draws every set.
 pub(super) fn draw(report: &Report) -> String {
-    let columns = report.sets.len().clamp(1, COLUMNS);
-    let lines = report.sets.len().div_ceil(columns);
+    let sets = report.sets.len();
+    let columns = sets.clamp(1, COLUMNS);
     let width = MARGIN + columns as f64 * (PANEL[0] + MARGIN);
-    let height = HEAD + lines as f64 * (PANEL[1] + MARGIN);
+    let height = HEAD + sets.div_ceil(columns) as f64 * (PANEL[1] + MARGIN);
     let mut svg = Svg::new(width, height, STYLE);
-    svg.element(
-        "rect",
-        &[("class", &"page"), ("width", &width), ("height", &height)],
-    );
+    let page: [(&str, &dyn Display); 3] =
+        [("class", &"page"), ("width", &width), ("height", &height)];
+    svg.element("rect", &page);
     head(&mut svg, report);
     for (index, summary) in report.sets.iter().enumerate() {
-        let x = MARGIN + (index % columns) as f64 * (PANEL[0] + MARGIN);
-        let y = HEAD + (index / columns) as f64 * (PANEL[1] + MARGIN);
-        let place = format!("translate({x} {y})");
         svg.begin(
             "g",
-            &[("id", &format!("set-{index}")), ("transform", &place)],
+            &[
+                ("id", &format!("set-{index}")),
+                ("transform", &place(index, columns)),
+            ],
         );
         Panel::new(report, summary).draw(&mut svg);
         svg.end();
     }
     svg.finish()
+}
+
+/// Where a panel stands.
+fn place(index: usize, columns: usize) -> String {
+    let x = MARGIN + (index % columns) as f64 * (PANEL[0] + MARGIN);
+    let y = HEAD + (index / columns) as f64 * (PANEL[1] + MARGIN);
+    format!("translate({x} {y})")
 }
 
 fn head(svg: &mut Svg, report: &Report) {

@@ -1,5 +1,7 @@
 //! One set: a line for each mode, a dot for each peer.
 
+use std::fmt::Display;
+
 use super::super::peer_summary::PeerSummary;
 use super::super::report::Report;
 use super::super::row::{Figures, Row};
@@ -13,6 +15,8 @@ use crate::units::time;
 
 /// Width and height [px].
 pub(super) const PANEL: [f64; 2] = [760.0, 470.0];
+/// What the best honest peers are called.
+const BEST: &str = "best honest peer of each path";
 /// Edges of the plot in it [px].
 const PLOT: [f64; 4] = [62.0, 72.0, PANEL[0] - 20.0, PANEL[1] - 54.0];
 
@@ -32,74 +36,47 @@ pub(super) struct Panel<'a> {
 impl<'a> Panel<'a> {
     /// One set of a report.
     pub(super) fn new(report: &'a Report, summary: &'a Summary) -> Self {
-        let rows: Vec<&Row> = report
-            .rows
-            .iter()
-            .filter(|row| row.set == summary.set)
-            .collect();
-        let modes: Vec<(usize, &'static str)> = report.modes.iter().copied().enumerate().collect();
-        let answers = || rows.iter().flat_map(|row| row.answers.values());
-        let peers = || summary.peers.values().chain(&summary.best_honest_peer);
-        let times = answers()
-            .flat_map(|figures| [figures.first_improvement_s.unwrap_or(1e-3), figures.time_s]);
-        let lengths = summary
-            .modes
-            .values()
-            .map(|figures| figures.ratio_mean)
-            .chain(bound(&rows));
-        let times: Vec<f64> = times.chain(peers().map(|peer| peer.cpu_s)).collect();
-        let lengths: Vec<f64> = lengths.chain(peers().map(|peer| peer.ratio_mean)).collect();
+        let mut rows: Vec<&Row> = report.rows.iter().collect();
+        rows.retain(|row| row.set == summary.set);
         Self {
-            axes: Axes::around(PLOT, &times, &lengths),
+            axes: Axes::around(PLOT, &times(&rows, summary), &lengths(&rows, summary)),
             summary,
-            modes,
+            modes: report.modes.iter().copied().enumerate().collect(),
             rows,
         }
     }
 
     /// Draws it at the origin.
     pub(super) fn draw(&self, svg: &mut Svg) {
-        let [width, height] = PANEL;
-        svg.element(
-            "rect",
-            &[
-                ("class", &"card"),
-                ("width", &width),
-                ("height", &height),
-                ("rx", &10),
-            ],
-        );
-        svg.label([20.0, 30.0], "name", &self.summary.set);
-        svg.label([width - 20.0, 30.0], "small right", &self.paths());
-        svg.label([20.0, 51.0], "small", &self.ends());
+        self.card(svg);
         self.axes.draw(svg);
         let mut lines = Vec::new();
         for &(index, mode) in &self.modes {
             lines.extend(self.line(svg, index, mode));
         }
-        let dots: Vec<Point> = self.peers().map(|peer| self.dot(peer)).collect();
+        let dots: Vec<Point> = peers(self.summary).map(|peer| self.dot(peer)).collect();
         let mut room = Room::new(PLOT, &dots, lines);
         self.bound(svg, &mut room);
         self.best(svg, &mut room);
         self.others(svg, &mut room);
         // The best last, so that no other dot covers it.
         if let Some(best) = &self.summary.best_honest_peer {
-            svg.titled_dot(
-                self.dot(best),
-                6.5,
-                "best",
-                1.0,
-                "best honest peer of each path",
-            );
+            svg.titled_dot(self.dot(best), 6.5, "best", 1.0, BEST);
         }
     }
 
-    /// All peers, the best honest ones taken together too.
-    fn peers(&self) -> impl Iterator<Item = &'a PeerSummary> {
-        self.summary
-            .peers
-            .values()
-            .chain(&self.summary.best_honest_peer)
+    fn card(&self, svg: &mut Svg) {
+        let [width, height] = PANEL;
+        let attributes: [(&str, &dyn Display); 4] = [
+            ("class", &"card"),
+            ("width", &width),
+            ("height", &height),
+            ("rx", &10),
+        ];
+        svg.element("rect", &attributes);
+        svg.label([20.0, 30.0], "name", &self.summary.set);
+        svg.label([width - 20.0, 30.0], "small right", &self.paths());
+        svg.label([20.0, 51.0], "small", &self.ends());
     }
 
     fn dot(&self, peer: &PeerSummary) -> Point {
@@ -124,17 +101,11 @@ impl<'a> Panel<'a> {
             1 => "one path".to_owned(),
             count => format!("{count} paths"),
         };
-        let geometry = self
-            .rows
-            .iter()
-            .find(|row| !row.geometry.is_empty())
-            .map_or("", |row| row.geometry);
-        let robot = if geometry == "spheres" {
-            ", robot as spheres"
-        } else {
-            ""
-        };
-        format!("{paths}{robot}")
+        let mut geometries = self.rows.iter().map(|row| row.geometry);
+        match geometries.find(|geometry| !geometry.is_empty()) {
+            Some("spheres") => format!("{paths}, robot as spheres"),
+            _ => paths,
+        }
     }
 
     fn ends(&self) -> String {
@@ -149,30 +120,30 @@ impl<'a> Panel<'a> {
     /// The mean of a mode's curves, drawn while any of its runs goes on, and thin from there; gives
     /// its points.
     fn line(&self, svg: &mut Svg, index: usize, mode: &str) -> Vec<Point> {
-        let answers: Vec<&Figures> = self
-            .rows
-            .iter()
-            .filter_map(|row| row.answers.get(mode))
-            .collect();
-        let last_s = answers
-            .iter()
-            .map(|figures| figures.time_s)
-            .fold(0.0, f64::max);
-        let at = |x: f64| {
-            let time_s = self.axes.time_s(x);
-            mean(
-                answers
-                    .iter()
-                    .map(|figures| figures.curve.remaining(time_s)),
-            )
-            .map(|length| [x, self.axes.y(length)])
-        };
-        let pixels = (PLOT[0] as usize..=PLOT[2] as usize).filter_map(|x| at(x as f64));
-        let (during, after): (Vec<Point>, Vec<Point>) =
-            pixels.partition(|point| point[0] <= self.axes.x(last_s) + 1.0);
+        let answers: Vec<&Figures> = self.answers(mode).collect();
+        let times = answers.iter().map(|figures| figures.time_s);
+        let end = self.axes.x(times.fold(0.0, f64::max)) + 1.0;
+        let pixels = PLOT[0] as usize..=PLOT[2] as usize;
+        let points = pixels.filter_map(|x| self.mean_at(&answers, x as f64));
+        let (during, after): (Vec<Point>, Vec<Point>) = points.partition(|point| point[0] <= end);
         svg.line(&during, &mode_class("mode", index), mode);
         svg.line(&after, &mode_class("later", index), mode);
         during
+    }
+
+    fn answers(&self, mode: &str) -> impl Iterator<Item = &'a Figures> {
+        self.rows
+            .iter()
+            .filter_map(move |row| row.answers.get(mode))
+    }
+
+    /// The point of the mean at a pixel.
+    fn mean_at(&self, answers: &[&Figures], x: f64) -> Option<Point> {
+        let time_s = self.axes.time_s(x);
+        let lengths = answers
+            .iter()
+            .map(|figures| figures.curve.remaining(time_s));
+        Some([x, self.axes.y(mean(lengths)?)])
     }
 
     fn best(&self, svg: &mut Svg, room: &mut Room) {
@@ -180,52 +151,53 @@ impl<'a> Panel<'a> {
             return;
         };
         let dot = self.dot(best);
-        svg.line(
-            &[[PLOT[0], dot[1]], [PLOT[2], dot[1]]],
-            "best-line",
-            "best honest peer of each path",
-        );
-        let name = format!(
-            "best honest peer {:.3}, {}",
-            best.ratio_mean,
-            time(best.cpu_s)
-        );
+        svg.line(&[[PLOT[0], dot[1]], [PLOT[2], dot[1]]], "best-line", BEST);
+        let time = time(best.cpu_s);
+        let name = format!("best honest peer {:.3}, {time}", best.ratio_mean);
         name_beside(svg, room, dot, &name, "best-name");
     }
 
     fn others(&self, svg: &mut Svg, room: &mut Room) {
-        let mut peers: Vec<(&str, &PeerSummary)> = self
-            .summary
-            .peers
-            .iter()
-            .map(|(name, peer)| (name.as_str(), peer))
-            .collect();
+        let mut peers: Vec<(&String, &PeerSummary)> = self.summary.peers.iter().collect();
         // The shortest first: where there is not room for all names, theirs are worth most.
         peers.sort_by(|a, b| a.1.ratio_mean.total_cmp(&b.1.ratio_mean));
         for (name, peer) in &peers {
             name_beside(svg, room, self.dot(peer), short(name), "peer-name");
         }
         for (name, peer) in peers {
-            let PeerSummary {
-                answers,
-                valid,
-                ratio_mean,
-                cpu_s,
-                ..
-            } = peer;
-            let title = format!(
-                "{name}: {ratio_mean:.3}, {}, honest {valid}/{answers}",
-                time(*cpu_s)
-            );
-            svg.titled_dot(
-                self.dot(peer),
-                4.0,
-                "peer",
-                *valid as f64 / *answers as f64,
-                &title,
-            );
+            let honest = peer.valid as f64 / peer.answers as f64;
+            svg.titled_dot(self.dot(peer), 4.0, "peer", honest, &title(name, peer));
         }
     }
+}
+
+/// What a pointer over a peer's dot shows.
+fn title(name: &str, peer: &PeerSummary) -> String {
+    format!(
+        "{name}: {:.3}, {}, honest {}/{}",
+        peer.ratio_mean,
+        time(peer.cpu_s),
+        peer.valid,
+        peer.answers
+    )
+}
+
+/// All peers, the best honest ones taken together too.
+fn peers(summary: &Summary) -> impl Iterator<Item = &PeerSummary> {
+    summary.peers.values().chain(&summary.best_honest_peer)
+}
+
+/// Times that there are dots or steps at (s).
+fn times(rows: &[&Row], summary: &Summary) -> Vec<f64> {
+    let answers = rows.iter().flat_map(|row| row.answers.values());
+    let ours = answers.flat_map(|one| [one.first_improvement_s.unwrap_or(1e-3), one.time_s]);
+    ours.chain(peers(summary).map(|peer| peer.cpu_s)).collect()
+}
+
+fn lengths(rows: &[&Row], summary: &Summary) -> Vec<f64> {
+    let ours = summary.modes.values().map(|mode| mode.ratio_mean);
+    let theirs = peers(summary).map(|peer| peer.ratio_mean);
+    ours.chain(bound(rows)).chain(theirs).collect()
 }
 
 fn name_beside(svg: &mut Svg, room: &mut Room, dot: Point, name: &str, class: &str) {
@@ -252,8 +224,5 @@ fn short(name: &str) -> &str {
 
 /// Mean distance of the ends, as a part of the length.
 fn bound(rows: &[&Row]) -> Option<f64> {
-    mean(
-        rows.iter()
-            .filter_map(|row| Some(row.lower_bound? / row.length_before?)),
-    )
+    mean(rows.iter().filter_map(|row| row.lower_bound_ratio()))
 }

@@ -28,32 +28,58 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
     })?;
     let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, 1)?;
     let length = trial.pick(Duration::from_millis(700), Duration::from_secs(4));
-    let mut all = Tally::default();
-    let mut ours = Vec::new();
-    let mut control = Vec::new();
+    let mut seen = Seen::default();
     for number in 0..trial.windows() {
         let window = trial.window(number);
         let cancelled = run(&mut fleet, cancelling(window), length)?;
         let calm = run(&mut fleet, checking(window), length)?;
-        ours.push(cancelled.cancel.quantile(0.99));
-        control.push(calm.overhead.quantile(0.99) + calm.queue.quantile(0.99));
-        all.merge(&cancelled);
+        seen.add(&cancelled, &calm);
     }
-    Ok(vec![
-        Row::none("daemon exits", u64::from(!site.is_alive())),
-        all.endless("requests after a cancelled one"),
-        Row::none("workers still busy afterwards", still_busy(&site)?),
-        Row::told(
-            "p99 without cancelling, the control",
-            units::time(median(&control)),
-            median(&control),
-        ),
-        Row::time(
-            "from cancelling to a free worker, p99 less the control",
-            0.002,
-            (median(&ours) - median(&control)).max(0.0),
-        ),
-    ])
+    let mut rows = seen.counts(&site)?;
+    rows.extend(seen.times());
+    Ok(rows)
+}
+
+/// What came of the cancelled requests, and the p99 of each window beside its control (s).
+#[derive(Default)]
+struct Seen {
+    all: Tally,
+    ours: Vec<f64>,
+    control: Vec<f64>,
+}
+
+impl Seen {
+    fn add(&mut self, cancelled: &Tally, calm: &Tally) {
+        let control = calm.overhead.quantile(0.99) + calm.queue.quantile(0.99);
+        self.ours.push(cancelled.cancel.quantile(0.99));
+        self.control.push(control);
+        self.all.merge(cancelled);
+    }
+
+    fn counts(&self, site: &Site) -> Result<Vec<Row>, Error> {
+        Ok(vec![
+            Row::none("daemon exits", u64::from(!site.is_alive())),
+            self.all.endless("requests after a cancelled one"),
+            Row::none("workers still busy afterwards", still_busy(site)?),
+        ])
+    }
+
+    fn times(&self) -> [Row; 2] {
+        let control = median(&self.control);
+        let excess = median(&self.ours) - control;
+        [
+            Row::told(
+                "p99 without cancelling, the control",
+                units::time(control),
+                control,
+            ),
+            Row::time(
+                "from cancelling to a free worker, p99 less the control",
+                0.002,
+                excess.max(0.0),
+            ),
+        ]
+    }
 }
 
 fn cancelling(window: Window) -> Window {

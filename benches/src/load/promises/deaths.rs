@@ -106,29 +106,15 @@ fn of_this_user(trial: &Trial) -> Result<Vec<Row>, Error> {
     let mut scene = Scene {
         trial,
         witnesses: Fleet::start(site.instance(), &site.jobs, 0, WITNESSES)?,
-        killer: Killer {
-            random: fastrand::Rng::with_seed(trial.seed),
-            number: 1000,
-            kills: 0,
-        },
+        killer: Killer::new(trial.seed),
         seen: Tally::default(),
         site: &site,
     };
-    let client = site.client()?;
-    until(RECLAIM, || {
-        Ok(number(&client, "clients")? <= (WITNESSES + 1) as f64)
-    })?;
+    settle(&site)?;
     let (files, _) = site.shared_memory();
     let ratio = scene.pass()?;
-    let killed = scene.killer.kills;
+    let mut rows = scene.counts();
     let freed = scene.killer.freed(trial, &site)?;
-    let mut rows = vec![
-        Row::none(
-            format!("daemon exits after {killed} killed clients"),
-            u64::from(!site.is_alive()),
-        ),
-        scene.seen.unserved("witnesses' requests"),
-    ];
     rows.extend(left_over(&site, files)?);
     rows.push(Row::time(
         "a killed client's worker and quota are free, p99",
@@ -138,6 +124,13 @@ fn of_this_user(trial: &Trial) -> Result<Vec<Row>, Error> {
     let figure = "witnesses' p99, with kills / without";
     rows.push(Row::at_most(figure, 1.1, ratio));
     Ok(rows)
+}
+
+/// Waits until nobody but the witnesses is connected.
+fn settle(site: &Site) -> Result<(), Error> {
+    let client = site.client()?;
+    let is_quiet = || Ok(number(&client, "clients")? <= (WITNESSES + 1) as f64);
+    until(RECLAIM, is_quiet).map(|_| ())
 }
 
 /// Files in shared memory that do not go with the killed.
@@ -181,6 +174,14 @@ impl Scene<'_> {
         Ok(median(&ratios))
     }
 
+    fn counts(&self) -> Vec<Row> {
+        let exits = format!("daemon exits after {} killed clients", self.killer.kills);
+        vec![
+            Row::none(exits, u64::from(!self.site.is_alive())),
+            self.seen.unserved("witnesses' requests"),
+        ]
+    }
+
     fn p99(&mut self, number: usize, kills: bool) -> Result<f64, Error> {
         let length = self
             .trial
@@ -201,6 +202,14 @@ struct Killer {
 }
 
 impl Killer {
+    fn new(seed: u64) -> Self {
+        Self {
+            random: fastrand::Rng::with_seed(seed),
+            number: 1000,
+            kills: 0,
+        }
+    }
+
     /// Until then; where `kills` is false they end by themselves, so that the two differ in nothing
     /// else.
     fn work(&mut self, site: &Site, end_ns: u64, kills: bool) -> Result<(), Error> {
