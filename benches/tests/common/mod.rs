@@ -28,20 +28,28 @@ pub fn taut() -> &'static Path {
     })
 }
 
-/// Whether it is younger than everything that it is made of, as cargo lists it.
+/// What it is made of, below the workspace.
+const SOURCES: [&str; 6] = [
+    "Cargo.lock",
+    "Cargo.toml",
+    "config",
+    "examples/planner",
+    "ipc/src",
+    "src",
+];
+
+/// Whether it is younger than all of its sources.
 fn is_fresh(program: &Path) -> bool {
-    let Some(made) = modified(program) else {
-        return false;
-    };
-    let listed = fs::read_to_string(program.with_extension("d")).unwrap_or_default();
-    let Some((_, sources)) = listed.split_once(": ") else {
-        return false;
-    };
-    // A space in a name is written with a backslash.
-    let sources = sources.replace("\\ ", "\0");
-    sources
-        .split_whitespace()
-        .all(|source| modified(Path::new(&source.replace('\0', " "))).is_some_and(|at| at <= made))
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let newest = SOURCES.map(|source| newest(&workspace.join(source)));
+    modified(program).is_some_and(|made| newest.iter().max() < Some(&Some(made)))
+}
+
+/// When a file, or the last file of a folder, was changed.
+fn newest(path: &Path) -> Option<SystemTime> {
+    let entries = fs::read_dir(path).into_iter().flatten().flatten();
+    let within = entries.filter_map(|entry| newest(&entry.path())).max();
+    within.max(modified(path).filter(|_| path.is_file()))
 }
 
 fn modified(file: &Path) -> Option<SystemTime> {
