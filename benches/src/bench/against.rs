@@ -273,7 +273,8 @@ mod tests {
     #[test]
     fn every_part_of_an_answer_counts() {
         let earlier = before(&[row("a", &[("gradient", figures("0a", 7))])]);
-        let changes: [(&str, fn(&mut Figures)); 4] = [
+        type Change = fn(&mut Figures);
+        let changes: [(&str, Change); 4] = [
             ("proved true -> false", |figures| figures.proved = false),
             ("code SUCCESS -> TIMED_OUT", |figures| {
                 figures.code = "TIMED_OUT"
