@@ -61,13 +61,13 @@ impl Case {
 
     fn prove(&self, scratch: &mut Scratch) -> (u32, Queries) {
         let mut validator = self.validator(scratch);
-        let PathVerdict::Proved(proofs) =
+        let PathVerdict::Proved(proved) =
             path_proof::prove(&mut validator, &self.path, &mut || false)
         else {
             panic!("every path of these benchmarks is free");
         };
         (
-            proofs.iter().map(|proof| proof.intervals).sum(),
+            proved.proofs().iter().map(|proof| proof.intervals).sum(),
             validator.queries(),
         )
     }

@@ -108,9 +108,9 @@ struct Check<'a> {
 }
 
 /// One proof.
-struct Proof {
+struct Proof<'a> {
     time_s: f64,
-    verdict: PathVerdict,
+    verdict: PathVerdict<'a>,
     queries: Queries,
 }
 
@@ -158,7 +158,7 @@ impl Check<'_> {
         [proofs, samplings].map(|times| median(times.into_iter()))
     }
 
-    fn proof(&mut self, path: &Path) -> Proof {
+    fn proof<'p>(&mut self, path: &'p Path) -> Proof<'p> {
         let mut validator = self.validator();
         let start = Instant::now();
         let verdict = path_proof::prove(&mut validator, path, &mut || false);
@@ -199,11 +199,11 @@ impl Check<'_> {
     }
 }
 
-impl Proof {
+impl Proof<'_> {
     /// What it proves and takes.
     fn figures(&self) -> Figures {
         let proofs = match &self.verdict {
-            PathVerdict::Proved(proofs) => &proofs[..],
+            PathVerdict::Proved(proved) => proved.proofs(),
             _ => &[],
         };
         let clearances = proofs.iter().map(|proof| proof.clearance_m);
