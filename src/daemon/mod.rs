@@ -41,4 +41,3 @@ mod worker;
 pub use journal::inspect;
 pub use start::{DaemonError, serve};
 pub use taut::translate;
-pub use worker::{HANG_SEED, PANIC_SEED};
