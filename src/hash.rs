@@ -3,7 +3,6 @@
 use sha2::{Digest as _, Sha256};
 
 use crate::math::{Pose, Vec3};
-use crate::shape::{PlacedShape, Shape};
 
 /// Numbers, vertices or triangles that are hashed by one call.
 const PORTION: usize = 4096;
@@ -41,25 +40,16 @@ impl ContentHasher {
         self
     }
 
+    /// A whole number.
+    pub fn number(&mut self, number: u64) -> &mut Self {
+        self.0.update(number.to_le_bytes());
+        self
+    }
+
     /// A pose.
     pub fn pose(&mut self, pose: &Pose) -> &mut Self {
         self.floats(&pose.translation.to_array())
             .floats(&pose.rotation.to_array())
-    }
-
-    /// A placed shape, mesh content included, mesh name left out.
-    pub fn shape(&mut self, placed: &PlacedShape) -> &mut Self {
-        self.pose(&placed.pose);
-        match &placed.shape {
-            Shape::Mesh(mesh) => {
-                self.text("mesh");
-                self.0.update(mesh.hash().to_le_bytes());
-            }
-            primitive => {
-                self.text(&format!("{primitive:?}"));
-            }
-        }
-        self
     }
 
     /// Vertices and triangles of a mesh.
@@ -121,6 +111,26 @@ impl ContentHasher {
     }
 }
 
+/// A number of a text, with a point or an exponent: the words of [`ContentHasher::text`] are hashed for
+/// good, so no library chooses them.
+pub(crate) fn number(value: f64) -> String {
+    let is_plain = value == 0.0 || (1e-4..1e16).contains(&value.abs());
+    match (is_plain || !value.is_finite(), value.fract() == 0.0) {
+        (true, true) => format!("{value:.1}"),
+        (true, false) => value.to_string(),
+        (false, _) => format!("{value:e}"),
+    }
+}
+
+/// A name within a text, in quotes, in the same words for good.
+pub(crate) fn quoted(name: &str) -> String {
+    let escaped = name.chars().map(|letter| match letter {
+        '\'' => letter.to_string(),
+        _ => letter.escape_debug().to_string(),
+    });
+    format!("\"{}\"", escaped.collect::<String>())
+}
+
 /// A SHA-256, its words from the least.
 pub(crate) type Digest = [u64; 4];
 
@@ -151,5 +161,42 @@ impl FactSum {
     /// The sum.
     pub fn digest(&self) -> &Digest {
         &self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first hashes were of what the standard library prints.
+    #[test]
+    fn numbers_and_names_are_written_as_in_the_first_hashes() {
+        let mut rng = fastrand::Rng::with_seed(7);
+        let mut values = vec![
+            0.0,
+            -0.0,
+            1.0,
+            1e-4,
+            9e-5,
+            1e16,
+            9.99e15,
+            -2.5,
+            f64::INFINITY,
+        ];
+        values.extend((0..2000).map(|_| f64::from_bits(rng.u64(..))));
+        values.extend((0..2000).map(|_| (rng.f64() - 0.5) * 10_f64.powi(rng.i32(-8..20))));
+        for value in values {
+            assert_eq!(number(value), format!("{value:?}"));
+        }
+        for name in [
+            "joint 1",
+            "it's \"quoted\"",
+            "tab\t\\",
+            "größe",
+            "e\u{301}",
+            "\u{301}x",
+        ] {
+            assert_eq!(quoted(name), format!("{name:?}"));
+        }
     }
 }

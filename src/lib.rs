@@ -14,6 +14,7 @@ pub mod path;
 pub mod robot;
 pub mod scene;
 pub mod shape;
+pub mod solid;
 pub mod store;
 #[cfg(test)]
 pub(crate) mod testing;

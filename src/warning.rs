@@ -4,17 +4,15 @@ use std::collections::HashSet;
 use std::fmt;
 use std::ops::Deref;
 
-use serde::{Deserialize, Serialize};
-
 /// A line for people. It reads as its text.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Warning {
     class: WarningClass,
     text: String,
 }
 
 /// What a warning means for a verdict.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum WarningClass {
     /// It says what the verdict does not cover, or rests on: every one is told with every answer.
     Uncovered,

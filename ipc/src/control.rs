@@ -10,7 +10,6 @@ use std::path::PathBuf;
 
 /// What a client asks for. Labels are free text; their ids are [`crate::wire::label_id`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
 pub enum ControlRequest {
     /// Load a robot under a label.
     LoadRobot {
@@ -167,7 +166,6 @@ pub enum VirtualJointKind {
 
 /// What the daemon answers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
 pub enum ControlReply {
     /// Done; nothing to report.
     Done,

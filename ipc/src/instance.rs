@@ -8,6 +8,9 @@ use std::fs::{DirBuilder, Metadata, Permissions};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
+/// Where POSIX shared memory lies on Linux.
+pub const SHM_FOLDER: &str = "/dev/shm";
+
 /// Environment variable that names the instance: `name`, `name:/root` or `:/root`.
 pub const INSTANCE_VARIABLE: &str = "TAUT_INSTANCE";
 /// Name of the instance when nobody says otherwise.
@@ -244,7 +247,7 @@ fn default_root(name: &str) -> PathBuf {
     if let Some(dir) = runtime.filter(|dir| dir.is_absolute() && dir.is_dir()) {
         return dir.join("taut").join(name);
     }
-    let shm = Path::new(crate::memory::SHM_FOLDER);
+    let shm = Path::new(SHM_FOLDER);
     let base = if shm.is_dir() {
         shm.to_owned()
     } else {

@@ -1,6 +1,7 @@
 //! Shared memory: is there enough, and what did an instance leave there.
 
 use crate::instance::Instance;
+pub use crate::instance::SHM_FOLDER;
 use crate::limits::{SHM_ALLOWANCE, SHM_RESERVE};
 use std::fs::Permissions;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
@@ -8,9 +9,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::Relaxed;
 use std::time::{Duration, SystemTime};
-
-/// Where POSIX shared memory lies on Linux.
-pub const SHM_FOLDER: &str = "/dev/shm";
 
 /// Watches that shared memory never runs full: a write that does not fit would end the process
 /// (SIGBUS).

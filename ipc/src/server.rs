@@ -2,89 +2,37 @@
 
 mod bell;
 mod cleanup;
+mod error;
 mod incoming;
 mod janitor;
 mod ports;
 
 pub use bell::Waker;
 pub use cleanup::{CleanUp, clean_dead_nodes, tidy};
+pub use error::ServerError;
 pub use incoming::{IncomingControl, IncomingRequest, SendError};
 pub use janitor::Janitor;
 
-use crate::instance::{Instance, InstanceError};
+use crate::instance::Instance;
 use crate::limits::{MAX_CLIENTS, WIRE_VERSION};
 use crate::lock::DaemonLock;
 use crate::memory::{self, Room};
 use crate::time::unique_number;
 use crate::transport::{self, Variant};
-use crate::wire::{
-    Code, ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent,
-    StatusRecord,
-};
+use crate::wire::{SceneEvent, StatusRecord};
 use bell::ClientBell;
 use iceoryx2::node::Node;
 use iceoryx2::port::ReceiveError;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::publisher::Publisher;
-use iceoryx2::port::server::Server as Port;
 use iceoryx2::prelude::{CallbackProgression, PortFactory};
-use iceoryx2::service::port_factory::request_response;
-use ports::{control_port, listener, made, optimize_port, scene_event_port, status_port};
+use ports::{
+    ControlPort, OptimizePort, OptimizeService, control_port, listener, made, optimize_port,
+    scene_event_port, status_port,
+};
 use rustix::process::{Resource, getrlimit, setrlimit};
 use std::sync::Arc;
 use std::time::Duration;
-
-type OptimizePort = Port<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
-type ControlPort = Port<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
-type OptimizeService =
-    request_response::PortFactory<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
-
-/// Why the server cannot be created or go on.
-#[derive(Debug, thiserror::Error)]
-pub enum ServerError {
-    /// Another daemon serves this instance.
-    #[error(
-        "another daemon serves instance `{name}` at {root}; stop it or choose another instance with TAUT_INSTANCE=name:/root"
-    )]
-    AlreadyRunning {
-        /// The instance's name.
-        name: String,
-        /// Its root.
-        root: String,
-    },
-    /// The instance cannot be used.
-    #[error(transparent)]
-    Instance(#[from] InstanceError),
-    /// Too little shared memory is left.
-    #[error("/dev/shm is full but for its reserve; remove files there or enlarge it")]
-    NoMemory,
-    /// A service or port could not be made; clients of another release may still be connected.
-    #[error("cannot set up {what}: {reason}; stop clients of other releases and try again")]
-    Setup {
-        /// The service or port.
-        what: &'static str,
-        /// What iceoryx2 said.
-        reason: String,
-    },
-    /// A port stopped working.
-    #[error("{what} failed: {reason}")]
-    Port {
-        /// The port.
-        what: &'static str,
-        /// What iceoryx2 said.
-        reason: String,
-    },
-}
-
-impl ServerError {
-    /// The code for the command line's exit.
-    pub fn code(&self) -> Code {
-        match self {
-            Self::NoMemory => Code::ResourceExhausted,
-            _ => Code::DaemonLost,
-        }
-    }
-}
 
 /// Open files the daemon may need.
 pub const FILES_WANTED: u64 = 512 + FILES_OF_CLIENT * MAX_CLIENTS as u64;

@@ -15,6 +15,7 @@ mod number;
 mod record;
 pub(crate) mod request;
 mod response;
+pub(crate) mod section;
 mod status;
 
 pub use body::{RequestBody, ResponseBody};

@@ -12,7 +12,6 @@ use taut::path::Path;
 use taut::robot::{HeldVariable, RobotModel};
 use taut::scene::Scene;
 use taut::scene::scene_file::SceneFile;
-use taut::shape::Shape;
 use taut::warning::Warning;
 
 use super::error::CliError;
@@ -59,9 +58,9 @@ impl Loaded {
     pub(super) fn triangles(&self) -> usize {
         let links = self.robot.links().iter().flat_map(|link| &link.shapes);
         let objects = self.scene.objects().flat_map(|object| &*object.shapes);
-        let count = |placed: &taut::shape::PlacedShape| match &placed.shape {
-            Shape::Mesh(mesh) => mesh.triangles().len(),
-            _ => 0,
+        let count = |placed: &taut::shape::PlacedShape| {
+            let mesh = placed.shape.mesh();
+            mesh.map_or(0, |mesh| mesh.triangles().len())
         };
         links.chain(objects).map(count).sum()
     }

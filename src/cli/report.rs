@@ -1,9 +1,9 @@
 //! How an answer is shown: as a result file's one JSON object, or in lines for people.
 
-use taut::collision::query::TOUCHING_M;
 use taut::files::result::{ResultCoordinate, ResultCorridor, ResultSubject, texts};
 use taut::files::{Geometry, ResultFile};
 use taut::optimize::{ColumnTurns, Mode, Outcome, Refusal};
+use taut::solid::TOUCHING_M;
 use taut::warning::{self, Warning};
 
 use super::code::Code;

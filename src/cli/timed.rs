@@ -6,11 +6,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use serde::Serialize;
-use taut::collision::query::TOUCHING_M;
 use taut::files::result::texts;
 use taut::files::{FileError, Reader, Trajectory, TrajectoryPoint};
 use taut::optimize::LIMIT_TOLERANCE;
 use taut::robot::Kinematics;
+use taut::solid::TOUCHING_M;
 use taut::validation::timed::{self, Curve, Outside, Point, TimedHit, TimedProof, TimedVerdict};
 use taut::validation::{HitReason, Scratch, Validator};
 use taut::warning::{self, Warning};

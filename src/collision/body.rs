@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use super::filter::cover::Ball;
-use super::piece::Transform;
-use super::solid::Solid;
-use super::tree::BallTree;
 use crate::math::Vec3;
 use crate::robot::{Component, Drive, JointKind, Kinematics, RobotModel};
 use crate::scene::{Obstacle, Scene};
+use crate::solid::cover::Ball;
+use crate::solid::tree::BallTree;
+use crate::solid::{Solid, Transform};
 
 /// A solid that is checked as a whole, where it is and what carries it.
 #[derive(Clone, Debug)]
@@ -236,7 +235,7 @@ fn chain(robot: &RobotModel, link: usize, place: &Transform, tree: &BallTree) ->
                 multiplier,
                 offset,
             } => (robot.joints()[master].drive, multiplier, offset),
-            own => (own, 1.0, 0.0),
+            own @ (Drive::Fixed | Drive::Variable { .. } | Drive::Held { .. }) => (own, 1.0, 0.0),
         };
         let motion = |kind, first: usize, reach, rest| {
             let (source, coordinate) = match driver {
@@ -321,7 +320,7 @@ pub(super) fn rest_value(robot: &RobotModel, joint: usize) -> f64 {
             let middle = (robot.variables()[q].hard_lower + robot.variables()[q].hard_upper) / 2.0;
             if middle.is_finite() { middle } else { 0.0 }
         }
-        _ => 0.0,
+        Drive::Fixed | Drive::Mimic { .. } | Drive::Held { .. } => 0.0,
     };
     match robot.joints()[joint].drive {
         Drive::Mimic {
@@ -329,7 +328,7 @@ pub(super) fn rest_value(robot: &RobotModel, joint: usize) -> f64 {
             multiplier,
             offset,
         } => multiplier * middle(robot.joints()[master].drive) + offset,
-        own => middle(own),
+        own @ (Drive::Fixed | Drive::Variable { .. } | Drive::Held { .. }) => middle(own),
     }
 }
 

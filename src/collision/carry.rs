@@ -1,7 +1,8 @@
 //! Taking objects up and putting them down: where robot and scene stand decides which pose an
 //! object gets.
 
-use super::model::{CollisionModel, CollisionModelError};
+use super::error::CollisionModelError;
+use super::model::CollisionModel;
 use crate::math::Pose;
 use crate::robot::Kinematics;
 use crate::scene::{SceneChange, SceneError};

@@ -1,7 +1,7 @@
 //! Names of frames where robot and scene meet: what the scene leaves to the robot, and what both
 //! have names for.
 
-use super::model::CollisionModelError;
+use super::error::CollisionModelError;
 use crate::math::Pose;
 use crate::robot::RobotModel;
 use crate::scene::Scene;

@@ -3,17 +3,15 @@
 use std::sync::Arc;
 
 use super::body::{Body, BodyKind, Size};
-use super::contact::Contact;
+use super::error::CollisionModelError;
 use super::filter::Filter;
 use super::pairs::{BodyPair, Pairs, Rules};
-use super::penetration;
-use super::piece::Transform;
-use super::query;
-use super::solid::Solid;
 use super::solids::Solids;
 use crate::robot::{Kinematics, RobotModel};
 use crate::scene::Scene;
 use crate::shape::{MeshError, PlacedShape};
+use crate::solid::penetration::penetration;
+use crate::solid::{Contact, Solid, Transform, query};
 
 /// Everything that can collide, built once per robot and scene version and never changed.
 #[derive(Clone, Debug)]
@@ -24,79 +22,6 @@ pub struct CollisionModel {
     bodies: Vec<Body>,
     pairs: Pairs,
     filter: Filter,
-}
-
-/// A robot and a scene that do not go together.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum CollisionModelError {
-    /// A pair, touch link or padding names nothing.
-    #[error(
-        "the scene {what}, but {name:?} is neither a link nor an object; links: {links}; objects: {objects}"
-    )]
-    UnknownName {
-        /// What the scene does with the name.
-        what: String,
-        /// The one that is unknown.
-        name: String,
-        /// The other name of the pair; the same where there is one only.
-        beside: String,
-        /// Valid links.
-        links: String,
-        /// Valid objects.
-        objects: String,
-    },
-    /// An object hangs on nothing.
-    #[error("object {object:?} is attached to {link:?}, which is no link; links: {links}")]
-    UnknownLink {
-        /// Object.
-        object: String,
-        /// What should carry it.
-        link: String,
-        /// Valid links.
-        links: String,
-    },
-    /// An object is placed by what moves.
-    #[error(
-        "object {object:?} is placed in the frame of the link {link:?}, which is not the world; attach it to {link:?} (attached_collision_objects), or give its pose in the world"
-    )]
-    FrameOfLink {
-        /// Object.
-        object: String,
-        /// The link.
-        link: String,
-    },
-    /// An object is placed by what is not there.
-    #[error("object {object:?}: {source}")]
-    UnknownFrame {
-        /// Object.
-        object: String,
-        /// The frame, and the valid ones.
-        source: Box<crate::scene::SceneError>,
-    },
-    /// A frame of the scene has the name of one that the robot has elsewhere.
-    #[error(
-        "the scene's frame {name:?} has the name of a link or of the robot's world, which is elsewhere; rename it"
-    )]
-    FrameTaken {
-        /// Its name.
-        name: String,
-    },
-    /// A scale that leaves nothing of a mesh.
-    #[error(
-        "the scene scales {name:?} by {scale}, which leaves no solid: {source}; take a scale nearer to 1"
-    )]
-    Scale {
-        /// Link or object.
-        name: String,
-        /// Its scale.
-        scale: f64,
-        /// What is wrong.
-        source: MeshError,
-    },
-    /// A change to the scene that cannot be made.
-    #[error(transparent)]
-    Change(#[from] crate::scene::SceneError),
 }
 
 impl CollisionModel {
@@ -278,9 +203,9 @@ impl CollisionModel {
             let pair = &self.pairs.standing[index];
             let a = &self.bodies[pair.a];
             let b = &self.bodies[pair.b];
-            query::overlap(a, &a.placed(kinematics), b, &b.placed(kinematics))?;
-            let contact =
-                penetration::penetration(a, &a.placed(kinematics), b, &b.placed(kinematics));
+            let [at_a, at_b] = [a, b].map(|body| body.placed(kinematics));
+            query::overlap(&a.solid, &at_a, &b.solid, &at_b)?;
+            let contact = penetration(&a.solid, &at_a, &b.solid, &at_b);
             Some(([a, b].map(|body| body.name.to_string()), contact))
         })
     }

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use super::body::{Body, BodyKind};
 use super::model::CollisionModel;
-use super::query;
 use crate::robot::{Drive, Joint, JointKind, Kinematics, RobotModel};
+use crate::solid::query;
 
 /// Configurations that are looked at before a pair is offered for switching off.
 const SAMPLES: usize = 200;
@@ -143,7 +143,8 @@ fn bodies(model: &CollisionModel, pair: usize) -> [&Body; 2] {
 
 fn touch(model: &CollisionModel, pair: usize, kinematics: &Kinematics) -> bool {
     let [a, b] = bodies(model, pair);
-    query::overlap(a, &a.placed(kinematics), b, &b.placed(kinematics)).is_some()
+    let [at_a, at_b] = [a, b].map(|body| body.placed(kinematics));
+    query::overlap(&a.solid, &at_a, &b.solid, &at_b).is_some()
 }
 
 /// Whether one joint joins the two links.

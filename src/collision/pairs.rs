@@ -4,12 +4,12 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::body::{Body, BodyKind};
-use super::filter::cover::Ball;
+use super::error::CollisionModelError;
 use super::frames::check_frames;
-use super::model::CollisionModelError;
-use super::query::TOUCHING_M;
 use crate::robot::{JointKind, RobotModel, kinematics};
 use crate::scene::Scene;
+use crate::solid::TOUCHING_M;
+use crate::solid::cover::Ball;
 
 /// Two bodies that are checked against each other. `a` moves with the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

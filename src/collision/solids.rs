@@ -5,10 +5,10 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::body::Size;
-use super::solid::Solid;
 use crate::hash::ContentHasher;
 use crate::robot::{Link, RobotModel};
 use crate::shape::{MeshError, PlacedShape};
+use crate::solid::Solid;
 
 /// Solids of a robot's links and a scene's objects.
 #[derive(Clone, Debug, Default)]
@@ -107,7 +107,7 @@ impl Solids {
     fn read_again(&self, shapes: &Arc<[PlacedShape]>, before: &Self) -> Made {
         let mut hasher = ContentHasher::default();
         for shape in shapes.iter() {
-            hasher.shape(shape);
+            shape.tell(&mut hasher);
         }
         let content = hasher.finish();
         let known = self

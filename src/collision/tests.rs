@@ -8,6 +8,7 @@ use crate::math::{Pose, Vec3};
 use crate::robot::{Kinematics, RobotModel};
 use crate::scene::{Obstacle, Scene, SceneChange};
 use crate::shape::{PlacedShape, Shape};
+use crate::solid::{Solid, TOUCHING_M, query};
 use crate::testing;
 use crate::validation::soundness::cases;
 
@@ -473,12 +474,12 @@ fn nearly_closest_points_are_nearly_closest() {
             let b = &model.bodies()[pair.b];
             let at_a = a.placed(&kinematics);
             let at_b = b.placed(&kinematics);
-            let exact = query::between_surfaces(a, &at_a, b, &at_b);
-            let nearly = query::nearly_closest(a, &at_a, b, &at_b);
+            let exact = query::between_surfaces(&a.solid, &at_a, &b.solid, &at_b);
+            let nearly = query::nearly_closest(&a.solid, &at_a, &b.solid, &at_b);
             assert!((nearly.normal.length() - 1.0).abs() < 1e-9, "{nearly:?}");
-            if exact.distance <= query::TOUCHING_M {
+            if exact.distance <= TOUCHING_M {
                 assert!(
-                    (0.0..=query::TOUCHING_M).contains(&nearly.distance),
+                    (0.0..=TOUCHING_M).contains(&nearly.distance),
                     "{nearly:?} of {exact:?}"
                 );
                 touching += 1;

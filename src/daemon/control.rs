@@ -13,7 +13,8 @@ use taut_ipc::wire::{Code, SceneEvent, SceneEventKind, label_id};
 use super::admission::being_loaded;
 use super::event::{Content, Loaded, Purpose};
 use super::event_loop::{EventLoop, ROUND};
-use super::keep::{Acknowledgement, Changed, reply};
+use super::keep::reply;
+use super::keeping::{Acknowledgement, Changed};
 use super::loader::{Source, Task, Work};
 use super::metrics;
 use super::translate::{

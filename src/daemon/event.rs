@@ -4,14 +4,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
-use serde::{Deserialize, Serialize};
 use taut::scene::Scene;
 use taut::scene::diff_file::SceneDiff;
 use taut_ipc::control::{ControlReply, Refusal};
 use taut_ipc::server::Waker;
 
 use super::job::Stopped;
-use super::keep::KeptUpTo;
+use super::keeping::KeptUpTo;
 use super::translate::{ReadRobot, Reply};
 
 /// Everything that happens besides messages of clients.
@@ -53,7 +52,7 @@ pub(super) struct Answered {
 }
 
 /// How an answer came about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
     /// The core computed it, and was perhaps told to end.
     Computed(Option<Stopped>),

@@ -12,19 +12,18 @@ use taut_ipc::wire::{RobotEntry, SceneEntry, StatusRecord};
 
 use super::clients::Clients;
 use super::event::{Event, Events};
-use super::keep::Keeping;
+use super::keeping::Keeping;
 use super::live::Live;
 use super::loader::Loader;
 use super::mailbox::Mailbox;
 use super::metrics::Metrics;
+use super::open_request::{OpenRequest, Watch};
 use super::poison::Poison;
 use super::preparer::ToPrepare;
 use super::pulse::Pulse;
 use super::recording::Recorder;
-use super::requests::OpenRequest;
 use super::schedule::Schedule;
 use super::story::Stories;
-use super::watch::Watch;
 
 /// Messages taken in one round, so that a client that floods does not keep answers from being sent.
 pub(super) const ROUND: usize = 128;

@@ -4,13 +4,10 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use serde::{Deserialize, Serialize};
 use taut::optimize::Settings;
 use taut::path::Path;
 use taut::store::Snapshot;
 pub use taut::translate::StopCause;
-
-use super::live::Asked;
 
 /// Most time (ns) by which LOADING comes before the deadline.
 const MOST_BEFORE_NS: u64 = 10_000_000;
@@ -79,8 +76,19 @@ impl Job {
     }
 }
 
+/// Who asks, and what about, as people call it.
+#[derive(Clone, Default, serde::Serialize)]
+pub(super) struct Asked {
+    /// Label of the robot.
+    pub robot: String,
+    /// Label of the scene.
+    pub scene: String,
+    /// The client's process; 0 = not known.
+    pub pid: u32,
+}
+
 /// When and why a job was told to end. Its answer depends on nothing else besides the job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stopped {
     /// How often the core had asked by then, that time included.
     pub asked: u64,

@@ -5,79 +5,12 @@
 //! and its client is told RESOURCE_EXHAUSTED: made, but not kept. The next change that is kept
 //! keeps all of those before it too.
 
-use std::collections::VecDeque;
-use std::sync::Arc;
-
-use crossbeam_channel::Sender;
-use taut::store::PreparedModel;
-use taut_ipc::control::{ControlReply, Refusal};
+use taut_ipc::control::ControlReply;
 use taut_ipc::server::{IncomingControl, ServerError};
-use taut_ipc::wire::{Code, SceneEvent};
 
 use super::event_loop::EventLoop;
-use super::journal::{Content, Entry, Key, Kind, State};
-
-/// What changed in the store, by label.
-pub(super) enum Changed {
-    /// A robot is there, is another, or is gone.
-    Robot(String),
-    /// A scene is there, has a new version, or is gone.
-    Scene(String),
-}
-
-/// Whom a change is told to.
-pub(super) struct Acknowledgement {
-    /// The control request that asked for it.
-    pub control: Option<IncomingControl>,
-    /// Its answer.
-    pub answer: ControlReply,
-    /// What listeners hear.
-    pub event: Option<SceneEvent>,
-}
-
-/// Changes on their way to the journal.
-#[derive(Default)]
-pub(super) struct Keeping {
-    /// Where they go; `None` where nothing is kept.
-    journal: Option<Sender<Entry>>,
-    /// Where robots go whose solids are to be kept.
-    prepared: Option<Sender<Arc<PreparedModel>>>,
-    tickets: u64,
-    waiting: VecDeque<(u64, Acknowledgement)>,
-}
-
-/// The journal has dealt with all changes up to one.
-pub(super) struct KeptUpTo {
-    /// Its ticket.
-    pub ticket: u64,
-    /// Why they are not kept.
-    pub failure: Option<String>,
-}
-
-impl Keeping {
-    /// Keeps with these two; the default keeps nothing.
-    pub(super) fn new(journal: Sender<Entry>, prepared: Sender<Arc<PreparedModel>>) -> Self {
-        Self {
-            journal: Some(journal),
-            prepared: Some(prepared),
-            ..Self::default()
-        }
-    }
-
-    /// Whether every change is acknowledged.
-    pub(super) fn is_idle(&self) -> bool {
-        self.waiting.is_empty()
-    }
-
-    /// Lets the journal end; `in_order` if everything was answered.
-    pub(super) fn close(&mut self, in_order: bool) {
-        self.prepared = None;
-        if let Some(journal) = self.journal.take().filter(|_| in_order) {
-            // The thread lives until the sender is gone.
-            let _ = journal.send(Entry::End);
-        }
-    }
-}
+use super::journal::{Content, Key, Kind};
+use super::keeping::{Acknowledgement, Changed, KeptUpTo};
 
 impl EventLoop {
     /// Keeps a change that was made to the store, then tells of it.
@@ -87,27 +20,14 @@ impl EventLoop {
         told: Acknowledgement,
     ) -> Result<(), ServerError> {
         let (key, content) = self.named(changed);
-        let Some(journal) = &self.keeping.journal else {
-            return self.tell(told);
+        let alone = match &content {
+            Content::Robot(robot, _) => self.store.alone(robot),
+            Content::Scene(..) | Content::Gone => None,
         };
-        if let (Content::Robot(robot, _), Some(prepared)) = (&content, &self.keeping.prepared)
-            && let Some(alone) = self.store.alone(robot)
-        {
-            let _ = prepared.send(alone.clone());
+        match self.keeping.keep(key, content, alone, told) {
+            Some(told) => self.tell(told),
+            None => Ok(()),
         }
-        self.keeping.tickets += 1;
-        let ticket = self.keeping.tickets;
-        // The thread lives until this sender is gone.
-        let _ = journal.send(Entry::Changed(
-            ticket,
-            key,
-            State {
-                content,
-                configured: false,
-            },
-        ));
-        self.keeping.waiting.push_back((ticket, told));
-        Ok(())
     }
 
     /// What the label of a change names now.
@@ -135,21 +55,7 @@ impl EventLoop {
 
     /// Tells of the changes that the journal has dealt with.
     pub(super) fn kept(&mut self, kept: &KeptUpTo) -> Result<(), ServerError> {
-        while self
-            .keeping
-            .waiting
-            .front()
-            .is_some_and(|(ticket, _)| *ticket <= kept.ticket)
-        {
-            let Some((_, mut told)) = self.keeping.waiting.pop_front() else {
-                break;
-            };
-            if let Some(reason) = &kept.failure {
-                let text = format!(
-                    "the change is made, but a daemon that is started again would not know it: {reason}; free space there and send it again"
-                );
-                told.answer = ControlReply::Refused(Refusal::new(Code::ResourceExhausted, text));
-            }
+        while let Some(told) = self.keeping.next_kept(kept) {
             self.tell(told)?;
         }
         Ok(())

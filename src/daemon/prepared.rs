@@ -10,9 +10,9 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Sender, unbounded};
 use sha2::{Digest, Sha256};
-use taut::collision::{CollisionModel, Solid};
+use taut::collision::CollisionModel;
 use taut::robot::RobotModel;
-use taut::shape::Shape;
+use taut::solid::Solid;
 use taut::store::PreparedModel;
 
 /// Bytes of a checksum.
@@ -44,7 +44,7 @@ impl Prepared {
     /// Whether it is worth a file.
     fn has_meshes(robot: &RobotModel) -> bool {
         let mut shapes = robot.links().iter().flat_map(|link| &link.shapes);
-        shapes.any(|placed| matches!(placed.shape, Shape::Mesh(_)))
+        shapes.any(|placed| placed.shape.mesh().is_some())
     }
 
     fn file(&self, robot: u64) -> PathBuf {
@@ -139,7 +139,7 @@ mod tests {
     use taut::math::{Pose, Vec3};
     use taut::robot::{LinkDescription, RobotDescription};
     use taut::scene::Scene;
-    use taut::shape::{Mesh, PlacedShape};
+    use taut::shape::{Mesh, PlacedShape, Shape};
 
     fn robot() -> Arc<RobotModel> {
         let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];

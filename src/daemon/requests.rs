@@ -3,35 +3,21 @@
 
 use std::sync::Arc;
 
-use taut::store::ModelStore;
 use taut_ipc::control::Refusal;
 use taut_ipc::monotonic_ns;
 use taut_ipc::server::{IncomingRequest, SendError, ServerError};
-use taut_ipc::wire::{Code, RequestHeader, ResponseFlags};
+use taut_ipc::wire::{Code, RequestHeader};
 
 use super::admission::Doorkeeper;
 use super::event::{Answered, Way};
 use super::event_loop::{EventLoop, ROUND};
-use super::job::{Job, StopCause, StopFlag};
-use super::live::Asked;
+use super::job::{Asked, Job, StopCause, StopFlag};
 use super::mailbox::Progress;
-use super::recording::{Answer, Question};
+use super::open_request::{OpenRequest, superseded};
+use super::recording::Answer;
 use super::story::{self, story};
 use super::translate::{self, Reply};
 use super::watch;
-
-/// A request that a client waits for.
-pub(super) struct OpenRequest {
-    pub(super) request: IncomingRequest,
-    stop: Arc<StopFlag>,
-    bytes: usize,
-    received_ns: u64,
-    pub(super) scene_id: u64,
-    pub(super) scene_version: u64,
-    question: Arc<Question>,
-    /// Of a watch that has been checked before: whether it was proved then.
-    pub(super) was_proved: Option<bool>,
-}
 
 impl EventLoop {
     /// Takes requests; tells whether more may be waiting.
@@ -409,15 +395,5 @@ impl EventLoop {
             .iter()
             .for_each(|(job, open)| self.stop(*job, &open.stop, StopCause::Shutdown));
         self.end_watches();
-    }
-}
-
-/// The flag of an answer whose scene is no longer what its label names.
-pub(super) fn superseded(store: &ModelStore, open: &OpenRequest) -> u32 {
-    let is_newest = store.scene_version(open.scene_id) == Some(open.scene_version);
-    if is_newest {
-        0
-    } else {
-        ResponseFlags::SUPERSEDED
     }
 }

@@ -20,9 +20,9 @@ use taut_ipc::limits::{CONTROL_REQUESTS_PER_CLIENT, MAX_CLIENTS};
 use taut_ipc::wire::label_id;
 
 use super::config::Config;
+use super::error::DaemonError;
 use super::journal::{Content, Kept, Key, Kind, State};
 use super::prepared::Prepared;
-use super::start::DaemonError;
 use super::translate::{self, ReadRobot, model_refusal, store_refusal};
 
 /// What is loaded when the daemon starts to serve.
@@ -327,10 +327,7 @@ fn robot_line(label: &str, robot: &RobotModel, start: Instant) -> String {
 }
 
 fn triangles(shape: &Shape) -> usize {
-    match shape {
-        Shape::Mesh(mesh) => mesh.triangles().len(),
-        _ => 0,
-    }
+    shape.mesh().map_or(0, |mesh| mesh.triangles().len())
 }
 
 fn scene_line(label: &str, version: u64, scene: &Scene) -> String {

@@ -8,17 +8,16 @@ use std::thread::JoinHandle;
 
 use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::{Handle, Signals};
-use taut::files::FileError;
-use taut_ipc::server::{Janitor, Server, ServerError};
-use taut_ipc::wire::Code;
+use taut_ipc::server::{Janitor, Server};
 use taut_ipc::{DaemonState, Instance, daemon_state, monotonic_ns};
 
 use super::clients::Clients;
 use super::config::Config;
+use super::error::DaemonError;
 use super::event::{Event, EventSender};
 use super::event_loop::EventLoop;
-use super::journal::{self, Journal, JournalError, Kept};
-use super::keep::{Keeping, KeptUpTo};
+use super::journal::{self, Journal, Kept};
+use super::keeping::{Keeping, KeptUpTo};
 use super::live::{self, Live};
 use super::loader::Loader;
 use super::metrics::Metrics;
@@ -30,62 +29,10 @@ use super::recording::Recorder;
 use super::restore::{self, Beginning, say};
 use super::schedule::{self, Schedule};
 use super::scrape;
-use super::state::{self, StateError};
+use super::state;
 use super::story::Stories;
 use super::web::Web;
 use super::worker::Worker;
-
-/// Why the daemon cannot start or go on.
-#[derive(Debug, thiserror::Error)]
-pub enum DaemonError {
-    /// A robot or scene to load.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// Robots and scenes that do not go together, or two of one label.
-    #[error("{message}")]
-    Model {
-        /// Its code.
-        code: i32,
-        /// What is wrong.
-        message: String,
-    },
-    /// The instance.
-    #[error(transparent)]
-    Instance(#[from] taut_ipc::InstanceError),
-    /// The ports.
-    #[error(transparent)]
-    Server(#[from] ServerError),
-    /// Where robots and scenes are kept.
-    #[error(transparent)]
-    State(#[from] StateError),
-    /// What is kept there.
-    #[error(transparent)]
-    Journal(#[from] JournalError),
-    /// Threads and signals.
-    #[error("the system gives no {what}: {source}")]
-    System {
-        /// What was asked for.
-        what: &'static str,
-        /// What it says.
-        source: std::io::Error,
-    },
-}
-
-impl DaemonError {
-    /// The code for the command line's exit.
-    pub fn code(&self) -> Code {
-        match self {
-            Self::File(FileError::Unreadable { .. }) => Code::UnreadableFile,
-            Self::File(_) => Code::InvalidModel,
-            Self::Model { code, .. } => Code::try_from(*code).unwrap_or(Code::InvalidModel),
-            Self::Instance(_) => Code::DaemonLost,
-            Self::Server(error) => error.code(),
-            Self::State(_) => Code::UnreadableFile,
-            Self::Journal(error) => error.code(),
-            Self::System { .. } => Code::ResourceExhausted,
-        }
-    }
-}
 
 fn system(what: &'static str) -> impl Fn(std::io::Error) -> DaemonError {
     move |source| DaemonError::System { what, source }

@@ -13,15 +13,9 @@ use taut_ipc::wire::{
 };
 
 use super::event_loop::EventLoop;
-use super::requests::{OpenRequest, superseded};
+use super::open_request::{OpenRequest, Watch, superseded};
 use super::story;
 use super::translate::Reply;
-
-/// A path that is watched and not being checked now.
-pub(super) struct Watch {
-    request: IncomingRequest,
-    is_proved: bool,
-}
 
 /// Whether a request is a watch.
 pub(super) fn is_watch(request: &IncomingRequest) -> bool {

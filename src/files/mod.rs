@@ -42,7 +42,6 @@ use crate::warning::Warning;
 
 /// Why a file was refused.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum FileError {
     /// The file is not there or cannot be read.
     #[error("{}: {reason}", file.display())]

@@ -6,8 +6,9 @@
 //! needs no contact, and its normal is true.
 
 use super::rows::add_point_rows;
-use crate::collision::{CollisionModel, query};
+use crate::collision::CollisionModel;
 use crate::robot::{ConfigurationSpace, Kinematics};
+use crate::solid::query;
 
 /// Bodies closer than this have no direction worth a row (m).
 const SHORTEST_DISTANCE_M: f64 = 1e-7;
@@ -41,9 +42,9 @@ impl<'a> HalfSpace<'a> {
         let a = &bodies[pair.a];
         let b = &bodies[pair.b];
         let contact = query::nearly_closest(
-            a,
+            &a.solid,
             &a.placed(&self.kinematics),
-            b,
+            &b.solid,
             &b.placed(&self.kinematics),
         );
         if contact.distance <= SHORTEST_DISTANCE_M {
@@ -66,7 +67,7 @@ impl<'a> HalfSpace<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::collision::query::NEARLY;
+    use crate::solid::query::NEARLY;
     use crate::testing;
     use proptest::prelude::*;
 
@@ -81,7 +82,13 @@ mod tests {
         let pair = model.pairs()[pair];
         let a = &model.bodies()[pair.a];
         let b = &model.bodies()[pair.b];
-        query::between_surfaces(a, &a.placed(&kinematics), b, &b.placed(&kinematics)).distance
+        query::between_surfaces(
+            &a.solid,
+            &a.placed(&kinematics),
+            &b.solid,
+            &b.placed(&kinematics),
+        )
+        .distance
     }
 
     proptest! {

@@ -17,7 +17,6 @@ pub const QUATERNION_TOLERANCE: f64 = 1e-3;
 
 /// A request that cannot be computed as it stands.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum RequestError {
     /// Wrong number of columns.
     #[error("the path has {got} columns, robot {robot:?} has {expected} variables: {variables}")]

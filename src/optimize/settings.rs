@@ -1,11 +1,9 @@
 //! What a request may choose.
 
-use serde::{Deserialize, Serialize};
-
 use crate::validation::Layers;
 
 /// Optimizer of a request.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
     /// Prove the path, change nothing.
     Check,
@@ -47,7 +45,7 @@ impl Mode {
 }
 
 /// Settings of one request. `Settings::default()` is what a request gets that says nothing.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Optimizer.
     pub mode: Mode,

@@ -90,7 +90,6 @@ pub struct Metric {
 
 /// Weights that no metric can have.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum MetricError {
     /// Not one weight per velocity coordinate.
     #[error("{got} weights given, the robot has {expected} velocity coordinates")]

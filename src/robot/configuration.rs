@@ -104,7 +104,7 @@ impl ConfigurationSpace {
     pub(crate) fn new(components: Vec<Component>) -> Self {
         let (nq, nv) = components.iter().fold((0, 0), |(nq, nv), c| match c {
             Component::Rotation { .. } => (nq + 4, nv + 3),
-            _ => (nq + 1, nv + 1),
+            Component::Line { .. } | Component::Circle { .. } => (nq + 1, nv + 1),
         });
         Self { components, nq, nv }
     }
@@ -182,7 +182,7 @@ impl ConfigurationSpace {
     pub fn unwrapped(&self) -> Self {
         let line = |c: &Component| match *c {
             Component::Circle { q, v } => Component::Line { q, v },
-            other => other,
+            other @ (Component::Line { .. } | Component::Rotation { .. }) => other,
         };
         Self {
             components: self.components.iter().map(line).collect(),

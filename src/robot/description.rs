@@ -1,8 +1,6 @@
 //! What robot files say, by name and unchecked: the input of
 //! [`RobotModel::new`](super::RobotModel::new).
 
-use serde::{Deserialize, Serialize};
-
 use super::joint::JointKind;
 use crate::math::{Pose, Vec3};
 use crate::shape::PlacedShape;
@@ -40,7 +38,7 @@ pub struct LinkDescription {
 }
 
 /// A joint of the file.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
 pub struct JointDescription {
     /// Name, unique in the robot.
     pub name: String,
@@ -64,7 +62,7 @@ pub struct JointDescription {
 }
 
 /// `value = multiplier · value(joint) + offset`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
 pub struct Mimic {
     /// Master joint's name.
     pub joint: String,
@@ -75,7 +73,7 @@ pub struct Mimic {
 }
 
 /// The joint between the world and the root link.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct VirtualJoint {
     /// Name, the prefix of its variables.
     pub name: String,
@@ -89,7 +87,7 @@ pub struct VirtualJoint {
 }
 
 /// What an SRDF says.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default)]
 pub struct Semantics {
     /// Link pairs that are never checked.
     pub disabled_collisions: Vec<(String, String)>,
@@ -102,7 +100,7 @@ pub struct Semantics {
 }
 
 /// A named set of joints.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Group {
     /// Name.
     pub name: String,
@@ -111,7 +109,7 @@ pub struct Group {
 }
 
 /// A named configuration of a group.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct GroupState {
     /// Name.
     pub name: String,

@@ -1,12 +1,9 @@
 //! One joint: how it moves its link, and what drives it.
 
-use serde::{Deserialize, Serialize};
-
 use crate::math::{Pose, Vec3};
 
 /// How a joint moves its child link in the joint's frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[non_exhaustive]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum JointKind {
     /// Does not move.
     Fixed,
@@ -23,6 +20,18 @@ pub enum JointKind {
 }
 
 impl JointKind {
+    /// Its name in URDF.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fixed => "fixed",
+            Self::Revolute => "revolute",
+            Self::Continuous => "continuous",
+            Self::Prismatic => "prismatic",
+            Self::Planar => "planar",
+            Self::Floating => "floating",
+        }
+    }
+
     /// Numbers of one configuration of the joint (columns of a path).
     pub fn nq(self) -> usize {
         match self {
@@ -37,7 +46,9 @@ impl JointKind {
     pub fn nv(self) -> usize {
         match self {
             Self::Floating => 6,
-            other => other.nq(),
+            Self::Fixed | Self::Revolute | Self::Continuous | Self::Prismatic | Self::Planar => {
+                self.nq()
+            }
         }
     }
 

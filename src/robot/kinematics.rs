@@ -162,7 +162,7 @@ pub fn rate(joints: &[Joint], joint: &Joint) -> Option<(usize, f64)> {
             master, multiplier, ..
         } => match joints[master].drive {
             Drive::Variable { v, .. } => Some((v, multiplier)),
-            _ => None,
+            Drive::Fixed | Drive::Mimic { .. } | Drive::Held { .. } => None,
         },
         Drive::Fixed | Drive::Held { .. } => None,
     }
@@ -175,7 +175,7 @@ fn value(joints: &[Joint], joint: &Joint, q: &[f64], held: &[f64]) -> f64 {
             multiplier,
             offset,
         } => multiplier * values(&joints[master], q, held)[0] + offset,
-        _ => values(joint, q, held)[0],
+        Drive::Fixed | Drive::Variable { .. } | Drive::Held { .. } => values(joint, q, held)[0],
     }
 }
 

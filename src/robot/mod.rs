@@ -2,6 +2,9 @@
 //!
 //! [`description`] is what a file says, [`model`] what it becomes once everything in it is checked.
 
+// A new kind of shape, core or joint is an error here, not another one's arm.
+#![deny(clippy::wildcard_enum_match_arm)]
+
 pub mod configuration;
 pub mod description;
 pub mod joint;

@@ -2,7 +2,6 @@
 
 /// Why a scene was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum SceneError {
     /// Two objects of one name, standing or attached.
     #[error("object {0:?} is defined twice; object ids must be unique")]

@@ -64,6 +64,6 @@ fn hash_object(hasher: &mut ContentHasher, object: &Obstacle) {
         hasher.text("pose").pose(&object.pose);
     }
     for shape in object.shapes.iter() {
-        hasher.shape(shape);
+        shape.tell(hasher);
     }
 }

@@ -6,8 +6,7 @@ use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::SceneError;
-use super::object_file::ObjectFile;
-use super::scene_file::AttachedObjectFile;
+use super::object_file::{AttachedObjectFile, ObjectFile};
 
 /// The octomap of which collision matrices speak.
 const OCTOMAP: &str = "<octomap>";

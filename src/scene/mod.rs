@@ -31,7 +31,6 @@ use std::sync::{Arc, OnceLock};
 
 use crate::hash::ContentHasher;
 use crate::math::Pose;
-use crate::shape::Shape;
 use crate::warning::Warning;
 pub use change::SceneChange;
 pub use error::SceneError;
@@ -384,10 +383,7 @@ fn oddities<'a>(objects: impl Iterator<Item = &'a Obstacle>) -> Vec<Warning> {
         let meshes = obstacle
             .shapes
             .iter()
-            .filter_map(|placed| match &placed.shape {
-                Shape::Mesh(mesh) => Some(mesh),
-                _ => None,
-            });
+            .filter_map(|placed| placed.shape.mesh());
         for warning in meshes.flat_map(|mesh| mesh.warnings()) {
             match of_meshes.iter_mut().find(|(known, _)| *known == warning) {
                 Some((_, users)) if users.contains(&obstacle.id.as_str()) => {}

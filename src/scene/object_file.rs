@@ -1,21 +1,18 @@
 //! MoveIt's collision objects as JSON has them.
 
 use std::fmt;
-use std::sync::Arc;
 
 use serde::de::{self, IgnoredAny, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::object::set_identity;
 use super::pose_file::{HeaderFile, PoseFile, not_set};
+pub use super::shape_file::MeshSource;
 use super::shape_file::{MeshFile, PrimitiveFile};
 use super::{Obstacle, Scene, SceneError};
-use crate::math::{Pose, Vec3};
-use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
+use crate::math::Pose;
+use crate::shape::{Description, PlacedShape};
 use crate::warning::Warning;
-
-/// Gives the mesh of a file name (as written in the scene) at a scale.
-pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> + 'a;
 
 /// What a text does with an object: MoveIt's `operation`, by name or number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,6 +125,22 @@ pub struct ObjectFile {
     pub(super) _peers_treat_it_as: IgnoredAny,
 }
 
+/// MoveIt's attached collision object.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AttachedObjectFile {
+    #[serde(default)]
+    pub(super) link_name: String,
+    pub(super) object: ObjectFile,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) touch_links: Vec<String>,
+    /// How a gripper opens to let go, and how heavy it is.
+    #[serde(default, rename = "detach_posture", skip_serializing)]
+    pub(super) _detach_posture: IgnoredAny,
+    #[serde(default, rename = "weight", skip_serializing)]
+    pub(super) _weight: IgnoredAny,
+}
+
 impl ObjectFile {
     /// An object as text has it: what adds it, then what appends shapes whose place in the order
     /// needs that. Without `with_meshes`, a mesh has its name and hash only.
@@ -152,7 +165,7 @@ impl ObjectFile {
 
     /// What appends shapes to an object. One text has primitives before meshes; at least one.
     pub(super) fn appending(id: &str, shapes: &[PlacedShape], with_meshes: bool) -> Vec<Self> {
-        let is_mesh = |placed: &PlacedShape| matches!(placed.shape, Shape::Mesh(_));
+        let is_mesh = |placed: &PlacedShape| placed.shape.mesh().is_some();
         let mut runs = shapes
             .chunk_by(|a, b| is_mesh(b) || !is_mesh(a))
             .collect::<Vec<_>>();
@@ -174,13 +187,14 @@ impl ObjectFile {
     fn set_shapes(&mut self, shapes: &[PlacedShape], with_meshes: bool) {
         for placed in shapes {
             let pose = PoseFile::of(&placed.pose);
-            match &placed.shape {
-                Shape::Mesh(mesh) => {
+            match placed.shape.description() {
+                Description::Mesh(mesh) => {
                     self.meshes.push(MeshFile::of(mesh, with_meshes));
                     self.mesh_poses.push(pose);
                 }
-                primitive => {
-                    self.primitives.push(PrimitiveFile::of(primitive));
+                Description::Primitive(kind, dimensions) => {
+                    let file = PrimitiveFile::of(kind, kind.own(&dimensions));
+                    self.primitives.push(file);
                     self.primitive_poses.push(pose);
                 }
             }

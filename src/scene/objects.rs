@@ -230,7 +230,7 @@ impl<T: Member> Held<T> {
 pub(super) fn digest_of_shapes(shapes: &[PlacedShape]) -> Digest {
     let mut hasher = ContentHasher::default();
     for shape in shapes {
-        hasher.shape(shape);
+        shape.tell(&mut hasher);
     }
     hasher.finish_digest()
 }

@@ -49,7 +49,7 @@ use super::frames::{Given, place};
 use super::message_file::{Filled, MatrixFile, OctomapFile, RobotStateFile, WorldFile};
 use super::numbers_file::{Paddings, Scales};
 use super::object_file::Operation;
-pub use super::object_file::{MeshSource, ObjectFile};
+pub use super::object_file::{AttachedObjectFile, MeshSource, ObjectFile};
 use super::pose_file::FrameFile;
 use super::spelling::with_nearest;
 use super::{AttachedObject, Obstacle, Scene, SceneDescription, SceneError};
@@ -108,22 +108,6 @@ pub struct SceneFile {
     pub(super) _robot_model_root: IgnoredAny,
     #[serde(default, rename = "object_colors", skip_serializing)]
     pub(super) _object_colors: IgnoredAny,
-}
-
-/// MoveIt's attached collision object.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct AttachedObjectFile {
-    #[serde(default)]
-    pub(super) link_name: String,
-    pub(super) object: ObjectFile,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) touch_links: Vec<String>,
-    /// How a gripper opens to let go, and how heavy it is.
-    #[serde(default, rename = "detach_posture", skip_serializing)]
-    pub(super) _detach_posture: IgnoredAny,
-    #[serde(default, rename = "weight", skip_serializing)]
-    pub(super) _weight: IgnoredAny,
 }
 
 /// Reads a scene's JSON text.

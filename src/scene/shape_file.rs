@@ -8,15 +8,17 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::SceneError;
 use super::numbers::{Corners, Finite, Point};
-use super::object_file::MeshSource;
 use crate::math::Vec3;
-use crate::shape::{Mesh, MeshError, Shape};
+use crate::shape::{Mesh, MeshError, PRIMITIVES, PrimitiveKind, Shape};
+
+/// Gives the mesh of a file name (as written in the scene) at a scale.
+pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> + 'a;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PrimitiveFile {
     #[serde(rename = "type")]
-    kind: PrimitiveKind,
+    kind: KindName,
     dimensions: Vec<Finite>,
     /// Of a prism, which is refused.
     #[serde(default, rename = "polygon", skip_serializing)]
@@ -26,32 +28,33 @@ pub(super) struct PrimitiveFile {
 /// A primitive's type: its name, or its number in `shape_msgs/SolidPrimitive`.
 #[derive(Clone, Debug, Serialize)]
 #[serde(transparent)]
-struct PrimitiveKind(String);
+struct KindName(String);
 
-impl<'de> Deserialize<'de> for PrimitiveKind {
+impl<'de> Deserialize<'de> for KindName {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct KindVisitor;
         impl Visitor<'_> for KindVisitor {
-            type Value = PrimitiveKind;
+            type Value = KindName;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("box (1), sphere (2), cylinder (3) or capsule")
+                f.write_str(&numbered_kinds())
             }
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<PrimitiveKind, E> {
-                Ok(PrimitiveKind(text.to_ascii_lowercase()))
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<KindName, E> {
+                Ok(KindName(text.to_ascii_lowercase()))
             }
-            fn visit_i64<E: de::Error>(self, number: i64) -> Result<PrimitiveKind, E> {
+            fn visit_i64<E: de::Error>(self, number: i64) -> Result<KindName, E> {
                 self.visit_u64(u64::try_from(number).unwrap_or_default())
             }
-            fn visit_u64<E: de::Error>(self, number: u64) -> Result<PrimitiveKind, E> {
+            fn visit_u64<E: de::Error>(self, number: u64) -> Result<KindName, E> {
                 let name = match number {
-                    1 => "box",
-                    2 => "sphere",
-                    3 => "cylinder",
                     4 => "cone",
                     5 => "prism",
-                    _ => return Err(E::invalid_value(de::Unexpected::Unsigned(number), &self)),
+                    _ => PRIMITIVES
+                        .iter()
+                        .find(|kind| kind.number == Some(number))
+                        .map(|kind| kind.name)
+                        .ok_or_else(|| E::invalid_value(de::Unexpected::Unsigned(number), &self))?,
                 };
-                Ok(PrimitiveKind(name.to_owned()))
+                Ok(KindName(name.to_owned()))
             }
         }
         deserializer.deserialize_any(KindVisitor)
@@ -89,56 +92,61 @@ fn is_no_scale(scale: &Point) -> bool {
 }
 
 impl PrimitiveFile {
-    pub(super) fn of(shape: &Shape) -> Self {
-        let (kind, dimensions) = match shape {
-            Shape::Box { half_extents } => ("box", (*half_extents * 2.0).to_array().to_vec()),
-            Shape::Sphere { radius } => ("sphere", vec![*radius]),
-            Shape::Cylinder {
-                radius,
-                half_height,
-            } => ("cylinder", vec![half_height * 2.0, *radius]),
-            Shape::Capsule {
-                radius,
-                half_length,
-            } => ("capsule", vec![half_length * 2.0, *radius]),
-            Shape::Mesh(_) => unreachable!("a mesh is no primitive"),
-        };
-        let dimensions = dimensions.into_iter().map(Finite).collect();
+    pub(super) fn of(kind: &PrimitiveKind, dimensions: &[f64]) -> Self {
         Self {
-            kind: PrimitiveKind(kind.to_owned()),
-            dimensions,
+            kind: KindName(kind.name.to_owned()),
+            dimensions: dimensions.iter().copied().map(Finite).collect(),
             _polygon: IgnoredAny,
         }
     }
 
     pub(super) fn build(&self, id: &str) -> Result<Shape, SceneError> {
+        let name = self.kind.0.as_str();
         let dimensions: Vec<f64> = self.dimensions.iter().map(|number| number.0).collect();
-        let shape = match (self.kind.0.as_str(), dimensions.as_slice()) {
-            ("box", &[x, y, z]) => Shape::cuboid(Vec3::new(x, y, z)),
-            ("sphere", &[radius]) => Shape::sphere(radius),
-            ("cylinder", &[height, radius]) => Shape::cylinder(height, radius),
-            ("capsule", &[length, radius]) => Shape::capsule(length, radius),
-            ("cone" | "prism", _) => {
-                let text = format!(
-                    "object {id:?} has a {}, which is not read; use a cylinder or a mesh",
-                    self.kind.0
-                );
-                return Err(SceneError::Syntax(text));
-            }
-            (kind, dimensions) => {
-                let known = "box [x, y, z], sphere [radius], cylinder [height, radius], capsule [length, radius]";
-                let text = format!(
-                    "object {id:?} has a {kind:?} of {} dimensions; valid: {known}",
-                    dimensions.len()
-                );
-                return Err(SceneError::Syntax(text));
-            }
-        };
+        let shape = PrimitiveKind::named(name).and_then(|kind| kind.checked(&dimensions));
+        let shape = shape.ok_or_else(|| SceneError::Syntax(self.refusal(id)))?;
         shape.map_err(|source| SceneError::Shape {
             id: id.to_owned(),
             source,
         })
     }
+
+    /// Why it is no primitive.
+    fn refusal(&self, id: &str) -> String {
+        let name = self.kind.0.as_str();
+        if UNREAD.contains(&name) {
+            return format!(
+                "object {id:?} has a {name}, which is not read; use a cylinder or a mesh"
+            );
+        }
+        let known: Vec<String> = PRIMITIVES.iter().map(with_dimensions).collect();
+        format!(
+            "object {id:?} has a {name:?} of {} dimensions; valid: {}",
+            self.dimensions.len(),
+            known.join(", ")
+        )
+    }
+}
+
+/// Primitives of MoveIt's that are no solids here.
+const UNREAD: [&str; 2] = ["cone", "prism"];
+
+/// A kind and what its dimensions are, as in `box [x, y, z]`.
+fn with_dimensions(kind: &PrimitiveKind) -> String {
+    let sizes = kind.dimensions.iter();
+    let sizes: Vec<_> = sizes.map(|size| size.trim_end_matches(" size")).collect();
+    format!("{} [{}]", kind.name, sizes.join(", "))
+}
+
+/// The kinds with their numbers, as in `box (1) or capsule`.
+fn numbered_kinds() -> String {
+    let named = |kind: &PrimitiveKind| match kind.number {
+        Some(number) => format!("{} ({number})", kind.name),
+        None => kind.name.to_owned(),
+    };
+    let names: Vec<String> = PRIMITIVES.iter().map(named).collect();
+    let (last, others) = names.split_last().expect("there are primitives");
+    format!("{} or {last}", others.join(", "))
 }
 
 impl MeshFile {

@@ -25,7 +25,6 @@ pub struct Mesh {
 
 /// Why a mesh was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum MeshError {
     /// The file cannot be read or decoded.
     #[error("mesh {name}: {reason}")]

@@ -66,17 +66,6 @@ pub fn read(name: &str, bytes: &[u8], scale: Vec3) -> Result<Mesh, MeshError> {
     Ok(Mesh::new(name, surface.vertices, surface.triangles)?.with_warnings(words))
 }
 
-/// A coordinate of a text file.
-pub(super) fn number(word: &str) -> Result<f64, String> {
-    let advice = if word.contains(',') {
-        "; the decimal sign must be a point"
-    } else {
-        ""
-    };
-    word.parse()
-        .map_err(|_| format!("{word:?} is no number{advice}"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,8 +4,7 @@
 //! all pass over what they do not know, which may be half of the shape. Here a word that would add
 //! a surface is refused by name.
 
-use super::mesh_file::number;
-use super::surface::Surface;
+use super::surface::{Surface, number};
 use crate::math::Vec3;
 
 /// Words that say nothing about the shape: names, groups, materials, normals, how it is shown.

@@ -141,7 +141,7 @@ impl TextReader {
     }
 
     fn coordinate(&mut self, word: &str) -> Result<(), String> {
-        self.coordinates.push(super::mesh_file::number(word)?);
+        self.coordinates.push(super::surface::number(word)?);
         if let [x, y, z] = self.coordinates[..] {
             self.corners.push(Vec3::new(x, y, z));
             self.coordinates.clear();

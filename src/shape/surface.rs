@@ -82,3 +82,14 @@ impl Surface {
         words
     }
 }
+
+/// A coordinate of a text file.
+pub(super) fn number(word: &str) -> Result<f64, String> {
+    let advice = if word.contains(',') {
+        "; the decimal sign must be a point"
+    } else {
+        ""
+    };
+    word.parse()
+        .map_err(|_| format!("{word:?} is no number{advice}"))
+}

@@ -4,7 +4,6 @@ use super::MOST_PINNED;
 
 /// Why something cannot be loaded, changed, unloaded or asked for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
 pub enum StoreError {
     /// A label names other content.
     #[error(

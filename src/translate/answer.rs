@@ -8,7 +8,6 @@ use crate::path::Path;
 use crate::store::Snapshot;
 use crate::validation::HitReason;
 use crate::warning::{self, Warning};
-use serde::{Deserialize, Serialize};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{
     self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair,
@@ -76,7 +75,7 @@ impl Reply {
 }
 
 /// Why the work on a request ends before it is done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopCause {
     /// The deadline came.
     Deadline,

@@ -2,7 +2,7 @@
 //! shrink on the way down.
 //!
 //! A segment is cut into intervals; eight of them, of whatever segments, are looked at together by
-//! the [filter](super::rake). What it does not prove is undecided. Where it saw an undecided pair
+//! the [filter](super::filter). What it does not prove is undecided. Where it saw an undecided pair
 //! at least 1.5 floors apart in the middle, the interval is split; where not, the exact bodies
 //! decide: a lower bound of the distance over the whole interval reaches the pair's floor → the
 //! pair is done; the bodies touch in the middle → collision; they are closer than 1.5 floors → too
@@ -15,19 +15,19 @@ use std::collections::{HashMap, VecDeque};
 use std::ops::RangeInclusive;
 
 use super::examine::Until;
+use super::filter::FilterScratch;
 use super::floors::Floors;
 use super::ledger::Ledger;
-use super::rake::RakeScratch;
 use super::segment_motion::SegmentMotion;
 use super::undecided::{Interval, List, Segments};
 use super::{
     Hit, HitReason, Layers, Queries, SegmentProof, SegmentRefusal, SegmentVerdict, SegmentsVerdict,
 };
 use crate::collision::CollisionModel;
-use crate::collision::query::TOUCHING_M;
 use crate::lanes::{InstructionSet, LANES};
 use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
+use crate::solid::TOUCHING_M;
 
 /// Width to which [`Validator::first_hit`] narrows a refusal down.
 pub const FINEST: f64 = 1.0 / 2048.0;
@@ -50,11 +50,11 @@ pub(super) const ASKED_EVERY: usize = 256;
 pub struct Scratch {
     pub(super) motion: SegmentMotion,
     pub(super) kinematics: Kinematics,
-    pub(super) rake: RakeScratch,
+    pub(super) filter: FilterScratch,
     pub(super) segments: Segments,
     /// Lists of undecided pairs, each a range of this.
     pub(super) lists: Vec<u32>,
-    /// The pairs of a rake, each with the lanes that look at it, and where each pair stands in it.
+    /// The pairs of a batch, each with the lanes that look at it, and where each pair stands in it.
     pub(super) merged: Vec<(u32, u8)>,
     pub(super) slots: Vec<u32>,
     pub(super) queue: VecDeque<Interval>,
@@ -118,7 +118,7 @@ impl<'a> Validator<'a> {
         scratch.slots.resize(pairs, 0);
         scratch.ledger.clear();
         scratch.directions.clear();
-        scratch.rake.reset(model.filter(), space, held);
+        scratch.filter.reset(model.filter(), space, held);
         Self {
             model,
             space,
@@ -169,7 +169,7 @@ impl<'a> Validator<'a> {
     }
     /// The same by layer.
     pub fn queries(&self) -> Queries {
-        let RakeScratch { far, near, .. } = self.scratch.rake;
+        let FilterScratch { far, near, .. } = self.scratch.filter;
         Queries {
             far,
             near,
@@ -314,19 +314,19 @@ impl<'a> Validator<'a> {
     /// Looks at all that is queued, wide intervals first; remembers the segments if all are proved.
     fn search(&mut self, stop: &mut dyn FnMut() -> bool) -> Found {
         while !self.scratch.queue.is_empty() {
-            let (rake, count) = self.next_rake();
-            let Some(examined) = self.examine(&rake[..count], Until::FirstRefusal, stop) else {
+            let (batch, count) = self.next_batch();
+            let Some(examined) = self.examine(&batch[..count], Until::FirstRefusal, stop) else {
                 return Found::Stopped;
             };
             if let Some((lane, pair, reason)) = examined.refused {
                 // They are not proved: see `remember_proved`.
-                rake[..count]
+                batch[..count]
                     .iter()
                     .rev()
                     .for_each(|interval| self.scratch.queue.push_front(*interval));
-                return Found::Refusal(rake[lane], pair, reason);
+                return Found::Refusal(batch[lane], pair, reason);
             }
-            for (interval, undecided) in rake.iter().zip(&examined.undecided) {
+            for (interval, undecided) in batch.iter().zip(&examined.undecided) {
                 self.scratch.queue.extend(interval.split(undecided));
             }
         }
@@ -370,22 +370,22 @@ impl<'a> Validator<'a> {
     }
 
     /// Up to eight intervals from the queue, either all new or all parts of others.
-    pub(super) fn next_rake(&mut self) -> ([Interval; LANES], usize) {
+    pub(super) fn next_batch(&mut self) -> ([Interval; LANES], usize) {
         let queue = &mut self.scratch.queue;
-        let mut rake = [Interval::default(); LANES];
+        let mut batch = [Interval::default(); LANES];
         let mut count = 0;
         while count < LANES {
             let Some(next) = queue
                 .front()
-                .filter(|next| count == 0 || next.pairs.is_all() == rake[0].pairs.is_all())
+                .filter(|next| count == 0 || next.pairs.is_all() == batch[0].pairs.is_all())
             else {
                 break;
             };
-            rake[count] = *next;
+            batch[count] = *next;
             count += 1;
             queue.pop_front();
         }
-        (rake, count)
+        (batch, count)
     }
 
     /// The same verdict as [`Self::segment`], but a refusal is the first along the segment, found

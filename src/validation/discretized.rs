@@ -2,7 +2,7 @@
 //! it is here to be compared with, on the same kernels.
 
 use super::continuous::Validator;
-use super::rake::Sampling;
+use super::filter::Sampling;
 use crate::lanes::LANES;
 use crate::path::Path;
 use crate::robot::lane_kinematics::LaneInterval;
@@ -29,7 +29,7 @@ impl Validator<'_> {
                 };
                 count += 1;
                 if count == LANES {
-                    if !self.rake_is_free(intervals) {
+                    if !self.batch_is_free(intervals) {
                         return false;
                     }
                     count = 0;
@@ -37,11 +37,11 @@ impl Validator<'_> {
             }
         }
         intervals[count..].fill(LaneInterval::default());
-        self.rake_is_free(intervals)
+        self.batch_is_free(intervals)
     }
 
-    fn rake_is_free(&mut self, intervals: [LaneInterval; LANES]) -> bool {
+    fn batch_is_free(&mut self, intervals: [LaneInterval; LANES]) -> bool {
         self.run(Sampling, intervals, u8::MAX, true);
-        self.scratch.rake.unproved.is_empty()
+        self.scratch.filter.unproved.is_empty()
     }
 }

@@ -2,8 +2,8 @@
 
 use super::HitReason;
 use super::continuous::{FINEST, LOWERED_FLOOR_INTERVALS, Scratch, Validator};
+use super::filter::{Batch, Pairs, Proving};
 use super::interval::{IntervalVerdict, Looks};
-use super::rake::{Pairs, Proving, Rake};
 use super::undecided::{Interval, List, Undecided};
 use crate::collision::filter::REMOTE_M;
 use crate::lanes::{EightWide, LANES};
@@ -35,43 +35,43 @@ impl Validator<'_> {
     /// become a list for each interval. `None` where stopped.
     pub(super) fn examine(
         &mut self,
-        rake: &[Interval],
+        batch: &[Interval],
         until: Until,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Examined> {
         if stop() {
             return None;
         }
-        self.filter(rake);
-        for (lane, interval) in rake.iter().enumerate() {
+        self.filter(batch);
+        for (lane, interval) in batch.iter().enumerate() {
             let proof = &mut self.scratch.segments.proofs[interval.segment];
             proof.intervals += 1;
             proof.clearance_m = proof
                 .clearance_m
-                .min(f64::from(self.scratch.rake.kept[lane]));
+                .min(f64::from(self.scratch.filter.kept[lane]));
         }
         let mut examined = Examined::default();
         // Nearest first: if anything is refused, it is most likely there.
         if until == Until::FirstRefusal
             && let Some((entry, lane)) = self.most_likely_refused()
-            && let Some(reason) = self.settle(&rake[lane], entry, lane, stop)?
+            && let Some(reason) = self.settle(&batch[lane], entry, lane, stop)?
         {
             examined.refused = Some((
                 lane,
-                self.scratch.rake.unproved[entry].pair as usize,
+                self.scratch.filter.unproved[entry].pair as usize,
                 reason,
             ));
             return Some(examined);
         }
-        for (lane, interval) in rake.iter().enumerate() {
+        for (lane, interval) in batch.iter().enumerate() {
             let first = self.scratch.lists.len();
             let mut excess = 0.0_f32;
-            for entry in 0..self.scratch.rake.unproved.len() {
-                if self.scratch.rake.unproved[entry].lanes >> lane & 1 == 0 {
+            for entry in 0..self.scratch.filter.unproved.len() {
+                if self.scratch.filter.unproved[entry].lanes >> lane & 1 == 0 {
                     continue;
                 }
                 let reason = self.settle(interval, entry, lane, stop)?;
-                let unproved = &self.scratch.rake.unproved[entry];
+                let unproved = &self.scratch.filter.unproved[entry];
                 if unproved.lanes >> lane & 1 == 1 {
                     self.scratch.lists.push(unproved.pair);
                     excess = excess.max(unproved.excess[lane]);
@@ -97,17 +97,17 @@ impl Validator<'_> {
     }
 
     /// Runs the filter on up to eight intervals.
-    pub(super) fn filter(&mut self, rake: &[Interval]) {
-        let lanes = ((1_u16 << rake.len()) - 1) as u8;
+    pub(super) fn filter(&mut self, batch: &[Interval]) {
+        let lanes = ((1_u16 << batch.len()) - 1) as u8;
         let Scratch {
-            rake: filter,
+            filter,
             lists,
             merged,
             slots,
             ..
         } = &mut *self.scratch;
         merged.clear();
-        for (lane, interval) in rake.iter().enumerate() {
+        for (lane, interval) in batch.iter().enumerate() {
             let List::Of(first, last) = interval.pairs else {
                 break;
             };
@@ -123,7 +123,7 @@ impl Validator<'_> {
             }
         }
         if !self.layers.filter {
-            return match rake[0].pairs {
+            return match batch[0].pairs {
                 List::All => {
                     filter.leave((0..self.model.pairs().len() as u32).map(|pair| (pair, lanes)))
                 }
@@ -136,7 +136,7 @@ impl Validator<'_> {
                 middle,
                 half,
                 ..
-            } = rake[lane.min(rake.len() - 1)];
+            } = batch[lane.min(batch.len() - 1)];
             LaneInterval {
                 segment,
                 middle,
@@ -147,7 +147,7 @@ impl Validator<'_> {
             Proving,
             std::array::from_fn(interval),
             lanes,
-            rake[0].pairs.is_all(),
+            batch[0].pairs.is_all(),
         );
     }
 
@@ -155,14 +155,14 @@ impl Validator<'_> {
     #[inline]
     pub(super) fn run<'s, W: EightWide<Output = ()>>(
         &'s mut self,
-        what: impl FnOnce(Rake<'s>) -> W,
+        what: impl FnOnce(Batch<'s>) -> W,
         intervals: [LaneInterval; LANES],
         lanes: u8,
         all_pairs: bool,
     ) {
         let margin = self.margin;
         let Scratch {
-            rake: scratch,
+            filter: scratch,
             segments,
             merged,
             floors,
@@ -178,7 +178,7 @@ impl Validator<'_> {
         let segments = &segments.lanes;
         let highest_floor = floors.highest();
         let floors = floors.all();
-        let rake = Rake {
+        let batch = Batch {
             filter,
             space: self.space,
             segments,
@@ -189,14 +189,14 @@ impl Validator<'_> {
             highest_floor,
             scratch,
         };
-        self.instructions.run(what(rake));
+        self.instructions.run(what(batch));
     }
 
     /// The undecided pair and lane that the filter saw nearest.
     fn most_likely_refused(&self) -> Option<(usize, usize)> {
         let mut nearest = None;
         let mut least = f32::INFINITY;
-        for (entry, unproved) in self.scratch.rake.unproved.iter().enumerate() {
+        for (entry, unproved) in self.scratch.filter.unproved.iter().enumerate() {
             for lane in (0..LANES).filter(|lane| unproved.lanes >> lane & 1 == 1) {
                 if unproved.gap[lane] < least {
                     nearest = Some((entry, lane));
@@ -217,7 +217,7 @@ impl Validator<'_> {
         lane: usize,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Option<HitReason>> {
-        let unproved = self.scratch.rake.unproved[entry];
+        let unproved = self.scratch.filter.unproved[entry];
         let pair = unproved.pair as usize;
         let mut verdict = IntervalVerdict::Split;
         // Where its rounding exceeds half a floor, splitting would go on without an end.
@@ -229,7 +229,7 @@ impl Validator<'_> {
         Some(match verdict {
             IntervalVerdict::Stopped => return None,
             IntervalVerdict::Proved(kept) => {
-                self.scratch.rake.unproved[entry].lanes &= !(1 << lane);
+                self.scratch.filter.unproved[entry].lanes &= !(1 << lane);
                 let proof = &mut self.scratch.segments.proofs[interval.segment];
                 proof.clearance_m = proof.clearance_m.min(kept);
                 None

@@ -83,19 +83,19 @@ impl Validator<'_> {
         let mut looks = 0;
         // The queue is in order along the segment, and so are the lanes.
         while !self.scratch.queue.is_empty() {
-            let (rake, count) = self.next_rake();
-            let Some(examined) = self.examine(&rake[..count], Until::EveryPair, stop) else {
+            let (batch, count) = self.next_batch();
+            let Some(examined) = self.examine(&batch[..count], Until::EveryPair, stop) else {
                 return FirstContact::Stopped(earliest);
             };
             looks += count;
-            let mut left = &rake[..count];
+            let mut left = &batch[..count];
             if let Some((lane, pair, _)) = examined.refused {
-                let interval = rake[lane];
+                let interval = batch[lane];
                 earliest = Some(Touch {
                     t: interval.middle,
                     pair,
                 });
-                left = &rake[..lane];
+                left = &batch[..lane];
                 self.scratch.queue.clear();
                 let half = interval.half / 2.0;
                 let before = Interval {

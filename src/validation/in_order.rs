@@ -36,13 +36,13 @@ impl Validator<'_> {
         let mut refused: Option<usize> = None;
         let mut left = Vec::new();
         while !self.scratch.queue.is_empty() {
-            let (rake, count) = self.next_rake();
-            let examined = self.examine(&rake[..count], Until::EveryPair, stop)?;
+            let (batch, count) = self.next_batch();
+            let examined = self.examine(&batch[..count], Until::EveryPair, stop)?;
             if let Some((lane, ..)) = examined.refused {
-                refused = Some(rake[lane].segment);
-                left.push(rake[lane]);
+                refused = Some(batch[lane].segment);
+                left.push(batch[lane]);
             }
-            for (interval, undecided) in rake.iter().zip(&examined.undecided) {
+            for (interval, undecided) in batch.iter().zip(&examined.undecided) {
                 self.scratch.queue.extend(interval.split(undecided));
             }
             if examined.refused.is_some() {

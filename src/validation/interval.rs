@@ -6,12 +6,14 @@
 
 use super::motion::Twist;
 use crate::collision::body::Body;
-use crate::collision::distance;
-use crate::collision::piece::{Core, Piece, Transform};
-use crate::collision::query::{self, Split, TOUCHING_M};
-use crate::collision::shell::Shell;
-use crate::collision::tree::Ball;
 use crate::math::Vec3;
+use crate::solid::TOUCHING_M;
+use crate::solid::convex_hull::ConvexHull;
+use crate::solid::distance;
+use crate::solid::piece::Piece;
+use crate::solid::query::{self, Split};
+use crate::solid::transform::Transform;
+use crate::solid::tree::Ball;
 
 /// Allowed for the rounding of poses, distances and bounds (m): a thousand times what they amount
 /// to in a world of a kilometre.
@@ -133,10 +135,10 @@ impl PairInterval<'_> {
     /// Unit vector from B's convex hull towards A's in the middle, in B's frame; `None` where they
     /// overlap.
     pub fn direction_of_wholes(&self) -> Option<Vec3> {
-        Shell::direction(
-            self.a.solid.shell.as_ref()?,
+        ConvexHull::direction(
+            self.a.solid.convex_hull.as_ref()?,
             &self.relative,
-            self.b.solid.shell.as_ref()?,
+            self.b.solid.convex_hull.as_ref()?,
         )
     }
 
@@ -147,7 +149,7 @@ impl PairInterval<'_> {
     /// p + τ (l + ω × p) for τ in [−1, 1], and along n at (n + τ n × ω)·p + τ n·l. The least of such
     /// linear functions over A less the greatest over B is concave in τ, so it is least at an end.
     pub fn kept_by_wholes(&self, normal: Vec3) -> f64 {
-        let (Some(a), Some(b)) = (&self.a.solid.shell, &self.b.solid.shell) else {
+        let (Some(a), Some(b)) = (&self.a.solid.convex_hull, &self.b.solid.convex_hull) else {
             return f64::NEG_INFINITY;
         };
         let gap_at = |end: f64| {
@@ -280,7 +282,7 @@ impl PairInterval<'_> {
     /// Gap and displacement bound of the two pieces that keep least.
     #[cfg(test)]
     pub fn weakest_pieces(&self) -> Option<(f64, f64)> {
-        let pieces = |tree: &crate::collision::tree::BallTree| 0..tree.pieces().len();
+        let pieces = |tree: &crate::solid::tree::BallTree| 0..tree.pieces().len();
         let all = pieces(&self.a.solid.tree)
             .flat_map(|i| pieces(&self.b.solid.tree).map(move |j| (i, j)));
         let piece = |i: usize| self.a.solid.tree.pieces()[i].transformed(&self.relative);
@@ -341,9 +343,9 @@ fn cheap_normals(a: &Piece, b: &Piece) -> [Option<Vec3>; 3] {
             normal
         }
     };
-    let across = |piece: &Piece| match piece.core {
-        Core::Triangle(p, q, r) => (q - p).cross(r - p).try_normalize().map(towards),
-        _ => None,
+    let across = |piece: &Piece| {
+        let [normal, ..] = piece.core.triangle().and(Some(piece.core.normals()))?;
+        normal.map(towards)
     };
     [
         from_piece(b, middle).map(|(normal, _)| normal),

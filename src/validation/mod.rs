@@ -6,6 +6,7 @@ pub mod continuous;
 pub mod corridor;
 pub mod discretized;
 mod examine;
+pub mod filter;
 mod first_contact;
 mod floors;
 mod in_order;
@@ -19,7 +20,6 @@ mod poses;
 #[cfg(test)]
 mod probe;
 mod proved;
-pub mod rake;
 pub mod reach;
 pub mod reference;
 mod runs;
@@ -37,12 +37,12 @@ pub use nearest::{Near, Nearest};
 pub use poses::Enclosed;
 pub use proved::{Proved, RowsVerdict};
 
-pub use crate::collision::Contact;
+pub use crate::solid::Contact;
 
 /// What a validator may use; all of it, unless a test or a measurement wants to know what a layer
 /// is worth. Verdicts agree with and without each wherever the clearance is not between 1 and 1.5
 /// floors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layers {
     /// The eight-wide filter; without it every pair is decided exactly.
     pub filter: bool,

@@ -13,8 +13,8 @@
 //! of each body, R the radius of the body about that point.
 
 use crate::collision::body::{Body, ChainMotion, MotionKind, Source};
-use crate::collision::piece::Transform;
 use crate::math::Vec3;
+use crate::solid::transform::Transform;
 
 /// Speed and acceleration bounds of one body on one segment, for every ancestor on its chain.
 #[derive(Clone, Debug, Default)]

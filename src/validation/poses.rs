@@ -5,7 +5,7 @@ use super::Validator;
 use super::continuous::Scratch;
 use super::interval::{IntervalVerdict, Looks};
 use crate::collision::BodyPair;
-use crate::collision::query;
+use crate::solid::query;
 
 /// Whether a body is inside a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,9 +29,9 @@ impl Validator<'_> {
         let a = &self.model.bodies()[a];
         let b = &self.model.bodies()[b];
         query::closest(
-            a,
+            &a.solid,
             &a.placed(&self.scratch.kinematics),
-            b,
+            &b.solid,
             &b.placed(&self.scratch.kinematics),
         )
     }
@@ -118,9 +118,12 @@ impl Validator<'_> {
             if stop() {
                 return Enclosed::Stopped;
             }
-            if let Some(contact) =
-                query::enclosed(a, &a.placed(kinematics), b, &b.placed(kinematics))
-            {
+            if let Some(contact) = query::enclosed(
+                &a.solid,
+                &a.placed(kinematics),
+                &b.solid,
+                &b.placed(kinematics),
+            ) {
                 return Enclosed::Pair(index, contact);
             }
         }

@@ -2,7 +2,7 @@
 //! pair keeps.
 
 use super::Validator;
-use super::rake::Proving;
+use super::filter::Proving;
 use crate::lanes::LANES;
 use crate::robot::lane_kinematics::LaneInterval;
 
@@ -18,13 +18,13 @@ impl Validator<'_> {
         self.begin();
         self.add(from, to);
         self.run(Proving, intervals, u8::MAX, true);
-        let unproved = &self.scratch.rake.unproved;
+        let unproved = &self.scratch.filter.unproved;
         (
             unproved
                 .iter()
                 .map(|unproved| (unproved.pair, unproved.lanes))
                 .collect(),
-            self.scratch.rake.kept,
+            self.scratch.filter.kept,
         )
     }
 
@@ -36,7 +36,7 @@ impl Validator<'_> {
         intervals: [LaneInterval; LANES],
     ) -> Vec<crate::robot::lane_kinematics::LaneFrame> {
         self.filtered(from, to, intervals);
-        self.scratch.rake.frames().to_vec()
+        self.scratch.filter.frames().to_vec()
     }
 
     /// Margin for the size of the values of the last segment (m).

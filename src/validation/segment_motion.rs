@@ -3,12 +3,13 @@
 
 use super::interval::PairInterval;
 use super::motion::{MotionBounds, Twist};
-use crate::collision::penetration::penetration;
-use crate::collision::piece::Transform;
-use crate::collision::query;
-use crate::collision::{BodyPair, CollisionModel, Contact};
+use crate::collision::{BodyPair, CollisionModel};
 use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
+use crate::solid::Contact;
+use crate::solid::penetration::penetration;
+use crate::solid::query;
+use crate::solid::transform::Transform;
 
 /// Reusable memory for the motion of all bodies.
 #[derive(Debug, Default)]
@@ -135,9 +136,9 @@ impl SegmentMotion {
         let [a, b] = [pair.a, pair.b];
         let bodies = model.bodies();
         query::closest(
-            &bodies[a],
+            &bodies[a].solid,
             self.placed(model, a),
-            &bodies[b],
+            &bodies[b].solid,
             self.placed(model, b),
         )
     }
@@ -147,9 +148,9 @@ impl SegmentMotion {
         let [a, b] = [pair.a, pair.b];
         let bodies = model.bodies();
         penetration(
-            &bodies[a],
+            &bodies[a].solid,
             self.placed(model, a),
-            &bodies[b],
+            &bodies[b].solid,
             self.placed(model, b),
         )
     }
@@ -158,7 +159,7 @@ impl SegmentMotion {
     /// placed last.
     pub fn is_enclosed(&self, model: &CollisionModel, pair: &BodyPair) -> bool {
         let [(body_a, at_a), (body_b, at_b)] =
-            [pair.a, pair.b].map(|body| (&model.bodies()[body], self.placed(model, body)));
+            [pair.a, pair.b].map(|body| (&model.bodies()[body].solid, self.placed(model, body)));
         query::enclosed(body_a, at_a, body_b, at_b).is_some()
     }
 
@@ -168,9 +169,9 @@ impl SegmentMotion {
         let [a, b] = [pair.a, pair.b];
         let bodies = model.bodies();
         query::nearly_closest(
-            &bodies[a],
+            &bodies[a].solid,
             self.placed(model, a),
-            &bodies[b],
+            &bodies[b].solid,
             self.placed(model, b),
         )
         .distance
@@ -182,7 +183,7 @@ impl SegmentMotion {
         let bodies = model.bodies();
         let [(body_a, at_a), (body_b, at_b)] =
             [pair.a, pair.b].map(|body| (&bodies[body], self.placed(model, body)));
-        let contact = query::between_surfaces(body_a, at_a, body_b, at_b);
+        let contact = query::between_surfaces(&body_a.solid, at_a, &body_b.solid, at_b);
         let velocity = |link: Option<usize>, point| {
             link.map_or(Vec3::ZERO, |link| self.twists[link].at(point))
         };

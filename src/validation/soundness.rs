@@ -5,8 +5,8 @@ use fastrand::Rng;
 use super::interval::PairInterval;
 use super::motion::{MotionBounds, Twist};
 use super::*;
-use crate::collision::piece::Transform;
 use crate::robot::Kinematics;
+use crate::solid::transform::Transform;
 use crate::testing::{self, Oracle};
 
 /// Random cases; `TAUT_CASES` asks for a long run, `TAUT_SEED` for other ones.
@@ -111,7 +111,7 @@ fn speed_and_acceleration_bounds_hold_and_are_tight() {
 }
 
 /// Points that span a piece.
-pub(super) fn surface_points(piece: &crate::collision::piece::Piece) -> Vec<crate::math::Vec3> {
+pub(super) fn surface_points(piece: &crate::solid::piece::Piece) -> Vec<crate::math::Vec3> {
     let directions = (0..26).map(|i| {
         let i = i + i / 13;
         crate::math::Vec3::new(
@@ -561,7 +561,7 @@ fn a_refusal_names_a_pair_that_is_too_close_there() {
                 match reason {
                     HitReason::Collision => {
                         assert!(
-                            contact.distance <= crate::collision::query::TOUCHING_M,
+                            contact.distance <= crate::solid::TOUCHING_M,
                             "{refusal:?} at {contact:?}"
                         );
                         collisions += 1;

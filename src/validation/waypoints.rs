@@ -104,16 +104,16 @@ impl Validator<'_> {
                 return None;
             }
             let mut numbers = [0; LANES];
-            let mut rake = [Interval::default(); LANES];
+            let mut batch = [Interval::default(); LANES];
             let mut count = 0;
             self.begin();
             for number in waypoints.by_ref().take(LANES) {
                 self.add(path.waypoint(number), path.waypoint(number));
-                (numbers[count], rake[count].segment) = (number, count);
+                (numbers[count], batch[count].segment) = (number, count);
                 count += 1;
             }
-            self.filter(&rake[..count]);
-            for unproved in &self.scratch.rake.unproved {
+            self.filter(&batch[..count]);
+            for unproved in &self.scratch.filter.unproved {
                 let known = &mut nearest[unproved.pair as usize];
                 for lane in (0..LANES).filter(|lane| unproved.lanes >> lane & 1 == 1) {
                     let gap = unproved.gap[lane];

@@ -3,6 +3,9 @@
 //! `page/` holds the page's sources and what its script makes of them (`page.js`); nothing else is
 //! needed to build.
 
+// A new kind of shape, core or joint is an error here, not another one's arm.
+#![deny(clippy::wildcard_enum_match_arm)]
+
 mod picture;
 mod shapes;
 mod urdf_text;

@@ -7,7 +7,7 @@ use taut::robot::{Component, Drive, Joint, RobotModel};
 use taut::scene::{Obstacle, Scene};
 
 use super::shapes::{MeshBytes, Meshes, Place, Solid, place};
-use super::urdf_text::{kind_name, urdf_text};
+use super::urdf_text::urdf_text;
 
 /// The data of a page.
 #[derive(Serialize)]
@@ -136,7 +136,7 @@ fn driven(joint: &Joint) -> Option<DrivenJoint> {
     };
     Some(DrivenJoint {
         joint: joint.name.clone(),
-        kind: kind_name(joint.kind),
+        kind: joint.kind.name(),
         q,
     })
 }
@@ -158,7 +158,7 @@ fn held(robot: &RobotModel, result: &ResultFile) -> Vec<HeldJoint> {
         let values = values[first..first + joint.kind.nq()].to_vec();
         Some(HeldJoint {
             joint: joint.name.clone(),
-            kind: kind_name(joint.kind),
+            kind: joint.kind.name(),
             values,
         })
     };

@@ -6,7 +6,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 use taut::math::Pose;
-use taut::shape::{Mesh, PlacedShape, Shape};
+use taut::shape::{Drawn, Mesh, PlacedShape};
 
 /// A solid at its place in the frame of its object.
 #[derive(Serialize)]
@@ -73,29 +73,16 @@ impl Meshes {
 impl Solid {
     /// A shape as the page has it.
     pub(super) fn of(placed: &PlacedShape, meshes: &mut Meshes) -> Self {
-        let form = match &placed.shape {
-            Shape::Box { half_extents } => Form::Box {
-                size: (*half_extents * 2.0).to_array(),
+        let form = match placed.shape.drawn() {
+            Drawn::Box { size } => Form::Box {
+                size: size.to_array(),
             },
-            Shape::Sphere { radius } => Form::Sphere { radius: *radius },
-            Shape::Cylinder {
-                radius,
-                half_height,
-            } => Form::Cylinder {
-                radius: *radius,
-                length: 2.0 * half_height,
+            Drawn::Sphere { radius } => Form::Sphere { radius },
+            Drawn::Cylinder { radius, length } => Form::Cylinder { radius, length },
+            Drawn::Capsule { radius, length } => Form::Capsule { radius, length },
+            Drawn::Mesh(mesh) => Form::Mesh {
+                mesh: meshes.number(&mesh),
             },
-            Shape::Capsule {
-                radius,
-                half_length,
-            } => Form::Capsule {
-                radius: *radius,
-                length: 2.0 * half_length,
-            },
-            Shape::Mesh(mesh) => Form::Mesh {
-                mesh: meshes.number(mesh),
-            },
-            other => unreachable!("no reader makes a {other:?}"),
         };
         Self {
             pose: place(&placed.pose),

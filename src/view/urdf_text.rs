@@ -6,8 +6,8 @@ use std::fmt::Write;
 
 use taut::math::{Pose, Quat};
 use taut::robot::urdf::Visual;
-use taut::robot::{Drive, JointKind, RobotModel};
-use taut::shape::{PlacedShape, Shape};
+use taut::robot::{Drive, RobotModel};
+use taut::shape::{Drawn, PlacedShape};
 
 use super::shapes::Meshes;
 
@@ -44,7 +44,7 @@ pub(super) fn urdf_text(robot: &RobotModel, visuals: &[Visual], meshes: &mut Mes
             text,
             "</link><joint name=\"{}\" type=\"{}\"><parent link=\"{}\"/><child link=\"{}\"/>{}",
             escaped(&joint.name),
-            kind_name(joint.kind),
+            joint.kind.name(),
             escaped(parent),
             escaped(&link.name),
             origin(&joint.origin)
@@ -68,18 +68,6 @@ pub(super) fn urdf_text(robot: &RobotModel, visuals: &[Visual], meshes: &mut Mes
     text + "</robot>"
 }
 
-/// Name of a joint's kind in URDF, and in the picture.
-pub(super) fn kind_name(kind: JointKind) -> &'static str {
-    match kind {
-        JointKind::Revolute => "revolute",
-        JointKind::Continuous => "continuous",
-        JointKind::Prismatic => "prismatic",
-        JointKind::Planar => "planar",
-        JointKind::Floating => "floating",
-        _ => "fixed",
-    }
-}
-
 fn visual(text: &mut String, shape: &PlacedShape, [r, g, b, a]: [f64; 4], meshes: &mut Meshes) {
     let geometry = geometry(shape, meshes);
     let color = format!("<material name=\"\"><color rgba=\"{r} {g} {b} {a}\"/></material>");
@@ -87,33 +75,20 @@ fn visual(text: &mut String, shape: &PlacedShape, [r, g, b, a]: [f64; 4], meshes
 }
 
 fn geometry(placed: &PlacedShape, meshes: &mut Meshes) -> String {
-    let shape = match &placed.shape {
-        Shape::Box { half_extents } => {
-            let [x, y, z] = (*half_extents * 2.0).to_array();
+    let shape = match placed.shape.drawn() {
+        Drawn::Box { size } => {
+            let [x, y, z] = size.to_array();
             format!("<box size=\"{x} {y} {z}\"/>")
         }
-        Shape::Sphere { radius } => format!("<sphere radius=\"{radius}\"/>"),
-        Shape::Cylinder {
-            radius,
-            half_height,
-        } => {
-            format!(
-                "<cylinder radius=\"{radius}\" length=\"{}\"/>",
-                2.0 * half_height
-            )
+        Drawn::Sphere { radius } => format!("<sphere radius=\"{radius}\"/>"),
+        Drawn::Cylinder { radius, length } => {
+            format!("<cylinder radius=\"{radius}\" length=\"{length}\"/>")
         }
         // The loader knows no capsules: the page makes this one.
-        Shape::Capsule {
-            radius,
-            half_length,
-        } => {
-            format!(
-                "<mesh filename=\"capsule:{radius}:{}\"/>",
-                2.0 * half_length
-            )
+        Drawn::Capsule { radius, length } => {
+            format!("<mesh filename=\"capsule:{radius}:{length}\"/>")
         }
-        Shape::Mesh(mesh) => format!("<mesh filename=\"mesh:{}\"/>", meshes.number(mesh)),
-        other => unreachable!("no reader makes a {other:?}"),
+        Drawn::Mesh(mesh) => format!("<mesh filename=\"mesh:{}\"/>", meshes.number(&mesh)),
     };
     format!("{}<geometry>{shape}</geometry>", origin(&placed.pose))
 }

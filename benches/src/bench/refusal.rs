@@ -1,6 +1,6 @@
 //! Why an input was refused, in one line.
 
-use taut::collision::query::TOUCHING_M;
+use taut::solid::TOUCHING_M;
 use taut::optimize::{ColumnTurns, Outcome, Refusal};
 
 use crate::units::length;

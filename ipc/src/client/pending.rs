@@ -3,7 +3,7 @@
 use super::link::{Link, wait_until};
 use super::{ClientError, Response};
 use crate::transport::Variant;
-use crate::wire::body::numbers;
+use crate::wire::section::numbers;
 use crate::wire::{RequestHeader, ResponseHeader};
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::listener::Listener;

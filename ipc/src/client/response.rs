@@ -1,7 +1,7 @@
 //! A response in shared memory.
 
 use crate::transport::Variant;
-use crate::wire::body::numbers;
+use crate::wire::section::numbers;
 use crate::wire::{Code, ResponseHeader, ResponseView, Status, WireError};
 use iceoryx2::response::Response as Received;
 

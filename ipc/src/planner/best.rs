@@ -2,7 +2,7 @@
 
 use super::{Columns, PlannerError, Refused};
 use crate::client::Response;
-use crate::wire::body::numbers;
+use crate::wire::section::numbers;
 use crate::wire::{
     Code, ResponseBody, ResponseHeader, ResponseView, Status, WarningKind, WarningRecord, WireError,
 };

@@ -1,13 +1,22 @@
 //! The daemon's services and ports, with the settings that matter.
 
-use super::{ControlPort, OptimizePort, OptimizeService, ServerError};
+use super::error::ServerError;
 use crate::limits::{CONTROL_REPLY_MAX, MAX_PAYLOAD};
 use crate::transport::{self, Variant};
-use crate::wire::{SceneEvent, StatusRecord};
+use crate::wire::{
+    ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent, StatusRecord,
+};
 use iceoryx2::node::Node;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::server::Server as Port;
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
+use iceoryx2::service::port_factory::request_response;
+
+pub(super) type OptimizePort = Port<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
+pub(super) type ControlPort = Port<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
+pub(super) type OptimizeService =
+    request_response::PortFactory<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 
 pub(super) fn made<T, E: std::fmt::Display>(
     what: &'static str,

@@ -88,3 +88,15 @@ impl From<Code> for i32 {
         code as i32
     }
 }
+
+impl WireError {
+    /// The code that a refusal for this reason carries.
+    pub fn code(&self) -> Code {
+        match self {
+            Self::PathSize { .. } | Self::PayloadSize { .. } | Self::SectionLimit { .. } => {
+                Code::ResourceExhausted
+            }
+            _ => Code::MalformedRequest,
+        }
+    }
+}

@@ -1,9 +1,8 @@
 //! Why bytes from the other side were refused.
 
-use super::Code;
 use crate::limits::{MAX_PATH_NUMBERS, MAX_VARIABLES, MAX_WAYPOINTS, WIRE_VERSION};
 
-/// Why a header or payload was refused. Each maps to a [`Code`].
+/// Why a header or payload was refused. Each maps to a [code](super::Code).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WireError {
     /// The other side speaks another version.
@@ -90,16 +89,4 @@ pub enum WireError {
         /// What it held.
         value: f64,
     },
-}
-
-impl WireError {
-    /// The code that a refusal for this reason carries.
-    pub fn code(&self) -> Code {
-        match self {
-            Self::PathSize { .. } | Self::PayloadSize { .. } | Self::SectionLimit { .. } => {
-                Code::ResourceExhausted
-            }
-            _ => Code::MalformedRequest,
-        }
-    }
 }

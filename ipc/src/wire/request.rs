@@ -3,7 +3,7 @@
 use super::layout::Section;
 use super::{Mode, RequestFlags, WireError};
 use crate::limits::{MAX_PATH_NUMBERS, MAX_PAYLOAD, MAX_VARIABLES, MAX_WAYPOINTS, WIRE_VERSION};
-use crate::wire::body::{numbers, section_bytes};
+use crate::wire::section::{numbers, section_bytes};
 use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {

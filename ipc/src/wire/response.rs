@@ -10,7 +10,7 @@ use super::{
 use crate::limits::{
     MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_VARIABLES, MAX_WARNINGS, MAX_WAYPOINTS,
 };
-use crate::wire::body::{numbers, records, section_bytes};
+use crate::wire::section::{numbers, records, section_bytes};
 use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {

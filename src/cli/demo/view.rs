@@ -1,7 +1,8 @@
 //! From the world to a plane of the picture: outlines of solids, and the frame that holds them.
 
 use taut::math::{Pose, Vec3};
-use taut::shape::{PlacedShape, Shape};
+use taut::shape::PlacedShape;
+use taut::solid::piece::Piece;
 
 use crate::cli::svg::Point;
 
@@ -40,52 +41,29 @@ impl View {
 
     /// Outline of a shape's convex hull: its farthest points in directions all around.
     pub(super) fn outline(&self, at: &Pose, placed: &PlacedShape) -> Vec<Point> {
+        let shape = placed.shape.clone();
         let pose = *at * placed.pose;
-        let back = pose.rotation.inverse();
-        let farthest = |step: usize| {
+        let mut pieces = Vec::new();
+        Piece::append_of(&PlacedShape { pose, shape }, &mut pieces);
+        let seen = |step: usize| {
             // Half a step aside, so that a box that stands straight has no direction with two
             // farthest corners.
             let angle = (step as f64 + 0.5) / DIRECTIONS as f64 * std::f64::consts::TAU;
             let direction = self.right * angle.cos() + self.up * angle.sin();
-            self.point(pose.translation + pose.rotation * support(&placed.shape, back * direction))
+            self.point(farthest(&pieces, direction))
         };
-        (0..DIRECTIONS).map(farthest).collect()
+        (0..DIRECTIONS).map(seen).collect()
     }
 }
 
-/// The shape's farthest point in a direction, in its own frame.
-fn support(shape: &Shape, direction: Vec3) -> Vec3 {
-    let upwards = Vec3::Z * 1.0_f64.copysign(direction.z);
-    match shape {
-        Shape::Sphere { radius } => direction * *radius,
-        Shape::Box { half_extents } => {
-            let side = |half: f64, along: f64| half.copysign(along);
-            let h = half_extents;
-            Vec3::new(
-                side(h.x, direction.x),
-                side(h.y, direction.y),
-                side(h.z, direction.z),
-            )
-        }
-        Shape::Cylinder {
-            radius,
-            half_height,
-        } => {
-            let across = Vec3::new(direction.x, direction.y, 0.0);
-            across.normalize_or_zero() * *radius + upwards * *half_height
-        }
-        Shape::Capsule {
-            radius,
-            half_length,
-        } => direction * *radius + upwards * *half_length,
-        Shape::Mesh(mesh) => {
-            let vertices = mesh.vertices().iter().copied();
-            vertices
-                .max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction)))
-                .unwrap_or(Vec3::ZERO)
-        }
-        _ => Vec3::ZERO,
-    }
+/// The farthest point of a shape's pieces in a direction.
+fn farthest(pieces: &[Piece], direction: Vec3) -> Vec3 {
+    let points = pieces
+        .iter()
+        .map(|piece| piece.core.support(direction) + direction * piece.radius);
+    points
+        .max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction)))
+        .unwrap_or(Vec3::ZERO)
 }
 
 /// A rectangle of the plane [m].
@@ -188,6 +166,7 @@ impl Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use taut::shape::Shape;
 
     fn near(found: Option<Bounds>, low: Point, high: Point) -> bool {
         let found = found.unwrap();

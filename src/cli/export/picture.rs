@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use taut::math::{Pose, Vec3};
 use taut::robot::{Kinematics, RobotModel};
 use taut::scene::Scene;
-use taut::shape::{PlacedShape, Shape};
+use taut::shape::{Drawn, PlacedShape};
 
 use crate::cli::error::CliError;
 
@@ -89,29 +89,23 @@ fn entity(
     for shape in shapes {
         let pose = *own * shape.pose;
         let ball = |at: Pose, radius: f64| json!({ "pose": placed(&at), "size": size(2.0 * radius, 2.0 * radius, 2.0 * radius), "color": tint });
-        let tube = |radius: f64, half: f64| {
-            let size = size(2.0 * radius, 2.0 * radius, 2.0 * half);
+        let tube = |radius: f64, length: f64| {
+            let size = size(2.0 * radius, 2.0 * radius, length);
             json!({ "pose": placed(&pose), "size": size, "bottom_scale": 1.0, "top_scale": 1.0, "color": tint })
         };
-        match &shape.shape {
-            Shape::Sphere { radius } => spheres.push(ball(pose, *radius)),
-            Shape::Box { half_extents } => {
-                cubes.push(json!({ "pose": placed(&pose), "size": vector(*half_extents * 2.0), "color": tint }));
+        match shape.shape.drawn() {
+            Drawn::Sphere { radius } => spheres.push(ball(pose, radius)),
+            Drawn::Box { size } => {
+                cubes.push(json!({ "pose": placed(&pose), "size": vector(size), "color": tint }));
             }
-            Shape::Cylinder {
-                radius,
-                half_height,
-            } => cylinders.push(tube(*radius, *half_height)),
-            Shape::Capsule {
-                radius,
-                half_length,
-            } => {
-                cylinders.push(tube(*radius, *half_length));
-                for end in [-half_length, *half_length] {
-                    spheres.push(ball(pose * Pose::translation(0.0, 0.0, end), *radius));
+            Drawn::Cylinder { radius, length } => cylinders.push(tube(radius, length)),
+            Drawn::Capsule { radius, length } => {
+                cylinders.push(tube(radius, length));
+                for end in [-length / 2.0, length / 2.0] {
+                    spheres.push(ball(pose * Pose::translation(0.0, 0.0, end), radius));
                 }
             }
-            Shape::Mesh(mesh) => {
+            Drawn::Mesh(mesh) => {
                 let points: Vec<_> = mesh
                     .vertices()
                     .iter()
@@ -121,11 +115,6 @@ fn entity(
                 triangles.push(json!({
                     "pose": placed(&pose), "points": points, "color": tint, "colors": [], "indices": indices
                 }));
-            }
-            other => {
-                return Err(CliError::Choice(format!(
-                    "{id}: a recording cannot show {other:?}"
-                )));
             }
         }
     }

@@ -1,20 +1,18 @@
 //! What the filter sees of a collision model: balls around the robot's bodies, boxes and cylinders
 //! around the obstacles. It may prove that two bodies keep apart, never that they touch.
 
-pub mod cover;
 pub mod object_tree;
-pub mod objects;
 
 use std::sync::Arc;
 
 use super::body::{Body, MotionKind};
 use super::pairs::BodyPair;
-use super::piece::Core;
 use crate::robot::lane_kinematics::Skeleton;
 use crate::robot::{Drive, JointKind, RobotModel};
-use cover::Ball;
+use crate::solid::core::Core;
+use crate::solid::cover::{self, Ball};
+use crate::solid::hulls::FilterObject;
 pub use object_tree::ObjectNode;
-pub use objects::{FilterObject, Hull, HullCore, SolidHulls};
 
 /// Obstacles that stay farther than this (m) from a body in every configuration are not looked at
 /// for clearances below it.
@@ -181,14 +179,14 @@ impl Filter {
         }
         let mut stale = vec![[false; 2]; filter.bodies.len()];
         for pair in &*filter.pairs {
-            match pair.partner {
-                Partner::Object(object) if has_moved[object] => {
-                    let sides = [self, &filter].map(|filter| filter.is_remote(pair.body, object));
-                    sides
-                        .into_iter()
-                        .for_each(|side| stale[pair.body][usize::from(side)] = true);
-                }
-                _ => {}
+            let Partner::Object(object) = pair.partner else {
+                continue;
+            };
+            if has_moved[object] {
+                let sides = [self, &filter].map(|filter| filter.is_remote(pair.body, object));
+                sides
+                    .into_iter()
+                    .for_each(|side| stale[pair.body][usize::from(side)] = true);
             }
         }
         filter.plant(&stale);

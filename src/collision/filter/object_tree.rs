@@ -2,8 +2,8 @@
 
 use std::cmp::Ordering;
 
-use super::objects::{FilterObject, Hull, box_hull};
 use crate::math::Vec3;
+use crate::solid::hulls::{FilterObject, Hull, box_hull};
 
 /// A node of a tree over obstacles, in preorder.
 #[derive(Clone, Copy, Debug)]
@@ -122,9 +122,11 @@ fn grow(leaves: &mut [Leaf], objects: &[FilterObject], nodes: &mut Vec<ObjectNod
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::collision::filter::SolidHulls;
-    use crate::collision::piece::{Core, Piece, Transform};
     use crate::math::Mat3;
+    use crate::solid::core::Core;
+    use crate::solid::hulls::SolidHulls;
+    use crate::solid::piece::Piece;
+    use crate::solid::transform::Transform;
 
     /// The same tree by the definition: leaves are sorted at every split, and equal ones stay in
     /// their order.

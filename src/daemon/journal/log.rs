@@ -7,10 +7,9 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use super::record::Record;
-use crate::daemon::frames;
+use crate::daemon::persisted::JOURNAL;
+use crate::daemon::record_log;
 
-/// How the file starts; the number counts changes of its format.
-const START: &[u8] = b"taut journal 2\n";
 /// A file of this many bytes is never written anew only to be smaller.
 const SMALL: u64 = 1024 * 1024;
 /// A file this many times as large as when it was written anew is written anew.
@@ -40,20 +39,13 @@ pub(super) enum LogError {
 }
 
 /// What a file holds; a torn record's bytes were told to nobody.
-pub(super) type Contents = frames::Contents<Record>;
+pub(super) type Contents = record_log::Contents<Record>;
 
 /// Reads a journal; one that is not there is empty.
 pub(super) fn read(path: &Path) -> Result<Contents, LogError> {
     let mut bytes = Vec::new();
     match File::open(path).and_then(|mut file| file.read_to_end(&mut bytes)) {
-        Ok(_) if !bytes.starts_with(START) => {
-            let place = "at its start: it is no journal of this release".to_owned();
-            Err(LogError::Damaged {
-                path: path.to_owned(),
-                place,
-            })
-        }
-        Ok(_) => frames::parse(&bytes, START.len()).map_err(|place| LogError::Damaged {
+        Ok(_) => JOURNAL.parse(&bytes).map_err(|place| LogError::Damaged {
             path: path.to_owned(),
             place,
         }),
@@ -133,9 +125,10 @@ impl Log {
 
     /// Puts a file with these records only in the place of the old one.
     pub(super) fn replace(&mut self, records: &[u8]) -> std::io::Result<()> {
+        let start = JOURNAL.start();
         let new = self.path.with_extension("new");
         let written = File::create(&new).and_then(|mut file| {
-            file.write_all(START)?;
+            file.write_all(&start)?;
             file.write_all(records)
         });
         if let Err(error) = written.and_then(|()| std::fs::rename(&new, &self.path)) {
@@ -143,7 +136,7 @@ impl Log {
             return Err(error);
         }
         self.file = Some(OpenOptions::new().append(true).open(&self.path)?);
-        self.bytes = (START.len() + records.len()) as u64;
+        self.bytes = (start.len() + records.len()) as u64;
         self.least = self.bytes;
         Ok(())
     }
@@ -152,7 +145,7 @@ impl Log {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::daemon::frames::{HEADER, encode};
+    use crate::daemon::record_log::{HEADER, encode};
 
     fn gone(label: &str) -> Record {
         Record::SceneGone {
@@ -196,7 +189,7 @@ mod tests {
             );
         }
         let mut wrong = whole.clone();
-        wrong[START.len() + HEADER + 1] ^= 1;
+        wrong[JOURNAL.start().len() + HEADER + 1] ^= 1;
         std::fs::write(&path, &wrong).unwrap();
         let error = read(&path).err().unwrap().to_string();
         assert!(
@@ -210,6 +203,12 @@ mod tests {
                 .unwrap()
                 .to_string()
                 .contains("no journal of this release")
+        );
+        std::fs::write(&path, b"taut journal 1\n").unwrap();
+        let error = read(&path).err().unwrap().to_string();
+        assert!(
+            error.contains("a journal of version 1, this release reads version 2"),
+            "{error}"
         );
     }
 

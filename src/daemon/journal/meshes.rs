@@ -6,7 +6,7 @@ use std::sync::{Arc, Weak};
 
 use taut::shape::Mesh;
 
-use crate::daemon::content::{MeshParts, mesh_parts, restore_mesh};
+use crate::daemon::persisted::MeshRecord;
 
 /// The folder of meshes.
 pub(super) struct Meshes {
@@ -43,7 +43,8 @@ impl Meshes {
         if self.written.contains(&mesh.hash()) {
             return Ok(());
         }
-        let bytes = bincode::serde::encode_to_vec(mesh_parts(mesh), bincode::config::standard());
+        let bytes =
+            bincode::serde::encode_to_vec(MeshRecord::from(mesh), bincode::config::standard());
         let bytes = bytes.map_err(|error| error.to_string())?;
         let file = self.file(mesh.hash());
         let new = self.folder.join("new");
@@ -67,10 +68,10 @@ impl Meshes {
         let file = self.file(hash);
         let refuse = |reason: String| format!("{}: {reason}", file.display());
         let bytes = std::fs::read(&file).map_err(|error| refuse(error.to_string()))?;
-        let parts =
-            bincode::serde::decode_from_slice::<MeshParts, _>(&bytes, bincode::config::standard());
-        let (parts, _) = parts.map_err(|error| refuse(error.to_string()))?;
-        let mesh = Arc::new(restore_mesh(parts, hash).map_err(refuse)?);
+        let record =
+            bincode::serde::decode_from_slice::<MeshRecord, _>(&bytes, bincode::config::standard());
+        let (record, _) = record.map_err(|error| refuse(error.to_string()))?;
+        let mesh = Arc::new(record.restore(hash).map_err(refuse)?);
         self.written.insert(hash);
         self.read.insert(hash, Arc::downgrade(&mesh));
         Ok(mesh)

@@ -16,7 +16,7 @@ use super::meshes::Meshes;
 use super::record::Record;
 use super::write::Writer;
 use super::{Content, Journal, Key, Kind, State};
-use crate::daemon::content::{RobotRecord, SceneRecord};
+use crate::daemon::persisted::{RobotRecord, SceneRecord};
 
 /// How long a folder may still be locked by a daemon that was killed.
 const LOCK_PATIENCE: Duration = Duration::from_secs(1);

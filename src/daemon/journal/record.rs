@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::daemon::content::{Moves, RobotRecord, SceneRecord};
+use crate::daemon::persisted::{Moves, RobotRecord, SceneRecord};
 
 /// One record of the journal. Later records of a label replace earlier ones.
 #[derive(Clone, Debug, Serialize, Deserialize)]

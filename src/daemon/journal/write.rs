@@ -9,8 +9,8 @@ use super::log::Log;
 use super::meshes::Meshes;
 use super::record::Record;
 use super::{Content, Key, Kind, State};
-use crate::daemon::content::{self, RobotRecord, SceneRecord, moves_between};
-use crate::daemon::frames;
+use crate::daemon::persisted::{self, RobotRecord, SceneRecord, moves_between};
+use crate::daemon::record_log;
 
 /// What the thread owns.
 pub(super) struct Writer {
@@ -61,11 +61,12 @@ impl Writer {
         let mut bytes = Vec::new();
         for (key, before) in &self.before {
             let state = &self.live[key];
-            content::meshes(shapes(&state.content)).try_for_each(|mesh| self.meshes.keep(mesh))?;
-            frames::encode(&change(key, before.as_ref(), state)?, &mut bytes)?;
+            persisted::meshes(shapes(&state.content))
+                .try_for_each(|mesh| self.meshes.keep(mesh))?;
+            record_log::encode(&change(key, before.as_ref(), state), &mut bytes)?;
         }
         if ends {
-            frames::encode(&Record::Ended, &mut bytes)?;
+            record_log::encode(&Record::Ended, &mut bytes)?;
         }
         self.log
             .append(&bytes)
@@ -79,11 +80,12 @@ impl Writer {
         });
         let mut bytes = Vec::new();
         for (key, state) in &self.live {
-            content::meshes(shapes(&state.content)).try_for_each(|mesh| self.meshes.keep(mesh))?;
-            frames::encode(&whole(key, state)?, &mut bytes)?;
+            persisted::meshes(shapes(&state.content))
+                .try_for_each(|mesh| self.meshes.keep(mesh))?;
+            record_log::encode(&whole(key, state), &mut bytes)?;
         }
         if ends {
-            frames::encode(&Record::Ended, &mut bytes)?;
+            record_log::encode(&Record::Ended, &mut bytes)?;
         }
         self.log
             .replace(&bytes)
@@ -91,7 +93,7 @@ impl Writer {
         let used = self
             .live
             .values()
-            .flat_map(|state| content::meshes(shapes(&state.content)));
+            .flat_map(|state| persisted::meshes(shapes(&state.content)));
         self.meshes.retain(&used.map(|mesh| mesh.hash()).collect());
         Ok(())
     }
@@ -107,14 +109,14 @@ fn shapes(content: &Content) -> Box<dyn Iterator<Item = &PlacedShape> + '_> {
     }
 }
 
-fn whole((kind, label): &Key, state: &State) -> Result<Record, String> {
+fn whole((kind, label): &Key, state: &State) -> Record {
     let label = label.clone();
     let configured = state.configured;
-    Ok(match (&state.content, kind) {
+    match (&state.content, kind) {
         (Content::Robot(robot, weights), _) => {
             let hash = robot.hash();
             let weights = weights.to_vec();
-            let robot = RobotRecord::of(robot)?;
+            let robot = RobotRecord::from(&**robot);
             Record::Robot {
                 label,
                 hash,
@@ -126,7 +128,7 @@ fn whole((kind, label): &Key, state: &State) -> Result<Record, String> {
         (Content::Scene(version, scene), _) => {
             let hash = scene.hash();
             let version = *version;
-            let scene = SceneRecord::of(scene)?;
+            let scene = SceneRecord::from(&**scene);
             Record::Scene {
                 label,
                 version,
@@ -137,12 +139,12 @@ fn whole((kind, label): &Key, state: &State) -> Result<Record, String> {
         }
         (Content::Gone, Kind::Robot) => Record::RobotGone { label },
         (Content::Gone, Kind::Scene) => Record::SceneGone { label },
-    })
+    }
 }
 
 /// What only moved is written as that: a large scene of which one thing moves is not written again
 /// and again.
-fn change(key: &Key, before: Option<&State>, state: &State) -> Result<Record, String> {
+fn change(key: &Key, before: Option<&State>, state: &State) -> Record {
     if let (
         Some(State {
             content: Content::Scene(_, before),
@@ -153,12 +155,12 @@ fn change(key: &Key, before: Option<&State>, state: &State) -> Result<Record, St
         && *configured == state.configured
         && let Some(moves) = moves_between(before, scene)
     {
-        return Ok(Record::Moved {
+        return Record::Moved {
             label: key.1.clone(),
             version: *version,
             hash: scene.hash(),
             moves,
-        });
+        };
     }
     whole(key, state)
 }

@@ -20,7 +20,7 @@ use taut_ipc::control::ClientSummary;
 use taut_ipc::monotonic_ns;
 use taut_ipc::wire::Code;
 
-use super::job::Job;
+use super::job::{Asked, Job};
 use crate::view::{Picture, Sight};
 
 pub(super) use http::answer;
@@ -46,17 +46,6 @@ struct State {
     running: BTreeMap<u64, Run>,
     /// The oldest first.
     answers: VecDeque<Arc<Answer>>,
-}
-
-/// Who asks, and what about, as people call it.
-#[derive(Clone, Default, Serialize)]
-pub(super) struct Asked {
-    /// Label of the robot.
-    pub robot: String,
-    /// Label of the scene.
-    pub scene: String,
-    /// The client's process; 0 = not known.
-    pub pid: u32,
 }
 
 /// A request that is being computed.

@@ -10,10 +10,9 @@ use taut::shape::Mesh;
 use taut_ipc::wire::{Code, ResponseHeader, ResponseView};
 
 use super::Question;
-use super::record::{AnswerRecord, RequestRecord, RunRecord, START};
-use crate::daemon::content::restore_mesh;
+use super::record::{AnswerRecord, RequestRecord, RunRecord};
 use crate::daemon::event::Way;
-use crate::daemon::frames;
+use crate::daemon::persisted::RUN;
 
 /// Why a run cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -122,14 +121,8 @@ impl Recording {
 
 /// A run from the bytes of its file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Recording, String> {
-    if !bytes.starts_with(START) {
-        let start = String::from_utf8_lossy(START);
-        return Err(format!(
-            "no recorded run of this release, which starts with {:?}",
-            start.trim_end()
-        ));
-    }
-    let contents = frames::parse::<RunRecord>(bytes, START.len())
+    let contents = RUN
+        .parse::<RunRecord>(bytes)
         .map_err(|place| format!("damaged {place}"))?;
     let mut reading = Reading {
         meshes: HashMap::new(),
@@ -165,9 +158,8 @@ impl Reading {
         match record {
             RunRecord::Written(facts) => self.run.written = facts,
             RunRecord::Story(text) => self.run.story = text,
-            RunRecord::Mesh { hash, parts } => {
-                self.meshes
-                    .insert(hash, Arc::new(restore_mesh(parts, hash)?));
+            RunRecord::Mesh { hash, mesh } => {
+                self.meshes.insert(hash, Arc::new(mesh.restore(hash)?));
             }
             RunRecord::Robot { hash, robot } => {
                 let model = robot.restore(&mut |mesh| found(&self.meshes, "mesh", mesh))?;
@@ -180,9 +172,10 @@ impl Reading {
                 self.scenes.insert(hash, Arc::new(scene));
             }
             RunRecord::Moved { hash, base, moved } => {
-                let moves = moved
-                    .into_iter()
-                    .map(|(id, pose)| SceneChange::Move { id, pose });
+                let moves = moved.into_iter().map(|(id, pose)| SceneChange::Move {
+                    id,
+                    pose: pose.into(),
+                });
                 let scene = found(&self.scenes, "scene", base)?
                     .with(moves)
                     .map_err(|error| error.to_string())?;
@@ -210,7 +203,7 @@ impl Reading {
             scene: found(&self.scenes, "scene", request.scene_hash)?,
             scene_id: request.scene_id,
             scene_version: request.scene_version,
-            settings: Arc::new(request.settings),
+            settings: Arc::new(request.settings.into()),
             path: Arc::new(
                 path.ok_or_else(|| format!("request {} has no whole rows", request.number))?,
             ),
@@ -238,7 +231,7 @@ impl Reading {
         ResponseView::parse(header, &payload)
             .map_err(|error| format!("the answer to request {number}: {error}"))?;
         self.asked(number)?.answer = Some(RecordedAnswer {
-            way,
+            way: way.into(),
             header,
             payload,
         });

@@ -3,14 +3,10 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use taut::math::Pose;
-use taut::optimize::Settings;
 
-use crate::daemon::content::{MeshParts, RobotRecord, SceneRecord};
-use crate::daemon::event::Way;
-
-/// How the file starts; the number counts changes of its format.
-pub(super) const START: &[u8] = b"taut run 2\n";
+use crate::daemon::persisted::{
+    MeshRecord, PoseRecord, RobotRecord, SceneRecord, SettingsRecord, WayRecord,
+};
 
 /// One record of a run, in the order in which things happened. What a record names stands before
 /// it.
@@ -19,7 +15,7 @@ pub(super) enum RunRecord {
     /// Who wrote it: facts by name.
     Written(BTreeMap<String, String>),
     /// A mesh, which shapes name by its hash.
-    Mesh { hash: u64, parts: MeshParts },
+    Mesh { hash: u64, mesh: MeshRecord },
     /// A robot, which requests name by its hash.
     Robot { hash: u64, robot: RobotRecord },
     /// A scene, which requests name by its hash.
@@ -28,7 +24,7 @@ pub(super) enum RunRecord {
     Moved {
         hash: u64,
         base: u64,
-        moved: Vec<(String, Pose)>,
+        moved: Vec<(String, PoseRecord)>,
     },
     /// A request that was let in.
     Request(Box<RequestRecord>),
@@ -59,7 +55,7 @@ pub(super) struct RequestRecord {
     pub scene_hash: u64,
     pub scene_id: u64,
     pub scene_version: u64,
-    pub settings: Settings,
+    pub settings: SettingsRecord,
     pub columns: usize,
     pub path: Vec<f64>,
 }
@@ -68,7 +64,7 @@ pub(super) struct RequestRecord {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct AnswerRecord {
     pub number: u64,
-    pub way: Way,
+    pub way: WayRecord,
     /// Header and sections, as on the wire.
     pub header: Vec<u8>,
     pub payload: Vec<u8>,

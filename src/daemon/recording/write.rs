@@ -6,14 +6,15 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-use taut::math::Pose;
 use taut::scene::Scene;
 use taut::shape::PlacedShape;
 
-use super::record::{AnswerRecord, RequestRecord, RunRecord, START};
+use super::record::{AnswerRecord, RequestRecord, RunRecord};
 use super::{Answer, Question};
-use crate::daemon::content::{RobotRecord, SceneRecord, mesh_parts, meshes, moves_between};
-use crate::daemon::frames;
+use crate::daemon::persisted::{
+    MeshRecord, PoseRecord, RUN, RobotRecord, SceneRecord, SettingsRecord, meshes, moves_between,
+};
+use crate::daemon::record_log;
 
 /// A file that is being written.
 pub(super) struct RunWriter {
@@ -32,8 +33,9 @@ impl RunWriter {
     /// What the system says.
     pub(super) fn create(path: &Path) -> Result<Self, String> {
         let mut file = File::create(path).map_err(|error| error.to_string())?;
-        file.write_all(START).map_err(|error| error.to_string())?;
-        let bytes = START.len() as u64;
+        let start = RUN.start();
+        file.write_all(&start).map_err(|error| error.to_string())?;
+        let bytes = start.len() as u64;
         let mut writer = Self {
             file,
             bytes,
@@ -52,7 +54,7 @@ impl RunWriter {
     /// Writes a record in one piece.
     pub(super) fn write(&mut self, record: &RunRecord) -> Result<(), String> {
         let mut bytes = Vec::new();
-        frames::encode(record, &mut bytes)?;
+        record_log::encode(record, &mut bytes)?;
         self.file
             .write_all(&bytes)
             .map_err(|error| error.to_string())?;
@@ -68,7 +70,7 @@ impl RunWriter {
             self.meshes(robot.links().iter().flat_map(|link| &link.shapes))?;
             self.write(&RunRecord::Robot {
                 hash: robot.hash(),
-                robot: RobotRecord::of(robot)?,
+                robot: RobotRecord::from(&**robot),
             })?;
         }
         if self.written.insert(scene.hash()) {
@@ -87,7 +89,7 @@ impl RunWriter {
             scene_hash: scene.hash(),
             scene_id: question.scene_id,
             scene_version: question.scene_version,
-            settings: question.settings.as_ref().clone(),
+            settings: SettingsRecord::from(&*question.settings),
             columns: question.path.nq(),
             path: question.path.as_flat().to_vec(),
         })))
@@ -104,7 +106,7 @@ impl RunWriter {
             Some((base, moved)) => self.write(&RunRecord::Moved { hash, base, moved }),
             None => self.write(&RunRecord::Scene {
                 hash,
-                scene: SceneRecord::of(scene)?,
+                scene: SceneRecord::from(&**scene),
             }),
         }
     }
@@ -114,7 +116,7 @@ impl RunWriter {
             if self.written.insert(mesh.hash()) {
                 self.write(&RunRecord::Mesh {
                     hash: mesh.hash(),
-                    parts: mesh_parts(mesh),
+                    mesh: MeshRecord::from(&**mesh),
                 })?;
             }
         }
@@ -127,7 +129,7 @@ impl RunWriter {
         let header = bytemuck::bytes_of(&header).to_vec();
         self.write(&RunRecord::Answer(Box::new(AnswerRecord {
             number,
-            way: answer.way,
+            way: answer.way.into(),
             header,
             payload,
         })))
@@ -135,7 +137,7 @@ impl RunWriter {
 }
 
 /// Objects of the world that are elsewhere in `after`, if nothing else differs.
-fn moved_between(before: &Scene, after: &Scene) -> Option<Vec<(String, Pose)>> {
+fn moved_between(before: &Scene, after: &Scene) -> Option<Vec<(String, PoseRecord)>> {
     let moves = moves_between(before, after)?;
     let standing = after.obstacles().len();
     if moves.iter().any(|(index, _)| *index as usize >= standing) {

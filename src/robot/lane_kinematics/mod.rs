@@ -140,7 +140,9 @@ impl Skeleton {
                     multiplier,
                     offset,
                 } => (robot.joints()[master].drive, multiplier, offset),
-                own => (own, 1.0, 0.0),
+                own @ (Drive::Fixed | Drive::Variable { .. } | Drive::Held { .. }) => {
+                    (own, 1.0, 0.0)
+                }
             };
             let (value, rate) = match driver {
                 Drive::Variable { q, v } => (q, Some(v)),
@@ -152,7 +154,10 @@ impl Skeleton {
             // The frame stands turned against its link: its joint's axis becomes z.
             let turn = match joint.kind {
                 JointKind::Planar | JointKind::Floating => Quat::IDENTITY,
-                _ => Quat::from_rotation_arc(Vec3::Z, joint.axis.normalize()),
+                JointKind::Fixed
+                | JointKind::Revolute
+                | JointKind::Continuous
+                | JointKind::Prismatic => Quat::from_rotation_arc(Vec3::Z, joint.axis.normalize()),
             };
             skeleton.extent += place.translation.length();
             let columns = Mat3::from_quat(place.rotation * turn);

@@ -26,7 +26,7 @@ use super::joint::JointKind;
 use super::xml::{self, children, line};
 use super::{JointDescription, LinkDescription, Mimic, RobotDescription, RobotError};
 use crate::math::{Pose, Quat, Vec3, quat_from_rpy};
-use crate::shape::{Mesh, MeshError, PlacedShape, Shape};
+use crate::shape::{Mesh, MeshError, PlacedShape};
 use crate::warning::Warning;
 
 /// The version of URDF that brought `quat_xyzw`, and the one that brought `<capsule>` and limits
@@ -87,7 +87,7 @@ pub fn parse(text: &str, meshes: &mut MeshSource<'_>) -> Result<RobotDescription
 /// What is odd about the meshes, each mesh once.
 fn mesh_warnings(links: &[LinkDescription], warnings: &mut Vec<Warning>) {
     for shape in links.iter().flat_map(|link| &link.collision) {
-        let Shape::Mesh(mesh) = &shape.shape else {
+        let Some(mesh) = shape.shape.mesh() else {
             continue;
         };
         for warning in mesh.warnings() {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::*;
 use crate::robot::RobotModel;
+use crate::shape::Shape;
 
 fn no_mesh(name: &str, _: Vec3) -> Result<Arc<Mesh>, MeshError> {
     Err(MeshError::Unreadable {

@@ -1,5 +1,6 @@
 use super::*;
 use crate::robot::{Drive, RobotModel};
+use crate::shape::Shape;
 
 /// A source without meshes.
 fn no_mesh(name: &str, _: Vec3) -> Result<Arc<Mesh>, MeshError> {

@@ -17,8 +17,8 @@ use super::waypoints::Colliding;
 use super::{
     Contact, Enclosed, Hit, HitReason, Proved, RowsVerdict, SegmentProof, SegmentVerdict, Validator,
 };
-use crate::collision::query::TOUCHING_M;
 use crate::path::Path;
+use crate::solid::TOUCHING_M;
 
 /// Segments that are proved together: what is left of them is looked at again after one that needs
 /// lower floors.

@@ -48,9 +48,9 @@ impl Validator<'_> {
             if stop() || self.work() > most_work {
                 return None;
             }
-            let (rake, count) = self.next_rake();
-            self.filter(&rake[..count]);
-            for (lane, interval) in rake[..count].iter().enumerate() {
+            let (batch, count) = self.next_batch();
+            self.filter(&batch[..count]);
+            for (lane, interval) in batch[..count].iter().enumerate() {
                 let undecided = self.settle_lane(lane, interval, &mut found, stop)?;
                 self.scratch.queue.extend(interval.split(&undecided));
             }
@@ -68,12 +68,12 @@ impl Validator<'_> {
     ) -> Option<Undecided> {
         let first = self.scratch.lists.len();
         let mut excess = 0.0_f32;
-        for entry in 0..self.scratch.rake.unproved.len() {
-            if self.scratch.rake.unproved[entry].lanes >> lane & 1 == 0 {
+        for entry in 0..self.scratch.filter.unproved.len() {
+            if self.scratch.filter.unproved[entry].lanes >> lane & 1 == 0 {
                 continue;
             }
             let refused = self.settle(interval, entry, lane, stop)?;
-            let unproved = &self.scratch.rake.unproved[entry];
+            let unproved = &self.scratch.filter.unproved[entry];
             let pair = unproved.pair as usize;
             match refused {
                 Some(_) => found.push(Candidate {

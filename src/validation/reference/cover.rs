@@ -3,9 +3,10 @@
 //! A cover is a body's pieces, halved again and again along the widest side of the box around their
 //! middles, with a ball around each part that is measured at all of its pieces.
 
-use crate::collision::distance;
-use crate::collision::piece::{Piece, Transform};
 use crate::math::Vec3;
+use crate::solid::distance;
+use crate::solid::piece::Piece;
+use crate::solid::transform::Transform;
 
 /// The pieces of a body in parts of parts.
 #[derive(Debug)]

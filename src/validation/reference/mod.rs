@@ -30,10 +30,11 @@ use super::Certificate;
 use super::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS, FIRST_WITH_DIGEST};
 use super::interval::ROUNDING_M;
 use super::path_proof::LEAST_FLOOR_M;
-use crate::collision::{CollisionModel, query};
+use crate::collision::CollisionModel;
 use crate::path::Path;
 use crate::robot::configuration::{LONGEST_STEP_RAD, ROUNDED_RAD};
 use crate::robot::{Component, ConfigurationSpace, Kinematics};
+use crate::solid::query;
 use cover::Cover;
 use segment::Segment;
 
@@ -289,7 +290,13 @@ fn check_start(model: &CollisionModel, start: &[f64], held: &[f64]) -> Result<()
         let a = &model.bodies()[pair.a];
         let b = &model.bodies()[pair.b];
         if (a.solid.hollow || b.solid.hollow)
-            && query::enclosed(a, &a.placed(&kinematics), b, &b.placed(&kinematics)).is_some()
+            && query::enclosed(
+                &a.solid,
+                &a.placed(&kinematics),
+                &b.solid,
+                &b.placed(&kinematics),
+            )
+            .is_some()
         {
             return Err(Objection::StandsIn {
                 bodies: model.pair_names(index),

@@ -4,7 +4,6 @@ use crate::validation::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS};
 
 /// Why a certificate is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum Objection {
     /// Made by a checker that is not known here.
     #[error(

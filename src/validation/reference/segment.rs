@@ -4,8 +4,8 @@ use super::cover::{Cover, Near, Until, near};
 use super::travel::Travel;
 use super::{Closeness, Effort, Objection, ROUNDING_M, slack};
 use crate::collision::CollisionModel;
-use crate::collision::piece::Transform;
 use crate::robot::{ConfigurationSpace, Kinematics};
+use crate::solid::transform::Transform;
 
 /// Halvings after which an interval is a rounding wide.
 const DEEPEST: u32 = 48;

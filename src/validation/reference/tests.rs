@@ -443,9 +443,7 @@ fn a_search_of_covers_finds_what_trying_all_pieces_finds() {
                 .iter()
                 .flat_map(|x| b.solid.tree.pieces().iter().map(move |y| (x, y)));
             let least = all
-                .map(|(x, y)| {
-                    crate::collision::distance::separation(&x.transformed(&relative), y).gap
-                })
+                .map(|(x, y)| crate::solid::distance::separation(&x.transformed(&relative), y).gap)
                 .fold(f64::INFINITY, f64::min);
             let [a, b] = [a, b].map(|body| Cover::new(body.solid.tree.pieces(), &body.place));
             let found = cover::near(&a, &b, &relative, f64::INFINITY, cover::Until::Closest);

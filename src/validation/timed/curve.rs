@@ -25,7 +25,6 @@ pub struct Point {
 
 /// A trajectory that no controller can execute as it stands, or of which nothing can be proved.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum CurveError {
     /// Fewer than two points.
     #[error("the trajectory has {0} points; it needs at least 2")]

@@ -1,7 +1,7 @@
 //! Where a piece of a timed trajectory is refused, on the curve itself.
 
 use super::{Piece, Prover, TimedHit};
-use crate::collision::query::TOUCHING_M;
+use crate::solid::TOUCHING_M;
 use crate::validation::first_contact::{FirstContact, Touch, UNSEEN_DEPTH_M};
 use crate::validation::{Hit, HitReason};
 

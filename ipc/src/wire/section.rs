@@ -1,0 +1,70 @@
+//! Sections of a payload as they are read, in place.
+
+use super::{Section, WireError};
+use crate::limits::PAYLOAD_ALIGN;
+use bytemuck::Pod;
+
+/// The bytes of a section of `limit` entries at most, each `size` bytes.
+pub(crate) fn section_bytes<'a>(
+    payload: &'a [u8],
+    name: &'static str,
+    section: Section,
+    size: usize,
+    limit: usize,
+) -> Result<&'a [u8], WireError> {
+    let offset = section.offset as usize;
+    let count = section.count as usize;
+    if count == 0 {
+        return Ok(&[]);
+    }
+    if count > limit {
+        return Err(WireError::SectionLimit {
+            section: name,
+            found: count,
+            limit,
+        });
+    }
+    let out_of_bounds = WireError::SectionBounds {
+        section: name,
+        offset: section.offset,
+        count: section.count,
+        payload: payload.len(),
+    };
+    let end = count
+        .checked_mul(size)
+        .and_then(|bytes| bytes.checked_add(offset));
+    match end.and_then(|end| payload.get(offset..end)) {
+        Some(bytes) if offset.is_multiple_of(PAYLOAD_ALIGN) => Ok(bytes),
+        _ => Err(out_of_bounds),
+    }
+}
+
+/// A section as records, in place.
+pub(crate) fn records<'a, T: Pod>(
+    payload: &'a [u8],
+    name: &'static str,
+    section: Section,
+    limit: usize,
+) -> Result<&'a [T], WireError> {
+    let bytes = section_bytes(payload, name, section, size_of::<T>(), limit)?;
+    if bytes.is_empty() {
+        // Its address need not be aligned.
+        return Ok(&[]);
+    }
+    bytemuck::try_cast_slice(bytes).map_err(|_| WireError::SectionBounds {
+        section: name,
+        offset: section.offset,
+        count: section.count,
+        payload: payload.len(),
+    })
+}
+
+/// A section as numbers, in place.
+pub(crate) fn numbers<'a>(
+    payload: &'a [u8],
+    name: &'static str,
+    section: Section,
+    limit: usize,
+) -> Result<&'a [f64], WireError> {
+    records(payload, name, section, limit)
+}

@@ -1,0 +1,37 @@
+//! What is kept in files: the forms of robots, scenes, meshes and requests in the journal and in
+//! recorded runs. They are apart from the model's types: a field that a model gains is not in a file
+//! before someone puts it here, which changes the bytes and so raises [`JOURNAL`] or [`RUN`]. The
+//! bytes are pinned by a test. Meshes stand apart, by hash.
+
+// A new kind of shape, core or joint is an error here, not another one's arm.
+#![deny(clippy::wildcard_enum_match_arm)]
+
+mod mesh;
+mod moves;
+mod plain;
+mod request;
+mod robot;
+mod scene;
+mod shape;
+#[cfg(test)]
+mod tests;
+
+pub(super) use mesh::{MeshRecord, meshes};
+pub(super) use moves::{Moves, moves_between};
+pub(super) use plain::PoseRecord;
+pub(super) use request::{SettingsRecord, WayRecord};
+pub(super) use robot::RobotRecord;
+pub(super) use scene::SceneRecord;
+
+use super::record_log::Format;
+
+/// The journal's file.
+pub(super) const JOURNAL: Format = Format {
+    what: "journal",
+    version: 2,
+};
+/// A recorded run's file.
+pub(super) const RUN: Format = Format {
+    what: "run",
+    version: 2,
+};

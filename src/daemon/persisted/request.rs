@@ -1,0 +1,222 @@
+//! What a request asked for, and how its answer came about.
+
+use serde::{Deserialize, Serialize};
+use taut::optimize::{Mode, Settings};
+use taut::validation::Layers;
+
+use crate::daemon::event::Way;
+use crate::daemon::job::{StopCause, Stopped};
+
+/// The settings of a request.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(in crate::daemon) struct SettingsRecord {
+    mode: ModeRecord,
+    seed: u64,
+    clearance_m: f64,
+    strict: bool,
+    unwrapped: bool,
+    keep_goal: bool,
+    weights: Option<Vec<f64>>,
+    work_budget: u64,
+    fixed_waypoints: Option<Vec<bool>>,
+    moving: Option<Vec<bool>>,
+    held: Option<Vec<f64>>,
+    contacts: bool,
+    corridor: bool,
+    layers: LayersRecord,
+}
+
+/// New modes stand last: files name a mode by its number.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+enum ModeRecord {
+    Check,
+    Gradient,
+    RandomShortcut,
+    PartialShortcut,
+    Contact,
+    Hybrid,
+}
+
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct LayersRecord {
+    filter: bool,
+    along_normal: bool,
+    reuse: bool,
+    portable_lanes: bool,
+}
+
+impl From<&Settings> for SettingsRecord {
+    fn from(settings: &Settings) -> Self {
+        // Named one by one, so that nothing that settings gain is forgotten.
+        let Settings {
+            mode,
+            seed,
+            clearance_m,
+            strict,
+            unwrapped,
+            keep_goal,
+            weights,
+            work_budget,
+            fixed_waypoints,
+            moving,
+            held,
+            contacts,
+            corridor,
+            layers,
+        } = settings.clone();
+        Self {
+            mode: mode.into(),
+            seed,
+            clearance_m,
+            strict,
+            unwrapped,
+            keep_goal,
+            weights,
+            work_budget,
+            fixed_waypoints,
+            moving,
+            held,
+            contacts,
+            corridor,
+            layers: layers.into(),
+        }
+    }
+}
+
+impl From<SettingsRecord> for Settings {
+    fn from(record: SettingsRecord) -> Self {
+        Self {
+            mode: record.mode.into(),
+            seed: record.seed,
+            clearance_m: record.clearance_m,
+            strict: record.strict,
+            unwrapped: record.unwrapped,
+            keep_goal: record.keep_goal,
+            weights: record.weights,
+            work_budget: record.work_budget,
+            fixed_waypoints: record.fixed_waypoints,
+            moving: record.moving,
+            held: record.held,
+            contacts: record.contacts,
+            corridor: record.corridor,
+            layers: record.layers.into(),
+        }
+    }
+}
+
+impl From<Mode> for ModeRecord {
+    fn from(mode: Mode) -> Self {
+        match mode {
+            Mode::Check => Self::Check,
+            Mode::Gradient => Self::Gradient,
+            Mode::RandomShortcut => Self::RandomShortcut,
+            Mode::PartialShortcut => Self::PartialShortcut,
+            Mode::Contact => Self::Contact,
+            Mode::Hybrid => Self::Hybrid,
+        }
+    }
+}
+
+impl From<ModeRecord> for Mode {
+    fn from(mode: ModeRecord) -> Self {
+        match mode {
+            ModeRecord::Check => Self::Check,
+            ModeRecord::Gradient => Self::Gradient,
+            ModeRecord::RandomShortcut => Self::RandomShortcut,
+            ModeRecord::PartialShortcut => Self::PartialShortcut,
+            ModeRecord::Contact => Self::Contact,
+            ModeRecord::Hybrid => Self::Hybrid,
+        }
+    }
+}
+
+impl From<Layers> for LayersRecord {
+    fn from(layers: Layers) -> Self {
+        let Layers {
+            filter,
+            along_normal,
+            reuse,
+            portable_lanes,
+        } = layers;
+        Self {
+            filter,
+            along_normal,
+            reuse,
+            portable_lanes,
+        }
+    }
+}
+
+impl From<LayersRecord> for Layers {
+    fn from(record: LayersRecord) -> Self {
+        Self {
+            filter: record.filter,
+            along_normal: record.along_normal,
+            reuse: record.reuse,
+            portable_lanes: record.portable_lanes,
+        }
+    }
+}
+
+/// How an answer came about.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(in crate::daemon) enum WayRecord {
+    /// The core computed it, and was perhaps told to end: how often it had asked, and why.
+    Computed(Option<(u64, CauseRecord)>),
+    /// It was never begun.
+    Untouched,
+}
+
+/// Why the work on a request ended.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(in crate::daemon) enum CauseRecord {
+    Deadline,
+    Cancelled,
+    FinishedEarly,
+    Shutdown,
+}
+
+impl From<Way> for WayRecord {
+    fn from(way: Way) -> Self {
+        match way {
+            Way::Computed(stopped) => {
+                Self::Computed(stopped.map(|Stopped { asked, cause }| (asked, cause.into())))
+            }
+            Way::Untouched => Self::Untouched,
+        }
+    }
+}
+
+impl From<WayRecord> for Way {
+    fn from(record: WayRecord) -> Self {
+        match record {
+            WayRecord::Computed(stopped) => Self::Computed(stopped.map(|(asked, cause)| Stopped {
+                asked,
+                cause: cause.into(),
+            })),
+            WayRecord::Untouched => Self::Untouched,
+        }
+    }
+}
+
+impl From<StopCause> for CauseRecord {
+    fn from(cause: StopCause) -> Self {
+        match cause {
+            StopCause::Deadline => Self::Deadline,
+            StopCause::Cancelled => Self::Cancelled,
+            StopCause::FinishedEarly => Self::FinishedEarly,
+            StopCause::Shutdown => Self::Shutdown,
+        }
+    }
+}
+
+impl From<CauseRecord> for StopCause {
+    fn from(record: CauseRecord) -> Self {
+        match record {
+            CauseRecord::Deadline => Self::Deadline,
+            CauseRecord::Cancelled => Self::Cancelled,
+            CauseRecord::FinishedEarly => Self::FinishedEarly,
+            CauseRecord::Shutdown => Self::Shutdown,
+        }
+    }
+}

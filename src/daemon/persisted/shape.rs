@@ -1,0 +1,107 @@
+//! Shapes at their places; meshes lie elsewhere.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use taut::math::Vec3;
+use taut::shape::{Mesh, PlacedShape, Shape};
+
+use super::plain::PoseRecord;
+
+/// Gives a mesh by its hash.
+pub(super) type FindMesh<'a> = dyn FnMut(u64) -> Result<Arc<Mesh>, String> + 'a;
+
+/// A shape at its place.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct ShapeRecord {
+    pose: PoseRecord,
+    shape: Kind,
+}
+
+/// New kinds stand last: files name a kind by its number.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+enum Kind {
+    Sphere { radius: f64 },
+    Box { half_extents: [f64; 3] },
+    Cylinder { radius: f64, half_height: f64 },
+    Capsule { radius: f64, half_length: f64 },
+    Mesh { hash: u64 },
+}
+
+impl From<&Shape> for Kind {
+    fn from(shape: &Shape) -> Self {
+        match *shape {
+            Shape::Sphere { radius } => Self::Sphere { radius },
+            Shape::Box { half_extents } => Self::Box {
+                half_extents: half_extents.to_array(),
+            },
+            Shape::Cylinder {
+                radius,
+                half_height,
+            } => Self::Cylinder {
+                radius,
+                half_height,
+            },
+            Shape::Capsule {
+                radius,
+                half_length,
+            } => Self::Capsule {
+                radius,
+                half_length,
+            },
+            Shape::Mesh(ref mesh) => Self::Mesh { hash: mesh.hash() },
+        }
+    }
+}
+
+impl Kind {
+    fn restore(self, find: &mut FindMesh) -> Result<Shape, String> {
+        Ok(match self {
+            Self::Sphere { radius } => Shape::Sphere { radius },
+            Self::Box { half_extents } => Shape::Box {
+                half_extents: Vec3::from_array(half_extents),
+            },
+            Self::Cylinder {
+                radius,
+                half_height,
+            } => Shape::Cylinder {
+                radius,
+                half_height,
+            },
+            Self::Capsule {
+                radius,
+                half_length,
+            } => Shape::Capsule {
+                radius,
+                half_length,
+            },
+            Self::Mesh { hash } => Shape::Mesh(find(hash)?),
+        })
+    }
+}
+
+/// The records of shapes.
+pub(super) fn records<'a>(shapes: impl IntoIterator<Item = &'a PlacedShape>) -> Vec<ShapeRecord> {
+    let record = |placed: &PlacedShape| ShapeRecord {
+        pose: placed.pose.into(),
+        shape: Kind::from(&placed.shape),
+    };
+    shapes.into_iter().map(record).collect()
+}
+
+/// The shapes of records.
+///
+/// # Errors
+/// A mesh that is not found.
+pub(super) fn restored(
+    shapes: &[ShapeRecord],
+    find: &mut FindMesh,
+) -> Result<Vec<PlacedShape>, String> {
+    let shape = |record: &ShapeRecord| {
+        Ok(PlacedShape {
+            pose: record.pose.into(),
+            shape: record.shape.restore(find)?,
+        })
+    };
+    shapes.iter().map(shape).collect()
+}

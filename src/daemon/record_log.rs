@@ -1,0 +1,135 @@
+//! Records in a file: each with its length and checksum, one after the other. Whoever writes one
+//! hands it to the system in one piece, so that only the last can be half there.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
+
+/// Bytes before each record: its length and its checksum.
+pub(super) const HEADER: usize = 4 + 8;
+/// Most bytes of a record.
+const RECORD_MAX: usize = 256 * 1024 * 1024;
+
+/// What a file says at its start that it is: a line with a word and the version of its records.
+pub(super) struct Format {
+    /// The word.
+    pub what: &'static str,
+    /// Counts changes of the records.
+    pub version: u32,
+}
+
+impl Format {
+    /// The first line of a file.
+    pub(super) fn start(&self) -> Vec<u8> {
+        format!("taut {} {}\n", self.what, self.version).into_bytes()
+    }
+
+    /// The records of a file.
+    ///
+    /// # Errors
+    /// A file of another kind or version, or where it is damaged, and how.
+    pub(super) fn parse<T: DeserializeOwned>(&self, bytes: &[u8]) -> Result<Contents<T>, String> {
+        let start = self.start();
+        match bytes.starts_with(&start) {
+            true => parse(bytes, start.len()),
+            false => Err(self.refusal(bytes)),
+        }
+    }
+
+    fn refusal(&self, bytes: &[u8]) -> String {
+        let Self { what, version } = self;
+        let line = bytes
+            .split(|byte| *byte == b'\n')
+            .next()
+            .unwrap_or_default();
+        let line = String::from_utf8_lossy(line);
+        let other = line.strip_prefix(&format!("taut {what} "));
+        match other.and_then(|number| number.parse::<u32>().ok()) {
+            Some(other) => format!(
+                "at its start: it is a {what} of version {other}, this release reads version {version}"
+            ),
+            None => format!("at its start: it is no {what} of this release"),
+        }
+    }
+}
+
+/// What a file holds.
+#[derive(Debug)]
+pub(super) struct Contents<T> {
+    /// Its records in order.
+    pub records: Vec<T>,
+    /// Bytes at its end of a record that was not finished.
+    pub torn: usize,
+}
+
+impl<T> Default for Contents<T> {
+    fn default() -> Self {
+        Self {
+            records: Vec::new(),
+            torn: 0,
+        }
+    }
+}
+
+/// The records of a file that stand from byte `start` on.
+///
+/// # Errors
+/// Where it is damaged, and how.
+fn parse<T: DeserializeOwned>(bytes: &[u8], start: usize) -> Result<Contents<T>, String> {
+    let mut rest = &bytes[start..];
+    let mut records = Vec::new();
+    while let Some((record, after)) =
+        next(rest).map_err(|how| format!("at byte {}: {how}", bytes.len() - rest.len()))?
+    {
+        records.push(record);
+        rest = after;
+    }
+    Ok(Contents {
+        records,
+        torn: rest.len(),
+    })
+}
+
+/// The first record and the bytes after it; `None` where none is whole.
+fn next<T: DeserializeOwned>(bytes: &[u8]) -> Result<Option<(T, &[u8])>, String> {
+    let Some((header, after)) = bytes.split_first_chunk::<HEADER>() else {
+        return Ok(None);
+    };
+    let length = u32::from_le_bytes([header[0], header[1], header[2], header[3]]) as usize;
+    let Some((payload, rest)) = after.split_at_checked(length) else {
+        return Ok(None);
+    };
+    if header[4..] != checksum(payload) {
+        return Err("a checksum is wrong".to_owned());
+    }
+    let record = bincode::serde::decode_from_slice(payload, bincode::config::standard());
+    let (record, read) = record.map_err(|error| error.to_string())?;
+    match read == length {
+        true => Ok(Some((record, rest))),
+        false => Err("a record is longer than it should be".to_owned()),
+    }
+}
+
+fn checksum(payload: &[u8]) -> [u8; 8] {
+    let digest = Sha256::digest(payload);
+    std::array::from_fn(|index| digest[index])
+}
+
+/// Appends a record to bytes.
+///
+/// # Errors
+/// One that is too large, or cannot be written as bytes.
+pub(super) fn encode<T: Serialize>(record: &T, bytes: &mut Vec<u8>) -> Result<(), String> {
+    let payload = bincode::serde::encode_to_vec(record, bincode::config::standard());
+    let payload = payload.map_err(|error| error.to_string())?;
+    if payload.len() > RECORD_MAX {
+        return Err(format!(
+            "a record of {} bytes, at most {RECORD_MAX} are kept",
+            payload.len()
+        ));
+    }
+    bytes.extend((payload.len() as u32).to_le_bytes());
+    bytes.extend(checksum(&payload));
+    bytes.extend(payload);
+    Ok(())
+}

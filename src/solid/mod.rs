@@ -1,0 +1,111 @@
+//! Solids: shapes made ready for checking, once, in their own frame, and what is asked of two of
+//! them: how far apart they are, where they touch, how deep they overlap. Where a solid stands, who
+//! carries it and whom it may touch is said elsewhere, so that none of this makes anything anew.
+
+// A new kind of shape, core or joint is an error here, not another one's arm.
+#![deny(clippy::wildcard_enum_match_arm)]
+
+pub mod contact;
+pub mod convex_hull;
+pub mod core;
+pub mod cover;
+pub mod distance;
+pub mod hulls;
+mod inside;
+pub mod penetration;
+pub mod piece;
+pub mod query;
+pub mod transform;
+pub mod tree;
+
+use serde::{Deserialize, Serialize};
+
+use crate::math::Vec3;
+use crate::shape::PlacedShape;
+use convex_hull::ConvexHull;
+use cover::Ball;
+use hulls::SolidHulls;
+use piece::Piece;
+use tree::BallTree;
+
+pub use contact::{Contact, TOUCHING_M};
+pub use transform::Transform;
+
+/// Shapes that move as one, made ready for checking.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Solid {
+    /// Its pieces, in its own frame.
+    pub tree: BallTree,
+    /// A point of every connected part of its surface, for asking whether the part is inside a
+    /// mesh.
+    pub anchors: Vec<Vec3>,
+    /// Pieces that belong to closed surfaces (mesh triangles): only these can hide something
+    /// inside.
+    pub hollow: bool,
+    /// Some of these surfaces are not closed or do not face one way: what is inside of them is a
+    /// guess.
+    pub is_open: bool,
+    /// Balls that enclose it together: what the filter sees of it where it moves.
+    pub cover: Vec<Ball>,
+    /// Boxes and cylinders that enclose it: what the filter sees of it where it stands.
+    pub hulls: SolidHulls,
+    /// Its convex hull, a little too large, unless it has too many pieces.
+    pub convex_hull: Option<ConvexHull>,
+}
+
+impl Solid {
+    /// The solid of at least one shape.
+    pub fn new(shapes: &[PlacedShape]) -> Self {
+        let mut pieces = Vec::new();
+        let mut anchors = Vec::new();
+        let mut hollow = false;
+        let mut is_open = false;
+        for placed in shapes {
+            let first = pieces.len();
+            Piece::append_of(placed, &mut pieces);
+            match placed.shape.mesh() {
+                Some(mesh) => {
+                    hollow = true;
+                    is_open |= !mesh.has_inside();
+                    anchors.extend(
+                        mesh.parts()
+                            .into_iter()
+                            .map(|vertex| placed.pose.transform_point(vertex)),
+                    );
+                }
+                None => anchors.extend(pieces[first..].iter().map(Piece::center)),
+            }
+        }
+        let tree = BallTree::new(pieces);
+        let cover = cover::balls(&tree);
+        let hulls = SolidHulls::new(tree.pieces());
+        let convex_hull = ConvexHull::new(&tree);
+        Self {
+            tree,
+            anchors,
+            hollow,
+            is_open,
+            cover,
+            hulls,
+            convex_hull,
+        }
+    }
+
+    /// All points within `padding` (m) of the solid. Pieces are cores swept by a ball, and so they
+    /// stay: the ball is larger, the tree over them the same.
+    #[must_use]
+    pub fn padded(&self, padding: f64) -> Self {
+        Self {
+            tree: self.tree.padded(padding),
+            anchors: self.anchors.clone(),
+            hollow: self.hollow,
+            is_open: self.is_open,
+            cover: self.cover.iter().map(|ball| ball.padded(padding)).collect(),
+            hulls: self.hulls.padded(padding),
+            convex_hull: self
+                .convex_hull
+                .as_ref()
+                .map(|convex_hull| convex_hull.padded(padding)),
+        }
+    }
+}
