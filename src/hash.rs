@@ -4,7 +4,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::math::{Pose, Vec3};
 
-/// Vertices or triangles that are hashed by one call.
+/// Numbers, vertices or triangles that are hashed by one call.
 const PORTION: usize = 4096;
 
 /// Collects content; equal content gives equal hashes on every machine.
@@ -21,9 +21,16 @@ impl ContentHasher {
 
     /// Exact bits of numbers.
     pub fn floats(&mut self, values: &[f64]) -> &mut Self {
-        for value in values {
-            self.0.update(value.to_bits().to_le_bytes());
+        for part in values.chunks(PORTION) {
+            let bits = part.iter().flat_map(|value| value.to_bits().to_le_bytes());
+            self.0.update(bits.collect::<Vec<u8>>());
         }
+        self
+    }
+
+    /// Bytes as they are.
+    pub fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
+        self.0.update(bytes);
         self
     }
 

@@ -2,8 +2,9 @@
 #![cfg(feature = "daemon")]
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 
 struct Run {
     exit: i32,
@@ -11,17 +12,20 @@ struct Run {
     err: String,
 }
 
-fn taut(arguments: &[&str]) -> Run {
-    let output = Command::new(env!("CARGO_BIN_EXE_taut"))
-        .args(arguments)
-        .output()
-        .unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    Run {
-        exit: output.status.code().unwrap(),
-        out: text(output.stdout),
-        err: text(output.stderr),
+impl Run {
+    fn of(output: Output) -> Self {
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+        Self {
+            exit: output.status.code().unwrap(),
+            out: text(output.stdout),
+            err: text(output.stderr),
+        }
     }
+}
+
+fn taut(arguments: &[&str]) -> Run {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_taut"));
+    Run::of(command.args(arguments).output().unwrap())
 }
 
 fn config(name: &str) -> String {
@@ -388,35 +392,43 @@ fn names_and_numbers_that_do_not_exist_are_told_with_the_valid_ones() {
     }
 }
 
-#[test]
-fn a_bench_has_a_row_for_every_problem_and_bad_ones_do_not_end_it() {
+/// A folder with nothing but this build's `taut`.
+fn alone() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(
-        folder.path().join("bad.json"),
-        "{ \"format\": \"taut-problem/1\" }",
-    )
-    .unwrap();
-    let run = taut(&["bench", folder.path().to_str().unwrap()]);
-    assert_eq!(run.exit, 65);
+    fs::copy(env!("CARGO_BIN_EXE_taut"), folder.path().join("taut")).unwrap();
+    folder
+}
+
+fn bench(folder: &Path) -> Run {
+    let mut command = Command::new(folder.join("taut"));
+    command
+        .args(["bench", "FOLDER", "--at", "1ms", "--help"])
+        .env("PATH", "");
+    Run::of(command.output().unwrap())
+}
+
+#[test]
+fn a_bench_is_the_program_beside_or_one_line_says_how_to_get_it() {
+    let folder = alone();
+    let run = bench(folder.path());
+    assert_eq!(
+        (run.exit, run.out.as_str(), run.err.lines().count()),
+        (67, "", 1)
+    );
     assert!(
-        run.out.contains("bad.json") && run.out.contains("missing field"),
+        run.err.contains("taut-bench") && run.err.contains("`cargo install --path benches`"),
         "{}",
-        run.out
+        run.err
     );
 
-    let arguments = [
-        "--modes", "check", "--filter", "arm_", "--limit", "1", "--format", "json",
-    ];
-    let run = taut(&[&["bench", config("problems").as_str()], &arguments[..]].concat());
-    assert_eq!(run.exit, 0, "{}", run.err);
-    let report: serde_json::Value = serde_json::from_str(&run.out).unwrap();
-    assert_eq!(report["rows"].as_array().unwrap().len(), 1);
+    let program = folder.path().join("taut-bench");
+    fs::write(&program, "#!/bin/sh\necho \"$@\"\nexit 3\n").unwrap();
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+    let run = bench(folder.path());
     assert_eq!(
-        report["rows"][0]["answers"]["check"]["ratio"].as_f64(),
-        Some(1.0)
-    );
-    assert_eq!(
-        report["sets"][0]["modes"]["check"]["valid"].as_u64(),
-        Some(1)
+        (run.exit, run.out.as_str()),
+        (3, "bench FOLDER --at 1ms --help\n"),
+        "{}",
+        run.err
     );
 }

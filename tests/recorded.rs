@@ -5,10 +5,12 @@
 mod common;
 
 use std::process::{Child, Stdio};
+use std::time::Duration;
 
 use common::*;
 use taut_ipc::control::{ControlReply, ControlRequest};
-use taut_ipc::wire::{Code, RequestBody};
+use taut_ipc::deadline_after;
+use taut_ipc::wire::{Code, Mode, RequestBody, RequestHeader};
 
 /// A recording that runs; the daemon has begun it.
 fn record(place: &Place, file: &str) -> Child {
@@ -39,29 +41,42 @@ fn replay(place: &Place, file: &str, exit: i32) -> (serde_json::Value, String) {
     (run.json(), run.err)
 }
 
+/// Sends requests for every shipped problem from four clients at once, over paths of at least so many
+/// waypoints.
+fn load(place: &Place, waypoints: usize, change: fn(&mut RequestHeader)) {
+    std::thread::scope(|scope| {
+        for seed in 0..4 {
+            scope.spawn(move || {
+                let client = place.client();
+                for name in PROBLEMS.iter().cycle().take(5 * PROBLEMS.len()) {
+                    let given = Models::of(&client, name);
+                    let count = waypoints.max(given.path.len() / given.nq());
+                    let request =
+                        given
+                            .long(count)
+                            .request(&client, RequestBody::default(), |header| {
+                                header.mode = Mode::Hybrid.into();
+                                header.seed = seed;
+                                change(header);
+                            });
+                    request.send().unwrap().wait(PATIENCE).unwrap();
+                }
+            });
+        }
+    });
+}
+
 #[test]
 fn a_recorded_load_run_with_scenes_that_change_is_replayed_bit_by_bit() {
     let place = Place::new();
     let _daemon = place.serve("workers = 2");
     let file = place.folder.path().join("run.taut").display().to_string();
     let recording = record(&place, &file);
-    let load = [
-        "load",
-        "--clients",
-        "4",
-        "--duration",
-        "1500ms",
-        "--format",
-        "json",
-    ];
-    for more in [
-        &["--deadline", "3ms"][..],
-        &["--deadline", "200ms", "--mode", "check"],
-        &["--waypoints", "40"],
-    ] {
-        let run = place.taut(&[&load, more].concat());
-        assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
-    }
+    load(&place, 0, |header| {
+        header.deadline_ns = deadline_after(Duration::from_millis(3));
+    });
+    load(&place, 0, |header| header.mode = Mode::Check.into());
+    load(&place, 40, |header| header.work_budget = 6_000);
     let client = place.client();
     let arm = Models::of(&client, "arm_shelf");
     let mut stopped = 0;

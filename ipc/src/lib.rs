@@ -10,6 +10,7 @@ mod instance;
 pub mod limits;
 mod lock;
 pub mod memory;
+pub mod own_daemon;
 pub mod planner;
 pub mod server;
 pub mod services;

@@ -7,6 +7,7 @@ use taut::files::FileError;
 use taut::optimize::RequestError;
 use taut_ipc::ClientError;
 use taut_ipc::control::Refusal;
+use taut_ipc::own_daemon::OwnDaemonError;
 
 use super::code::Code;
 use crate::daemon::DaemonError;
@@ -18,6 +19,7 @@ use crate::daemon::translate::AnswerError;
 pub(super) const USAGE: u8 = 64;
 const BAD_DATA: u8 = 65;
 const UNREADABLE: u8 = 66;
+const NO_PROGRAM: u8 = 67;
 const PANICKED: u8 = 70;
 
 /// Why a command has no answer.
@@ -56,15 +58,20 @@ pub(super) enum CliError {
         /// What it said.
         text: String,
     },
-    /// The demo.
-    #[error(transparent)]
-    Demo(#[from] super::demo::DemoError),
     /// A daemon of the command's own.
     #[error(transparent)]
-    OwnDaemon(#[from] super::own_daemon::OwnDaemonError),
-    /// A load test.
-    #[error(transparent)]
-    Load(#[from] super::load_test::LoadError),
+    OwnDaemon(#[from] OwnDaemonError),
+    /// Ctrl-C, or a signal that asks to end.
+    #[error("interrupted; daemon and planners are stopped")]
+    Interrupted,
+    /// A program of taut's own that is not installed.
+    #[error("no program {name} beside this one or on PATH; install it with `{install}`")]
+    NoProgram {
+        /// Its name.
+        name: &'static str,
+        /// What installs it.
+        install: &'static str,
+    },
     /// The daemon's refusal.
     #[error("{}: {message}{}", code.name(), next_step(*retry_after_ms))]
     Refused {
@@ -154,9 +161,10 @@ impl CliError {
             Self::File(FileError::Unreadable { .. }) | Self::Output { .. } => UNREADABLE,
             Self::File(_) | Self::Model { .. } | Self::Choice(_) | Self::Request { .. } => BAD_DATA,
             Self::Panic { .. } => PANICKED,
-            Self::Demo(error) => error.exit_code(),
             Self::OwnDaemon(error) => error.exit_code(),
-            Self::Load(error) => error.exit_code(),
+            Self::NoProgram { .. } => NO_PROGRAM,
+            // What shells say of a program that Ctrl-C ended.
+            Self::Interrupted => 130,
             Self::Refused { code, .. } => code.exit_code(),
             Self::NoDaemon { .. } => Code::DaemonLost.exit_code(),
             Self::Recording(error) => error.code().exit_code(),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use taut::collision::{CollisionModel, shared_names};
 use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
 use taut::files::{
-    self, FileError, Geometry, Kind, Packages, PathTable, Peer, Problem, Reader, RobotFiles,
+    self, FileError, Geometry, Kind, Packages, PathTable, Problem, Reader, RobotFiles,
 };
 use taut::path::Path;
 use taut::robot::{HeldVariable, RobotModel};
@@ -42,12 +42,6 @@ pub(super) struct Loaded {
     pub weights: Option<Vec<f64>>,
     /// What the request leaves to be known, besides what robot and scene tell.
     pub notes: Vec<Warning>,
-    /// Recorded answers of others, by name.
-    pub peers: std::collections::BTreeMap<String, Peer>,
-    /// The best honest one of them.
-    pub best_honest_peer: Option<(String, Peer)>,
-    /// Recorded checks of their paths with exact meshes, as the file has them.
-    pub mesh_check: serde_json::Value,
 }
 
 impl Loaded {
@@ -233,9 +227,6 @@ fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Lo
         path,
         weights: problem.weights,
         notes: Vec::new(),
-        peers: problem.peers,
-        best_honest_peer: problem.best_honest_peer,
-        mesh_check: problem.mesh_check,
     })
 }
 
@@ -326,8 +317,5 @@ fn bare(
         path,
         weights: None,
         notes,
-        peers: std::collections::BTreeMap::new(),
-        best_honest_peer: None,
-        mesh_check: serde_json::Value::Null,
     })
 }

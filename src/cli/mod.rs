@@ -12,11 +12,10 @@ mod details;
 mod doctor;
 mod error;
 mod export;
+mod format;
 mod layout;
 mod load;
-mod load_test;
 mod models;
-mod own_daemon;
 mod place;
 mod progress;
 mod quantity;
@@ -41,9 +40,10 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use clap::error::ErrorKind;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use error::USAGE;
+use format::Format;
+use progress::progress_bar;
 
 /// Pulls planners' paths taut and proves every answer collision-free.
 #[derive(Parser)]
@@ -62,12 +62,6 @@ enum Command {
     Demo(demo::Arguments),
     #[command(hide = true)]
     DemoPlanner(demo::planner::Arguments),
-    Load(load_test::Arguments),
-    #[command(hide = true)]
-    LoadClient,
-    #[command(hide = true)]
-    LoadEcho,
-    Promises(load_test::promises::Arguments),
     Serve(serve::Arguments),
     Doctor(doctor::Arguments),
     LoadRobot(models::LoadRobot),
@@ -85,22 +79,6 @@ enum Command {
     Why(why::Arguments),
     Record(record::Arguments),
     Replay(replay::Arguments),
-}
-
-/// Format of what goes to standard output.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-enum Format {
-    /// For people.
-    #[default]
-    Table,
-    /// One JSON object per answer.
-    Json,
-}
-
-/// A bar on standard error; it hides itself where that is no terminal.
-fn progress_bar(length: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}  {eta} left");
-    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Runs the command line and gives its exit code: 0 proved, 1 collision, 2 not provable, 64 and
@@ -131,10 +109,6 @@ pub fn main() -> ExitCode {
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::DemoPlanner(arguments) => demo::planner::run(&arguments),
-        Command::Load(arguments) => load_test::run(&arguments),
-        Command::LoadClient => load_test::client::run(),
-        Command::LoadEcho => load_test::bare::serve(),
-        Command::Promises(arguments) => load_test::promises::run(&arguments),
         Command::Serve(arguments) => serve::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::LoadRobot(arguments) => models::load_robot(&arguments),

@@ -92,26 +92,6 @@ impl Svg {
         );
     }
 
-    /// A dot filled with so much of its colour, with a name that a pointer over it shows.
-    pub(super) fn titled_dot(
-        &mut self,
-        [x, y]: Point,
-        radius: f64,
-        class: &str,
-        opacity: f64,
-        title: &str,
-    ) {
-        let place: [(&str, &dyn Display); 5] = [
-            ("class", &class),
-            ("cx", &number(x)),
-            ("cy", &number(y)),
-            ("r", &radius),
-            ("fill-opacity", &format!("{opacity:.2}")),
-        ];
-        self.start("circle", &place);
-        let _ = writeln!(self.text, "><title>{}</title></circle>", escaped(title));
-    }
-
     /// The whole picture.
     pub(super) fn finish(mut self) -> String {
         while !self.open.is_empty() {

@@ -45,4 +45,3 @@ pub use error::DaemonError;
 pub use journal::inspect;
 pub use start::serve;
 pub use taut::translate;
-pub use worker::{HANG_SEED, PANIC_SEED};

@@ -22,11 +22,16 @@ const DEPENDENT: f64 = 1e-8;
 /// Exchanges for each row, after which rounding is going round in circles.
 const EXCHANGES_PER_ROW: usize = 20;
 
-/// A set of rows that no step satisfies: this row, and those active against it.
+/// Why there is no step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Infeasible {
-    /// The row that cannot be satisfied together with the active ones.
-    pub row: usize,
+pub enum Unsolved {
+    /// No step satisfies this row together with those active against it.
+    Infeasible {
+        /// The row that cannot be satisfied.
+        row: usize,
+    },
+    /// `stop` said so.
+    Stopped,
 }
 
 /// Half-spaces, which of them hold the step, and scratch.
@@ -139,13 +144,16 @@ impl ActiveSet {
         }
     }
 
-    /// Goes on until no row is violated.
+    /// Goes on until no row is violated; `stop` is asked before each row that is taken in.
     ///
     /// # Errors
     /// A row that cannot be satisfied together with the active ones; the state is that before it
-    /// was taken in.
-    pub fn solve(&mut self) -> Result<(), Infeasible> {
+    /// was taken in. Or `stop` said so.
+    pub fn solve(&mut self, stop: &mut dyn FnMut() -> bool) -> Result<(), Unsolved> {
         for _ in 0..EXCHANGES_PER_ROW * (self.rows.len() + 1) {
+            if stop() {
+                return Err(Unsolved::Stopped);
+            }
             match self.most_violated() {
                 Some((row, slack)) => self.take_in(row, slack)?,
                 None => break,
@@ -205,7 +213,7 @@ impl ActiveSet {
 
     /// Raises the multiplier of a row until it is satisfied, releasing those whose multipliers come
     /// to 0 on the way.
-    fn take_in(&mut self, row: usize, mut slack: f64) -> Result<(), Infeasible> {
+    fn take_in(&mut self, row: usize, mut slack: f64) -> Result<(), Unsolved> {
         let before = (self.active.clone(), self.multipliers.clone());
         let diagonal = self.entry(row, row);
         let mut multiplier = 0.0;
@@ -232,7 +240,7 @@ impl ActiveSet {
             let by = blocking.map_or(whole, |(_, most)| most);
             if by == f64::INFINITY {
                 self.restore(before);
-                return Err(Infeasible { row });
+                return Err(Unsolved::Infeasible { row });
             }
             multiplier += by;
             slack += by * curvature;

@@ -3,9 +3,9 @@
 
 use std::ops::Range;
 
-use super::progress::Progress;
+use super::best::Change;
+use super::progress::{Progress, Tried};
 use super::task::{SHORTER, columns};
-use crate::validation::SegmentsVerdict;
 
 /// Least gain, as a part of the length, for each waypoint that a candidate adds: waypoints cost
 /// time ever after.
@@ -23,8 +23,6 @@ pub struct Place {
 /// The path, the candidate for a part of it, and scratch.
 pub struct Search<'s, 'r, 'm> {
     pub progress: &'s mut Progress<'r, 'm>,
-    /// Length of the path up to each waypoint.
-    arcs: Vec<f64>,
     /// Columns of each component that may move.
     pub moving: Vec<Range<usize>>,
     /// Flat rows that would replace waypoints `replaced`, the two ends of which they repeat.
@@ -44,8 +42,7 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         let task = progress.task;
         let components = task.space.components().iter();
         let row = vec![0.0; task.space.nq()];
-        let mut search = Self {
-            arcs: Vec::new(),
+        Self {
             moving: components
                 .filter(|component| task.may_move(component))
                 .map(columns)
@@ -58,41 +55,31 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
             straight: row.clone(),
             row,
             progress,
-        };
-        search.measure();
-        search
+        }
     }
 
     pub fn length(&self) -> f64 {
-        self.arcs[self.arcs.len() - 1]
+        self.progress.best.length()
     }
 
-    fn measure(&mut self) {
-        self.arcs.clear();
-        let mut arc = 0.0;
-        self.arcs.push(arc);
-        for i in 1..self.progress.path.len() {
-            let from = self.progress.path.waypoint(i - 1);
-            let to = self.progress.path.waypoint(i);
-            arc += self.progress.task.metric.distance(
-                self.progress.task.space,
-                from,
-                to,
-                &mut self.velocity,
-            );
-            self.arcs.push(arc);
-        }
-        self.progress.length = arc;
+    fn arcs(&self) -> &[f64] {
+        self.progress.best.arcs()
     }
 
     /// Number of stretches between neighbouring fixed waypoints.
     pub fn stretches(&self) -> usize {
-        self.progress.fixed.iter().filter(|fixed| **fixed).count() - 1
+        self.progress
+            .best
+            .fixed()
+            .iter()
+            .filter(|fixed| **fixed)
+            .count()
+            - 1
     }
 
     pub fn whole_stretch(&self, stretch: usize) -> (Place, Place) {
-        let mut ends = (0..self.progress.fixed.len())
-            .filter(|&i| self.progress.fixed[i])
+        let mut ends = (0..self.progress.best.fixed().len())
+            .filter(|&i| self.progress.best.fixed()[i])
             .skip(stretch);
         let mut next = || self.at_waypoint(ends.next().unwrap_or(0));
         (next(), next())
@@ -102,7 +89,7 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         Place {
             segment: waypoint,
             ratio: 0.0,
-            arc: self.arcs[waypoint],
+            arc: self.arcs()[waypoint],
         }
     }
 
@@ -111,10 +98,13 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     pub fn draw_places(&mut self, snapped: f64) -> Option<(Place, Place)> {
         let anywhere = self.progress.random.f64() * self.length();
         let segment = self.segment_at(anywhere);
-        let start = (0..=segment).rev().find(|&i| self.progress.fixed[i])?;
-        let end = (segment + 1..self.progress.fixed.len()).find(|&i| self.progress.fixed[i])?;
-        let other =
-            self.arcs[start] + self.progress.random.f64() * (self.arcs[end] - self.arcs[start]);
+        let start = (0..=segment)
+            .rev()
+            .find(|&i| self.progress.best.fixed()[i])?;
+        let end = (segment + 1..self.progress.best.fixed().len())
+            .find(|&i| self.progress.best.fixed()[i])?;
+        let other = self.arcs()[start]
+            + self.progress.random.f64() * (self.arcs()[end] - self.arcs()[start]);
         let [from, to] = [anywhere.min(other), anywhere.max(other)].map(|arc| {
             let place = self.place_at(arc);
             let nearest = place.segment + usize::from(place.ratio > 0.5);
@@ -129,15 +119,15 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     }
 
     fn segment_at(&self, arc: f64) -> usize {
-        let after = self.arcs.partition_point(|&start| start <= arc);
-        after.clamp(1, self.arcs.len() - 1) - 1
+        let after = self.arcs().partition_point(|&start| start <= arc);
+        after.clamp(1, self.arcs().len() - 1) - 1
     }
 
     fn place_at(&self, arc: f64) -> Place {
         let segment = self.segment_at(arc);
-        let length = self.arcs[segment + 1] - self.arcs[segment];
+        let length = self.arcs()[segment + 1] - self.arcs()[segment];
         let ratio = if length > 0.0 {
-            (arc - self.arcs[segment]) / length
+            (arc - self.arcs()[segment]) / length
         } else {
             0.0
         };
@@ -160,26 +150,26 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         self.replaced = first..last + 1;
         for (side, place) in [from, to].into_iter().enumerate() {
             let start = place.segment;
-            let end = (place.segment + 1).min(self.progress.path.len() - 1);
+            let end = (place.segment + 1).min(self.progress.best.path().len() - 1);
             self.progress.task.space.difference(
-                self.progress.path.waypoint(end),
-                self.progress.path.waypoint(start),
+                self.progress.best.path().waypoint(end),
+                self.progress.best.path().waypoint(start),
                 &mut self.velocity,
             );
             let at = &mut self.ends[side];
             self.progress.task.space.integrate(
-                self.progress.path.waypoint(start),
+                self.progress.best.path().waypoint(start),
                 &self.velocity,
                 place.ratio,
                 at,
             );
             if place.ratio == 0.0 {
-                at.copy_from_slice(self.progress.path.waypoint(start));
+                at.copy_from_slice(self.progress.best.path().waypoint(start));
             }
         }
         self.candidate.clear();
         self.candidate
-            .extend_from_slice(self.progress.path.waypoint(first));
+            .extend_from_slice(self.progress.best.path().waypoint(first));
         push_different(&mut self.candidate, &self.ends[0]);
         let is_straight = straightened.len() == self.progress.task.space.components().len();
         if !is_straight {
@@ -190,17 +180,21 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
             for waypoint in first + 1..last {
                 self.straighten(
                     waypoint,
-                    (self.arcs[waypoint] - from.arc) / (to.arc - from.arc),
+                    (self.arcs()[waypoint] - from.arc) / (to.arc - from.arc),
                     straightened.clone(),
                 );
             }
         }
         push_different(&mut self.candidate, &self.ends[1]);
         // Both ends stand in it, also where the stretch comes back to where it begins.
-        let ends = self.candidate.len() > self.progress.path.nq();
-        if !(ends && self.candidate.ends_with(self.progress.path.waypoint(last))) {
+        let ends = self.candidate.len() > self.progress.best.path().nq();
+        if !(ends
+            && self
+                .candidate
+                .ends_with(self.progress.best.path().waypoint(last)))
+        {
             self.candidate
-                .extend_from_slice(self.progress.path.waypoint(last));
+                .extend_from_slice(self.progress.best.path().waypoint(last));
         }
     }
 
@@ -208,7 +202,7 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     /// others as they were.
     fn straighten(&mut self, waypoint: usize, ratio: f64, straightened: Range<usize>) {
         self.row
-            .copy_from_slice(self.progress.path.waypoint(waypoint));
+            .copy_from_slice(self.progress.best.path().waypoint(waypoint));
         self.progress.task.space.integrate(
             &self.ends[0],
             &self.velocity,
@@ -227,38 +221,34 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         if !self.unroll() {
             return None;
         }
-        let before = self.arcs[self.replaced.end - 1] - self.arcs[self.replaced.start];
-        let gain = before
-            - self
-                .progress
-                .task
-                .length(&self.candidate, &mut self.velocity);
-        let added =
-            (self.candidate.len() / self.progress.path.nq()).saturating_sub(self.replaced.len());
+        let gain = self.progress.best.gain(&self.replaced, &self.candidate);
+        let added = self.candidate_len().saturating_sub(self.replaced.len());
         let least = SHORTER.max(WORTH_A_WAYPOINT * added as f64);
         (gain > least * self.length()).then_some(gain)
     }
 
-    /// [`Progress::unroll_part`] of the candidate.
+    /// [`Best::unroll_part`](super::best::Best::unroll_part) of the candidate.
     fn unroll(&mut self) -> bool {
-        self.progress
-            .unroll_part(&self.replaced, &mut self.candidate, &mut self.tail)
+        let best = &self.progress.best;
+        best.unroll_part(&self.replaced, &mut self.candidate, &mut self.tail)
     }
 
-    /// Proves the candidate's segments, and those that follow where they move by whole turns.
-    pub fn proves(&mut self) -> SegmentsVerdict {
-        match self.progress.prove(&self.candidate) {
-            SegmentsVerdict::Proved if !self.tail.is_empty() => self.progress.prove(&self.tail),
-            verdict => verdict,
+    /// Waypoints of the candidate.
+    fn candidate_len(&self) -> usize {
+        self.candidate.len() / self.progress.task.space.nq()
+    }
+
+    /// Proves the candidate, and what follows where that moves by whole turns, and puts it in its
+    /// place; `replaced` is then where it lies.
+    pub fn try_candidate(&mut self, change: Change) -> Tried {
+        let range = &self.replaced;
+        let tried = self
+            .progress
+            .try_part(range, &self.candidate, &self.tail, change);
+        if tried == Tried::Taken {
+            self.replaced.end = self.replaced.start + self.candidate_len();
         }
-    }
-
-    /// Puts the candidate in its place; `replaced` is then where it lies.
-    pub fn accept(&mut self) {
-        self.progress
-            .replace(self.replaced.clone(), &self.candidate, &self.tail);
-        self.replaced.end = self.replaced.start + self.candidate.len() / self.progress.path.nq();
-        self.measure();
+        tried
     }
 
     /// Whether all components may move: else a straight line moves those that may not otherwise
@@ -269,27 +259,23 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
 
     /// [`Self::drop_needless`] of the whole path.
     pub fn drop_needless_of_all(&mut self) {
-        self.replaced = 0..self.progress.path.len();
+        self.replaced = 0..self.progress.best.path().len();
         self.drop_needless();
     }
 
     /// Leaves out these waypoints if none is fixed, it gains, and the straight line is proved; says
     /// whether.
     pub fn leave_out(&mut self, waypoints: Range<usize>) -> bool {
-        if self.progress.fixed[waypoints.clone()].contains(&true) {
+        if self.progress.best.fixed()[waypoints.clone()].contains(&true) {
             return false;
         }
         self.replaced = waypoints.start - 1..waypoints.end + 1;
         self.candidate.clear();
         self.candidate
-            .extend_from_slice(self.progress.path.waypoint(waypoints.start - 1));
+            .extend_from_slice(self.progress.best.path().waypoint(waypoints.start - 1));
         self.candidate
-            .extend_from_slice(self.progress.path.waypoint(waypoints.end));
-        let leaves = self.gain().is_some() && self.proves() == SegmentsVerdict::Proved;
-        if leaves {
-            self.accept();
-        }
-        leaves
+            .extend_from_slice(self.progress.best.path().waypoint(waypoints.end));
+        self.gain().is_some() && self.try_candidate(Change::Shortens) == Tried::Taken
     }
 
     /// Drops those waypoints of the candidate just accepted that the path can do without.
@@ -303,30 +289,25 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         let mut waypoint = self.replaced.start + 1;
         let mut end = self.replaced.end - 1;
         while waypoint < end {
-            if self.progress.fixed[waypoint] {
+            if self.progress.best.fixed()[waypoint] {
                 waypoint += 1;
                 continue;
             }
             self.replaced = waypoint - 1..waypoint + 2;
             self.candidate.clear();
             self.candidate
-                .extend_from_slice(self.progress.path.waypoint(waypoint - 1));
+                .extend_from_slice(self.progress.best.path().waypoint(waypoint - 1));
             self.candidate
-                .extend_from_slice(self.progress.path.waypoint(waypoint + 1));
+                .extend_from_slice(self.progress.best.path().waypoint(waypoint + 1));
             // What lies on the straight line between its neighbours is dropped too: not longer is
             // enough.
-            let verdict = if self.unroll() {
-                Some(self.proves())
-            } else {
-                None
-            };
-            match verdict {
-                Some(SegmentsVerdict::Proved) => {
-                    self.accept();
-                    end -= 1;
-                }
-                Some(SegmentsVerdict::Refused(_)) | None => waypoint += 1,
-                Some(SegmentsVerdict::Stopped) => return,
+            let tried = self
+                .unroll()
+                .then(|| self.try_candidate(Change::Simplifies));
+            match tried {
+                Some(Tried::Taken) => end -= 1,
+                Some(Tried::Refused(_) | Tried::NotShorter) | None => waypoint += 1,
+                Some(Tried::Stopped) => return,
             }
         }
     }

@@ -17,12 +17,15 @@ impl Canonical {
     pub fn new(space: &ConfigurationSpace, path: &Path, fixed: &[bool]) -> Self {
         let nq = space.nq();
         let mut rows: Vec<f64> = Vec::with_capacity(path.as_flat().len());
-        let (mut kept, mut origins): (Vec<bool>, Vec<usize>) = (Vec::new(), Vec::new());
+        let mut kept: Vec<bool> = Vec::new();
+        let mut origins: Vec<usize> = Vec::new();
         let mut standing_for = Vec::with_capacity(path.len());
         let mut velocity = vec![0.0; space.nv()];
+        let mut row = vec![0.0; nq];
         for (index, waypoint) in path.waypoints().enumerate() {
             let previous = rows.len().checked_sub(nq).map(|start| &rows[start..]);
-            let row = canonical_row(space, waypoint);
+            row.copy_from_slice(waypoint);
+            normalise_rotations(space, &mut row);
             if let (Some(previous), Some(last)) = (previous, kept.last_mut()) {
                 space.difference(&row, previous, &mut velocity);
                 if velocity.iter().all(|v| *v == 0.0) && !(*last && fixed[index]) {
@@ -49,14 +52,12 @@ impl Canonical {
     }
 }
 
-fn canonical_row(space: &ConfigurationSpace, waypoint: &[f64]) -> Vec<f64> {
-    let mut row = waypoint.to_vec();
+fn normalise_rotations(space: &ConfigurationSpace, row: &mut [f64]) {
     for component in space.components() {
         if let Component::Rotation { q, .. } = *component {
             normalise(&mut row[q..q + 4]);
         }
     }
-    row
 }
 
 fn normalise(quaternion: &mut [f64]) {

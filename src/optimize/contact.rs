@@ -15,14 +15,14 @@
 //! Once nothing more is gained, segments that are pushed on their inside get a waypoint there, and
 //! it goes on.
 
-use super::active_set::ActiveSet;
+use super::active_set::{ActiveSet, Unsolved};
 use super::contacts::{Contacts, Ray};
 use super::cost::{Cost, segment_lengths};
 use super::limits::Limits;
 use super::outcome::{Stage, Termination};
-use super::progress::Progress;
+use super::progress::{Progress, Tried};
 use crate::path::Path;
-use crate::validation::SegmentsVerdict;
+use crate::validation::SegmentRefusal;
 
 /// A segment shorter than this part of the path is no stiffer: neighbours that meet do not lock
 /// each other.
@@ -60,11 +60,11 @@ pub fn optimize(progress: &mut Progress) -> Termination {
     progress.enter(Stage::Contact);
     let mut descent = Descent::new(progress);
     loop {
-        let before = descent.progress.length;
+        let before = descent.progress.best.length();
         if let Some(termination) = descent.converge() {
             return termination;
         }
-        let has_gained = descent.progress.length < before * (1.0 - WORTH_REFINING);
+        let has_gained = descent.progress.best.length() < before * (1.0 - WORTH_REFINING);
         if !(has_gained && descent.refine()) {
             return Termination::Converged;
         }
@@ -103,8 +103,8 @@ struct Descent<'s, 'r, 'm> {
 impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     fn new(progress: &'s mut Progress<'r, 'm>) -> Self {
         let task = progress.task;
-        let path = progress.path.clone();
-        let fixed = progress.fixed.clone();
+        let path = progress.best.path().clone();
+        let fixed = progress.best.fixed().to_vec();
         let size = path.len() * task.space.nv();
         Self {
             contacts: Contacts::new(task),
@@ -139,35 +139,35 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     /// Tries steps from x₀ until one is shorter and proved.
     fn pull(&mut self) -> Pulled {
         self.linearise();
-        self.update_step();
+        if self.update_step().is_none() {
+            return Pulled::Ended(Termination::Stopped);
+        }
         let mut part = self.part;
         for trial in 1..=TRIALS {
             if let Some(termination) = self.progress.must_end() {
                 return Pulled::Ended(termination);
             }
             self.progress.iterations += 1;
-            let length = self
-                .move_trial(part)
-                .filter(|length| self.progress.is_shorter(*length));
-            let Some(length) = length else {
+            if !self.move_trial(part) {
                 if part < SMALLEST_PART {
                     break;
                 }
                 part *= 0.5;
                 continue;
-            };
-            match self.progress.prove(self.trial.as_flat()) {
-                SegmentsVerdict::Stopped => return Pulled::Ended(Termination::Stopped),
-                SegmentsVerdict::Proved => {
+            }
+            match self.try_trial() {
+                (Tried::Stopped, _) => return Pulled::Ended(Termination::Stopped),
+                (Tried::Taken, gain) => {
                     self.part = (GROWTH * part).min(1.0);
-                    return Pulled::By(self.accept(length));
+                    return Pulled::By(gain);
                 }
-                SegmentsVerdict::Refused(_) => {
-                    let apart = self.learn(part);
+                (Tried::NotShorter, _) => unreachable!("a trial is seen to be shorter"),
+                (Tried::Refused(refusal), _) => {
+                    let apart = self.learn(&refusal, part);
                     if trial % PATIENCE == 0 {
                         part = (0.95 * apart).clamp(0.25 * part, 0.9 * part);
-                    } else {
-                        self.update_step();
+                    } else if self.update_step().is_none() {
+                        return Pulled::Ended(Termination::Stopped);
                     }
                 }
             }
@@ -201,47 +201,57 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         );
     }
 
-    /// p ← the minimum of the model under half-spaces and limits.
-    fn update_step(&mut self) {
+    /// p ← the minimum of the model under half-spaces and limits; `None` where stopped.
+    fn update_step(&mut self) -> Option<()> {
         loop {
-            while let Err(infeasible) = self.set.solve() {
-                self.progress
-                    .pinched
-                    .extend(self.contacts.give_way(infeasible, &mut self.set));
-            }
+            self.solve()?;
             self.set.step(&self.cost, &mut self.step);
-            if !self
-                .limits
-                .push_left(&mut self.set, &self.cost, self.path.as_flat(), &self.step)
-            {
-                return;
+            let rows = self.path.as_flat();
+            let stop = &mut *self.progress.stop;
+            let has_left =
+                self.limits
+                    .push_left(&mut self.set, &self.cost, rows, &self.step, stop)?;
+            if !has_left {
+                return Some(());
             }
         }
     }
 
-    /// x₁ ← x₀ ⊕ αp; returns its length, `None` where it cannot be taken.
-    fn move_trial(&mut self, part: f64) -> Option<f64> {
+    /// The multipliers under the half-spaces; those that no step satisfies give way.
+    fn solve(&mut self) -> Option<()> {
+        loop {
+            match self.set.solve(self.progress.stop) {
+                Ok(()) => return Some(()),
+                Err(Unsolved::Stopped) => return None,
+                Err(Unsolved::Infeasible { row }) => {
+                    let pinched = self.contacts.give_way(row, &mut self.set);
+                    self.progress.pinched.extend(pinched);
+                }
+            }
+        }
+    }
+
+    /// x₁ ← x₀ ⊕ αp; says whether it can be taken and is shorter.
+    fn move_trial(&mut self, part: f64) -> bool {
         let task = self.progress.task;
+        let best = &self.progress.best;
         let part = part.min(self.limits.largest_part(self.path.as_flat(), &self.step));
         task.displace(&self.path, &self.fixed, &self.step, part, &mut self.trial);
         self.limits.settle(&self.path, &mut self.trial);
-        let counts = self.progress.unroll(&mut self.trial, &self.fixed);
-        counts.then(|| task.length(self.trial.as_flat(), &mut self.velocity))
+        best.unroll(&mut self.trial, &self.fixed)
+            && best.is_longer_than(task.length(self.trial.as_flat(), &mut self.velocity))
     }
 
     /// Adds a half-space for what was refused of the trial; returns the part of p at which that
     /// pair was seen apart.
-    fn learn(&mut self, part: f64) -> f64 {
-        let Some(refusal) = self.progress.validator.refusal() else {
-            return part;
-        };
+    fn learn(&mut self, refusal: &SegmentRefusal, part: f64) -> f64 {
         let ray = Ray {
             path: &self.path,
             step: &self.step,
             part,
         };
         self.contacts.learn(
-            &refusal,
+            refusal,
             ray,
             self.progress.validator.floors(),
             &self.cost,
@@ -249,13 +259,16 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         )
     }
 
-    /// x₀ ← x₁; returns by which part of the length it is shorter.
-    fn accept(&mut self, length: f64) -> f64 {
-        self.contacts.note_pushes(&self.set);
-        let gain = 1.0 - length / self.progress.length;
-        std::mem::swap(&mut self.path, &mut self.trial);
-        self.progress.adopt(&self.path, &self.fixed, length);
-        gain
+    /// Proves x₁; where that is taken, x₀ ← x₁. Also returns by which part of the length it is
+    /// shorter.
+    fn try_trial(&mut self) -> (Tried, f64) {
+        let before = self.progress.best.length();
+        let tried = self.progress.try_path(&self.trial, &self.fixed);
+        if tried == Tried::Taken {
+            self.contacts.note_pushes(&self.set);
+            std::mem::swap(&mut self.path, &mut self.trial);
+        }
+        (tried, 1.0 - self.progress.best.length() / before)
     }
 
     /// Gives each segment that is pushed on its inside a waypoint there, so that the path can bend;
@@ -265,7 +278,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         let lengths = segment_lengths(task.space, task.metric, self.path.as_flat());
         let waypoints = self.path.len();
         for (segment, ratio) in self.contacts.pushed_inside() {
-            if lengths[segment] > SHORTEST_SPLIT * self.progress.length {
+            if lengths[segment] > SHORTEST_SPLIT * self.progress.best.length() {
                 let middle = task.space.between(
                     self.path.waypoint(segment),
                     self.path.waypoint(segment + 1),

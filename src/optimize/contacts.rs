@@ -1,7 +1,7 @@
 //! What is known to hold the path: pairs of bodies at ratios of its segments, and their
 //! half-spaces.
 
-use super::active_set::{ActiveSet, Infeasible};
+use super::active_set::ActiveSet;
 use super::cost::Cost;
 use super::half_space::HalfSpace;
 use super::rows::Row;
@@ -258,7 +258,7 @@ impl<'r> Contacts<'r> {
     /// Makes a set that no step satisfies one that some step does: a half-space that asks for more
     /// than the path has is content with what the path has, and one that asks for that is dropped,
     /// so that p = 0 always is a solution. Returns the pair that is pinched, if it was a contact's.
-    pub fn give_way(&self, Infeasible { row }: Infeasible, set: &mut ActiveSet) -> Option<usize> {
+    pub fn give_way(&self, row: usize, set: &mut ActiveSet) -> Option<usize> {
         let asked = set.rows().get(row).right_hand_side;
         set.relax(row, if asked > 0.0 { 0.0 } else { f64::NEG_INFINITY });
         let (_, contact) = self.owners.iter().find(|(owned, _)| *owned == row)?;

@@ -193,9 +193,17 @@ fn segments(rows: &[f64], nq: usize) -> impl Iterator<Item = (&[f64], &[f64])> {
 
 /// Length of each segment of a path given as flat rows.
 pub fn segment_lengths(space: &ConfigurationSpace, metric: &Metric, rows: &[f64]) -> Vec<f64> {
-    let mut velocity = vec![0.0; space.nv()];
-    let length = |(from, to): (&[f64], &[f64])| metric.distance(space, from, to, &mut velocity);
-    segments(rows, space.nq()).map(length).collect()
+    steps(space, metric, rows, &mut vec![0.0; space.nv()]).collect()
+}
+
+/// The same, one after the other; `velocity` is scratch of nv numbers.
+pub fn steps<'s>(
+    space: &'s ConfigurationSpace,
+    metric: &'s Metric,
+    rows: &'s [f64],
+    velocity: &'s mut [f64],
+) -> impl Iterator<Item = f64> + use<'s> {
+    segments(rows, space.nq()).map(move |(from, to)| metric.distance(space, from, to, velocity))
 }
 
 /// Length of a path given as flat rows; `velocity` is scratch of nv numbers.
@@ -205,9 +213,7 @@ pub fn length(
     rows: &[f64],
     velocity: &mut [f64],
 ) -> f64 {
-    segments(rows, space.nq())
-        .map(|(from, to)| metric.distance(space, from, to, velocity))
-        .sum()
+    steps(space, metric, rows, velocity).sum()
 }
 
 fn nodes(rest_lengths: &[f64], fixed: &[bool]) -> Vec<Node> {

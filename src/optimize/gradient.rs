@@ -11,13 +11,13 @@
 //! strictly shorter, so the answer is never worse than the input.
 
 use super::cost::Cost;
-use super::limits::Limits;
+use super::limits::{Limits, Model};
 use super::outcome::{Stage, Termination};
-use super::progress::Progress;
+use super::progress::{Progress, Tried};
 use super::quadratic_step::QuadraticStep;
 use super::rows::{CollisionRow, Row};
 use crate::path::Path;
-use crate::validation::{Hit, SegmentVerdict, SegmentsVerdict};
+use crate::validation::{Hit, SegmentVerdict};
 
 /// α of a cautious trial: the part of the step that is tried while its rows are not yet known.
 const CAUTIOUS_PART: f64 = 0.2;
@@ -75,15 +75,6 @@ impl Stride {
     }
 }
 
-/// What came of a trial.
-#[derive(Clone, Debug, PartialEq)]
-enum Trial {
-    Shorter,
-    NotShorter,
-    Collides { segment: usize },
-    Stopped,
-}
-
 /// Pulls the path taut; returns why that ended.
 pub fn optimize(progress: &mut Progress) -> Termination {
     progress.enter(Stage::Gradient);
@@ -94,16 +85,18 @@ pub fn optimize(progress: &mut Progress) -> Termination {
             return termination;
         }
         descent.progress.iterations += 1;
-        descent.update_step();
+        if descent.update_step().is_none() {
+            return Termination::Stopped;
+        }
         if descent.step_norm == 0.0 {
             return Termination::Converged;
         }
-        let is_last = stride.part() * descent.step_norm < SMALL_STEP * descent.progress.length;
+        let is_last =
+            stride.part() * descent.step_norm < SMALL_STEP * descent.progress.best.length();
         descent.move_trial(stride.part());
-        match descent.validate_trial() {
-            Trial::Stopped => return Termination::Stopped,
-            Trial::Shorter => {
-                descent.accept_trial();
+        match descent.try_trial() {
+            Tried::Stopped => return Termination::Stopped,
+            Tried::Taken => {
                 // After a whole step there is nothing left under these rows, but where the space is
                 // curved.
                 if is_last || (stride == Stride::Full && descent.is_at_minimum()) {
@@ -111,18 +104,19 @@ pub fn optimize(progress: &mut Progress) -> Termination {
                 }
                 stride = Stride::FIRST;
             }
-            Trial::NotShorter => match stride.halved() {
+            Tried::NotShorter => match stride.halved() {
                 Some(halved) => stride = halved,
                 None => return Termination::Converged,
             },
-            Trial::Collides { segment } if stride != Stride::Full => match descent.add_row(segment)
-            {
-                Some(true) => stride = Stride::Full,
-                Some(false) => return Termination::Converged,
-                None => return Termination::Stopped,
-            },
+            Tried::Refused(refusal) if stride != Stride::Full => {
+                match descent.add_row(refusal.segment) {
+                    Some(true) => stride = Stride::Full,
+                    Some(false) => return Termination::Converged,
+                    None => return Termination::Stopped,
+                }
+            }
             // Too far from the path for its rows to mean anything: no row, the same step.
-            Trial::Collides { .. } => stride = Stride::FIRST,
+            Tried::Refused(_) => stride = Stride::FIRST,
         }
     }
     Termination::IterationLimit
@@ -132,6 +126,7 @@ pub fn optimize(progress: &mut Progress) -> Termination {
 struct Descent<'s, 'r, 'm> {
     /// x₀, proved, and its length.
     progress: &'s mut Progress<'r, 'm>,
+    fixed: Vec<bool>,
     cost: Cost<'r>,
     quadratic: QuadraticStep,
     collision_rows: usize,
@@ -139,7 +134,6 @@ struct Descent<'s, 'r, 'm> {
     collision_row: CollisionRow<'r>,
     /// x₁.
     trial: Path,
-    trial_length: f64,
     /// Whether x₁ can be taken as it is written.
     trial_counts: bool,
     gradient: Vec<f64>,
@@ -157,23 +151,17 @@ struct Descent<'s, 'r, 'm> {
 impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     fn new(progress: &'s mut Progress<'r, 'm>) -> Self {
         let task = progress.task;
-        let path = &progress.path;
-        let cost = Cost::new(
-            task.space,
-            task.metric,
-            path.as_flat(),
-            &progress.fixed,
-            task.moving,
-        );
+        let path = progress.best.path();
+        let fixed = progress.best.fixed().to_vec();
+        let cost = Cost::new(task.space, task.metric, path.as_flat(), &fixed, task.moving);
         let size = path.len() * task.space.nv();
         Self {
             quadratic: QuadraticStep::new(&cost),
             cost,
             collision_rows: 0,
-            limits: Limits::new(task, &progress.fixed),
+            limits: Limits::new(task, &fixed),
             collision_row: CollisionRow::new(task.model, task.space, task.held),
             trial: path.clone(),
-            trial_length: f64::INFINITY,
             trial_counts: true,
             gradient: vec![0.0; size],
             step: vec![0.0; size],
@@ -181,16 +169,18 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             largest_part: 1.0,
             outdated: true,
             velocity: vec![0.0; task.space.nv()],
+            fixed,
             progress,
         }
     }
 
-    /// p ← the minimum of the quadratic model under the rows and the limits, where they changed.
-    fn update_step(&mut self) {
+    /// p ← the minimum of the quadratic model under the rows and the limits, where they changed;
+    /// `None` where stopped.
+    fn update_step(&mut self) -> Option<()> {
         if !self.outdated {
-            return;
+            return Some(());
         }
-        let rows = self.progress.path.as_flat();
+        let rows = self.progress.best.path().as_flat();
         self.cost
             .gradient(rows, &mut self.velocity, &mut self.gradient);
         let quadratic = &mut self.quadratic;
@@ -198,60 +188,45 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         self.largest_part = self.limits.solve(
             quadratic,
             count,
-            &self.cost,
-            rows,
-            &self.gradient,
+            Model {
+                cost: &self.cost,
+                path: rows,
+                gradient: &self.gradient,
+            },
             &mut self.step,
-        );
+            self.progress.stop,
+        )?;
         let squares = self
             .step
             .chunks_exact(self.velocity.len())
             .map(|p| self.progress.task.metric.norm(p).powi(2));
         self.step_norm = self.largest_part * squares.sum::<f64>().sqrt();
         self.outdated = false;
+        Some(())
     }
 
     /// Whether the model promises no more than a small step.
     fn is_at_minimum(&mut self) -> bool {
-        self.update_step();
-        self.step_norm < SMALL_STEP * self.progress.length
+        self.update_step().is_some() && self.step_norm < SMALL_STEP * self.progress.best.length()
     }
 
     /// x₁ ← x₀ ⊕ αp; what may not move keeps its bits.
     fn move_trial(&mut self, part: f64) {
-        let Progress {
-            task, path, fixed, ..
-        } = &*self.progress;
-        task.displace(
-            path,
-            fixed,
-            &self.step,
-            part.min(self.largest_part),
-            &mut self.trial,
-        );
-        self.limits.settle(path, &mut self.trial);
-        self.trial_counts = self.progress.unroll(&mut self.trial, &self.progress.fixed);
-        self.trial_length = task.length(self.trial.as_flat(), &mut self.velocity);
+        let Progress { task, best, .. } = &*self.progress;
+        let part = part.min(self.largest_part);
+        task.displace(best.path(), &self.fixed, &self.step, part, &mut self.trial);
+        self.limits.settle(best.path(), &mut self.trial);
+        self.trial_counts = best.unroll(&mut self.trial, &self.fixed);
     }
 
-    /// Proves the trial, unless one of its segments is refused; what did not move is known.
-    fn validate_trial(&mut self) -> Trial {
+    /// Proves the trial and takes it, if it is shorter; what did not move is known.
+    fn try_trial(&mut self) -> Tried {
         if !self.trial_counts {
-            return Trial::NotShorter;
+            return Tried::NotShorter;
         }
-        match self.progress.prove(self.trial.as_flat()) {
-            SegmentsVerdict::Proved if self.progress.is_shorter(self.trial_length) => {
-                Trial::Shorter
-            }
-            SegmentsVerdict::Proved => Trial::NotShorter,
-            SegmentsVerdict::Refused(segment) => Trial::Collides { segment },
-            SegmentsVerdict::Stopped => Trial::Stopped,
-        }
-    }
-
-    fn accept_trial(&mut self) {
-        self.progress.take(&mut self.trial, self.trial_length);
-        self.outdated = true;
+        let tried = self.progress.try_path(&self.trial, &self.fixed);
+        self.outdated |= tried == Tried::Taken;
+        tried
     }
 
     /// Adds one row for the first collision of a refused segment: false where no independent one is
@@ -273,7 +248,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         };
         let ratio = hit.t;
         let mut q_coll = self.between(&self.trial, segment, ratio);
-        let q_free = self.between(&self.progress.path, segment, ratio);
+        let q_free = self.between(self.progress.best.path(), segment, ratio);
         let mut q_clear = q_free.clone();
         self.quadratic.truncate(self.collision_rows);
         for _ in 0..=BISECTIONS {

@@ -41,7 +41,7 @@ pub fn optimize(progress: &mut Progress) -> Termination {
         rests: false,
     }; STAGES.len()];
     while let Some(next) = most_promising(&prospects) {
-        let length = progress.length;
+        let length = progress.best.length();
         let work = progress.validator.work();
         let termination = STAGES[next](progress);
         if !matches!(
@@ -53,7 +53,7 @@ pub fn optimize(progress: &mut Progress) -> Termination {
         if let Some(termination) = shortcut::leave_out_needless(progress) {
             return termination;
         }
-        let gain = 1.0 - progress.length / length;
+        let gain = 1.0 - progress.best.length() / length;
         prospects[next].rate = gain / (progress.validator.work() - work).max(1) as f64;
         if gain >= WORTHWHILE {
             prospects

@@ -74,6 +74,17 @@ impl Limited {
     }
 }
 
+/// The quadratic model of the cost at a path.
+#[derive(Clone, Copy)]
+pub struct Model<'a> {
+    /// H.
+    pub cost: &'a Cost<'a>,
+    /// The path, flat rows.
+    pub path: &'a [f64],
+    /// g there, one row of nv numbers for each waypoint.
+    pub gradient: &'a [f64],
+}
+
 /// The limits of a robot's variables, and those that hold the step now.
 #[derive(Clone, Debug)]
 pub struct Limits {
@@ -110,23 +121,27 @@ impl Limits {
     }
 
     /// Writes the step of the first `collision_rows` rows of `quadratic` and of those limits that
-    /// hold it; `path` is flat rows. Limit rows of the last step are dropped and found again.
+    /// hold it. Limit rows of the last step are dropped and found again.
     ///
     /// Returns the largest part of the step that keeps all limits: 1 unless the rows leave no such
-    /// step.
+    /// step. `None` where stopped: `stop` is asked at every row.
     pub fn solve(
         &mut self,
         quadratic: &mut QuadraticStep,
         collision_rows: usize,
-        cost: &Cost<'_>,
-        path: &[f64],
-        gradient: &[f64],
+        model: Model<'_>,
         step: &mut [f64],
-    ) -> f64 {
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<f64> {
+        let Model {
+            cost,
+            path,
+            gradient,
+        } = model;
         for round in 0..ROUNDS {
             quadratic.truncate(collision_rows);
             let wanted = self.active.len();
-            self.append_active(quadratic, cost, path);
+            self.append_active(quadratic, cost, path, stop)?;
             quadratic.solve(cost, gradient, step);
             let multipliers = &quadratic.multipliers()[collision_rows..];
             if round < ROUNDS_AT_ONCE {
@@ -141,7 +156,7 @@ impl Limits {
                 break;
             }
         }
-        self.largest_part(path, step)
+        Some(self.largest_part(path, step))
     }
 
     /// Forgets the limits that hold the step.
@@ -150,14 +165,15 @@ impl Limits {
     }
 
     /// Adds a half-space for every limit that the step leaves and that has none yet; false where
-    /// there is none.
+    /// there is none, `None` where stopped.
     pub fn push_left(
         &mut self,
         set: &mut ActiveSet,
         cost: &Cost<'_>,
         path: &[f64],
         step: &[f64],
-    ) -> bool {
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<bool> {
         let mut left = std::mem::take(&mut self.next);
         let active = &self.active;
         left.clear();
@@ -167,6 +183,9 @@ impl Limits {
             }
         });
         for held in &left {
+            if stop() {
+                return None;
+            }
             let variable = &self.limited[held.limited];
             let room = variable.room(held.side, path[held.waypoint * self.nq + variable.q]);
             let inwards = if held.side == Side::Lower { 1.0 } else { -1.0 };
@@ -182,7 +201,7 @@ impl Limits {
         }
         self.active.extend_from_slice(&left);
         self.next = left;
-        !self.next.is_empty()
+        Some(!self.next.is_empty())
     }
 
     /// Brings what rounding left outside its limits back to them; `from` is the path that the step
@@ -200,12 +219,24 @@ impl Limits {
         }
     }
 
-    /// Appends the rows of the active limits; those that depend on others are dropped.
-    fn append_active(&mut self, quadratic: &mut QuadraticStep, cost: &Cost<'_>, path: &[f64]) {
+    /// Appends the rows of the active limits; those that depend on others are dropped. `None` where
+    /// stopped.
+    fn append_active(
+        &mut self,
+        quadratic: &mut QuadraticStep,
+        cost: &Cost<'_>,
+        path: &[f64],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<()> {
+        let mut is_stopped = false;
         let nq = self.nq;
         let limited = &self.limited;
         let unit = &mut self.unit;
         self.active.retain(|held| {
+            is_stopped = is_stopped || stop();
+            if is_stopped {
+                return true;
+            }
             let variable = &limited[held.limited];
             unit[variable.v] = 1.0;
             let right_hand_side = variable.room(held.side, path[held.waypoint * nq + variable.q]);
@@ -219,6 +250,7 @@ impl Limits {
             unit[variable.v] = 0.0;
             independent
         });
+        (!is_stopped).then_some(())
     }
 
     /// `next` = the active limits that push inwards, and all that the step leaves.

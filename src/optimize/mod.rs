@@ -1,6 +1,8 @@
 //! The method: from a proved path to ever shorter proved paths. Start reading in [`gradient`].
 
 pub mod active_set;
+mod answer;
+pub mod best;
 mod candidate;
 mod canonical;
 pub mod contact;
@@ -20,7 +22,9 @@ pub mod progress;
 #[cfg(test)]
 mod properties;
 pub mod quadratic_step;
+mod refused;
 pub mod request;
+mod restorer;
 pub mod rows;
 #[cfg(test)]
 mod scenarios;
@@ -30,6 +34,7 @@ mod steps;
 pub mod task;
 #[cfg(test)]
 mod testing;
+mod unroll;
 
 pub use input::{LIMIT_TOLERANCE, QUATERNION_TOLERANCE, RequestError, lower_bound};
 pub use outcome::{

@@ -1,31 +1,34 @@
-//! The best path so far, and what every optimizer needs to better it.
-//!
-//! A step means its numbers ([`configuration`](crate::robot::configuration)): a trial that steps by
-//! more than half a turn means the short way round, and is written as such, with all that follows
-//! whole turns on, before it is proved.
+//! A run of optimizers on one task: what they better the best path with, and whom to tell of it.
 
-use std::f64::consts::TAU;
 use std::ops::Range;
 
+use super::best::{Best, Change};
 use super::outcome::{Stage, StageShare, Termination};
 use super::task::{Improvement, SHORTER, Task};
 use crate::path::Path;
-use crate::robot::configuration::turns_between;
-use crate::validation::{SegmentsVerdict, Validator};
+use crate::validation::{RowsVerdict, SegmentRefusal, Validator};
 
-/// One run on one task: optimizers change `path` only to paths that are proved and strictly
-/// shorter, or to the same motion with fewer waypoints.
+/// What came of a trial.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tried {
+    /// It is proved and taken.
+    Taken,
+    /// It is proved, but not what it was tried for.
+    NotShorter,
+    /// One of its segments is refused.
+    Refused(SegmentRefusal),
+    /// `stop` said so.
+    Stopped,
+}
+
+/// One run on one task.
 pub struct Progress<'r, 'm> {
     /// What is asked.
     pub task: &'r Task<'r>,
     /// Proves.
     pub validator: &'r mut Validator<'m>,
-    /// The best path so far, proved.
-    pub path: Path,
-    /// Its waypoints that must stay as they are, the first and the last among them.
-    pub fixed: Vec<bool>,
-    /// Its length.
-    pub length: f64,
+    /// The best path so far.
+    pub best: Best<'r>,
     /// Pairs whose half-spaces no step satisfied all at the present path.
     pub pinched: Vec<usize>,
     /// Random choices of the whole run.
@@ -36,11 +39,7 @@ pub struct Progress<'r, 'm> {
     pub stop: &'r mut dyn FnMut() -> bool,
     publish: &'r mut dyn FnMut(Improvement),
     stage: Stage,
-    /// The stage that found the path.
-    pub found_by: Stage,
-    /// Whether every segment is proved: the input's may not be, and then the first shorter paths
-    /// may not be either.
-    pub is_proved: bool,
+    found_by: Stage,
     /// Work, length and iterations at the start of the present stage.
     since: (u64, f64, u64),
     shares: Vec<StageShare>,
@@ -49,18 +48,14 @@ pub struct Progress<'r, 'm> {
 impl<'r, 'm> Progress<'r, 'm> {
     /// Starts from a path without equal neighbours but fixed ones.
     pub fn new(
-        task: &'r Task<'r>,
-        path: Path,
-        is_proved: bool,
+        best: Best<'r>,
         validator: &'r mut Validator<'m>,
         stop: &'r mut dyn FnMut() -> bool,
         publish: &'r mut dyn FnMut(Improvement),
     ) -> Self {
-        let length = task.length(path.as_flat(), &mut vec![0.0; task.space.nv()]);
+        let task = best.task();
         Self {
             task,
-            fixed: task.fixed.to_vec(),
-            length,
             pinched: Vec::new(),
             random: fastrand::Rng::with_seed(task.seed),
             iterations: 0,
@@ -68,11 +63,10 @@ impl<'r, 'm> Progress<'r, 'm> {
             publish,
             stage: Stage::Input,
             found_by: Stage::Input,
-            is_proved,
-            since: (validator.work(), length, 0),
+            since: (validator.work(), best.length(), 0),
             shares: Vec::new(),
             validator,
-            path,
+            best,
         }
     }
 
@@ -86,18 +80,10 @@ impl<'r, 'm> Progress<'r, 'm> {
 
     /// What follows counts for `stage`.
     pub fn enter(&mut self, stage: Stage) {
-        let now = (self.validator.work(), self.length, self.iterations);
+        let now = (self.validator.work(), self.best.length(), self.iterations);
         let (work, length, iterations) = self.since;
         if self.stage != Stage::Input {
-            let known = self
-                .shares
-                .iter()
-                .position(|share| share.stage == self.stage);
-            let index = known.unwrap_or_else(|| {
-                self.shares.push(StageShare::new(self.stage));
-                self.shares.len() - 1
-            });
-            let share = &mut self.shares[index];
+            let share = self.share();
             share.work += now.0 - work;
             share.gain += length - now.1;
             share.iterations += now.2 - iterations;
@@ -106,151 +92,91 @@ impl<'r, 'm> Progress<'r, 'm> {
         self.since = now;
     }
 
+    /// The share of the present stage.
+    fn share(&mut self) -> &mut StageShare {
+        let stage = self.stage;
+        let known = self.shares.iter().position(|share| share.stage == stage);
+        let index = known.unwrap_or_else(|| {
+            self.shares.push(StageShare::new(stage));
+            self.shares.len() - 1
+        });
+        &mut self.shares[index]
+    }
+
     /// What each stage has done, in the order in which they first came.
     pub fn shares(&mut self) -> Vec<StageShare> {
         self.enter(Stage::Input);
         std::mem::take(&mut self.shares)
     }
 
-    /// Whether a length is strictly shorter than the path's.
-    pub fn is_shorter(&self, length: f64) -> bool {
-        length < self.length * (1.0 - SHORTER)
+    /// The stage that found the path.
+    pub fn found_by(&self) -> Stage {
+        self.found_by
     }
 
     /// Whether the path is strictly shorter than it was at this length.
     pub fn is_shorter_than(&self, length: f64) -> bool {
-        self.length < length * (1.0 - SHORTER)
+        self.best.length() < length * (1.0 - SHORTER)
     }
 
-    /// Writes all of a trial so that its numbers say how it moves; false where it cannot be taken:
-    /// a rotation of it names no way, or the goal must keep its numbers and would not.
-    pub fn unroll(&self, trial: &mut Path, fixed: &[bool]) -> bool {
-        let has_turned = self.task.space.unroll(trial.as_flat_mut());
-        if has_turned {
-            self.keep_fixed(trial.as_flat_mut(), fixed, 0);
+    /// Proves a whole path with these waypoints fixed, and takes and publishes it if it is strictly
+    /// shorter.
+    pub fn try_path(&mut self, path: &Path, fixed: &[bool]) -> Tried {
+        let tried = match self.validator.prove(path.as_flat(), self.stop) {
+            RowsVerdict::Refused(refusal) => Tried::Refused(refusal),
+            RowsVerdict::Stopped => Tried::Stopped,
+            RowsVerdict::Proved(proved) if self.best.take(&proved, fixed) => Tried::Taken,
+            RowsVerdict::Proved(_) => Tried::NotShorter,
+        };
+        if tried == Tried::Taken {
+            self.publish();
         }
-        let goal_stays = !(has_turned && self.task.keep_goal);
-        goal_stays && self.names_its_way(trial.as_flat())
+        tried
     }
 
-    /// The same for `rows` in the place of the waypoints `range`; where what follows moves by whole
-    /// turns, `tail` gets it, from the last of them on, else nothing.
-    pub fn unroll_part(&self, range: &Range<usize>, rows: &mut [f64], tail: &mut Vec<f64>) -> bool {
-        tail.clear();
-        if self.task.space.unroll(rows) {
-            self.turn_tail(range.end - 1, rows, tail);
-        }
-        (tail.is_empty() || !self.task.keep_goal) && self.names_its_way(rows)
-    }
-
-    /// `tail` ← the waypoints from `first` on, as many whole turns on as the last of `rows` is from
-    /// the first of them.
-    fn turn_tail(&self, first: usize, rows: &mut [f64], tail: &mut Vec<f64>) {
-        let nq = self.path.nq();
-        let at = self.path.waypoint(first);
-        let last = rows.len() - nq;
-        for q in self.task.space.circles() {
-            let turns = turns_between(at[q], rows[last + q]);
-            if turns == 0 {
-                continue;
-            }
-            if tail.is_empty() {
-                tail.extend_from_slice(&self.path.as_flat()[first * nq..]);
-            }
-            tail.iter_mut()
-                .skip(q)
-                .step_by(nq)
-                .for_each(|number| *number += turns as f64 * TAU);
-        }
-        if !tail.is_empty() {
-            let known = self.fixed[..first].iter().filter(|fixed| **fixed).count();
-            self.keep_fixed(tail, &self.fixed[first..], known);
-            rows[last..].copy_from_slice(&tail[..nq]);
+    /// Proves `rows` and, unless it is empty, `tail`, and takes them as [`Best::replace`] does.
+    pub fn try_part(
+        &mut self,
+        range: &Range<usize>,
+        rows: &[f64],
+        tail: &[f64],
+        change: Change,
+    ) -> Tried {
+        let rows = match self.validator.prove(rows, self.stop) {
+            RowsVerdict::Proved(proved) => proved,
+            RowsVerdict::Refused(refusal) => return Tried::Refused(refusal),
+            RowsVerdict::Stopped => return Tried::Stopped,
+        };
+        let tail = match tail {
+            [] => None,
+            tail => match self.validator.prove(tail, self.stop) {
+                RowsVerdict::Proved(proved) => Some(proved),
+                RowsVerdict::Refused(refusal) => return Tried::Refused(refusal),
+                RowsVerdict::Stopped => return Tried::Stopped,
+            },
+        };
+        match self.best.replace(range, &rows, tail.as_ref(), change) {
+            true => Tried::Taken,
+            false => Tried::NotShorter,
         }
     }
 
-    /// Gives the angles of fixed waypoints the caller's numbers and whole turns, exactly; `first`
-    /// fixed ones come before.
-    fn keep_fixed(&self, rows: &mut [f64], fixed: &[bool], first: usize) {
-        let nq = self.path.nq();
-        let fixed_rows = rows
-            .chunks_exact_mut(nq)
-            .zip(fixed)
-            .filter(|(_, fixed)| **fixed)
-            .map(|(row, _)| row);
-        for (row, given) in fixed_rows.zip(self.task.fixed_rows.chunks_exact(nq).skip(first)) {
-            for q in self.task.space.circles() {
-                row[q] = given[q] + turns_between(given[q], row[q]) as f64 * TAU;
-            }
-        }
+    /// Asks for a proof of what has none; says whether all of the path is proved then.
+    pub fn prove_rest(&mut self) -> bool {
+        self.best.prove_rest(self.validator, self.stop)
     }
 
-    fn names_its_way(&self, rows: &[f64]) -> bool {
-        let nq = self.path.nq();
-        let mut segments = rows.chunks_exact(nq).zip(rows.chunks_exact(nq).skip(1));
-        segments.all(|(from, to)| self.task.space.half_turn(from, to).is_none())
-    }
-
-    /// Proves consecutive segments of rows laid end to end.
-    pub fn prove(&mut self, rows: &[f64]) -> SegmentsVerdict {
-        let nq = self.path.nq();
-        let pairs = rows.chunks_exact(nq).zip(rows.chunks_exact(nq).skip(1));
-        self.validator
-            .segments(pairs.map(|(from, to)| [from, to]), self.stop)
-    }
-
-    /// Puts `rows`, which are proved, in the place of the waypoints `range`, whose ends they
-    /// repeat; and `tail`, from the last of them on, in the place of what follows, unless it is
-    /// empty.
-    pub fn replace(&mut self, range: Range<usize>, rows: &[f64], tail: &[f64]) {
-        let count = rows.len() / self.path.nq();
-        if !tail.is_empty() {
-            self.path.splice(range.end - 1..self.path.len(), tail);
-        }
-        self.fixed.splice(
-            range.start + 1..range.end - 1,
-            std::iter::repeat_n(false, count - 2),
-        );
-        self.path.splice(range, rows);
-    }
-
-    /// Takes another path with the same waypoints fixed; it is proved and strictly shorter.
-    pub fn take(&mut self, path: &mut Path, length: f64) {
-        std::mem::swap(&mut self.path, path);
-        self.length = length;
-        self.publish();
-    }
-
-    /// Takes another path with other fixed waypoints; it is proved and strictly shorter.
-    pub fn adopt(&mut self, path: &Path, fixed: &[bool], length: f64) {
-        self.path.clone_from(path);
-        self.fixed.clear();
-        self.fixed.extend_from_slice(fixed);
-        self.length = length;
-        self.publish();
-    }
-
-    /// Tells of the path, which has become shorter, if all of it is proved.
+    /// Tells of the path, which has become shorter, if all of it is proved: each optimizer proves
+    /// what it changes, and what it left of an input that is not proved may still not be provable.
     pub fn publish(&mut self) {
-        if !self.is_proved {
-            // Each optimizer proves what it changes; what it left of the input may still not be
-            // provable.
-            self.is_proved =
-                self.validator.segments(self.path.segments(), self.stop) == SegmentsVerdict::Proved;
-        }
-        if self.is_proved {
+        if self.prove_rest() {
             self.found_by = self.stage;
-            let path = &self.path;
-            let length = self.length;
-            let iterations = self.iterations;
-            let stage = self.stage;
-            let work = self.validator.work();
             (self.publish)(Improvement {
-                path,
-                length,
-                iterations,
-                work,
-                stage,
+                path: self.best.path(),
+                length: self.best.length(),
+                iterations: self.iterations,
+                work: self.validator.work(),
+                stage: self.stage,
             });
         }
     }

@@ -5,10 +5,10 @@
 //! moving as before ("partial shortcut"). A candidate counts only when every segment that changed
 //! is proved and the path is strictly shorter. It never reaches across a fixed waypoint.
 
+use super::best::Change;
 use super::candidate::Search;
 use super::outcome::{Stage, Termination};
-use super::progress::Progress;
-use crate::validation::SegmentsVerdict;
+use super::progress::{Progress, Tried};
 
 /// A candidate that gains less than this part of the length counts as a failure, though it is
 /// taken.
@@ -102,10 +102,10 @@ fn partial_with(progress: &mut Progress, patience: Patience) -> Termination {
 pub fn leave_out_waypoints(progress: &mut Progress) -> Option<Termination> {
     progress.enter(Stage::Shortcut);
     let mut search = Search::new(progress);
-    let mut stride = (search.progress.path.len() - 1) * 2 / 3;
+    let mut stride = (search.progress.best.path().len() - 1) * 2 / 3;
     while stride >= 2 && search.moves_everything() {
         let mut from = 0;
-        while from + stride < search.progress.path.len() {
+        while from + stride < search.progress.best.path().len() {
             if let Some(termination) = search.progress.must_end() {
                 return Some(termination);
             }
@@ -124,7 +124,7 @@ pub fn leave_out_waypoints(progress: &mut Progress) -> Option<Termination> {
 /// straight line.
 pub fn leave_out_needless(progress: &mut Progress) -> Option<Termination> {
     progress.enter(Stage::Shortcut);
-    let before = progress.length;
+    let before = progress.best.length();
     let mut search = Search::new(progress);
     search.drop_needless_of_all();
     if progress.is_shorter_than(before) {
@@ -142,7 +142,7 @@ impl Search<'_, '_, '_> {
         propose: &mut dyn FnMut(&mut Self) -> Option<()>,
     ) -> Termination {
         let mut failures = 0;
-        if self.progress.path.len() < 3 {
+        if self.progress.best.path().len() < 3 {
             return Termination::Converged;
         }
         while failures < self.failures(patience) {
@@ -154,10 +154,10 @@ impl Search<'_, '_, '_> {
             let Some(gain) = propose(self).and_then(|()| self.gain()) else {
                 continue;
             };
-            match self.proves() {
-                SegmentsVerdict::Refused(_) => continue,
-                SegmentsVerdict::Stopped => return Termination::Stopped,
-                SegmentsVerdict::Proved => self.accept(),
+            match self.try_candidate(Change::Shortens) {
+                Tried::Refused(_) | Tried::NotShorter => continue,
+                Tried::Stopped => return Termination::Stopped,
+                Tried::Taken => {}
             }
             if gain >= WORTHWHILE * self.length() {
                 failures = 0;
@@ -169,7 +169,7 @@ impl Search<'_, '_, '_> {
     }
 
     fn failures(&self, patience: Patience) -> u64 {
-        let waypoints = self.progress.path.len() as u64;
+        let waypoints = self.progress.best.path().len() as u64;
         let components = self.moving.len() as u64;
         patience
             .least

@@ -66,9 +66,18 @@ impl Path {
 
     /// Content hash of the exact bits.
     pub fn hash(&self) -> u64 {
+        self.hasher().finish()
+    }
+
+    /// All of the SHA-256 of the exact bits, four little-endian words.
+    pub fn digest(&self) -> [u64; 4] {
+        self.hasher().finish_digest()
+    }
+
+    fn hasher(&self) -> ContentHasher {
         let mut hasher = ContentHasher::default();
         hasher.floats(&self.rows);
-        hasher.finish()
+        hasher
     }
 }
 

@@ -9,7 +9,6 @@ use crate::path::Path;
 use crate::robot::RobotModel;
 use crate::validation::{Certificate, HitReason, SegmentClaim};
 use crate::warning::Warning;
-use sha2::{Digest, Sha256};
 use taut_ipc::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_WARNINGS, MAX_WARNINGS_TEXT};
 use taut_ipc::wire::{
     ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalReason,
@@ -141,7 +140,7 @@ pub(super) fn segments(certificate: &Certificate) -> Vec<CertificateSegment> {
 /// What it is about.
 pub(super) fn head(certificate: &Certificate, path: &Path) -> CertificateHead {
     CertificateHead {
-        path_hash: path_hash(path.as_flat()),
+        path_hash: path.digest(),
         checker_version: certificate.checker_version,
         segments: certificate.segments.len() as u32,
         clearance_m: certificate.clearance_m,
@@ -151,23 +150,6 @@ pub(super) fn head(certificate: &Certificate, path: &Path) -> CertificateHead {
             .map(|claim| u64::from(claim.intervals))
             .sum(),
     }
-}
-
-/// SHA-256 of a path's bits, as the wire has it: four little-endian numbers.
-pub(super) fn path_hash(path: &[f64]) -> [u64; 4] {
-    let mut hasher = Sha256::new();
-    for value in path {
-        hasher.update(value.to_bits().to_le_bytes());
-    }
-    let digest = hasher.finalize();
-    let mut numbers = [0; 4];
-    for (number, bytes) in numbers.iter_mut().zip(digest.chunks_exact(8)) {
-        *number = bytes
-            .iter()
-            .rev()
-            .fold(0, |number, byte| number << 8 | u64::from(*byte));
-    }
-    numbers
 }
 
 /// The place of the smallest clearance, then what holds the path, as far as the section holds it.

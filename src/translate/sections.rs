@@ -16,7 +16,6 @@ use taut_ipc::wire::{
 };
 
 use super::client::AnswerError;
-use super::records::path_hash;
 
 fn vector([x, y, z]: [f64; 3]) -> Vec3 {
     Vec3::new(x, y, z)
@@ -78,7 +77,7 @@ pub(super) fn certificate(
     let Some(head) = view.certificate_head else {
         return Ok(None);
     };
-    if head.path_hash != path_hash(path.as_flat()) {
+    if head.path_hash != path.digest() {
         return Err(AnswerError::OtherPath);
     }
     let claim = |segment: &wire::CertificateSegment| SegmentClaim {

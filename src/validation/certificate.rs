@@ -12,6 +12,9 @@ use crate::collision::CollisionModel;
 use crate::hash::ContentHasher;
 use crate::path::Path;
 
+/// Claims that are hashed by one call.
+const PORTION: usize = 4096;
+
 /// Raised whenever the checker proves or refuses anything differently.
 pub const CHECKER_VERSION: u32 = 3;
 /// From this checker version on a step of an angle column means its numbers, and no proved path has
@@ -60,6 +63,18 @@ pub struct SegmentClaim {
     pub clearance_m: Option<f64>,
     /// Intervals of the proof.
     pub intervals: u32,
+}
+
+impl SegmentClaim {
+    /// The number of its intervals as text, closed by a zero byte, and the bits of its clearance.
+    fn content(&self) -> impl Iterator<Item = u8> + use<> {
+        let clearance = self.clearance_m.unwrap_or(f64::INFINITY);
+        let mut intervals = self.intervals.to_string().into_bytes();
+        intervals.push(0);
+        intervals
+            .into_iter()
+            .chain(clearance.to_bits().to_le_bytes())
+    }
 }
 
 /// What the paths of a request are proved to keep.
@@ -157,9 +172,9 @@ impl Certificate {
             Some(held) => hasher.text("held").floats(held),
             None => hasher.text("defaults"),
         };
-        for segment in &self.segments {
-            hasher.text(&segment.intervals.to_string());
-            hasher.floats(&[segment.clearance_m.unwrap_or(f64::INFINITY)]);
+        for claims in self.segments.chunks(PORTION) {
+            let bytes: Vec<u8> = claims.iter().flat_map(SegmentClaim::content).collect();
+            hasher.bytes(&bytes);
         }
         hasher.finish()
     }

@@ -42,6 +42,9 @@ const MARGIN: f64 = 1.5;
 /// Joint-space motion of the first intervals (rad; translations are divided by the robot's reach).
 const START_WIDTH: f64 = 0.35;
 
+/// Segments that are laid out between two questions whether to stop.
+pub(super) const ASKED_EVERY: usize = 256;
+
 /// Reusable memory of a validator; nothing in it outlives a request but its capacity.
 #[derive(Debug, Default)]
 pub struct Scratch {
@@ -61,8 +64,6 @@ pub struct Scratch {
     pub(super) wide: Floors,
     /// What this request's validator has proved.
     pub(super) ledger: Ledger,
-    /// What the last search found, while its segments are at hand.
-    pub(super) refusal: Option<SegmentRefusal>,
     /// Where pairs of many pieces lay apart when they were last looked at.
     pub(super) directions: HashMap<usize, Vec3>,
 }
@@ -237,32 +238,56 @@ impl<'a> Validator<'a> {
         segments: impl Iterator<Item = [&'q [f64]; 2]>,
         stop: &mut dyn FnMut() -> bool,
     ) -> SegmentsVerdict {
-        self.begin();
-        for (number, [from, to]) in segments.enumerate() {
-            if self.known(from, to).is_none() {
-                self.add(from, to);
-                self.scratch.segments.numbers.push(number);
-            }
+        if self.lay_out(segments, stop).is_none() {
+            return SegmentsVerdict::Stopped;
         }
         match self.search(stop) {
             Found::Nothing => SegmentsVerdict::Proved,
-            Found::Refusal(interval, pair, reason) => {
-                let segment = self.scratch.segments.numbers[interval.segment];
-                self.scratch.refusal = Some(SegmentRefusal {
-                    segment,
-                    t: interval.middle,
-                    pair,
-                    reason,
-                });
-                SegmentsVerdict::Refused(segment)
-            }
+            Found::Refusal(interval, pair, reason) => SegmentsVerdict::Refused(SegmentRefusal {
+                segment: self.scratch.segments.numbers[interval.segment],
+                t: interval.middle,
+                pair,
+                reason,
+            }),
             Found::Stopped => SegmentsVerdict::Stopped,
         }
     }
 
-    /// What [`Self::segments`] has just refused; `None` once other segments were looked at.
-    pub fn refusal(&self) -> Option<SegmentRefusal> {
-        self.scratch.refusal
+    /// Takes the segments to be looked at in hand, but for those that are known; `None` where
+    /// stopped.
+    pub(super) fn lay_out<'q>(
+        &mut self,
+        segments: impl Iterator<Item = [&'q [f64]; 2]>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<()> {
+        self.begin();
+        for (number, [from, to]) in segments.enumerate() {
+            if number % ASKED_EVERY == ASKED_EVERY - 1 && stop() {
+                return None;
+            }
+            let known = self.known(from, to);
+            let proof = known.unwrap_or(SegmentProof::EMPTY);
+            self.scratch.segments.in_order.push(proof);
+            if known.is_none() {
+                self.add(from, to);
+                self.scratch.segments.numbers.push(number);
+            }
+        }
+        Some(())
+    }
+
+    /// The proofs of the segments that were laid out, in their order; they are proved.
+    pub(super) fn proofs_in_order(&mut self) -> Vec<SegmentProof> {
+        let Segments {
+            in_order,
+            numbers,
+            proofs,
+            ..
+        } = &mut self.scratch.segments;
+        for (number, proof) in numbers.iter().zip(proofs) {
+            in_order[*number] = *proof;
+        }
+        in_order.clone()
     }
 
     /// The same of one segment; `None` where stopped.
@@ -413,8 +438,8 @@ impl<'a> Validator<'a> {
         scratch.segments.lanes.clear();
         scratch.segments.proofs.clear();
         scratch.segments.numbers.clear();
+        scratch.segments.in_order.clear();
         scratch.segments.is_unconfined = false;
-        scratch.refusal = None;
         scratch.segments.exact = None;
         scratch.lists.clear();
         scratch.queue.clear();

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::SegmentProof;
-use super::continuous::{Scratch, Validator};
+use super::continuous::Validator;
 use super::examine::Until;
 use super::path_proof::ends;
 use crate::path::Path;
@@ -18,31 +18,13 @@ impl Validator<'_> {
         proofs: &mut Vec<SegmentProof>,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<usize> {
-        self.begin();
-        for number in range.clone() {
-            let [from, to] = ends(path, number);
-            if self.known(from, to).is_none() {
-                self.add(from, to);
-                self.scratch.segments.numbers.push(number);
-            }
-        }
+        self.lay_out(range.clone().map(|number| ends(path, number)), stop)?;
         let refused = self.first_refused(stop)?;
-        let Scratch { segments, .. } = &*self.scratch;
-        let end = refused.map_or(range.end, |segment| segments.numbers[segment]);
-        let mut added = segments.numbers.iter().zip(&segments.proofs).peekable();
-        for number in range.start..end {
-            let [from, to] = ends(path, number);
-            let proof = added
-                .next_if(|(of, _)| **of == number)
-                .map(|(_, proof)| *proof);
-            proofs.push(
-                proof
-                    .or_else(|| self.known(from, to))
-                    .expect("a segment is looked at or known"),
-            );
-        }
+        let numbers = &self.scratch.segments.numbers;
+        let count = refused.map_or(range.len(), |segment| numbers[segment]);
+        proofs.extend_from_slice(&self.proofs_in_order()[..count]);
         self.remember_proved();
-        Some(end)
+        Some(range.start + count)
     }
 
     /// Looks at the segments at hand; the first that is refused, if any is. What follows it stays

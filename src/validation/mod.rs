@@ -19,6 +19,7 @@ pub mod path_proof;
 mod poses;
 #[cfg(test)]
 mod probe;
+mod proved;
 pub mod reach;
 pub mod reference;
 mod runs;
@@ -34,6 +35,7 @@ pub use continuous::{Scratch, Validator};
 pub use corridor::Corridor;
 pub use nearest::{Near, Nearest};
 pub use poses::Enclosed;
+pub use proved::{Proved, RowsVerdict};
 
 pub use crate::solid::Contact;
 
@@ -86,12 +88,12 @@ pub enum SegmentVerdict {
 }
 
 /// What is known of several segments that were looked at together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SegmentsVerdict {
     /// All are proved.
     Proved,
-    /// One is refused, by its number; not always the first that would be.
-    Refused(usize),
+    /// One is refused; not always the first that would be.
+    Refused(SegmentRefusal),
     /// `stop` said so before there was a verdict.
     Stopped,
 }

@@ -1,6 +1,6 @@
 //! Proof of a whole path, and the floors that a request's input sets.
 
-use super::{Hit, SegmentProof, SegmentVerdict, SegmentsVerdict, Validator};
+use super::{Hit, Proved, RowsVerdict, SegmentVerdict, Validator};
 use crate::path::Path;
 
 pub use super::input_proof::prove_input;
@@ -10,9 +10,9 @@ pub const LEAST_FLOOR_M: f64 = 1e-6;
 
 /// What is known of a path.
 #[derive(Clone, Debug, PartialEq)]
-pub enum PathVerdict {
-    /// Every segment is proved, in order.
-    Proved(Vec<SegmentProof>),
+pub enum PathVerdict<'p> {
+    /// Every segment is proved.
+    Proved(Proved<'p>),
     /// A segment is refused.
     Refused {
         /// The segment, from 0.
@@ -28,17 +28,24 @@ pub enum PathVerdict {
 
 /// Proves every segment at the validator's floors. A path of one waypoint is a segment that does
 /// not move.
-pub fn prove(
+pub fn prove<'p>(
     validator: &mut Validator,
-    path: &Path,
+    path: &'p Path,
     stop: &mut dyn FnMut() -> bool,
-) -> PathVerdict {
-    // All segments together first: where all is well, each is then remembered.
-    if validator.remembers()
-        && validator.segments(path.segments(), stop) == SegmentsVerdict::Stopped
-    {
-        return PathVerdict::Stopped;
+) -> PathVerdict<'p> {
+    match validator.prove(path.as_flat(), stop) {
+        RowsVerdict::Proved(proved) => PathVerdict::Proved(proved),
+        RowsVerdict::Refused(_) => first_refused(validator, path, stop),
+        RowsVerdict::Stopped => PathVerdict::Stopped,
     }
+}
+
+/// The first segment that is refused, of a path that is not proved.
+fn first_refused<'p>(
+    validator: &mut Validator,
+    path: &'p Path,
+    stop: &mut dyn FnMut() -> bool,
+) -> PathVerdict<'p> {
     let mut proofs = Vec::with_capacity(segments(path));
     for segment in 0..segments(path) {
         let [from, to] = ends(path, segment);
@@ -54,7 +61,7 @@ pub fn prove(
             SegmentVerdict::Stopped => return PathVerdict::Stopped,
         }
     }
-    PathVerdict::Proved(proofs)
+    PathVerdict::Proved(Proved::new(path.as_flat(), proofs))
 }
 
 /// The next floor (m) at which a pair may be proved that was seen at this distance; `None` below

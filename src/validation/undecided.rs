@@ -73,6 +73,8 @@ pub(super) struct Segments {
     pub(super) proofs: Vec<SegmentProof>,
     /// What the caller calls each.
     pub(super) numbers: Vec<usize>,
+    /// The proofs of all that the caller asks for, known ones among them.
+    pub(super) in_order: Vec<SegmentProof>,
     /// Some end is outside of the limits that remote obstacles count on.
     pub(super) is_unconfined: bool,
     /// Segment for which the exact motion was prepared, and the place where its bodies stand.

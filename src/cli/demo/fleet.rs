@@ -1,18 +1,19 @@
 //! The planner processes, all at once, and what they say.
 
 use std::io::{BufRead, BufReader};
+use std::path::PathBuf;
 use std::process::{Child, ChildStdout, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, unbounded};
+use taut_ipc::own_daemon::{self, OwnDaemon, OwnDaemonError};
 
-use super::error::DemoError;
 use super::progress::Progress;
 use super::row::{Message, Row};
 use super::world;
-use crate::cli::own_daemon::{self, Daemon};
+use crate::cli::error::CliError;
 
 /// How often a signal is looked for.
 const TICK: Duration = Duration::from_millis(50);
@@ -28,17 +29,17 @@ pub(super) struct Fleet {
 impl Fleet {
     /// Starts a planner for each row.
     pub(super) fn start(
-        daemon: &Daemon,
+        daemon: &OwnDaemon,
         rows: &[Row],
         deadline: Duration,
-    ) -> Result<Self, DemoError> {
+    ) -> Result<Self, CliError> {
         let (say, said) = unbounded();
         let mut fleet = Self {
             children: Vec::new(),
             said,
         };
         for (index, row) in rows.iter().enumerate() {
-            let mut command = own_daemon::this_program(daemon.instance())?;
+            let mut command = own_daemon::command(&this_program()?, daemon.instance());
             command
                 .arg("demo-planner")
                 .arg(world::problem_file(daemon.folder(), &row.problem));
@@ -64,12 +65,12 @@ impl Fleet {
         deadline: Duration,
         stop: &Arc<AtomicBool>,
         progress: &mut Progress,
-    ) -> Result<(), DemoError> {
+    ) -> Result<(), CliError> {
         let end = Instant::now() + PATIENCE + deadline;
         let mut listening = rows.len();
         while listening > 0 {
             if stop.load(Ordering::Relaxed) {
-                return Err(DemoError::Interrupted);
+                return Err(CliError::Interrupted);
             }
             match self.said.recv_timeout(TICK) {
                 Ok((index, Some(message))) => {
@@ -99,6 +100,15 @@ impl Fleet {
         }
         self.children.clear();
     }
+}
+
+/// The file of this program.
+pub(super) fn this_program() -> Result<PathBuf, CliError> {
+    let file = std::env::current_exe().map_err(|source| OwnDaemonError::Start {
+        program: "taut".into(),
+        source,
+    })?;
+    Ok(file)
 }
 
 /// A planner that closed its pipe is about to end.

@@ -1,6 +1,5 @@
 //! `taut demo`: a daemon of its own, several planner processes at once, a table and a picture.
 
-mod error;
 mod fleet;
 mod motion;
 mod panel;
@@ -15,7 +14,7 @@ mod rrt_connect;
 mod session;
 mod table;
 mod view;
-pub(super) mod world;
+mod world;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -25,11 +24,9 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-
-pub(super) use error::DemoError;
+use taut_ipc::own_daemon::{OwnDaemon, OwnDaemonError};
 
 use super::error::{CliError, stdout};
-use super::own_daemon::{Daemon, OwnDaemonError};
 use super::{Format, quantity, report};
 use fleet::Fleet;
 use progress::Progress;
@@ -75,7 +72,7 @@ struct Report<'a> {
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let start = Instant::now();
     let stop = stop_on_signals()?;
-    let daemon = Daemon::start("demo", &[], world::unpack)?;
+    let daemon = OwnDaemon::start(&fleet::this_program()?, "demo", &[], world::unpack)?;
     let (mut rows, worlds) = read_worlds(arguments, &daemon)?;
     let mut progress = Progress::new(&rows);
     let fleet = Fleet::start(&daemon, &rows, arguments.deadline)?;
@@ -113,7 +110,10 @@ fn stop_on_signals() -> Result<Arc<AtomicBool>, CliError> {
 }
 
 /// A row and a world for each planner, over and over through the shipped problems.
-fn read_worlds(arguments: &Arguments, daemon: &Daemon) -> Result<(Vec<Row>, Vec<World>), CliError> {
+fn read_worlds(
+    arguments: &Arguments,
+    daemon: &OwnDaemon,
+) -> Result<(Vec<Row>, Vec<World>), CliError> {
     let mut rows = Vec::new();
     let mut worlds = Vec::new();
     let names = world::PROBLEMS

@@ -10,7 +10,7 @@ use taut::robot::RobotModel;
 use taut::scene::Scene;
 
 /// Problems by name, each of another robot or another scene than the one before.
-pub(in crate::cli) const PROBLEMS: [&str; 6] = [
+pub(super) const PROBLEMS: [&str; 6] = [
     "arm_window",
     "rooms",
     "arm_shelf",
@@ -46,7 +46,7 @@ const FILES: [(&str, &str); 16] = shipped![
 ];
 
 /// Writes the files below a folder, where daemon and planners read them.
-pub(in crate::cli) fn unpack(folder: &Path) -> io::Result<()> {
+pub(super) fn unpack(folder: &Path) -> io::Result<()> {
     for (name, text) in FILES {
         let file = folder.join(name);
         fs::create_dir_all(file.parent().unwrap_or(folder))?;
@@ -56,7 +56,7 @@ pub(in crate::cli) fn unpack(folder: &Path) -> io::Result<()> {
 }
 
 /// The file of a problem below that folder.
-pub(in crate::cli) fn problem_file(folder: &Path, name: &str) -> PathBuf {
+pub(super) fn problem_file(folder: &Path, name: &str) -> PathBuf {
     folder.join("problems").join(format!("{name}.json"))
 }
 

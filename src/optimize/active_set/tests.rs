@@ -122,7 +122,8 @@ impl Case {
 
     fn solve(&self) -> Solved {
         let mut set = self.with_rows();
-        set.solve().expect("a step is in all half-spaces");
+        set.solve(&mut || false)
+            .expect("a step is in all half-spaces");
         let step = self.step(&mut set);
         Solved { set, step }
     }
@@ -240,7 +241,7 @@ proptest! {
             let mut warm = case.with_rows();
             warm.warm_start(start.into_iter());
             prop_assert!(warm.active().all(|(_, multiplier)| multiplier >= 0.0));
-            prop_assert_eq!(warm.solve(), Ok(()));
+            prop_assert_eq!(warm.solve(&mut || false), Ok(()));
             prop_assert!(apart(&cold.step, &case.step(&mut warm)) < 1e-8);
         }
     }
@@ -251,7 +252,7 @@ proptest! {
         let mut set = case.begin();
         for given in &case.given {
             set.push(&cost(&case.instance), row(given));
-            prop_assert_eq!(set.solve(), Ok(()));
+            prop_assert_eq!(set.solve(&mut || false), Ok(()));
         }
         prop_assert!(apart(&case.solve().step, &case.step(&mut set)) < 1e-8);
     }
@@ -283,11 +284,11 @@ proptest! {
         let (mut set, mut ignored) = (case.with_rows(), Vec::new());
         prop_assume!(!set.rows().is_empty());
         loop {
-            let solved = set.solve();
+            let solved = set.solve(&mut || false);
             if set.active().any(|(_, multiplier)| multiplier > ROUNDING_DECIDES) {
                 return Ok(());
             }
-            let Err(Infeasible { row }) = solved else { break };
+            let Err(Unsolved::Infeasible { row }) = solved else { break };
             let held: Vec<usize> = set.active().map(|(row, _)| row).collect();
             prop_assert!(!held.contains(&row) && set.active().all(|(_, multiplier)| multiplier >= 0.0));
             let (step, mut dense) = (case.step(&mut set), case.dense(&set));
@@ -320,10 +321,10 @@ proptest! {
         let opposite: Vec<f64> = jacobian.iter().map(|j| -j).collect();
         let given = (segment, ratio, opposite, 0.1 - right_hand_side);
         let pushed = set.push(&cost(&case.instance), row(&given)).expect("it moves what the other moves");
-        prop_assert_eq!(set.solve(), Err(Infeasible { row: pushed }));
+        prop_assert_eq!(set.solve(&mut || false), Err(Unsolved::Infeasible { row: pushed }));
         prop_assert!(apart(&step, &case.step(&mut set)) < 1e-8, "a refused row leaves its mark");
         set.relax(pushed, -right_hand_side);
-        prop_assert_eq!(set.solve(), Ok(()));
+        prop_assert_eq!(set.solve(&mut || false), Ok(()));
         prop_assert!(apart(&step, &case.step(&mut set)) < 1e-8);
     }
 }
@@ -375,7 +376,7 @@ fn no_more_rows_are_active_than_the_step_has_coordinates() {
     for seed in 0..3000 {
         let case = Case::random(seed, 3 + seed as usize % 4).with_any(4 + (seed as usize / 4) % 36);
         let mut set = case.with_rows();
-        while let Err(Infeasible { row }) = set.solve() {
+        while let Err(Unsolved::Infeasible { row }) = set.solve(&mut || false) {
             set.relax(row, f64::NEG_INFINITY);
         }
         let active = set.active().count();

@@ -88,12 +88,15 @@ impl Case {
         let part = Limits::new(&task, task.fixed).solve(
             &mut quadratic,
             count,
-            &cost,
-            path,
-            &gradient,
+            Model {
+                cost: &cost,
+                path,
+                gradient: &gradient,
+            },
             &mut step,
+            &mut || false,
         );
-        (step, part, count)
+        (step, part.expect("nobody stops it"), count)
     }
 
     /// The same by Clarabel; `None` where no step keeps rows and limits.
@@ -254,7 +257,19 @@ fn where_more_limits_are_left_than_rows_are_worth_the_step_is_cut() {
     let mut limits = Limits::new(&task, fixed);
     // It pushes every waypoint out.
     let gradient = vec![-1e3; path.len()];
-    let part = limits.solve(&mut quadratic, 0, &cost, path, &gradient, &mut step);
+    let part = limits
+        .solve(
+            &mut quadratic,
+            0,
+            Model {
+                cost: &cost,
+                path,
+                gradient: &gradient,
+            },
+            &mut step,
+            &mut || false,
+        )
+        .expect("nobody stops it");
     assert_eq!(limits.active.len(), MOST_HELD);
     let kept = path
         .iter()

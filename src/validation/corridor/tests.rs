@@ -21,10 +21,10 @@ fn corridor(model: &CollisionModel, path: &Path) -> Option<Corridor> {
         .collect();
     let mut scratch = Scratch::default();
     let mut validator = Validator::new(model, model.robot().space(), &held, FLOOR_M, &mut scratch);
-    let PathVerdict::Proved(mut proofs) = path_proof::prove(&mut validator, path, &mut || false)
-    else {
+    let PathVerdict::Proved(proved) = path_proof::prove(&mut validator, path, &mut || false) else {
         return None;
     };
+    let mut proofs = proved.into_proofs();
     let before: Vec<f64> = proofs.iter().map(|proof| proof.clearance_m).collect();
     validator.widen(path, &mut proofs, &mut || false);
     assert!(

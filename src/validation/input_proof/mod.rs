@@ -15,7 +15,7 @@ use super::path_proof::{PathVerdict, ends, lowered_floor, segments};
 use super::runs::Runs;
 use super::waypoints::Colliding;
 use super::{
-    Contact, Enclosed, Hit, HitReason, SegmentProof, SegmentVerdict, SegmentsVerdict, Validator,
+    Contact, Enclosed, Hit, HitReason, Proved, RowsVerdict, SegmentProof, SegmentVerdict, Validator,
 };
 use crate::path::Path;
 use crate::solid::TOUCHING_M;
@@ -33,12 +33,12 @@ const MANY_WAYPOINTS: usize = 128;
 /// lowered: to the largest of δ/4, δ/16, …, and last
 /// [`LEAST_FLOOR_M`](super::path_proof::LEAST_FLOOR_M), at which it can be proved. Every later path
 /// keeps these floors.
-pub fn prove_input(
+pub fn prove_input<'p>(
     validator: &mut Validator,
-    path: &Path,
+    path: &'p Path,
     may_lower: bool,
     stop: &mut dyn FnMut() -> bool,
-) -> PathVerdict {
+) -> PathVerdict<'p> {
     match validator.enclosed_at(path.waypoint(0), stop) {
         Enclosed::Nothing => {}
         Enclosed::Pair(pair, contact) => return refused_at_start(pair, contact),
@@ -56,7 +56,7 @@ pub fn prove_input(
     proof.verdict(is_finished)
 }
 
-fn refused_at_start(pair: usize, contact: Contact) -> PathVerdict {
+fn refused_at_start(pair: usize, contact: Contact) -> PathVerdict<'static> {
     let hit = Hit {
         reason: HitReason::Collision,
         t: 0.0,
@@ -90,7 +90,7 @@ struct InputProof<'v, 'm, 'p> {
     unproved: Option<(usize, Option<Hit>)>,
 }
 
-impl InputProof<'_, '_, '_> {
+impl<'p> InputProof<'_, '_, 'p> {
     /// `None` where stopped.
     fn search(&mut self, stop: &mut dyn FnMut() -> bool) -> Option<()> {
         if self.path.len() > MANY_WAYPOINTS {
@@ -155,22 +155,11 @@ impl InputProof<'_, '_, '_> {
 
     /// Where all is well this is all that a proof costs.
     fn all_together(&mut self, stop: &mut dyn FnMut() -> bool) -> Option<()> {
-        let count = segments(self.path);
-        if self.validator.remembers() {
-            let all = (0..count).map(|segment| ends(self.path, segment));
-            match self.validator.segments(all, stop) {
-                SegmentsVerdict::Stopped => return None,
-                SegmentsVerdict::Refused(_) => {
-                    self.validator.remember_proved();
-                    return Some(());
-                }
-                SegmentsVerdict::Proved => {}
-            }
-        }
-        self.validator
-            .prove_in_order(self.path, 0..count, &mut self.proofs, stop)?;
-        if self.proofs.len() < count {
-            self.proofs.clear();
+        match self.validator.prove(self.path.as_flat(), stop) {
+            RowsVerdict::Proved(proved) => self.proofs = proved.into_proofs(),
+            // What is proved of it all the same is not proved again.
+            RowsVerdict::Refused(_) => self.validator.remember_proved(),
+            RowsVerdict::Stopped => return None,
         }
         Some(())
     }
@@ -311,7 +300,7 @@ impl InputProof<'_, '_, '_> {
         true
     }
 
-    fn verdict(mut self, is_finished: bool) -> PathVerdict {
+    fn verdict(mut self, is_finished: bool) -> PathVerdict<'p> {
         let proved_prefix = match self.unproved {
             Some((segment, hit)) => segment as f64 + hit.map_or(0.0, |hit| hit.proved_until),
             None => self.proofs.len() as f64,
@@ -333,7 +322,7 @@ impl InputProof<'_, '_, '_> {
                 proved_prefix,
             },
             Some((segment, None)) => unreachable!("segment {segment} is refused nowhere"),
-            None => PathVerdict::Proved(self.proofs),
+            None => PathVerdict::Proved(Proved::new(self.path.as_flat(), self.proofs)),
         }
     }
 

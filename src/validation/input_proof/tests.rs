@@ -70,14 +70,20 @@ fn resampled(rng: &mut fastrand::Rng, model: &CollisionModel, rows: &[f64]) -> V
     fine
 }
 
-struct Run {
-    verdict: PathVerdict,
+struct Run<'p> {
+    verdict: PathVerdict<'p>,
     floors: Vec<f64>,
     /// How often it was asked whether to stop.
     polls: u64,
 }
 
-fn run(model: &CollisionModel, path: &Path, may_lower: bool, layers: Layers, last: u64) -> Run {
+fn run<'p>(
+    model: &CollisionModel,
+    path: &'p Path,
+    may_lower: bool,
+    layers: Layers,
+    last: u64,
+) -> Run<'p> {
     let held: Vec<f64> = model
         .robot()
         .held()
@@ -106,7 +112,7 @@ fn run(model: &CollisionModel, path: &Path, may_lower: bool, layers: Layers, las
     }
 }
 
-fn whole(model: &CollisionModel, path: &Path, may_lower: bool) -> Run {
+fn whole<'p>(model: &CollisionModel, path: &'p Path, may_lower: bool) -> Run<'p> {
     run(model, path, may_lower, Layers::default(), u64::MAX)
 }
 
@@ -214,8 +220,8 @@ proptest! {
             prop_assert!(place <= deep + FINEST, "a collision at {}, the first at {}", place, deep);
         }
         match verdict {
-            PathVerdict::Proved(proofs) => {
-                prop_assert_eq!(proofs.len(), segments(&path));
+            PathVerdict::Proved(proved) => {
+                prop_assert_eq!(proved.proofs().len(), segments(&path));
                 is_free_until(&model, &path, &floors, f64::INFINITY)?;
             }
             PathVerdict::Refused { segment, hit, proved_prefix } => {

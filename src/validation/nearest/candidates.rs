@@ -2,7 +2,8 @@
 
 use std::cmp::Ordering;
 
-use super::super::continuous::Validator;
+use super::super::continuous::{ASKED_EVERY, Validator};
+use super::super::path_proof::{ends, segments};
 use super::super::undecided::{Interval, List, Undecided};
 use super::{FINEST_M, Near};
 use crate::lanes::LANES;
@@ -35,10 +36,11 @@ impl Validator<'_> {
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Vec<Candidate>> {
         self.begin();
-        if path.len() == 1 {
-            self.add(path.waypoint(0), path.waypoint(0));
-        }
-        for [from, to] in path.segments() {
+        for segment in 0..segments(path) {
+            if segment % ASKED_EVERY == 0 && stop() {
+                return None;
+            }
+            let [from, to] = ends(path, segment);
             self.add(from, to);
         }
         let mut found = Vec::new();

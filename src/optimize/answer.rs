@@ -1,0 +1,265 @@
+//! What came of a request, from the form that optimizers work on to the caller's.
+
+use super::input::{Input, lower_bound};
+use super::nearest;
+use super::outcome::{LoweredFloor, Outcome, Refusal, Stage, StageShare, Termination};
+use super::progress::Progress;
+use super::restorer::Restorer;
+use super::settings::Settings;
+use crate::collision::CollisionModel;
+use crate::path::Path;
+use crate::validation::certificate::Terms;
+use crate::validation::{Certificate, Corridor, HitReason, Nearest, SegmentProof, Validator};
+
+/// A request: what the caller gave, and the form of it that optimizers work on.
+#[derive(Clone, Copy)]
+pub(super) struct Question<'q> {
+    pub model: &'q CollisionModel,
+    /// The caller's waypoints.
+    pub path: &'q Path,
+    pub settings: &'q Settings,
+    pub input: &'q Input,
+}
+
+/// What was found, in the form that optimizers work on.
+pub(super) struct Answer {
+    pub path: Path,
+    pub proofs: Option<Vec<SegmentProof>>,
+    pub refusal: Option<Refusal>,
+    pub termination: Termination,
+    /// Pairs with a lowered floor, and their floors (m).
+    lowered: Vec<(usize, f64)>,
+    nearest: Option<Nearest>,
+    /// Length of the input and of the path, where an optimizer has measured them.
+    lengths: Option<[f64; 2]>,
+    iterations: u64,
+    work: u64,
+    stage: Stage,
+    stages: Vec<StageShare>,
+    pinched: Vec<usize>,
+}
+
+impl Answer {
+    /// The input, of which nothing is known.
+    pub fn unproved(question: &Question) -> Self {
+        Self {
+            path: question.input.path.clone(),
+            proofs: None,
+            refusal: None,
+            lowered: Vec::new(),
+            nearest: None,
+            lengths: None,
+            iterations: 0,
+            work: 0,
+            stage: Stage::Input,
+            stages: Vec::new(),
+            pinched: Vec::new(),
+            termination: Termination::Done,
+        }
+    }
+
+    /// The input, refused.
+    pub fn refused(question: &Question, refusal: Refusal) -> Self {
+        Self {
+            refusal: Some(refusal),
+            ..Self::unproved(question)
+        }
+    }
+
+    /// The same without what was proved, which says nothing of a robot without geometry; a
+    /// collision stays one.
+    pub fn unproved_still(self) -> Self {
+        let refusal = self
+            .refusal
+            .filter(|refusal| refusal.reason == HitReason::Collision);
+        Self {
+            proofs: None,
+            refusal,
+            lowered: Vec::new(),
+            termination: Termination::Done,
+            ..self
+        }
+    }
+
+    /// Takes what optimizers have come to.
+    pub fn take(&mut self, mut progress: Progress) {
+        self.iterations = progress.iterations;
+        self.stage = progress.found_by();
+        self.stages = progress.shares();
+        self.pinched = std::mem::take(&mut progress.pinched);
+        self.pinched.sort_unstable();
+        self.pinched.dedup();
+        self.lengths = Some([progress.best.input_length(), progress.best.length()]);
+        (self.path, self.proofs) = progress.best.into_parts();
+    }
+
+    /// Goes back to the input.
+    pub fn reset(&mut self, question: &Question) {
+        self.path.clone_from(&question.input.path);
+        self.lengths = None;
+    }
+
+    /// Adds what is asked for beside the path: what it comes near, how far it may be strayed from.
+    pub fn look_around(
+        &mut self,
+        question: &Question,
+        validator: &mut Validator,
+        stop: &mut dyn FnMut() -> bool,
+    ) {
+        self.lowered = validator.lowered().collect();
+        self.lowered.sort_by_key(|(pair, _)| *pair);
+        self.work = validator.work();
+        let Some(proofs) = &mut self.proofs else {
+            return;
+        };
+        if question.settings.contacts {
+            self.nearest = validator.nearest(&self.path, stop);
+        }
+        if question.settings.corridor {
+            validator.widen(&self.path, proofs, stop);
+        }
+    }
+
+    /// The same in the caller's words and with the caller's waypoints.
+    pub fn into_outcome(mut self, question: &Question) -> Outcome {
+        let Question {
+            model,
+            path,
+            settings,
+            input,
+        } = *question;
+        let is_unchanged = self.path == input.path;
+        let [length_before, length_after, lower_bound] = self.lengths(question);
+        let output = self.output(question, is_unchanged);
+        let floors_lowered = self.floors_lowered(model);
+        let certificate = self.claims(question, is_unchanged).map(|proofs| {
+            Certificate::new(model, &output, terms(question, &floors_lowered), &proofs)
+        });
+        let corridor = certificate
+            .as_ref()
+            .filter(|_| settings.corridor)
+            .map(|certificate| Corridor::new(model, &output, certificate));
+        let nearest = self.nearest.as_ref().map(|nearest| {
+            let callers = is_unchanged.then(|| nearest::segments_of(&input.standing_for));
+            nearest::named(model, nearest, &callers.unwrap_or_default())
+        });
+        Outcome {
+            turned: input.turned(model.robot(), path, &output),
+            path: output,
+            proved: certificate.is_some(),
+            uncheckable: model.uncheckable().filter(|_| self.refusal.is_none()),
+            pairs: model.checked_pairs(),
+            refusal: self.refusal,
+            length_before,
+            length_after,
+            lower_bound,
+            weights: input.metric.weights().to_vec(),
+            clearance_m: settings.clearance_m,
+            floor_m: least_floor_m(settings.clearance_m, &floors_lowered),
+            floors_lowered,
+            nearest,
+            pinched: named_pairs(model, &self.pinched),
+            iterations: self.iterations,
+            work: self.work,
+            stage: if is_unchanged {
+                Stage::Input
+            } else {
+                self.stage
+            },
+            stages: self.stages,
+            termination: self.termination,
+            warnings: [model.uncovered(), input.warnings.clone()].concat(),
+            corridor,
+            certificate,
+        }
+    }
+
+    /// The path as the caller gets it; it is taken out.
+    fn output(&mut self, question: &Question, is_unchanged: bool) -> Path {
+        let Question { path, input, .. } = *question;
+        if is_unchanged {
+            return input.given(path).clone();
+        }
+        let mut output = std::mem::take(&mut self.path);
+        Restorer::new(path, input).restore(&mut output);
+        output
+    }
+
+    /// Length of the input, of the path, and what none can be shorter than.
+    fn lengths(&self, question: &Question) -> [f64; 3] {
+        let Input {
+            space,
+            metric,
+            path,
+            keep_goal,
+            ..
+        } = question.input;
+        let [before, after] = self.lengths.unwrap_or_else(|| {
+            let length = metric.length(space, path.as_flat(), &mut vec![0.0; space.nv()]);
+            [length; 2]
+        });
+        // Without a waypoint on a straight line the sum may be rounded up.
+        let after = after.min(before);
+        // Angles far out are rounded by more than the two may differ.
+        let bound = lower_bound(space, metric, question.path, *keep_goal).min(after);
+        [before, after, bound]
+    }
+
+    fn floors_lowered(&self, model: &CollisionModel) -> Vec<LoweredFloor> {
+        let named = |&(pair, floor_m): &(usize, f64)| LoweredFloor {
+            bodies: model.pair_names(pair),
+            floor_m,
+        };
+        self.lowered.iter().map(named).collect()
+    }
+
+    /// The proofs of the segments that the caller gets.
+    fn claims(&self, question: &Question, is_unchanged: bool) -> Option<Vec<SegmentProof>> {
+        let proofs = self.proofs.as_ref()?;
+        Some(match is_unchanged {
+            true => spread(proofs, &question.input.standing_for),
+            false => proofs.clone(),
+        })
+    }
+}
+
+fn terms(question: &Question, lowered: &[LoweredFloor]) -> Terms {
+    let named = |lowered: &LoweredFloor| {
+        let [a, b] = lowered.bodies.clone();
+        (a, b, lowered.floor_m)
+    };
+    Terms {
+        clearance_m: question.settings.clearance_m,
+        lowered: lowered.iter().map(named).collect(),
+        unwrapped: question.settings.unwrapped,
+        held: question.settings.held.clone(),
+    }
+}
+
+fn least_floor_m(clearance_m: f64, lowered: &[LoweredFloor]) -> f64 {
+    lowered
+        .iter()
+        .map(|lowered| lowered.floor_m)
+        .fold(clearance_m, f64::min)
+}
+
+fn named_pairs(model: &CollisionModel, pairs: &[usize]) -> Vec<[String; 2]> {
+    pairs.iter().map(|&pair| model.pair_names(pair)).collect()
+}
+
+/// Proofs of the caller's segments: one between equal waypoints keeps what the segment beside it
+/// keeps.
+fn spread(proofs: &[SegmentProof], standing_for: &[usize]) -> Vec<SegmentProof> {
+    let of_segment = |ends: &[usize]| match proofs[ends[0].min(proofs.len() - 1)] {
+        proof if ends[0] < ends[1] => proof,
+        proof => SegmentProof {
+            intervals: 0,
+            ..proof
+        },
+    };
+    if standing_for.len() < 2 {
+        proofs.to_vec()
+    } else {
+        standing_for.windows(2).map(of_segment).collect()
+    }
+}
