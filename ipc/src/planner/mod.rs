@@ -23,6 +23,8 @@ mod best;
 mod columns;
 mod error;
 mod models;
+pub mod options;
+mod outlive;
 mod request;
 mod service;
 #[cfg(test)]
@@ -30,15 +32,16 @@ mod tests;
 pub mod words;
 
 pub use answers::Answers;
-pub use best::{Best, Warning};
+pub use best::{Best, Corridor, Warning};
 pub use columns::{Columns, held_at_zero};
 pub use error::{Place, PlannerError, Refused};
 pub use models::EMPTY_SCENE;
-pub use request::Request;
+pub use options::Request;
 pub use service::{Ending, Service, Tell};
 
 use crate::control::{ControlReply, ControlRequest, RobotDescription};
 use crate::instance::Instance;
+use crate::wire::ResponseHeader;
 use crate::{Client, client::retry};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -134,6 +137,22 @@ impl Planner {
         Answers::ask(self, request, path)
     }
 
+    /// The same, and waits for the final answer, whatever happens to the daemon meanwhile: if it
+    /// dies, or has no room now, the request is sent again under the same id, until its deadline,
+    /// or for 5 s where it has none. `improved` gets the header of every improvement; after a loss
+    /// they begin anew.
+    ///
+    /// # Errors
+    /// As [`Self::ask`]; the last loss. An answer that is no success is no error here.
+    pub fn answer(
+        &self,
+        request: &Request,
+        path: &[f64],
+        improved: &mut dyn FnMut(&ResponseHeader),
+    ) -> Result<Best, PlannerError> {
+        outlive::answer(self, request, path, improved)
+    }
+
     /// Sends a control message, to the next daemon if the first dies. What it tells of a robot is
     /// known from then on.
     ///
@@ -159,6 +178,22 @@ impl Planner {
             }
             Link::Here(service) => service.control(message.clone()),
         };
+        self.replied(reply)
+    }
+
+    /// Sends a control message to the daemon that is there: one that makes it stop, or is about it.
+    ///
+    /// # Errors
+    /// As [`Self::control`].
+    pub fn control_once(&self, message: &ControlRequest) -> Result<ControlReply, PlannerError> {
+        let reply = match &self.link {
+            Link::Daemon(client) => client.control(message, PATIENCE)?,
+            Link::Here(service) => service.control(message.clone()),
+        };
+        self.replied(reply)
+    }
+
+    fn replied(&self, reply: ControlReply) -> Result<ControlReply, PlannerError> {
         match reply {
             ControlReply::Refused(refusal) => Err(PlannerError::of_refusal(refusal)),
             ControlReply::Robot(robot) => {

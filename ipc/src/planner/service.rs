@@ -184,10 +184,20 @@ fn work(
         answered.ended |= answer.status == u32::from(Status::Final);
         shared.came.notify_all();
     };
+    let _end = End(shared);
     match RequestView::parse(header, bytemuck::cast_slice(words)) {
         Ok(view) => service.answer(&view, &shared.ending, &tell),
         Err(error) => shared.lock().broken = Some(error),
     }
-    shared.lock().ended = true;
-    shared.came.notify_all();
+}
+
+/// Ends the stream when it is dropped, also by a panic of the service: who waits is not left
+/// waiting.
+struct End<'a>(&'a Shared);
+
+impl Drop for End<'_> {
+    fn drop(&mut self) {
+        self.0.lock().ended = true;
+        self.0.came.notify_all();
+    }
 }
