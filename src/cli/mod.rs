@@ -1,49 +1,50 @@
 //! The command line: one file per subcommand, stable exit codes, one-line errors with the next
 //! step.
 
-mod against;
+mod answer;
+mod answered;
+mod asked;
 mod bench;
 mod check;
-mod choices;
-mod code;
-mod connect;
 mod demo;
 mod details;
 mod doctor;
 mod error;
 mod export;
-mod layout;
+mod format;
+mod instance;
+mod labelled;
 mod load;
 mod load_test;
 mod models;
+mod options;
 mod own_daemon;
 mod place;
+mod prepare;
 mod progress;
 mod quantity;
 mod record;
-mod remote;
 mod replay;
 mod report;
-mod request;
-mod run;
 mod scene;
 mod serve;
 mod shorten;
+mod source;
+mod subject;
 mod svg;
-mod timed;
 mod top;
-mod verify;
 mod view;
-mod watch;
+mod weights;
 mod why;
 
 use std::process::ExitCode;
 
 use clap::Parser;
 use clap::error::ErrorKind;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use error::USAGE;
+use format::Format;
+use progress::progress_bar;
 
 /// Pulls planners' paths taut and proves every answer collision-free.
 #[derive(Parser)]
@@ -85,22 +86,6 @@ enum Command {
     Why(why::Arguments),
     Record(record::Arguments),
     Replay(replay::Arguments),
-}
-
-/// Format of what goes to standard output.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-enum Format {
-    /// For people.
-    #[default]
-    Table,
-    /// One JSON object per answer.
-    Json,
-}
-
-/// A bar on standard error; it hides itself where that is no terminal.
-fn progress_bar(length: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}  {eta} left");
-    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Runs the command line and gives its exit code: 0 proved, 1 collision, 2 not provable, 64 and

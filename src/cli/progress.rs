@@ -1,5 +1,4 @@
-//! That something is being loaded, while it takes long: a line on a terminal, nothing where output
-//! is piped.
+//! That something takes long: a line or a bar on a terminal, nothing where output is piped.
 
 use std::io::IsTerminal;
 use std::path::Path;
@@ -28,13 +27,6 @@ impl Progress {
         bar.enable_steady_tick(Duration::from_millis(80));
         Self(Some(bar))
     }
-
-    /// Says that what was read is being made ready.
-    pub(super) fn preparing(&self, triangles: usize) {
-        if let Some(bar) = &self.0 {
-            bar.set_message(format!("preparing {triangles} triangles"));
-        }
-    }
 }
 
 impl Drop for Progress {
@@ -43,4 +35,10 @@ impl Drop for Progress {
             bar.finish_and_clear();
         }
     }
+}
+
+/// A bar on standard error; it hides itself where that is no terminal.
+pub(super) fn progress_bar(length: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}  {eta} left");
+    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

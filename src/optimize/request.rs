@@ -3,14 +3,14 @@
 use std::f64::consts::TAU;
 
 use super::input::{Input, RequestError, lower_bound};
+use super::mode::Mode;
 use super::nearest;
 use super::outcome::{
     LoweredFloor, Outcome, Refusal, RefusalPlace, Stage, StageShare, Termination,
 };
 use super::progress::Progress;
-use super::settings::{Mode, Settings};
+use super::settings::Settings;
 use super::task::{Improvement, Task};
-use super::{contact, gradient, hybrid, shortcut};
 use crate::collision::{CollisionModel, reach_weights};
 use crate::path::Path;
 use crate::robot::Kinematics;
@@ -227,13 +227,8 @@ impl Answer {
             seed: settings.seed,
             work_budget: validator.work().saturating_add(budget),
         };
-        let optimizer = match settings.mode {
-            Mode::Check => return,
-            Mode::Gradient => gradient::optimize,
-            Mode::RandomShortcut => shortcut::random,
-            Mode::PartialShortcut => shortcut::partial,
-            Mode::Contact => contact::optimize,
-            Mode::Hybrid => hybrid::optimize,
+        let Some(optimizer) = settings.mode.optimizer() else {
+            return;
         };
         let mut progress = Progress::new(
             &task,

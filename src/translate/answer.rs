@@ -16,7 +16,8 @@ use taut_ipc::wire::{
     TurnedColumn, WarningRecord,
 };
 
-use super::records::{self, Names, stage};
+use super::number;
+use super::records::{self, Names};
 
 /// Shortest and longest time (ms) after which a request is sent again that came too early.
 const LEAST_RETRY_MS: u64 = 100;
@@ -150,7 +151,7 @@ pub fn progress(
         code: Code::Success.into(),
         termination: wire::Termination::Running.into(),
         flags: ResponseFlags::PROVED,
-        stage: stage(improvement.stage).into(),
+        stage: number::wire_stage(improvement.stage).into(),
         length_before,
         length_after,
         lower_bound,
@@ -186,7 +187,7 @@ pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>
         } else {
             0
         },
-        stage: stage(outcome.stage).into(),
+        stage: number::wire_stage(outcome.stage).into(),
         length_before: outcome.length_before,
         length_after: outcome.length_after,
         lower_bound: outcome.lower_bound,

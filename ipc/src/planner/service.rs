@@ -25,6 +25,16 @@ pub trait Service: Send + Sync + std::fmt::Debug {
     fn answer(&self, request: &RequestView<'_>, ending: &Ending, tell: &Tell<'_>);
 }
 
+impl<S: Service> Service for Arc<S> {
+    fn control(&self, message: ControlRequest) -> ControlReply {
+        (**self).control(message)
+    }
+
+    fn answer(&self, request: &RequestView<'_>, ending: &Ending, tell: &Tell<'_>) {
+        (**self).answer(request, ending, tell);
+    }
+}
+
 /// Whether a request is to end before it is done.
 #[derive(Debug, Default)]
 pub struct Ending(AtomicU8);

@@ -8,8 +8,8 @@
 
 use std::hint::black_box;
 
+use super::run::thread_cpu;
 use super::statistics::median;
-use crate::cli::run::thread_cpu;
 
 const TABLE: usize = 4096;
 const ROUNDS: u32 = 1_500_000;

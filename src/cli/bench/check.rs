@@ -15,7 +15,7 @@ use taut::validation::{Layers, Queries, Scratch, SegmentVerdict, Validator};
 use super::statistics::median;
 use crate::cli::error::CliError;
 use crate::cli::load::Loaded;
-use crate::cli::report::{geometry_name, length, time};
+use crate::cli::report::{length, time};
 
 /// Joint-space motion between two samples of the sampled check (rad), VAMP's.
 const SAMPLE_RAD: f64 = 1.0 / 32.0;
@@ -142,7 +142,7 @@ pub(super) fn measure(
         [true, false].map(|reuse| run_tests(&model, path, clearance, reuse));
     let both = sampled_s.filter(|_| proved && sampled_free == Some(true));
     Ok(Figures {
-        geometry: geometry_name(loaded.geometry),
+        geometry: loaded.geometry_name(),
         waypoints: path.len(),
         proved,
         proof_s,

@@ -12,10 +12,11 @@ use super::idle::Idle;
 use super::meshes;
 use super::repeats::{self, Combined, Repeat};
 use super::row::{Figures, PeerFigures, Row};
+use super::run as runner;
+use crate::cli::answered::Answered as Timed;
 use crate::cli::error::CliError;
 use crate::cli::load::Loaded;
-use crate::cli::report::{geometry_name, verdict};
-use crate::cli::run::{self as runner, Timed};
+use crate::cli::report::verdict;
 
 /// Runs longer than this are not repeated (s): their times are known well enough.
 const LONG_S: f64 = 2.0;
@@ -27,7 +28,7 @@ pub(super) fn fill(
     loaded: &Loaded,
     workspace: &mut Workspace,
 ) {
-    row.geometry = geometry_name(loaded.geometry);
+    row.geometry = loaded.geometry_name();
     row.mesh_check = meshes::collisions(&loaded.mesh_check);
     let model = match loaded.model() {
         Ok(model) => model,

@@ -17,6 +17,8 @@ mod problems;
 mod repeats;
 mod report;
 mod row;
+pub(in crate::cli) mod rules;
+pub(in crate::cli) mod run;
 mod sections;
 mod statistics;
 mod summary;
@@ -31,12 +33,13 @@ use std::time::Duration;
 use taut::optimize::{Mode, Workspace};
 
 use super::error::{CliError, stdout};
-use super::request::{self, Rules, Source};
+use super::source::Source;
 use super::{Format, load, progress_bar, quantity};
 use from::From;
 use problems::{set_name, stem};
 use report::Report;
 use row::Row;
+use rules::Rules;
 
 /// Shorten every problem of a folder and compare with the recorded answers of others
 ///
@@ -55,7 +58,7 @@ pub(super) struct Arguments {
     /// Folder with problem files, at any depth
     folder: PathBuf,
     /// Optimizers to run, separated by commas; default: all but check
-    #[arg(long, value_delimiter = ',', value_parser = request::mode())]
+    #[arg(long, value_delimiter = ',', value_parser = rules::mode())]
     modes: Vec<Mode>,
     /// Runs of each optimizer on each problem
     #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]

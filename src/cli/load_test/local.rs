@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use taut::optimize::{Mode, Settings, Workspace};
 
 use super::problems::Problem;
-use crate::cli::run::thread_cpu;
+use crate::cli::bench::run::thread_cpu;
 
 /// What the optimizer does with these problems in this process.
 #[derive(Clone, Copy, Debug, Default)]

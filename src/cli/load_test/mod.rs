@@ -19,14 +19,14 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use taut::optimize::{Mode, Settings};
+use taut::optimize::Mode;
 
 pub(super) use error::LoadError;
 
-use super::connect::InstanceChoice;
+use super::bench::rules;
 use super::error::{CliError, stdout};
-use super::{Format, progress_bar, quantity, request};
-use crate::daemon::translate::request_header;
+use super::instance::InstanceChoice;
+use super::{Format, progress_bar, quantity};
 use fleet::Fleet;
 use orders::{Memory, Pace, Window};
 use report::Report;
@@ -64,7 +64,7 @@ pub(super) struct Arguments {
     #[arg(long, default_value_t = 0, value_name = "N")]
     waypoints: usize,
     /// Optimizer
-    #[arg(long, default_value = "hybrid", value_parser = request::mode())]
+    #[arg(long, default_value = "hybrid", value_parser = rules::mode())]
     mode: Mode,
     /// Counted work of each request, so that all take as long whatever they find; 0 = the
     /// optimizer's own end
@@ -159,11 +159,7 @@ impl Arguments {
 
 /// Number of a mode on the wire.
 fn wire_mode(mode: Mode) -> u32 {
-    request_header(&Settings {
-        mode,
-        ..Settings::default()
-    })
-    .mode
+    mode as u32
 }
 
 /// Runs a window under a progress bar.

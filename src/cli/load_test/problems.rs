@@ -9,7 +9,7 @@ use taut::robot::ConfigurationSpace;
 
 use crate::cli::error::CliError;
 use crate::cli::load;
-use crate::cli::request::{GeometryChoice, Source};
+use crate::cli::source::{GeometryChoice, Source};
 
 /// A problem of a file.
 pub(super) struct Problem {

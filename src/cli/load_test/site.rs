@@ -12,11 +12,13 @@ use taut_ipc::{Client, DaemonState, Instance, daemon_state};
 use super::error::LoadError;
 use super::orders::Job;
 use super::problems::Problem;
-use crate::cli::connect::{control, unexpected};
 use crate::cli::demo::world;
 use crate::cli::error::CliError;
+use crate::cli::error::unexpected;
 use crate::cli::own_daemon::{Daemon, Folder};
-use crate::cli::remote;
+use crate::cli::place::Place;
+use crate::cli::prepare;
+use taut_ipc::planner::Planner;
 
 /// Name of the instance and of the folder.
 const NAME: &str = "load";
@@ -114,11 +116,11 @@ impl Site {
     }
 
     fn read_jobs(&mut self, waypoints: usize) -> Result<(), CliError> {
-        let client = self.client()?;
+        let place = Place::Daemon(Planner::new(self.client()?));
         let mut reader = Reader::default();
         for file in &self.files {
             let problem = Problem::read(&mut reader, file, waypoints)?;
-            let loaded = remote::prepare(&client, &mut reader, file, &Problem::source(), &[])?;
+            let loaded = prepare::prepare(&place, &mut reader, file, &Problem::source(), &[])?;
             self.jobs.push(Job {
                 name: label(file),
                 robot_id: loaded.robot.robot_id,
@@ -198,7 +200,7 @@ impl Site {
 
 /// Counters and times of the daemon.
 pub(super) fn stats(client: &Client) -> Result<Stats, CliError> {
-    match control(client, &ControlRequest::Stats)? {
+    match Planner::new(client.clone()).control(&ControlRequest::Stats)? {
         ControlReply::Stats(stats) => Ok(stats),
         other => Err(unexpected(&other)),
     }

@@ -4,15 +4,14 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use taut::answer;
 use taut::optimize::Workspace;
 use taut::store::{PreparedModel, Snapshot};
 use taut_ipc::wire::{Code, ResponseFlags, ResponseHeader, ResponseView};
 
 use super::read::{Recorded, RecordedAnswer, Recording};
 use super::{Answer, Question};
-use crate::daemon::computing;
 use crate::daemon::event::Way;
-use crate::daemon::job::Job;
 
 /// What an answer is beside the recorded one.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,7 +66,13 @@ impl<'a> Replay<'a> {
         let Way::Computed(stopped) = answer.way else {
             return without("it was over before it was begun");
         };
-        let job = self.job(&recorded.question);
+        let question = &recorded.question;
+        let snapshot = self.snapshot(question);
+        let job = answer::Job {
+            snapshot: &snapshot,
+            path: &question.path,
+            settings: &question.settings,
+        };
         let mut asked = 0;
         let mut stop = || {
             asked += 1;
@@ -75,7 +80,7 @@ impl<'a> Replay<'a> {
                 .filter(|stopped| asked >= stopped.asked)
                 .map(|stopped| stopped.cause)
         };
-        let computed = computing::compute(&job, workspace, &mut stop, &mut |_| {});
+        let computed = answer::answer(job, workspace, &mut stop, &mut |_| {});
         let (header, payload) = Answer {
             reply: computed.reply,
             way: answer.way,
@@ -91,14 +96,14 @@ impl<'a> Replay<'a> {
         }
     }
 
-    fn job(&self, question: &Question) -> Job {
+    fn snapshot(&self, question: &Question) -> Snapshot {
         let Question {
             robot,
             scene,
             settings,
             ..
         } = question;
-        let snapshot = Snapshot {
+        Snapshot {
             robot: robot.clone(),
             weights: settings.weights.clone().unwrap_or_default().into(),
             scene: scene.clone(),
@@ -106,19 +111,6 @@ impl<'a> Replay<'a> {
             scene_id: question.scene_id,
             scene_hash: scene.hash(),
             scene_version: question.scene_version,
-        };
-        Job {
-            id: question.number,
-            request_id: question.request_id,
-            client: question.client,
-            snapshot,
-            path: question.path.clone(),
-            settings: settings.clone(),
-            deadline_ns: None,
-            received_ns: question.received_ns,
-            priority: question.priority,
-            stop: Arc::default(),
-            asked: Default::default(),
         }
     }
 

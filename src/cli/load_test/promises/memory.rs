@@ -3,10 +3,10 @@
 use std::time::{Duration, Instant};
 
 use taut_ipc::control::ControlRequest;
+use taut_ipc::planner::Planner;
 
 use super::row::Row;
 use super::trial::Trial;
-use crate::cli::connect::control;
 use crate::cli::error::CliError;
 use crate::cli::load_test::fleet::{Fleet, Member};
 use crate::cli::load_test::interrupt;
@@ -123,18 +123,15 @@ impl Churn {
             let at = self.random.f64() * 5.0 + 5.0;
             let objects: Vec<String> = (0..20).map(|index| sphere(index, at)).collect();
             let json = format!(r#"{{"objects": [{}]}}"#, objects.join(","));
-            control(
-                &client,
-                &ControlRequest::LoadScene {
-                    label: label.clone(),
-                    json,
-                    base_dir: None,
-                    replace: true,
-                },
-            )?;
+            Planner::new(client.clone()).control(&ControlRequest::LoadScene {
+                label: label.clone(),
+                json,
+                base_dir: None,
+                replace: true,
+            })?;
             self.changes += 1;
             if self.random.u8(..10) == 0 {
-                control(&client, &ControlRequest::UnloadScene { label })?;
+                Planner::new(client.clone()).control(&ControlRequest::UnloadScene { label })?;
                 self.changes += 1;
             }
         }

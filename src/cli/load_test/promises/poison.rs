@@ -3,13 +3,14 @@
 use std::time::Duration;
 
 use taut_ipc::control::{ControlReply, ControlRequest};
+use taut_ipc::planner::Planner;
 use taut_ipc::wire::{Code, Mode, RequestFlags, RequestHeader, Section};
 use taut_ipc::{Client, ClientError, limits};
 
 use super::row::Row;
 use super::trial::{FAULTS, PANIC_SEED, Trial};
-use crate::cli::connect::{control, unexpected};
 use crate::cli::error::CliError;
+use crate::cli::error::unexpected;
 use crate::cli::load_test::bare::Bare;
 use crate::cli::load_test::fleet::Fleet;
 use crate::cli::load_test::interrupt;
@@ -263,7 +264,10 @@ fn meshes(client: &Client, folder: &std::path::Path, job: &Job) -> Result<Vec<St
             base_dir,
             replace: true,
         };
-        match control(client, &message) {
+        match Planner::new(client.clone())
+            .control(&message)
+            .map_err(CliError::from)
+        {
             Ok(ControlReply::Scene(scene)) => {
                 if let Err(error) = ask(client, job, scene.scene_id, scene.scene_hash) {
                     wrong.push(format!("mesh {name}: {error}"));

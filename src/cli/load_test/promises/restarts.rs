@@ -3,12 +3,13 @@
 use std::time::Duration;
 
 use taut_ipc::control::{ControlReply, ControlRequest, Listing};
+use taut_ipc::planner::Planner;
 use taut_ipc::{Client, monotonic_ns};
 
 use super::row::Row;
 use super::trial::Trial;
-use crate::cli::connect::{control, unexpected};
 use crate::cli::error::CliError;
+use crate::cli::error::unexpected;
 use crate::cli::load_test::fleet::Fleet;
 use crate::cli::load_test::interrupt;
 use crate::cli::load_test::site::{Setup, Site};
@@ -119,7 +120,8 @@ fn load(client: &Client, number: u64) -> Result<(), CliError> {
         base_dir: None,
         replace: true,
     };
-    control(client, &message).map(|_| ())
+    Planner::new(client.clone()).control(&message)?;
+    Ok(())
 }
 
 /// Times from a kill to what the clients see of it.
@@ -163,7 +165,7 @@ impl Found {
 }
 
 fn listing(client: &Client) -> Result<Listing, CliError> {
-    match control(client, &ControlRequest::List)? {
+    match Planner::new(client.clone()).control(&ControlRequest::List)? {
         ControlReply::Listing(listing) => Ok(listing),
         other => Err(unexpected(&other)),
     }

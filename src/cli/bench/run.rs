@@ -5,40 +5,25 @@ use std::time::{Duration, Instant};
 
 use rustix::time::{ClockId, clock_gettime};
 use taut::collision::CollisionModel;
-use taut::optimize::{Improvement, Outcome, Settings, Workspace};
+use taut::optimize::{Improvement, Settings, Workspace};
 
-use super::code::{self, Code};
-use super::error::CliError;
-use super::load::Loaded;
-
-/// An outcome and what it cost, loading left out.
-pub(super) struct Timed {
-    /// The outcome.
-    pub outcome: Outcome,
-    /// What it amounts to.
-    pub code: Code,
-    /// CPU time of the thread that computed it (s).
-    pub cpu_s: f64,
-    /// Time on the clock (s).
-    pub time_s: f64,
-    /// Id of the request that the daemon answered.
-    pub request_id: Option<u64>,
-    /// When each proved improvement was seen (s since the start), and its length.
-    pub lengths_over_time: Vec<(f64, f64)>,
-}
+use crate::cli::answered::Answered;
+use crate::cli::error::CliError;
+use crate::cli::load::Loaded;
+use crate::daemon::translate::code_of;
 
 /// Runs a request. `watch` gets the length of each improvement and the time since the start.
 ///
 /// # Errors
 /// A request that cannot be computed, or a panic, which is a defect of the core.
-pub(super) fn run(
+pub(in crate::cli) fn run(
     loaded: &Loaded,
     model: &CollisionModel,
     settings: &Settings,
     deadline: Option<Duration>,
     workspace: &mut Workspace,
     watch: &mut dyn FnMut(Duration, f64),
-) -> Result<Timed, CliError> {
+) -> Result<Answered, CliError> {
     let cpu = thread_cpu();
     let start = Instant::now();
     let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
@@ -64,30 +49,31 @@ pub(super) fn run(
             .or_else(|| panic.downcast_ref::<&str>().copied())
             .unwrap_or("no message")
             .to_owned();
-        CliError::Panic {
+        CliError::Here {
             name: loaded.name.clone(),
-            text,
+            message: format!("the optimizer panicked: {text}"),
         }
     })?;
-    let outcome = result.map_err(|source| CliError::Request {
+    let outcome = result.map_err(|error| CliError::Here {
         name: loaded.name.clone(),
-        source,
+        message: error.to_string(),
     })?;
-    let code = code::of(&outcome);
+    let code = code_of(&outcome, None);
     let cpu_s = thread_cpu() - cpu;
     let time_s = start.elapsed().as_secs_f64();
-    Ok(Timed {
+    Ok(Answered {
         outcome,
         code,
         cpu_s,
         time_s,
+        corridor: None,
         request_id: None,
         lengths_over_time,
     })
 }
 
 /// CPU time of this thread so far (s).
-pub(super) fn thread_cpu() -> f64 {
+pub(in crate::cli) fn thread_cpu() -> f64 {
     let now = clock_gettime(ClockId::ThreadCPUTime);
     now.tv_sec as f64 + now.tv_nsec as f64 * 1e-9
 }

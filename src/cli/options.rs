@@ -1,0 +1,152 @@
+//! The table of options as flags.
+
+use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser, ValueParser};
+use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Command, FromArgMatches};
+use taut_ipc::limits::MAX_WAYPOINTS;
+use taut_ipc::planner::options::{Asked, Default, Kind, Range, Row, TABLE, Value};
+use taut_ipc::planner::{PlannerError, Request};
+use taut_ipc::wire::Mode;
+
+use super::quantity;
+
+/// The options of a request that were given; with `CHECK`, of those that a check has.
+#[derive(Clone)]
+pub(super) struct Options<const CHECK: bool>(Vec<(&'static Row, Value)>);
+
+/// What the flags of a check are called on the command line of this program, but for these.
+pub(super) fn flags_of_a_check(but: &[&str]) -> Vec<&'static str> {
+    let rows = rows(true).map(|row| row.field);
+    rows.filter(|field| !but.contains(field)).collect()
+}
+
+fn rows(check: bool) -> impl Iterator<Item = &'static Row> {
+    let asked = if check { Asked::Check } else { Asked::Shorten };
+    TABLE
+        .iter()
+        .filter(move |row| row.asked >= asked && row.flag().is_ok())
+}
+
+impl<const CHECK: bool> Options<CHECK> {
+    /// Enters them into a request.
+    ///
+    /// # Errors
+    /// A value that the table does not have.
+    pub(super) fn enter(&self, request: &mut Request) -> Result<(), PlannerError> {
+        self.0
+            .iter()
+            .try_for_each(|(row, value)| row.set(request, value.clone()))
+    }
+}
+
+impl<const CHECK: bool> FromArgMatches for Options<CHECK> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let given = |row: &'static Row| Some((row, value(row, matches)?));
+        Ok(Self(rows(CHECK).filter_map(given).collect()))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl<const CHECK: bool> clap::Args for Options<CHECK> {
+    fn augment_args(command: Command) -> Command {
+        // Real numbers have no turns to keep.
+        let goal = ArgGroup::new("goal").args(["unwrapped", "keep_goal"]);
+        command.args(rows(CHECK).map(argument)).group(goal)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+fn argument(row: &'static Row) -> Arg {
+    let flag = row.flag().unwrap_or_default();
+    let argument = Arg::new(row.field).long(flag).help(help(row));
+    if row.kind == Kind::Flag {
+        return argument.action(ArgAction::SetTrue);
+    }
+    let argument = argument
+        .value_name(row.metavar())
+        .value_parser(parser(row))
+        .action(match row.kind {
+            Kind::Named => ArgAction::Append,
+            _ => ArgAction::Set,
+        });
+    match row.default {
+        Default::Is(value) => argument.default_value(value),
+        Default::Unset(_) => argument,
+    }
+}
+
+fn help(row: &Row) -> String {
+    let doc = row.given_doc();
+    let unit = match row.unit {
+        "" => String::new(),
+        unit => format!(" ({unit})"),
+    };
+    match row.kind {
+        Kind::Metres => format!("{doc}: 0.1mm, 1cm, or metres"),
+        Kind::Seconds => format!("{doc}: 20ms, 1.5s"),
+        Kind::Named => format!("{doc}{unit}; repeatable"),
+        Kind::Indices => format!("{doc}: 0,3,7-9"),
+        _ => doc,
+    }
+}
+
+fn parser(row: &'static Row) -> ValueParser {
+    let least = match row.default {
+        Default::Is(_) => 0,
+        // 0 says on the wire that it is not given.
+        Default::Unset(_) => 1,
+    };
+    match row.kind {
+        Kind::Count(bits) => RangedU64ValueParser::<u64>::new()
+            .range(least..=u64::MAX >> (64 - bits))
+            .into(),
+        Kind::Metres => ValueParser::new(quantity::metres),
+        Kind::Seconds => ValueParser::new(quantity::duration),
+        Kind::Mode => modes(),
+        Kind::Named if row.range == Range::Positive => ValueParser::new(quantity::weight),
+        Kind::Named => ValueParser::new(quantity::value),
+        Kind::Indices => ValueParser::new(quantity::numbers),
+        Kind::Flag | Kind::Name | Kind::Names | Kind::Numbers => ValueParser::string(),
+    }
+}
+
+fn modes() -> ValueParser {
+    let names = Mode::ALL.iter().map(|(mode, _)| mode.name());
+    let named = |name: String| Mode::named(&name).unwrap_or(Mode::Hybrid);
+    ValueParser::new(PossibleValuesParser::new(names).map(named))
+}
+
+/// What was given for an option, or is its default.
+fn value(row: &Row, matches: &ArgMatches) -> Option<Value> {
+    let name = row.field;
+    match row.kind {
+        Kind::Flag => matches.get_flag(name).then_some(Value::Flag(!row.is_on())),
+        Kind::Count(_) => one(matches, name).map(Value::Count),
+        Kind::Metres => one(matches, name).map(Value::Metres),
+        Kind::Seconds => one(matches, name).map(Value::Seconds),
+        Kind::Mode => one(matches, name).map(Value::Mode),
+        Kind::Name => one(matches, name).map(Value::Name),
+        Kind::Named => matches
+            .get_many(name)
+            .map(|named| Value::Named(named.cloned().collect())),
+        Kind::Indices => one(matches, name).map(|given| Value::Indices(indices(given))),
+        // No flag has several words or numbers.
+        Kind::Names | Kind::Numbers => None,
+    }
+}
+
+fn one<T: Clone + Send + Sync + 'static>(matches: &ArgMatches, name: &str) -> Option<T> {
+    matches.get_one::<T>(name).cloned()
+}
+
+/// The numbers of the ranges. Of one beyond every path, as many as show that it is.
+fn indices(given: quantity::Numbers) -> Vec<usize> {
+    let numbers = |range: std::ops::RangeInclusive<usize>| range.take(MAX_WAYPOINTS + 1);
+    given.into_iter().flat_map(numbers).collect()
+}
