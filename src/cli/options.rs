@@ -150,3 +150,96 @@ fn indices(given: quantity::Numbers) -> Vec<usize> {
     let numbers = |range: std::ops::RangeInclusive<usize>| range.take(MAX_WAYPOINTS + 1);
     given.into_iter().flat_map(numbers).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    use clap::CommandFactory;
+
+    use crate::cli::Cli;
+
+    /// Flags of `shorten` and `check` that are no options of a request, but about files, places and
+    /// output, or choose among the commands of `check`.
+    const OTHER: [&str; 20] = [
+        "against",
+        "certificate",
+        "count",
+        "format",
+        "geometry",
+        "help",
+        "instance",
+        "local",
+        "out",
+        "package",
+        "problem",
+        "robot",
+        "scene",
+        "select",
+        "srdf",
+        "timed",
+        "version",
+        "watch",
+        "weights",
+        "write-certificate",
+    ];
+
+    fn flags(command: &str) -> BTreeSet<String> {
+        let cli = Cli::command();
+        let command = cli.find_subcommand(command).unwrap();
+        command
+            .get_arguments()
+            .filter_map(|argument| argument.get_long().map(str::to_owned))
+            .filter(|flag| !OTHER.contains(&flag.as_str()))
+            .collect()
+    }
+
+    #[test]
+    fn the_command_line_has_every_option_of_the_table_and_no_other() {
+        for (command, check) in [("shorten", false), ("check", true)] {
+            let table: BTreeSet<String> = TABLE
+                .iter()
+                .filter(|row| !check || row.asked >= Asked::Check)
+                .filter_map(|row| row.flag().ok())
+                .collect();
+            assert_eq!(flags(command), table, "taut {command}");
+        }
+    }
+
+    #[test]
+    fn what_is_given_is_what_is_asked() {
+        let words = "taut shorten p.json --priority 3 --scene-version 2 --no-contacts --corridor \
+                     --clearance 2mm --fix 0,2-3 --hold lift=0.5 --joint-weight a=2 --group arm \
+                     --deadline 20ms --budget 7 --seed 9 --mode contact";
+        let matches = Cli::command().get_matches_from(words.split(' '));
+        let (_, matches) = matches.subcommand().unwrap();
+        let mut request = Request::new("r", None);
+        let options = Options::<false>::from_arg_matches(matches).unwrap();
+        options.enter(&mut request).unwrap();
+        let expected = Request {
+            priority: 3,
+            scene_version: 2,
+            contacts: false,
+            corridor: true,
+            clearance_m: Some(2e-3),
+            fixed_waypoints: vec![0, 2, 3],
+            held: vec![("lift".to_owned(), 0.5)],
+            joint_weights: vec![("a".to_owned(), 2.0)],
+            group: Some("arm".to_owned()),
+            deadline: Some(std::time::Duration::from_millis(20)),
+            work_budget: 7,
+            seed: 9,
+            mode: Mode::Contact,
+            ..Request::new("r", None)
+        };
+        assert_eq!(request, expected);
+    }
+
+    #[test]
+    fn the_table_says_the_work_that_a_request_gets() {
+        let said = taut_ipc::planner::options::row("work_budget").default_text();
+        let work = taut::optimize::request::DEFAULT_WORK_BUDGET.to_string();
+        assert_eq!(said.replace(',', ""), work);
+    }
+}

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{Code, label_id};
 
-use super::{file_refusal, model_refusal, scene_refusal};
+use super::models::{file_refusal, model_refusal, scene_refusal};
 use crate::collision::{CollisionModel, neutral_warnings, reach_weights};
 use crate::files::{FileError, Packages, Reader, RobotFiles};
 use crate::robot::{RobotDescription, RobotError, RobotModel};

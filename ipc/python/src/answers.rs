@@ -8,7 +8,8 @@ use taut_ipc::ClientError;
 use taut_ipc::planner::{self, Best, PlannerError};
 use taut_ipc::wire::Code;
 
-use super::best::{About, Improvement, Shared};
+use super::about::About;
+use super::best::{Improvement, Shared};
 use super::errors;
 use super::guard::{self, Own};
 

@@ -5,12 +5,12 @@ use pyo3::sync::{MutexExt, PyOnceLock};
 use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
-use taut_ipc::planner::{Best, Planner, PlannerError, Request};
+use taut_ipc::planner::{Best, PlannerError};
 use taut_ipc::wire::{ResponseFlags, Stage, Termination};
 
+use super::about::About;
 use super::guard::Own;
-use super::{connection, errors, ndarray, result};
+use super::{errors, ndarray, result};
 
 static AS_ARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 
@@ -39,18 +39,6 @@ impl std::ops::Deref for Look<'_> {
     fn deref(&self) -> &Best {
         self.0.get().expect("checked when it was locked")
     }
-}
-
-/// What an answer is about.
-pub struct About {
-    /// Who answers.
-    pub planner: Own<Planner>,
-    /// Files of the robots that this connection has loaded.
-    pub files: connection::RobotFilesOf,
-    /// What was asked for.
-    pub request: Request,
-    /// When.
-    pub start: Instant,
 }
 
 /// A path that is better than those before it, or the final answer. See `taut.Improvement`.

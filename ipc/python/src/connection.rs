@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError, RwLock};
+use std::sync::{PoisonError, RwLock};
 use std::time::Instant;
 use taut::files::RobotFiles;
 use taut_ipc::Instance;
@@ -13,33 +13,11 @@ use taut_ipc::control::{ControlReply, ControlRequest, RobotDescription, SceneSum
 use taut_ipc::planner::{Planner, PlannerError};
 use taut_ipc::wire::{Code, label_id};
 
+use super::about::{About, RobotFilesOf};
 use super::answers::Answers;
-use super::best::About;
 use super::feed::SceneFeed;
 use super::guard::{Interrupt, Own};
 use super::{errors, ndarray, options, problem};
-
-/// Files of the robots that a connection has loaded, by the hash of their content.
-#[derive(Clone, Default)]
-pub struct RobotFilesOf(Arc<Mutex<BTreeMap<u64, RobotFiles>>>);
-
-impl RobotFilesOf {
-    /// The files of the robot with this hash, if it was loaded here.
-    pub fn of(&self, hash: u64) -> Option<RobotFiles> {
-        self.0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .get(&hash)
-            .cloned()
-    }
-
-    fn learn(&self, hash: u64, files: RobotFiles) {
-        self.0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .insert(hash, files);
-    }
-}
 
 /// Who answers. See `taut.Planner`.
 #[pyclass(frozen, module = "taut._taut")]

@@ -3,6 +3,7 @@
 //! Everything here waits, copies and computes without the interpreter's lock, and looks for signals
 //! while it waits.
 
+mod about;
 mod answers;
 mod best;
 mod connection;

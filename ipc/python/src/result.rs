@@ -9,7 +9,7 @@ use taut_ipc::control::RobotDescription;
 use taut_ipc::planner::{Best, EMPTY_SCENE, PlannerError, Request};
 use taut_ipc::wire::Code;
 
-use super::best::About;
+use super::about::About;
 use super::errors;
 
 /// What an answer says, with its own path in the robot's columns.

@@ -1,7 +1,8 @@
 //! The stream of answers to a request.
 
+use super::connection::{Link, Planner};
 use super::request::Sections;
-use super::{Best, Columns, Link, Planner, PlannerError, Request, service};
+use super::{Best, Columns, PlannerError, Request, service};
 use crate::Client;
 use crate::client::{ClientError, Pending, RequestBuilder};
 use crate::control::RobotDescription;
@@ -27,6 +28,20 @@ pub struct Answers {
 enum Stream {
     Daemon(Box<Pending>),
     Here(service::Stream),
+}
+
+impl Planner {
+    /// Sends a path, row by row in the order of [`Request::columns`], and gives the stream of its
+    /// answers.
+    ///
+    /// The numbers are written into shared memory once, whatever their order.
+    ///
+    /// # Errors
+    /// [`PlannerError::Invalid`] for names and sizes that are none, with the valid ones; what
+    /// cannot be sent.
+    pub fn ask(&self, request: &Request, path: &[f64]) -> Result<Answers, PlannerError> {
+        Answers::ask(self, request, path)
+    }
 }
 
 impl Answers {

@@ -38,7 +38,7 @@ impl Corridor {
     pub fn of_view(view: &ResponseView<'_>) -> Option<Self> {
         let floor_m = view.header.floor_m;
         let slack = |segment: &CertificateSegment| {
-            (segment.clearance_m - floor_m - CORRIDOR_ROUNDING_M).clamp(0.0, WIDEST_CORRIDOR_M)
+            (segment.clearance_m - (floor_m + CORRIDOR_ROUNDING_M)).clamp(0.0, WIDEST_CORRIDOR_M)
         };
         (!view.reach.is_empty()).then(|| Self {
             floor_m,

@@ -1,7 +1,8 @@
 //! An answer that is waited for whatever happens to the daemon.
 
 use super::answers::Prepared;
-use super::{Best, Link, Planner, PlannerError, RECOVERY, Request};
+use super::connection::{Link, Planner, RECOVERY};
+use super::{Best, PlannerError, Request};
 use crate::Client;
 use crate::client::ClientError;
 use crate::wire::ResponseHeader;
@@ -11,15 +12,24 @@ use std::time::Duration;
 /// How often a wait for an answer of this process looks up.
 const LOOK_UP: Duration = Duration::from_secs(1);
 
-pub(super) fn answer(
-    planner: &Planner,
-    request: &Request,
-    path: &[f64],
-    improved: &mut dyn FnMut(&ResponseHeader),
-) -> Result<Best, PlannerError> {
-    match &planner.link {
-        Link::Daemon(client) => of_daemon(planner, client, request, path, improved),
-        Link::Here(_) => of_process(planner, request, path, improved),
+impl Planner {
+    /// The same, and waits for the final answer, whatever happens to the daemon meanwhile: if it
+    /// dies, or has no room now, the request is sent again under the same id, until its deadline,
+    /// or for 5 s where it has none. `improved` gets the header of every improvement; after a loss
+    /// they begin anew.
+    ///
+    /// # Errors
+    /// As [`Self::ask`]; the last loss. An answer that is no success is no error here.
+    pub fn answer(
+        &self,
+        request: &Request,
+        path: &[f64],
+        improved: &mut dyn FnMut(&ResponseHeader),
+    ) -> Result<Best, PlannerError> {
+        match &self.link {
+            Link::Daemon(client) => of_daemon(self, client, request, path, improved),
+            Link::Here(_) => of_process(self, request, path, improved),
+        }
     }
 }
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::control::{GroupDescription, VariableDescription};
+use crate::control::{GroupDescription, RobotDescription, VariableDescription};
 use crate::wire::Code;
 
 fn names(names: &[&str]) -> Vec<String> {
