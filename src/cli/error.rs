@@ -100,6 +100,15 @@ impl From<PlannerError> for CliError {
     fn from(error: PlannerError) -> Self {
         match error {
             PlannerError::Client(error) => Self::Client(error),
+            // Of a size and not of a choice: it has an exit code of its own.
+            PlannerError::Invalid {
+                code: code @ Code::ResourceExhausted,
+                message,
+            } => Self::Refused {
+                code,
+                message,
+                retry_after_ms: 0,
+            },
             PlannerError::Invalid { message, .. } => Self::Choice(message),
             PlannerError::Refused(refused) => Self::Refused {
                 code: refused.code,

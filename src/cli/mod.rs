@@ -91,25 +91,14 @@ enum Command {
 /// Runs the command line and gives its exit code: 0 proved, 1 collision, 2 not provable, 64 and
 /// above an error.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
-        Err(error) => {
-            if matches!(
-                error.kind(),
-                ErrorKind::DisplayHelp | ErrorKind::DisplayVersion
-            ) {
-                // Where even this cannot be written there is nobody to tell.
-                let _ = error.print();
-                return ExitCode::SUCCESS;
-            }
-            match error.kind() {
-                ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => eprintln!("{error}"),
-                _ => eprintln!("taut: {}", one_line(&error)),
-            }
-            return ExitCode::from(USAGE);
-        }
-    };
-    let result = match cli.command {
+    match Cli::try_parse() {
+        Ok(cli) => ExitCode::from(run(cli.command).unwrap_or_else(|error| error.report())),
+        Err(error) => unread(&error),
+    }
+}
+
+fn run(command: Command) -> Result<u8, error::CliError> {
+    match command {
         Command::Check(arguments) => check::run(&arguments),
         Command::Shorten(arguments) => shorten::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
@@ -135,8 +124,21 @@ pub fn main() -> ExitCode {
         Command::Why(arguments) => why::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
-    };
-    ExitCode::from(result.unwrap_or_else(|error| error.report()))
+    }
+}
+
+/// Prints why there is no command to run: often because help was asked for.
+fn unread(error: &clap::Error) -> ExitCode {
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            // Where even this cannot be written there is nobody to tell.
+            let _ = error.print();
+            return ExitCode::SUCCESS;
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => eprintln!("{error}"),
+        _ => eprintln!("taut: {}", one_line(error)),
+    }
+    ExitCode::from(USAGE)
 }
 
 /// What clap says on several lines, as one with the next step at its end.

@@ -10,11 +10,11 @@ use super::{contact, gradient, hybrid, shortcut};
 pub(super) type Optimizer = fn(&mut Progress) -> Termination;
 
 macro_rules! modes {
-    ($( $(#[doc = $doc:literal])+ $mode:ident = $name:literal, $optimizer:expr; )*) => {
+    ($( $(#[$meta:meta])+ $mode:ident = $name:literal, $optimizer:expr; )*) => {
         /// Optimizer of a request.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
         pub enum Mode {
-            $( $(#[doc = $doc])+ $mode, )*
+            $( $(#[$meta])+ $mode, )*
         }
 
         impl Mode {
@@ -50,11 +50,6 @@ modes! {
     /// The gradient with half-spaces from true closest points.
     Contact = "contact", Some(contact::optimize);
     /// Shortcuts and contact half-spaces in turns, scheduled by what they gain.
+    #[default]
     Hybrid = "hybrid", Some(hybrid::optimize);
-}
-
-impl Default for Mode {
-    fn default() -> Self {
-        Self::Hybrid
-    }
 }
