@@ -274,7 +274,7 @@ fn malformed_requests_get_their_code() {
         ),
         (
             RequestHeader {
-                mode: 6,
+                mode: Mode::ALL.len() as u32,
                 ..request()
             },
             Code::MalformedRequest,
