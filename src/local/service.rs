@@ -74,9 +74,6 @@ impl LocalService {
         translate::check_layout(header, &snapshot)?;
         let (settings, path) =
             translate::settings_and_path(request, &snapshot, Settings::DEFAULT_CLEARANCE_M)?;
-        if is_late(header) {
-            return Ok(translate::expired(&snapshot, &path));
-        }
         let job = Job {
             snapshot: &snapshot,
             path: &path,
