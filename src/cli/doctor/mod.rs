@@ -7,9 +7,9 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::Format;
-use super::connect::InstanceChoice;
 use super::error::{CliError, stdout};
+use super::format::Format;
+use super::instance::InstanceChoice;
 use crate::daemon::config::Config;
 
 /// Check what the daemon and its clients depend on, and say what to do about it

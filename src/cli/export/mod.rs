@@ -14,7 +14,7 @@ use taut::validation::certificate::FIRST_BY_NUMBERS;
 
 use super::error::CliError;
 use super::load;
-use super::request::Source;
+use super::source::Source;
 
 /// Write an answer of `taut shorten -o RESULT.json` in another form, without computing it again
 ///
