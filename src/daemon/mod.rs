@@ -5,6 +5,7 @@
 //! [`event::Event`]s.
 
 mod admission;
+mod cleaning;
 mod clients;
 mod computing;
 pub mod config;
@@ -18,6 +19,7 @@ mod keep;
 mod keeping;
 pub mod live;
 mod loader;
+mod loading;
 mod mailbox;
 mod metrics;
 mod open_request;
@@ -35,6 +37,8 @@ mod schedule;
 mod scrape;
 mod start;
 pub mod state;
+mod status;
+mod status_clock;
 mod story;
 pub mod supervise;
 mod watch;

@@ -105,6 +105,14 @@ pub(super) fn story(store: &ModelStore, request: &IncomingRequest, pid: u32, now
     }
 }
 
+/// On the way: what an improvement says.
+pub(super) fn shorter(header: &ResponseHeader) -> String {
+    format!(
+        "shorter: {:.6} after {} iterations",
+        header.length_after, header.iterations
+    )
+}
+
 /// The end: what the final response says.
 pub(super) fn ending(header: &ResponseHeader) -> String {
     let code = Code::try_from(header.code).map_or("?", Code::name);

@@ -59,6 +59,13 @@ pub(super) struct Answer {
 }
 
 impl Answer {
+    pub(super) fn new(reply: &Reply, way: Way) -> Self {
+        Self {
+            reply: reply.clone(),
+            way,
+        }
+    }
+
     /// Header and sections, as on the wire; one that is too large for the wire comes without
     /// sections, as nobody got them.
     fn encoded(&self) -> (ResponseHeader, Vec<u8>) {
