@@ -41,6 +41,7 @@ mod status;
 mod status_clock;
 mod story;
 pub mod supervise;
+mod threads;
 mod watch;
 mod web;
 mod worker;

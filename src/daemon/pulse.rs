@@ -9,6 +9,8 @@ use std::time::Duration;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use sd_notify::NotifyState;
 
+use super::threads::spawn;
+
 /// How often a sign of life is given.
 const INTERVAL: Duration = Duration::from_millis(500);
 
@@ -29,12 +31,16 @@ impl Pulse {
             beats: Arc::default(),
             until: Some(until),
         };
+        let thread = pulse.telling(ended)?;
+        Ok((pulse, thread))
+    }
+
+    fn telling(&self, ended: Receiver<()>) -> std::io::Result<Option<JoinHandle<()>>> {
         if std::env::var_os("NOTIFY_SOCKET").is_none() {
-            return Ok((pulse, None));
+            return Ok(None);
         }
-        let beats = pulse.beats.clone();
-        let thread = std::thread::Builder::new().name("taut-pulse".into());
-        Ok((pulse, Some(thread.spawn(move || tell(&beats, &ended))?)))
+        let beats = self.beats.clone();
+        spawn("taut-pulse", move || tell(&beats, &ended)).map(Some)
     }
 
     /// Ends the thread.

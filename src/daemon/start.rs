@@ -38,6 +38,7 @@ use super::scrape;
 use super::state;
 use super::status_clock::StatusClock;
 use super::story::Stories;
+use super::threads::spawn;
 use super::web::Web;
 use super::worker::Crew;
 
@@ -303,6 +304,5 @@ fn stop_on_signals(events: EventSender) -> std::io::Result<(Handle, JoinHandle<(
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     let handle = signals.handle();
     let stop = move || signals.forever().for_each(|_| events.send(Event::Stop));
-    let thread = std::thread::Builder::new().name("taut-signals".into());
-    Ok((handle, thread.spawn(stop)?))
+    Ok((handle, spawn("taut-signals", stop)?))
 }

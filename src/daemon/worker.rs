@@ -14,6 +14,7 @@ use super::job::{Job, StopCause};
 use super::live::Live;
 use super::mailbox::Mailbox;
 use super::schedule::{Schedule, Turn};
+use super::threads::spawn;
 use super::translate::{self, Lengths, Reply};
 
 /// With `fault_injection` in the configuration, a request with this seed panics. For tests.
@@ -84,8 +85,7 @@ struct Worker {
 impl Worker {
     /// Starts the thread; it ends when the schedule is closed and nothing waits.
     fn start(self) -> std::io::Result<JoinHandle<()>> {
-        let thread = std::thread::Builder::new().name(format!("taut-worker-{}", self.index));
-        thread.spawn(move || self.work())
+        spawn(&format!("taut-worker-{}", self.index), || self.work())
     }
 
     fn work(self) {
