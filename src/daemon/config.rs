@@ -197,20 +197,20 @@ impl Config {
 
     fn check(&self) -> Result<(), String> {
         check_clearance(self.clearance_m)?;
-        within("status_rate_hz", self.status_rate_hz, 2.0..=50.0)?;
-        within("watchdog_s", self.watchdog_s, 1.0..=3600.0)?;
-        within("queue", self.queue, 1..=65_536)?;
+        self.check_numbers()?;
         self.quota.check()?;
         self.check_addresses()?;
         self.check_workers()
     }
 
+    fn check_numbers(&self) -> Result<(), String> {
+        within("status_rate_hz", self.status_rate_hz, 2.0..=50.0)?;
+        within("watchdog_s", self.watchdog_s, 1.0..=3600.0)?;
+        within("queue", self.queue, 1..=65_536)
+    }
+
     fn check_addresses(&self) -> Result<(), String> {
-        if let Some(address) = self.metrics.filter(|address| !address.ip().is_loopback()) {
-            return Err(format!(
-                "metrics is {address}; valid: an address of this machine, such as 127.0.0.1:9464"
-            ));
-        }
+        self.metrics.map_or(Ok(()), check_metrics)?;
         self.http
             .map_or(Ok(()), |address| check_address("http", address))
     }
@@ -303,6 +303,15 @@ fn check_clearance(clearance_m: f64) -> Result<(), String> {
     }
     Err(format!(
         "clearance_m is {clearance_m}; it must be finite and greater than 0"
+    ))
+}
+
+fn check_metrics(address: SocketAddr) -> Result<(), String> {
+    if address.ip().is_loopback() {
+        return Ok(());
+    }
+    Err(format!(
+        "metrics is {address}; valid: an address of this machine, such as 127.0.0.1:9464"
     ))
 }
 

@@ -104,10 +104,15 @@ impl EventLoop {
         self.handle_events()?;
         let more_requests = self.receive_requests()?;
         let more_controls = self.receive_controls()?;
-        self.end_abandoned();
-        self.end_expired();
+        self.end_unwanted();
         self.publish_status_when_due()?;
         Ok(more_requests || more_controls)
+    }
+
+    /// Ends what nobody waits for any more.
+    fn end_unwanted(&mut self) {
+        self.end_abandoned();
+        self.end_expired();
     }
 
     /// Lets workers and loader end, after [`Self::run`].

@@ -136,10 +136,10 @@ fn done(Task { token, work }: Task) -> Event {
 }
 
 fn written(answer: SceneText, scene: &Scene, base: Option<&Scene>) -> ControlReply {
-    match guarded(|| scene_text(scene, base)) {
-        Ok(json) => ControlReply::SceneText(SceneText { json, ..answer }),
-        Err(refusal) => ControlReply::Refused(refusal),
-    }
+    let text = guarded(|| scene_text(scene, base));
+    text.map_or_else(ControlReply::Refused, |json| {
+        ControlReply::SceneText(SceneText { json, ..answer })
+    })
 }
 
 /// Files are input like any other: what panics on one must not end the daemon.

@@ -66,13 +66,17 @@ impl Times {
     /// One more, in nanoseconds.
     pub(super) fn push(&mut self, time: u64) {
         self.histogram.observe(time as f64 * 1e-9);
+        self.remember(time);
+        self.percentiles = None;
+    }
+
+    fn remember(&mut self, time: u64) {
         if self.last.len() < WINDOW {
             self.last.push(time);
         } else {
             self.last[self.next] = time;
         }
         self.next = (self.next + 1) % WINDOW;
-        self.percentiles = None;
     }
 
     /// The median and the 99th percentile.

@@ -27,12 +27,16 @@ impl Pulse {
     /// Without a watcher there is no thread.
     pub(super) fn start() -> std::io::Result<(Self, Option<JoinHandle<()>>)> {
         let (until, ended) = bounded(0);
-        let pulse = Self {
-            beats: Arc::default(),
-            until: Some(until),
-        };
+        let pulse = Self::new(until);
         let thread = pulse.telling(ended)?;
         Ok((pulse, thread))
+    }
+
+    fn new(until: Sender<()>) -> Self {
+        Self {
+            beats: Arc::default(),
+            until: Some(until),
+        }
     }
 
     fn telling(&self, ended: Receiver<()>) -> std::io::Result<Option<JoinHandle<()>>> {

@@ -306,27 +306,35 @@ impl EventLoop {
     /// far.
     pub(super) fn end_abandoned(&mut self) {
         self.end_abandoned_watches();
+        self.cancel_abandoned();
+        for (job, stop) in self.open.hinted() {
+            self.finish_early(job, &stop);
+        }
+    }
+
+    fn cancel_abandoned(&mut self) {
         for job in self.open.abandoned() {
             // Dropping the request frees the client's slot at once; the worker ends on its own.
             if let Some(open) = self.close_request(job) {
                 self.cancel(job, &open);
             }
         }
-        for (job, stop) in self.open.hinted() {
-            self.finish_early(job, &stop);
-        }
     }
 
     fn cancel(&mut self, job: u64, open: &OpenRequest) {
         self.stop(job, &open.stop, StopCause::Cancelled);
         self.schedule.remove(job);
-        self.metrics.cancelled();
-        self.clients.cancelled(open.request.client_id());
         self.recorder.abandoned(&open.question);
+        self.count_cancelled(job, open.request.client_id());
+        tracing::debug!(request = open.request.header().request_id, "cancelled");
+    }
+
+    fn count_cancelled(&mut self, job: u64, client: u128) {
+        self.metrics.cancelled();
+        self.clients.cancelled(client);
         self.stories.end(job, Code::Preempted.into(), || {
             "cancelled: the client dropped it or is gone".to_owned()
         });
-        tracing::debug!(request = open.request.header().request_id, "cancelled");
     }
 
     fn finish_early(&mut self, job: u64, stop: &StopFlag) {
@@ -381,13 +389,21 @@ impl EventLoop {
             return;
         }
         tracing::info!(open = self.open.len(), "stopping");
+        self.end_waiting();
+        self.stop_open();
+        self.end_watches();
+    }
+
+    fn end_waiting(&mut self) {
         for job in self.schedule.take_all() {
             self.answer_untouched(&job, StopCause::Shutdown);
         }
+    }
+
+    fn stop_open(&self) {
         for (job, stop) in self.open.flags() {
             self.stop(job, stop, StopCause::Shutdown);
         }
-        self.end_watches();
     }
 }
 

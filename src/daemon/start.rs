@@ -38,7 +38,7 @@ use super::scrape;
 use super::state;
 use super::status_clock::StatusClock;
 use super::story::Stories;
-use super::threads::spawn;
+use super::threads::{Started, spawn};
 use super::web::Web;
 use super::worker::Crew;
 
@@ -168,9 +168,7 @@ impl Threads {
 }
 
 /// What was started with one thread, as [`Threads::add`] takes it.
-fn with_thread<T>(
-    started: std::io::Result<(T, JoinHandle<()>)>,
-) -> std::io::Result<(T, [JoinHandle<()>; 1])> {
+fn with_thread<T>(started: Started<T>) -> std::io::Result<(T, [JoinHandle<()>; 1])> {
     started.map(|(what, thread)| (what, [thread]))
 }
 
@@ -238,8 +236,8 @@ fn serve_live(address: SocketAddr, live: Arc<Live>) -> Result<Web, DaemonError> 
 
 fn start_cleaning(instance: &Instance, server: &Server) -> Result<Cleaning, DaemonError> {
     let waker = server.waker();
-    let janitor = Janitor::start(instance, move |_| waker.wake()).map_err(system("thread"))?;
-    Ok(Cleaning::new(janitor))
+    let janitor = Janitor::start(instance, move |_| waker.wake());
+    janitor.map(Cleaning::new).map_err(system("thread"))
 }
 
 fn assemble(
@@ -300,7 +298,7 @@ fn assemble(
 }
 
 /// The thread ends when the handle is closed.
-fn stop_on_signals(events: EventSender) -> std::io::Result<(Handle, JoinHandle<()>)> {
+fn stop_on_signals(events: EventSender) -> Started<Handle> {
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     let handle = signals.handle();
     let stop = move || signals.forever().for_each(|_| events.send(Event::Stop));

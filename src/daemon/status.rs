@@ -11,9 +11,13 @@ use super::event_loop::EventLoop;
 
 impl EventLoop {
     pub(super) fn publish_status_when_due(&mut self) -> Result<(), ServerError> {
-        if !self.status_clock.ticks() {
-            return Ok(());
+        match self.status_clock.ticks() {
+            true => self.publish_status(),
+            false => Ok(()),
         }
+    }
+
+    fn publish_status(&mut self) -> Result<(), ServerError> {
         self.forget_the_absent();
         self.pulse.beat();
         let status = self.status();

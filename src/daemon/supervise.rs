@@ -313,13 +313,22 @@ impl Supervisor {
         timeout: Duration,
     ) -> Result<Happened, SuperviseError> {
         let end = self.poll(process, timeout).map_err(system("poll"))?;
-        let mut bytes = [0; 256];
-        let signal = matches!((&self.signals).read(&mut bytes), Ok(1..));
+        let signal = self.had_signal();
+        let sign = self.had_sign();
+        Ok(Happened { signal, sign, end })
+    }
+
+    fn had_signal(&self) -> bool {
+        matches!((&self.signals).read(&mut [0; 256]), Ok(1..))
+    }
+
+    /// Reads all signs of life that came.
+    fn had_sign(&self) -> bool {
         let mut sign = false;
-        while matches!(self.signs.recv(&mut bytes), Ok(1..)) {
+        while matches!(self.signs.recv(&mut [0; 256]), Ok(1..)) {
             sign = true;
         }
-        Ok(Happened { signal, sign, end })
+        sign
     }
 
     /// Waits for anything to happen; tells whether the process has ended.
@@ -328,18 +337,23 @@ impl Supervisor {
         process: Option<&OwnedFd>,
         timeout: Duration,
     ) -> Result<bool, rustix::io::Errno> {
-        let timeout = Timespec::try_from(timeout).ok();
         let mut watched = vec![
             PollFd::new(&self.signals, PollFlags::IN),
             PollFd::new(&self.signs, PollFlags::IN),
         ];
         watched.extend(process.map(|process| PollFd::new(process, PollFlags::IN)));
-        match poll(&mut watched, timeout.as_ref()) {
-            Ok(_) | Err(rustix::io::Errno::INTR) => {}
-            Err(error) => return Err(error),
-        }
+        poll_for(&mut watched, timeout)?;
         let process = watched.get(2);
         Ok(process.is_some_and(|process| !process.revents().is_empty()))
+    }
+}
+
+/// A signal only ends the wait.
+fn poll_for(watched: &mut [PollFd], timeout: Duration) -> Result<(), rustix::io::Errno> {
+    let timeout = Timespec::try_from(timeout).ok();
+    match poll(watched, timeout.as_ref()) {
+        Ok(_) | Err(rustix::io::Errno::INTR) => Ok(()),
+        Err(error) => Err(error),
     }
 }
 
@@ -366,9 +380,7 @@ const SOCKET: &str = "supervisor-";
 
 /// Removes the sockets of supervisors that were killed.
 fn remove_stale(root: &Path) {
-    let Ok(entries) = std::fs::read_dir(root) else {
-        return;
-    };
+    let entries = std::fs::read_dir(root).into_iter().flatten();
     for entry in entries.flatten() {
         if supervisor_of(&entry).is_some_and(is_gone) {
             let _ = std::fs::remove_file(entry.path());

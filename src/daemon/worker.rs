@@ -198,19 +198,19 @@ impl Work<'_> {
 
     /// A shorter path was found.
     fn publish(&self, improvement: &Improvement, lengths: [f64; 3]) {
-        let job = self.job;
-        let worker = self.worker;
-        let length = improvement.length;
-        worker
-            .crew
-            .show(|live| live.improved(job.id, lengths[0], length));
-        let header = translate::progress(&job.snapshot, improvement, lengths);
-        worker
-            .mailbox
-            .put(job.id, &header, improvement.path.as_flat());
+        self.show_improvement(improvement, lengths[0]);
+        let header = translate::progress(&self.job.snapshot, improvement, lengths);
+        let path = improvement.path.as_flat();
+        self.worker.mailbox.put(self.job.id, &header, path);
         self.told.waits.set(true);
         self.tell_when_due(monotonic_ns());
         self.hang_if_injected();
+    }
+
+    fn show_improvement(&self, improvement: &Improvement, length_before: f64) {
+        let crew = &self.worker.crew;
+        let length = improvement.length;
+        crew.show(|live| live.improved(self.job.id, length_before, length));
     }
 
     fn is_injected(&self, seed: u64) -> bool {

@@ -99,13 +99,17 @@ fn lock_file(folder: &Path) -> std::io::Result<File> {
 /// Locks a file; false where another daemon holds it and does not end.
 fn is_locked(lock: &File) -> bool {
     let end = Instant::now() + LOCK_PATIENCE;
-    while flock(lock, FlockOperation::NonBlockingLockExclusive).is_err() {
+    while !try_lock(lock) {
         if Instant::now() > end {
             return false;
         }
         std::thread::sleep(Duration::from_millis(2));
     }
     true
+}
+
+fn try_lock(lock: &File) -> bool {
+    flock(lock, FlockOperation::NonBlockingLockExclusive).is_ok()
 }
 
 /// What is kept in a folder, whoever writes it.

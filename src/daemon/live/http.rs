@@ -68,6 +68,13 @@ impl Page {
         }
     }
 
+    fn missing() -> Self {
+        Self::text(
+            404,
+            "no such page, or an answer that is not kept any more; see /\n",
+        )
+    }
+
     fn response(self) -> Response<Cursor<Vec<u8>>> {
         let kind = format!("Content-Type: {}; charset=utf-8", self.kind);
         Response::from_string(self.body)
@@ -87,13 +94,7 @@ fn found(url: &str, live: &Live) -> Page {
     match url {
         "/" => Page::html(live_page()),
         "/state" => Page::json(live.json()),
-        other => match picture(other, live) {
-            Some(picture) => Page::json(picture),
-            None => Page::text(
-                404,
-                "no such page, or an answer that is not kept any more; see /\n",
-            ),
-        },
+        other => picture(other, live).map_or_else(Page::missing, Page::json),
     }
 }
 
@@ -110,13 +111,17 @@ fn is_to_own_name(request: &Request) -> bool {
 
 /// Whether a `Host` header names this machine by a name that nobody else can give.
 fn is_own_name(host: &str) -> bool {
-    let name = match host.rsplit_once(':') {
-        Some((name, port)) if port.chars().all(|digit| digit.is_ascii_digit()) => name,
+    let name = without_port(host);
+    let own = ["127.0.0.1", "[::1]", "localhost"];
+    own.iter().any(|own| name.eq_ignore_ascii_case(own))
+}
+
+fn without_port(host: &str) -> &str {
+    let is_port = |text: &str| text.chars().all(|digit| digit.is_ascii_digit());
+    match host.rsplit_once(':') {
+        Some((name, port)) if is_port(port) => name,
         _ => host,
-    };
-    ["127.0.0.1", "[::1]", "localhost"]
-        .iter()
-        .any(|own| name.eq_ignore_ascii_case(own))
+    }
 }
 
 #[cfg(test)]

@@ -125,14 +125,7 @@ impl Live {
 
     /// A worker begins with a job.
     pub(super) fn begin(&self, job: &Job) {
-        let run = Run {
-            asked: job.asked.clone(),
-            mode: job.settings.mode.name(),
-            received_ns: job.received_ns,
-            length_before: 0.0,
-            lengths: Vec::new(),
-        };
-        self.lock().running.insert(job.id, run);
+        self.lock().running.insert(job.id, Run::of(job));
     }
 
     /// It found a shorter path.
@@ -202,8 +195,13 @@ impl State {
 
     fn is_overfull(&self) -> bool {
         let count = self.answers.len();
-        let numbers = || -> usize { self.answers.iter().map(|answer| answer.numbers()).sum() };
-        count > ANSWERS || (count > 1 && numbers() > NUMBERS)
+        count > ANSWERS || (count > 1 && self.numbers() > NUMBERS)
+    }
+
+    /// Numbers in the paths of all answers.
+    fn numbers(&self) -> usize {
+        let answers = self.answers.iter();
+        answers.map(|answer| answer.numbers()).sum()
     }
 
     fn shown<'a>(&'a self, instance: &'a str, now_ns: u64) -> Shown<'a> {
@@ -222,11 +220,25 @@ impl State {
 impl Run {
     /// Of many lengths every second is left out.
     fn improved(&mut self, now_ns: u64, length: f64) {
-        self.lengths
-            .push((seconds(self.received_ns, now_ns), length));
+        let time_s = seconds(self.received_ns, now_ns);
+        self.lengths.push((time_s, length));
         if self.lengths.len() > LENGTHS {
-            let mut index = 0;
-            self.lengths.retain(|_| (index % 2 == 0, index += 1).0);
+            self.thin_out();
+        }
+    }
+
+    fn thin_out(&mut self) {
+        let mut index = 0;
+        self.lengths.retain(|_| (index % 2 == 0, index += 1).0);
+    }
+
+    fn of(job: &Job) -> Self {
+        Self {
+            asked: job.asked.clone(),
+            mode: job.settings.mode.name(),
+            received_ns: job.received_ns,
+            length_before: 0.0,
+            lengths: Vec::new(),
         }
     }
 

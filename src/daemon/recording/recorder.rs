@@ -66,6 +66,13 @@ struct Running {
 }
 
 impl Running {
+    fn new(file: PathBuf, now_ns: u64) -> Self {
+        Self {
+            file,
+            asked_about_ns: now_ns,
+        }
+    }
+
     fn is_forgotten(&self, now_ns: u64) -> bool {
         now_ns > self.asked_about_ns + PATIENCE_NS
     }
@@ -153,10 +160,7 @@ impl Recorder {
 
     fn begin(&mut self, file: PathBuf, token: u64, now_ns: u64) {
         self.counts.begin();
-        self.running = Some(Running {
-            file: file.clone(),
-            asked_about_ns: now_ns,
-        });
+        self.running = Some(Running::new(file.clone(), now_ns));
         self.send(Line::Begin { file, token });
     }
 
@@ -227,9 +231,13 @@ impl Recorder {
         }
         self.kept_bytes += bytes;
         self.kept.push_back(kept);
-        while self.kept.len() > REMEMBERED || self.kept_bytes > REMEMBERED_BYTES {
+        while self.is_overfull() {
             self.forget_oldest();
         }
+    }
+
+    fn is_overfull(&self) -> bool {
+        self.kept.len() > REMEMBERED || self.kept_bytes > REMEMBERED_BYTES
     }
 
     fn forget_oldest(&mut self) {

@@ -132,6 +132,14 @@ impl Turn {
         self.since_ns.saturating_sub(self.begun_ns)
     }
 
+    /// Counts what was computed since it was last counted, and gives that.
+    fn charged_until(&mut self, now_ns: u64) -> u64 {
+        let used_ns = now_ns.saturating_sub(self.since_ns);
+        self.since_ns = now_ns;
+        self.computed_ns += used_ns;
+        used_ns
+    }
+
     /// Time until its deadline.
     fn left(&self) -> Duration {
         Duration::from_nanos(self.deadline_ns.saturating_sub(monotonic_ns()))
@@ -203,9 +211,7 @@ impl State {
 
     fn charge(&mut self, turn: &mut Turn, now_ns: u64) {
         self.forget(now_ns);
-        let used_ns = now_ns.saturating_sub(turn.since_ns);
-        turn.since_ns = now_ns;
-        turn.computed_ns += used_ns;
+        let used_ns = turn.charged_until(now_ns);
         if let Some(share) = self.clients.get_mut(&turn.client) {
             share.used_ns += used_ns;
         }
@@ -246,6 +252,29 @@ impl State {
         job
     }
 
+    fn take_waiting(&mut self, job: u64) -> Option<Job> {
+        let index = self.waiting.iter().position(|waiting| waiting.id == job)?;
+        Some(self.take_job(index))
+    }
+
+    /// The highest class of those that can be computed now.
+    fn highest_class(&self) -> u32 {
+        let classes = self.standings().map(|standing| standing.class);
+        classes.max().unwrap_or(0)
+    }
+
+    /// The next to be computed.
+    fn best(&self) -> Option<Standing> {
+        let standings: Vec<Standing> = self.standings().collect();
+        order::next(standings.iter().copied()).map(|index| standings[index])
+    }
+
+    /// Jobs that wait and would be taken before this one.
+    fn ahead_of(&self, standing: &Standing) -> usize {
+        let waiting = self.waiting.iter().map(|job| self.standing_of(job));
+        waiting.filter(|job| !job.goes_after(standing)).count()
+    }
+
     fn new(slots: usize) -> Self {
         Self {
             free_slots: slots,
@@ -273,13 +302,10 @@ impl State {
 
     /// Whether a job has to let another one go first.
     fn yields(&self, turn: &Turn) -> bool {
-        let standings: Vec<Standing> = self.standings().collect();
-        let Some(best) = order::next(standings.iter().copied()).map(|index| standings[index])
-        else {
-            return false;
-        };
-        let own = turn.standing(&self.clients);
-        self.may_pause(best.class > own.class) && own.yields_to(&best, turn.lasts_ns())
+        self.best().is_some_and(|best| {
+            let own = turn.standing(&self.clients);
+            self.may_pause(best.class > own.class) && own.yields_to(&best, turn.lasts_ns())
+        })
     }
 
     fn may_pause(&self, for_higher_class: bool) -> bool {
@@ -379,11 +405,14 @@ impl Schedule {
     }
 
     fn is_time_to_look(&self, turn: &Turn, now_ns: u64) -> bool {
-        if self.ready.load(Ordering::Relaxed) == 0 || !turn.has_slot {
-            return false;
-        }
-        let is_urgent = self.urgent.load(Ordering::Relaxed) > turn.class;
-        is_urgent || now_ns >= turn.since_ns + LOOK_NS
+        let somebody_waits = self.ready.load(Ordering::Relaxed) != 0;
+        let has_lasted = now_ns >= turn.since_ns + LOOK_NS;
+        somebody_waits && turn.has_slot && (has_lasted || self.is_urgent(turn))
+    }
+
+    /// Whether a job of a higher class waits.
+    fn is_urgent(&self, turn: &Turn) -> bool {
+        self.urgent.load(Ordering::Relaxed) > turn.class
     }
 
     fn pause(&self, state: &mut State, turn: &mut Turn) {
@@ -426,8 +455,7 @@ impl Schedule {
     /// Takes a job out, if it was not begun.
     pub(super) fn remove(&self, job: u64) -> Option<Job> {
         let mut state = self.lock();
-        let index = state.waiting.iter().position(|waiting| waiting.id == job)?;
-        let job = state.take_job(index);
+        let job = state.take_waiting(job)?;
         self.fill_slots(&mut state);
         Some(job)
     }
@@ -435,8 +463,8 @@ impl Schedule {
     /// Lets a job look whether it is over, if it has made room.
     pub(super) fn wake(&self, job: u64) {
         let state = self.lock();
-        if let Some(turn) = state.paused.iter().find(|turn| turn.job == job) {
-            self.seats[turn.thread].notify_one();
+        if let Some(index) = state.paused_index(job) {
+            self.seats[state.paused[index].thread].notify_one();
         }
     }
 
@@ -472,12 +500,7 @@ impl Schedule {
     pub(super) fn wait_ns(&self, client: u128, class: u32, deadline_ns: Option<u64>) -> u64 {
         let state = self.lock();
         let new = standing(&state.clients, client, class, deadline_ns, u64::MAX, 0);
-        let ahead = state
-            .waiting
-            .iter()
-            .filter(|job| !state.standing_of(job).goes_after(&new))
-            .count();
-        (ahead as f64 * state.begun.interval_ns) as u64
+        (state.ahead_of(&new) as f64 * state.begun.interval_ns) as u64
     }
 
     /// Ends the threads once nothing waits.
@@ -499,10 +522,9 @@ impl Schedule {
 
     /// Lets the threads that compute see whether somebody waits.
     fn show_ready(&self, state: &State) {
-        let standings = state.standings();
-        let highest = standings.clone().map(|standing| standing.class).max();
-        self.ready.store(standings.count(), Ordering::Relaxed);
-        self.urgent.store(highest.unwrap_or(0), Ordering::Relaxed);
+        let count = state.standings().count();
+        self.ready.store(count, Ordering::Relaxed);
+        self.urgent.store(state.highest_class(), Ordering::Relaxed);
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
