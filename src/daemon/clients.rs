@@ -186,13 +186,17 @@ impl Clients {
 
     /// What people are shown, those that had most first.
     pub(super) fn summaries(&mut self, now_ns: u64) -> Vec<ClientSummary> {
-        let quota = self.quota;
-        let accounts = self.accounts.iter_mut();
-        let mut summaries: Vec<ClientSummary> = accounts
-            .map(|(id, account)| account.summary(*id, &quota, now_ns))
-            .collect();
+        let mut summaries = self.summed_up(now_ns);
         summaries.sort_by_key(|client| (Reverse(client.computed_ns), client.pid));
         summaries
+    }
+
+    fn summed_up(&mut self, now_ns: u64) -> Vec<ClientSummary> {
+        let quota = self.quota;
+        let accounts = self.accounts.iter_mut();
+        accounts
+            .map(|(id, account)| account.summary(*id, &quota, now_ns))
+            .collect()
     }
 }
 

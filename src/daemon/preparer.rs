@@ -29,8 +29,9 @@ fn preparer(
     models: Receiver<Arc<PreparedModel>>,
     schedule: Arc<Schedule>,
 ) -> std::io::Result<JoinHandle<()>> {
-    let name = format!("taut-preparer-{index}");
-    spawn(&name, move || prepare(&models, &schedule))
+    spawn(&format!("taut-preparer-{index}"), move || {
+        prepare(&models, &schedule);
+    })
 }
 
 fn prepare(models: &Receiver<Arc<PreparedModel>>, schedule: &Schedule) {

@@ -97,13 +97,17 @@ fn parse<T: DeserializeOwned>(bytes: &[u8], start: usize) -> Result<Contents<T>,
 
 /// The first record and the bytes after it; `None` where none is whole.
 fn next<T: DeserializeOwned>(bytes: &[u8]) -> Result<Option<(T, &[u8])>, String> {
-    let Some((payload, rest)) = first_payload(bytes)? else {
-        return Ok(None);
-    };
+    match first_payload(bytes)? {
+        Some((payload, rest)) => Ok(Some((decoded(payload)?, rest))),
+        None => Ok(None),
+    }
+}
+
+fn decoded<T: DeserializeOwned>(payload: &[u8]) -> Result<T, String> {
     let record = bincode::serde::decode_from_slice(payload, bincode::config::standard());
     let (record, read) = record.map_err(|error| error.to_string())?;
     match read == payload.len() {
-        true => Ok(Some((record, rest))),
+        true => Ok(record),
         false => Err("a record is longer than it should be".to_owned()),
     }
 }

@@ -217,36 +217,35 @@ impl EventLoop {
     }
 
     fn send_progress(&mut self, progress: &Progress) {
-        let Some(open) = self.open.get_mut(progress.job) else {
-            return;
-        };
-        let mut header = progress.header;
-        header.flags |= superseded(&self.store, open);
-        self.stories.tell(progress.job, || story::shorter(&header));
-        let body = ResponseBody {
-            path: &progress.path,
-            ..ResponseBody::default()
-        };
-        if let Err(error) = open.request.send(&header, &body) {
-            tracing::warn!(
-                request = open.request.header().request_id,
-                "an improvement was not sent: {error}"
-            );
+        if let Some(open) = self.open.get_mut(progress.job) {
+            let mut header = progress.header;
+            header.flags |= superseded(&self.store, open);
+            self.stories.tell(progress.job, || story::shorter(&header));
+            send_shorter(open, &header, &progress.path);
         }
     }
 
     pub(super) fn finish(&mut self, answered: Answered) {
-        if let Some(content) = answered.crashed {
+        self.note_crash(answered.crashed);
+        self.metrics.timed(&answered.reply.header);
+        self.note_answer(&answered);
+        if let Some(open) = self.close_request(answered.job) {
+            self.reply(answered.job, open, answered.reply);
+        }
+    }
+
+    fn note_crash(&mut self, crashed: Option<u64>) {
+        if let Some(content) = crashed {
             self.metrics.panicked();
             self.poison.crashed(content);
         }
-        self.metrics.timed(&answered.reply.header);
-        self.note_answer(&answered);
-        let Answered { job, reply, .. } = answered;
-        match self.close_request(job) {
-            Some(open) if watch::is_watch(&open.request) => self.watched(job, open, reply),
-            Some(open) => self.send_final(job, open, reply),
-            None => {}
+    }
+
+    fn reply(&mut self, job: u64, open: OpenRequest, reply: Reply) {
+        if watch::is_watch(&open.request) {
+            self.watched(job, open, reply);
+        } else {
+            self.send_final(job, open, reply);
         }
     }
 
@@ -385,10 +384,13 @@ impl EventLoop {
 
     /// Takes nothing new and ends what runs, with the best so far.
     pub(super) fn drain(&mut self) {
-        if std::mem::replace(&mut self.is_draining, true) {
-            return;
+        if !std::mem::replace(&mut self.is_draining, true) {
+            tracing::info!(open = self.open.len(), "stopping");
+            self.end_all();
         }
-        tracing::info!(open = self.open.len(), "stopping");
+    }
+
+    fn end_all(&mut self) {
         self.end_waiting();
         self.stop_open();
         self.end_watches();
@@ -435,5 +437,17 @@ fn deliver(mut request: IncomingRequest, reply: &Reply) {
     }
     if let Err(error) = request.refuse(Code::ResourceExhausted, &error.to_string(), 0) {
         tracing::warn!(request = id, "its refusal neither: {error}");
+    }
+}
+
+/// Sends an improvement; one that does not arrive is followed by others, or by the answer.
+fn send_shorter(open: &mut OpenRequest, header: &ResponseHeader, path: &[f64]) {
+    let body = ResponseBody {
+        path,
+        ..ResponseBody::default()
+    };
+    if let Err(error) = open.request.send(header, &body) {
+        let request = open.request.header().request_id;
+        tracing::warn!(request, "an improvement was not sent: {error}");
     }
 }

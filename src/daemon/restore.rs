@@ -220,13 +220,19 @@ impl Start<'_> {
         reader: &mut Reader,
         problem: &ProblemConfig,
     ) -> Result<(), DaemonError> {
-        let start = Instant::now();
         // Without labels the file has to be read to know them. What is restored needs no file.
-        if let (Some(robot), Some(scene)) = (&problem.robot, &problem.scene)
-            && self.is_restored(robot, scene)
-        {
-            return self.warm(robot, scene);
+        match (&problem.robot, &problem.scene) {
+            (Some(robot), Some(scene)) if self.is_restored(robot, scene) => self.warm(robot, scene),
+            _ => self.read_problem(reader, problem),
         }
+    }
+
+    fn read_problem(
+        &mut self,
+        reader: &mut Reader,
+        problem: &ProblemConfig,
+    ) -> Result<(), DaemonError> {
+        let start = Instant::now();
         let read = reader.problem(&problem.file, problem.geometry.into())?;
         let robot = problem.robot.as_ref().unwrap_or(&read.robot.name).clone();
         let scene = problem.scene.as_ref().unwrap_or(&read.name).clone();

@@ -118,14 +118,18 @@ impl EventLoop {
 
 /// The diff of a short text that names no mesh file.
 fn short_diff(json: &str) -> Result<Option<SceneDiff>, SceneError> {
-    if json.len() > SHORT_DIFF {
-        return Ok(None);
+    match json.len() {
+        ..=SHORT_DIFF => without_files(json),
+        _ => Ok(None),
     }
+}
+
+fn without_files(json: &str) -> Result<Option<SceneDiff>, SceneError> {
     let file = DiffFile::parse(json)?;
-    if file.names_mesh_files() {
-        return Ok(None);
+    match file.names_mesh_files() {
+        true => Ok(None),
+        false => SceneDiff::try_from(file).map(Some),
     }
-    SceneDiff::try_from(file).map(Some)
 }
 
 /// Why a scene is refused, with the file that messages call it.

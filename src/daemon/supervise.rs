@@ -380,12 +380,14 @@ const SOCKET: &str = "supervisor-";
 
 /// Removes the sockets of supervisors that were killed.
 fn remove_stale(root: &Path) {
-    let entries = std::fs::read_dir(root).into_iter().flatten();
-    for entry in entries.flatten() {
-        if supervisor_of(&entry).is_some_and(is_gone) {
-            let _ = std::fs::remove_file(entry.path());
-        }
+    for entry in stale(root) {
+        let _ = std::fs::remove_file(entry.path());
     }
+}
+
+fn stale(root: &Path) -> impl Iterator<Item = DirEntry> {
+    let entries = std::fs::read_dir(root).into_iter().flatten().flatten();
+    entries.filter(|entry| supervisor_of(entry).is_some_and(is_gone))
 }
 
 /// The supervisor whose socket this is.

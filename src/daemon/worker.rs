@@ -52,10 +52,15 @@ impl Crew {
         count: usize,
     ) -> std::io::Result<(Vec<Arc<Mailbox>>, Vec<JoinHandle<()>>)> {
         let mailboxes: Vec<Arc<Mailbox>> = (0..count).map(|_| Arc::default()).collect();
-        let numbered = mailboxes.iter().cloned().enumerate();
-        let threads = numbered.map(|(index, mailbox)| self.worker(index, mailbox).start());
-        let threads = threads.collect::<Result<_, _>>()?;
+        let threads = self.start_workers(&mailboxes)?;
         Ok((mailboxes, threads))
+    }
+
+    fn start_workers(&self, mailboxes: &[Arc<Mailbox>]) -> std::io::Result<Vec<JoinHandle<()>>> {
+        let numbered = mailboxes.iter().cloned().enumerate();
+        numbered
+            .map(|(index, mailbox)| self.worker(index, mailbox).start())
+            .collect()
     }
 
     fn worker(&self, index: usize, mailbox: Arc<Mailbox>) -> Worker {

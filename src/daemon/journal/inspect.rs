@@ -1,5 +1,6 @@
 //! Looking at a journal without touching it, also while a daemon writes it.
 
+use std::fs::DirEntry;
 use std::path::Path;
 
 use super::{Content, JournalError, State, read};
@@ -44,7 +45,10 @@ impl Found {
 
 /// Bytes of the files of a folder; none where there is no such folder.
 fn bytes_in(folder: &Path) -> u64 {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let metas = entries.filter_map(|entry| entry.metadata().ok());
-    metas.map(|meta| meta.len()).sum()
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    entries.flatten().map(|entry| bytes_of(&entry)).sum()
+}
+
+fn bytes_of(entry: &DirEntry) -> u64 {
+    entry.metadata().map_or(0, |meta| meta.len())
 }

@@ -121,12 +121,17 @@ fn work(mut writer: Writer, entries: &Receiver<Entry>, told: &Told) {
     while let Ok(first) = entries.recv() {
         let waiting = std::iter::once(first).chain(entries.try_iter());
         let taken = take(&mut writer, waiting);
-        let failure = writer.write(taken.ends).err();
-        if let Some(reason) = &failure {
-            tracing::error!("changes are made but not kept: {reason}");
-        }
-        told(taken.last, failure);
+        told(taken.last, failure(&mut writer, taken.ends));
     }
+}
+
+/// Writes what was taken; why it is not kept, if it is not.
+fn failure(writer: &mut Writer, ends: bool) -> Option<String> {
+    let failure = writer.write(ends).err();
+    if let Some(reason) = &failure {
+        tracing::error!("changes are made but not kept: {reason}");
+    }
+    failure
 }
 
 /// What was taken to be written at once.

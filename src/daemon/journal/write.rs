@@ -27,7 +27,6 @@ pub(super) struct Writer {
 }
 
 impl Writer {
-    /// Takes a state, to be written next.
     /// Nothing is to be written yet.
     pub(super) fn new(log: Log, meshes: Meshes, lock: File) -> Self {
         Self {
@@ -81,7 +80,11 @@ impl Writer {
             record_log::encode(&change(key, before.as_ref(), state), &mut bytes)?;
         }
         end_if(ends, &mut bytes)?;
-        let written = self.log.append(&bytes);
+        self.append(&bytes)
+    }
+
+    fn append(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let written = self.log.append(bytes);
         written.map_err(|error| self.log.error(&error))
     }
 
@@ -93,10 +96,14 @@ impl Writer {
             record_log::encode(&whole(key, state), &mut bytes)?;
         }
         end_if(ends, &mut bytes)?;
-        let written = self.log.replace(&bytes);
-        written.map_err(|error| self.log.error(&error))?;
+        self.replace(&bytes)?;
         self.remove_unused_meshes();
         Ok(())
+    }
+
+    fn replace(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let written = self.log.replace(bytes);
+        written.map_err(|error| self.log.error(&error))
     }
 
     /// That a label is gone is worth a record only where the configuration names it, or where its

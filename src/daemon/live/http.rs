@@ -117,11 +117,14 @@ fn is_own_name(host: &str) -> bool {
 }
 
 fn without_port(host: &str) -> &str {
-    let is_port = |text: &str| text.chars().all(|digit| digit.is_ascii_digit());
     match host.rsplit_once(':') {
-        Some((name, port)) if is_port(port) => name,
+        Some((name, port)) if is_number(port) => name,
         _ => host,
     }
+}
+
+fn is_number(text: &str) -> bool {
+    text.chars().all(|digit| digit.is_ascii_digit())
 }
 
 #[cfg(test)]

@@ -130,10 +130,9 @@ impl Live {
 
     /// It found a shorter path.
     pub(super) fn improved(&self, job: u64, length_before: f64, length: f64) {
-        let now_ns = monotonic_ns();
         if let Some(run) = self.lock().running.get_mut(&job) {
             run.length_before = length_before;
-            run.improved(now_ns, length);
+            run.improved(monotonic_ns(), length);
         }
     }
 

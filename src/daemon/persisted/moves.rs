@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use taut::scene::Scene;
+use taut::scene::{Obstacle, Scene};
 
 use super::plain::PoseRecord;
 
@@ -12,12 +12,19 @@ pub(in crate::daemon) type Moves = Vec<(u32, PoseRecord)>;
 
 /// The objects that are elsewhere in `after`, if nothing else differs from `before`.
 pub(in crate::daemon) fn moves_between(before: &Scene, after: &Scene) -> Option<Moves> {
-    if !is_same_but_for_objects(before, after) || !have_same_carriers(before, after) {
-        return None;
+    let may_only_have_moved =
+        is_same_but_for_objects(before, after) && have_same_carriers(before, after);
+    if may_only_have_moved {
+        moves(before, after)
+    } else {
+        None
     }
+}
+
+fn moves(before: &Scene, after: &Scene) -> Option<Moves> {
     let mut moves = Moves::new();
     for (index, (a, b)) in before.objects().zip(after.objects()).enumerate() {
-        if a.id != b.id || !Arc::ptr_eq(&a.shapes, &b.shapes) {
+        if !is_same_thing(a, b) {
             return None;
         }
         if a.pose != b.pose {
@@ -25,6 +32,10 @@ pub(in crate::daemon) fn moves_between(before: &Scene, after: &Scene) -> Option<
         }
     }
     Some(moves)
+}
+
+fn is_same_thing(a: &Obstacle, b: &Obstacle) -> bool {
+    a.id == b.id && Arc::ptr_eq(&a.shapes, &b.shapes)
 }
 
 fn is_same_but_for_objects(before: &Scene, after: &Scene) -> bool {

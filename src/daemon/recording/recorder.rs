@@ -191,14 +191,19 @@ impl Recorder {
         }
     }
 
+    /// Has a request written that is to be recorded.
+    fn record_question(&self, question: &Arc<Question>) {
+        if question.is_recorded {
+            self.counts.requests.fetch_add(1, Relaxed);
+            self.send(Line::Asked(question.clone()));
+        }
+    }
+
     /// A job is given to the workers.
     pub(in crate::daemon) fn asked(&mut self, job: &Job) -> Arc<Question> {
         let takes = self.takes(size_of_val(job.path.as_flat()));
         let question = Arc::new(Question::of(job, takes));
-        if takes {
-            self.counts.requests.fetch_add(1, Relaxed);
-            self.send(Line::Asked(question.clone()));
-        }
+        self.record_question(&question);
         question
     }
 

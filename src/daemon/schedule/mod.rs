@@ -203,10 +203,8 @@ impl State {
     /// Those whose model is made, by index.
     fn ready_jobs(&self) -> impl Iterator<Item = (usize, &Job)> + Clone {
         let is_of_use = !self.idle.is_empty();
-        self.waiting
-            .iter()
-            .enumerate()
-            .filter(move |(_, job)| is_of_use && job.snapshot.model.is_ready())
+        let waiting = self.waiting.iter().enumerate();
+        waiting.filter(move |(_, job)| is_of_use && job.snapshot.model.is_ready())
     }
 
     fn charge(&mut self, turn: &mut Turn, now_ns: u64) {
@@ -215,6 +213,13 @@ impl State {
         if let Some(share) = self.clients.get_mut(&turn.client) {
             share.used_ns += used_ns;
         }
+    }
+
+    /// A turn is over, and its slot free.
+    fn end(&mut self, turn: &mut Turn, now_ns: u64) {
+        self.charge(turn, now_ns);
+        self.leave(turn.client);
+        self.free_slots += usize::from(turn.has_slot);
     }
 
     /// A client has one job more.
@@ -337,14 +342,17 @@ impl State {
 
     /// Takes out those that were not begun and are meant, in order of arrival.
     fn take_where(&mut self, is_meant: impl Fn(&Job) -> bool) -> Vec<Job> {
-        let indices = (0..self.waiting.len()).rev();
-        let meant: Vec<usize> = indices
-            .filter(|&index| is_meant(&self.waiting[index]))
-            .collect();
-        let taken = meant.into_iter().map(|index| self.take_job(index));
-        let mut taken: Vec<Job> = taken.collect();
+        let meant = self.indices_where(is_meant).into_iter();
+        // From the last on: taking one out moves only what stands after it.
+        let mut taken: Vec<Job> = meant.rev().map(|index| self.take_job(index)).collect();
         taken.sort_by_key(|job| job.id);
         taken
+    }
+
+    fn indices_where(&self, is_meant: impl Fn(&Job) -> bool) -> Vec<usize> {
+        let waiting = self.waiting.iter().enumerate();
+        let meant = waiting.filter(|(_, job)| is_meant(job));
+        meant.map(|(index, _)| index).collect()
     }
 }
 
@@ -437,18 +445,21 @@ impl Schedule {
                 turn.since_ns = monotonic_ns();
                 return;
             }
-            let woken = self.seats[turn.thread].wait_timeout(state, turn.left());
-            state = woken.unwrap_or_else(PoisonError::into_inner).0;
+            state = self.sleep(state, turn);
         }
         turn.goes_on();
+    }
+
+    /// Sleeps until somebody wakes the turn's thread, or its deadline comes.
+    fn sleep<'a>(&self, state: MutexGuard<'a, State>, turn: &Turn) -> MutexGuard<'a, State> {
+        let woken = self.seats[turn.thread].wait_timeout(state, turn.left());
+        woken.unwrap_or_else(PoisonError::into_inner).0
     }
 
     /// Ends a turn, whose job is answered.
     pub(super) fn finish(&self, turn: &mut Turn) {
         let mut state = self.lock();
-        state.charge(turn, monotonic_ns());
-        state.leave(turn.client);
-        state.free_slots += usize::from(turn.has_slot);
+        state.end(turn, monotonic_ns());
         self.fill_slots(&mut state);
     }
 
