@@ -7,7 +7,6 @@
 mod admission;
 mod cleaning;
 mod clients;
-mod computing;
 pub mod config;
 mod control;
 mod error;
