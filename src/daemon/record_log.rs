@@ -95,6 +95,9 @@ fn parse<T: DeserializeOwned>(bytes: &[u8], start: usize) -> Result<Contents<T>,
     })
 }
 
+/// Bytes that belong together, and those after them.
+type Parted<'a> = (&'a [u8], &'a [u8]);
+
 /// The first record and the bytes after it; `None` where none is whole.
 fn next<T: DeserializeOwned>(bytes: &[u8]) -> Result<Option<(T, &[u8])>, String> {
     match first_payload(bytes)? {
@@ -112,8 +115,8 @@ fn decoded<T: DeserializeOwned>(payload: &[u8]) -> Result<T, String> {
     }
 }
 
-/// The bytes of the first record, and those after it.
-fn first_payload(bytes: &[u8]) -> Result<Option<(&[u8], &[u8])>, String> {
+/// The bytes of the first record, and those after it; `None` where it is not whole.
+fn first_payload(bytes: &[u8]) -> Result<Option<Parted<'_>>, String> {
     let Some((header, after)) = bytes.split_first_chunk::<HEADER>() else {
         return Ok(None);
     };

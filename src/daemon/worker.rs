@@ -31,6 +31,9 @@ const TELL_NS: u64 = 2_000_000;
 /// clients: they take microseconds, and would wait out its time slice of milliseconds.
 const GIVE_WAY_NS: u64 = 1_000_000;
 
+/// Where each worker's improvements go, by its number.
+pub(super) type Mailboxes = Vec<Arc<Mailbox>>;
+
 /// What all workers share.
 #[derive(Clone)]
 pub(super) struct Crew {
@@ -47,11 +50,8 @@ pub(super) struct Crew {
 impl Crew {
     /// Starts so many workers, and gives where their improvements go; their threads end when the
     /// schedule is closed and nothing waits.
-    pub(super) fn start(
-        self,
-        count: usize,
-    ) -> std::io::Result<(Vec<Arc<Mailbox>>, Vec<JoinHandle<()>>)> {
-        let mailboxes: Vec<Arc<Mailbox>> = (0..count).map(|_| Arc::default()).collect();
+    pub(super) fn start(self, count: usize) -> std::io::Result<(Mailboxes, Vec<JoinHandle<()>>)> {
+        let mailboxes: Mailboxes = (0..count).map(|_| Arc::default()).collect();
         let threads = self.start_workers(&mailboxes)?;
         Ok((mailboxes, threads))
     }
