@@ -78,11 +78,18 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     }
 
     pub fn whole_stretch(&self, stretch: usize) -> (Place, Place) {
-        let mut ends = (0..self.progress.best.fixed().len())
-            .filter(|&i| self.progress.best.fixed()[i])
-            .skip(stretch);
+        let fixed = self.progress.best.fixed();
+        let mut ends = (0..fixed.len()).filter(|&i| fixed[i]).skip(stretch);
         let mut next = || self.at_waypoint(ends.next().unwrap_or(0));
         (next(), next())
+    }
+
+    /// The stretch between neighbouring fixed waypoints that a segment lies on.
+    fn stretch_around(&self, segment: usize) -> Option<(usize, usize)> {
+        let fixed = self.progress.best.fixed();
+        let start = (0..=segment).rev().find(|&i| fixed[i])?;
+        let end = (segment + 1..fixed.len()).find(|&i| fixed[i])?;
+        Some((start, end))
     }
 
     fn at_waypoint(&self, waypoint: usize) -> Place {
@@ -97,25 +104,23 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     /// probability `snapped`.
     pub fn draw_places(&mut self, snapped: f64) -> Option<(Place, Place)> {
         let anywhere = self.progress.random.f64() * self.length();
-        let segment = self.segment_at(anywhere);
-        let start = (0..=segment)
-            .rev()
-            .find(|&i| self.progress.best.fixed()[i])?;
-        let end = (segment + 1..self.progress.best.fixed().len())
-            .find(|&i| self.progress.best.fixed()[i])?;
-        let other = self.arcs()[start]
-            + self.progress.random.f64() * (self.arcs()[end] - self.arcs()[start]);
-        let [from, to] = [anywhere.min(other), anywhere.max(other)].map(|arc| {
-            let place = self.place_at(arc);
-            let nearest = place.segment + usize::from(place.ratio > 0.5);
-            if self.progress.random.f64() < snapped {
-                self.at_waypoint(nearest)
-            } else {
-                place
-            }
-        });
+        let (start, end) = self.stretch_around(self.segment_at(anywhere))?;
+        let from = self.arcs()[start];
+        let other = from + self.progress.random.f64() * (self.arcs()[end] - from);
+        let [from, to] =
+            [anywhere.min(other), anywhere.max(other)].map(|arc| self.draw_place(arc, snapped));
         let last = to.segment - usize::from(to.ratio == 0.0 && to.segment > 0);
         (from.segment < last).then_some((from, to))
+    }
+
+    /// The place at an arc length; or, with probability `snapped`, the waypoint nearest to it.
+    fn draw_place(&mut self, arc: f64, snapped: f64) -> Place {
+        let place = self.place_at(arc);
+        let nearest = place.segment + usize::from(place.ratio > 0.5);
+        match self.progress.random.f64() < snapped {
+            true => self.at_waypoint(nearest),
+            false => place,
+        }
     }
 
     fn segment_at(&self, arc: f64) -> usize {
@@ -125,12 +130,7 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
 
     fn place_at(&self, arc: f64) -> Place {
         let segment = self.segment_at(arc);
-        let length = self.arcs()[segment + 1] - self.arcs()[segment];
-        let ratio = if length > 0.0 {
-            (arc - self.arcs()[segment]) / length
-        } else {
-            0.0
-        };
+        let ratio = self.ratio_at(segment, arc);
         if ratio < 1.0 {
             Place {
                 segment,
@@ -142,73 +142,81 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         }
     }
 
+    fn ratio_at(&self, segment: usize, arc: f64) -> f64 {
+        let start = self.arcs()[segment];
+        let length = self.arcs()[segment + 1] - start;
+        if length > 0.0 {
+            (arc - start) / length
+        } else {
+            0.0
+        }
+    }
+
     /// Builds the candidate that moves the components `straightened` straight from one place to the
     /// other.
     pub fn build(&mut self, (from, to): (Place, Place), straightened: Range<usize>) {
-        let first = from.segment;
         let last = to.segment + usize::from(to.ratio > 0.0);
-        self.replaced = first..last + 1;
-        for (side, place) in [from, to].into_iter().enumerate() {
-            let start = place.segment;
-            let end = (place.segment + 1).min(self.progress.best.path().len() - 1);
-            self.progress.task.space.difference(
-                self.progress.best.path().waypoint(end),
-                self.progress.best.path().waypoint(start),
-                &mut self.velocity,
-            );
-            let at = &mut self.ends[side];
-            self.progress.task.space.integrate(
-                self.progress.best.path().waypoint(start),
-                &self.velocity,
-                place.ratio,
-                at,
-            );
-            if place.ratio == 0.0 {
-                at.copy_from_slice(self.progress.best.path().waypoint(start));
-            }
-        }
+        self.replaced = from.segment..last + 1;
+        self.stand_at(0, from);
+        self.stand_at(1, to);
         self.candidate.clear();
         self.candidate
-            .extend_from_slice(self.progress.best.path().waypoint(first));
+            .extend_from_slice(self.progress.best.path().waypoint(from.segment));
         push_different(&mut self.candidate, &self.ends[0]);
-        let is_straight = straightened.len() == self.progress.task.space.components().len();
-        if !is_straight {
-            self.progress
-                .task
-                .space
-                .difference(&self.ends[1], &self.ends[0], &mut self.velocity);
-            for waypoint in first + 1..last {
-                self.straighten(
-                    waypoint,
-                    (self.arcs()[waypoint] - from.arc) / (to.arc - from.arc),
-                    straightened.clone(),
-                );
-            }
+        // Where everything moves straight, nothing is left of the waypoints between.
+        if straightened.len() < self.progress.task.space.components().len() {
+            self.straighten_between(from, to, straightened);
         }
         push_different(&mut self.candidate, &self.ends[1]);
+        self.close(last);
+    }
+
+    /// `ends[side]` ← the configuration at a place.
+    fn stand_at(&mut self, side: usize, place: Place) {
+        let space = self.progress.task.space;
+        let path = self.progress.best.path();
+        let from = path.waypoint(place.segment);
+        let to = path.waypoint((place.segment + 1).min(path.len() - 1));
+        let at = &mut self.ends[side];
+        space.difference(to, from, &mut self.velocity);
+        space.integrate(from, &self.velocity, place.ratio, at);
+        // A waypoint keeps its bits: integrating by 0 may round a rotation.
+        if place.ratio == 0.0 {
+            at.copy_from_slice(from);
+        }
+    }
+
+    /// Adds the waypoints between two places, straightened.
+    fn straighten_between(&mut self, from: Place, to: Place, straightened: Range<usize>) {
+        let [start, end] = &self.ends;
+        self.progress
+            .task
+            .space
+            .difference(end, start, &mut self.velocity);
+        for waypoint in from.segment + 1..self.replaced.end - 1 {
+            let ratio = (self.arcs()[waypoint] - from.arc) / (to.arc - from.arc);
+            self.straighten(waypoint, ratio, straightened.clone());
+        }
+    }
+
+    /// Adds the last waypoint that the candidate replaces, unless it ends there.
+    fn close(&mut self, last: usize) {
+        let path = self.progress.best.path();
+        let end = path.waypoint(last);
         // Both ends stand in it, also where the stretch comes back to where it begins.
-        let ends = self.candidate.len() > self.progress.best.path().nq();
-        if !(ends
-            && self
-                .candidate
-                .ends_with(self.progress.best.path().waypoint(last)))
-        {
-            self.candidate
-                .extend_from_slice(self.progress.best.path().waypoint(last));
+        let has_two = self.candidate.len() > path.nq();
+        if !(has_two && self.candidate.ends_with(end)) {
+            self.candidate.extend_from_slice(end);
         }
     }
 
     /// Adds a waypoint whose components `straightened` are at `ratio` of the straight line, the
     /// others as they were.
     fn straighten(&mut self, waypoint: usize, ratio: f64, straightened: Range<usize>) {
-        self.row
-            .copy_from_slice(self.progress.best.path().waypoint(waypoint));
-        self.progress.task.space.integrate(
-            &self.ends[0],
-            &self.velocity,
-            ratio,
-            &mut self.straight,
-        );
+        let Progress { task, best, .. } = &*self.progress;
+        task.space
+            .integrate(&self.ends[0], &self.velocity, ratio, &mut self.straight);
+        self.row.copy_from_slice(best.path().waypoint(waypoint));
         for columns in &self.moving[straightened] {
             self.row[columns.clone()].copy_from_slice(&self.straight[columns.clone()]);
         }
@@ -269,13 +277,17 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         if self.progress.best.fixed()[waypoints.clone()].contains(&true) {
             return false;
         }
-        self.replaced = waypoints.start - 1..waypoints.end + 1;
-        self.candidate.clear();
-        self.candidate
-            .extend_from_slice(self.progress.best.path().waypoint(waypoints.start - 1));
-        self.candidate
-            .extend_from_slice(self.progress.best.path().waypoint(waypoints.end));
+        self.join(waypoints.start - 1, waypoints.end);
         self.gain().is_some() && self.try_candidate(Change::Shortens) == Tried::Taken
+    }
+
+    /// The candidate that moves straight from one waypoint to another.
+    fn join(&mut self, from: usize, to: usize) {
+        let path = self.progress.best.path();
+        self.replaced = from..to + 1;
+        self.candidate.clear();
+        self.candidate.extend_from_slice(path.waypoint(from));
+        self.candidate.extend_from_slice(path.waypoint(to));
     }
 
     /// Drops those waypoints of the candidate just accepted that the path can do without.
@@ -289,26 +301,24 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         let mut waypoint = self.replaced.start + 1;
         let mut end = self.replaced.end - 1;
         while waypoint < end {
-            if self.progress.best.fixed()[waypoint] {
-                waypoint += 1;
-                continue;
+            match self.drop(waypoint) {
+                Tried::Taken => end -= 1,
+                Tried::Refused(_) | Tried::NotShorter => waypoint += 1,
+                Tried::Stopped => return,
             }
-            self.replaced = waypoint - 1..waypoint + 2;
-            self.candidate.clear();
-            self.candidate
-                .extend_from_slice(self.progress.best.path().waypoint(waypoint - 1));
-            self.candidate
-                .extend_from_slice(self.progress.best.path().waypoint(waypoint + 1));
-            // What lies on the straight line between its neighbours is dropped too: not longer is
-            // enough.
-            let tried = self
-                .unroll()
-                .then(|| self.try_candidate(Change::Simplifies));
-            match tried {
-                Some(Tried::Taken) => end -= 1,
-                Some(Tried::Refused(_) | Tried::NotShorter) | None => waypoint += 1,
-                Some(Tried::Stopped) => return,
-            }
+        }
+    }
+
+    /// Tries to do without a waypoint. What lies on the straight line between its neighbours is dropped
+    /// too: not longer is enough.
+    fn drop(&mut self, waypoint: usize) -> Tried {
+        if self.progress.best.fixed()[waypoint] {
+            return Tried::NotShorter;
+        }
+        self.join(waypoint - 1, waypoint + 1);
+        match self.unroll() {
+            true => self.try_candidate(Change::Simplifies),
+            false => Tried::NotShorter,
         }
     }
 }

@@ -21,6 +21,17 @@ pub enum Tried {
     Stopped,
 }
 
+impl Tried {
+    /// What is said of rows that are not proved.
+    fn not_proved(verdict: &RowsVerdict<'_>) -> Self {
+        match verdict {
+            RowsVerdict::Proved(_) => Self::NotShorter,
+            RowsVerdict::Refused(refusal) => Self::Refused(*refusal),
+            RowsVerdict::Stopped => Self::Stopped,
+        }
+    }
+}
+
 /// One run on one task.
 pub struct Progress<'r, 'm> {
     /// What is asked.
@@ -122,16 +133,15 @@ impl<'r, 'm> Progress<'r, 'm> {
     /// Proves a whole path with these waypoints fixed, and takes and publishes it if it is strictly
     /// shorter.
     pub fn try_path(&mut self, path: &Path, fixed: &[bool]) -> Tried {
-        let tried = match self.validator.prove(path.as_flat(), self.stop) {
-            RowsVerdict::Refused(refusal) => Tried::Refused(refusal),
-            RowsVerdict::Stopped => Tried::Stopped,
-            RowsVerdict::Proved(proved) if self.best.take(&proved, fixed) => Tried::Taken,
-            RowsVerdict::Proved(_) => Tried::NotShorter,
+        let proved = match self.validator.prove(path.as_flat(), self.stop) {
+            RowsVerdict::Proved(proved) => proved,
+            refused => return Tried::not_proved(&refused),
         };
-        if tried == Tried::Taken {
-            self.publish();
+        if !self.best.take(&proved, fixed) {
+            return Tried::NotShorter;
         }
-        tried
+        self.publish();
+        Tried::Taken
     }
 
     /// Proves `rows` and, unless it is empty, `tail`, and takes them as [`Best::replace`] does.
@@ -144,15 +154,13 @@ impl<'r, 'm> Progress<'r, 'm> {
     ) -> Tried {
         let rows = match self.validator.prove(rows, self.stop) {
             RowsVerdict::Proved(proved) => proved,
-            RowsVerdict::Refused(refusal) => return Tried::Refused(refusal),
-            RowsVerdict::Stopped => return Tried::Stopped,
+            refused => return Tried::not_proved(&refused),
         };
         let tail = match tail {
             [] => None,
             tail => match self.validator.prove(tail, self.stop) {
                 RowsVerdict::Proved(proved) => Some(proved),
-                RowsVerdict::Refused(refusal) => return Tried::Refused(refusal),
-                RowsVerdict::Stopped => return Tried::Stopped,
+                refused => return Tried::not_proved(&refused),
             },
         };
         match self.best.replace(range, &rows, tail.as_ref(), change) {

@@ -9,6 +9,11 @@ use super::best::Best;
 use crate::path::Path;
 use crate::robot::configuration::turns_between;
 
+/// A caller's angle, as many whole turns on as a number that means the same.
+pub(super) fn whole_turns_on(given: f64, number: f64) -> f64 {
+    given + turns_between(given, number) as f64 * TAU
+}
+
 impl Best<'_> {
     /// Writes all of a trial so that its numbers say how it moves; false where it cannot be taken:
     /// a rotation of it names no way, or the goal must keep its numbers and would not.
@@ -35,20 +40,12 @@ impl Best<'_> {
     /// the first of them.
     fn turn_tail(&self, first: usize, rows: &mut [f64], tail: &mut Vec<f64>) {
         let nq = self.path().nq();
-        let at = self.path().waypoint(first);
         let last = rows.len() - nq;
         for q in self.task().space.circles() {
-            let turns = turns_between(at[q], rows[last + q]);
-            if turns == 0 {
-                continue;
+            let turns = turns_between(self.path().waypoint(first)[q], rows[last + q]);
+            if turns != 0 {
+                self.turn_column(first, q, turns, tail);
             }
-            if tail.is_empty() {
-                tail.extend_from_slice(&self.path().as_flat()[first * nq..]);
-            }
-            tail.iter_mut()
-                .skip(q)
-                .step_by(nq)
-                .for_each(|number| *number += turns as f64 * TAU);
         }
         if !tail.is_empty() {
             let known = self.fixed()[..first].iter().filter(|fixed| **fixed).count();
@@ -57,18 +54,27 @@ impl Best<'_> {
         }
     }
 
+    /// Moves a column of the waypoints from `first` on by whole turns.
+    fn turn_column(&self, first: usize, q: usize, turns: i64, tail: &mut Vec<f64>) {
+        let nq = self.path().nq();
+        if tail.is_empty() {
+            tail.extend_from_slice(&self.path().as_flat()[first * nq..]);
+        }
+        tail.iter_mut()
+            .skip(q)
+            .step_by(nq)
+            .for_each(|number| *number += turns as f64 * TAU);
+    }
+
     /// Gives the angles of fixed waypoints the caller's numbers and whole turns, exactly; `first`
     /// fixed ones come before.
     fn keep_fixed(&self, rows: &mut [f64], fixed: &[bool], first: usize) {
         let nq = self.path().nq();
-        let fixed_rows = rows
-            .chunks_exact_mut(nq)
-            .zip(fixed)
-            .filter(|(_, fixed)| **fixed)
-            .map(|(row, _)| row);
-        for (row, given) in fixed_rows.zip(self.task().fixed_rows.chunks_exact(nq).skip(first)) {
+        let rows = rows.chunks_exact_mut(nq).zip(fixed);
+        let stay = rows.filter(|(_, fixed)| **fixed).map(|(row, _)| row);
+        for (row, given) in stay.zip(self.task().fixed_rows.chunks_exact(nq).skip(first)) {
             for q in self.task().space.circles() {
-                row[q] = given[q] + turns_between(given[q], row[q]) as f64 * TAU;
+                row[q] = whole_turns_on(given[q], row[q]);
             }
         }
     }
