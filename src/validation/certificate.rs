@@ -66,6 +66,13 @@ pub struct SegmentClaim {
 }
 
 impl SegmentClaim {
+    /// What a proof says; ∞ has no place in JSON.
+    fn of(proof: &SegmentProof) -> Self {
+        Self {
+            clearance_m: proof.clearance_m.is_finite().then_some(proof.clearance_m),
+            intervals: proof.intervals,
+        }
+    }
     /// The number of its intervals as text, closed by a zero byte, and the bits of its clearance.
     fn content(&self) -> impl Iterator<Item = u8> + use<> {
         let clearance = self.clearance_m.unwrap_or(f64::INFINITY);
@@ -98,29 +105,19 @@ impl Certificate {
         terms: Terms,
         proofs: &[SegmentProof],
     ) -> Self {
-        let claim = |proof: &SegmentProof| SegmentClaim {
-            clearance_m: proof.clearance_m.is_finite().then_some(proof.clearance_m),
-            intervals: proof.intervals,
-        };
-        let Terms {
-            clearance_m,
-            lowered,
-            unwrapped,
-            held,
-        } = terms;
-        Self {
+        let certificate = Self {
             checker_version: CHECKER_VERSION,
             path_hash: path.hash(),
             robot_hash: model.robot().hash(),
             scene_hash: model.scene().hash(),
-            clearance_m,
-            lowered,
-            unwrapped,
-            held,
-            segments: proofs.iter().map(claim).collect(),
+            clearance_m: terms.clearance_m,
+            lowered: terms.lowered,
+            unwrapped: terms.unwrapped,
+            held: terms.held,
+            segments: proofs.iter().map(SegmentClaim::of).collect(),
             digest: None,
-        }
-        .sealed()
+        };
+        certificate.sealed()
     }
 
     /// Smallest clearance claimed of any segment (m); `None` where nothing comes near.
@@ -151,14 +148,25 @@ impl Certificate {
     /// Hash of everything but the digest, by the exact bits of its numbers.
     pub fn content(&self) -> u64 {
         let mut hasher = ContentHasher::default();
-        for number in [
-            u64::from(self.checker_version),
-            self.path_hash,
-            self.robot_hash,
-            self.scene_hash,
-        ] {
+        self.hash_subject(&mut hasher);
+        self.hash_terms(&mut hasher);
+        for claims in self.segments.chunks(PORTION) {
+            let bytes: Vec<u8> = claims.iter().flat_map(SegmentClaim::content).collect();
+            hasher.bytes(&bytes);
+        }
+        hasher.finish()
+    }
+
+    /// By which checker, and of what.
+    fn hash_subject(&self, hasher: &mut ContentHasher) {
+        let checker = u64::from(self.checker_version);
+        for number in [checker, self.path_hash, self.robot_hash, self.scene_hash] {
             hasher.text(&format!("{number:016x}"));
         }
+    }
+
+    /// Floors, the reading of angles, and the held variables.
+    fn hash_terms(&self, hasher: &mut ContentHasher) {
         hasher.floats(&[self.clearance_m]);
         for (a, b, floor) in &self.lowered {
             hasher.text(a).text(b).floats(&[*floor]);
@@ -172,11 +180,6 @@ impl Certificate {
             Some(held) => hasher.text("held").floats(held),
             None => hasher.text("defaults"),
         };
-        for claims in self.segments.chunks(PORTION) {
-            let bytes: Vec<u8> = claims.iter().flat_map(SegmentClaim::content).collect();
-            hasher.bytes(&bytes);
-        }
-        hasher.finish()
     }
 }
 

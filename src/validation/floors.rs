@@ -18,16 +18,31 @@ pub(super) struct Floors {
 impl Floors {
     /// The same floor for so many pairs.
     pub(super) fn reset(&mut self, pairs: usize, common: f64) {
+        // By bits: what is not the same number anew is written anew.
         if self.common.to_bits() != common.to_bits() {
             self.all.clear();
         }
+        self.unset(common);
+        self.common = common;
+        self.highest = common;
+        self.all.resize(pairs, common);
+    }
+
+    /// Gives the pairs whose floor was set this one.
+    fn unset(&mut self, common: f64) {
         for (pair, _) in self.set.drain(..) {
             if let Some(floor) = self.all.get_mut(pair) {
                 *floor = common;
             }
         }
-        (self.common, self.highest) = (common, common);
-        self.all.resize(pairs, common);
+    }
+
+    /// The same as others, each higher by this (m).
+    pub(super) fn raise(&mut self, others: &Self, by: f64) {
+        self.reset(others.all.len(), others.common + by);
+        for (pair, floor) in others.lowered() {
+            self.set(pair, floor + by);
+        }
     }
 
     /// Gives one pair another floor.
@@ -67,7 +82,8 @@ impl Floors {
         if self.all[pair] >= self.common {
             return 0;
         }
-        let Some((_, spent)) = self.set.iter_mut().find(|(known, _)| *known == pair) else {
+        let mut set = self.set.iter_mut();
+        let Some((_, spent)) = set.find(|(known, _)| *known == pair) else {
             return 0;
         };
         *spent += 1;

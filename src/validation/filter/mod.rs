@@ -32,6 +32,14 @@ pub struct Unproved {
     pub excess: [f32; LANES],
 }
 
+impl Unproved {
+    /// Whether the pair is undecided in a lane.
+    #[inline]
+    pub fn is_in(&self, lane: usize) -> bool {
+        self.lanes >> lane & 1 == 1
+    }
+}
+
 /// Pairs that a batch looks at.
 #[derive(Clone, Copy, Debug)]
 pub enum Pairs<'a> {
