@@ -8,7 +8,7 @@
 //! waypoints hardly counts; rows that come later are added to the solution that there is.
 
 use super::cost::Cost;
-use super::factor::Factor;
+use super::factor::{Factor, dot};
 use super::rows::{Row, Rows};
 
 /// A row is violated when its slack is below minus this, in units of the step that one unit of
@@ -43,6 +43,19 @@ struct Entering {
     multiplier: f64,
     /// Below 0 until the multiplier is large enough.
     slack: f64,
+}
+
+impl Entering {
+    /// How much its multiplier must grow yet; infinitely much where it cannot be satisfied alone.
+    fn until_satisfied(&self, curvature: f64) -> f64 {
+        // A row that depends on the active ones is never satisfied by its own multiplier: the quotient
+        // would be rounding.
+        if curvature > DEPENDENT * self.diagonal {
+            -self.slack / curvature
+        } else {
+            f64::INFINITY
+        }
+    }
 }
 
 /// How far the multiplier of a row that enters is raised at once.
@@ -102,6 +115,10 @@ impl ActiveSet {
     /// waypoint).
     pub fn begin(&mut self, cost: &Cost<'_>, gradient: &[f64]) {
         self.clear();
+        self.update_free_step(cost, gradient);
+    }
+
+    fn update_free_step(&mut self, cost: &Cost<'_>, gradient: &[f64]) {
         self.free_step.resize(gradient.len(), 0.0);
         cost.apply_inverse_hessian(gradient, &mut self.free_step);
         self.free_step.iter_mut().for_each(|p| *p = -*p);
@@ -137,14 +154,15 @@ impl ActiveSet {
     /// Adds a half-space and returns its number; `None` where no waypoint that may move is in it.
     pub fn push(&mut self, cost: &Cost<'_>, row: Row<'_>) -> Option<usize> {
         let diagonal = row.coupling(&row, cost);
-        if diagonal <= 0.0 {
-            return None;
-        }
+        (diagonal > 0.0).then(|| self.add(cost, row, diagonal))
+    }
+
+    fn add(&mut self, cost: &Cost<'_>, row: Row<'_>, diagonal: f64) -> usize {
         self.append_line(cost, &row, diagonal);
         let slack = row.of_step(&self.free_step) - row.right_hand_side;
         self.free_slack.push(slack);
         self.rows.push(row);
-        Some(self.rows.len() - 1)
+        self.rows.len() - 1
     }
 
     /// Appends the line of M that belongs to a new row.
@@ -180,9 +198,9 @@ impl ActiveSet {
     /// Solves for the multipliers of the active rows; where some are negative, the least one.
     fn most_pulling(&mut self) -> Option<usize> {
         self.satisfy_active();
-        let least = (0..self.active.len())
-            .min_by(|&a, &b| self.multipliers[a].total_cmp(&self.multipliers[b]));
-        least.filter(|&least| self.multipliers[least] < 0.0)
+        let nu = &self.multipliers;
+        let least = (0..nu.len()).min_by(|&a, &b| nu[a].total_cmp(&nu[b]));
+        least.filter(|&least| nu[least] < 0.0)
     }
 
     /// The multipliers that leave no active row any slack.
@@ -217,9 +235,8 @@ impl ActiveSet {
     pub fn step(&mut self, cost: &Cost<'_>, step: &mut [f64]) {
         self.add_up_forces(step.len());
         cost.apply_inverse_hessian(&self.force, step);
-        step.iter_mut()
-            .zip(&self.free_step)
-            .for_each(|(p, free)| *p += free);
+        let free = step.iter_mut().zip(&self.free_step);
+        free.for_each(|(p, free)| *p += free);
     }
 
     /// `force` ← Jᵀν.
@@ -265,11 +282,15 @@ impl ActiveSet {
 
     /// The row that asks for the longest step.
     fn most_violated(&self) -> Option<Violation> {
-        // An active row is satisfied by its multiplier; what rounding leaves of it is not taken in twice.
-        (0..self.rows.len())
-            .map(|row| self.violation(row))
-            .filter(|violation| violation.by > VIOLATED && !self.active.contains(&violation.row))
+        let violations = (0..self.rows.len()).map(|row| self.violation(row));
+        violations
+            .filter(|violation| self.is_missed(violation))
             .reduce(|worst, next| if next.by > worst.by { next } else { worst })
+    }
+
+    fn is_missed(&self, violation: &Violation) -> bool {
+        // An active row is satisfied by its multiplier; what rounding leaves of it is not taken in twice.
+        violation.by > VIOLATED && !self.active.contains(&violation.row)
     }
 
     fn violation(&self, row: usize) -> Violation {
@@ -312,13 +333,7 @@ impl ActiveSet {
     /// How far the multiplier can be raised until the row is satisfied or an active one is released.
     fn find_exchange(&mut self, entering: &Entering) -> Exchange {
         let curvature = self.aim(entering);
-        // A row that depends on the active ones is never satisfied by its own multiplier: the quotient
-        // would be rounding.
-        let whole = if curvature > DEPENDENT * entering.diagonal {
-            -entering.slack / curvature
-        } else {
-            f64::INFINITY
-        };
+        let whole = entering.until_satisfied(curvature);
         let blocking = self.blocking().filter(|(_, most)| *most < whole);
         Exchange {
             by: blocking.map_or(whole, |(_, most)| most),
@@ -331,21 +346,17 @@ impl ActiveSet {
     /// by how much its slack grows.
     fn aim(&mut self, entering: &Entering) -> f64 {
         self.fill_column(entering.row);
-        self.direction.clear();
-        self.direction.extend_from_slice(&self.column);
+        self.direction.clone_from(&self.column);
         self.factor.solve(&mut self.direction);
-        let yielded = self.direction.iter().zip(&self.column);
-        let known: f64 = yielded.map(|(u, m)| u * m).sum();
-        entering.diagonal - known
+        entering.diagonal - dot(&self.direction, &self.column)
     }
 
     fn exchange(&mut self, exchange: &Exchange, entering: &mut Entering) {
-        entering.multiplier += exchange.by;
-        entering.slack += exchange.by * exchange.curvature;
-        self.multipliers
-            .iter_mut()
-            .zip(&self.direction)
-            .for_each(|(nu, u)| *nu -= exchange.by * u);
+        let by = exchange.by;
+        entering.multiplier += by;
+        entering.slack += by * exchange.curvature;
+        let falls = self.multipliers.iter_mut().zip(&self.direction);
+        falls.for_each(|(nu, u)| *nu -= by * u);
     }
 
     /// `column` is that of the row already.

@@ -123,16 +123,20 @@ impl<'r> Best<'r> {
     /// says whether it did.
     pub fn take(&mut self, path: &Proved<'_>, fixed: &[bool]) -> bool {
         let length = self.task.length(path.rows(), &mut self.velocity);
-        if !self.is_longer_than(length) {
-            return false;
+        let is_shorter = self.is_longer_than(length);
+        if is_shorter {
+            self.become_path(path, fixed);
         }
+        is_shorter
+    }
+
+    fn become_path(&mut self, path: &Proved<'_>, fixed: &[bool]) {
         self.path.splice(0..self.path.len(), path.rows());
         self.fixed.clear();
         self.fixed.extend_from_slice(fixed);
         self.proofs.clear();
         self.proofs.extend(known_proofs(path));
         self.measure(0..self.steps.len(), path.rows());
-        true
     }
 
     /// Puts `rows` in the place of the waypoints `range`, whose ends they repeat; and `tail`, from
@@ -170,8 +174,12 @@ impl<'r> Best<'r> {
 
     /// How much shorter the path would be with these rows in the place of the waypoints `range`.
     pub fn gain(&mut self, range: &Range<usize>, rows: &[f64]) -> f64 {
-        let before = self.arcs[range.end - 1] - self.arcs[range.start];
-        before - self.task.length(rows, &mut self.velocity)
+        self.length_of(range) - self.task.length(rows, &mut self.velocity)
+    }
+
+    /// Length of the path between the first and the last of these waypoints.
+    fn length_of(&self, range: &Range<usize>) -> f64 {
+        self.arcs[range.end - 1] - self.arcs[range.start]
     }
 
     /// Asks for a proof of those segments that have none; says whether all are proved then.

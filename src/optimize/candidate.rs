@@ -20,6 +20,22 @@ pub struct Place {
     arc: f64,
 }
 
+impl Place {
+    fn nearest_waypoint(&self) -> usize {
+        self.segment + usize::from(self.ratio > 0.5)
+    }
+
+    /// The first waypoint that does not lie before it.
+    fn next_waypoint(&self) -> usize {
+        self.segment + usize::from(self.ratio > 0.0)
+    }
+
+    /// The last segment that begins before it.
+    fn last_segment(&self) -> usize {
+        self.segment - usize::from(self.ratio == 0.0 && self.segment > 0)
+    }
+}
+
 /// The path, the candidate for a part of it, and scratch.
 pub struct Search<'s, 'r, 'm> {
     pub progress: &'s mut Progress<'r, 'm>,
@@ -78,18 +94,26 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     }
 
     pub fn whole_stretch(&self, stretch: usize) -> (Place, Place) {
-        let fixed = self.progress.best.fixed();
-        let mut ends = (0..fixed.len()).filter(|&i| fixed[i]).skip(stretch);
+        let mut ends = self.fixed_from(0).skip(stretch);
         let mut next = || self.at_waypoint(ends.next().unwrap_or(0));
         (next(), next())
     }
 
     /// The stretch between neighbouring fixed waypoints that a segment lies on.
     fn stretch_around(&self, segment: usize) -> Option<(usize, usize)> {
-        let fixed = self.progress.best.fixed();
-        let start = (0..=segment).rev().find(|&i| fixed[i])?;
-        let end = (segment + 1..fixed.len()).find(|&i| fixed[i])?;
+        let start = (0..=segment).rev().find(|&i| self.is_fixed(i))?;
+        let end = self.fixed_from(segment + 1).next()?;
         Some((start, end))
+    }
+
+    fn is_fixed(&self, waypoint: usize) -> bool {
+        self.progress.best.fixed()[waypoint]
+    }
+
+    /// The fixed waypoints from this one on.
+    fn fixed_from(&self, first: usize) -> impl Iterator<Item = usize> {
+        let waypoints = first..self.progress.best.fixed().len();
+        waypoints.filter(|&waypoint| self.is_fixed(waypoint))
     }
 
     fn at_waypoint(&self, waypoint: usize) -> Place {
@@ -103,22 +127,26 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     /// Two random places on different segments of one stretch, in order; each is a waypoint with
     /// probability `snapped`.
     pub fn draw_places(&mut self, snapped: f64) -> Option<(Place, Place)> {
+        let [low, high] = self.draw_arcs()?;
+        let from = self.draw_place(low, snapped);
+        let to = self.draw_place(high, snapped);
+        (from.segment < to.last_segment()).then_some((from, to))
+    }
+
+    /// Two random lengths along the path on one stretch, in order.
+    fn draw_arcs(&mut self) -> Option<[f64; 2]> {
         let anywhere = self.progress.random.f64() * self.length();
         let (start, end) = self.stretch_around(self.segment_at(anywhere))?;
         let from = self.arcs()[start];
         let other = from + self.progress.random.f64() * (self.arcs()[end] - from);
-        let [from, to] =
-            [anywhere.min(other), anywhere.max(other)].map(|arc| self.draw_place(arc, snapped));
-        let last = to.segment - usize::from(to.ratio == 0.0 && to.segment > 0);
-        (from.segment < last).then_some((from, to))
+        Some([anywhere.min(other), anywhere.max(other)])
     }
 
     /// The place at an arc length; or, with probability `snapped`, the waypoint nearest to it.
     fn draw_place(&mut self, arc: f64, snapped: f64) -> Place {
         let place = self.place_at(arc);
-        let nearest = place.segment + usize::from(place.ratio > 0.5);
         match self.progress.random.f64() < snapped {
-            true => self.at_waypoint(nearest),
+            true => self.at_waypoint(place.nearest_waypoint()),
             false => place,
         }
     }
@@ -155,20 +183,25 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     /// Builds the candidate that moves the components `straightened` straight from one place to the
     /// other.
     pub fn build(&mut self, (from, to): (Place, Place), straightened: Range<usize>) {
-        let last = to.segment + usize::from(to.ratio > 0.0);
-        self.replaced = from.segment..last + 1;
-        self.stand_at(0, from);
-        self.stand_at(1, to);
-        self.candidate.clear();
-        self.candidate
-            .extend_from_slice(self.progress.best.path().waypoint(from.segment));
-        push_different(&mut self.candidate, &self.ends[0]);
+        let last = to.next_waypoint();
+        self.start(from, to);
         // Where everything moves straight, nothing is left of the waypoints between.
         if straightened.len() < self.progress.task.space.components().len() {
             self.straighten_between(from, to, straightened);
         }
         push_different(&mut self.candidate, &self.ends[1]);
         self.close(last);
+    }
+
+    /// Begins a candidate between two places.
+    fn start(&mut self, from: Place, to: Place) {
+        self.replaced = from.segment..to.next_waypoint() + 1;
+        self.stand_at(0, from);
+        self.stand_at(1, to);
+        self.candidate.clear();
+        self.candidate
+            .extend_from_slice(self.progress.best.path().waypoint(from.segment));
+        push_different(&mut self.candidate, &self.ends[0]);
     }
 
     /// `ends[side]` ← the configuration at a place.
@@ -201,13 +234,16 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
 
     /// Adds the last waypoint that the candidate replaces, unless it ends there.
     fn close(&mut self, last: usize) {
-        let path = self.progress.best.path();
-        let end = path.waypoint(last);
-        // Both ends stand in it, also where the stretch comes back to where it begins.
-        let has_two = self.candidate.len() > path.nq();
-        if !(has_two && self.candidate.ends_with(end)) {
+        let end = self.progress.best.path().waypoint(last);
+        if !self.ends_at(end) {
             self.candidate.extend_from_slice(end);
         }
+    }
+
+    /// Both ends stand in the candidate, also where the stretch comes back to where it begins.
+    fn ends_at(&self, end: &[f64]) -> bool {
+        let has_two = self.candidate.len() > end.len();
+        has_two && self.candidate.ends_with(end)
     }
 
     /// Adds a waypoint whose components `straightened` are at `ratio` of the straight line, the
@@ -230,9 +266,13 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
             return None;
         }
         let gain = self.progress.best.gain(&self.replaced, &self.candidate);
+        (gain > self.least_gain()).then_some(gain)
+    }
+
+    /// What a candidate with so many waypoints must gain.
+    fn least_gain(&self) -> f64 {
         let added = self.candidate_len().saturating_sub(self.replaced.len());
-        let least = SHORTER.max(WORTH_A_WAYPOINT * added as f64);
-        (gain > least * self.length()).then_some(gain)
+        SHORTER.max(WORTH_A_WAYPOINT * added as f64) * self.length()
     }
 
     /// [`Best::unroll_part`](super::best::Best::unroll_part) of the candidate.
@@ -249,10 +289,8 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     /// Proves the candidate, and what follows where that moves by whole turns, and puts it in its
     /// place; `replaced` is then where it lies.
     pub fn try_candidate(&mut self, change: Change) -> Tried {
-        let range = &self.replaced;
-        let tried = self
-            .progress
-            .try_part(range, &self.candidate, &self.tail, change);
+        let progress = &mut *self.progress;
+        let tried = progress.try_part(&self.replaced, &self.candidate, &self.tail, change);
         if tried == Tried::Taken {
             self.replaced.end = self.replaced.start + self.candidate_len();
         }
@@ -274,7 +312,7 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     /// Leaves out these waypoints if none is fixed, it gains, and the straight line is proved; says
     /// whether.
     pub fn leave_out(&mut self, waypoints: Range<usize>) -> bool {
-        if self.progress.best.fixed()[waypoints.clone()].contains(&true) {
+        if waypoints.clone().any(|waypoint| self.is_fixed(waypoint)) {
             return false;
         }
         self.join(waypoints.start - 1, waypoints.end);
@@ -312,7 +350,7 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     /// Tries to do without a waypoint. What lies on the straight line between its neighbours is dropped
     /// too: not longer is enough.
     fn drop(&mut self, waypoint: usize) -> Tried {
-        if self.progress.best.fixed()[waypoint] {
+        if self.is_fixed(waypoint) {
             return Tried::NotShorter;
         }
         self.join(waypoint - 1, waypoint + 1);

@@ -106,16 +106,28 @@ impl Canonical {
 }
 
 fn normalise_rotations(space: &ConfigurationSpace, row: &mut [f64]) {
-    for component in space.components() {
-        if let Component::Rotation { q, .. } = *component {
-            normalise(&mut row[q..q + 4]);
-        }
+    for q in rotations(space) {
+        normalise(&mut row[q..q + 4]);
     }
 }
 
+/// First columns of the quaternions.
+pub(super) fn rotations(space: &ConfigurationSpace) -> impl Iterator<Item = usize> {
+    space
+        .components()
+        .iter()
+        .filter_map(|component| match *component {
+            Component::Rotation { q, .. } => Some(q),
+            Component::Line { .. } | Component::Circle { .. } => None,
+        })
+}
+
+/// Length of a quaternion.
+pub(super) fn norm(quaternion: &[f64]) -> f64 {
+    quaternion.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
 fn normalise(quaternion: &mut [f64]) {
-    let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
-    for x in quaternion {
-        *x /= norm;
-    }
+    let norm = norm(quaternion);
+    quaternion.iter_mut().for_each(|x| *x /= norm);
 }

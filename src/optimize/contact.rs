@@ -302,26 +302,35 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         let before = self.progress.best.length();
         let tried = self.progress.try_path(&self.trial, &self.fixed);
         if tried == Tried::Taken {
-            self.contacts.note_pushes(&self.set);
-            std::mem::swap(&mut self.path, &mut self.trial);
+            self.step_forward();
         }
         (tried, 1.0 - self.progress.best.length() / before)
+    }
+
+    /// x₀ ← x₁.
+    fn step_forward(&mut self) {
+        self.contacts.note_pushes(&self.set);
+        std::mem::swap(&mut self.path, &mut self.trial);
     }
 
     /// Gives each segment that is pushed on its inside a waypoint there, so that the path can bend;
     /// false where none is, or only short ones are.
     fn refine(&mut self) -> bool {
+        let waypoints = self.path.len();
+        self.split_where_pushed();
+        self.resize();
+        self.path.len() > waypoints
+    }
+
+    fn split_where_pushed(&mut self) {
         let task = self.progress.task;
         let lengths = segment_lengths(task.space, task.metric, self.path.as_flat());
-        let waypoints = self.path.len();
         // From the last segment to the first, so that the numbers of those to come stay.
         for (segment, ratio) in self.contacts.pushed_inside() {
             if lengths[segment] > SHORTEST_SPLIT * self.progress.best.length() {
                 self.split(segment, ratio);
             }
         }
-        self.resize();
-        self.path.len() > waypoints
     }
 
     /// Gives a segment a waypoint at a ratio.

@@ -7,6 +7,7 @@ use super::half_space::HalfSpace;
 use super::rows::Row;
 use super::task::Task;
 use crate::path::Path;
+use crate::robot::ConfigurationSpace;
 use crate::validation::SegmentRefusal;
 
 /// Distance that half-spaces aim at, in floors: what is 1.5 floors clear is proved for certain.
@@ -167,6 +168,22 @@ pub struct Contacts<'r> {
     apart: (f64, Vec<f64>),
 }
 
+/// What is asked instead of what no step does.
+fn relaxed(asked: f64) -> f64 {
+    if asked > 0.0 { 0.0 } else { f64::NEG_INFINITY }
+}
+
+/// `configuration` ← the one at a ratio between two; `velocity` is scratch.
+fn stand_between(
+    space: &ConfigurationSpace,
+    [from, to]: [&[f64]; 2],
+    ratio: f64,
+    [velocity, configuration]: [&mut Vec<f64>; 2],
+) {
+    space.difference(to, from, velocity);
+    space.integrate(from, velocity, ratio, configuration);
+}
+
 impl<'r> Contacts<'r> {
     /// None is known yet.
     pub fn new(task: &'r Task<'r>) -> Self {
@@ -191,9 +208,14 @@ impl<'r> Contacts<'r> {
         for index in 0..self.known.len() {
             self.hold(index, path, model);
         }
+        model.set.warm_start(self.pushing());
+    }
+
+    /// The rows of the contacts that pushed last.
+    fn pushing(&self) -> impl Iterator<Item = usize> {
         let owners = self.owners.iter();
         let pushed = owners.filter(|(_, contact)| self.known[*contact].idle == 0);
-        model.set.warm_start(pushed.map(|(row, _)| *row));
+        pushed.map(|(row, _)| *row)
     }
 
     /// Adds the half-space of one contact at the path; its row, where it has one.
@@ -209,10 +231,9 @@ impl<'r> Contacts<'r> {
 
     /// `configuration` ← the one at a place of the path.
     fn move_along(&mut self, path: &Path, place: Place) {
-        let space = self.task.space;
-        let from = path.waypoint(place.segment);
-        space.difference(path.waypoint(place.segment + 1), from, &mut self.velocity);
-        space.integrate(from, &self.velocity, place.ratio, &mut self.configuration);
+        let ends = [place.segment, place.segment + 1].map(|waypoint| path.waypoint(waypoint));
+        let scratch = [&mut self.velocity, &mut self.configuration];
+        stand_between(self.task.space, ends, place.ratio, scratch);
     }
 
     /// Adds a half-space for what is refused of a trial: that of the present path where the contact
@@ -296,10 +317,9 @@ impl<'r> Contacts<'r> {
     /// `configuration` ← the one at a place of the ray's path.
     fn move_on(&mut self, place: Place, ray: Ray<'_>) {
         self.move_ends(place.segment, ray);
-        let space = self.task.space;
-        let [from, to] = &self.ends;
-        space.difference(to, from, &mut self.velocity);
-        space.integrate(from, &self.velocity, place.ratio, &mut self.configuration);
+        let ends = self.ends.each_ref().map(Vec::as_slice);
+        let scratch = [&mut self.velocity, &mut self.configuration];
+        stand_between(self.task.space, ends, place.ratio, scratch);
     }
 
     /// `ends` ← the waypoints of a segment on the ray's path.
@@ -317,7 +337,7 @@ impl<'r> Contacts<'r> {
     /// so that p = 0 always is a solution. Returns the pair that is pinched, if it was a contact's.
     pub fn give_way(&self, row: usize, set: &mut ActiveSet) -> Option<usize> {
         let asked = set.rows().get(row).right_hand_side;
-        set.relax(row, if asked > 0.0 { 0.0 } else { f64::NEG_INFINITY });
+        set.relax(row, relaxed(asked));
         Some(self.known[self.owner(row)?].place.pair)
     }
 

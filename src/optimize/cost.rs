@@ -231,7 +231,7 @@ impl<'a> Cost<'a> {
 }
 
 /// Neighbouring waypoints of a path given as flat rows.
-fn segments(rows: &[f64], nq: usize) -> impl Iterator<Item = (&[f64], &[f64])> {
+pub(super) fn segments(rows: &[f64], nq: usize) -> impl Iterator<Item = (&[f64], &[f64])> {
     rows.chunks_exact(nq).zip(rows.chunks_exact(nq).skip(1))
 }
 

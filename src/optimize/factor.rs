@@ -45,10 +45,16 @@ impl Factor {
     fn push_line(&mut self, column: &[f64]) {
         let start = self.entries.len();
         for (i, coupling) in column.iter().enumerate() {
-            let known = dot(&self.entries[line(i)..][..i], &self.entries[start..]);
+            let known = dot(self.left_of_diagonal(i), &self.entries[start..]);
             let entry = (coupling - known) / self.diagonal(i);
             self.entries.push(entry);
         }
+    }
+
+    /// The entries of a line before its diagonal.
+    #[inline]
+    fn left_of_diagonal(&self, index: usize) -> &[f64] {
+        &self.entries[line(index)..][..index]
     }
 
     fn diagonal(&self, index: usize) -> f64 {
@@ -99,29 +105,27 @@ impl Factor {
         self.solve_upper(x);
     }
 
-    /// `L y = b`, from the first line to the last.
     #[inline]
     fn solve_lower(&self, x: &mut [f64]) {
         for i in 0..x.len() {
-            let known = dot(&self.entries[line(i)..][..i], &x[..i]);
+            let known = dot(self.left_of_diagonal(i), &x[..i]);
             x[i] = (x[i] - known) / self.diagonal(i);
         }
     }
 
-    /// `Lᵀ x = y`, from the last line to the first: by lines of L, which lie together.
     #[inline]
     fn solve_upper(&self, x: &mut [f64]) {
         for i in (0..x.len()).rev() {
             x[i] /= self.diagonal(i);
             let solved = x[i];
-            for (x, entry) in x[..i].iter_mut().zip(&self.entries[line(i)..][..i]) {
-                *x -= entry * solved;
-            }
+            let above = x[..i].iter_mut().zip(self.left_of_diagonal(i));
+            above.for_each(|(x, entry)| *x -= entry * solved);
         }
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+/// Σ aᵢ bᵢ.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 

@@ -1,12 +1,12 @@
 //! What is checked of a request before anything is computed, and the form that optimizers work on.
 
-use super::canonical::Canonical;
+use super::canonical::{Canonical, norm, rotations};
 use super::outcome::ColumnTurns;
 use super::settings::Settings;
 use super::steps::{FARTHEST_MOTION, check_motion, check_turns, keeps_goal};
 use crate::path::{Metric, MetricError, Path};
 use crate::robot::configuration::{FARTHEST_ANGLE_RAD, turns_between};
-use crate::robot::{Component, ConfigurationSpace, HeldVariable, RobotModel, Variable};
+use crate::robot::{ConfigurationSpace, HeldVariable, RobotModel, Variable};
 use crate::validation::path_proof::LEAST_FLOOR_M;
 use crate::warning::Warning;
 
@@ -317,14 +317,22 @@ fn held_values(robot: &RobotModel, settings: &Settings) -> Result<Vec<f64>, Requ
     };
     let held = sized("held values", &settings.held, robot.held().len())?;
     let held: Vec<f64> = held.unwrap_or_else(defaults);
-    match held.iter().position(|value| !value.is_finite()) {
-        Some(bad) => Err(RequestError::NotFinite {
-            waypoint: 0,
-            variable: robot.held()[bad].name.clone(),
-            value: held[bad],
-        }),
-        None => Ok(held),
+    check_held(robot, &held)?;
+    Ok(held)
+}
+
+fn check_held(robot: &RobotModel, held: &[f64]) -> Result<(), RequestError> {
+    for (variable, &value) in robot.held().iter().zip(held) {
+        if !value.is_finite() {
+            let variable = variable.name.clone();
+            return Err(RequestError::NotFinite {
+                waypoint: 0,
+                variable,
+                value,
+            });
+        }
     }
+    Ok(())
 }
 
 /// Which waypoints stay as they are: those that the request says, and the two ends.
@@ -415,42 +423,38 @@ impl Farthest {
 
 /// How far a value is outside its limits, which may be a little.
 fn check_value(waypoint: usize, variable: &Variable, value: f64) -> Result<f64, RequestError> {
+    let name = || variable.name.clone();
     if !value.is_finite() {
-        let variable = variable.name.clone();
         return Err(RequestError::NotFinite {
             waypoint,
-            variable,
+            variable: name(),
             value,
         });
     }
     let lower = variable.hard_lower;
     let upper = variable.hard_upper;
-    let outside = outside(value, lower, upper);
-    if outside > LIMIT_TOLERANCE {
-        let variable = variable.name.clone();
-        return Err(RequestError::Limits {
+    match outside(value, lower, upper) {
+        outside if outside > LIMIT_TOLERANCE => Err(RequestError::Limits {
             waypoint,
-            variable,
+            variable: name(),
             value,
             lower,
             upper,
-        });
+        }),
+        outside => Ok(outside),
     }
-    Ok(outside)
 }
 
 fn check_rotations(robot: &RobotModel, waypoint: usize, row: &[f64]) -> Result<(), RequestError> {
-    for component in robot.space().components() {
-        if let Component::Rotation { q, .. } = *component {
-            let norm = row[q..q + 4].iter().map(|x| x * x).sum::<f64>().sqrt();
-            if (norm - 1.0).abs() > QUATERNION_TOLERANCE {
-                let variable = robot.variables()[q].name.clone();
-                return Err(RequestError::Quaternion {
-                    waypoint,
-                    variable,
-                    norm,
-                });
-            }
+    for q in rotations(robot.space()) {
+        let norm = norm(&row[q..q + 4]);
+        if (norm - 1.0).abs() > QUATERNION_TOLERANCE {
+            let variable = robot.variables()[q].name.clone();
+            return Err(RequestError::Quaternion {
+                waypoint,
+                variable,
+                norm,
+            });
         }
     }
     Ok(())

@@ -51,14 +51,18 @@ impl LimitRow {
     /// Calls `take` with the row; `unit` is scratch of nv zeros.
     fn with<T>(&self, unit: &mut [f64], take: impl FnOnce(Row<'_>) -> T) -> T {
         unit[self.v] = self.entry;
-        let taken = take(Row {
-            segment: self.waypoint,
-            ratio: 0.0,
-            jacobian: unit,
-            right_hand_side: self.right_hand_side,
-        });
+        let taken = take(self.on(unit));
         unit[self.v] = 0.0;
         taken
+    }
+
+    fn on<'j>(&self, jacobian: &'j [f64]) -> Row<'j> {
+        Row {
+            segment: self.waypoint,
+            ratio: 0.0,
+            jacobian,
+            right_hand_side: self.right_hand_side,
+        }
     }
 }
 
@@ -88,7 +92,28 @@ enum Side {
     Upper,
 }
 
+impl Side {
+    /// The sign of a step away from the limit.
+    fn inwards(self) -> f64 {
+        match self {
+            Self::Lower => 1.0,
+            Self::Upper => -1.0,
+        }
+    }
+
+    /// The limit that a step goes towards.
+    fn ahead(p: f64) -> Self {
+        if p > 0.0 { Self::Upper } else { Self::Lower }
+    }
+}
+
 impl Limited {
+    /// Brings a value back that lies farther outside than it did in `from`.
+    fn settle(&self, from: &[f64], row: &mut [f64]) {
+        let before = from[self.q];
+        let value = &mut row[self.q];
+        *value = value.clamp(self.lower.min(before), self.upper.max(before));
+    }
     /// On circles and rotations there is no way out of a limit that a straight line could leave by:
     /// only lines have limits.
     fn of(component: &Component, task: &Task<'_>) -> Option<Self> {
@@ -233,23 +258,22 @@ impl Limits {
 
     /// `± p ≥ ± room`: inwards.
     fn half_space(&self, held: &Held, path: &[f64]) -> LimitRow {
-        let inwards = if held.side == Side::Lower { 1.0 } else { -1.0 };
+        self.row(held, path, held.side.inwards())
+    }
+
+    /// The row whose one entry is this.
+    fn row(&self, held: &Held, path: &[f64], entry: f64) -> LimitRow {
         LimitRow {
             waypoint: held.waypoint,
             v: self.limited[held.limited].v,
-            entry: inwards,
-            right_hand_side: inwards * self.room(held, path),
+            entry,
+            right_hand_side: entry * self.room(held, path),
         }
     }
 
     /// `p = room`.
     fn equation(&self, held: &Held, path: &[f64]) -> LimitRow {
-        LimitRow {
-            waypoint: held.waypoint,
-            v: self.limited[held.limited].v,
-            entry: 1.0,
-            right_hand_side: self.room(held, path),
-        }
+        self.row(held, path, 1.0)
     }
 
     /// How far the variable may still move towards its limit (signed).
@@ -262,13 +286,8 @@ impl Limits {
     /// began at.
     pub fn settle(&self, from: &Path, path: &mut Path) {
         for &waypoint in &self.free {
-            let from = from.waypoint(waypoint);
-            let row = path.waypoint_mut(waypoint);
-            for &Limited {
-                q, lower, upper, ..
-            } in &self.limited
-            {
-                row[q] = row[q].clamp(lower.min(from[q]), upper.max(from[q]));
+            for limited in &self.limited {
+                limited.settle(from.waypoint(waypoint), path.waypoint_mut(waypoint));
             }
         }
     }
@@ -334,31 +353,43 @@ impl Limits {
 
     /// The active limit that pulls outwards most.
     fn strongest_pull(&self, multipliers: &[f64]) -> Option<usize> {
+        let outwards = self
+            .pulls(multipliers)
+            .enumerate()
+            .filter(|(_, pull)| *pull > 0.0);
+        let strongest = outwards.max_by(|a, b| a.1.total_cmp(&b.1));
+        strongest.map(|(index, _)| index)
+    }
+
+    /// What each active limit pulls outwards.
+    fn pulls(&self, multipliers: &[f64]) -> impl Iterator<Item = f64> {
         let held = self.active.iter().zip(multipliers);
         held.map(|(held, multiplier)| held.pull(*multiplier))
-            .enumerate()
-            .filter(|(_, pull)| *pull > 0.0)
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(index, _)| index)
     }
 
     /// Calls `found` with each limit that the step leaves, and by how much.
     fn for_each_left(&self, path: &[f64], step: &[f64], mut found: impl FnMut(Held, f64)) {
         for &waypoint in &self.free {
             for limited in 0..self.limited.len() {
-                let p = self.moved(waypoint, limited, step);
-                let side = if p > 0.0 { Side::Upper } else { Side::Lower };
-                let held = Held {
-                    waypoint,
-                    limited,
-                    side,
-                };
-                let by = p.abs() - self.room(&held, path).abs();
+                let (held, by) = self.ahead(waypoint, limited, path, step);
                 if by > ROUNDING {
                     found(held, by);
                 }
             }
         }
+    }
+
+    /// The limit that a variable's step goes towards, and how far beyond it the step goes.
+    #[inline]
+    fn ahead(&self, waypoint: usize, limited: usize, path: &[f64], step: &[f64]) -> (Held, f64) {
+        let p = self.moved(waypoint, limited, step);
+        let held = Held {
+            waypoint,
+            limited,
+            side: Side::ahead(p),
+        };
+        let by = p.abs() - self.room(&held, path).abs();
+        (held, by)
     }
 
     /// p of a limited variable at a waypoint.

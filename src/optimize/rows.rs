@@ -1,6 +1,7 @@
 //! Linear rows `J p = b` on the step of a path, each touching at most two neighbouring waypoints.
 
 use super::cost::Cost;
+use super::factor::dot;
 use crate::collision::{BodyPair, CollisionModel};
 use crate::math::{Pose, Vec3};
 use crate::robot::{ConfigurationSpace, Kinematics};
@@ -41,8 +42,7 @@ impl Row<'_> {
         if spread == 0.0 {
             return 0.0;
         }
-        let p = &step[self.coordinates(waypoint)];
-        spread * self.jacobian.iter().zip(p).map(|(j, p)| j * p).sum::<f64>()
+        spread * dot(self.jacobian, &step[self.coordinates(waypoint)])
     }
 
     /// Where a waypoint's numbers lie among those of a whole path.
@@ -61,19 +61,23 @@ impl Row<'_> {
         compliance * self.weighted_product(other, cost.inverse_weights())
     }
 
-    /// T⁻¹ between the nodes of the two rows, by their spreads. Not the Green's function at the two
-    /// places: within one segment that is another number, and M would not be `J H⁻¹ Jᵀ`.
     #[inline]
     fn compliance(&self, other: &Row<'_>, cost: &Cost<'_>) -> f64 {
         let mut compliance = 0.0;
-        for (i, of_a) in self.spread() {
-            for (j, of_b) in other.spread() {
-                if of_a != 0.0 && of_b != 0.0 {
-                    compliance += of_a * of_b * cost.compliance(i, j);
-                }
+        for (i, of_a) in self.touched() {
+            for (j, of_b) in other.touched() {
+                compliance += of_a * of_b * cost.compliance(i, j);
             }
         }
         compliance
+    }
+
+    /// The waypoints that the row is about, with their spreads.
+    #[inline]
+    fn touched(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.spread()
+            .into_iter()
+            .filter(|(_, spread)| *spread != 0.0)
     }
 
     /// `j_a W⁻² j_bᵀ`.
@@ -89,13 +93,10 @@ impl Row<'_> {
 
     /// Adds `Jᵀ multiplier` to a force on every waypoint.
     pub fn add_force(&self, multiplier: f64, force: &mut [f64]) {
-        for (waypoint, spread) in self.spread() {
-            if spread != 0.0 {
-                let at = &mut force[self.coordinates(waypoint)];
-                at.iter_mut()
-                    .zip(self.jacobian)
-                    .for_each(|(f, j)| *f += spread * multiplier * j);
-            }
+        for (waypoint, spread) in self.touched() {
+            let at = force[self.coordinates(waypoint)].iter_mut();
+            at.zip(self.jacobian)
+                .for_each(|(f, j)| *f += spread * multiplier * j);
         }
     }
 }
@@ -128,13 +129,15 @@ impl Rows {
     /// One row.
     pub fn get(&self, index: usize) -> Row<'_> {
         let (segment, ratio) = self.places[index];
-        let jacobian = &self.jacobians[index * self.nv..(index + 1) * self.nv];
         Row {
             segment,
             ratio,
-            jacobian,
+            jacobian: self.jacobian(index),
             right_hand_side: self.right_hand_sides[index],
         }
+    }
+    fn jacobian(&self, index: usize) -> &[f64] {
+        &self.jacobians[index * self.nv..(index + 1) * self.nv]
     }
     /// The rows in order.
     pub fn iter(&self) -> impl Iterator<Item = Row<'_>> {
@@ -205,15 +208,19 @@ impl<'a> CollisionRow<'a> {
 
     /// World points of the bodies of a pair at `q`, each in its body's frame.
     fn in_bodies(&mut self, pair: &BodyPair, points: [Vec3; 2], q: &[f64]) -> [Vec3; 2] {
-        self.kinematics.update(self.model.robot(), q, self.held);
+        self.stand(q);
         self.map_links(pair, points, |pose, point| {
             pose.inverse_transform_point(point)
         })
     }
 
+    fn stand(&mut self, q: &[f64]) {
+        self.kinematics.update(self.model.robot(), q, self.held);
+    }
+
     /// The other way round.
     fn in_world(&mut self, pair: &BodyPair, points: [Vec3; 2], q: &[f64]) -> [Vec3; 2] {
-        self.kinematics.update(self.model.robot(), q, self.held);
+        self.stand(q);
         self.map_links(pair, points, |pose, point| pose.transform_point(point))
     }
 

@@ -28,6 +28,15 @@ struct Patience {
     per_component: u64,
 }
 
+impl Patience {
+    /// Failures in a row after which it ends.
+    fn failures(&self, waypoints: u64, components: u64) -> u64 {
+        self.least
+            .max(self.per_waypoint * waypoints)
+            .max(self.per_component * components)
+    }
+}
+
 /// When nothing else is tried.
 const PATIENT: Patience = Patience {
     least: 200,
@@ -191,10 +200,6 @@ impl Search<'_, '_, '_> {
 
     fn failures(&self, patience: Patience) -> u64 {
         let waypoints = self.progress.best.path().len() as u64;
-        let components = self.moving.len() as u64;
-        patience
-            .least
-            .max(patience.per_waypoint * waypoints)
-            .max(patience.per_component * components)
+        patience.failures(waypoints, self.moving.len() as u64)
     }
 }

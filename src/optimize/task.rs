@@ -69,10 +69,9 @@ impl Task<'_> {
 
     /// Whether a factor of the space may move: all of its coordinates.
     pub fn may_move(&self, component: &Component) -> bool {
-        match *component {
-            Component::Line { v, .. } | Component::Circle { v, .. } => self.moving[v],
-            Component::Rotation { v, .. } => self.moving[v..v + 3].iter().all(|moves| *moves),
-        }
+        self.moving[coordinates(component)]
+            .iter()
+            .all(|moves| *moves)
     }
 }
 
@@ -96,5 +95,13 @@ pub fn columns(component: &Component) -> Range<usize> {
     match *component {
         Component::Line { q, .. } | Component::Circle { q, .. } => q..q + 1,
         Component::Rotation { q, .. } => q..q + 4,
+    }
+}
+
+/// Velocity coordinates of a factor of the space.
+fn coordinates(component: &Component) -> Range<usize> {
+    match *component {
+        Component::Line { v, .. } | Component::Circle { v, .. } => v..v + 1,
+        Component::Rotation { v, .. } => v..v + 3,
     }
 }

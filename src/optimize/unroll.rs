@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use super::best::Best;
+use super::cost::segments;
 use crate::path::Path;
 use crate::robot::configuration::turns_between;
 
@@ -80,8 +81,7 @@ impl Best<'_> {
     }
 
     fn names_its_way(&self, rows: &[f64]) -> bool {
-        let nq = self.path().nq();
-        let mut segments = rows.chunks_exact(nq).zip(rows.chunks_exact(nq).skip(1));
-        segments.all(|(from, to)| self.task().space.half_turn(from, to).is_none())
+        let space = self.task().space;
+        segments(rows, space.nq()).all(|(from, to)| space.half_turn(from, to).is_none())
     }
 }

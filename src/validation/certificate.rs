@@ -150,11 +150,15 @@ impl Certificate {
         let mut hasher = ContentHasher::default();
         self.hash_subject(&mut hasher);
         self.hash_terms(&mut hasher);
+        self.hash_claims(&mut hasher);
+        hasher.finish()
+    }
+
+    fn hash_claims(&self, hasher: &mut ContentHasher) {
         for claims in self.segments.chunks(PORTION) {
             let bytes: Vec<u8> = claims.iter().flat_map(SegmentClaim::content).collect();
             hasher.bytes(&bytes);
         }
-        hasher.finish()
     }
 
     /// By which checker, and of what.
@@ -167,10 +171,7 @@ impl Certificate {
 
     /// Floors, the reading of angles, and the held variables.
     fn hash_terms(&self, hasher: &mut ContentHasher) {
-        hasher.floats(&[self.clearance_m]);
-        for (a, b, floor) in &self.lowered {
-            hasher.text(a).text(b).floats(&[*floor]);
-        }
+        self.hash_floors(hasher);
         hasher.text(if self.unwrapped {
             "unwrapped"
         } else {
@@ -180,6 +181,13 @@ impl Certificate {
             Some(held) => hasher.text("held").floats(held),
             None => hasher.text("defaults"),
         };
+    }
+
+    fn hash_floors(&self, hasher: &mut ContentHasher) {
+        hasher.floats(&[self.clearance_m]);
+        for (a, b, floor) in &self.lowered {
+            hasher.text(a).text(b).floats(&[*floor]);
+        }
     }
 }
 

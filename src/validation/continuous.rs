@@ -19,7 +19,7 @@ use super::filter::FilterScratch;
 use super::floors::Floors;
 use super::ledger::Ledger;
 use super::segment_motion::SegmentMotion;
-use super::undecided::{Interval, List, Segments};
+use super::undecided::{Interval, Segments};
 use super::{
     Hit, HitReason, Layers, Queries, SegmentProof, SegmentRefusal, SegmentVerdict, SegmentsVerdict,
 };
@@ -69,6 +69,12 @@ pub struct Scratch {
 }
 
 impl Scratch {
+    /// Puts what `fill` writes in the place of the floors; which they were.
+    fn widen(&mut self, fill: impl FnOnce(&mut Floors, &Floors)) -> Floors {
+        let mut wide = std::mem::take(&mut self.wide);
+        fill(&mut wide, &self.floors);
+        std::mem::replace(&mut self.floors, wide)
+    }
     /// Forgets the last request.
     fn start(&mut self, model: &CollisionModel, clearance: f64) {
         let pairs = model.pairs().len();
@@ -110,19 +116,19 @@ enum Settled {
 fn first_intervals(segment: usize, motion: f64) -> impl Iterator<Item = Interval> {
     let count = (motion / START_WIDTH).ceil().max(1.0);
     let half = 0.5 / count;
-    (0..count as usize).map(move |part| Interval {
-        segment,
-        middle: half * (2 * part + 1) as f64,
-        half,
-        pairs: List::All,
-    })
+    (0..count as usize).map(move |part| Interval::part(segment, part, half))
 }
 
 /// Whether both ends of a segment are within the limits that remote obstacles count on; so is then
 /// all of it, because limits are of columns that go straight.
 fn is_confined(confines: &[(usize, RangeInclusive<f64>)], from: &[f64], to: &[f64]) -> bool {
-    let mut confines = confines.iter();
-    confines.all(|(q, range)| range.contains(&from[*q]) && range.contains(&to[*q]))
+    [from, to].iter().all(|end| is_within(confines, end))
+}
+
+fn is_within(confines: &[(usize, RangeInclusive<f64>)], configuration: &[f64]) -> bool {
+    confines
+        .iter()
+        .all(|(q, range)| range.contains(&configuration[*q]))
 }
 
 /// Which segments have an interval in the queue; none at all where it is empty.
@@ -327,11 +333,11 @@ impl<'a> Validator<'a> {
 
     fn lay_out_segment(&mut self, number: usize, from: &[f64], to: &[f64]) {
         let known = self.known(from, to);
-        let proof = known.unwrap_or(SegmentProof::EMPTY);
-        self.scratch.segments.in_order.push(proof);
+        let segments = &mut self.scratch.segments;
+        segments.in_order.push(known.unwrap_or(SegmentProof::EMPTY));
         if known.is_none() {
+            segments.numbers.push(number);
             self.add(from, to);
-            self.scratch.segments.numbers.push(number);
         }
     }
 
@@ -497,9 +503,7 @@ impl<'a> Validator<'a> {
         fill: impl FnOnce(&mut Floors, &Floors),
         act: impl FnOnce(&mut Self, &Floors) -> T,
     ) -> T {
-        let mut wide = std::mem::take(&mut self.scratch.wide);
-        fill(&mut wide, &self.scratch.floors);
-        let floors = std::mem::replace(&mut self.scratch.floors, wide);
+        let floors = self.scratch.widen(fill);
         let done = act(self, &floors);
         self.scratch.wide = std::mem::replace(&mut self.scratch.floors, floors);
         done

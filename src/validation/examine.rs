@@ -67,6 +67,20 @@ impl<'m> Validator<'m> {
         }
         bound
     }
+
+    /// The same at the pair's floor.
+    fn bound_at_floor(&self, pair: usize, half: f64) -> PairInterval<'m> {
+        let floor = self.floors()[pair];
+        let too_close = match self.seeks_contact {
+            // Bodies in each other are no refusal before they are as deep as the floor says.
+            true => f64::NEG_INFINITY,
+            false => self.margin * floor,
+        };
+        PairInterval {
+            too_close,
+            ..self.bound(pair, half, floor)
+        }
+    }
 }
 
 impl Validator<'_> {
@@ -120,9 +134,14 @@ impl Validator<'_> {
         let Some((entry, lane)) = self.most_likely_refused() else {
             return Some(None);
         };
-        let pair = self.scratch.filter.unproved[entry].pair as usize;
+        let pair = self.pair(entry);
         let reason = self.settle(&batch[lane], entry, lane, stop)?;
         Some(reason.map(|reason| (lane, pair, reason)))
+    }
+
+    /// The pair of an entry that the filter leaves.
+    fn pair(&self, entry: usize) -> usize {
+        self.scratch.filter.unproved[entry].pair as usize
     }
 
     /// Settles what the filter leaves of one lane, up to the first refusal if no more is asked for.
@@ -143,7 +162,7 @@ impl Validator<'_> {
             let reason = self.settle(interval, entry, lane, stop)?;
             excess = excess.max(self.list(entry, lane));
             if let Some(reason) = reason {
-                let pair = self.scratch.filter.unproved[entry].pair as usize;
+                let pair = self.pair(entry);
                 examined.refused = examined.refused.or(Some((lane, pair, reason)));
                 if until == Until::FirstRefusal {
                     return Some(());
@@ -336,16 +355,7 @@ impl Validator<'_> {
         half: f64,
         stop: &mut dyn FnMut() -> bool,
     ) -> IntervalVerdict {
-        let floor = self.floors()[pair];
-        let too_close = match self.seeks_contact {
-            // Bodies in each other are no refusal before they are as deep as the floor says.
-            true => f64::NEG_INFINITY,
-            false => self.margin * floor,
-        };
-        let interval = PairInterval {
-            too_close,
-            ..self.bound(pair, half, floor)
-        };
+        let interval = self.bound_at_floor(pair, half);
         let mut looks = Looks::new(stop);
         let mut verdict = self.decide_along(pair, &interval, &mut looks);
         if self.seeks_contact && verdict == IntervalVerdict::Split {

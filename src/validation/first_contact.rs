@@ -50,13 +50,17 @@ struct Earliest {
 impl Earliest {
     /// Whether an interval needs a look.
     fn wants(&self, part: &Interval) -> bool {
-        let narrowest = match self.looks < MOST_INTERVALS {
-            true => NARROWEST,
-            false => FINEST / 2.0,
-        };
         // A contact is told to within `FINEST`: one that is as near before it is the same.
         let before = self.touch.map_or(f64::INFINITY, |touch| touch.t - FINEST);
-        part.half >= narrowest && part.middle - part.half < before
+        part.half >= self.narrowest() && part.middle - part.half < before
+    }
+
+    /// No interval is looked at that has less than this half width.
+    fn narrowest(&self) -> f64 {
+        match self.looks < MOST_INTERVALS {
+            true => NARROWEST,
+            false => FINEST / 2.0,
+        }
     }
 }
 

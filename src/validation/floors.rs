@@ -49,9 +49,16 @@ impl Floors {
     pub(super) fn set(&mut self, pair: usize, floor: f64) {
         self.highest = self.highest.max(floor);
         self.all[pair] = floor;
-        if !self.set.iter().any(|(known, _)| *known == pair) {
+        if self.spent(pair).is_none() {
             self.set.push((pair, 0));
         }
+    }
+
+    /// What a pair whose floor was set has spent.
+    fn spent(&mut self, pair: usize) -> Option<&mut u32> {
+        let mut set = self.set.iter_mut();
+        set.find(|(known, _)| *known == pair)
+            .map(|(_, spent)| spent)
     }
 
     /// Floor of each pair (m).
@@ -82,12 +89,10 @@ impl Floors {
         if self.all[pair] >= self.common {
             return 0;
         }
-        let mut set = self.set.iter_mut();
-        let Some((_, spent)) = set.find(|(known, _)| *known == pair) else {
-            return 0;
-        };
-        *spent += 1;
-        *spent
+        self.spent(pair).map_or(0, |spent| {
+            *spent += 1;
+            *spent
+        })
     }
 }
 

@@ -126,15 +126,16 @@ impl PairInterval<'_> {
     /// Distance that the bodies keep as wholes along a direction, or where that is out of date along a
     /// new one.
     fn kept_along(&self, direction: &mut Option<Vec3>) -> f64 {
-        let along = |normal: Option<Vec3>| {
-            normal.map_or(f64::NEG_INFINITY, |normal| self.kept_by_wholes(normal))
-        };
-        let kept = along(*direction);
+        let kept = self.kept_if_known(*direction);
         if self.is_enough(kept) {
             return kept;
         }
         *direction = self.direction_of_wholes();
-        along(*direction)
+        self.kept_if_known(*direction)
+    }
+
+    fn kept_if_known(&self, normal: Option<Vec3>) -> f64 {
+        normal.map_or(f64::NEG_INFINITY, |normal| self.kept_by_wholes(normal))
     }
 
     /// Whether surfaces touch or overlap in the middle; [`IntervalVerdict::Split`] where they do
@@ -380,20 +381,32 @@ impl PairInterval<'_> {
         radius_b: impl Fn() -> f64,
     ) -> f64 {
         let approach = normal.dot(self.twist_a.at(a) - self.twist_b.at(b)).abs();
-        let turn_a = if radius_a > 0.0 {
-            self.twist_a.swing(normal) * radius_a
-        } else {
-            0.0
-        };
-        // An obstacle, and what its ancestor carries, turns nothing: its radius need not be known.
-        let is_still = self.twist_b.angular == Vec3::ZERO;
-        let turn_b = if is_still {
-            0.0
-        } else {
-            self.twist_b.swing(normal) * radius_b()
-        };
+        let turn_a = self.turn_a(normal, radius_a);
+        let turn_b = self.turn_b(normal, radius_b);
         // Both bounds hold, so the smaller does.
         (approach + turn_a + turn_b + self.bend).min(self.travel)
+    }
+
+    /// What A's turn moves along `normal`, this far about its point.
+    #[inline]
+    fn turn_a(&self, normal: Vec3, radius: f64) -> f64 {
+        if radius > 0.0 {
+            self.twist_a.swing(normal) * radius
+        } else {
+            0.0
+        }
+    }
+
+    /// The same of B.
+    #[inline]
+    fn turn_b(&self, normal: Vec3, radius: impl Fn() -> f64) -> f64 {
+        // An obstacle turns nothing: its radius need not be known.
+        let is_still = self.twist_b.angular == Vec3::ZERO;
+        if is_still {
+            0.0
+        } else {
+            self.twist_b.swing(normal) * radius()
+        }
     }
 }
 
@@ -414,17 +427,20 @@ fn cheap_normals(a: &Piece, b: &Piece) -> [Option<Vec3>; 3] {
     ]
 }
 
-/// The normal of a piece that is a triangle, on the side of `outward`.
 #[inline]
 fn across_triangle(piece: &Piece, outward: Vec3) -> Option<Vec3> {
     let [normal, ..] = piece.core.triangle().and(Some(piece.core.normals()))?;
-    normal.map(|normal| {
-        if normal.dot(outward) < 0.0 {
-            -normal
-        } else {
-            normal
-        }
-    })
+    normal.map(|normal| towards(normal, outward))
+}
+
+/// A direction or its opposite, on the side of another.
+#[inline]
+fn towards(normal: Vec3, outward: Vec3) -> Vec3 {
+    if normal.dot(outward) < 0.0 {
+        -normal
+    } else {
+        normal
+    }
 }
 
 /// Two children, the nearer first; of equals, as they come.

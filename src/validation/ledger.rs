@@ -57,12 +57,12 @@ fn same(a: &[f64], b: &[f64]) -> bool {
 
 /// FNV-1a over the words; only a way to find the entry, whose bits are compared.
 fn key(from: &[f64], to: &[f64]) -> u64 {
-    let mix = |hash: u64, x: &f64| {
-        (hash ^ x.to_bits())
-            .wrapping_mul(0x0000_0100_0000_01b3)
-            .rotate_left(29)
-    };
     from.iter().chain(to).fold(0xcbf2_9ce4_8422_2325, mix)
+}
+
+fn mix(hash: u64, x: &f64) -> u64 {
+    let mixed = (hash ^ x.to_bits()).wrapping_mul(0x0000_0100_0000_01b3);
+    mixed.rotate_left(29)
 }
 
 #[cfg(test)]

@@ -97,12 +97,17 @@ fn rate(motion: &ChainMotion, velocity: &[f64]) -> Vec3 {
     let Some(first) = motion.coordinate else {
         return Vec3::ZERO;
     };
-    let count = match motion.kind {
+    let count = coordinates(motion.kind);
+    vector(&velocity[first..first + count]) * motion.factor
+}
+
+/// How many coordinates drive a motion.
+fn coordinates(kind: MotionKind) -> usize {
+    match kind {
         MotionKind::Axis => 1,
         MotionKind::Translation(n) => n,
         MotionKind::Ball => 3,
-    };
-    vector(&velocity[first..first + count]) * motion.factor
+    }
 }
 
 fn turning_speed(motion: &ChainMotion, velocity: &[f64]) -> f64 {
@@ -125,10 +130,7 @@ fn push(motion: &ChainMotion, from: &[f64], velocity: &[f64], held: &[f64]) -> f
 
 /// Where a translation of n coordinates starts, seen from its rest value.
 fn offset_from_rest(motion: &ChainMotion, n: usize, from: &[f64], held: &[f64]) -> Vec3 {
-    let start = match motion.source {
-        Source::Column(q) => vector(&from[q..q + n]),
-        Source::Held(i) => vector(&held[i..i + n]),
-    };
+    let start = start(motion.source, n, from, held);
     // Only a single coordinate follows another one with an offset.
     let shift = if n == 1 {
         Vec3::X * motion.offset
@@ -136,6 +138,14 @@ fn offset_from_rest(motion: &ChainMotion, n: usize, from: &[f64], held: &[f64]) 
         Vec3::ZERO
     };
     start * motion.factor + shift - motion.rest
+}
+
+/// Its coordinates where the segment begins.
+fn start(source: Source, n: usize, from: &[f64], held: &[f64]) -> Vec3 {
+    match source {
+        Source::Column(q) => vector(&from[q..q + n]),
+        Source::Held(i) => vector(&held[i..i + n]),
+    }
 }
 
 fn vector(values: &[f64]) -> Vec3 {

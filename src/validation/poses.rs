@@ -4,8 +4,9 @@ use super::Contact;
 use super::Validator;
 
 use super::interval::{IntervalVerdict, Looks};
-use crate::collision::BodyPair;
+use crate::collision::Body;
 use crate::solid::query;
+use crate::solid::transform::Transform;
 
 /// Whether a body is inside a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,17 +22,23 @@ pub enum Enclosed {
 impl Validator<'_> {
     /// Closest points of a pair at one configuration, exact, in the world.
     pub fn contact(&mut self, pair: usize, configuration: &[f64]) -> Contact {
+        self.stand_at(configuration);
+        let [(a, at_a), (b, at_b)] = self.sides(pair);
+        query::closest(&a.solid, &at_a, &b.solid, &at_b)
+    }
+
+    fn stand_at(&mut self, configuration: &[f64]) {
         let kinematics = &mut self.scratch.kinematics;
         kinematics.update(self.model.robot(), configuration, self.held);
-        let BodyPair { a, b, .. } = self.model.pairs()[pair];
-        let a = &self.model.bodies()[a];
-        let b = &self.model.bodies()[b];
-        query::closest(
-            &a.solid,
-            &a.placed(kinematics),
-            &b.solid,
-            &b.placed(kinematics),
-        )
+    }
+
+    /// The bodies of a pair, and where the kinematics place them.
+    fn sides(&self, pair: usize) -> [(&Body, Transform); 2] {
+        let pair = &self.model.pairs()[pair];
+        [pair.a, pair.b].map(|body| {
+            let body = &self.model.bodies()[body];
+            (body, body.placed(&self.scratch.kinematics))
+        })
     }
 
     /// Stands all bodies where they are at a ratio of a segment.
@@ -90,8 +97,7 @@ impl Validator<'_> {
         configuration: &[f64],
         stop: &mut dyn FnMut() -> bool,
     ) -> Enclosed {
-        let kinematics = &mut self.scratch.kinematics;
-        kinematics.update(self.model.robot(), configuration, self.held);
+        self.stand_at(configuration);
         for &pair in self.model.hollow_pairs() {
             if stop() {
                 return Enclosed::Stopped;
@@ -105,15 +111,7 @@ impl Validator<'_> {
 
     /// A point of one body inside of the other, where the kinematics stand.
     fn enclosed(&self, pair: usize) -> Option<Contact> {
-        let kinematics = &self.scratch.kinematics;
-        let pair = &self.model.pairs()[pair];
-        let a = &self.model.bodies()[pair.a];
-        let b = &self.model.bodies()[pair.b];
-        query::enclosed(
-            &a.solid,
-            &a.placed(kinematics),
-            &b.solid,
-            &b.placed(kinematics),
-        )
+        let [(a, at_a), (b, at_b)] = self.sides(pair);
+        query::enclosed(&a.solid, &at_a, &b.solid, &at_b)
     }
 }

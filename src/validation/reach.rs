@@ -86,13 +86,18 @@ impl Reach {
 
     /// Σ_j reach_j |Δ_j| (m).
     pub fn cost(&self, deviation: &[f64]) -> f64 {
-        let terms = self.0.iter().zip(deviation);
-        let sum = terms
-            .map(|(reach, deviation)| reach * deviation.abs())
-            .sum::<f64>();
-        // Far above what the sum loses.
-        sum * (1.0 + 1e-12)
+        cost(&self.0, deviation.iter().copied())
     }
+}
+
+/// Σ_j reach_j |Δ_j| (m).
+pub(super) fn cost(reach: &[f64], deviations: impl Iterator<Item = f64>) -> f64 {
+    let terms = reach.iter().zip(deviations);
+    let sum = terms
+        .map(|(reach, deviation)| reach * deviation.abs())
+        .sum::<f64>();
+    // Far above what the sum loses.
+    sum * (1.0 + 1e-12)
 }
 
 /// What one motion of a chain moves of the body, per unit of each of its coordinates.
@@ -154,9 +159,7 @@ fn farthest_push(motion: &ChainMotion, n: usize, held: &[f64], ranges: &Ranges, 
             Source::Column(q) => ranges.all()[q + index],
             Source::Held(first) => [held[first + index]; 2],
         };
-        let shift = shift(motion, n, index);
-        let away = ends.map(|value| (value * motion.factor + shift).abs());
-        away.into_iter().fold(0.0, f64::max)
+        farthest_from_rest(motion, n, index, ends)
     };
     // Of a box the farthest point is a corner.
     let corner = (0..n)
@@ -169,6 +172,13 @@ fn farthest_push(motion: &ChainMotion, n: usize, held: &[f64], ranges: &Ranges, 
         } else {
             0.0
         }
+}
+
+/// How far a coordinate between these values gets from rest.
+fn farthest_from_rest(motion: &ChainMotion, n: usize, index: usize, ends: [f64; 2]) -> f64 {
+    let shift = shift(motion, n, index);
+    let away = ends.map(|value| (value * motion.factor + shift).abs());
+    away.into_iter().fold(0.0, f64::max)
 }
 
 /// What is added to a coordinate's value to be seen from rest.

@@ -61,19 +61,23 @@ struct Column {
 impl Column {
     /// `None` for a quaternion, whose columns do not go straight.
     fn of(component: &Component) -> Option<Self> {
-        match *component {
-            Component::Line { q, v } => Some(Self {
-                q,
-                v,
-                most_turn: f64::INFINITY,
-            }),
-            Component::Circle { q, v } => Some(Self {
-                q,
-                v,
-                most_turn: MOST_TURN,
-            }),
-            Component::Rotation { .. } => None,
-        }
+        let (q, v, most_turn) = match *component {
+            Component::Line { q, v } => (q, v, f64::INFINITY),
+            Component::Circle { q, v } => (q, v, MOST_TURN),
+            Component::Rotation { .. } => return None,
+        };
+        Some(Self { q, v, most_turn })
+    }
+
+    /// Whether a chord goes too far in it.
+    fn turns_too_far(&self, [first, last]: [&[f64]; 2]) -> bool {
+        (last[self.q] - first[self.q]).abs() > self.most_turn
+    }
+
+    /// How far a waypoint is from the place `s` of a chord.
+    fn off(&self, waypoint: &[f64], [first, last]: [&[f64]; 2], s: f64) -> f64 {
+        let q = self.q;
+        (waypoint[q] - (first[q] + s * (last[q] - first[q]))).abs()
     }
 }
 
@@ -94,10 +98,14 @@ impl<'p> Runs<'p> {
 
     /// Whether the chord of a run would turn a circle farther than it may.
     fn turns_too_far(&self, segments: &Range<usize>) -> bool {
-        let first = self.path.waypoint(segments.start);
-        let last = self.path.waypoint(segments.end);
+        let chord = self.chord(segments);
         let mut columns = self.columns.iter();
-        columns.any(|&Column { q, most_turn, .. }| (last[q] - first[q]).abs() > most_turn)
+        columns.any(|column| column.turns_too_far(chord))
+    }
+
+    /// Both ends of a run.
+    fn chord(&self, segments: &Range<usize>) -> [&'p [f64]; 2] {
+        [segments.start, segments.end].map(|waypoint| self.path.waypoint(waypoint))
     }
 
     /// About how far bodies move on the segment that ends at a waypoint (m).
@@ -134,12 +142,11 @@ impl<'p> Runs<'p> {
 
     /// Takes in how far a waypoint is from the place `s` of the chord of a run, in each coordinate.
     fn take_in(&self, waypoint: usize, segments: &Range<usize>, s: f64, farthest: &mut [f64]) {
-        let first = self.path.waypoint(segments.start);
-        let last = self.path.waypoint(segments.end);
+        let chord = self.chord(segments);
         let waypoint = self.path.waypoint(waypoint);
-        for &Column { q, v, .. } in &self.columns {
-            let off = waypoint[q] - (first[q] + s * (last[q] - first[q]));
-            farthest[v] = farthest[v].max(off.abs());
+        for column in &self.columns {
+            let farthest = &mut farthest[column.v];
+            *farthest = farthest.max(column.off(waypoint, chord, s));
         }
     }
 

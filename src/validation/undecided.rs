@@ -69,15 +69,29 @@ impl Interval {
     ) -> impl DoubleEndedIterator<Item = Self> + use<> {
         let Undecided { pairs, parts } = *undecided;
         let parts = if pairs.is_empty() { 0 } else { parts };
-        let interval = *self;
+        let whole = Self { pairs, ..*self };
         let half = self.half / parts.max(1) as f64;
+        (0..parts).map(move |part| whole.part_of(part, half))
+    }
+
+    /// The part of this half width and number, from the left.
+    fn part_of(&self, part: usize, half: f64) -> Self {
         let start = self.middle - self.half;
-        (0..parts).map(move |part| Self {
+        Self {
             middle: start + half * (2 * part + 1) as f64,
             half,
-            pairs,
-            ..interval
-        })
+            ..*self
+        }
+    }
+
+    /// The part of a whole segment of this half width and number, which looks at all pairs.
+    pub(super) fn part(segment: usize, part: usize, half: f64) -> Self {
+        Self {
+            segment,
+            middle: half * (2 * part + 1) as f64,
+            half,
+            pairs: List::All,
+        }
     }
 }
 

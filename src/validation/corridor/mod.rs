@@ -65,14 +65,15 @@ impl Corridor {
 /// What each segment of a certificate keeps above its least floor (m), in [0, [`WIDEST_M`]].
 pub fn slack_m(certificate: &Certificate) -> Vec<f64> {
     let floor = certificate.floor_m() + ROUNDING_M;
-    let slack = |clearance: Option<f64>| {
-        clearance.map_or(WIDEST_M, |kept| (kept - floor).clamp(0.0, WIDEST_M))
-    };
-    certificate
-        .segments
-        .iter()
-        .map(|segment| slack(segment.clearance_m))
+    let segments = certificate.segments.iter();
+    segments
+        .map(|segment| slack(segment.clearance_m, floor))
         .collect()
+}
+
+/// What a clearance leaves above a floor; all of it where nothing is near.
+fn slack(clearance: Option<f64>, floor: f64) -> f64 {
+    clearance.map_or(WIDEST_M, |kept| (kept - floor).clamp(0.0, WIDEST_M))
 }
 
 impl Validator<'_> {

@@ -77,6 +77,14 @@ struct Collision {
     touch: Touch,
 }
 
+impl Collision {
+    /// Whether it is strictly before another on the path.
+    fn is_before(&self, other: &Self) -> bool {
+        let place = |it: &Self| (it.segment, it.touch.t);
+        place(other) > place(self)
+    }
+}
+
 /// What a refused pair is found to be.
 enum Weighed {
     /// Its floor is lowered: the segment may be provable now.
@@ -183,11 +191,16 @@ impl<'p> InputProof<'_, '_, 'p> {
         let colliding = self
             .validator
             .colliding_waypoint(self.path, waypoints, stop)?;
-        if let Some(Colliding { waypoint, pair }) = colliding {
-            let t = if waypoint == 0 { 0.0 } else { 1.0 };
-            self.meet(waypoint.saturating_sub(1), Touch { t, pair });
-        }
+        colliding
+            .into_iter()
+            .for_each(|colliding| self.meet_at(colliding));
         Some(())
+    }
+
+    /// Takes note of a collision at a waypoint: at the end of the segment before it.
+    fn meet_at(&mut self, Colliding { waypoint, pair }: Colliding) {
+        let t = if waypoint == 0 { 0.0 } else { 1.0 };
+        self.meet(waypoint.saturating_sub(1), Touch { t, pair });
     }
 
     /// A segment that is refused as it stands: lowers floors, or looks for what collides on it.
@@ -209,13 +222,15 @@ impl<'p> InputProof<'_, '_, 'p> {
     /// Looks for what collides first on a segment; `None` where stopped.
     fn find_contact(&mut self, segment: usize, stop: &mut dyn FnMut() -> bool) -> Option<()> {
         let found = self.validator.first_contact(ends(self.path, segment), stop);
-        if let FirstContact::At(touch) | FirstContact::Stopped(Some(touch)) = found {
-            self.meet(segment, touch);
-        }
-        match found {
-            FirstContact::Nothing | FirstContact::At(_) => Some(()),
-            FirstContact::Stopped(_) => None,
-        }
+        let (touch, is_finished) = match found {
+            FirstContact::Nothing => (None, true),
+            FirstContact::At(touch) => (Some(touch), true),
+            FirstContact::Stopped(touch) => (touch, false),
+        };
+        touch
+            .into_iter()
+            .for_each(|touch| self.meet(segment, touch));
+        is_finished.then_some(())
     }
 
     /// Takes note of a contact, if none before it is known.
@@ -223,9 +238,9 @@ impl<'p> InputProof<'_, '_, 'p> {
         if segment == 0 && touch.t <= FINEST && self.stands_in(touch.pair) {
             touch.t = 0.0;
         }
-        let is_later = |known: Collision| (known.segment, known.touch.t) > (segment, touch.t);
-        if self.collision.is_none_or(is_later) {
-            self.collision = Some(Collision { segment, touch });
+        let met = Collision { segment, touch };
+        if self.collision.is_none_or(|known| met.is_before(&known)) {
+            self.collision = Some(met);
         }
     }
 

@@ -70,14 +70,17 @@ impl Validator<'_> {
 /// The place between one where the distance still falls and one where it grows again, each with its
 /// rate, where the rate would be zero if it changed evenly.
 fn evenly_between(falling: (f64, f64), growing: (f64, f64)) -> f64 {
-    let ratio = falling.1.abs() / (falling.1.abs() + growing.1.abs());
-    // Never at an end: that would tell nothing new.
-    let ratio = if ratio.is_finite() {
+    let ratio = inner_ratio(falling.1.abs() / (falling.1.abs() + growing.1.abs()));
+    falling.0 + ratio * (growing.0 - falling.0)
+}
+
+/// Never at an end: that would tell nothing new.
+fn inner_ratio(ratio: f64) -> f64 {
+    if ratio.is_finite() {
         ratio.clamp(0.01, 0.99)
     } else {
         0.5
-    };
-    falling.0 + ratio * (growing.0 - falling.0)
+    }
 }
 
 /// A search along a segment for the place where a distance stops falling.
@@ -120,10 +123,13 @@ impl Descent {
             false => self.growing = Some((t, rate)),
         }
         self.step *= 2.0;
-        let falling = self.falling;
-        let width = self
-            .growing
-            .map_or(f64::INFINITY, |(t, _)| (t - falling.0).abs());
-        falling.1.abs() * width < settled
+        self.falling.1.abs() * self.width() < settled
+    }
+
+    /// Between the two places that it lies between.
+    fn width(&self) -> f64 {
+        let falling = self.falling.0;
+        self.growing
+            .map_or(f64::INFINITY, |(t, _)| (t - falling).abs())
     }
 }

@@ -67,11 +67,11 @@ impl Along {
 
 /// Whether the pair is farther apart than is sought somewhere between two places.
 fn are_parted(first: &Near, second: &Near, partings: &[f64]) -> bool {
-    let along = |near: &Near| near.segment as f64 + near.t;
-    let low = along(first).min(along(second));
-    let high = along(first).max(along(second));
-    let next = partings.partition_point(|parting| *parting <= low);
-    partings.get(next).is_some_and(|parting| *parting < high)
+    let [first, second] = [first, second].map(|near| near.segment as f64 + near.t);
+    let next = partings.partition_point(|parting| *parting <= first.min(second));
+    partings
+        .get(next)
+        .is_some_and(|parting| *parting < first.max(second))
 }
 
 impl Interval {
@@ -104,11 +104,8 @@ impl Validator<'_> {
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Vec<Near>> {
         let mut along = Along::default();
-        let mut open: Vec<Interval> = candidates
-            .iter()
-            .rev()
-            .map(|candidate| candidate.interval)
-            .collect();
+        let intervals = candidates.iter().rev().map(|candidate| candidate.interval);
+        let mut open: Vec<Interval> = intervals.collect();
         while let Some(interval) = open.pop() {
             if self.is_over(sought, stop) {
                 return None;
@@ -289,7 +286,12 @@ impl Validator<'_> {
 
 /// The part of its segment that a stretch covers.
 fn reach(stretch: &[Cell]) -> [f64; 2] {
-    let [first, last] = [stretch.first(), stretch.last()]
-        .map(|cell| cell.map_or([0.0, 1.0], |cell| cell.interval.ends()));
-    [first[0].max(0.0), last[1].min(1.0)]
+    let [low, _] = ends(stretch.first());
+    let [_, high] = ends(stretch.last());
+    [low.max(0.0), high.min(1.0)]
+}
+
+/// Where a cell begins and ends; the whole segment where there is none.
+fn ends(cell: Option<&Cell>) -> [f64; 2] {
+    cell.map_or([0.0, 1.0], |cell| cell.interval.ends())
 }

@@ -41,6 +41,16 @@ pub struct Near {
 }
 
 impl Near {
+    /// Takes in what two pieces are apart.
+    fn take_in(&mut self, gap: f64, distance: f64) {
+        // A gap that is no number must not pass for a wide one.
+        self.gap = if gap.is_nan() {
+            f64::NEG_INFINITY
+        } else {
+            self.gap.min(gap)
+        };
+        self.distance = self.distance.min(distance);
+    }
     /// Nothing found within that distance.
     fn none(within: f64) -> Self {
         Self {
@@ -79,9 +89,14 @@ fn bounds(pieces: &[Piece]) -> [Vec3; 2] {
 
 /// Orders pieces along the widest side of their box.
 fn sort_along_widest(pieces: &mut [Piece], side: Vec3) {
-    let widest = (0..3).max_by(|&i, &j| side[i].total_cmp(&side[j]));
-    let widest = widest.unwrap_or(0);
+    let widest = widest(side);
     pieces.sort_by(|a, b| a.center()[widest].total_cmp(&b.center()[widest]));
+}
+
+/// Axis of the longest side; of equals, the last.
+fn widest(side: Vec3) -> usize {
+    let widest = (0..3).max_by(|&i, &j| side[i].total_cmp(&side[j]));
+    widest.unwrap_or(0)
 }
 
 impl Cover {
@@ -206,13 +221,6 @@ impl Search<'_> {
     fn compare(&mut self, a: &Piece, b: &Piece) {
         let apart = distance::separation(a, b);
         let distance = (apart.point_a - apart.point_b).dot(apart.normal);
-        let best = &mut self.best;
-        // A gap that is no number must not pass for a wide one.
-        best.gap = if apart.gap.is_nan() {
-            f64::NEG_INFINITY
-        } else {
-            best.gap.min(apart.gap)
-        };
-        best.distance = best.distance.min(distance);
+        self.best.take_in(apart.gap, distance);
     }
 }

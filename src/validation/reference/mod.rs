@@ -209,12 +209,16 @@ fn check_steps(
 
 /// A column of a circle that steps farther than a step may mean.
 fn long_step(space: &ConfigurationSpace, version: u32, [from, to]: [&[f64]; 2]) -> Option<usize> {
-    let longest = match version < FIRST_BY_NUMBERS {
+    let longest = longest_step(version);
+    space.circles().find(|&q| (to[q] - from[q]).abs() > longest)
+}
+
+fn longest_step(version: u32) -> f64 {
+    match version < FIRST_BY_NUMBERS {
         // Before, half a turn could be meant the other way.
         true => PI - ROUNDED_RAD,
         false => LONGEST_STEP_RAD,
-    };
-    space.circles().find(|&q| (to[q] - from[q]).abs() > longest)
+    }
 }
 
 /// The floor of every pair (m), by the certificate.
@@ -279,28 +283,27 @@ fn check_range(what: String, value: f64, range: RangeInclusive<f64>) -> Result<(
 /// Values of the held variables.
 fn held(model: &CollisionModel, certificate: &Certificate) -> Result<Vec<f64>, Objection> {
     let variables = model.robot().held();
-    match &certificate.held {
-        None => Ok(variables.iter().map(|variable| variable.default).collect()),
-        Some(held) if held.len() == variables.len() => Ok(held.clone()),
-        Some(held) => Err(Objection::Count {
-            what: "values of held variables",
-            got: held.len(),
-            expected: variables.len(),
-        }),
-    }
+    let defaults = || variables.iter().map(|variable| variable.default).collect();
+    let held = certificate.held.clone().unwrap_or_else(defaults);
+    check_count("values of held variables", held.len(), variables.len())?;
+    Ok(held)
 }
 
 /// The path with quaternions of unit length: a path may have them a little off.
 fn unit_quaternions(model: &CollisionModel, path: &Path) -> Path {
     let mut path = path.clone();
     for waypoint in 0..path.len() {
-        for component in model.robot().space().components() {
-            if let Component::Rotation { q, .. } = *component {
-                normalise(&mut path.waypoint_mut(waypoint)[q..q + 4]);
-            }
-        }
+        normalise_rotations(model.robot().space(), path.waypoint_mut(waypoint));
     }
     path
+}
+
+fn normalise_rotations(space: &ConfigurationSpace, waypoint: &mut [f64]) {
+    for component in space.components() {
+        if let Component::Rotation { q, .. } = *component {
+            normalise(&mut waypoint[q..q + 4]);
+        }
+    }
 }
 
 fn normalise(quaternion: &mut [f64]) {

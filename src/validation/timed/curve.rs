@@ -4,6 +4,8 @@
 //! no velocities, cubic where both have velocities, quintic where both have accelerations too.
 //! Columns are taken as they stand: a controller does not know which joints turn all the way round.
 
+use std::ops::Range;
+
 use super::polynomial::{Knot, Polynomial};
 use crate::robot::{Component, RobotModel, Variable};
 
@@ -355,13 +357,15 @@ fn check_still(robot: &RobotModel, points: &[Point], q: usize) -> Result<(), Cur
 /// Whether the quaternion that starts at a column stands where it does in `positions`.
 fn stands_at(point: &Point, positions: &[f64], q: usize) -> bool {
     let columns = q..q + 4;
-    let has_no_rates = |list: &[f64]| {
-        list.get(columns.clone())
-            .is_none_or(|list| list.iter().all(|rate| *rate == 0.0))
-    };
     point.positions[columns.clone()] == positions[columns.clone()]
-        && has_no_rates(&point.velocities)
-        && has_no_rates(&point.accelerations)
+        && says_still(&point.velocities, columns.clone())
+        && says_still(&point.accelerations, columns)
+}
+
+/// Whether a list of rates says 0 of these columns, or nothing.
+fn says_still(rates: &[f64], columns: Range<usize>) -> bool {
+    let rates = rates.get(columns);
+    rates.is_none_or(|rates| rates.iter().all(|rate| *rate == 0.0))
 }
 
 /// The quaternion that starts at a column, as four columns that stand still.
@@ -388,14 +392,17 @@ fn between(a: &Point, b: &Point) -> Vec<Polynomial> {
 
 /// What a controller interpolates two points by, after what both of them say.
 fn interpolation(a: &Point, b: &Point) -> fn(Knot, Knot, f64) -> Polynomial {
-    let both = |list: fn(&Point) -> &Vec<f64>| !list(a).is_empty() && !list(b).is_empty();
-    if !both(|point| &point.velocities) {
+    if !both_say([&a.velocities, &b.velocities]) {
         Polynomial::linear
-    } else if !both(|point| &point.accelerations) {
+    } else if !both_say([&a.accelerations, &b.accelerations]) {
         Polynomial::cubic
     } else {
         Polynomial::quintic
     }
+}
+
+fn both_say(lists: [&Vec<f64>; 2]) -> bool {
+    lists.iter().all(|list| !list.is_empty())
 }
 
 impl Point {

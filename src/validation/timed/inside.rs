@@ -10,6 +10,7 @@ use crate::path::Path;
 use crate::validation::Corridor;
 use crate::validation::interval::ROUNDING_M;
 use crate::validation::path_proof::ends;
+use crate::validation::reach::cost;
 
 /// A piece is not halved below this width (s).
 const FINEST_S: f64 = 1e-6;
@@ -78,6 +79,17 @@ struct Place {
     excess: f64,
 }
 
+impl Place {
+    /// Of two, the one that is exceeded less; of equals, the first.
+    fn less(self, other: Self) -> Self {
+        if other.excess < self.excess {
+            other
+        } else {
+            self
+        }
+    }
+}
+
 impl Tube<'_> {
     /// The segment whose corridor is exceeded least by all of these configurations; that of the
     /// hint if it is not.
@@ -87,25 +99,22 @@ impl Tube<'_> {
             return hinted;
         }
         let segments = 0..self.corridor.slack_m.len();
-        segments
-            .map(|segment| self.excess(configurations, segment))
-            .fold(hinted, |best, other| {
-                if other.excess < best.excess {
-                    other
-                } else {
-                    best
-                }
-            })
+        let places = segments.map(|segment| self.excess(configurations, segment));
+        places.fold(hinted, Place::less)
     }
 
     /// How far these configurations exceed the corridor of a segment.
     fn excess(&self, configurations: &[Vec<f64>], segment: usize) -> Place {
-        let distances = configurations.iter().map(|q| self.distance(segment, q));
-        let farthest = distances.fold(0.0, f64::max);
+        let farthest = self.farthest(configurations, segment);
         Place {
             segment,
             excess: farthest - self.corridor.slack_m[segment] - ROUNDING_M,
         }
+    }
+
+    fn farthest(&self, configurations: &[Vec<f64>], segment: usize) -> f64 {
+        let distances = configurations.iter().map(|q| self.distance(segment, q));
+        distances.fold(0.0, f64::max)
     }
 
     /// The segment in whose corridor all of a piece with these ends stays, and which part of the slack
@@ -158,19 +167,11 @@ impl Tube<'_> {
     }
 }
 
-fn cost(reach: &[f64], deviations: impl Iterator<Item = f64>) -> f64 {
-    let terms = reach.iter().zip(deviations);
-    let sum = terms
-        .map(|(reach, deviation)| reach * deviation.abs())
-        .sum::<f64>();
-    // Far above what the sum loses.
-    sum * (1.0 + 1e-12)
-}
-
 /// The ratios along a segment at which its columns agree with a configuration.
 fn agreements(q: &[f64], from: &[f64], to: &[f64]) -> impl Iterator<Item = f64> {
     let columns = q.iter().zip(from.iter().zip(to));
-    columns
-        .map(|(q, (from, to))| ((q - from) / (to - from)).clamp(0.0, 1.0))
+    let ratios = columns.map(|(q, (from, to))| (q - from) / (to - from));
+    ratios
+        .map(|ratio| ratio.clamp(0.0, 1.0))
         .filter(|ratio| ratio.is_finite())
 }

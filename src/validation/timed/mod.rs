@@ -188,12 +188,17 @@ pub fn prove(
 
 /// The reach of the columns' deviations from chords between values that the curve takes.
 fn reach(validator: &Validator, curve: &Curve) -> Reach {
+    Reach::new(validator.model, validator.held, &ranges(curve), 0.0)
+}
+
+/// What each column is between.
+fn ranges(curve: &Curve) -> Ranges {
     let mut ranges = Ranges::none(curve.columns());
     for (column, [low, high]) in curve.ranges().into_iter().enumerate() {
         ranges.add_value(column, low);
         ranges.add_value(column, high);
     }
-    Reach::new(validator.model, validator.held, &ranges, 0.0)
+    ranges
 }
 
 /// A collision with its penetration depth, which the search for it does without.
@@ -339,10 +344,12 @@ impl Prover<'_, '_, '_> {
 
     /// What may still be provable of a refused piece: its halves, or itself at a lower floor.
     fn again(&mut self, piece: &Piece, hit: &Hit, deviation: f64) -> Option<Vec<Piece>> {
-        if deviation > DEVIATION * self.floor(hit.pair) && self.can_be_halved(piece) {
+        let is_wide = deviation > DEVIATION * self.floor(hit.pair);
+        if is_wide && self.can_be_halved(piece) {
             return Some(piece.halves().to_vec());
         }
-        (!self.strict && self.lower(hit, deviation)).then(|| vec![*piece])
+        let is_lowered = !self.strict && self.lower(hit, deviation);
+        is_lowered.then(|| vec![*piece])
     }
 
     fn proved(&self) -> TimedVerdict {
