@@ -200,6 +200,27 @@ fn split_unit(column: &str) -> (&str, Option<&str>) {
     (column, None)
 }
 
+/// For each of the robot's variables, the place of its column.
+///
+/// # Errors
+/// One that is missing, with the names that the robot has.
+pub(super) fn order(columns: &[String], variables: &[Variable]) -> Result<Vec<usize>, String> {
+    let position = |variable: &Variable| {
+        let found = columns.iter().position(|name| *name == variable.name);
+        found.ok_or_else(|| missing(variable, variables))
+    };
+    variables.iter().map(position).collect()
+}
+
+fn missing(variable: &Variable, variables: &[Variable]) -> String {
+    let known: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
+    format!(
+        "column {:?} is missing; the robot needs {}",
+        variable.name,
+        known.join(", ")
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -194,7 +194,7 @@ impl PathTable {
             file: table.file.clone(),
             text,
         };
-        let order = order(&table.variables, variables).map_err(refuse)?;
+        let order = columns::order(&table.variables, variables).map_err(refuse)?;
         let numbers = table
             .rows
             .iter()
@@ -203,31 +203,6 @@ impl PathTable {
         path::Path::from_rows(variables.len(), numbers)
             .ok_or_else(|| refuse("the robot has no variables".to_owned()))
     }
-}
-
-/// For each of the robot's variables, the place of its column.
-///
-/// # Errors
-/// One that is missing, with the names that the robot has.
-pub(super) fn order(columns: &[String], variables: &[Variable]) -> Result<Vec<usize>, String> {
-    let position = |variable: &Variable| {
-        let found = columns.iter().position(|name| *name == variable.name);
-        let known = || {
-            variables
-                .iter()
-                .map(|v| v.name.as_str())
-                .collect::<Vec<_>>()
-                .join(", ")
-        };
-        found.ok_or_else(|| {
-            format!(
-                "column {:?} is missing; the robot needs {}",
-                variable.name,
-                known()
-            )
-        })
-    };
-    variables.iter().map(position).collect()
 }
 
 /// Whether a JSON text has a trajectory's fields and not a path's.

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::columns::Names;
+use super::columns::{self, Names};
 use super::constraints::{check_constraints, check_goal};
-use super::{FileError, read_text, table, yaml};
+use super::{FileError, read_text, yaml};
 use crate::robot::{RobotModel, Variable};
 use crate::scene::Filled;
 
@@ -249,7 +249,7 @@ impl Trajectory {
         };
         let (found, _) = names.columns(&self.joint_names).map_err(refuse)?;
         let (places, names): (Vec<usize>, Vec<String>) = found.into_iter().unzip();
-        let order = table::order(&names, variables).map_err(refuse)?;
+        let order = columns::order(&names, variables).map_err(refuse)?;
         let list = |list: &Vec<f64>| match list.is_empty() {
             true => Vec::new(),
             false => order.iter().map(|&column| list[places[column]]).collect(),

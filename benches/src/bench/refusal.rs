@@ -1,7 +1,7 @@
 //! Why an input was refused, in one line.
 
-use taut::solid::TOUCHING_M;
 use taut::optimize::{ColumnTurns, Outcome, Refusal};
+use taut::solid::TOUCHING_M;
 
 use crate::units::length;
 
