@@ -9,7 +9,7 @@
 mod check;
 mod essentials;
 #[cfg(test)]
-mod oddities;
+mod oddities_tests;
 mod shape;
 #[cfg(test)]
 mod tests;
