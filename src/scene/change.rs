@@ -124,7 +124,7 @@ impl Scene {
         Ok(scene.finished())
     }
 
-        fn apply(&mut self, change: SceneChange) -> Result<(), SceneError> {
+    fn apply(&mut self, change: SceneChange) -> Result<(), SceneError> {
         match change {
             SceneChange::Add(object) => self.add(object),
             SceneChange::Replace(object) => self.replace(object),
@@ -286,7 +286,7 @@ impl Scene {
         Ok(())
     }
 
-        fn remove(&mut self, id: &str) -> Result<(), SceneError> {
+    fn remove(&mut self, id: &str) -> Result<(), SceneError> {
         if self.obstacles.remove(id).is_none() && self.attached.remove(id).is_none() {
             return Err(self.unknown("remove", id));
         }
@@ -321,7 +321,7 @@ impl Scene {
     }
 
     /// Changes an object wherever it is.
-        fn update(
+    fn update(
         &mut self,
         what: &'static str,
         id: &str,
@@ -337,7 +337,7 @@ impl Scene {
         Ok(())
     }
 
-        fn unknown(&self, change: &'static str, id: &str) -> SceneError {
+    fn unknown(&self, change: &'static str, id: &str) -> SceneError {
         let known = comma_separated(self.objects().map(|object| object.id.as_str()));
         SceneError::unknown_object(change, id, known)
     }
@@ -351,7 +351,7 @@ impl Scene {
         comma_separated(self.attached.iter().map(|held| held.object.id.as_str()))
     }
 
-        fn take_standing(&mut self, id: &str) -> Result<Obstacle, SceneError> {
+    fn take_standing(&mut self, id: &str) -> Result<Obstacle, SceneError> {
         if let Some(attached) = self.attached.get(id) {
             return Err(SceneError::AlreadyAttached {
                 id: id.to_owned(),
@@ -362,7 +362,7 @@ impl Scene {
         taken.ok_or_else(|| SceneError::unknown_object("attach", id, self.standing_names()))
     }
 
-        fn take_attached(&mut self, id: &str) -> Result<AttachedObject, SceneError> {
+    fn take_attached(&mut self, id: &str) -> Result<AttachedObject, SceneError> {
         let taken = self.attached.remove(id);
         taken.ok_or_else(|| self.not_carried(id))
     }

@@ -92,14 +92,14 @@ impl SceneDiff {
     }
 
     /// Names of links or objects that it enters: in touch links, pairs, paddings and scales.
-        pub fn names(&self) -> impl Iterator<Item = &str> {
+    pub fn names(&self) -> impl Iterator<Item = &str> {
         self.steps.iter().flat_map(|step| step.change.entered())
     }
 }
 
 impl Step {
     /// The changes that this step is for a scene.
-        fn changes(&self, scene: &Scene, worlds: &[String]) -> Result<Vec<SceneChange>, SceneError> {
+    fn changes(&self, scene: &Scene, worlds: &[String]) -> Result<Vec<SceneChange>, SceneError> {
         self.check_place(scene)?;
         Ok(match self.change.clone() {
             SceneChange::Add(object) => self.added(object, scene, worlds)?,
@@ -165,7 +165,7 @@ impl Step {
     }
 
     /// An object that is new, or takes the place of one of its name.
-        fn added(
+    fn added(
         &self,
         object: Obstacle,
         scene: &Scene,
@@ -213,7 +213,7 @@ impl Step {
             .collect()
     }
 
-        fn appended(
+    fn appended(
         &self,
         id: String,
         shapes: Vec<PlacedShape>,
@@ -232,7 +232,7 @@ impl Step {
     }
 
     /// What takes an object up, or nothing where the link has it already.
-        fn attached(&self, scene: &Scene, given: AttachedObject) -> Vec<SceneChange> {
+    fn attached(&self, scene: &Scene, given: AttachedObject) -> Vec<SceneChange> {
         let id = given.object.id.as_str();
         let is_carried = |held: &AttachedObject| {
             self.is_on(&held.link_name) && held.touch_links == given.touch_links
@@ -253,7 +253,7 @@ impl Step {
         }
     }
 
-        fn check_place(&self, scene: &Scene) -> Result<(), SceneError> {
+    fn check_place(&self, scene: &Scene) -> Result<(), SceneError> {
         let (SceneChange::Append { id, .. }
         | SceneChange::Move { id, .. }
         | SceneChange::Detach { id, .. }) = &self.change
@@ -301,7 +301,7 @@ enum Frame {
 }
 
 impl Frame {
-        fn of(scene: &Scene, name: &str, worlds: &[String]) -> Result<Self, SceneError> {
+    fn of(scene: &Scene, name: &str, worlds: &[String]) -> Result<Self, SceneError> {
         let is_called = || is_called(scene, name, worlds);
         match scene.known_frame(name) {
             Some(pose) => Ok(Self::Known(pose)),
@@ -327,7 +327,7 @@ impl Frame {
     }
 
     /// What has to be said of the frame of an object.
-        fn called(&self, id: &str, scene: &Scene) -> Vec<SceneChange> {
+    fn called(&self, id: &str, scene: &Scene) -> Vec<SceneChange> {
         let frame = match self {
             Self::Called(name) => Some(name.clone()),
             Self::World | Self::Known(_) => None,

@@ -63,7 +63,7 @@ impl<'a> Way<'a> {
             .collect()
     }
 
-        fn remove(&mut self, kept: &BTreeSet<&str>) {
+    fn remove(&mut self, kept: &BTreeSet<&str>) {
         for id in self.gone(kept) {
             self.go(SceneChange::Remove { id });
         }
@@ -100,7 +100,7 @@ impl<'a> Way<'a> {
         });
     }
 
-        fn set_frames(&mut self) {
+    fn set_frames(&mut self) {
         let at = self.at.clone();
         let other = self.other;
         for (name, _) in at.frames() {
@@ -116,7 +116,7 @@ impl<'a> Way<'a> {
     }
 
     /// Frames on objects, and what these call the world.
-        fn set_frames_of_objects(&mut self) {
+    fn set_frames_of_objects(&mut self) {
         self.set_subframes();
         self.set_worlds();
     }
@@ -152,7 +152,7 @@ impl<'a> Way<'a> {
     }
 
     /// What stands in the other scene, of which the first are kept.
-        fn stand(&mut self, kept: usize) {
+    fn stand(&mut self, kept: usize) {
         for (index, object) in self.other.obstacles.iter().enumerate() {
             if index >= kept {
                 self.reshape(object);
@@ -187,7 +187,7 @@ impl<'a> Way<'a> {
         }
     }
 
-        fn attach(&mut self) {
+    fn attach(&mut self) {
         let mut last = None;
         let mut is_kept = true;
         for attached in &self.other.attached {
@@ -233,7 +233,7 @@ impl<'a> Way<'a> {
         });
     }
 
-        fn set_sizes(&mut self) {
+    fn set_sizes(&mut self) {
         let at = self.at.clone();
         let other = self.other;
         for (name, _) in at.padded().chain(other.padded()) {
@@ -258,7 +258,7 @@ impl<'a> Way<'a> {
         }
     }
 
-        fn set_verdicts(&mut self) {
+    fn set_verdicts(&mut self) {
         let at = self.at.clone();
         let other = self.other;
         for (a, b, _) in at.verdicts.iter() {
@@ -281,7 +281,7 @@ impl<'a> Way<'a> {
     }
 
     /// Gives an object that is here already the shapes that it has in the other scene.
-        fn reshape(&mut self, object: &Obstacle) {
+    fn reshape(&mut self, object: &Obstacle) {
         let held = self.at.object(&object.id);
         if let Some(change) = held.and_then(|held| reshaping(held, object)) {
             self.go(change);
