@@ -209,10 +209,7 @@ impl Trajectory {
     /// length.
     pub fn read(file: &Path) -> Result<Self, FileError> {
         let parsed = parse(&read_text(file)?, yaml::is_yaml(file));
-        let (joint_names, points, _) = parsed.map_err(|text| FileError::Content {
-            file: file.to_owned(),
-            text,
-        })?;
+        let (joint_names, points, _) = parsed.map_err(|text| FileError::content(file, text))?;
         Ok(Self {
             file: file.to_owned(),
             joint_names,
@@ -243,10 +240,7 @@ impl Trajectory {
         names: &Names,
         variables: &[Variable],
     ) -> Result<Vec<TrajectoryPoint>, FileError> {
-        let refuse = |text: String| FileError::Content {
-            file: self.file.clone(),
-            text,
-        };
+        let refuse = |text: String| FileError::content(&self.file, text);
         let (found, _) = names.columns(&self.joint_names).map_err(refuse)?;
         let (places, names): (Vec<usize>, Vec<String>) = found.into_iter().unzip();
         let order = columns::order(&names, variables).map_err(refuse)?;
