@@ -76,10 +76,7 @@ pub(super) fn run(arguments: &Arguments, file: &Path, answer: &Path) -> Result<u
 /// The path of an answer, whose numbers say how it moves, and its corridor, which the certificate
 /// must bear out.
 fn corridor_of(answer: &Path, result: &ResultFile) -> Result<(path::Path, Corridor), FileError> {
-    let refuse = |text: String| FileError::Content {
-        file: answer.to_owned(),
-        text,
-    };
+    let refuse = |text: String| FileError::content(answer, text);
     let none = "the answer has no corridor; ask for it: taut shorten … --corridor -o RESULT.json";
     let file = result
         .corridor

@@ -82,10 +82,7 @@ impl Proof {
             file: file.to_owned(),
             reason: error.to_string(),
         })?;
-        let refuse = |text: String| FileError::Content {
-            file: file.to_owned(),
-            text,
-        };
+        let refuse = |text: String| FileError::content(file, text);
         let expected = "not a certificate, nor an answer of `taut check` or `taut shorten` as JSON";
         let bad = |error: serde_json::Error| refuse(format!("{expected}: {error}"));
         let value: serde_json::Value = serde_json::from_str(&text).map_err(bad)?;
