@@ -205,6 +205,35 @@ fn missing(variable: &Variable, variables: &[Variable]) -> String {
     )
 }
 
+/// Refuses names that stand twice.
+pub(super) fn check_unique<N: AsRef<str>>(names: &[N]) -> Result<(), String> {
+    let mut seen = BTreeSet::new();
+    for name in names {
+        let name = name.as_ref();
+        if !seen.insert(name) {
+            return Err(format!(
+                "column {name:?} is there twice; names must be unique"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a column in a unit that numbers here are not in.
+fn check_unit(column: &str, unit: Option<&str>) -> Result<(), String> {
+    match unit {
+        Some(unit) if OTHER_UNITS.contains(&unit.to_lowercase().as_str()) => Err(format!(
+            "column {column:?} is in {unit}; numbers are read in rad and m: convert them"
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn not_read(others: &[&str]) -> Option<String> {
+    let names = others.join(", ");
+    (!others.is_empty()).then(|| format!("columns that no joint moves by are not read: {names}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -258,33 +287,4 @@ mod tests {
                 .contains("valid: j1, 8, joint (left)")
         );
     }
-}
-
-/// Refuses names that stand twice.
-pub(super) fn check_unique<N: AsRef<str>>(names: &[N]) -> Result<(), String> {
-    let mut seen = BTreeSet::new();
-    for name in names {
-        let name = name.as_ref();
-        if !seen.insert(name) {
-            return Err(format!(
-                "column {name:?} is there twice; names must be unique"
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// Refuses a column in a unit that numbers here are not in.
-fn check_unit(column: &str, unit: Option<&str>) -> Result<(), String> {
-    match unit {
-        Some(unit) if OTHER_UNITS.contains(&unit.to_lowercase().as_str()) => Err(format!(
-            "column {column:?} is in {unit}; numbers are read in rad and m: convert them"
-        )),
-        _ => Ok(()),
-    }
-}
-
-fn not_read(others: &[&str]) -> Option<String> {
-    let names = others.join(", ");
-    (!others.is_empty()).then(|| format!("columns that no joint moves by are not read: {names}"))
 }
