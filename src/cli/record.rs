@@ -13,6 +13,7 @@ use taut_ipc::planner::Planner;
 use super::error::{CliError, stdout, unexpected};
 use super::format::Format;
 use super::instance::InstanceChoice;
+use super::models::json;
 use super::quantity;
 
 /// Time between two looks at whether to end.
@@ -42,26 +43,51 @@ pub(super) struct Arguments {
 
 /// Records.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
-    let ends = Arc::new(AtomicBool::new(false));
-    let failed = |source| CliError::Output {
-        file: "signal handler".to_owned(),
-        source,
-    };
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, ends.clone()).map_err(failed)?;
-    }
+    let ends = ends_on_signals()?;
     let planner = arguments.instance.connect()?;
     let file = absolute(&arguments.out)?;
     let start = Instant::now();
-    let mut asked = ask(&planner, &file).map(|_| start)?;
-    let is_terminal = std::io::stderr().is_terminal();
+    ask(&planner, &file)?;
     eprintln!("recording to {}; end with Ctrl-C", file.display());
-    let is_over = |start: Instant| arguments.time.is_some_and(|time| start.elapsed() >= time);
-    while !ends.load(Ordering::Relaxed) && !is_over(start) {
+    let is_over = || arguments.time.is_some_and(|time| start.elapsed() >= time);
+    keep_asking(&planner, &file, start, || {
+        ends.load(Ordering::Relaxed) || is_over()
+    })?;
+    let state = recording(planner.control_once(&ControlRequest::EndRecording)?)?;
+    let text = match arguments.format {
+        Format::Json => json(&state),
+        Format::Table => format!("{}   {}", file.display(), words(&state)),
+    };
+    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
+    Ok(0)
+}
+
+/// What Ctrl-C and `kill` set.
+fn ends_on_signals() -> Result<Arc<AtomicBool>, CliError> {
+    let ends = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        let registered = signal_hook::flag::register(signal, ends.clone());
+        registered.map_err(|source| CliError::Output {
+            file: "signal handler".to_owned(),
+            source,
+        })?;
+    }
+    Ok(ends)
+}
+
+/// Asks how the recording goes until it is to end, and shows it on a terminal.
+fn keep_asking(
+    planner: &Planner,
+    file: &Path,
+    mut asked: Instant,
+    is_to_end: impl Fn() -> bool,
+) -> Result<(), CliError> {
+    let is_terminal = std::io::stderr().is_terminal();
+    while !is_to_end() {
         std::thread::sleep(LOOK_UP);
         if asked.elapsed() >= ASK_EVERY {
             asked = Instant::now();
-            let state = ask(&planner, &file)?;
+            let state = ask(planner, file)?;
             if is_terminal {
                 eprint!("\r{}  ", words(&state));
             }
@@ -70,15 +96,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     if is_terminal {
         eprintln!();
     }
-    let state = recording(planner.control_once(&ControlRequest::EndRecording)?)?;
-    let text = match arguments.format {
-        Format::Json => {
-            serde_json::to_string(&state).expect("control replies hold only plain values")
-        }
-        Format::Table => format!("{}   {}", file.display(), words(&state)),
-    };
-    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
-    Ok(0)
+    Ok(())
 }
 
 fn ask(planner: &Planner, file: &Path) -> Result<RecordingState, CliError> {

@@ -54,6 +54,22 @@ pub(super) struct Arguments {
 
 /// Serves.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    let config = configuration(arguments)?;
+    let instance = instance(&arguments.instance, &config)?;
+    if arguments.supervise {
+        let patience = Duration::from_secs_f64(config.watchdog_s);
+        return Ok(supervise(&instance, &arguments_of_child(), patience)?);
+    }
+    if let Some(pid) = arguments.supervised_by {
+        bind_to_supervisor(pid)?;
+    }
+    start_log();
+    serve(&config, &instance, &mut std::io::stdout())?;
+    Ok(0)
+}
+
+/// The configuration of the file, as the arguments change it.
+fn configuration(arguments: &Arguments) -> Result<Config, CliError> {
     let mut config = arguments
         .config
         .as_deref()
@@ -68,24 +84,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         check_address("--http", address).map_err(CliError::Usage)?;
         config.http = Some(address);
     }
-    let instance = instance(&arguments.instance, &config)?;
-    if arguments.supervise {
-        let own = std::env::args_os()
-            .skip(1)
-            .filter(|argument| argument != "--supervise");
-        let own: Vec<OsString> = own.collect();
-        return Ok(supervise(
-            &instance,
-            &own,
-            Duration::from_secs_f64(config.watchdog_s),
-        )?);
-    }
-    if let Some(pid) = arguments.supervised_by {
-        bind_to_supervisor(pid)?;
-    }
-    start_log();
-    serve(&config, &instance, &mut std::io::stdout())?;
-    Ok(0)
+    Ok(config)
+}
+
+/// The arguments of this process, but for the one that it supervises.
+fn arguments_of_child() -> Vec<OsString> {
+    std::env::args_os()
+        .skip(1)
+        .filter(|argument| argument != "--supervise")
+        .collect()
 }
 
 /// The option, else the environment, else the configuration, else the default.

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::time::Duration;
 
 use taut_ipc::ClientError;
-use taut_ipc::planner::{Best, PlannerError, Request};
+use taut_ipc::planner::{Answers, Best, PlannerError, Request};
 use taut_ipc::wire::Mode;
 
 use super::arguments::Arguments;
@@ -43,10 +43,7 @@ fn follow(arguments: &Arguments, prepared: &Prepared, request: &Request) -> Resu
     let mut exit = 0;
     let mut shown = 0;
     while arguments.count.is_none_or(|count| shown < count) {
-        let best = match answers.next(LOOK_UP) {
-            Err(PlannerError::Client(ClientError::Timeout(_))) => continue,
-            best => best?.ok_or(ClientError::NoAnswer)?,
-        };
+        let best = next(&mut answers)?;
         exit = show(arguments, prepared, request, &best)?;
         shown += 1;
         if best.is_final() {
@@ -54,6 +51,16 @@ fn follow(arguments: &Arguments, prepared: &Prepared, request: &Request) -> Resu
         }
     }
     Ok(exit)
+}
+
+/// Waits for the next verdict.
+fn next(answers: &mut Answers) -> Result<Best, CliError> {
+    loop {
+        match answers.next(LOOK_UP) {
+            Err(PlannerError::Client(ClientError::Timeout(_))) => {}
+            best => return Ok(best?.ok_or(ClientError::NoAnswer)?),
+        }
+    }
 }
 
 fn show(
@@ -74,18 +81,21 @@ fn print(
     version: u64,
     format: Format,
 ) -> std::io::Result<()> {
-    let mut out = std::io::stdout().lock();
-    match format {
-        Format::Json => {
-            let result = report::result(subject, Mode::Check, answered);
-            let mut answer = serde_json::to_value(&result)?;
-            answer["scene_version"] = version.into();
-            writeln!(out, "{answer}")?;
-        }
+    let line = match format {
+        Format::Json => json(subject, answered, version)?,
         Format::Table => {
             report::warn(&report::told(subject, answered), "");
-            writeln!(out, "scene v{version}   {}", report::verdict(answered))?;
+            format!("scene v{version}   {}", report::verdict(answered))
         }
-    }
+    };
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{line}")?;
     out.flush()
+}
+
+fn json(subject: &Subject, answered: &Answered, version: u64) -> serde_json::Result<String> {
+    let result = report::result(subject, Mode::Check, answered);
+    let mut answer = serde_json::to_value(&result)?;
+    answer["scene_version"] = version.into();
+    Ok(answer.to_string())
 }

@@ -14,7 +14,7 @@ use taut_ipc::{Client, DaemonState, Instance, daemon_state};
 
 use super::{Check, Verdict};
 use crate::daemon::config::Config;
-use crate::daemon::{Found, inspect, state};
+use crate::daemon::{inspect, state};
 
 /// How long the daemon has to say who it is.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -228,7 +228,7 @@ fn state_content(folder: &Path) -> Finding {
         Err(error) => fail(error.to_string()),
         Ok(found) if !found.wrong.is_empty() => fail(format!(
             "{seen} does not give back {}; load it again",
-            wrong_ones(&found)
+            listed(&found.wrong)
         )),
         Ok(found) => fine(format!(
             "{seen} has {} robots and {} scenes in {} KiB, each with its hash",
@@ -239,11 +239,7 @@ fn state_content(folder: &Path) -> Finding {
     }
 }
 
-fn wrong_ones(found: &Found) -> String {
-    found
-        .wrong
-        .iter()
-        .map(|(label, why)| format!("{label}: {why}"))
-        .collect::<Vec<_>>()
-        .join("; ")
+fn listed(wrong: &[(String, String)]) -> String {
+    let each = wrong.iter().map(|(label, why)| format!("{label}: {why}"));
+    each.collect::<Vec<_>>().join("; ")
 }

@@ -26,21 +26,16 @@ pub(super) fn bytes(
     result: &ResultFile,
     around: Option<&Surroundings>,
 ) -> Result<Vec<u8>, CliError> {
-    let picture = around
-        .map(|around| scene(&around.robot, &around.scene))
-        .transpose()?;
-    recorded(result, around.zip(picture.as_ref())).map_err(failed)
+    recorded(result, around).map_err(failed)
 }
 
 /// The recording of an answer, with the robot and the picture of the scene where both are known.
-fn recorded(
-    result: &ResultFile,
-    around: Option<(&Surroundings, &Value)>,
-) -> mcap::McapResult<Vec<u8>> {
+fn recorded(result: &ResultFile, around: Option<&Surroundings>) -> mcap::McapResult<Vec<u8>> {
     let mut recording = Recording::new()?;
     recording.joints_and_corridor(result)?;
-    if let Some((around, picture)) = around {
-        recording.moving_robot(result, &around.robot, picture)?;
+    if let Some(around) = around {
+        let picture = scene(&around.robot, &around.scene);
+        recording.moving_robot(result, &around.robot, &picture)?;
     }
     recording.finish()
 }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::json;
 use taut::files::ResultFile;
-use taut::files::result::{ResultCorridor, ResultTurns};
+use taut::files::result::{ResultCoordinate, ResultCorridor, ResultTurns};
 
 /// A number as every reader takes it for one that may have a fraction: never with an exponent,
 /// always with a point.

@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde_json::json;
 use taut_ipc::planner::Planner;
 use taut_ipc::wire::{SceneEvent, SceneEventKind, label_id};
-use taut_ipc::{Client, ClientError, DaemonState, SceneEventFeed};
+use taut_ipc::{Client, ClientError, DaemonState};
 
 use crate::cli::error::{CliError, stdout};
 use crate::cli::format::Format;
@@ -23,9 +23,10 @@ pub(super) fn watch(
     format: Format,
 ) -> Result<u8, CliError> {
     let mut watched = Watched::connect(instance)?;
+    let feed = watched.client.scene_event_feed()?;
     let mut seen = 0;
     while count.is_none_or(|count| seen < count) {
-        let event = watched.next()?;
+        let event = watched.next(|| feed.next())?;
         if label.is_some_and(|label| label_id(label) != event.scene_id) {
             continue;
         }
@@ -35,11 +36,10 @@ pub(super) fn watch(
     Ok(0)
 }
 
-/// The scenes of a daemon, and what happens to them.
+/// The scenes of a daemon as long as it lives.
 struct Watched {
     client: Client,
     planner: Planner,
-    feed: SceneEventFeed,
     /// The daemon that was found first.
     daemon: DaemonState,
     /// Where that daemon is.
@@ -53,7 +53,6 @@ impl Watched {
         let client = Client::connect(&instance)?;
         let planner = Planner::new(client.clone());
         Ok(Self {
-            feed: client.scene_event_feed()?,
             daemon: client.daemon_state(),
             root: instance.root().display().to_string(),
             labels: labels(&planner)?,
@@ -63,9 +62,12 @@ impl Watched {
     }
 
     /// Waits for what happens next.
-    fn next(&self) -> Result<SceneEvent, CliError> {
+    fn next(
+        &self,
+        look: impl Fn() -> Result<Option<SceneEvent>, ClientError>,
+    ) -> Result<SceneEvent, CliError> {
         loop {
-            if let Some(event) = self.feed.next()? {
+            if let Some(event) = look()? {
                 return Ok(event);
             }
             self.check_daemon()?;

@@ -28,11 +28,13 @@ pub(in crate::cli::check) fn timed_points(
     points: Vec<TrajectoryPoint>,
 ) -> Result<Vec<Point>, FileError> {
     let all: Option<Vec<Point>> = points.into_iter().map(point).collect();
-    all.ok_or_else(|| {
-        let text = "a point has no time_from_start; without times it is a path: leave out --timed";
-        FileError::Content {
-            file: trajectory.file.clone(),
-            text: text.to_owned(),
-        }
-    })
+    all.ok_or_else(|| without_time(trajectory))
+}
+
+fn without_time(trajectory: &Trajectory) -> FileError {
+    let text = "a point has no time_from_start; without times it is a path: leave out --timed";
+    FileError::Content {
+        file: trajectory.file.clone(),
+        text: text.to_owned(),
+    }
 }
