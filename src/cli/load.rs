@@ -309,7 +309,7 @@ fn held_at_zero(
     name: &str,
 ) -> Result<Option<Warning>, FileError> {
     let is_given = |variable: &&HeldVariable| held.iter().any(|(name, _)| *name == variable.name);
-    let mut at_zero = robot.held().iter().filter(|variable| !is_given(variable));
+    let at_zero = robot.held().iter().filter(|variable| !is_given(variable));
     if let Some(variable) = at_zero.clone().find(|variable| !reaches_zero(variable)) {
         return Err(never_at_zero(variable, name));
     }
