@@ -1,5 +1,6 @@
 //! Control messages of this process.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -158,15 +159,9 @@ impl Models {
 
     fn list(&self) -> ControlReply {
         let store = self.store();
-        let robots = store.robots().iter();
-        let scenes = store.scenes().iter();
         ControlReply::Listing(Listing {
-            robots: robots
-                .map(|(label, entry)| translate::robot_summary(label, entry))
-                .collect(),
-            scenes: scenes
-                .map(|(label, entry)| translate::scene_summary(label, entry))
-                .collect(),
+            robots: summaries(store.robots(), translate::robot_summary),
+            scenes: summaries(store.scenes(), translate::scene_summary),
         })
     }
 
@@ -234,6 +229,14 @@ impl Models {
         let store = self.store();
         store.scene_at(label, version).cloned().map_err(refuse)
     }
+}
+
+/// What a listing says of each entry.
+fn summaries<T, S>(entries: &BTreeMap<String, T>, summary: fn(&str, &T) -> S) -> Vec<S> {
+    let entries = entries.iter();
+    entries
+        .map(|(label, entry)| summary(label, entry))
+        .collect()
 }
 
 fn of_daemon(message: &ControlRequest) -> Refusal {
