@@ -60,14 +60,14 @@ fn write_certificate(arguments: &Arguments, answered: &Answered) -> Result<(), C
 
 /// The verdict for people, its warnings on standard error. A list of many files stays a line each.
 fn table(arguments: &Arguments, subject: &Subject, answered: &Answered) -> String {
-    let (several, details) = match arguments.files.len() {
-        1 => (String::new(), details::of_check(answered)),
-        _ => (format!("{}: ", subject.name), String::new()),
-    };
-    report::warn(&report::told(subject, answered), &several);
-    format!(
-        "{several}{}   {}{details}",
-        report::verdict(answered),
-        report::time(answered.time_s)
-    )
+    let time = report::time(answered.time_s);
+    let verdict = format!("{}   {time}", report::verdict(answered));
+    let told = report::told(subject, answered);
+    if arguments.files.len() == 1 {
+        report::warn(&told, "");
+        return verdict + &details::of_check(answered);
+    }
+    let name = format!("{}: ", subject.name);
+    report::warn(&told, &name);
+    name + &verdict
 }

@@ -29,21 +29,11 @@ pub(super) struct Track {
 impl<'a> Mover<'a> {
     /// A robot, nowhere yet.
     pub(super) fn new(robot: &'a RobotModel) -> Self {
-        let carries = |link: usize| {
-            robot
-                .joints()
-                .iter()
-                .any(|joint| joint.parent == Some(link))
-        };
-        let tips = (0..robot.links().len())
-            .filter(|link| !carries(*link))
-            .collect();
-        let held = robot.held().iter().map(|held| held.default).collect();
         Self {
             robot,
-            held,
+            held: robot.held().iter().map(|held| held.default).collect(),
             kinematics: Kinematics::default(),
-            tips,
+            tips: tips(robot),
         }
     }
 
@@ -71,19 +61,23 @@ impl<'a> Mover<'a> {
 
     /// The middle of what the last links carry: between the fingers of a gripper.
     fn tool(&self) -> Vec3 {
-        let poses = self.kinematics.poses();
         let mut sum = Vec3::ZERO;
         let mut count = 0.0;
-        for &tip in &self.tips {
-            for shape in &self.robot.links()[tip].shapes {
-                sum += (poses[tip] * shape.pose).translation;
-                count += 1.0;
-            }
+        for place in self.tips.iter().flat_map(|tip| self.carried(*tip)) {
+            sum += place;
+            count += 1.0;
         }
         match self.tips.last() {
-            Some(&tip) if count == 0.0 => poses[tip].translation,
+            Some(&tip) if count == 0.0 => self.kinematics.poses()[tip].translation,
             _ => sum / count,
         }
+    }
+
+    /// Where the shapes of a link are.
+    fn carried(&self, link: usize) -> impl Iterator<Item = Vec3> {
+        let pose = self.kinematics.poses()[link];
+        let shapes = self.robot.links()[link].shapes.iter();
+        shapes.map(move |shape| (pose * shape.pose).translation)
     }
 
     /// The tool's track along a path of rows laid end to end.
@@ -127,4 +121,13 @@ impl<'a> Mover<'a> {
             visit(self, 0);
         }
     }
+}
+
+/// The links that no joint hangs from.
+fn tips(robot: &RobotModel) -> Vec<usize> {
+    let parents: Vec<Option<usize>> = robot.joints().iter().map(|joint| joint.parent).collect();
+    let links = 0..robot.links().len();
+    links
+        .filter(|link| !parents.contains(&Some(*link)))
+        .collect()
 }
