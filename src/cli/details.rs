@@ -7,7 +7,7 @@ use taut::optimize::{Outcome, PathContact, Stage, StageShare};
 use taut::validation::Corridor;
 
 use super::answered::Answered;
-use super::report::length;
+use super::report::{length, listed};
 use super::subject::Subject;
 
 /// Contacts that are listed one by one.
@@ -33,12 +33,11 @@ pub(super) fn of_shortening(subject: &Subject, answered: &Answered) -> String {
 }
 
 fn pinched(text: &mut String, outcome: &Outcome) {
-    if outcome.pinched.is_empty() {
-        return;
-    }
     let pairs = outcome.pinched.iter().map(|[a, b]| format!("{a} × {b}"));
-    let pairs: Vec<String> = pairs.collect();
-    line(text, "pinched", &format!("between {}", pairs.join(", ")));
+    let between = listed("between ", pairs);
+    if !between.is_empty() {
+        line(text, "pinched", &between);
+    }
 }
 
 fn request(text: &mut String, answered: &Answered) {

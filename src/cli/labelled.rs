@@ -11,7 +11,7 @@ use taut_ipc::control::{ControlRequest, RobotDescription, SceneSummary, Variable
 use taut_ipc::planner::{Columns, Planner};
 use taut_ipc::wire::Code;
 
-use super::error::CliError;
+use super::error::{CliError, content};
 use super::subject::Subject;
 
 /// What was read.
@@ -63,10 +63,8 @@ fn columns_of(
     robot: &RobotDescription,
     held: &[(String, f64)],
 ) -> Result<Columns, FileError> {
-    Columns::new(&robot.variables, table.variables(), held).map_err(|error| FileError::Content {
-        file: file.to_owned(),
-        text: error.to_string(),
-    })
+    Columns::new(&robot.variables, table.variables(), held)
+        .map_err(|error| content(file, error.to_string()))
 }
 
 fn notes_of(columns: &Columns, table: &PathTable) -> Vec<Warning> {
@@ -96,11 +94,8 @@ pub(super) fn scene(planner: &Planner, label: &str) -> Result<SceneSummary, CliE
 
 fn not_loaded(label: &str, scenes: &[SceneSummary]) -> CliError {
     let known: Vec<&str> = scenes.iter().map(|scene| scene.label.as_str()).collect();
-    CliError::Refused {
-        code: Code::UnknownScene,
-        message: format!("no scene {label:?} is loaded; loaded: {}", known.join(", ")),
-        retry_after_ms: 0,
-    }
+    let text = format!("no scene {label:?} is loaded; loaded: {}", known.join(", "));
+    CliError::refused(Code::UnknownScene, text)
 }
 
 /// The robot of a label with these columns only: as for a file, joints without a column are held,

@@ -14,7 +14,7 @@ use taut::scene::Scene;
 use taut::scene::scene_file::SceneFile;
 use taut::warning::Warning;
 
-use super::error::CliError;
+use super::error::{CliError, content};
 use super::quantity;
 use super::source::{GeometryChoice, Source};
 
@@ -275,8 +275,17 @@ fn robot_of(
     files: &RobotFiles,
 ) -> Result<RobotModel, FileError> {
     description.variables = files.variables.clone();
+    model_of(description, &files.urdf)
+}
+
+/// The robot of these files.
+pub(super) fn robot_in(reader: &mut Reader, files: &RobotFiles) -> Result<RobotModel, FileError> {
+    model_of(reader.robot_of(files)?, &files.urdf)
+}
+
+fn model_of(description: RobotDescription, urdf: &FilePath) -> Result<RobotModel, FileError> {
     RobotModel::new(description).map_err(|source| FileError::Robot {
-        file: files.urdf.clone(),
+        file: urdf.to_owned(),
         source,
     })
 }
@@ -328,10 +337,7 @@ fn never_at_zero(variable: &HeldVariable, name: &str) -> FileError {
     let text = format!(
         "column {missing:?} is missing, and the joint cannot be held at 0, outside [{lower}, {upper}]; add it, or give --hold {missing}=VALUE"
     );
-    FileError::Content {
-        file: name.into(),
-        text,
-    }
+    content(name.as_ref(), text)
 }
 
 /// Checks what the path's file says of held joints by where these stand.

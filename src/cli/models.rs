@@ -1,7 +1,6 @@
 //! `taut load-robot`, `load-scene`, `unload-…`, `list`, `describe`, `stop`: what the daemon keeps
 //! loaded.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -12,9 +11,8 @@ use taut_ipc::control::{
 };
 use taut_ipc::{DaemonState, Instance, daemon_state};
 
-use super::error::is_lost;
-use super::error::{CliError, stdout};
-use super::format::Format;
+use super::error::{CliError, is_lost};
+use super::format::{Format, print_line};
 use super::instance::InstanceChoice;
 use super::progress::Progress;
 use super::quantity;
@@ -249,8 +247,9 @@ pub(super) fn print<T: Serialize>(
         Format::Json => json(value),
         Format::Table => table(),
     };
-    let end = if text.is_empty() { "" } else { "\n" };
-    write!(std::io::stdout().lock(), "{text}{end}").map_err(stdout)?;
+    if !text.is_empty() {
+        print_line(&text)?;
+    }
     Ok(0)
 }
 

@@ -262,9 +262,5 @@ fn check_same(kind: &str, label: &str, daemon: u64, own: u64) -> Result<(), CliE
     let message = format!(
         "the daemon reads {kind} {label} with hash {daemon:016x}, this process with {own:016x}; name packages with --package NAME=FOLDER, or load it under a label"
     );
-    Err(CliError::Refused {
-        code: Code::VersionConflict,
-        message,
-        retry_after_ms: 0,
-    })
+    Err(CliError::refused(Code::VersionConflict, message))
 }

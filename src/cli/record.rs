@@ -1,6 +1,6 @@
 //! `taut record`: the requests of a daemon, with their robots, scenes and answers, in one file.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,8 +10,8 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use taut_ipc::control::{ControlReply, ControlRequest, RecordingState};
 use taut_ipc::planner::Planner;
 
-use super::error::{CliError, stdout, unexpected};
-use super::format::Format;
+use super::error::{CliError, unexpected};
+use super::format::{Format, print_line};
 use super::instance::InstanceChoice;
 use super::models::json;
 use super::quantity;
@@ -58,7 +58,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         Format::Json => json(&state),
         Format::Table => format!("{}   {}", file.display(), words(&state)),
     };
-    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
+    print_line(&text)?;
     Ok(0)
 }
 
@@ -66,11 +66,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 fn ends_on_signals() -> Result<Arc<AtomicBool>, CliError> {
     let ends = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
-        let registered = signal_hook::flag::register(signal, ends.clone());
-        registered.map_err(|source| CliError::Output {
-            file: "signal handler".to_owned(),
-            source,
-        })?;
+        signal_hook::flag::register(signal, ends.clone())
+            .map_err(CliError::output("signal handler".as_ref()))?;
     }
     Ok(ends)
 }
@@ -115,27 +112,22 @@ pub(super) fn recording(reply: ControlReply) -> Result<RecordingState, CliError>
 
 /// A file as the daemon, which has another working folder, has to call it.
 pub(super) fn absolute(file: &Path) -> Result<PathBuf, CliError> {
-    std::path::absolute(file).map_err(|source| CliError::Output {
-        file: file.display().to_string(),
-        source,
-    })
+    std::path::absolute(file).map_err(CliError::output(file))
 }
 
 fn words(state: &RecordingState) -> String {
-    let RecordingState {
-        requests,
-        answers,
-        missed,
-        bytes,
-        ..
-    } = state;
-    let missed = if *missed == 0 {
-        String::new()
-    } else {
-        format!(", {missed} left out: the disk is too slow")
-    };
     format!(
-        "{requests} requests, {answers} answers, {:.1} MB{missed}",
-        *bytes as f64 / 1e6
+        "{} requests, {} answers, {:.1} MB{}",
+        state.requests,
+        state.answers,
+        state.bytes as f64 / 1e6,
+        left_out(state.missed)
     )
+}
+
+fn left_out(missed: u64) -> String {
+    match missed {
+        0 => String::new(),
+        missed => format!(", {missed} left out: the disk is too slow"),
+    }
 }

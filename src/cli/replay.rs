@@ -1,6 +1,5 @@
 //! `taut replay`: a recorded run computed again.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -10,8 +9,8 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 use taut::optimize::Workspace;
 
-use super::error::{CliError, stdout};
-use super::format::Format;
+use super::error::CliError;
+use super::format::{Format, print};
 use super::progress::progress_bar;
 use super::report;
 use crate::daemon::recording::{Recorded, Recording, Replay, Verdict};
@@ -88,8 +87,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         }
         Format::Table => table(&report, arguments.verify),
     };
-    let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes()).map_err(stdout)?;
+    print(&text)?;
     Ok(u8::from(arguments.verify && report.different > 0))
 }
 

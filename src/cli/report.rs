@@ -162,10 +162,18 @@ fn hint(hint: &str) -> String {
 }
 
 fn floors(outcome: &Outcome) -> String {
-    let named: Vec<String> = outcome.floors_lowered.iter().map(floor).collect();
-    match named.is_empty() {
+    listed(LOWERED, outcome.floors_lowered.iter().map(floor))
+}
+
+/// What stands before pairs whose floor was lowered.
+pub(super) const LOWERED: &str = "   lowered: ";
+
+/// Items after what stands before them; nothing where there is none.
+pub(super) fn listed(before: &str, items: impl Iterator<Item = String>) -> String {
+    let items: Vec<String> = items.collect();
+    match items.is_empty() {
         true => String::new(),
-        false => format!("   lowered: {}", named.join(", ")),
+        false => format!("{before}{}", items.join(", ")),
     }
 }
 

@@ -1,6 +1,5 @@
 //! `taut shorten`: pull one path taut.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -10,9 +9,9 @@ use super::answer::answer;
 use super::answered::Answered;
 use super::asked::Asked;
 use super::details;
-use super::error::{CliError, stdout};
+use super::error::CliError;
 use super::export;
-use super::format::Format;
+use super::format::{Format, print_line};
 use super::load;
 use super::options::Options;
 use super::place::{self, Place};
@@ -66,7 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         Format::Json => result.json(),
         Format::Table => table(&subject, &answered),
     };
-    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
+    print_line(&text)?;
     Ok(answered.code.exit_code())
 }
 
@@ -103,10 +102,8 @@ fn write(file: &Path, result: &ResultFile, is_proved: bool) -> Result<(), CliErr
     if is_proved || export::Form::of(file)? == export::Form::Json {
         return export::write(file, result);
     }
-    eprintln!(
-        "taut: {} is not written: only .json says that its path is not proved",
-        file.display()
-    );
+    let name = file.display();
+    eprintln!("taut: {name} is not written: only .json says that its path is not proved");
     Ok(())
 }
 

@@ -1,6 +1,5 @@
 //! `taut view`: an answer as a page to look at.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use taut::files::{self, FileError, Packages, Reader, ResultFile, RobotFiles};
@@ -8,7 +7,9 @@ use taut::robot::RobotModel;
 use taut::scene::Scene;
 use taut::shape::MeshError;
 
-use super::error::{CliError, stdout};
+use super::error::CliError;
+use super::format::print_line;
+use super::load::robot_in;
 use super::quantity;
 use crate::view::{Picture, Sight, page};
 
@@ -44,22 +45,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         .out
         .clone()
         .unwrap_or_else(|| arguments.file.with_extension("html"));
-    std::fs::write(&file, &text).map_err(|source| CliError::Output {
-        file: file.display().to_string(),
-        source,
-    })?;
+    std::fs::write(&file, &text).map_err(CliError::output(&file))?;
     tell(&file, text.len())?;
     Ok(0)
 }
 
 fn tell(file: &Path, bytes: usize) -> Result<(), CliError> {
     let size = bytes as f64 / 1e6;
-    writeln!(
-        std::io::stdout(),
+    print_line(&format!(
         "{}   {size:.1} MB   open it in a browser",
         file.display()
-    )
-    .map_err(stdout)
+    ))
 }
 
 /// The answer with its robot and its scene; warns of what is not shown as it was.
@@ -70,7 +66,7 @@ fn picture(arguments: &Arguments) -> Result<Picture, CliError> {
     )));
     let files = robot_files(arguments, &result)?;
     let (visuals, missing) = reader.visuals(&files)?;
-    let robot = robot(&files, &mut reader)?;
+    let robot = robot_in(&mut reader, &files)?;
     let scene = scene(arguments, &result, &mut reader)?;
     let mut notes = Vec::from_iter(missing_visuals(&missing));
     notes.extend(other_models(&result, &robot, &scene));
@@ -84,13 +80,6 @@ fn picture(arguments: &Arguments) -> Result<Picture, CliError> {
         visuals,
         notes,
     }))
-}
-
-fn robot(files: &RobotFiles, reader: &mut Reader) -> Result<RobotModel, FileError> {
-    RobotModel::new(reader.robot_of(files)?).map_err(|source| FileError::Robot {
-        file: files.urdf.clone(),
-        source,
-    })
 }
 
 fn missing_visuals(missing: &[String]) -> Option<String> {

@@ -1,14 +1,13 @@
 //! `taut why`: what happened to a request.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use taut_ipc::control::{ControlReply, ControlRequest, Story};
 use taut_ipc::planner::Planner;
 use taut_ipc::wire::Code;
 
-use super::error::{CliError, stdout, unexpected};
-use super::format::Format;
+use super::error::{CliError, unexpected};
+use super::format::{Format, print};
 use super::instance::InstanceChoice;
 use super::models::json;
 use super::record::{absolute, recording};
@@ -48,8 +47,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         Format::Table if arguments.id.is_empty() => stories.iter().map(line).collect(),
         Format::Table => stories.iter().map(tell).collect::<Vec<_>>().join("\n"),
     };
-    let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes()).map_err(stdout)?;
+    print(&text)?;
     Ok(0)
 }
 

@@ -2,7 +2,6 @@
 //! robot and scene.
 
 use std::f64::consts::TAU;
-use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -18,8 +17,8 @@ use taut::validation::{Certificate, Corridor, corridor};
 
 use super::arguments::Arguments;
 use super::timed::timed_points;
-use crate::cli::error::{CliError, stdout};
-use crate::cli::format::Format;
+use crate::cli::error::{CliError, content};
+use crate::cli::format::{Format, print_line};
 use crate::cli::report;
 use taut_ipc::wire::Code;
 
@@ -64,14 +63,6 @@ pub(super) fn run(arguments: &Arguments, file: &Path, answer: &Path) -> Result<u
         time: start.elapsed(),
     };
     tell(&looked_at, inside, arguments.format)
-}
-
-/// A file whose content cannot be used.
-fn content(file: &Path, text: String) -> FileError {
-    FileError::Content {
-        file: file.to_owned(),
-        text,
-    }
 }
 
 /// The points of a trajectory, in the columns and the turns of the answer's path.
@@ -194,7 +185,7 @@ fn tell(looked_at: &LookedAt, inside: Inside, format: Format) -> Result<u8, CliE
         Format::Json => looked_at.json(&inside, code),
         Format::Table => looked_at.line(&inside, code),
     };
-    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
+    print_line(&text)?;
     Ok(code.exit_code())
 }
 

@@ -1,7 +1,6 @@
 //! `taut check --certificate`: verify a proof by the reference checker, in this process.
 
 use std::f64::consts::TAU;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -16,8 +15,8 @@ use taut::validation::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS};
 use taut::validation::reference::{self, Effort, Objection};
 
 use super::arguments::Arguments;
-use crate::cli::error::{CliError, stdout};
-use crate::cli::format::Format;
+use crate::cli::error::CliError;
+use crate::cli::format::{Format, print_line};
 use crate::cli::load::{self, Loaded};
 use crate::cli::progress::progress_bar;
 use crate::cli::report;
@@ -72,7 +71,7 @@ pub(super) fn run(arguments: &Arguments, proof: &Path) -> Result<u8, CliError> {
         Format::Json => json(&loaded, &proof.certificate, &verdict),
         Format::Table => line(&proof.certificate, &verdict),
     };
-    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
+    print_line(&text)?;
     Ok(verdict.code.exit_code())
 }
 

@@ -1,6 +1,5 @@
 //! `taut check`: prove paths, change nothing.
 
-use std::io::Write;
 use std::path::Path;
 
 use taut::files::Reader;
@@ -11,8 +10,8 @@ use crate::cli::answer::answer;
 use crate::cli::answered::Answered;
 use crate::cli::asked::Asked;
 use crate::cli::details;
-use crate::cli::error::{CliError, stdout};
-use crate::cli::format::Format;
+use crate::cli::error::CliError;
+use crate::cli::format::{Format, print_line};
 use crate::cli::load;
 use crate::cli::place::Place;
 use crate::cli::report;
@@ -41,7 +40,7 @@ fn check(
         Format::Json => report::result(&subject, Mode::Check, &answered).json(),
         Format::Table => table(arguments, &subject, &answered),
     };
-    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
+    print_line(&text)?;
     Ok(answered.code.exit_code())
 }
 
@@ -52,10 +51,7 @@ fn write_certificate(arguments: &Arguments, answered: &Answered) -> Result<(), C
     };
     let text =
         serde_json::to_string(certificate).expect("a certificate holds only strings and numbers");
-    std::fs::write(file, text + "\n").map_err(|source| CliError::Output {
-        file: file.display().to_string(),
-        source,
-    })
+    std::fs::write(file, text + "\n").map_err(CliError::output(file))
 }
 
 /// The verdict for people, its warnings on standard error. A list of many files stays a line each.

@@ -16,7 +16,6 @@ mod table;
 mod view;
 mod world;
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -26,7 +25,8 @@ use serde::Serialize;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use taut_ipc::own_daemon::{OwnDaemon, OwnDaemonError};
 
-use super::error::{CliError, stdout};
+use super::error::CliError;
+use super::format::print;
 use super::{Format, quantity, report};
 use fleet::Fleet;
 use progress::Progress;
@@ -80,10 +80,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let written = std::fs::write(&arguments.svg, picture);
     // The table is worth having even where the picture cannot be written.
     let is_proved = show(arguments, &rows, start.elapsed())?;
-    written.map_err(|source| CliError::Output {
-        file: arguments.svg.display().to_string(),
-        source,
-    })?;
+    written.map_err(CliError::output(&arguments.svg))?;
     Ok(if is_proved { 0 } else { NOT_PROVED })
 }
 
@@ -102,16 +99,19 @@ fn plan(
 }
 
 /// What Ctrl-C, a closed terminal and `kill` ask for.
-fn stop_on_signals() -> Result<Arc<AtomicBool>, CliError> {
+fn stop_on_signals() -> Result<Arc<AtomicBool>, OwnDaemonError> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM, SIGHUP] {
-        let registered = signal_hook::flag::register(signal, Arc::clone(&stop));
-        registered.map_err(|source| OwnDaemonError::Start {
-            program: "signal handler".into(),
-            source,
-        })?;
+        signal_hook::flag::register(signal, Arc::clone(&stop)).map_err(no_handler)?;
     }
     Ok(stop)
+}
+
+fn no_handler(source: std::io::Error) -> OwnDaemonError {
+    OwnDaemonError::Start {
+        program: "signal handler".into(),
+        source,
+    }
 }
 
 /// A row and a world for each planner, over and over through the shipped problems.
@@ -144,20 +144,18 @@ fn show(arguments: &Arguments, rows: &[Row], time: Duration) -> Result<bool, Cli
         svg: &arguments.svg,
         time_s: time.as_secs_f64(),
     };
-    let text = match arguments.format {
-        Format::Json => {
-            serde_json::to_string(&report)
-                .expect("a report holds only strings, booleans and numbers")
-                + "\n"
-        }
+    print(&match arguments.format {
+        Format::Json => report.json(),
         Format::Table => report.table(),
-    };
-    let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes()).map_err(stdout)?;
+    })?;
     Ok(report.proved)
 }
 
 impl Report<'_> {
+    fn json(&self) -> String {
+        serde_json::to_string(self).expect("a report holds only strings, booleans and numbers")
+            + "\n"
+    }
     fn table(&self) -> String {
         let rows = self.planners;
         format!(

@@ -2,13 +2,12 @@
 
 mod checks;
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::error::{CliError, stdout};
-use super::format::Format;
+use super::error::CliError;
+use super::format::{Format, print_line};
 use super::instance::InstanceChoice;
 use crate::daemon::config::Config;
 
@@ -61,7 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         Format::Json => serde_json::to_string(&report).expect("a report holds only strings"),
         Format::Table => table(&report),
     };
-    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
+    print_line(&text)?;
     Ok(u8::from(!report.healthy))
 }
 

@@ -7,7 +7,7 @@ mod text;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use taut::files::{FileError, Packages, Reader, ResultFile, RobotFiles};
+use taut::files::{Packages, Reader, ResultFile};
 use taut::robot::RobotModel;
 use taut::scene::Scene;
 use taut::validation::Certificate;
@@ -180,14 +180,19 @@ fn check_proof(result: &ResultFile) -> Result<(), String> {
         .as_ref()
         .ok_or("the path was not proved; only JSON, which says so, is written of it")?;
     check_version(certificate)?;
-    let path = taut::path::Path::from_rows(result.variables.len(), result.path.concat());
-    match path.is_some_and(|path| path.hash() == certificate.path_hash) {
+    match is_about(certificate, result) {
         true => Ok(()),
         false => Err(
             "its path is not the one that its certificate is about; check it again: taut check"
                 .to_owned(),
         ),
     }
+}
+
+/// Whether a certificate is about the path of an answer.
+fn is_about(certificate: &Certificate, result: &ResultFile) -> bool {
+    taut::path::Path::from_rows(result.variables.len(), result.path.concat())
+        .is_some_and(|path| path.hash() == certificate.path_hash)
 }
 
 /// Checks that a certificate is about numbers that mean what they say.
@@ -203,10 +208,7 @@ fn check_version(certificate: &Certificate) -> Result<(), String> {
 }
 
 fn save(file: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    std::fs::write(file, bytes).map_err(|source| CliError::Output {
-        file: file.display().to_string(),
-        source,
-    })
+    std::fs::write(file, bytes).map_err(CliError::output(file))
 }
 
 impl Surroundings {
@@ -229,7 +231,7 @@ impl Surroundings {
             return Ok(None);
         };
         let mut reader = Reader::new(Packages::with_environment(files.packages.clone()));
-        let robot = robot_of(&mut reader, files)?;
+        let robot = load::robot_in(&mut reader, files)?;
         let file = subject.scene.file.as_deref();
         let text =
             serde_json::to_string(content).expect("a scene holds only names and finite numbers");
@@ -239,11 +241,4 @@ impl Surroundings {
             scene: Arc::new(scene),
         }))
     }
-}
-
-fn robot_of(reader: &mut Reader, files: &RobotFiles) -> Result<RobotModel, FileError> {
-    RobotModel::new(reader.robot_of(files)?).map_err(|source| FileError::Robot {
-        file: files.urdf.clone(),
-        source,
-    })
 }

@@ -34,7 +34,7 @@ pub(super) fn json(result: &ResultFile) -> String {
 
 /// A header and a row per waypoint; the corridor stands in comments below.
 pub(super) fn csv(result: &ResultFile) -> String {
-    let names: Vec<String> = result.variables.iter().map(quoted).collect();
+    let names: Vec<String> = result.variables.iter().map(|name| quoted(name)).collect();
     let mut text = names.join(",") + "\n";
     for row in &result.path {
         let _ = writeln!(text, "{}", numbers(row, ","));
@@ -44,10 +44,10 @@ pub(super) fn csv(result: &ResultFile) -> String {
 }
 
 /// A name as a header of a column.
-fn quoted(name: &String) -> String {
+fn quoted(name: &str) -> String {
     match name.contains([',', '"', '#', '\n']) {
         true => format!("\"{}\"", name.replace('"', "\"\"")),
-        false => name.clone(),
+        false => name.to_owned(),
     }
 }
 

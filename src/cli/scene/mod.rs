@@ -4,17 +4,17 @@ mod events;
 mod table;
 mod values;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use taut::files::{FileError, diff_text};
 use taut_ipc::control::{SceneSummary, SceneText};
 use taut_ipc::planner::words;
 
-use super::error::{CliError, stdout};
-use super::format::Format;
+use super::error::CliError;
+use super::format::{Format, print_line};
 use super::instance::InstanceChoice;
 use super::models::{print, scene_line};
+use super::report::listed;
 use super::source::folder_of;
 use values::{Pose, version};
 
@@ -256,10 +256,12 @@ fn edit(common: &Common, label: &str, diff: String) -> Result<u8, CliError> {
 
 fn list(common: &Common) -> Result<u8, CliError> {
     let scenes = common.instance.connect()?.list()?.scenes;
-    print(common.format, &scenes, || {
-        let lines: Vec<String> = scenes.iter().map(versions_line).collect();
-        lines.join("\n")
-    })
+    print(common.format, &scenes, || lines(&scenes))
+}
+
+fn lines(scenes: &[SceneSummary]) -> String {
+    let lines: Vec<String> = scenes.iter().map(versions_line).collect();
+    lines.join("\n")
 }
 
 fn versions_line(scene: &SceneSummary) -> String {
@@ -272,15 +274,8 @@ fn versions_line(scene: &SceneSummary) -> String {
 }
 
 fn pinned(scene: &SceneSummary) -> String {
-    let versions: Vec<String> = scene
-        .pinned
-        .iter()
-        .map(|version| format!("v{version}"))
-        .collect();
-    if versions.is_empty() {
-        return String::new();
-    }
-    format!("   pinned {}", versions.join(", "))
+    let versions = scene.pinned.iter();
+    listed("   pinned ", versions.map(|version| format!("v{version}")))
 }
 
 fn print_text(
@@ -288,12 +283,10 @@ fn print_text(
     text: &SceneText,
     table: impl Fn() -> String,
 ) -> Result<u8, CliError> {
-    let mut out = std::io::stdout().lock();
     match common.format {
-        Format::Json => writeln!(out, "{}", text.json),
-        Format::Table => writeln!(out, "{}", table()),
+        Format::Json => print_line(&text.json)?,
+        Format::Table => print_line(&table())?,
     }
-    .map_err(stdout)?;
     Ok(0)
 }
 

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
+use crate::cli::report::listed;
 /// What is in a scene, a line each.
 pub(super) fn scene(json: &str) -> String {
     let scene: Value = serde_json::from_str(json).unwrap_or_default();
@@ -214,9 +215,6 @@ fn is_identity(pose: &Value) -> bool {
 }
 
 fn touching(attached: &Value) -> String {
-    let names: Vec<String> = list(attached, "touch_links").iter().map(name_of).collect();
-    match names.is_empty() {
-        true => String::new(),
-        false => format!("may touch {}", names.join(", ")),
-    }
+    let names = list(attached, "touch_links").iter().map(name_of);
+    listed("may touch ", names)
 }

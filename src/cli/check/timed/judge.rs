@@ -6,7 +6,7 @@ use taut::collision::CollisionModel;
 use taut::optimize::{LIMIT_TOLERANCE, Settings};
 use taut::robot::{Kinematics, RobotModel};
 use taut::validation::timed::{self, Curve, Outside, TimedHit, TimedProof, TimedVerdict};
-use taut::validation::{HitReason, Scratch, Validator};
+use taut::validation::{Contact, HitReason, Scratch, Validator};
 use taut::warning::Warning;
 use taut_ipc::planner::Request;
 
@@ -120,16 +120,20 @@ fn standing(
     let mut kinematics = Kinematics::default();
     kinematics.update(&loaded.robot, &curve.at(0, 0.0), held);
     let (bodies, contact) = model.static_contact(&kinematics)?;
+    let hit = hit_at_start(curve, contact);
+    Some(Verdict::Refused { hit, bodies })
+}
+
+fn hit_at_start(curve: &Curve, contact: Contact) -> TimedHit {
     let time_s = curve.time(0);
-    let hit = TimedHit {
+    TimedHit {
         reason: HitReason::Collision,
         point: 0,
         time_s,
         pair: 0,
         seen_s: time_s,
         contact,
-    };
-    Some(Verdict::Refused { hit, bodies })
+    }
 }
 
 fn moving(

@@ -51,14 +51,9 @@ fn proved(loaded: &Loaded, curve: &Curve, proof: &TimedProof) -> Result<String, 
 }
 
 fn floors(lowered: &[(String, String, f64)]) -> String {
-    let floors: Vec<String> = lowered
-        .iter()
-        .map(|(a, b, floor)| format!("{a} × {b} {}", length(*floor)))
-        .collect();
-    match floors.is_empty() {
-        true => String::new(),
-        false => format!("   lowered: {}", floors.join(", ")),
-    }
+    let floors = lowered.iter();
+    let floors = floors.map(|(a, b, floor)| format!("{a} × {b} {}", length(*floor)));
+    report::listed(report::LOWERED, floors)
 }
 
 fn refused(reason: &str, hit: &TimedHit, [a, b]: &[String; 2], points: usize) -> String {
