@@ -185,16 +185,15 @@ impl Prepared {
             0 => self.scene.version,
             version => version,
         };
-        let text = self.planner.show_scene(&self.scene.label, version, 0).ok();
-        let hash = text
-            .as_ref()
-            .map_or(self.scene.scene_hash, |text| text.scene_hash);
+        let label = &self.scene.label;
+        let told = self.planner.show_scene(label, version, 0).ok();
+        let hash = told.as_ref().map(|text| text.scene_hash);
         SceneSource {
-            label: Some(self.scene.label.clone()),
+            label: Some(label.clone()),
             version: Some(version),
-            hash: format!("{hash:016x}"),
+            hash: format!("{:016x}", hash.unwrap_or(self.scene.scene_hash)),
             file: None,
-            content: text.and_then(|text| serde_json::from_str(&text.json).ok()),
+            content: told.and_then(|text| serde_json::from_str(&text.json).ok()),
         }
     }
 }
@@ -211,12 +210,20 @@ fn robot(
     label: &str,
 ) -> Result<Arc<RobotDescription>, CliError> {
     let hash = loaded.robot.hash();
-    if let Some(robot) = listing.robots.iter().find(|robot| robot.robot_hash == hash) {
-        return Ok(planner.robot(&robot.label)?);
+    match listing.robots.iter().find(|robot| robot.robot_hash == hash) {
+        Some(robot) => Ok(planner.robot(&robot.label)?),
+        None => robot_of_files(planner, loaded, label),
     }
+}
+
+fn robot_of_files(
+    planner: &Planner,
+    loaded: &Loaded,
+    label: &str,
+) -> Result<Arc<RobotDescription>, CliError> {
     let source = translate::robot_source(&loaded.robot_files);
     let robot = planner.load_robot(label, &source, false)?;
-    check_same("robot", &robot.label, robot.robot_hash, hash)?;
+    check_same("robot", &robot.label, robot.robot_hash, loaded.robot.hash())?;
     Ok(robot)
 }
 

@@ -54,11 +54,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         ends.load(Ordering::Relaxed) || is_over()
     })?;
     let state = recording(planner.control_once(&ControlRequest::EndRecording)?)?;
-    let text = match arguments.format {
+    print_line(&match arguments.format {
         Format::Json => json(&state),
         Format::Table => format!("{}   {}", file.display(), words(&state)),
-    };
-    print_line(&text)?;
+    })?;
     Ok(0)
 }
 

@@ -97,9 +97,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 /// An id that none has.
 fn meant(arguments: &Arguments, run: &Recording) -> Result<Vec<usize>, CliError> {
     let id = arguments.only.trim_start_matches("0x").to_ascii_lowercase();
-    let meant: Vec<usize> = (0..run.requests.len())
-        .filter(|&index| is_named(&run.requests[index], &id))
-        .collect();
+    let meant = named(&run.requests, &id);
     match meant.is_empty() && !id.is_empty() {
         true => Err(CliError::Choice(format!(
             "no request {id} in {}; without --only all are replayed",
@@ -107,6 +105,15 @@ fn meant(arguments: &Arguments, run: &Recording) -> Result<Vec<usize>, CliError>
         ))),
         false => Ok(meant),
     }
+}
+
+/// The numbers of the requests with such an id.
+fn named(requests: &[Recorded], id: &str) -> Vec<usize> {
+    let numbered = requests.iter().enumerate();
+    numbered
+        .filter(|(_, recorded)| is_named(recorded, id))
+        .map(|(index, _)| index)
+        .collect()
 }
 
 /// Whether a request's id starts or ends like this.
@@ -117,10 +124,8 @@ fn is_named(recorded: &Recorded, id: &str) -> bool {
 
 impl<'a> Report<'a> {
     fn of(run: &'a Recording, answers: Vec<Line>) -> Self {
-        let count =
-            |kind: fn(&Verdict) -> bool| answers.iter().filter(|line| kind(&line.kind)).count();
-        let equal = count(|verdict| *verdict == Verdict::Equal);
-        let different = count(|verdict| matches!(verdict, Verdict::Differs(_)));
+        let equal = count(&answers, |verdict| *verdict == Verdict::Equal);
+        let different = count(&answers, |verdict| matches!(verdict, Verdict::Differs(_)));
         Self {
             written: &run.written,
             requests: answers.len(),
@@ -132,6 +137,10 @@ impl<'a> Report<'a> {
             answers,
         }
     }
+}
+
+fn count(lines: &[Line], is_such: fn(&Verdict) -> bool) -> usize {
+    lines.iter().filter(|line| is_such(&line.kind)).count()
 }
 
 /// What the reader has to know of the file.

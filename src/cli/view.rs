@@ -93,9 +93,13 @@ fn missing_visuals(missing: &[String]) -> Option<String> {
 /// Which of robot and scene are not those that the answer is about.
 fn other_models(result: &ResultFile, robot: &RobotModel, scene: &Scene) -> Vec<String> {
     let subject = &result.subject;
-    let robot = other_model("robot", robot.hash(), &subject.robot.hash);
-    let scene = other_model("scene", scene.hash(), &subject.scene.hash);
-    robot.into_iter().chain(scene).collect()
+    [
+        other_model("robot", robot.hash(), &subject.robot.hash),
+        other_model("scene", scene.hash(), &subject.scene.hash),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 fn other_model(kind: &str, own: u64, wanted: &str) -> Option<String> {

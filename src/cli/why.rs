@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use taut_ipc::control::{ControlReply, ControlRequest, Story};
+use taut_ipc::control::{ControlReply, ControlRequest, Story, StoryEvent};
 use taut_ipc::planner::Planner;
 use taut_ipc::wire::Code;
 
@@ -42,12 +42,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     if let Some(file) = &arguments.bundle {
         bundle(&planner, id, file)?;
     }
-    let text = match arguments.format {
+    print(&match arguments.format {
         Format::Json => json(&stories) + "\n",
         Format::Table if arguments.id.is_empty() => stories.iter().map(line).collect(),
         Format::Table => stories.iter().map(tell).collect::<Vec<_>>().join("\n"),
-    };
-    print(&text)?;
+    })?;
     Ok(0)
 }
 
@@ -58,10 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 fn id_of(arguments: &Arguments) -> Result<String, CliError> {
     let id = arguments.id.trim_start_matches("0x").to_ascii_lowercase();
     if let Some(other) = id.chars().find(|c| !c.is_ascii_hexdigit()) {
-        return Err(CliError::Usage(format!(
-            "request id {:?} has {other:?}; valid: hexadecimal digits",
-            arguments.id
-        )));
+        return Err(no_digit(&arguments.id, other));
     }
     if id.is_empty() && arguments.bundle.is_some() {
         return Err(CliError::Usage(
@@ -69,6 +65,12 @@ fn id_of(arguments: &Arguments) -> Result<String, CliError> {
         ));
     }
     Ok(id)
+}
+
+fn no_digit(id: &str, other: char) -> CliError {
+    CliError::Usage(format!(
+        "request id {id:?} has {other:?}; valid: hexadecimal digits"
+    ))
 }
 
 /// What the daemon remembers of requests with such an id.
@@ -129,13 +131,14 @@ fn tell(story: &Story) -> String {
         if index == middle && story.left_out > 0 {
             text += &format!("  {:>12}  {} more\n", "…", story.left_out);
         }
-        text += &format!(
-            "  {:>9.3} ms  {}\n",
-            event.after_ns as f64 / 1e6,
-            event.what
-        );
+        text += &step(event);
     }
     text
+}
+
+fn step(event: &StoryEvent) -> String {
+    let after_ms = event.after_ns as f64 / 1e6;
+    format!("  {after_ms:>9.3} ms  {}\n", event.what)
 }
 
 /// Whose request it was, and what for.

@@ -147,17 +147,22 @@ fn fixed_joints(robot: &RobotModel) -> Vec<String> {
 fn variables(robot: &RobotModel) -> Vec<VariableDescription> {
     let mut variables: Vec<_> = robot.variables().iter().map(without_coordinate).collect();
     for component in robot.space().components() {
-        let (columns, first, coordinates) = match *component {
-            Component::Line { q, v } | Component::Circle { q, v } => (q..q + 1, v, 1),
-            Component::Rotation { q, v } => (q..q + 4, v, 3),
-        };
-        for variable in &mut variables[columns] {
-            variable.continuous = matches!(component, Component::Circle { .. });
-            variable.coordinate = first as u32;
-            variable.coordinates = coordinates;
-        }
+        enter_coordinates(component, &mut variables);
     }
     variables
+}
+
+/// Says of a component's variables which velocity coordinates are theirs.
+fn enter_coordinates(component: &Component, variables: &mut [VariableDescription]) {
+    let (columns, first, coordinates) = match *component {
+        Component::Line { q, v } | Component::Circle { q, v } => (q..q + 1, v, 1),
+        Component::Rotation { q, v } => (q..q + 4, v, 3),
+    };
+    for variable in &mut variables[columns] {
+        variable.continuous = matches!(component, Component::Circle { .. });
+        variable.coordinate = first as u32;
+        variable.coordinates = coordinates;
+    }
 }
 
 fn without_coordinate(variable: &Variable) -> VariableDescription {
@@ -313,21 +318,24 @@ pub fn worlds(store: &ModelStore) -> Vec<String> {
 /// # Errors
 /// The refusal.
 pub fn frame_refusal(scene: &Scene, store: &ModelStore) -> Result<(), Refusal> {
-    let mut refused: Option<(bool, Refusal)> = None;
-    for entry in store.robots().values() {
-        let Err(error) = check_frames(&entry.robot, scene) else {
+    let robots = store.robots().values().map(|entry| &*entry.robot);
+    let mut refused: Option<(CollisionModelError, &RobotModel)> = None;
+    for robot in robots {
+        let Err(error) = check_frames(robot, scene) else {
             return Ok(());
         };
-        // The robot that has a link of that name is the one that was meant.
-        let is_meant = matches!(error, CollisionModelError::FrameOfLink { .. });
-        if refused
-            .as_ref()
-            .is_none_or(|(was_meant, _)| is_meant && !was_meant)
-        {
-            refused = Some((is_meant, model_refusal(&error, &entry.robot)));
+        let is_better =
+            |(known, _): &(CollisionModelError, _)| is_meant(&error) && !is_meant(known);
+        if refused.as_ref().is_none_or(is_better) {
+            refused = Some((error, robot));
         }
     }
-    refused.map_or(Ok(()), |(_, refusal)| Err(refusal))
+    refused.map_or(Ok(()), |(error, robot)| Err(model_refusal(&error, robot)))
+}
+
+/// The robot that has a link of that name is the one that was meant.
+fn is_meant(error: &CollisionModelError) -> bool {
+    matches!(error, CollisionModelError::FrameOfLink { .. })
 }
 
 /// Names for a message, cut where there are many.

@@ -15,7 +15,7 @@ use taut::validation::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS};
 use taut::validation::reference::{self, Effort, Objection};
 
 use super::arguments::Arguments;
-use crate::cli::error::CliError;
+use crate::cli::error::{CliError, content};
 use crate::cli::format::{Format, print_line};
 use crate::cli::load::{self, Loaded};
 use crate::cli::progress::progress_bar;
@@ -81,10 +81,7 @@ impl Proof {
             file: file.to_owned(),
             reason: error.to_string(),
         })?;
-        let (certificate, has_path) = certificate_in(&text).map_err(|text| FileError::Content {
-            file: file.to_owned(),
-            text,
-        })?;
+        let (certificate, has_path) = certificate_in(&text).map_err(|text| content(file, text))?;
         Ok(Self {
             file: file.to_owned(),
             certificate,
@@ -142,14 +139,17 @@ impl Proof {
     }
 
     fn is_end(&self, answer: &[f64], given: &[f64], loaded: &Loaded) -> bool {
-        let is_angle = |q: usize| {
-            !self.certificate.unwrapped && loaded.robot.space().circles().any(|circle| circle == q)
-        };
         let mut columns = answer.iter().zip(given).enumerate();
-        columns.all(|(q, (a, b))| match is_angle(q) {
+        columns.all(|(q, (a, b))| match self.is_angle(q, loaded) {
             true => *a == b + turns_between(*b, *a) as f64 * TAU,
             false => a == b,
         })
+    }
+
+    /// Whether whole turns in a column are the same place.
+    fn is_angle(&self, q: usize, loaded: &Loaded) -> bool {
+        let mut circles = loaded.robot.space().circles();
+        !self.certificate.unwrapped && circles.any(|circle| circle == q)
     }
 }
 
@@ -245,11 +245,15 @@ fn json(loaded: &Loaded, certificate: &Certificate, verdict: &Verdict) -> String
 
 fn line(certificate: &Certificate, verdict: &Verdict) -> String {
     let time = report::time(verdict.time.as_secs_f64());
-    if let Some(reason) = &verdict.reason {
-        return format!("{}   {reason}   {time}", verdict.code.name());
+    match &verdict.reason {
+        Some(reason) => format!("{}   {reason}   {time}", verdict.code.name()),
+        None => format!("verified   {}   {time}", claim(certificate)),
     }
+}
+
+fn claim(certificate: &Certificate) -> String {
     let clearance = report::clearance(certificate.clearance_m());
     let segments = certificate.segments.len();
     let plural = if segments == 1 { "" } else { "s" };
-    format!("verified   {segments} segment{plural}, {clearance}   {time}")
+    format!("{segments} segment{plural}, {clearance}")
 }

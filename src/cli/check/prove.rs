@@ -56,14 +56,24 @@ fn write_certificate(arguments: &Arguments, answered: &Answered) -> Result<(), C
 
 /// The verdict for people, its warnings on standard error. A list of many files stays a line each.
 fn table(arguments: &Arguments, subject: &Subject, answered: &Answered) -> String {
-    let time = report::time(answered.time_s);
-    let verdict = format!("{}   {time}", report::verdict(answered));
-    let told = report::told(subject, answered);
-    if arguments.files.len() == 1 {
-        report::warn(&told, "");
-        return verdict + &details::of_check(answered);
+    match arguments.files.len() {
+        1 => of_one(subject, answered),
+        _ => of_several(subject, answered),
     }
+}
+
+fn of_one(subject: &Subject, answered: &Answered) -> String {
+    report::warn(&report::told(subject, answered), "");
+    line(answered) + &details::of_check(answered)
+}
+
+fn of_several(subject: &Subject, answered: &Answered) -> String {
     let name = format!("{}: ", subject.name);
-    report::warn(&told, &name);
-    name + &verdict
+    report::warn(&report::told(subject, answered), &name);
+    name + &line(answered)
+}
+
+fn line(answered: &Answered) -> String {
+    let time = report::time(answered.time_s);
+    format!("{}   {time}", report::verdict(answered))
 }

@@ -10,6 +10,7 @@ use taut_ipc::wire::Mode;
 use super::arguments::Arguments;
 use crate::cli::answer::told;
 use crate::cli::answered::Answered;
+use crate::cli::asked::Asked;
 use crate::cli::error::{CliError, stdout};
 use crate::cli::format::Format;
 use crate::cli::load;
@@ -24,18 +25,23 @@ const LOOK_UP: Duration = Duration::from_secs(1);
 /// Prints the first verdict of a path and every other one, until there were so many or the scene is
 /// gone.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
-    let place = Place::open(&arguments.place)?;
     let asked = arguments.asked()?;
-    let mut reader = load::reader(&arguments.source);
-    let held = &asked.request.held;
-    let file = &arguments.files[0];
-    let mut prepared = prepare::prepare(&place, &mut reader, file, &arguments.source, held)?;
-    prepared.subject.metric = asked.metric(prepared.weights.is_some());
+    let prepared = prepared(arguments, &asked)?;
     let request = Request {
         watch: true,
         ..prepared.request(&asked)?
     };
     follow(arguments, &prepared, &request)
+}
+
+fn prepared(arguments: &Arguments, asked: &Asked) -> Result<Prepared, CliError> {
+    let place = Place::open(&arguments.place)?;
+    let mut reader = load::reader(&arguments.source);
+    let held = &asked.request.held;
+    let file = &arguments.files[0];
+    let mut prepared = prepare::prepare(&place, &mut reader, file, &arguments.source, held)?;
+    prepared.subject.metric = asked.metric(prepared.weights.is_some());
+    Ok(prepared)
 }
 
 fn follow(arguments: &Arguments, prepared: &Prepared, request: &Request) -> Result<u8, CliError> {

@@ -104,21 +104,28 @@ impl<'a> Mover<'a> {
         steps: usize,
         visit: &mut dyn FnMut(&Self, usize),
     ) {
-        let space = self.robot.space();
-        let mut row = vec![0.0; space.nq()];
-        let mut velocity = vec![0.0; space.nv()];
-        let rows: Vec<&[f64]> = rows.chunks_exact(space.nq()).collect();
+        let rows: Vec<&[f64]> = rows.chunks_exact(self.robot.space().nq()).collect();
         for pair in rows.windows(2) {
-            space.difference(pair[1], pair[0], &mut velocity);
-            for step in 0..steps {
-                space.integrate(pair[0], &velocity, step as f64 / steps as f64, &mut row);
-                self.place(&row);
-                visit(self, step);
-            }
+            self.along_segment(pair[0], pair[1], steps, visit);
         }
         if let Some(last) = rows.last() {
             self.place(last);
             visit(self, 0);
+        }
+    }
+
+    /// Puts it at `steps` places of one segment, the first at its start.
+    fn along_segment(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        steps: usize,
+        visit: &mut dyn FnMut(&Self, usize),
+    ) {
+        for step in 0..steps {
+            let ratio = step as f64 / steps as f64;
+            self.place(&self.robot.space().between(from, to, ratio));
+            visit(self, step);
         }
     }
 }

@@ -117,11 +117,15 @@ impl<'a> Panel<'a> {
             let ghost = place * GHOSTS / places;
             place += 1;
             if place * GHOSTS / places > ghost {
-                for outline in mover.outlines(view) {
-                    svg.outline(&frame.pixels(&outline), "swept", "the robot on its way");
-                }
+                draw_ghost(svg, frame, &mover.outlines(view));
             }
         });
+    }
+}
+
+fn draw_ghost(svg: &mut Svg, frame: &Frame, outlines: &[Vec<Point>]) {
+    for outline in outlines {
+        svg.outline(&frame.pixels(outline), "swept", "the robot on its way");
     }
 }
 

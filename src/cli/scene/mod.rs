@@ -222,26 +222,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 fn show(common: &Common, label: &str, version: Option<u64>) -> Result<u8, CliError> {
     let planner = common.instance.connect()?;
     let text = planner.show_scene(label, version.unwrap_or(0), 0)?;
-    print_text(common, &text, || {
-        format!(
-            "scene {label} v{}   hash {:016x}{}",
-            text.version,
-            text.scene_hash,
-            table::scene(&text.json)
-        )
-    })
+    print_text(common, &text, || content(label, &text))
+}
+
+fn content(label: &str, text: &SceneText) -> String {
+    format!(
+        "scene {label} v{}   hash {:016x}{}",
+        text.version,
+        text.scene_hash,
+        table::scene(&text.json)
+    )
 }
 
 fn diff(common: &Common, label: &str, from: u64, to: Option<u64>) -> Result<u8, CliError> {
     let planner = common.instance.connect()?;
     let text = planner.show_scene(label, to.unwrap_or(0), from)?;
-    print_text(common, &text, || {
-        format!(
-            "scene {label} v{from} → v{}{}",
-            text.version,
-            table::diff(&text.json)
-        )
-    })
+    print_text(common, &text, || changes(label, from, &text))
+}
+
+fn changes(label: &str, from: u64, text: &SceneText) -> String {
+    format!(
+        "scene {label} v{from} → v{}{}",
+        text.version,
+        table::diff(&text.json)
+    )
 }
 
 fn apply(common: &Common, label: &str, file: &Path, base: Option<u64>) -> Result<u8, CliError> {
