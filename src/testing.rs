@@ -16,7 +16,7 @@ use crate::robot::{
 };
 use crate::robot::{VirtualJoint, configuration};
 use crate::scene::{Obstacle, Scene, SceneChange};
-use crate::shape::{Mesh, PlacedShape, Shape};
+use crate::shape::{Drawn, Mesh, PlacedShape, Shape};
 
 pub fn uniform(rng: &mut Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * rng.f64()
@@ -338,31 +338,22 @@ fn parry_pose(i: &Isometry3<f64>) -> Pose {
     )
 }
 
-/// A shape as parry has it; a mesh is its surface.
+/// A shape as parry has it; a mesh is its surface, and so is a shape that parry does not know.
 fn parry_shape(shape: &Shape) -> (Pose, SharedShape) {
     // Parry's capsules and cylinders stand along y.
     let upright = Pose::from_rotation(Quat::from_rotation_x(std::f64::consts::FRAC_PI_2));
-    match shape {
-        Shape::Sphere { radius } => (Pose::identity(), SharedShape::new(Ball::new(*radius))),
-        Shape::Box { half_extents } => (
-            Pose::identity(),
-            SharedShape::new(Cuboid::new(*half_extents)),
-        ),
-        Shape::Cylinder {
-            radius,
-            half_height,
-        } => (
+    match shape.drawn() {
+        Drawn::Sphere { radius } => (Pose::identity(), SharedShape::new(Ball::new(radius))),
+        Drawn::Box { size } => (Pose::identity(), SharedShape::new(Cuboid::new(size / 2.0))),
+        Drawn::Cylinder { radius, length } => (
             upright,
-            SharedShape::new(Cylinder::new(*half_height, *radius)),
+            SharedShape::new(Cylinder::new(length / 2.0, radius)),
         ),
-        Shape::Capsule {
-            radius,
-            half_length,
-        } => (
+        Drawn::Capsule { radius, length } => (
             upright,
-            SharedShape::new(Capsule::new_y(*half_length, *radius)),
+            SharedShape::new(Capsule::new_y(length / 2.0, radius)),
         ),
-        Shape::Mesh(mesh) => {
+        Drawn::Mesh(mesh) => {
             let mesh = TriMesh::new(mesh.vertices().to_vec(), mesh.triangles().to_vec()).unwrap();
             (Pose::identity(), SharedShape::new(mesh))
         }

@@ -8,7 +8,7 @@
 use divan::Bencher;
 use taut::math::{Pose, Vec3};
 use taut::optimize::active_set::ActiveSet;
-use taut::optimize::cost::Cost;
+use taut::optimize::cost::{Cost, rest_lengths};
 use taut::optimize::rows::Row;
 use taut::path::Metric;
 use taut::robot::{
@@ -131,13 +131,13 @@ impl Case {
     }
 
     fn cost(&self) -> Cost<'_> {
-        Cost::with_shortest(
+        let lengths = rest_lengths(&self.space, &self.metric, &self.path, SHORTEST_SEGMENT);
+        Cost::of_rest_lengths(
             &self.space,
             &self.metric,
-            &self.path,
+            &lengths,
             &self.fixed,
             &self.moving,
-            SHORTEST_SEGMENT,
         )
     }
 

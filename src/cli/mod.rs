@@ -41,7 +41,6 @@ use clap::Parser;
 use clap::error::ErrorKind;
 
 use error::USAGE;
-use format::Format;
 
 /// Pulls planners' paths taut and proves every answer collision-free.
 #[derive(Parser)]

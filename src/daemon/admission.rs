@@ -39,30 +39,31 @@ impl Doorkeeper<'_> {
         header: &RequestHeader,
         now_ns: u64,
     ) -> Result<Snapshot, Refusal> {
-        if self.is_draining {
-            let message = "the daemon is stopping; send again to the next one".to_owned();
-            return Err(Refusal {
-                code: Code::Overloaded.into(),
-                message,
-                retry_after_ms: RETRY_LOADING_MS,
-            });
-        }
-        if self.waiting >= self.most_waiting {
-            return Err(self.overloaded("as many as may wait"));
-        }
-        // What comes to nothing is not begun, so that what others wait for comes to something.
-        let is_hopeless = self.wait_ns > 0
-            && header.deadline_ns != 0
-            && header.deadline_ns <= now_ns.saturating_add(self.wait_ns);
-        if is_hopeless {
-            return Err(self.overloaded("too many for this one's deadline"));
-        }
+        self.check_room(header, now_ns)?;
         let snapshot = self
             .store
             .snapshot(&wanted(header))
             .map_err(|error| self.not_there(header, &error))?;
         check_layout(header, &snapshot)?;
         Ok(snapshot)
+    }
+
+    fn check_room(&self, header: &RequestHeader, now_ns: u64) -> Result<(), Refusal> {
+        if self.is_draining {
+            Err(stopping())
+        } else if self.waiting >= self.most_waiting {
+            Err(self.overloaded("as many as may wait"))
+        } else if self.is_hopeless(header.deadline_ns, now_ns) {
+            Err(self.overloaded("too many for this one's deadline"))
+        } else {
+            Ok(())
+        }
+    }
+
+    /// What comes to nothing is not begun, so that what others wait for comes to something.
+    fn is_hopeless(&self, deadline_ns: u64, now_ns: u64) -> bool {
+        let begun_ns = now_ns.saturating_add(self.wait_ns);
+        self.wait_ns > 0 && deadline_ns != 0 && deadline_ns <= begun_ns
     }
 
     fn overloaded(&self, why: &str) -> Refusal {
@@ -85,10 +86,11 @@ impl Doorkeeper<'_> {
             StoreError::UnknownScene { .. } => header.scene_id,
             _ => return store_refusal(error),
         };
-        if !self.loading.contains(&id) {
-            return store_refusal(error);
+        if self.loading.contains(&id) {
+            being_loaded()
+        } else {
+            store_refusal(error)
         }
-        being_loaded()
     }
 }
 
@@ -97,6 +99,15 @@ pub(super) fn being_loaded() -> Refusal {
     let message = format!("its files are being read; send again in {RETRY_LOADING_MS} ms");
     Refusal {
         code: Code::Loading.into(),
+        message,
+        retry_after_ms: RETRY_LOADING_MS,
+    }
+}
+
+fn stopping() -> Refusal {
+    let message = "the daemon is stopping; send again to the next one".to_owned();
+    Refusal {
+        code: Code::Overloaded.into(),
         message,
         retry_after_ms: RETRY_LOADING_MS,
     }

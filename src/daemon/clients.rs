@@ -1,5 +1,6 @@
 //! What each client has with the daemon: its requests, its quotas, and what it got.
 
+use std::cmp::Reverse;
 use std::collections::HashMap;
 
 use taut_ipc::control::{ClientSummary, Refusal};
@@ -99,20 +100,12 @@ impl Clients {
     ) -> Result<(), Refusal> {
         let quota = self.quota;
         let workers = self.workers;
-        let account = self.accounts.entry(client).or_insert_with(|| Account {
-            pid: pid(),
-            left_ns: BURST_NS,
-            seen_ns: now_ns,
-            ..Account::default()
-        });
+        let account = self.account(client, pid, now_ns);
         account.refill(quota.cpu_share * workers, now_ns);
         account.received += 1;
         let checked = account.check(&quota, workers, bytes);
         match &checked {
-            Ok(()) => {
-                account.in_flight += 1;
-                account.bytes += bytes;
-            }
+            Ok(()) => account.add(bytes),
             Err(_) => account.over_quota += 1,
         }
         checked
@@ -127,15 +120,12 @@ impl Clients {
         bytes: usize,
         now_ns: u64,
     ) {
-        let new = || Account {
-            pid: pid(),
-            left_ns: BURST_NS,
-            seen_ns: now_ns,
-            ..Account::default()
-        };
-        let account = self.accounts.entry(client).or_insert_with(new);
-        account.in_flight += 1;
-        account.bytes += bytes;
+        self.account(client, pid, now_ns).add(bytes);
+    }
+
+    fn account(&mut self, client: u128, pid: impl FnOnce() -> u32, now_ns: u64) -> &mut Account {
+        let accounts = self.accounts.entry(client);
+        accounts.or_insert_with(|| Account::new(pid(), now_ns))
     }
 
     /// A request that was let in has ended, however it ended.
@@ -166,16 +156,11 @@ impl Clients {
         latency_ns: u64,
         now_ns: u64,
     ) {
-        let Some(account) = self.accounts.get_mut(&client) else {
-            return;
-        };
-        if header.code == i32::from(Code::Success) {
-            account.served += 1;
-        } else {
-            account.refused += 1;
+        if let Some(account) = self.accounts.get_mut(&client) {
+            account.ended(header.code);
+            account.latency.push(latency_ns);
+            account.newest.count(now_ns);
         }
-        account.latency.push(latency_ns);
-        account.newest.count(now_ns);
     }
 
     /// A client cancelled a request, or is gone.
@@ -201,18 +186,45 @@ impl Clients {
 
     /// What people are shown, those that had most first.
     pub(super) fn summaries(&mut self, now_ns: u64) -> Vec<ClientSummary> {
-        let quota = self.quota;
-        let mut summaries: Vec<_> = self
-            .accounts
-            .iter_mut()
-            .map(|(id, account)| account.summary(*id, &quota, now_ns))
-            .collect();
-        summaries.sort_by_key(|client| (std::cmp::Reverse(client.computed_ns), client.pid));
+        let mut summaries = self.summed_up(now_ns);
+        summaries.sort_by_key(|client| (Reverse(client.computed_ns), client.pid));
         summaries
+    }
+
+    fn summed_up(&mut self, now_ns: u64) -> Vec<ClientSummary> {
+        let quota = self.quota;
+        let accounts = self.accounts.iter_mut();
+        accounts
+            .map(|(id, account)| account.summary(*id, &quota, now_ns))
+            .collect()
     }
 }
 
 impl Account {
+    fn new(pid: u32, now_ns: u64) -> Self {
+        Self {
+            pid,
+            left_ns: BURST_NS,
+            seen_ns: now_ns,
+            ..Self::default()
+        }
+    }
+
+    /// A request of so many bytes is in flight.
+    fn add(&mut self, bytes: usize) {
+        self.in_flight += 1;
+        self.bytes += bytes;
+    }
+
+    /// A request ended with this code.
+    fn ended(&mut self, code: i32) {
+        if code == i32::from(Code::Success) {
+            self.served += 1;
+        } else {
+            self.refused += 1;
+        }
+    }
+
     fn refill(&mut self, share: f64, now_ns: u64) {
         let passed_ns = now_ns.saturating_sub(self.seen_ns);
         self.seen_ns = now_ns;
@@ -223,37 +235,39 @@ impl Account {
     }
 
     fn check(&self, quota: &Quota, workers: f64, bytes: usize) -> Result<(), Refusal> {
-        let refuse = |what: String, retry_after_ms: u32| {
-            Err(Refusal {
-                code: Code::Quota.into(),
-                message: what,
-                retry_after_ms: retry_after_ms.max(RETRY_MS),
-            })
-        };
-        if self.in_flight >= quota.in_flight {
-            let text = format!(
-                "{} requests of this client are in flight, as many as it may have",
-                self.in_flight
-            );
-            return refuse(text, RETRY_MS);
+        self.check_in_flight(quota.in_flight)?;
+        self.check_bytes(bytes, quota.bytes)?;
+        self.check_share(quota.cpu_share, workers)
+    }
+
+    fn check_in_flight(&self, most: usize) -> Result<(), Refusal> {
+        let held = self.in_flight;
+        if held < most {
+            return Ok(());
         }
-        if self.bytes + bytes > quota.bytes {
-            let held = self.bytes;
-            let most = quota.bytes;
-            let text = format!(
-                "this request of {bytes} bytes and {held} in flight are more than the {most} of a client"
-            );
-            return refuse(text, RETRY_MS);
+        let text = format!("{held} requests of this client are in flight, as many as it may have");
+        Err(over_quota(text, RETRY_MS))
+    }
+
+    fn check_bytes(&self, bytes: usize, most: usize) -> Result<(), Refusal> {
+        let held = self.bytes;
+        if held + bytes <= most {
+            return Ok(());
         }
-        if quota.cpu_share < 1.0 && self.left_ns < 0 {
-            let wait_ns = -self.left_ns as f64 / (quota.cpu_share * workers);
-            let text = format!(
-                "this client has had its {:.0} % of the workers' time",
-                quota.cpu_share * 100.0
-            );
-            return refuse(text, (wait_ns / 1e6).ceil() as u32);
+        let text = format!(
+            "this request of {bytes} bytes and {held} in flight are more than the {most} of a client"
+        );
+        Err(over_quota(text, RETRY_MS))
+    }
+
+    fn check_share(&self, share: f64, workers: f64) -> Result<(), Refusal> {
+        if share >= 1.0 || self.left_ns >= 0 {
+            return Ok(());
         }
-        Ok(())
+        let wait_ms = -self.left_ns as f64 / (share * workers) / 1e6;
+        let percent = share * 100.0;
+        let text = format!("this client has had its {percent:.0} % of the workers' time");
+        Err(over_quota(text, wait_ms.ceil() as u32))
     }
 
     fn summary(&mut self, client_id: u128, quota: &Quota, now_ns: u64) -> ClientSummary {
@@ -274,6 +288,14 @@ impl Account {
             latency_p50_ns,
             latency_p99_ns,
         }
+    }
+}
+
+fn over_quota(message: String, retry_after_ms: u32) -> Refusal {
+    Refusal {
+        code: Code::Quota.into(),
+        message,
+        retry_after_ms: retry_after_ms.max(RETRY_MS),
     }
 }
 

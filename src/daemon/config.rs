@@ -1,7 +1,9 @@
 //! `daemon.toml`: what `taut serve` is started with.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::net::SocketAddr;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -167,18 +169,21 @@ impl Config {
     /// A file that cannot be read, an unknown entry, or a value out of its range, with line and
     /// valid entries.
     pub fn read(file: &Path) -> Result<Self, FileError> {
-        let refuse = |text: String| FileError::Content {
-            file: file.to_owned(),
-            text,
-        };
         let text = std::fs::read_to_string(file).map_err(|error| FileError::Unreadable {
             file: file.to_owned(),
             reason: error.to_string(),
         })?;
-        let config: Self =
-            toml::from_str(&text).map_err(|error| refuse(one_line(&text, &error)))?;
-        let mut config = config.checked().map_err(refuse)?;
+        let mut config = Self::parse(&text).map_err(|text| FileError::Content {
+            file: file.to_owned(),
+            text,
+        })?;
         config.start_names_at(file.parent().unwrap_or(Path::new("")));
+        Ok(config)
+    }
+
+    fn parse(text: &str) -> Result<Self, String> {
+        let config: Self = toml::from_str(text).map_err(|error| one_line(text, &error))?;
+        config.check()?;
         Ok(config)
     }
 
@@ -190,85 +195,54 @@ impl Config {
         }
     }
 
-    fn checked(self) -> Result<Self, String> {
-        let clearance = self.clearance_m;
-        if !(clearance.is_finite() && clearance > 0.0) {
-            return Err(format!(
-                "clearance_m is {clearance}; it must be finite and greater than 0"
-            ));
-        }
-        if !(2.0..=50.0).contains(&self.status_rate_hz) {
-            return Err(format!(
-                "status_rate_hz is {}; valid: 2 to 50",
-                self.status_rate_hz
-            ));
-        }
-        if !(1.0..=3600.0).contains(&self.watchdog_s) {
-            return Err(format!(
-                "watchdog_s is {}; valid: 1 to 3600",
-                self.watchdog_s
-            ));
-        }
-        if !(1..=65_536).contains(&self.queue) {
-            return Err(format!("queue is {}; valid: 1 to 65536", self.queue));
-        }
-        let Quota {
-            in_flight,
-            bytes,
-            cpu_share,
-        } = self.quota;
-        if !(1..=ACTIVE_REQUESTS_PER_CLIENT).contains(&in_flight) {
-            return Err(format!(
-                "quota.in_flight is {in_flight}; valid: 1 to {ACTIVE_REQUESTS_PER_CLIENT}"
-            ));
-        }
-        if bytes < MAX_PAYLOAD {
-            return Err(format!(
-                "quota.bytes is {bytes}; valid: at least {MAX_PAYLOAD}, one request"
-            ));
-        }
-        if !(cpu_share > 0.0 && cpu_share <= 1.0) {
-            return Err(format!(
-                "quota.cpu_share is {cpu_share}; valid: more than 0, at most 1"
-            ));
-        }
-        if let Some(address) = self.metrics.filter(|address| !address.ip().is_loopback()) {
-            return Err(format!(
-                "metrics is {address}; valid: an address of this machine, such as 127.0.0.1:9464"
-            ));
-        }
+    fn check(&self) -> Result<(), String> {
+        check_clearance(self.clearance_m)?;
+        self.check_numbers()?;
+        self.quota.check()?;
+        self.check_addresses()?;
+        self.check_workers()
+    }
+
+    fn check_numbers(&self) -> Result<(), String> {
+        within("status_rate_hz", self.status_rate_hz, 2.0..=50.0)?;
+        within("watchdog_s", self.watchdog_s, 1.0..=3600.0)?;
+        within("queue", self.queue, 1..=65_536)
+    }
+
+    fn check_addresses(&self) -> Result<(), String> {
+        self.metrics.map_or(Ok(()), check_metrics)?;
         self.http
-            .map_or(Ok(()), |address| check_address("http", address))?;
-        if self.workers > 1024 {
-            return Err(format!(
-                "workers is {}; valid: 0 (one per core) to 1024",
-                self.workers
-            ));
+            .map_or(Ok(()), |address| check_address("http", address))
+    }
+
+    fn check_workers(&self) -> Result<(), String> {
+        let workers = self.workers;
+        match workers {
+            0..=1024 => Ok(()),
+            _ => Err(format!(
+                "workers is {workers}; valid: 0 (one per core) to 1024"
+            )),
         }
-        Ok(self)
     }
 
     fn start_names_at(&mut self, folder: &Path) {
-        if let Some(state) = self
-            .state
-            .as_mut()
-            .filter(|state| !state.as_os_str().is_empty())
-        {
-            *state = folder.join(&*state);
+        for name in self.names() {
+            *name = folder.join(&*name);
         }
-        for robot in &mut self.robots {
-            robot.urdf = folder.join(&robot.urdf);
-            robot.srdf = robot.srdf.as_ref().map(|srdf| folder.join(srdf));
-            for package in robot.packages.values_mut() {
-                *package = folder.join(&*package);
-            }
-        }
-        for file in self.scenes.iter_mut().map(|scene| &mut scene.file) {
-            *file = folder.join(&*file);
-        }
-        for file in self.problems.iter_mut().map(|problem| &mut problem.file) {
-            *file = folder.join(&*file);
-        }
+    }
+
+    /// The names of files and folders in it.
+    fn names(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let state = self.state.as_mut();
+        let state = state.filter(|state| !state.as_os_str().is_empty());
+        let robots = self.robots.iter_mut().flat_map(RobotConfig::names);
+        let scenes = self.scenes.iter_mut().map(|scene| &mut scene.file);
+        let problems = self.problems.iter_mut().map(|problem| &mut problem.file);
+        state
+            .into_iter()
+            .chain(robots)
+            .chain(scenes)
+            .chain(problems)
     }
 }
 
@@ -284,6 +258,73 @@ impl RobotConfig {
             ..RobotFiles::default()
         }
     }
+
+    /// Its names of files and folders.
+    fn names(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        [&mut self.urdf]
+            .into_iter()
+            .chain(&mut self.srdf)
+            .chain(self.packages.values_mut())
+    }
+}
+
+impl Quota {
+    fn check(&self) -> Result<(), String> {
+        let most = ACTIVE_REQUESTS_PER_CLIENT;
+        within("quota.in_flight", self.in_flight, 1..=most)?;
+        self.check_bytes()?;
+        self.check_share()
+    }
+
+    fn check_bytes(&self) -> Result<(), String> {
+        let bytes = self.bytes;
+        if bytes >= MAX_PAYLOAD {
+            return Ok(());
+        }
+        Err(format!(
+            "quota.bytes is {bytes}; valid: at least {MAX_PAYLOAD}, one request"
+        ))
+    }
+
+    fn check_share(&self) -> Result<(), String> {
+        let share = self.cpu_share;
+        if share > 0.0 && share <= 1.0 {
+            return Ok(());
+        }
+        Err(format!(
+            "quota.cpu_share is {share}; valid: more than 0, at most 1"
+        ))
+    }
+}
+
+fn check_clearance(clearance_m: f64) -> Result<(), String> {
+    if clearance_m.is_finite() && clearance_m > 0.0 {
+        return Ok(());
+    }
+    Err(format!(
+        "clearance_m is {clearance_m}; it must be finite and greater than 0"
+    ))
+}
+
+fn check_metrics(address: SocketAddr) -> Result<(), String> {
+    if address.ip().is_loopback() {
+        return Ok(());
+    }
+    Err(format!(
+        "metrics is {address}; valid: an address of this machine, such as 127.0.0.1:9464"
+    ))
+}
+
+fn within<T: PartialOrd + Display>(
+    entry: &str,
+    value: T,
+    valid: RangeInclusive<T>,
+) -> Result<(), String> {
+    if valid.contains(&value) {
+        return Ok(());
+    }
+    let (least, most) = valid.into_inner();
+    Err(format!("{entry} is {value}; valid: {least} to {most}"))
 }
 
 /// What TOML says is wrong, with the line, without the picture.
@@ -317,10 +358,7 @@ mod tests {
             ("http = '0.0.0.0:8642'", "of this machine"),
             ("quota = { cpu_share = 0.0 }", "more than 0"),
         ] {
-            let error = toml::from_str::<Config>(text)
-                .unwrap()
-                .checked()
-                .unwrap_err();
+            let error = toml::from_str::<Config>(text).unwrap().check().unwrap_err();
             assert!(error.contains(part), "{error}");
         }
     }

@@ -1,10 +1,11 @@
 //! Control messages: what changes the store, or asks about it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use taut::scene::Scene;
-use taut::store::{Change, SceneEntry, StoreError};
+use taut::scene::diff_file::SceneDiff;
+use taut::store::{Change, RobotEntry, SceneEntry, StoreError};
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, SceneSummary, Stats};
 use taut_ipc::monotonic_ns;
 use taut_ipc::server::{IncomingControl, ServerError};
@@ -13,9 +14,9 @@ use taut_ipc::wire::{Code, SceneEvent, SceneEventKind, label_id};
 use super::admission::being_loaded;
 use super::event::{Content, Loaded, Purpose};
 use super::event_loop::{EventLoop, ROUND};
-use super::keep::reply;
+use super::keep::{refuse, reply};
 use super::keeping::{Acknowledgement, Changed};
-use super::loader::{Source, Task, Work};
+use super::loader::{Source, Work};
 use super::metrics;
 use super::translate::{
     ReadRobot, describe, frame_refusal, robot_files, robot_summary, scene_state, scene_summary,
@@ -29,87 +30,87 @@ impl EventLoop {
     /// Takes control messages; tells whether more may be waiting.
     pub(super) fn receive_controls(&mut self) -> Result<bool, ServerError> {
         for _ in 0..ROUND {
-            let Some(control) = self.server.receive_control()? else {
-                return Ok(false);
-            };
-            match control.message() {
-                Ok(ControlRequest::LoadRobot {
-                    label,
-                    source,
-                    replace,
-                }) => {
-                    self.load(
-                        control,
-                        label,
-                        Purpose::Load { replace },
-                        Source::Robot(robot_files(source)),
-                    );
-                }
-                Ok(ControlRequest::SelectVariables { label, variables }) => {
-                    self.select_variables(control, &label, variables);
-                }
-                Ok(ControlRequest::LoadScene {
-                    label,
-                    json,
-                    base_dir,
-                    replace,
-                }) => {
-                    let file = file_of(&label, base_dir);
-                    self.load(
-                        control,
-                        label,
-                        Purpose::Load { replace },
-                        Source::Scene(json, file),
-                    );
-                }
-                Ok(ControlRequest::DiffScene {
-                    label,
-                    json,
-                    base_dir,
-                    base_version,
-                }) => {
-                    let file = file_of(&label, base_dir);
-                    self.diff_scene(control, label, base_version, json, file)?;
-                }
-                Ok(ControlRequest::ShowScene {
-                    label,
-                    version,
-                    base_version,
-                }) => {
-                    self.show_scene(control, &label, version, base_version);
-                }
-                Ok(ControlRequest::Record { file }) => self.record(control, file),
-                Ok(ControlRequest::EndRecording) => self.end_recording(control),
-                Ok(ControlRequest::Bundle { id, file }) => self.bundle(control, &id, file),
-                Ok(ControlRequest::UnloadRobot { label }) => self.unload_robot(control, label)?,
-                Ok(ControlRequest::UnloadScene { label }) => self.unload_scene(control, label)?,
-                Ok(message) => reply(
-                    control,
-                    &self.control(message).unwrap_or_else(ControlReply::Refused),
-                ),
-                Err(refusal) => reply(control, &ControlReply::Refused(refusal)),
+            match self.server.receive_control()? {
+                Some(control) => self.received_control(control)?,
+                None => return Ok(false),
             }
         }
         Ok(true)
     }
 
+    fn received_control(&mut self, control: IncomingControl) -> Result<(), ServerError> {
+        match control.message() {
+            Ok(message) => self.obey(control, message)?,
+            Err(refusal) => refuse(control, refusal),
+        }
+        Ok(())
+    }
+
+    fn obey(
+        &mut self,
+        control: IncomingControl,
+        message: ControlRequest,
+    ) -> Result<(), ServerError> {
+        match message {
+            ControlRequest::LoadRobot {
+                label,
+                source,
+                replace,
+            } => {
+                let source = Source::Robot(robot_files(source));
+                self.load(control, label, Purpose::Load { replace }, source);
+            }
+            ControlRequest::SelectVariables { label, variables } => {
+                self.select_variables(control, &label, variables);
+            }
+            ControlRequest::LoadScene {
+                label,
+                json,
+                base_dir,
+                replace,
+            } => {
+                let source = Source::Scene(json, file_of(&label, base_dir));
+                self.load(control, label, Purpose::Load { replace }, source);
+            }
+            ControlRequest::DiffScene {
+                label,
+                json,
+                base_dir,
+                base_version,
+            } => {
+                let file = file_of(&label, base_dir);
+                self.diff_scene(control, label, base_version, json, file)?;
+            }
+            ControlRequest::ShowScene {
+                label,
+                version,
+                base_version,
+            } => {
+                self.show_scene(control, &label, version, base_version);
+            }
+            ControlRequest::Record { file } => self.record(control, file),
+            ControlRequest::EndRecording => self.end_recording(control),
+            ControlRequest::Bundle { id, file } => self.bundle(control, &id, file),
+            ControlRequest::UnloadRobot { label } => self.unload_robot(control, label)?,
+            ControlRequest::UnloadScene { label } => self.unload_scene(control, label)?,
+            message => {
+                let answer = self.control(message);
+                reply(control, &answer.unwrap_or_else(ControlReply::Refused));
+            }
+        }
+        Ok(())
+    }
+
     /// Answers what changes nothing in the store.
     fn control(&mut self, message: ControlRequest) -> Result<ControlReply, Refusal> {
         match message {
-            ControlRequest::Describe { label } => {
-                let robot = self.store.robot(&label).map_err(|error| {
-                    match self.loading.contains(&label_id(&label)) {
-                        true => being_loaded(),
-                        false => store_refusal(&error),
-                    }
-                });
-                robot.map(|entry| ControlReply::Robot(Box::new(describe(&label, entry))))
-            }
+            ControlRequest::Describe { label } => self.describe(&label),
             ControlRequest::List => Ok(ControlReply::Listing(self.listing())),
             ControlRequest::Stats => Ok(ControlReply::Stats(self.stats())),
-            ControlRequest::Clients => Ok(ControlReply::Clients(
-                self.clients.summaries(monotonic_ns()),
-            )),
+            ControlRequest::Clients => {
+                let summaries = self.clients.summaries(monotonic_ns());
+                Ok(ControlReply::Clients(summaries))
+            }
             ControlRequest::Stories { id } => Ok(ControlReply::Stories(self.stories.find(&id))),
             ControlRequest::Shutdown => {
                 self.drain();
@@ -120,26 +121,25 @@ impl EventLoop {
                 version,
                 pinned,
             } => self.pin_scene(&label, version, pinned),
-            other => {
-                let text = format!(
-                    "this daemon does not know {other:?}; use client and daemon of the same release"
-                );
-                Err(Refusal::new(Code::MalformedRequest, text))
-            }
+            other => Err(unknown(&other)),
+        }
+    }
+
+    fn describe(&self, label: &str) -> Result<ControlReply, Refusal> {
+        match self.store.robot(label) {
+            Ok(entry) => Ok(ControlReply::Robot(Box::new(describe(label, entry)))),
+            Err(_) if self.loading.labels().contains(&label_id(label)) => Err(being_loaded()),
+            Err(error) => Err(store_refusal(&error)),
         }
     }
 
     fn unload_robot(&mut self, control: IncomingControl, label: String) -> Result<(), ServerError> {
         if let Err(error) = self.store.remove_robot(&label) {
-            reply(control, &ControlReply::Refused(store_refusal(&error)));
+            refuse(control, store_refusal(&error));
             return Ok(());
         }
         self.recheck_watches(label_id(&label));
-        let told = Acknowledgement {
-            control: Some(control),
-            answer: ControlReply::Done,
-            event: None,
-        };
+        let told = Acknowledgement::done(control, None);
         self.keep(&Changed::Robot(label), told)
     }
 
@@ -147,17 +147,13 @@ impl EventLoop {
         let entry = match self.store.remove_scene(&label) {
             Ok(entry) => entry,
             Err(error) => {
-                reply(control, &ControlReply::Refused(store_refusal(&error)));
+                refuse(control, store_refusal(&error));
                 return Ok(());
             }
         };
         self.recheck_watches(entry.id);
-        let event = Some(scene_event(SceneEventKind::Deleted, &entry));
-        let told = Acknowledgement {
-            control: Some(control),
-            answer: ControlReply::Done,
-            event,
-        };
+        let event = scene_event(SceneEventKind::Deleted, &entry);
+        let told = Acknowledgement::done(control, Some(event));
         self.keep(&Changed::Scene(label), told)
     }
 
@@ -169,33 +165,16 @@ impl EventLoop {
         purpose: Purpose,
         source: Source,
     ) {
-        if label.is_empty() || label.len() > LABEL_MAX {
-            let text = format!("a label of {} bytes; valid: 1 to {LABEL_MAX}", label.len());
-            return reply(
-                control,
-                &ControlReply::Refused(Refusal::new(Code::MalformedRequest, text)),
-            );
+        if let Err(refusal) = check_load(&label, &source) {
+            return refuse(control, refusal);
         }
-        if let Source::Robot(files) = &source
-            && !files.urdf.is_absolute()
-        {
-            let text = format!("{}: name files by absolute paths", files.urdf.display());
-            return reply(
-                control,
-                &ControlReply::Refused(Refusal::new(Code::MalformedRequest, text)),
-            );
-        }
-        if matches!(purpose, Purpose::Load { .. }) {
-            self.loading.insert(label_id(&label));
-        }
-        self.hand_over(
-            control,
-            Work::Read {
-                label,
-                purpose,
-                source,
-            },
-        );
+        self.loading.begin(&label, purpose);
+        let work = Work::Read {
+            label,
+            purpose,
+            source,
+        };
+        self.hand_over(control, work);
     }
 
     /// Has a loaded robot made with these variables only.
@@ -203,34 +182,28 @@ impl EventLoop {
         match self.store.whole(label) {
             Ok(alone) => {
                 let selected = selected_label(label, &variables);
+                let purpose = Purpose::Load { replace: true };
                 self.load(
                     control,
                     selected,
-                    Purpose::Load { replace: true },
+                    purpose,
                     Source::Variables(alone, variables),
                 );
             }
-            Err(error) => reply(control, &ControlReply::Refused(store_refusal(&error))),
+            Err(error) => refuse(control, store_refusal(&error)),
         }
-    }
-
-    /// A control request that another thread answers, under this token.
-    pub(super) fn wait_for_thread(&mut self, control: IncomingControl, token: u64) {
-        self.loads.insert(token, control);
     }
 
     /// Gives work to the loader; the control request waits for it.
     pub(super) fn hand_over(&mut self, control: IncomingControl, work: Work) {
         let token = self.next_number();
-        self.wait_for_thread(control, token);
-        if let Some(loader) = &self.loader {
-            loader.send(Task { token, work });
-        }
+        self.loading.wait(control, token);
+        self.loading.send(token, work);
     }
 
     /// Answers a control request with what the loader has made for it.
     pub(super) fn answer_control(&mut self, token: u64, answer: &ControlReply) {
-        if let Some(control) = self.loads.remove(&token) {
+        if let Some(control) = self.loading.take(token) {
             reply(control, answer);
         }
     }
@@ -243,10 +216,8 @@ impl EventLoop {
             purpose,
             content,
         } = loaded;
-        if matches!(purpose, Purpose::Load { .. }) {
-            self.loading.remove(&label_id(&label));
-        }
-        let control = self.loads.remove(&token);
+        self.loading.end(&label, purpose);
+        let control = self.loading.take(token);
         self.take_content(control, &label, purpose, content)
     }
 
@@ -259,27 +230,34 @@ impl EventLoop {
         content: Result<Content, Refusal>,
     ) -> Result<(), ServerError> {
         match content.and_then(|content| self.insert(label, purpose, content)) {
-            Ok((changed, answer, event)) => {
-                if event.is_some() || matches!(changed, Changed::Robot(_)) {
-                    self.recheck_watches(label_id(label));
-                }
-                self.keep(
-                    &changed,
-                    Acknowledgement {
-                        control,
-                        answer,
-                        event,
-                    },
-                )
-            }
+            Ok(taken) => self.tell_taken(control, label, taken),
             Err(refusal) => {
-                tracing::info!(label, code = refusal.code, "not taken: {}", refusal.message);
-                if let Some(control) = control {
-                    reply(control, &ControlReply::Refused(refusal));
-                }
+                tell_not_taken(control, label, refusal);
                 Ok(())
             }
         }
+    }
+
+    fn tell_taken(
+        &mut self,
+        control: Option<IncomingControl>,
+        label: &str,
+        taken: Taken,
+    ) -> Result<(), ServerError> {
+        let Taken {
+            changed,
+            answer,
+            event,
+        } = taken;
+        if event.is_some() || matches!(changed, Changed::Robot(_)) {
+            self.recheck_watches(label_id(label));
+        }
+        let told = Acknowledgement {
+            control,
+            answer,
+            event,
+        };
+        self.keep(&changed, told)
     }
 
     fn insert(
@@ -287,46 +265,42 @@ impl EventLoop {
         label: &str,
         purpose: Purpose,
         content: Content,
-    ) -> Result<(Changed, ControlReply, Option<SceneEvent>), Refusal> {
-        let refuse = |error: StoreError| store_refusal(&error);
-        let (replace, base_version) = match purpose {
-            Purpose::Load { replace } => (replace, 0),
-            Purpose::Change { base_version } => (true, base_version),
-        };
+    ) -> Result<Taken, Refusal> {
         match content {
-            Content::Robot(ReadRobot {
-                robot,
-                weights,
-                alone,
-                is_new,
-            }) => {
-                self.store
-                    .insert_robot(label, robot, weights, replace)
-                    .map_err(refuse)?;
-                self.store.take_alone(alone, is_new);
-                let described = describe(label, self.store.robot(label).map_err(refuse)?);
-                Ok((
-                    Changed::Robot(label.to_owned()),
-                    ControlReply::Robot(Box::new(described)),
-                    None,
-                ))
-            }
+            Content::Robot(robot) => self.insert_robot(label, robot, purpose.replaces()),
             Content::Diff(diff) => {
-                let scene = self.changed_scene(label, base_version, &diff)?;
-                // What is odd about shapes is known where they came, and looking at all of them
-                // takes its time.
-                let summary = if diff.may_be_odd() {
-                    scene_summary
-                } else {
-                    scene_state
-                };
-                self.insert_scene(label, scene, replace, summary)
+                let scene = self.changed_scene(label, purpose.base_version(), &diff)?;
+                self.insert_scene(label, scene, purpose.replaces(), summary_after(&diff))
             }
             Content::Scene(scene) => {
                 frame_refusal(&scene, &self.store)?;
-                self.insert_scene(label, scene, replace, scene_summary)
+                self.insert_scene(label, scene, purpose.replaces(), scene_summary)
             }
         }
+    }
+
+    fn insert_robot(
+        &mut self,
+        label: &str,
+        read: ReadRobot,
+        replace: bool,
+    ) -> Result<Taken, Refusal> {
+        let ReadRobot {
+            robot,
+            weights,
+            alone,
+            is_new,
+        } = read;
+        self.store
+            .insert_robot(label, robot, weights, replace)
+            .map_err(refused)?;
+        self.store.take_alone(alone, is_new);
+        let described = describe(label, self.store.robot(label).map_err(refused)?);
+        Ok(Taken {
+            changed: Changed::Robot(label.to_owned()),
+            answer: ControlReply::Robot(Box::new(described)),
+            event: None,
+        })
     }
 
     fn insert_scene(
@@ -334,38 +308,28 @@ impl EventLoop {
         label: &str,
         scene: Arc<Scene>,
         replace: bool,
-        summary: fn(&str, &SceneEntry) -> SceneSummary,
-    ) -> Result<(Changed, ControlReply, Option<SceneEvent>), Refusal> {
+        summary: Summary,
+    ) -> Result<Taken, Refusal> {
         let change = self
             .store
             .insert_scene(label, scene, replace)
-            .map_err(|error| store_refusal(&error))?;
-        let entry = self
-            .store
-            .scene(label)
-            .map_err(|error| store_refusal(&error))?;
-        let event = match change {
-            Change::Created => Some(scene_event(SceneEventKind::Created, entry)),
-            Change::Replaced => Some(scene_event(SceneEventKind::Changed, entry)),
-            Change::Unchanged => None,
-        };
-        Ok((
-            Changed::Scene(label.to_owned()),
-            ControlReply::Scene(summary(label, entry)),
-            event,
-        ))
+            .map_err(refused)?;
+        let entry = self.store.scene(label).map_err(refused)?;
+        Ok(Taken {
+            changed: Changed::Scene(label.to_owned()),
+            answer: ControlReply::Scene(summary(label, entry)),
+            event: kind_of(change).map(|kind| scene_event(kind, entry)),
+        })
     }
 
     fn listing(&self) -> Listing {
         let robots = self.store.robots().iter();
         let scenes = self.store.scenes().iter();
+        let robot = |(label, entry): (&String, &RobotEntry)| robot_summary(label, entry);
+        let scene = |(label, entry): (&String, &SceneEntry)| scene_summary(label, entry);
         Listing {
-            robots: robots
-                .map(|(label, entry)| robot_summary(label, entry))
-                .collect(),
-            scenes: scenes
-                .map(|(label, entry)| scene_summary(label, entry))
-                .collect(),
+            robots: robots.map(robot).collect(),
+            scenes: scenes.map(scene).collect(),
         }
     }
 
@@ -379,6 +343,76 @@ impl EventLoop {
             uptime_ns: self.metrics.uptime_ns(),
             numbers,
         }
+    }
+}
+
+/// What the store has taken, and what is told of it.
+struct Taken {
+    changed: Changed,
+    answer: ControlReply,
+    event: Option<SceneEvent>,
+}
+
+/// Sums up a scene.
+type Summary = fn(&str, &SceneEntry) -> SceneSummary;
+
+/// What is odd about shapes is known where they came, and looking at all of them takes its time.
+fn summary_after(diff: &SceneDiff) -> Summary {
+    if diff.may_be_odd() {
+        scene_summary
+    } else {
+        scene_state
+    }
+}
+
+fn tell_not_taken(control: Option<IncomingControl>, label: &str, refusal: Refusal) {
+    tracing::info!(label, code = refusal.code, "not taken: {}", refusal.message);
+    if let Some(control) = control {
+        refuse(control, refusal);
+    }
+}
+
+fn refused(error: StoreError) -> Refusal {
+    store_refusal(&error)
+}
+
+fn malformed(text: String) -> Refusal {
+    Refusal::new(Code::MalformedRequest, text)
+}
+
+fn unknown(message: &ControlRequest) -> Refusal {
+    malformed(format!(
+        "this daemon does not know {message:?}; use client and daemon of the same release"
+    ))
+}
+
+/// Refuses a label that is too long, and files that are not named by absolute paths.
+fn check_load(label: &str, source: &Source) -> Result<(), Refusal> {
+    let bytes = label.len();
+    if !(1..=LABEL_MAX).contains(&bytes) {
+        let text = format!("a label of {bytes} bytes; valid: 1 to {LABEL_MAX}");
+        return Err(malformed(text));
+    }
+    match source {
+        Source::Robot(files) => check_absolute(&files.urdf),
+        Source::Variables(..) | Source::Scene(..) | Source::Diff(..) => Ok(()),
+    }
+}
+
+/// Refuses a relative path: the daemon has a folder of its own.
+pub(super) fn check_absolute(file: &Path) -> Result<(), Refusal> {
+    if file.is_absolute() {
+        return Ok(());
+    }
+    let text = format!("{}: name files by absolute paths", file.display());
+    Err(malformed(text))
+}
+
+fn kind_of(change: Change) -> Option<SceneEventKind> {
+    match change {
+        Change::Created => Some(SceneEventKind::Created),
+        Change::Replaced => Some(SceneEventKind::Changed),
+        Change::Unchanged => None,
     }
 }
 

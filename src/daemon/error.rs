@@ -47,8 +47,7 @@ impl DaemonError {
     /// The code for the command line's exit.
     pub fn code(&self) -> Code {
         match self {
-            Self::File(FileError::Unreadable { .. }) => Code::UnreadableFile,
-            Self::File(_) => Code::InvalidModel,
+            Self::File(error) => file_code(error),
             Self::Model { code, .. } => Code::try_from(*code).unwrap_or(Code::InvalidModel),
             Self::Instance(_) => Code::DaemonLost,
             Self::Server(error) => error.code(),
@@ -56,5 +55,12 @@ impl DaemonError {
             Self::Journal(error) => error.code(),
             Self::System { .. } => Code::ResourceExhausted,
         }
+    }
+}
+
+fn file_code(error: &FileError) -> Code {
+    match error {
+        FileError::Unreadable { .. } => Code::UnreadableFile,
+        _ => Code::InvalidModel,
     }
 }

@@ -87,6 +87,24 @@ pub(super) enum Purpose {
     },
 }
 
+impl Purpose {
+    /// Whether a label may be taken away from other content.
+    pub(super) fn replaces(self) -> bool {
+        match self {
+            Self::Load { replace } => replace,
+            Self::Change { .. } => true,
+        }
+    }
+
+    /// Version that the scene has to have; 0 = any.
+    pub(super) fn base_version(self) -> u64 {
+        match self {
+            Self::Load { .. } => 0,
+            Self::Change { base_version } => base_version,
+        }
+    }
+}
+
 /// What can be loaded.
 pub(super) enum Content {
     /// A robot.

@@ -5,7 +5,7 @@
 //! and its client is told RESOURCE_EXHAUSTED: made, but not kept. The next change that is kept
 //! keeps all of those before it too.
 
-use taut_ipc::control::ControlReply;
+use taut_ipc::control::{ControlReply, Refusal};
 use taut_ipc::server::{IncomingControl, ServerError};
 
 use super::event_loop::EventLoop;
@@ -33,23 +33,22 @@ impl EventLoop {
     /// What the label of a change names now.
     fn named(&self, changed: &Changed) -> (Key, Content) {
         match changed {
-            Changed::Robot(label) => {
-                let robot = self.store.robots().get(label);
-                let content =
-                    robot.map(|entry| Content::Robot(entry.robot.clone(), entry.weights.clone()));
-                (
-                    (Kind::Robot, label.clone()),
-                    content.unwrap_or(Content::Gone),
-                )
-            }
-            Changed::Scene(label) => {
-                let scene = self.store.scenes().get(label);
-                let content = scene.map(|entry| Content::Scene(entry.version, entry.scene.clone()));
-                (
-                    (Kind::Scene, label.clone()),
-                    content.unwrap_or(Content::Gone),
-                )
-            }
+            Changed::Robot(label) => ((Kind::Robot, label.clone()), self.robot_named(label)),
+            Changed::Scene(label) => ((Kind::Scene, label.clone()), self.scene_named(label)),
+        }
+    }
+
+    fn robot_named(&self, label: &str) -> Content {
+        match self.store.robots().get(label) {
+            Some(entry) => Content::Robot(entry.robot.clone(), entry.weights.clone()),
+            None => Content::Gone,
+        }
+    }
+
+    fn scene_named(&self, label: &str) -> Content {
+        match self.store.scenes().get(label) {
+            Some(entry) => Content::Scene(entry.version, entry.scene.clone()),
+            None => Content::Gone,
         }
     }
 
@@ -70,6 +69,11 @@ impl EventLoop {
         }
         Ok(())
     }
+}
+
+/// Replies with a refusal.
+pub(super) fn refuse(control: IncomingControl, refusal: Refusal) {
+    reply(control, &ControlReply::Refused(refusal));
 }
 
 /// A reply that is too large, or has no room, becomes a refusal; a client that is gone needs none.

@@ -29,6 +29,17 @@ pub(super) struct Acknowledgement {
     pub event: Option<SceneEvent>,
 }
 
+impl Acknowledgement {
+    /// Of what leaves nothing to show.
+    pub(super) fn done(control: IncomingControl, event: Option<SceneEvent>) -> Self {
+        Self {
+            control: Some(control),
+            answer: ControlReply::Done,
+            event,
+        }
+    }
+}
+
 /// Changes on their way to the journal.
 #[derive(Default)]
 pub(super) struct Keeping {
@@ -81,21 +92,29 @@ impl Keeping {
         alone: Option<&Arc<PreparedModel>>,
         told: Acknowledgement,
     ) -> Option<Acknowledgement> {
-        let Some(journal) = &self.journal else {
+        if self.journal.is_none() {
             return Some(told);
-        };
+        }
         if let (Some(prepared), Some(alone)) = (&self.prepared, alone) {
             let _ = prepared.send(alone.clone());
         }
+        let ticket = self.write(key, content);
+        self.waiting.push_back((ticket, told));
+        None
+    }
+
+    /// Hands a change to the journal; gives the ticket that comes back when it is kept.
+    fn write(&mut self, key: Key, content: Content) -> u64 {
         self.tickets += 1;
         let state = State {
             content,
             configured: false,
         };
-        // The thread lives until this sender is gone.
-        let _ = journal.send(Entry::Changed(self.tickets, key, state));
-        self.waiting.push_back((self.tickets, told));
-        None
+        if let Some(journal) = &self.journal {
+            // The thread lives until this sender is gone.
+            let _ = journal.send(Entry::Changed(self.tickets, key, state));
+        }
+        self.tickets
     }
 
     /// The next change that the journal has dealt with.
@@ -104,11 +123,15 @@ impl Keeping {
             .waiting
             .pop_front_if(|(ticket, _)| *ticket <= kept.ticket)?;
         if let Some(reason) = &kept.failure {
-            let text = format!(
-                "the change is made, but a daemon that is started again would not know it: {reason}; free space there and send it again"
-            );
-            told.answer = ControlReply::Refused(Refusal::new(Code::ResourceExhausted, text));
+            told.answer = ControlReply::Refused(not_kept(reason));
         }
         Some(told)
     }
+}
+
+fn not_kept(reason: &str) -> Refusal {
+    let text = format!(
+        "the change is made, but a daemon that is started again would not know it: {reason}; free space there and send it again"
+    );
+    Refusal::new(Code::ResourceExhausted, text)
 }

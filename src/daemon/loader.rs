@@ -13,6 +13,7 @@ use taut_ipc::control::{ControlReply, Refusal, SceneText};
 use taut_ipc::wire::Code;
 
 use super::event::{Content, Event, EventSender, Loaded, Purpose};
+use super::threads::spawn;
 use super::translate::{diff_of, robot_of, scene_of, scene_text, selected};
 
 /// Something to do for a control request.
@@ -57,6 +58,25 @@ pub(super) enum Source {
     Diff(String, PathBuf),
 }
 
+impl Source {
+    /// Whether it may take long to read.
+    fn is_model(&self) -> bool {
+        match self {
+            Self::Robot(_) | Self::Variables(..) | Self::Scene(..) => true,
+            Self::Diff(..) => false,
+        }
+    }
+
+    fn read(&self) -> Result<Content, Refusal> {
+        match self {
+            Self::Robot(files) => robot_of(files).map(Content::Robot),
+            Self::Variables(alone, names) => selected(alone, names.clone()).map(Content::Robot),
+            Self::Scene(text, file) => scene_of(text, file).map(Content::Scene),
+            Self::Diff(text, file) => diff_of(text, file).map(Content::Diff),
+        }
+    }
+}
+
 /// The way to the loader's threads. Diffs and texts have one of their own: a change to a scene that
 /// is in use must not wait until some robot is read.
 pub(super) struct Loader {
@@ -74,14 +94,10 @@ impl Loader {
 
     /// Has something read.
     pub(super) fn send(&self, task: Task) {
-        let is_model = matches!(
-            &task.work,
-            Work::Read {
-                source: Source::Robot(_) | Source::Variables(..) | Source::Scene(..),
-                ..
-            }
-        );
-        let tasks = if is_model { &self.models } else { &self.diffs };
+        let tasks = match &task.work {
+            Work::Read { source, .. } if source.is_model() => &self.models,
+            Work::Read { .. } | Work::Write { .. } => &self.diffs,
+        };
         // Its thread reads until this is dropped.
         let _ = tasks.send(task);
     }
@@ -91,50 +107,38 @@ impl Loader {
 /// channel needs no bound of its own.
 fn thread(name: &str, events: EventSender) -> std::io::Result<(Sender<Task>, JoinHandle<()>)> {
     let (tasks, receiver) = unbounded::<Task>();
-    let thread = std::thread::Builder::new()
-        .name(name.to_owned())
-        .spawn(move || {
-            for task in receiver {
-                let token = task.token;
-                events.send(match task.work {
-                    Work::Read {
-                        label,
-                        purpose,
-                        source,
-                    } => {
-                        let content = read(&source);
-                        Event::Loaded(Box::new(Loaded {
-                            token,
-                            label,
-                            purpose,
-                            content,
-                        }))
-                    }
-                    Work::Write {
-                        answer,
-                        scene,
-                        base,
-                    } => {
-                        let answer = match guarded(|| scene_text(&scene, base.as_deref())) {
-                            Ok(json) => ControlReply::SceneText(SceneText { json, ..answer }),
-                            Err(refusal) => ControlReply::Refused(refusal),
-                        };
-                        Event::Written { token, answer }
-                    }
-                });
-            }
-        })?;
-    Ok((tasks, thread))
+    let work = move || receiver.iter().for_each(|task| events.send(done(task)));
+    Ok((tasks, spawn(name, work)?))
 }
 
-fn read(source: &Source) -> Result<Content, Refusal> {
-    guarded(|| match source {
-        Source::Robot(files) => robot_of(files).map(Content::Robot),
-        Source::Variables(alone, variables) => {
-            selected(alone, variables.clone()).map(Content::Robot)
-        }
-        Source::Scene(text, file) => scene_of(text, file).map(Content::Scene),
-        Source::Diff(text, file) => diff_of(text, file).map(Content::Diff),
+/// Does what a control request needs, and gives what the I/O thread hears of it.
+fn done(Task { token, work }: Task) -> Event {
+    match work {
+        Work::Read {
+            label,
+            purpose,
+            source,
+        } => Event::Loaded(Box::new(Loaded {
+            token,
+            label,
+            purpose,
+            content: guarded(|| source.read()),
+        })),
+        Work::Write {
+            answer,
+            scene,
+            base,
+        } => Event::Written {
+            token,
+            answer: written(answer, &scene, base.as_deref()),
+        },
+    }
+}
+
+fn written(answer: SceneText, scene: &Scene, base: Option<&Scene>) -> ControlReply {
+    let text = guarded(|| scene_text(scene, base));
+    text.map_or_else(ControlReply::Refused, |json| {
+        ControlReply::SceneText(SceneText { json, ..answer })
     })
 }
 

@@ -28,14 +28,21 @@ pub(super) struct Progress {
     pub path: Vec<f64>,
 }
 
+impl Progress {
+    /// In place, so that the path's memory stays.
+    fn set(&mut self, job: u64, header: &ResponseHeader, path: &[f64]) {
+        self.job = job;
+        self.header = *header;
+        self.path.clear();
+        self.path.extend_from_slice(path);
+    }
+}
+
 impl Mailbox {
     /// Puts an improvement in.
     pub(super) fn put(&self, job: u64, header: &ResponseHeader, path: &[f64]) {
         let mut state = self.lock();
-        state.progress.job = job;
-        state.progress.header = *header;
-        state.progress.path.clear();
-        state.progress.path.extend_from_slice(path);
+        state.progress.set(job, header, path);
         state.is_full = true;
     }
 

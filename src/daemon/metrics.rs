@@ -36,6 +36,9 @@ pub(super) struct Metrics {
     registry: Arc<Registry>,
 }
 
+/// Something measured, with its name and what it is.
+type Named<'a, T> = (&'static str, &'static str, &'a T);
+
 /// The last times of one kind.
 pub(super) struct Times {
     last: Vec<u64>,
@@ -63,29 +66,33 @@ impl Times {
     /// One more, in nanoseconds.
     pub(super) fn push(&mut self, time: u64) {
         self.histogram.observe(time as f64 * 1e-9);
+        self.remember(time);
+        self.percentiles = None;
+    }
+
+    fn remember(&mut self, time: u64) {
         if self.last.len() < WINDOW {
             self.last.push(time);
         } else {
             self.last[self.next] = time;
         }
         self.next = (self.next + 1) % WINDOW;
-        self.percentiles = None;
     }
 
     /// The median and the 99th percentile.
     pub(super) fn percentiles(&mut self) -> [u64; 2] {
-        *self.percentiles.get_or_insert_with(|| {
-            let mut sorted = self.last.clone();
-            sorted.sort_unstable();
-            let at = |part: f64| {
-                sorted
-                    .get((sorted.len() as f64 * part) as usize)
-                    .copied()
-                    .unwrap_or(0)
-            };
-            [at(0.5), at(0.99)]
-        })
+        let last = &self.last;
+        *self
+            .percentiles
+            .get_or_insert_with(|| percentiles(last.clone()))
     }
+}
+
+fn percentiles(mut times: Vec<u64>) -> [u64; 2] {
+    times.sort_unstable();
+    let count = times.len() as f64;
+    let at = |part: f64| times.get((count * part) as usize).copied();
+    [0.5, 0.99].map(|part| at(part).unwrap_or(0))
 }
 
 impl Metrics {
@@ -115,6 +122,13 @@ impl Metrics {
 
     fn registered(&self) -> Registry {
         let mut registry = Registry::with_prefix("taut");
+        self.register_counters(&mut registry);
+        self.register_gauges(&mut registry);
+        self.register_times(&mut registry);
+        registry
+    }
+
+    fn register_counters(&self, registry: &mut Registry) {
         registry.register(
             "requests_received",
             "Requests received",
@@ -125,40 +139,65 @@ impl Metrics {
             "Final responses by code",
             self.ended.clone(),
         );
-        registry.register(
-            "requests_cancelled",
-            "Requests whose client cancelled or vanished",
-            self.cancelled.clone(),
-        );
-        registry.register(
-            "worker_panics",
-            "Requests on which the core panicked",
-            self.panics.clone(),
-        );
-        registry.register(
-            "job_pauses",
-            "Jobs that made room for others",
-            self.pauses.clone(),
-        );
-        registry.register(
-            "requests_running",
-            "Requests being worked on",
-            self.running.clone(),
-        );
-        registry.register("requests_queued", "Requests that wait", self.queued.clone());
-        registry.register("clients", "Connected clients", self.clients.clone());
-        registry.register("scenes", "Scenes loaded", self.scenes.clone());
-        registry.register(
-            "robots_made",
-            "Robots whose solids were made since the start",
-            self.robots_made.clone(),
-        );
-        registry.register(
-            "models_made",
-            "Robots and scenes put together since the start",
-            self.models_made.clone(),
-        );
-        let times = [
+        for (name, help, counter) in self.counters() {
+            registry.register(name, help, counter.clone());
+        }
+    }
+
+    fn counters(&self) -> [Named<'_, Counter>; 3] {
+        [
+            (
+                "requests_cancelled",
+                "Requests whose client cancelled or vanished",
+                &self.cancelled,
+            ),
+            (
+                "worker_panics",
+                "Requests on which the core panicked",
+                &self.panics,
+            ),
+            ("job_pauses", "Jobs that made room for others", &self.pauses),
+        ]
+    }
+
+    fn register_gauges(&self, registry: &mut Registry) {
+        for (name, help, gauge) in self.gauges() {
+            registry.register(name, help, gauge.clone());
+        }
+    }
+
+    fn gauges(&self) -> [Named<'_, Gauge>; 6] {
+        [
+            (
+                "requests_running",
+                "Requests being worked on",
+                &self.running,
+            ),
+            ("requests_queued", "Requests that wait", &self.queued),
+            ("clients", "Connected clients", &self.clients),
+            ("scenes", "Scenes loaded", &self.scenes),
+            (
+                "robots_made",
+                "Robots whose solids were made since the start",
+                &self.robots_made,
+            ),
+            (
+                "models_made",
+                "Robots and scenes put together since the start",
+                &self.models_made,
+            ),
+        ]
+    }
+
+    fn register_times(&self, registry: &mut Registry) {
+        for (name, help, times) in self.times() {
+            let histogram = times.histogram.clone();
+            registry.register_with_unit(name, help, Unit::Seconds, histogram);
+        }
+    }
+
+    fn times(&self) -> [Named<'_, Times>; 3] {
+        [
             ("queue", "Time that requests waited", &self.queue),
             ("compute", "Time that requests were computed", &self.compute),
             (
@@ -166,11 +205,7 @@ impl Metrics {
                 "Time from request to final response, in the daemon",
                 &self.latency,
             ),
-        ];
-        for (name, help, times) in times {
-            registry.register_with_unit(name, help, Unit::Seconds, times.histogram.clone());
-        }
-        registry
+        ]
     }
 
     /// What Prometheus reads; any thread may.
@@ -230,19 +265,29 @@ impl Metrics {
     /// reads.
     pub(super) fn enter(&mut self, status: &mut StatusRecord) {
         status.uptime_ns = self.uptime_ns();
-        status.received = self.received.get();
-        status.answered = self.ended_with(Code::Success);
-        status.refused = Code::ALL
-            .iter()
-            .map(|code| self.ended_with(*code))
-            .sum::<u64>()
-            - status.answered;
-        status.overloaded = self.ended_with(Code::Overloaded) + self.ended_with(Code::Quota);
-        status.cancelled = self.cancelled.get();
-        status.timed_out = self.ended_with(Code::TimedOut);
-        status.panics = self.panics.get();
+        self.enter_counts(status);
+        self.enter_endings(status);
         [status.queue_p50_ns, status.queue_p99_ns] = self.queue.percentiles();
         [status.compute_p50_ns, status.compute_p99_ns] = self.compute.percentiles();
+        self.show(status);
+    }
+
+    fn enter_counts(&self, status: &mut StatusRecord) {
+        status.received = self.received.get();
+        status.cancelled = self.cancelled.get();
+        status.panics = self.panics.get();
+    }
+
+    fn enter_endings(&self, status: &mut StatusRecord) {
+        let ended: u64 = Code::ALL.iter().map(|code| self.ended_with(*code)).sum();
+        status.answered = self.ended_with(Code::Success);
+        status.refused = ended - status.answered;
+        status.overloaded = self.ended_with(Code::Overloaded) + self.ended_with(Code::Quota);
+        status.timed_out = self.ended_with(Code::TimedOut);
+    }
+
+    /// Lets Prometheus read the numbers of a status message.
+    fn show(&self, status: &StatusRecord) {
         self.running.set(status.running.into());
         self.queued.set(status.queued.into());
         self.clients.set(status.clients.into());
@@ -251,7 +296,6 @@ impl Metrics {
 
     /// How often models were made.
     pub(super) fn made(&mut self, made: &Made) {
-        let count = |count: &AtomicU64| count.load(Ordering::Relaxed) as i64;
         self.robots_made.set(count(&made.robots));
         self.models_made.set(count(&made.models));
     }
@@ -273,11 +317,26 @@ impl Metrics {
 
 /// The numbers of a status message by name, the unit last.
 pub(super) fn numbers(status: &StatusRecord) -> BTreeMap<String, f64> {
-    let named = [
-        ("workers", f64::from(status.workers)),
-        ("requests_running", f64::from(status.running)),
-        ("requests_queued", f64::from(status.queued)),
-        ("clients", f64::from(status.clients)),
+    let named = now(status)
+        .into_iter()
+        .chain(since_start(status))
+        .chain(times(status));
+    named
+        .map(|(name, value)| (name.to_owned(), value))
+        .collect()
+}
+
+fn now(status: &StatusRecord) -> [(&'static str, f64); 4] {
+    [
+        ("workers", status.workers.into()),
+        ("requests_running", status.running.into()),
+        ("requests_queued", status.queued.into()),
+        ("clients", status.clients.into()),
+    ]
+}
+
+fn since_start(status: &StatusRecord) -> [(&'static str, f64); 8] {
+    [
         ("requests_received", status.received as f64),
         ("requests_answered", status.answered as f64),
         ("requests_refused", status.refused as f64),
@@ -286,10 +345,18 @@ pub(super) fn numbers(status: &StatusRecord) -> BTreeMap<String, f64> {
         ("requests_timed_out", status.timed_out as f64),
         ("worker_panics", status.panics as f64),
         ("clients_cleaned_up", status.cleaned_nodes as f64),
+    ]
+}
+
+fn times(status: &StatusRecord) -> [(&'static str, f64); 4] {
+    [
         ("queue_p50_ns", status.queue_p50_ns as f64),
         ("queue_p99_ns", status.queue_p99_ns as f64),
         ("compute_p50_ns", status.compute_p50_ns as f64),
         ("compute_p99_ns", status.compute_p99_ns as f64),
-    ];
-    named.map(|(name, value)| (name.to_owned(), value)).into()
+    ]
+}
+
+fn count(count: &AtomicU64) -> i64 {
+    count.load(Ordering::Relaxed) as i64
 }

@@ -5,6 +5,7 @@
 //! [`event::Event`]s.
 
 mod admission;
+mod cleaning;
 mod clients;
 pub mod config;
 mod control;
@@ -17,6 +18,7 @@ mod keep;
 mod keeping;
 pub mod live;
 mod loader;
+mod loading;
 mod mailbox;
 mod metrics;
 mod open_request;
@@ -34,8 +36,11 @@ mod schedule;
 mod scrape;
 mod start;
 pub mod state;
+mod status;
+mod status_clock;
 mod story;
 pub mod supervise;
+mod threads;
 mod watch;
 mod web;
 mod worker;

@@ -19,10 +19,14 @@ pub(super) struct Poison {
 impl Poison {
     /// The core panicked on this content.
     pub(super) fn crashed(&mut self, content: u64) {
-        if let Some((_, times)) = self.crashed.iter_mut().find(|(known, _)| *known == content) {
-            *times += 1;
-            return;
+        let known = self.crashed.iter_mut().find(|(known, _)| *known == content);
+        match known {
+            Some((_, times)) => *times += 1,
+            None => self.remember(content),
         }
+    }
+
+    fn remember(&mut self, content: u64) {
         if self.crashed.len() == REMEMBERED {
             self.crashed.pop_front();
         }
@@ -34,17 +38,26 @@ impl Poison {
         if self.crashed.is_empty() {
             return Ok(());
         }
-        let content = content();
-        match self.crashed.iter().find(|(known, _)| *known == content) {
-            Some((_, times)) if *times >= MOST => {
-                let text = format!(
-                    "this request crashed its worker {times} times and is not tried again; report it as a defect"
-                );
-                Err(Refusal::new(Code::Crash, text))
-            }
+        match self.times(content()) {
+            times @ MOST.. => Err(refusal(times)),
             _ => Ok(()),
         }
     }
+
+    /// How often the core panicked on this content.
+    fn times(&self, content: u64) -> u32 {
+        let mut crashed = self.crashed.iter();
+        crashed
+            .find(|(known, _)| *known == content)
+            .map_or(0, |(_, times)| *times)
+    }
+}
+
+fn refusal(times: u32) -> Refusal {
+    let text = format!(
+        "this request crashed its worker {times} times and is not tried again; report it as a defect"
+    );
+    Refusal::new(Code::Crash, text)
 }
 
 #[cfg(test)]

@@ -8,12 +8,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
-use crossbeam_channel::{Sender, unbounded};
+use crossbeam_channel::{Receiver, Sender, unbounded};
 use sha2::{Digest, Sha256};
 use taut::collision::CollisionModel;
 use taut::robot::RobotModel;
 use taut::solid::Solid;
 use taut::store::PreparedModel;
+
+use super::threads::spawn;
 
 /// Bytes of a checksum.
 const CHECKSUM: usize = 32;
@@ -30,14 +32,9 @@ pub(super) struct Prepared {
 impl Prepared {
     /// The files in a state folder.
     pub(super) fn new(state: &Path) -> Self {
-        let meta = std::env::current_exe().and_then(std::fs::metadata);
-        let of_file = meta.map_or_else(
-            |_| String::new(),
-            |m| format!("{:x}-{:x}-{:x}", m.len(), m.mtime(), m.mtime_nsec()),
-        );
         Self {
             folder: state.join("prepared"),
-            build: format!("{}-{of_file}", env!("CARGO_PKG_VERSION")),
+            build: format!("{}-{}", env!("CARGO_PKG_VERSION"), this_file()),
         }
     }
 
@@ -58,16 +55,12 @@ impl Prepared {
             return None;
         }
         let bytes = std::fs::read(self.file(robot.hash())).ok()?;
-        let (checksum, payload) = bytes.split_first_chunk::<CHECKSUM>()?;
-        if Sha256::digest(payload)[..] != checksum[..] {
-            tracing::warn!(
-                "solids kept for robot {} are damaged and made anew",
-                robot.name()
-            );
-            return None;
-        }
-        let (links, _) =
-            bincode::serde::decode_from_slice::<Vec<Option<Solid>>, _>(payload, config()).ok()?;
+        let payload = whole(&bytes).or_else(|| {
+            let name = robot.name();
+            tracing::warn!("solids kept for robot {name} are damaged and made anew");
+            None
+        })?;
+        let links = decoded(payload)?;
         CollisionModel::of_links(robot.clone(), links).map(Arc::new)
     }
 
@@ -79,29 +72,28 @@ impl Prepared {
             return Ok(());
         }
         // Requests that need it wait for it as this does.
-        let Ok(alone) = alone.get() else {
-            return Ok(());
-        };
-        let links: Vec<Option<&Solid>> = alone.link_solids().collect();
-        let payload =
-            bincode::serde::encode_to_vec(&links, config()).map_err(std::io::Error::other)?;
+        match alone.get() {
+            Ok(alone) => self.write(&file, &encoded(alone)?),
+            Err(_) => Ok(()),
+        }
+    }
+
+    fn write(&self, file: &Path, payload: &[u8]) -> std::io::Result<()> {
         let new = self.folder.join("new");
         std::fs::create_dir_all(&self.folder)?;
-        std::fs::write(&new, [&Sha256::digest(&payload)[..], &payload].concat())?;
-        std::fs::rename(&new, &file)
+        std::fs::write(&new, [&Sha256::digest(payload)[..], payload].concat())?;
+        std::fs::rename(&new, file)
     }
 
     /// Removes the files of other robots and other builds.
     fn retain(&self, robots: &BTreeSet<u64>) {
         let used: BTreeSet<PathBuf> = robots.iter().map(|robot| self.file(*robot)).collect();
-        for entry in std::fs::read_dir(&self.folder)
-            .into_iter()
-            .flatten()
-            .flatten()
-        {
-            if !used.contains(&entry.path()) {
+        let entries = std::fs::read_dir(&self.folder);
+        let paths = entries.into_iter().flatten().flatten();
+        for path in paths.map(|entry| entry.path()) {
+            if !used.contains(&path) {
                 // One that stays takes room and does no harm.
-                let _ = std::fs::remove_file(entry.path());
+                let _ = std::fs::remove_file(path);
             }
         }
     }
@@ -113,20 +105,46 @@ impl Prepared {
         robots: Vec<Arc<PreparedModel>>,
     ) -> std::io::Result<(Sender<Arc<PreparedModel>>, JoinHandle<()>)> {
         let (sender, receiver) = unbounded();
-        let thread = std::thread::Builder::new().name("taut-prepared".into());
-        let work = move || {
-            self.retain(&robots.iter().map(|alone| alone.robot().hash()).collect());
-            for alone in robots.into_iter().chain(receiver) {
-                if let Err(error) = self.keep(&alone) {
-                    tracing::warn!(
-                        "the solids of robot {} are not kept, it warms up as slowly again: {error}",
-                        alone.robot().name()
-                    );
-                }
-            }
-        };
-        Ok((sender, thread.spawn(work)?))
+        let thread = spawn("taut-prepared", move || self.work(robots, &receiver))?;
+        Ok((sender, thread))
     }
+
+    fn work(self, robots: Vec<Arc<PreparedModel>>, more: &Receiver<Arc<PreparedModel>>) {
+        self.retain(&robots.iter().map(|alone| alone.robot().hash()).collect());
+        for alone in robots.into_iter().chain(more) {
+            if let Err(error) = self.keep(&alone) {
+                tracing::warn!(
+                    "the solids of robot {} are not kept, it warms up as slowly again: {error}",
+                    alone.robot().name()
+                );
+            }
+        }
+    }
+}
+
+/// Size and time of this program's file; nothing where the system does not tell.
+fn this_file() -> String {
+    let meta = std::env::current_exe().and_then(std::fs::metadata);
+    meta.map_or_else(
+        |_| String::new(),
+        |m| format!("{:x}-{:x}-{:x}", m.len(), m.mtime(), m.mtime_nsec()),
+    )
+}
+
+/// What stands after a checksum that is right.
+fn whole(bytes: &[u8]) -> Option<&[u8]> {
+    let (checksum, payload) = bytes.split_first_chunk::<CHECKSUM>()?;
+    (Sha256::digest(payload)[..] == checksum[..]).then_some(payload)
+}
+
+fn decoded(payload: &[u8]) -> Option<Vec<Option<Solid>>> {
+    let decoded = bincode::serde::decode_from_slice(payload, config());
+    decoded.ok().map(|(links, _)| links)
+}
+
+fn encoded(alone: &CollisionModel) -> std::io::Result<Vec<u8>> {
+    let links: Vec<Option<&Solid>> = alone.link_solids().collect();
+    bincode::serde::encode_to_vec(&links, config()).map_err(std::io::Error::other)
 }
 
 fn config() -> impl bincode::config::Config {

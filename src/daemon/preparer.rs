@@ -9,6 +9,7 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 use taut::store::PreparedModel;
 
 use super::schedule::Schedule;
+use super::threads::spawn;
 
 /// Models made at once: a large one does not keep a small one waiting.
 const THREADS: usize = 2;
@@ -19,22 +20,31 @@ pub(super) type ToPrepare = Sender<Arc<PreparedModel>>;
 /// Starts the preparers; they end when the sender is dropped.
 pub(super) fn start(schedule: &Arc<Schedule>) -> std::io::Result<(ToPrepare, Vec<JoinHandle<()>>)> {
     let (models, receiver) = unbounded();
-    let threads = (0..THREADS).map(|index| {
-        let receiver = receiver.clone();
-        let schedule = Arc::clone(schedule);
-        let thread = std::thread::Builder::new().name(format!("taut-preparer-{index}"));
-        thread.spawn(move || prepare(&receiver, &schedule))
-    });
+    let threads = (0..THREADS).map(|index| preparer(index, receiver.clone(), schedule.clone()));
     Ok((models, threads.collect::<Result<_, _>>()?))
+}
+
+fn preparer(
+    index: usize,
+    models: Receiver<Arc<PreparedModel>>,
+    schedule: Arc<Schedule>,
+) -> std::io::Result<JoinHandle<()>> {
+    spawn(&format!("taut-preparer-{index}"), move || {
+        prepare(&models, &schedule);
+    })
 }
 
 fn prepare(models: &Receiver<Arc<PreparedModel>>, schedule: &Schedule) {
     for model in models {
-        // One that panics is made again by its request's worker, which answers with what it says.
-        let made = catch_unwind(AssertUnwindSafe(|| model.get().is_ok()));
-        if made.is_err() {
-            model.give_up();
-        }
+        make(&model);
         schedule.look_again();
+    }
+}
+
+/// One that panics is made again by its request's worker, which answers with what it says.
+fn make(model: &PreparedModel) {
+    let made = catch_unwind(AssertUnwindSafe(|| model.get().is_ok()));
+    if made.is_err() {
+        model.give_up();
     }
 }

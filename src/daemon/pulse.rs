@@ -9,6 +9,8 @@ use std::time::Duration;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use sd_notify::NotifyState;
 
+use super::threads::spawn;
+
 /// How often a sign of life is given.
 const INTERVAL: Duration = Duration::from_millis(500);
 
@@ -25,16 +27,24 @@ impl Pulse {
     /// Without a watcher there is no thread.
     pub(super) fn start() -> std::io::Result<(Self, Option<JoinHandle<()>>)> {
         let (until, ended) = bounded(0);
-        let pulse = Self {
+        let pulse = Self::new(until);
+        let thread = pulse.telling(ended)?;
+        Ok((pulse, thread))
+    }
+
+    fn new(until: Sender<()>) -> Self {
+        Self {
             beats: Arc::default(),
             until: Some(until),
-        };
-        if std::env::var_os("NOTIFY_SOCKET").is_none() {
-            return Ok((pulse, None));
         }
-        let beats = pulse.beats.clone();
-        let thread = std::thread::Builder::new().name("taut-pulse".into());
-        Ok((pulse, Some(thread.spawn(move || tell(&beats, &ended))?)))
+    }
+
+    fn telling(&self, ended: Receiver<()>) -> std::io::Result<Option<JoinHandle<()>>> {
+        if std::env::var_os("NOTIFY_SOCKET").is_none() {
+            return Ok(None);
+        }
+        let beats = self.beats.clone();
+        spawn("taut-pulse", move || tell(&beats, &ended)).map(Some)
     }
 
     /// Ends the thread.

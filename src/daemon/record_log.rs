@@ -39,23 +39,22 @@ impl Format {
     }
 
     fn refusal(&self, bytes: &[u8]) -> String {
-        let Self {
-            what,
-            name,
-            version,
-        } = self;
-        let line = bytes
-            .split(|byte| *byte == b'\n')
-            .next()
-            .unwrap_or_default();
-        let line = String::from_utf8_lossy(line);
-        let other = line.strip_prefix(&format!("taut {what} "));
-        match other.and_then(|number| number.parse::<u32>().ok()) {
+        let name = self.name;
+        let version = self.version;
+        match self.version_of(bytes) {
             Some(other) => format!(
                 "at its start: it is a {name} of version {other}, this release reads version {version}"
             ),
             None => format!("at its start: it is no {name} of this release"),
         }
+    }
+
+    /// The version of a file's records, if it is such a file.
+    fn version_of(&self, bytes: &[u8]) -> Option<u32> {
+        let line = bytes.split(|byte| *byte == b'\n').next()?;
+        let line = String::from_utf8_lossy(line);
+        let number = line.strip_prefix(&format!("taut {} ", self.what))?;
+        number.parse().ok()
     }
 }
 
@@ -96,8 +95,28 @@ fn parse<T: DeserializeOwned>(bytes: &[u8], start: usize) -> Result<Contents<T>,
     })
 }
 
+/// Bytes that belong together, and those after them.
+type Parted<'a> = (&'a [u8], &'a [u8]);
+
 /// The first record and the bytes after it; `None` where none is whole.
 fn next<T: DeserializeOwned>(bytes: &[u8]) -> Result<Option<(T, &[u8])>, String> {
+    match first_payload(bytes)? {
+        Some((payload, rest)) => Ok(Some((decoded(payload)?, rest))),
+        None => Ok(None),
+    }
+}
+
+fn decoded<T: DeserializeOwned>(payload: &[u8]) -> Result<T, String> {
+    let record = bincode::serde::decode_from_slice(payload, bincode::config::standard());
+    let (record, read) = record.map_err(|error| error.to_string())?;
+    match read == payload.len() {
+        true => Ok(record),
+        false => Err("a record is longer than it should be".to_owned()),
+    }
+}
+
+/// The bytes of the first record, and those after it; `None` where it is not whole.
+fn first_payload(bytes: &[u8]) -> Result<Option<Parted<'_>>, String> {
     let Some((header, after)) = bytes.split_first_chunk::<HEADER>() else {
         return Ok(None);
     };
@@ -105,14 +124,9 @@ fn next<T: DeserializeOwned>(bytes: &[u8]) -> Result<Option<(T, &[u8])>, String>
     let Some((payload, rest)) = after.split_at_checked(length) else {
         return Ok(None);
     };
-    if header[4..] != checksum(payload) {
-        return Err("a checksum is wrong".to_owned());
-    }
-    let record = bincode::serde::decode_from_slice(payload, bincode::config::standard());
-    let (record, read) = record.map_err(|error| error.to_string())?;
-    match read == length {
-        true => Ok(Some((record, rest))),
-        false => Err("a record is longer than it should be".to_owned()),
+    match header[4..] == checksum(payload) {
+        true => Ok(Some((payload, rest))),
+        false => Err("a checksum is wrong".to_owned()),
     }
 }
 
@@ -128,14 +142,18 @@ fn checksum(payload: &[u8]) -> [u8; 8] {
 pub(super) fn encode<T: Serialize>(record: &T, bytes: &mut Vec<u8>) -> Result<(), String> {
     let payload = bincode::serde::encode_to_vec(record, bincode::config::standard());
     let payload = payload.map_err(|error| error.to_string())?;
-    if payload.len() > RECORD_MAX {
-        return Err(format!(
-            "a record of {} bytes, at most {RECORD_MAX} are kept",
-            payload.len()
-        ));
-    }
+    check_length(payload.len())?;
     bytes.extend((payload.len() as u32).to_le_bytes());
     bytes.extend(checksum(&payload));
     bytes.extend(payload);
     Ok(())
+}
+
+fn check_length(bytes: usize) -> Result<(), String> {
+    if bytes <= RECORD_MAX {
+        return Ok(());
+    }
+    Err(format!(
+        "a record of {bytes} bytes, at most {RECORD_MAX} are kept"
+    ))
 }

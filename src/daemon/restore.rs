@@ -13,13 +13,13 @@ use std::time::Instant;
 use taut::files::{Packages, Reader};
 use taut::robot::{RobotDescription, RobotModel};
 use taut::scene::Scene;
-use taut::shape::Shape;
-use taut::store::{ModelStore, StoreError, Wanted};
+
+use taut::store::{ModelStore, Snapshot, StoreError, Wanted};
 use taut_ipc::control::Refusal;
 use taut_ipc::limits::{CONTROL_REQUESTS_PER_CLIENT, MAX_CLIENTS};
 use taut_ipc::wire::label_id;
 
-use super::config::Config;
+use super::config::{Config, ProblemConfig, RobotConfig, SceneConfig};
 use super::error::DaemonError;
 use super::journal::{Content, Kept, Key, Kind, State};
 use super::prepared::Prepared;
@@ -51,49 +51,54 @@ pub(super) fn begin(
             "the last change before the daemon died was half written, acknowledged to nobody: dropped"
         );
     }
-    let store = ModelStore::new(label_id);
-    let live = BTreeMap::new();
-    let configured = BTreeSet::new();
-    let versions =
-        kept.states
-            .iter()
-            .filter_map(|((_, label), state)| match &state.as_ref().ok()?.content {
-                Content::Scene(version, scene) => Some((label.clone(), (*version, scene.hash()))),
-                _ => None,
-            });
-    let begun = Beginning {
-        store,
-        live,
-        configured,
-    };
-    let versions = versions.collect();
-    let restored = BTreeSet::new();
-    let was_killed = !kept.ended;
     let mut start = Start {
-        versions,
-        restored,
-        was_killed,
-        begun,
+        versions: versions(&kept),
+        restored: BTreeSet::new(),
+        was_killed: !kept.ended,
+        begun: Beginning::new(),
         prepared,
         out,
     };
     for (key, state) in kept.states {
-        let is_kept = state
-            .as_ref()
-            .map_or(true, |state| !(kept.ended && state.configured));
-        let is_gone = matches!(
-            &state,
-            Ok(State {
-                content: Content::Gone,
-                ..
-            })
-        );
-        if is_kept && !(kept.ended && is_gone) {
+        if is_wanted(&state, kept.ended) {
             start.restore(key, state)?;
         }
     }
     start.load(config)?;
     Ok(start.begun)
+}
+
+impl Beginning {
+    fn new() -> Self {
+        Self {
+            store: ModelStore::new(label_id),
+            live: BTreeMap::new(),
+            configured: BTreeSet::new(),
+        }
+    }
+}
+
+/// Version and hash that scenes had, by label.
+fn versions(kept: &Kept) -> BTreeMap<String, (u64, u64)> {
+    let states = kept.states.iter();
+    states
+        .filter_map(|((_, label), state)| Some((label.clone(), version(state)?)))
+        .collect()
+}
+
+fn version(state: &Result<State, String>) -> Option<(u64, u64)> {
+    match &state.as_ref().ok()?.content {
+        Content::Scene(version, scene) => Some((*version, scene.hash())),
+        Content::Robot(..) | Content::Gone => None,
+    }
+}
+
+/// Whether a label is restored. What the configuration said it says again after an end in order.
+fn is_wanted(state: &Result<State, String>, ended: bool) -> bool {
+    match state {
+        Ok(state) if ended => !state.configured && !matches!(state.content, Content::Gone),
+        _ => true,
+    }
 }
 
 /// Changes that were made and not written yet when a daemon was killed, at most: each has its
@@ -114,54 +119,10 @@ struct Start<'a> {
 
 impl Start<'_> {
     fn restore(&mut self, key: Key, state: Result<State, String>) -> Result<(), DaemonError> {
-        let start = Instant::now();
-        let label = &key.1;
-        let state = state.unwrap_or_else(|reason| {
-            let what = if key.0 == Kind::Robot {
-                "robot"
-            } else {
-                "scene"
-            };
-            tracing::error!(
-                "{what} {label} is not restored, and not served until it is loaded again: {reason}"
-            );
-            State {
-                content: Content::Gone,
-                configured: false,
-            }
-        });
+        let state = state.unwrap_or_else(|reason| lost(&key, &reason));
         match &state.content {
-            Content::Robot(robot, weights) => {
-                let taken =
-                    self.begun
-                        .store
-                        .insert_robot(label, robot.clone(), weights.clone(), false);
-                taken.map_err(|error| stored(&error))?;
-                if let Some(alone) = self.prepared.and_then(|prepared| prepared.find(robot)) {
-                    self.begun.store.take_alone(alone, false);
-                }
-                say(
-                    self.out,
-                    &format!("{}  restored", robot_line(label, robot, start)),
-                );
-            }
-            Content::Scene(version, scene) => {
-                let taken = self
-                    .begun
-                    .store
-                    .restore_scene(label, scene.clone(), *version);
-                taken.map_err(|error| stored(&error))?;
-                if self.was_killed {
-                    self.begun
-                        .store
-                        .skip_versions(label, MOST_LOST)
-                        .map_err(|error| stored(&error))?;
-                }
-                say(
-                    self.out,
-                    &format!("{}  restored", scene_line(label, *version, scene)),
-                );
-            }
+            Content::Robot(robot, weights) => self.restore_robot(&key.1, robot, weights)?,
+            Content::Scene(version, scene) => self.restore_scene(&key.1, *version, scene)?,
             Content::Gone => {}
         }
         self.restored.insert(key.clone());
@@ -169,42 +130,119 @@ impl Start<'_> {
         Ok(())
     }
 
+    fn restore_robot(
+        &mut self,
+        label: &str,
+        robot: &Arc<RobotModel>,
+        weights: &Arc<[f64]>,
+    ) -> Result<(), DaemonError> {
+        let start = Instant::now();
+        self.insert_robot(label, robot, weights)?;
+        if let Some(alone) = self.prepared.and_then(|prepared| prepared.find(robot)) {
+            self.begun.store.take_alone(alone, false);
+        }
+        let line = robot_line(label, robot, start);
+        say(self.out, &format!("{line}  restored"));
+        Ok(())
+    }
+
+    fn restore_scene(
+        &mut self,
+        label: &str,
+        version: u64,
+        scene: &Arc<Scene>,
+    ) -> Result<(), DaemonError> {
+        self.insert_scene(label, version, scene)?;
+        if self.was_killed {
+            let skipped = self.begun.store.skip_versions(label, MOST_LOST);
+            skipped.map_err(|error| stored(&error))?;
+        }
+        let line = scene_line(label, version, scene);
+        say(self.out, &format!("{line}  restored"));
+        Ok(())
+    }
+
+    fn insert_robot(
+        &mut self,
+        label: &str,
+        robot: &Arc<RobotModel>,
+        weights: &Arc<[f64]>,
+    ) -> Result<(), DaemonError> {
+        let store = &mut self.begun.store;
+        let taken = store.insert_robot(label, robot.clone(), weights.clone(), false);
+        taken.map(drop).map_err(|error| stored(&error))
+    }
+
+    fn insert_scene(
+        &mut self,
+        label: &str,
+        version: u64,
+        scene: &Arc<Scene>,
+    ) -> Result<(), DaemonError> {
+        let store = &mut self.begun.store;
+        let taken = store.restore_scene(label, scene.clone(), version);
+        taken.map(drop).map_err(|error| stored(&error))
+    }
+
     fn load(&mut self, config: &Config) -> Result<(), DaemonError> {
         let mut reader = Reader::new(Packages::with_environment(BTreeMap::new()));
         for robot in &config.robots {
-            let start = Instant::now();
-            if self.is_open(Kind::Robot, &robot.label) {
-                let description = reader.robot_of(&robot.files())?;
-                self.add_robot(&robot.label, description, &robot.urdf, start)?;
-            }
+            self.load_robot(&mut reader, robot)?;
         }
         for scene in &config.scenes {
-            if self.is_open(Kind::Scene, &scene.label) {
-                let read = reader.scene(&scene.file)?;
-                self.add_scene(&scene.label, read)?;
-            }
+            self.load_scene(&mut reader, scene)?;
         }
         for problem in &config.problems {
-            let start = Instant::now();
-            // Without labels the file has to be read to know them. What is restored needs no file.
-            if let (Some(robot), Some(scene)) = (&problem.robot, &problem.scene)
-                && self.is_restored(robot, scene)
-            {
-                self.warm(robot, scene)?;
-                continue;
-            }
-            let read = reader.problem(&problem.file, problem.geometry.into())?;
-            let robot = problem.robot.as_ref().unwrap_or(&read.robot.name).clone();
-            let scene = problem.scene.as_ref().unwrap_or(&read.name).clone();
-            if self.is_open(Kind::Robot, &robot) {
-                self.add_robot(&robot, read.robot, &read.robot_files.urdf, start)?;
-            }
-            if self.is_open(Kind::Scene, &scene) {
-                self.add_scene(&scene, read.scene)?;
-            }
-            self.warm(&robot, &scene)?;
+            self.load_problem(&mut reader, problem)?;
         }
         Ok(())
+    }
+
+    fn load_robot(&mut self, reader: &mut Reader, robot: &RobotConfig) -> Result<(), DaemonError> {
+        let start = Instant::now();
+        if self.is_open(Kind::Robot, &robot.label) {
+            let description = reader.robot_of(&robot.files())?;
+            self.add_robot(&robot.label, description, &robot.urdf, start)?;
+        }
+        Ok(())
+    }
+
+    fn load_scene(&mut self, reader: &mut Reader, scene: &SceneConfig) -> Result<(), DaemonError> {
+        if self.is_open(Kind::Scene, &scene.label) {
+            let read = reader.scene(&scene.file)?;
+            self.add_scene(&scene.label, read)?;
+        }
+        Ok(())
+    }
+
+    fn load_problem(
+        &mut self,
+        reader: &mut Reader,
+        problem: &ProblemConfig,
+    ) -> Result<(), DaemonError> {
+        // Without labels the file has to be read to know them. What is restored needs no file.
+        match (&problem.robot, &problem.scene) {
+            (Some(robot), Some(scene)) if self.is_restored(robot, scene) => self.warm(robot, scene),
+            _ => self.read_problem(reader, problem),
+        }
+    }
+
+    fn read_problem(
+        &mut self,
+        reader: &mut Reader,
+        problem: &ProblemConfig,
+    ) -> Result<(), DaemonError> {
+        let start = Instant::now();
+        let read = reader.problem(&problem.file, problem.geometry.into())?;
+        let robot = problem.robot.as_ref().unwrap_or(&read.robot.name).clone();
+        let scene = problem.scene.as_ref().unwrap_or(&read.name).clone();
+        if self.is_open(Kind::Robot, &robot) {
+            self.add_robot(&robot, read.robot, &read.robot_files.urdf, start)?;
+        }
+        if self.is_open(Kind::Scene, &scene) {
+            self.add_scene(&scene, read.scene)?;
+        }
+        self.warm(&robot, &scene)
     }
 
     /// Whether the configuration says what a label names.
@@ -242,11 +280,7 @@ impl Start<'_> {
             is_new,
         } = read;
         let line = robot_line(label, &robot, start);
-        let taken = self
-            .begun
-            .store
-            .insert_robot(label, robot.clone(), weights.clone(), false);
-        taken.map_err(|error| stored(&error))?;
+        self.insert_robot(label, &robot, &weights)?;
         self.begun.store.take_alone(alone, is_new);
         self.remember(Kind::Robot, label, Content::Robot(robot, weights));
         say(self.out, &line);
@@ -255,30 +289,29 @@ impl Start<'_> {
 
     fn add_scene(&mut self, label: &str, scene: Scene) -> Result<(), DaemonError> {
         let scene = Arc::new(scene);
-        let version = match self.versions.get(label) {
-            Some((version, hash)) if *hash == scene.hash() => *version,
-            Some((version, _)) => version + 1,
-            None => 1,
-        };
-        let taken = self
-            .begun
-            .store
-            .restore_scene(label, scene.clone(), version);
-        taken.map_err(|error| stored(&error))?;
+        let version = self.version_of(label, scene.hash());
+        self.insert_scene(label, version, &scene)?;
         let line = scene_line(label, version, &scene);
         self.remember(Kind::Scene, label, Content::Scene(version, scene));
         say(self.out, &line);
         Ok(())
     }
 
+    /// The version of a scene that was read: the next one, where it is another than before.
+    fn version_of(&self, label: &str, hash: u64) -> u64 {
+        match self.versions.get(label) {
+            Some((version, before)) if *before == hash => *version,
+            Some((version, _)) => version + 1,
+            None => 1,
+        }
+    }
+
     fn remember(&mut self, kind: Kind, label: &str, content: Content) {
-        self.begun.live.insert(
-            (kind, label.to_owned()),
-            State {
-                content,
-                configured: true,
-            },
-        );
+        let state = State {
+            content,
+            configured: true,
+        };
+        self.begun.live.insert((kind, label.to_owned()), state);
     }
 
     /// Makes the collision model of a problem now, so that its first request need not. A client may
@@ -289,13 +322,32 @@ impl Start<'_> {
             scene_id: label_id(scene),
             ..Wanted::default()
         };
-        let Ok(snapshot) = self.begun.store.snapshot(&wanted) else {
-            return Ok(());
-        };
-        match snapshot.model.get() {
-            Ok(_) => Ok(()),
-            Err(error) => Err(refused(&model_refusal(error, &snapshot.robot))),
+        match self.begun.store.snapshot(&wanted) {
+            Ok(snapshot) => made(&snapshot),
+            Err(_) => Ok(()),
         }
+    }
+}
+
+fn made(snapshot: &Snapshot) -> Result<(), DaemonError> {
+    match snapshot.model.get() {
+        Ok(_) => Ok(()),
+        Err(error) => Err(refused(&model_refusal(error, &snapshot.robot))),
+    }
+}
+
+/// What is left of a label whose content cannot be restored.
+fn lost((kind, label): &Key, reason: &str) -> State {
+    let what = match kind {
+        Kind::Robot => "robot",
+        Kind::Scene => "scene",
+    };
+    tracing::error!(
+        "{what} {label} is not restored, and not served until it is loaded again: {reason}"
+    );
+    State {
+        content: Content::Gone,
+        configured: false,
     }
 }
 
@@ -311,23 +363,21 @@ fn stored(error: &StoreError) -> DaemonError {
 }
 
 fn robot_line(label: &str, robot: &RobotModel, start: Instant) -> String {
-    let shapes = || robot.links().iter().flat_map(|link| &link.shapes);
-    let triangles: usize = shapes().map(|placed| triangles(&placed.shape)).sum();
-    let bodies = robot
-        .links()
-        .iter()
-        .filter(|link| !link.shapes.is_empty())
-        .count();
+    let bodies = robot.links().iter().filter(|link| !link.shapes.is_empty());
     format!(
-        "robot {label}  {} dof  {bodies} links  {triangles} triangles  hash {:016x}  warm in {:.0} ms",
+        "robot {label}  {} dof  {} links  {} triangles  hash {:016x}  warm in {:.0} ms",
         robot.space().nv(),
+        bodies.count(),
+        triangles(robot),
         robot.hash(),
         start.elapsed().as_secs_f64() * 1e3,
     )
 }
 
-fn triangles(shape: &Shape) -> usize {
-    shape.mesh().map_or(0, |mesh| mesh.triangles().len())
+fn triangles(robot: &RobotModel) -> usize {
+    let shapes = robot.links().iter().flat_map(|link| &link.shapes);
+    let meshes = shapes.filter_map(|placed| placed.shape.mesh());
+    meshes.map(|mesh| mesh.triangles().len()).sum()
 }
 
 fn scene_line(label: &str, version: u64, scene: &Scene) -> String {

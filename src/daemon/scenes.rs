@@ -1,6 +1,6 @@
 //! Scenes that live: diffs, texts of versions, pins.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use taut::scene::diff_file::{DiffFile, SceneDiff};
@@ -11,7 +11,7 @@ use taut_ipc::server::{IncomingControl, ServerError};
 
 use super::event::{Content, Purpose};
 use super::event_loop::EventLoop;
-use super::keep::reply;
+use super::keep::refuse;
 use super::loader::{Source, Work};
 use super::translate::{name_refusal, scene_refusal, scene_summary, store_refusal, worlds};
 
@@ -32,32 +32,16 @@ impl EventLoop {
         file: PathBuf,
     ) -> Result<(), ServerError> {
         let purpose = Purpose::Change { base_version };
-        let read = if json.len() <= SHORT_DIFF {
-            short_diff(&json).transpose()
-        } else {
-            None
-        };
-        match read {
+        match short_diff(&json).transpose() {
             Some(diff) => {
-                let content = diff.map(Content::Diff).map_err(|error| {
-                    let Refusal {
-                        code,
-                        message,
-                        retry_after_ms,
-                    } = scene_refusal(&error);
-                    Refusal {
-                        code,
-                        message: format!("{}: {message}", file.display()),
-                        retry_after_ms,
-                    }
-                });
-                self.take_content(Some(control), &label, purpose, content)
+                let content = diff
+                    .map(Content::Diff)
+                    .map_err(|error| refusal_in(&file, &error));
+                self.take_content(Some(control), &label, purpose, content)?;
             }
-            None => {
-                self.load(control, label, purpose, Source::Diff(json, file));
-                Ok(())
-            }
+            None => self.load(control, label, purpose, Source::Diff(json, file)),
         }
+        Ok(())
     }
 
     /// The scene that a diff makes of the newest version; nothing is changed yet.
@@ -67,13 +51,10 @@ impl EventLoop {
         base_version: u64,
         diff: &SceneDiff,
     ) -> Result<Arc<Scene>, Refusal> {
-        let base = self
-            .store
-            .base_scene(label, base_version)
-            .map_err(|error| store_refusal(&error))?;
-        let scene = diff
-            .apply_among(base, &worlds(&self.store))
-            .map_err(|error| scene_refusal(&error))?;
+        let base = self.store.base_scene(label, base_version);
+        let base = base.map_err(|error| store_refusal(&error))?;
+        let changed = diff.apply_among(base, &worlds(&self.store));
+        let scene = changed.map_err(|error| scene_refusal(&error))?;
         name_refusal(diff, &scene, &self.store)?;
         Ok(Arc::new(scene))
     }
@@ -89,8 +70,10 @@ impl EventLoop {
             true => self.store.pin_scene(label, version),
             false => self.store.unpin_scene(label, version),
         };
-        let summary = entry.map(|entry| ControlReply::Scene(scene_summary(label, entry)));
-        summary.map_err(|error| store_refusal(&error))
+        match entry {
+            Ok(entry) => Ok(ControlReply::Scene(scene_summary(label, entry))),
+            Err(error) => Err(store_refusal(&error)),
+        }
     }
 
     /// Has a version written as text, or what leads to it from another one.
@@ -103,7 +86,7 @@ impl EventLoop {
     ) {
         match self.shown_scenes(label, version, base_version) {
             Ok(work) => self.hand_over(control, work),
-            Err(error) => reply(control, &ControlReply::Refused(store_refusal(&error))),
+            Err(error) => refuse(control, store_refusal(&error)),
         }
     }
 
@@ -133,12 +116,27 @@ impl EventLoop {
     }
 }
 
-/// The diff of a text that names no mesh file.
+/// The diff of a short text that names no mesh file.
 fn short_diff(json: &str) -> Result<Option<SceneDiff>, SceneError> {
+    match json.len() {
+        ..=SHORT_DIFF => without_files(json),
+        _ => Ok(None),
+    }
+}
+
+fn without_files(json: &str) -> Result<Option<SceneDiff>, SceneError> {
     let file = DiffFile::parse(json)?;
-    if file.names_mesh_files() {
-        Ok(None)
-    } else {
-        SceneDiff::try_from(file).map(Some)
+    match file.names_mesh_files() {
+        true => Ok(None),
+        false => SceneDiff::try_from(file).map(Some),
+    }
+}
+
+/// Why a scene is refused, with the file that messages call it.
+fn refusal_in(file: &Path, error: &SceneError) -> Refusal {
+    let refusal = scene_refusal(error);
+    Refusal {
+        message: format!("{}: {}", file.display(), refusal.message),
+        ..refusal
     }
 }

@@ -1,5 +1,7 @@
 //! The page that Prometheus reads.
 
+use std::io::Cursor;
+
 use prometheus_client::encoding::text;
 use prometheus_client::registry::Registry;
 use tiny_http::{Header, Request, Response};
@@ -7,16 +9,25 @@ use tiny_http::{Header, Request, Response};
 const CONTENT_TYPE: &str =
     "Content-Type: application/openmetrics-text; version=1.0.0; charset=utf-8";
 
+type Page = Response<Cursor<Vec<u8>>>;
+
 /// Answers `/metrics`.
 pub(super) fn answer(request: Request, registry: &Registry) {
-    let mut page = String::new();
     let response = match request.url() {
-        "/metrics" if text::encode(&mut page, registry).is_ok() => {
-            let header: Header = CONTENT_TYPE.parse().expect("a header");
-            Response::from_string(page).with_header(header)
-        }
-        _ => Response::from_string("see /metrics\n").with_status_code(404),
+        "/metrics" => metrics(registry),
+        _ => None,
     };
     // A reader that went away needs no answer.
-    let _ = request.respond(response);
+    let _ = request.respond(response.unwrap_or_else(elsewhere));
+}
+
+fn metrics(registry: &Registry) -> Option<Page> {
+    let mut text = String::new();
+    text::encode(&mut text, registry).ok()?;
+    let header: Header = CONTENT_TYPE.parse().expect("a header");
+    Some(Response::from_string(text).with_header(header))
+}
+
+fn elsewhere() -> Page {
+    Response::from_string("see /metrics\n").with_status_code(404)
 }

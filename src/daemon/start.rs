@@ -1,26 +1,32 @@
 //! Starting and ending the daemon.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
 use std::io::Write;
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread::JoinHandle;
 
+use crossbeam_channel::Sender;
+use prometheus_client::registry::Registry;
 use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::{Handle, Signals};
+use taut::store::{ModelStore, PreparedModel};
 use taut_ipc::server::{Janitor, Server};
-use taut_ipc::{DaemonState, Instance, daemon_state, monotonic_ns};
+use taut_ipc::{DaemonState, Instance, daemon_state};
 
+use super::cleaning::Cleaning;
 use super::clients::Clients;
 use super::config::Config;
 use super::error::DaemonError;
 use super::event::{Event, EventSender};
-use super::event_loop::EventLoop;
-use super::journal::{self, Journal, Kept};
+use super::event_loop::{EventLoop, Limits};
+use super::journal::{self, Entry, Journal, Kept};
 use super::keeping::{Keeping, KeptUpTo};
 use super::live::{self, Live};
 use super::loader::Loader;
+use super::loading::Loading;
 use super::metrics::Metrics;
+use super::open_request::{OpenRequests, Watches};
 use super::poison::Poison;
 use super::prepared::Prepared;
 use super::preparer;
@@ -30,9 +36,11 @@ use super::restore::{self, Beginning, say};
 use super::schedule::{self, Schedule};
 use super::scrape;
 use super::state;
+use super::status_clock::StatusClock;
 use super::story::Stories;
+use super::threads::{Started, spawn};
 use super::web::Web;
-use super::worker::Worker;
+use super::worker::Crew;
 
 fn system(what: &'static str) -> impl Fn(std::io::Error) -> DaemonError {
     move |source| DaemonError::System { what, source }
@@ -44,47 +52,45 @@ fn system(what: &'static str) -> impl Fn(std::io::Error) -> DaemonError {
 /// # Errors
 /// What could not be loaded or opened, or a port that stopped working.
 pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Result<(), DaemonError> {
-    if let DaemonState::Running { .. } = daemon_state(instance)? {
-        // Creating the server says who serves; loading first would only take time.
-        Server::create(instance)?;
-    }
-    let (disk, kept) = match state::folder(config, instance)? {
-        Some(folder) => {
-            let (journal, kept) = journal::open(&folder)?;
-            (
-                Some(Disk {
-                    journal,
-                    prepared: Prepared::new(&folder),
-                }),
-                kept,
-            )
-        }
-        None => (None, Kept::default()),
-    };
+    refuse_second(instance)?;
+    let (disk, kept) = opened(config, instance)?;
     let begun = restore::begin(config, kept, disk.as_ref().map(|disk| &disk.prepared), out)?;
     let (mut event_loop, threads) = assemble(config, instance, begun, disk)?;
-    if let Some(page) = &threads.page {
-        say(out, &format!("page at http://{}/", page.address()));
-    }
-    let name = instance.name();
-    let workers = config.worker_count();
-    if let Some(scrape) = &threads.scrape {
-        say(
-            out,
-            &format!("metrics at http://{}/metrics", scrape.address()),
-        );
-    }
-    say(
-        out,
-        &format!(
-            "serving instance {name}  {workers} workers  clearance {} mm",
-            config.clearance_m * 1e3
-        ),
-    );
+    threads.pages.announce(out);
+    announce(config, instance, out);
     let served = event_loop.run();
     event_loop.close();
     threads.join();
     Ok(served?)
+}
+
+/// Says who serves the instance already: loading first would only take time.
+fn refuse_second(instance: &Instance) -> Result<(), DaemonError> {
+    if let DaemonState::Running { .. } = daemon_state(instance)? {
+        // Creating the server says who it is.
+        Server::create(instance)?;
+    }
+    Ok(())
+}
+
+fn announce(config: &Config, instance: &Instance, out: &mut dyn Write) {
+    let name = instance.name();
+    let workers = config.worker_count();
+    let clearance_mm = config.clearance_m * 1e3;
+    say(
+        out,
+        &format!("serving instance {name}  {workers} workers  clearance {clearance_mm} mm"),
+    );
+}
+
+/// Opens what an instance keeps its robots and scenes in, where it keeps them.
+fn opened(config: &Config, instance: &Instance) -> Result<(Option<Disk>, Kept), DaemonError> {
+    let Some(folder) = state::folder(config, instance)? else {
+        return Ok((None, Kept::default()));
+    };
+    let (journal, kept) = journal::open(&folder)?;
+    let prepared = Prepared::new(&folder);
+    Ok((Some(Disk { journal, prepared }), kept))
 }
 
 /// What is kept of robots and scenes.
@@ -98,15 +104,61 @@ struct Disk {
 struct Threads {
     signals: Handle,
     joined: Vec<JoinHandle<()>>,
-    scrape: Option<Web>,
-    page: Option<Web>,
+    pages: Pages,
 }
 
 impl Threads {
+    /// Begins with the thread that stops the daemon on a signal.
+    fn new(events: &EventSender) -> Result<Self, DaemonError> {
+        let (signals, thread) =
+            stop_on_signals(events.clone()).map_err(system("signal handler"))?;
+        Ok(Self {
+            signals,
+            joined: vec![thread],
+            pages: Pages::default(),
+        })
+    }
+
+    /// Takes the threads of what has been started, and gives that.
+    fn add<T>(
+        &mut self,
+        started: std::io::Result<(T, impl IntoIterator<Item = JoinHandle<()>>)>,
+    ) -> Result<T, DaemonError> {
+        let (what, threads) = started.map_err(system("thread"))?;
+        self.joined.extend(threads);
+        Ok(what)
+    }
+
+    /// Starts what keeps changes on the disk, from what the labels name now.
+    fn keeping(
+        &mut self,
+        disk: Disk,
+        begun: &mut Beginning,
+        events: &EventSender,
+    ) -> Result<Keeping, DaemonError> {
+        outlive_full_disks()?;
+        let entries = self.journal(disk.journal, begun, events)?;
+        let prepared = disk.prepared.start(alone(&begun.store));
+        let to_prepare = self.add(with_thread(prepared))?;
+        Ok(Keeping::new(entries, to_prepare))
+    }
+
+    fn journal(
+        &mut self,
+        journal: Journal,
+        begun: &mut Beginning,
+        events: &EventSender,
+    ) -> Result<Sender<Entry>, DaemonError> {
+        let live = std::mem::take(&mut begun.live);
+        let configured = std::mem::take(&mut begun.configured);
+        let events = events.clone();
+        let told = move |ticket, failure| events.send(Event::Kept(KeptUpTo { ticket, failure }));
+        self.add(with_thread(journal.start(live, configured, Box::new(told))))
+    }
+
     fn join(self) {
         self.signals.close();
-        drop(self.scrape);
-        drop(self.page);
+        drop(self.pages);
         for thread in self.joined {
             // Workers and loader catch their panics; one that ended all the same has nothing to say
             // here.
@@ -115,132 +167,140 @@ impl Threads {
     }
 }
 
+/// What was started with one thread, as [`Threads::add`] takes it.
+fn with_thread<T>(started: Started<T>) -> std::io::Result<(T, [JoinHandle<()>; 1])> {
+    started.map(|(what, thread)| (what, [thread]))
+}
+
+/// A file that may not grow is then an error like a full disk, not the end.
+fn outlive_full_disks() -> Result<(), DaemonError> {
+    signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)))
+        .map_err(system("signal handler"))?;
+    Ok(())
+}
+
+/// The robots of a store with nothing around them.
+fn alone(store: &ModelStore) -> Vec<Arc<PreparedModel>> {
+    let robots = store.robots().values();
+    robots
+        .filter_map(|entry| store.alone(&entry.robot).cloned())
+        .collect()
+}
+
+/// What is read from outside with a browser or by Prometheus.
+#[derive(Default)]
+struct Pages {
+    scrape: Option<Web>,
+    live: Option<Web>,
+}
+
+impl Pages {
+    fn open(
+        config: &Config,
+        metrics: &Metrics,
+        live: Option<&Arc<Live>>,
+    ) -> Result<Self, DaemonError> {
+        let scrape = config
+            .metrics
+            .map(|address| serve_metrics(address, metrics.registry()));
+        let live = config
+            .http
+            .zip(live.cloned())
+            .map(|(address, live)| serve_live(address, live));
+        Ok(Self {
+            scrape: scrape.transpose()?,
+            live: live.transpose()?,
+        })
+    }
+
+    fn announce(&self, out: &mut dyn Write) {
+        if let Some(live) = &self.live {
+            say(out, &format!("page at http://{}/", live.address()));
+        }
+        if let Some(scrape) = &self.scrape {
+            let address = scrape.address();
+            say(out, &format!("metrics at http://{address}/metrics"));
+        }
+    }
+}
+
+fn serve_metrics(address: SocketAddr, registry: Arc<Registry>) -> Result<Web, DaemonError> {
+    let answer = move |request| scrape::answer(request, &registry);
+    Web::start(address, "taut-metrics", answer).map_err(system("address for metrics"))
+}
+
+fn serve_live(address: SocketAddr, live: Arc<Live>) -> Result<Web, DaemonError> {
+    let answer = move |request| live::answer(request, &live);
+    Web::start(address, "taut-page", answer).map_err(system("address for the page"))
+}
+
+fn start_cleaning(instance: &Instance, server: &Server) -> Result<Cleaning, DaemonError> {
+    let waker = server.waker();
+    let janitor = Janitor::start(instance, move |_| waker.wake());
+    janitor.map(Cleaning::new).map_err(system("thread"))
+}
+
 fn assemble(
     config: &Config,
     instance: &Instance,
-    begun: Beginning,
+    mut begun: Beginning,
     disk: Option<Disk>,
 ) -> Result<(EventLoop, Threads), DaemonError> {
     let server = Server::create(instance)?;
     let (events, receiver) = EventSender::new(server.waker());
-    let (signals, signal_thread) =
-        stop_on_signals(events.clone()).map_err(system("signal handler"))?;
-    let waker = server.waker();
-    let janitor = Janitor::start(instance, move |_| waker.wake()).map_err(system("thread"))?;
-    let (loader, loader_threads) = Loader::start(&events).map_err(system("thread"))?;
-    let mut joined = vec![signal_thread];
-    joined.extend(loader_threads);
-    let workers = config.worker_count();
-    let schedule = Arc::new(Schedule::new(workers));
-    let (preparer, preparers) = preparer::start(&schedule).map_err(system("thread"))?;
-    joined.extend(preparers);
-    let mut keeping = Keeping::default();
-    if let Some(Disk { journal, prepared }) = disk {
-        // A file that may not grow is then an error like a full disk, not the end.
-        signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)))
-            .map_err(system("signal handler"))?;
-        let events = events.clone();
-        let told = move |ticket, failure| events.send(Event::Kept(KeptUpTo { ticket, failure }));
-        let started = journal.start(begun.live, begun.configured, Box::new(told));
-        let (entries, thread) = started.map_err(system("thread"))?;
-        let robots = begun
-            .store
-            .robots()
-            .values()
-            .filter_map(|entry| begun.store.alone(&entry.robot).cloned());
-        let robots = robots.collect();
-        let (to_prepare, preparing) = prepared.start(robots).map_err(system("thread"))?;
-        keeping = Keeping::new(entries, to_prepare);
-        joined.extend([thread, preparing]);
-    }
-    let (recorder, recording) = Recorder::start(events.clone()).map_err(system("thread"))?;
-    joined.push(recording);
-    let (pulse, pulse_thread) = Pulse::start().map_err(system("thread"))?;
-    joined.extend(pulse_thread);
+    let mut threads = Threads::new(&events)?;
+    let cleaning = start_cleaning(instance, &server)?;
+    let loader = threads.add(Loader::start(&events))?;
+    let limits = Limits::of(config);
+    let schedule = Arc::new(Schedule::new(limits.workers));
+    let preparer = threads.add(preparer::start(&schedule))?;
+    let keeping = match disk {
+        Some(disk) => threads.keeping(disk, &mut begun, &events)?,
+        None => Keeping::default(),
+    };
+    let recorder = threads.add(with_thread(Recorder::start(events.clone())))?;
+    let pulse = threads.add(Pulse::start())?;
     let live = config.http.map(|_| Arc::new(Live::new(instance.name())));
-    let mut mailboxes = Vec::new();
-    for index in 0..schedule::threads(workers) {
-        let mailbox = Arc::default();
-        mailboxes.push(Arc::clone(&mailbox));
-        let schedule = schedule.clone();
-        let events = events.clone();
-        let live = live.clone();
-        let fault_injection = config.fault_injection;
-        let worker = Worker {
-            index,
-            schedule,
-            mailbox,
-            events,
-            live,
-            fault_injection,
-        };
-        joined.push(worker.start().map_err(system("thread"))?);
-    }
+    let crew = Crew {
+        schedule: schedule.clone(),
+        events,
+        live: live.clone(),
+        fault_injection: config.fault_injection,
+    };
+    let mailboxes = threads.add(crew.start(schedule::threads(limits.workers)))?;
     let metrics = Metrics::new();
-    let scrape = config.metrics.map(|address| {
-        let registry = metrics.registry();
-        Web::start(address, "taut-metrics", move |request| {
-            scrape::answer(request, &registry)
-        })
-    });
-    let scrape = scrape.transpose().map_err(system("address for metrics"))?;
-    let page = config.http.zip(live.clone()).map(|(address, live)| {
-        Web::start(address, "taut-page", move |request| {
-            live::answer(request, &live)
-        })
-    });
-    let page = page.transpose().map_err(system("address for the page"))?;
+    threads.pages = Pages::open(config, &metrics, live.as_ref())?;
     let event_loop = EventLoop {
         server,
-        janitor,
+        cleaning,
         schedule,
         preparer: Some(preparer),
-        clients: Clients::new(config.quota, workers),
+        clients: Clients::new(config.quota, limits.workers),
         stories: Stories::default(),
         recorder,
         live,
         poison: Poison::default(),
-        workers,
+        limits,
         store: begun.store,
         keeping,
         pulse,
         mailboxes,
         events: receiver,
-        loader: Some(loader),
+        loading: Loading::new(loader),
         metrics,
-        default_clearance_m: config.clearance_m,
-        queue_limit: config.queue,
-        status_period_ns: (1e9 / config.status_rate_hz) as u64,
-        open: HashMap::new(),
-        watches: BTreeMap::new(),
-        loads: BTreeMap::new(),
-        loading: HashSet::new(),
+        status_clock: StatusClock::new(config.status_rate_hz),
+        open: OpenRequests::default(),
+        watches: Watches::default(),
         next_number: 0,
-        next_status_ns: monotonic_ns(),
         is_draining: false,
-        janitor_was_slow: false,
     };
-    Ok((
-        event_loop,
-        Threads {
-            signals,
-            joined,
-            scrape,
-            page,
-        },
-    ))
+    Ok((event_loop, threads))
 }
 
 /// The thread ends when the handle is closed.
-fn stop_on_signals(events: EventSender) -> std::io::Result<(Handle, JoinHandle<()>)> {
+fn stop_on_signals(events: EventSender) -> Started<Handle> {
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     let handle = signals.handle();
-    let thread = std::thread::Builder::new()
-        .name("taut-signals".into())
-        .spawn(move || {
-            for _ in signals.forever() {
-                events.send(Event::Stop);
-            }
-        })?;
-    Ok((handle, thread))
+    let stop = move || signals.forever().for_each(|_| events.send(Event::Stop));
+    Ok((handle, spawn("taut-signals", stop)?))
 }

@@ -29,19 +29,33 @@ pub enum StateError {
 /// # Errors
 /// No folder is known.
 pub fn folder(config: &Config, instance: &Instance) -> Result<Option<PathBuf>, StateError> {
-    if let Some(folder) = &config.state {
-        return Ok(Some(folder.clone()).filter(|folder| !folder.as_os_str().is_empty()));
+    match &config.state {
+        Some(folder) if folder.as_os_str().is_empty() => Ok(None),
+        Some(folder) => Ok(Some(folder.clone())),
+        None => usual_folder(instance).map(Some),
     }
+}
+
+fn usual_folder(instance: &Instance) -> Result<PathBuf, StateError> {
     if *instance != Instance::named(instance.name())? {
-        return Ok(Some(instance.root().join("state")));
+        return Ok(instance.root().join("state"));
     }
-    let absolute = |name: &str| {
-        std::env::var_os(name)
-            .map(PathBuf::from)
-            .filter(|path| path.is_absolute())
-    };
-    let base = absolute("STATE_DIRECTORY")
-        .or_else(|| Some(absolute("XDG_STATE_HOME")?.join("taut")))
-        .or_else(|| Some(absolute("HOME")?.join(".local/state/taut")));
-    Ok(Some(base.ok_or(StateError::Nowhere)?.join(instance.name())))
+    let base = service_folder().or_else(user_folder);
+    Ok(base.ok_or(StateError::Nowhere)?.join(instance.name()))
+}
+
+fn service_folder() -> Option<PathBuf> {
+    absolute("STATE_DIRECTORY")
+}
+
+fn user_folder() -> Option<PathBuf> {
+    let state = absolute("XDG_STATE_HOME");
+    let state = state.or_else(|| Some(absolute("HOME")?.join(".local/state")))?;
+    Some(state.join("taut"))
+}
+
+/// A folder that the environment names by an absolute path.
+fn absolute(name: &str) -> Option<PathBuf> {
+    let path = PathBuf::from(std::env::var_os(name)?);
+    path.is_absolute().then_some(path)
 }

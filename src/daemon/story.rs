@@ -37,11 +37,7 @@ impl Stories {
             after_ns: monotonic_ns().saturating_sub(story.received_ns),
             what: what(),
         };
-        if story.events.len() == EVENTS {
-            story.events.remove(EVENTS / 2);
-            story.left_out += 1;
-        }
-        story.events.push(event);
+        add(story, event);
     }
 
     /// It ended with this code.
@@ -66,37 +62,37 @@ impl Stories {
     /// the newest first. Clients choose ids: two may choose the same.
     pub(super) fn find(&self, id: &str) -> Vec<Story> {
         let id = id.trim_start_matches("0x").to_ascii_lowercase();
-        let is_meant = |story: &Story| {
-            let full = format!("{:016x}", story.request_id);
-            full.starts_with(&id) || full.ends_with(&id)
-        };
-        let meant = self
-            .stories
-            .iter()
-            .rev()
-            .filter(|(_, story)| is_meant(story));
-        meant.map(|(_, story)| story.clone()).take(TOLD).collect()
+        let stories = self.stories.iter().rev().map(|(_, story)| story);
+        let meant = stories.filter(|story| is_meant(story, &id));
+        meant.take(TOLD).cloned().collect()
     }
+}
+
+/// Whether a request's id starts or ends with these digits.
+fn is_meant(story: &Story, id: &str) -> bool {
+    let full = format!("{:016x}", story.request_id);
+    full.starts_with(id) || full.ends_with(id)
+}
+
+/// Adds an event, for which the middle of a long story makes room.
+fn add(story: &mut Story, event: StoryEvent) {
+    if story.events.len() == EVENTS {
+        story.events.remove(EVENTS / 2);
+        story.left_out += 1;
+    }
+    story.events.push(event);
 }
 
 /// The beginning: what a request's header says.
 pub(super) fn story(store: &ModelStore, request: &IncomingRequest, pid: u32, now_ns: u64) -> Story {
     let header = request.header();
-    let label = |id: u64| {
-        store
-            .label(id)
-            .map_or_else(|| format!("id {id:016x}"), str::to_owned)
-    };
     Story {
         request_id: header.request_id,
         pid,
         received_ns: now_ns,
-        robot: label(header.robot_id),
-        scene: label(header.scene_id),
-        mode: Mode::try_from(header.mode).map_or_else(
-            |_| format!("mode {}", header.mode),
-            |mode| format!("{mode:?}"),
-        ),
+        robot: named(store, header.robot_id),
+        scene: named(store, header.scene_id),
+        mode: mode_named(header.mode),
         waypoints: header.waypoints,
         variables: header.variables,
         priority: header.priority,
@@ -105,11 +101,33 @@ pub(super) fn story(store: &ModelStore, request: &IncomingRequest, pid: u32, now
     }
 }
 
+/// The label of an id; the id where it has none.
+fn named(store: &ModelStore, id: u64) -> String {
+    match store.label(id) {
+        Some(label) => label.to_owned(),
+        None => format!("id {id:016x}"),
+    }
+}
+
+fn mode_named(mode: u32) -> String {
+    match Mode::try_from(mode) {
+        Ok(mode) => format!("{mode:?}"),
+        Err(_) => format!("mode {mode}"),
+    }
+}
+
+/// On the way: what an improvement says.
+pub(super) fn shorter(header: &ResponseHeader) -> String {
+    format!(
+        "shorter: {:.6} after {} iterations",
+        header.length_after, header.iterations
+    )
+}
+
 /// The end: what the final response says.
 pub(super) fn ending(header: &ResponseHeader) -> String {
     let code = Code::try_from(header.code).map_or("?", Code::name);
-    let termination = Termination::try_from(header.termination)
-        .map_or_else(|_| "?".to_owned(), |why| format!("{why:?}"));
+    let termination = termination_named(header.termination);
     format!(
         "{code}, ended by {termination}: {:.6} to {:.6}, waited {:.3} ms, computed {:.3} ms, {} iterations, {} tests",
         header.length_before,
@@ -119,6 +137,13 @@ pub(super) fn ending(header: &ResponseHeader) -> String {
         header.iterations,
         header.work,
     )
+}
+
+fn termination_named(termination: u32) -> String {
+    match Termination::try_from(termination) {
+        Ok(why) => format!("{why:?}"),
+        Err(_) => "?".to_owned(),
+    }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //! a supervisor.
 
 use std::ffi::OsString;
+use std::fs::DirEntry;
 use std::io::Read;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::{UnixDatagram, UnixStream};
@@ -110,26 +111,12 @@ pub fn supervise(
     loop {
         let started = Instant::now();
         let end = supervisor.run(arguments)?;
-        if supervisor.is_stopping || end.status.success() {
+        if supervisor.is_last(&end) {
             return Ok(exit_code(end.status));
         }
-        // What it cannot read or serve at its very start it has said itself.
-        if supervisor.starts == 1 && !end.was_ready && end.status.code().is_some() {
-            return Ok(exit_code(end.status));
-        }
-        quick = if started.elapsed() < QUICK {
-            quick + 1
-        } else {
-            0
-        };
-        let last = end.describe();
-        if quick >= MOST_QUICK {
-            return Err(SuperviseError::GaveUp { last });
-        }
-        eprintln!("taut: the daemon died of {last}; it is started again");
-        if quick > 1 {
-            supervisor.pause(PAUSE * 2u32.pow(quick - 2))?;
-        }
+        let is_quick = started.elapsed() < QUICK;
+        quick = if is_quick { quick + 1 } else { 0 };
+        supervisor.rest(&end, quick)?;
         if supervisor.is_stopping {
             return Ok(exit_code(end.status));
         }
@@ -158,6 +145,61 @@ impl End {
     }
 }
 
+/// A daemon that runs.
+struct Watched {
+    process: OwnedFd,
+    was_ready: bool,
+    hung: bool,
+    /// When it has to have given a sign of life, or to have ended.
+    until: Instant,
+}
+
+impl Watched {
+    fn new(child: &Child) -> Result<Self, SuperviseError> {
+        let process = pidfd_open(Pid::from_child(child), PidfdFlags::empty());
+        Ok(Self {
+            process: process.map_err(system("pidfd"))?,
+            was_ready: false,
+            hung: false,
+            until: Instant::now() + START,
+        })
+    }
+
+    fn left(&self) -> Duration {
+        self.until.saturating_duration_since(Instant::now())
+    }
+
+    /// One that has ended needs no signal.
+    fn send(&self, signal: Signal) {
+        let _ = pidfd_send_signal(&self.process, signal);
+    }
+
+    fn gave_sign(&mut self, patience: Duration) {
+        if !self.was_ready {
+            tell(NotifyState::Ready);
+        }
+        tell(NotifyState::Watchdog);
+        self.was_ready = true;
+        if !self.hung {
+            self.until = Instant::now() + patience;
+        }
+    }
+
+    /// Asks for last words first, then ends it.
+    fn end_if_late(&mut self) {
+        if Instant::now() < self.until {
+            return;
+        }
+        self.send(if self.hung {
+            Signal::KILL
+        } else {
+            Signal::ABORT
+        });
+        self.hung = true;
+        self.until = Instant::now() + LAST_WORDS;
+    }
+}
+
 struct Supervisor {
     patience: Duration,
     /// One byte for each signal.
@@ -170,19 +212,11 @@ struct Supervisor {
 
 impl Supervisor {
     fn new(instance: &Instance, patience: Duration) -> Result<Self, SuperviseError> {
-        let (signals, sender) = UnixStream::pair().map_err(system("socket"))?;
-        for signal in [SIGTERM, SIGINT] {
-            let sender = sender.try_clone().map_err(system("socket"))?;
-            signal_hook::low_level::pipe::register(signal, sender)
-                .map_err(system("signal handler"))?;
-        }
-        signals.set_nonblocking(true).map_err(system("socket"))?;
-        remove_stale(instance.root());
-        let socket = instance
-            .root()
-            .join(format!("{SOCKET}{}", std::process::id()));
-        let signs = UnixDatagram::bind(&socket).map_err(system("socket"))?;
-        signs.set_nonblocking(true).map_err(system("socket"))?;
+        let signals = signals()?;
+        let root = instance.root();
+        remove_stale(root);
+        let socket = root.join(format!("{SOCKET}{}", std::process::id()));
+        let signs = bound(&socket).map_err(system("socket"))?;
         Ok(Self {
             patience,
             signals,
@@ -193,24 +227,39 @@ impl Supervisor {
         })
     }
 
+    /// Whether a daemon that ended like this is not started again.
+    fn is_last(&self, end: &End) -> bool {
+        // What it cannot read or serve at its very start it has said itself.
+        let never_served = self.starts == 1 && !end.was_ready && end.status.code().is_some();
+        self.is_stopping || end.status.success() || never_served
+    }
+
+    /// Waits before the next start, the longer the more quick deaths there were in a row.
+    fn rest(&mut self, end: &End, quick: u32) -> Result<(), SuperviseError> {
+        let last = end.describe();
+        if quick >= MOST_QUICK {
+            return Err(SuperviseError::GaveUp { last });
+        }
+        eprintln!("taut: the daemon died of {last}; it is started again");
+        match quick {
+            0 | 1 => Ok(()),
+            _ => self.pause(PAUSE * 2u32.pow(quick - 2)),
+        }
+    }
+
     /// One life of the daemon.
     fn run(&mut self, arguments: &[OsString]) -> Result<End, SuperviseError> {
-        let program = std::env::current_exe().map_err(system("path of this program"))?;
-        let mut command = Command::new(program);
-        command
-            .args(arguments)
-            .arg("--supervised-by")
-            .arg(std::process::id().to_string());
-        command.env("NOTIFY_SOCKET", &self.socket);
-        let mut child = command.spawn().map_err(system("process"))?;
+        let mut child = self.start(arguments)?;
         self.starts += 1;
-        let ended = self.watch(&child);
-        if ended.is_err() {
+        let watched = self.watch(&child);
+        if watched.is_err() {
             // Nobody would watch over it.
             let _ = child.kill();
         }
         let status = child.wait().map_err(system("end of the daemon"))?;
-        let (was_ready, hung) = ended?;
+        let Watched {
+            was_ready, hung, ..
+        } = watched?;
         Ok(End {
             status,
             was_ready,
@@ -218,41 +267,33 @@ impl Supervisor {
         })
     }
 
-    /// Waits for the end of a daemon; tells whether it was ready once, and whether it hung.
-    fn watch(&mut self, child: &Child) -> Result<(bool, bool), SuperviseError> {
-        let process =
-            pidfd_open(Pid::from_child(child), PidfdFlags::empty()).map_err(system("pidfd"))?;
-        let mut was_ready = false;
-        let mut hung = false;
-        let mut until = Instant::now() + START;
+    fn start(&self, arguments: &[OsString]) -> Result<Child, SuperviseError> {
+        let program = std::env::current_exe().map_err(system("path of this program"))?;
+        let mut command = Command::new(program);
+        command
+            .args(arguments)
+            .arg("--supervised-by")
+            .arg(std::process::id().to_string())
+            .env("NOTIFY_SOCKET", &self.socket);
+        command.spawn().map_err(system("process"))
+    }
+
+    /// Waits for the end of a daemon.
+    fn watch(&mut self, child: &Child) -> Result<Watched, SuperviseError> {
+        let mut daemon = Watched::new(child)?;
         loop {
-            let happened = self.wait(
-                Some(&process),
-                until.saturating_duration_since(Instant::now()),
-            )?;
+            let happened = self.wait(Some(&daemon.process), daemon.left())?;
             if happened.signal {
                 self.is_stopping = true;
-                let _ = pidfd_send_signal(&process, Signal::TERM);
+                daemon.send(Signal::TERM);
             }
             if happened.sign {
-                if !was_ready {
-                    tell(NotifyState::Ready);
-                }
-                tell(NotifyState::Watchdog);
-                was_ready = true;
-                if !hung {
-                    until = Instant::now() + self.patience;
-                }
+                daemon.gave_sign(self.patience);
             }
             if happened.end {
-                return Ok((was_ready, hung));
+                return Ok(daemon);
             }
-            if until <= Instant::now() {
-                let signal = if hung { Signal::KILL } else { Signal::ABORT };
-                let _ = pidfd_send_signal(&process, signal);
-                hung = true;
-                until = Instant::now() + LAST_WORDS;
-            }
+            daemon.end_if_late();
         }
     }
 
@@ -260,9 +301,8 @@ impl Supervisor {
     fn pause(&mut self, pause: Duration) -> Result<(), SuperviseError> {
         let end = Instant::now() + pause;
         while !self.is_stopping && Instant::now() < end {
-            self.is_stopping = self
-                .wait(None, end.saturating_duration_since(Instant::now()))?
-                .signal;
+            let left = end.saturating_duration_since(Instant::now());
+            self.is_stopping = self.wait(None, left)?.signal;
         }
         Ok(())
     }
@@ -272,26 +312,48 @@ impl Supervisor {
         process: Option<&OwnedFd>,
         timeout: Duration,
     ) -> Result<Happened, SuperviseError> {
-        let timeout = Timespec::try_from(timeout).ok();
+        let end = self.poll(process, timeout).map_err(system("poll"))?;
+        let signal = self.had_signal();
+        let sign = self.had_sign();
+        Ok(Happened { signal, sign, end })
+    }
+
+    fn had_signal(&self) -> bool {
+        matches!((&self.signals).read(&mut [0; 256]), Ok(1..))
+    }
+
+    /// Reads all signs of life that came.
+    fn had_sign(&self) -> bool {
+        let mut sign = false;
+        while matches!(self.signs.recv(&mut [0; 256]), Ok(1..)) {
+            sign = true;
+        }
+        sign
+    }
+
+    /// Waits for anything to happen; tells whether the process has ended.
+    fn poll(
+        &self,
+        process: Option<&OwnedFd>,
+        timeout: Duration,
+    ) -> Result<bool, rustix::io::Errno> {
         let mut watched = vec![
             PollFd::new(&self.signals, PollFlags::IN),
             PollFd::new(&self.signs, PollFlags::IN),
         ];
         watched.extend(process.map(|process| PollFd::new(process, PollFlags::IN)));
-        match poll(&mut watched, timeout.as_ref()) {
-            Ok(_) | Err(rustix::io::Errno::INTR) => {}
-            Err(error) => return Err(system("poll")(error)),
-        }
-        let end = watched
-            .get(2)
-            .is_some_and(|process| !process.revents().is_empty());
-        let mut bytes = [0; 256];
-        let signal = matches!((&self.signals).read(&mut bytes), Ok(1..));
-        let mut sign = false;
-        while matches!(self.signs.recv(&mut bytes), Ok(1..)) {
-            sign = true;
-        }
-        Ok(Happened { signal, sign, end })
+        poll_for(&mut watched, timeout)?;
+        let process = watched.get(2);
+        Ok(process.is_some_and(|process| !process.revents().is_empty()))
+    }
+}
+
+/// A signal only ends the wait.
+fn poll_for(watched: &mut [PollFd], timeout: Duration) -> Result<(), rustix::io::Errno> {
+    let timeout = Timespec::try_from(timeout).ok();
+    match poll(watched, timeout.as_ref()) {
+        Ok(_) | Err(rustix::io::Errno::INTR) => Ok(()),
+        Err(error) => Err(error),
     }
 }
 
@@ -318,19 +380,43 @@ const SOCKET: &str = "supervisor-";
 
 /// Removes the sockets of supervisors that were killed.
 fn remove_stale(root: &Path) {
-    let Ok(entries) = std::fs::read_dir(root) else {
-        return;
-    };
-    for entry in entries.flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let pid = name
-            .strip_prefix(SOCKET)
-            .and_then(|pid| Pid::from_raw(pid.parse().ok()?));
-        if pid.is_some_and(|pid| {
-            pid.as_raw_nonzero().get() as u32 == std::process::id()
-                || test_kill_process(pid).is_err()
-        }) {
-            let _ = std::fs::remove_file(entry.path());
-        }
+    for entry in stale(root) {
+        let _ = std::fs::remove_file(entry.path());
     }
+}
+
+fn stale(root: &Path) -> impl Iterator<Item = DirEntry> {
+    let entries = std::fs::read_dir(root).into_iter().flatten().flatten();
+    entries.filter(|entry| supervisor_of(entry).is_some_and(is_gone))
+}
+
+/// The supervisor whose socket this is.
+fn supervisor_of(entry: &DirEntry) -> Option<Pid> {
+    let name = entry.file_name();
+    let pid = name.to_str()?.strip_prefix(SOCKET)?;
+    Pid::from_raw(pid.parse().ok()?)
+}
+
+/// Whether no other process has this number.
+fn is_gone(pid: Pid) -> bool {
+    let is_own = pid.as_raw_nonzero().get() as u32 == std::process::id();
+    is_own || test_kill_process(pid).is_err()
+}
+
+/// Where a byte comes for each signal that asks to end.
+fn signals() -> Result<UnixStream, SuperviseError> {
+    let (signals, sender) = UnixStream::pair().map_err(system("socket"))?;
+    for signal in [SIGTERM, SIGINT] {
+        let sender = sender.try_clone().map_err(system("socket"))?;
+        let registered = signal_hook::low_level::pipe::register(signal, sender);
+        registered.map_err(system("signal handler"))?;
+    }
+    signals.set_nonblocking(true).map_err(system("socket"))?;
+    Ok(signals)
+}
+
+fn bound(socket: &Path) -> std::io::Result<UnixDatagram> {
+    let signs = UnixDatagram::bind(socket)?;
+    signs.set_nonblocking(true)?;
+    Ok(signs)
 }

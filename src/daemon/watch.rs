@@ -24,24 +24,27 @@ pub(super) fn is_watch(request: &IncomingRequest) -> bool {
 
 /// Refuses a watch that would optimize or end by itself.
 pub(super) fn check(header: &RequestHeader) -> Result<(), Refusal> {
+    let refuse = |text| Err(Refusal::new(Code::MalformedRequest, text));
     if header.flags & RequestFlags::WATCH == 0 {
-        return Ok(());
-    }
-    let text = if header.mode != u32::from(Mode::Check) {
-        format!(
-            "mode {} with the flag watch; valid: {}, check",
-            header.mode,
-            u32::from(Mode::Check)
-        )
+        Ok(())
+    } else if header.mode != u32::from(Mode::Check) {
+        refuse(wrong_mode(header.mode))
     } else if header.deadline_ns != 0 {
-        format!(
-            "deadline_ns {} with the flag watch, which ends when it is dropped; valid: 0",
-            header.deadline_ns
-        )
+        refuse(no_deadline(header.deadline_ns))
     } else {
-        return Ok(());
-    };
-    Err(Refusal::new(Code::MalformedRequest, text))
+        Ok(())
+    }
+}
+
+fn wrong_mode(mode: u32) -> String {
+    let check = u32::from(Mode::Check);
+    format!("mode {mode} with the flag watch; valid: {check}, check")
+}
+
+fn no_deadline(deadline_ns: u64) -> String {
+    format!(
+        "deadline_ns {deadline_ns} with the flag watch, which ends when it is dropped; valid: 0"
+    )
 }
 
 /// After the first check, a watch is about the newest version, whatever its client expected at
@@ -55,36 +58,20 @@ impl EventLoop {
     /// Checks the paths again that are watched in this scene or with this robot. Where it is gone,
     /// they end.
     pub(super) fn recheck_watches(&mut self, label_id: u64) {
-        let about = |watch: &Watch| {
-            [
-                watch.request.header().scene_id,
-                watch.request.header().robot_id,
-            ]
-            .contains(&label_id)
-        };
-        let about: Vec<u64> = self
-            .watches
-            .iter()
-            .filter(|(_, watch)| about(watch))
-            .map(|(number, _)| *number)
-            .collect();
-        for number in about {
-            if let Some(watch) = self.watches.remove(&number) {
-                self.recheck(number, watch);
-            }
+        for (number, watch) in self.watches.take_about(label_id) {
+            self.recheck(number, watch);
         }
     }
 
     fn recheck(&mut self, number: u64, watch: Watch) {
         let Watch { request, is_proved } = watch;
         let client = request.client_id();
-        let bytes = request.payload().len();
         let server = &self.server;
+        let met = || server.client_pid(client);
         self.clients
-            .enter_again(client, || server.client_pid(client), bytes, monotonic_ns());
-        if let Err((request, refusal)) = self.enqueue(number, request, Some(is_proved)) {
-            self.refuse(number, *request, &refusal);
-        }
+            .enter_again(client, met, request.payload().len(), monotonic_ns());
+        let taken = self.enqueue(number, request, Some(is_proved));
+        self.refuse_unless(number, taken);
     }
 
     /// A watched path has been checked: tells its client if the verdict is another one, and watches
@@ -94,22 +81,22 @@ impl EventLoop {
         if self.is_draining || open.request.has_disconnect_hint() || reply.header.waypoints == 0 {
             return self.send_final(number, open, reply);
         }
+        self.stories.tell(number, || checked(&open, &reply));
         let is_proved = reply.header.flags & ResponseFlags::PROVED != 0;
-        let version = open.scene_version;
-        self.stories.tell(number, || {
-            format!(
-                "watched: in version {version} {}",
-                story::ending(&reply.header)
-            )
-        });
         let told =
             open.was_proved == Some(is_proved) || self.tell_watch(&mut open, reply, is_proved);
         // What could not be told is told after the next check.
+        self.watch_on(number, open, if told { is_proved } else { !is_proved });
+    }
+
+    /// Waits for the next change, or checks again where the scene has changed in between.
+    fn watch_on(&mut self, number: u64, open: OpenRequest, is_proved: bool) {
+        let is_newest = self.store.scene_version(open.scene_id) == Some(open.scene_version);
         let watch = Watch {
             request: open.request,
-            is_proved: if told { is_proved } else { !is_proved },
+            is_proved,
         };
-        if self.store.scene_version(open.scene_id) == Some(version) {
+        if is_newest {
             self.watches.insert(number, watch);
         } else {
             self.recheck(number, watch);
@@ -118,69 +105,84 @@ impl EventLoop {
 
     /// Sends a verdict; whether it was sent.
     fn tell_watch(&mut self, open: &mut OpenRequest, mut reply: Reply, is_proved: bool) -> bool {
-        let request = open.request.header().request_id;
+        let was_proved = open.was_proved == Some(true);
         reply.header.status = Status::Progress.into();
         reply.header.flags |= superseded(&self.store, open);
-        if open.was_proved == Some(true) {
+        if was_proved {
             reply.header.code = Code::InvalidatedByEnvironmentChange.into();
         }
-        tracing::debug!(request, code = reply.header.code, "a watched path");
-        if let Err(error) = open.request.send(&reply.header, &reply.body()) {
-            tracing::warn!(request, "the verdict of a watch was not sent: {error}");
-            return false;
+        let was_sent = send_verdict(open, &reply);
+        if was_sent && was_proved && !is_proved {
+            self.publish_unsafe(open, &reply);
         }
-        if open.was_proved == Some(true) && !is_proved {
-            let event = SceneEvent {
-                kind: SceneEventKind::PathUnsafe.into(),
-                scene_id: open.scene_id,
-                scene_hash: reply.header.scene_hash,
-                scene_version: reply.header.scene_version,
-                subscription: request,
-                segment: reply.body().refusal.map_or(0, |refusal| refusal.segment),
-                ..SceneEvent::default()
-            };
-            if let Err(error) = self.server.publish_scene_event(&event) {
-                tracing::warn!(
-                    request,
-                    "that a watched path became unsafe was not published: {error}"
-                );
-            }
+        was_sent
+    }
+
+    /// Tells everybody who listens that a watched path became unsafe.
+    fn publish_unsafe(&self, open: &OpenRequest, reply: &Reply) {
+        let event = unsafe_event(open, reply);
+        if let Err(error) = self.server.publish_scene_event(&event) {
+            tracing::warn!(
+                request = event.subscription,
+                "that a watched path became unsafe was not published: {error}"
+            );
         }
-        true
     }
 
     /// Ends the watches whose client is gone, or wants no more.
     pub(super) fn end_abandoned_watches(&mut self) {
-        let gone: Vec<u64> = self
-            .watches
-            .extract_if(.., |_, watch| !watch.request.is_connected())
-            .map(|(number, _)| number)
-            .collect();
-        for number in gone {
+        for (number, _) in self.watches.take_abandoned() {
             self.metrics.cancelled();
             self.stories.end(number, Code::Preempted.into(), || {
                 "the client dropped the watch or is gone".to_owned()
             });
         }
-        let ended: Vec<_> = self
-            .watches
-            .extract_if(.., |_, watch| watch.request.has_disconnect_hint())
-            .collect();
+        let ended = self.watches.take_ended();
         self.end(ended, "the client wants no more");
     }
 
     /// Ends all that wait.
     pub(super) fn end_watches(&mut self) {
-        let watches = std::mem::take(&mut self.watches);
+        let watches = self.watches.take_all();
         self.end(
             watches,
             "the daemon is stopping; send again to the next one",
         );
     }
 
-    fn end(&mut self, watches: impl IntoIterator<Item = (u64, Watch)>, why: &str) {
+    fn end(&mut self, watches: Vec<(u64, Watch)>, why: &str) {
         for (number, watch) in watches {
             self.refuse(number, watch.request, &Refusal::new(Code::Preempted, why));
         }
+    }
+}
+
+/// What the story of a watch says of a check.
+fn checked(open: &OpenRequest, reply: &Reply) -> String {
+    let version = open.scene_version;
+    let ending = story::ending(&reply.header);
+    format!("watched: in version {version} {ending}")
+}
+
+/// Sends a verdict to its client; whether it was sent.
+fn send_verdict(open: &mut OpenRequest, reply: &Reply) -> bool {
+    let request = open.request.header().request_id;
+    tracing::debug!(request, code = reply.header.code, "a watched path");
+    let sent = open.request.send(&reply.header, &reply.body());
+    if let Err(error) = &sent {
+        tracing::warn!(request, "the verdict of a watch was not sent: {error}");
+    }
+    sent.is_ok()
+}
+
+fn unsafe_event(open: &OpenRequest, reply: &Reply) -> SceneEvent {
+    SceneEvent {
+        kind: SceneEventKind::PathUnsafe.into(),
+        scene_id: open.scene_id,
+        scene_hash: reply.header.scene_hash,
+        scene_version: reply.header.scene_version,
+        subscription: open.request.header().request_id,
+        segment: reply.body().refusal.map_or(0, |refusal| refusal.segment),
+        ..SceneEvent::default()
     }
 }

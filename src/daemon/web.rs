@@ -6,6 +6,8 @@ use std::thread::JoinHandle;
 
 use tiny_http::{Request, Server};
 
+use super::threads::spawn;
+
 /// Serves until it is dropped.
 pub(super) struct Web {
     server: Arc<Server>,
@@ -19,16 +21,11 @@ impl Web {
         thread: &str,
         answer: impl Fn(Request) + Send + 'static,
     ) -> std::io::Result<Self> {
-        let server =
-            Server::http(address).map_err(|error| std::io::Error::other(error.to_string()))?;
-        let server = Arc::new(server);
+        let server = Arc::new(Server::http(address).map_err(std::io::Error::other)?);
         let serving = Arc::clone(&server);
-        let named = std::thread::Builder::new().name(thread.to_owned());
-        let thread = named.spawn(move || serving.incoming_requests().for_each(answer))?;
-        Ok(Self {
-            server,
-            thread: Some(thread),
-        })
+        let serve = move || serving.incoming_requests().for_each(answer);
+        let thread = Some(spawn(thread, serve)?);
+        Ok(Self { server, thread })
     }
 
     /// Where it serves: a port of 0 was one of the system's choice.

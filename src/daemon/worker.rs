@@ -14,7 +14,8 @@ use super::job::{Job, StopCause};
 use super::live::Live;
 use super::mailbox::Mailbox;
 use super::schedule::{Schedule, Turn};
-use super::translate::{self, Lengths};
+use super::threads::spawn;
+use super::translate::{self, Lengths, Reply};
 
 /// With `fault_injection` in the configuration, a request with this seed panics. For tests.
 pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
@@ -30,15 +31,15 @@ const TELL_NS: u64 = 2_000_000;
 /// clients: they take microseconds, and would wait out its time slice of milliseconds.
 const GIVE_WAY_NS: u64 = 1_000_000;
 
-/// One worker thread's own things.
-pub(super) struct Worker {
-    /// Its number.
-    pub index: usize,
-    /// Where its jobs come from.
+/// Where each worker's improvements go, by its number.
+pub(super) type Mailboxes = Vec<Arc<Mailbox>>;
+
+/// What all workers share.
+#[derive(Clone)]
+pub(super) struct Crew {
+    /// Where their jobs come from.
     pub schedule: Arc<Schedule>,
-    /// Where its improvements go.
-    pub mailbox: Arc<Mailbox>,
-    /// Where its answers go.
+    /// Where their answers go.
     pub events: EventSender,
     /// What the page shows, where there is one.
     pub live: Option<Arc<Live>>,
@@ -46,55 +47,27 @@ pub(super) struct Worker {
     pub fault_injection: bool,
 }
 
-impl Worker {
-    /// Starts the thread; it ends when the schedule is closed and nothing waits.
-    pub(super) fn start(self) -> std::io::Result<JoinHandle<()>> {
-        std::thread::Builder::new()
-            .name(format!("taut-worker-{}", self.index))
-            .spawn(move || self.work())
+impl Crew {
+    /// Starts so many workers, and gives where their improvements go; their threads end when the
+    /// schedule is closed and nothing waits.
+    pub(super) fn start(self, count: usize) -> std::io::Result<(Mailboxes, Vec<JoinHandle<()>>)> {
+        let mailboxes: Mailboxes = (0..count).map(|_| Arc::default()).collect();
+        let threads = self.start_workers(&mailboxes)?;
+        Ok((mailboxes, threads))
     }
 
-    fn work(self) {
-        let mut workspace = Workspace::default();
-        while let Some((job, turn)) = self.schedule.take(self.index) {
-            let turn = Cell::new(turn);
-            self.show(|live| live.begin(&job));
-            let computed = (!job.is_expired(monotonic_ns()))
-                .then(|| self.compute(&job, &turn, &mut workspace));
-            if let Some((outcome, code)) = computed
-                .as_ref()
-                .and_then(|computed| computed.outcome.as_ref())
-            {
-                self.show(|live| live.answered(&job, outcome, *code));
-            }
-            self.show(|live| live.ended(job.id));
-            let mut turn = turn.into_inner();
-            self.schedule.finish(&mut turn);
-            let passed_ns = monotonic_ns().saturating_sub(job.received_ns);
-            let panicked = computed.as_ref().is_some_and(|computed| computed.panicked);
-            let (mut reply, way) = match computed {
-                Some(Computed { reply, stopped, .. }) => (reply, Way::Computed(stopped)),
-                None => (translate::expired(&job.snapshot, &job.path), Way::Untouched),
-            };
-            if panicked {
-                tracing::error!(
-                    request = job.request_id,
-                    worker = self.index,
-                    "{}",
-                    reply.message()
-                );
-            }
-            reply.header.compute_ns = turn.computed_ns;
-            reply.header.queue_ns = passed_ns.saturating_sub(turn.computed_ns);
-            let crashed = panicked.then(|| job.content());
-            let answered = Answered {
-                job: job.id,
-                reply,
-                way,
-                pauses: turn.pauses,
-                crashed,
-            };
-            self.events.send(Event::Answered(Box::new(answered)));
+    fn start_workers(&self, mailboxes: &[Arc<Mailbox>]) -> std::io::Result<Vec<JoinHandle<()>>> {
+        let numbered = mailboxes.iter().cloned().enumerate();
+        numbered
+            .map(|(index, mailbox)| self.worker(index, mailbox).start())
+            .collect()
+    }
+
+    fn worker(&self, index: usize, mailbox: Arc<Mailbox>) -> Worker {
+        Worker {
+            index,
+            mailbox,
+            crew: self.clone(),
         }
     }
 
@@ -103,67 +76,199 @@ impl Worker {
             enter(live);
         }
     }
+}
 
-    fn tell(&self, told: &Told, now_ns: u64) {
-        told.last_ns.set(now_ns);
-        told.waits.set(false);
-        self.events.send(Event::Improved { worker: self.index });
+/// One worker thread's own things.
+struct Worker {
+    /// Its number.
+    index: usize,
+    /// Where its improvements go.
+    mailbox: Arc<Mailbox>,
+    crew: Crew,
+}
+
+impl Worker {
+    /// Starts the thread; it ends when the schedule is closed and nothing waits.
+    fn start(self) -> std::io::Result<JoinHandle<()>> {
+        spawn(&format!("taut-worker-{}", self.index), || self.work())
+    }
+
+    fn work(self) {
+        let mut workspace = Workspace::default();
+        while let Some((job, turn)) = self.crew.schedule.take(self.index) {
+            let turn = Cell::new(turn);
+            let computed = self.compute_shown(&job, &turn, &mut workspace);
+            let mut turn = turn.into_inner();
+            self.crew.schedule.finish(&mut turn);
+            self.answer(&job, &turn, computed);
+        }
+    }
+
+    /// Computes a job whose time is not over, and has the page show it.
+    fn compute_shown(
+        &self,
+        job: &Job,
+        turn: &Cell<Turn>,
+        workspace: &mut Workspace,
+    ) -> Option<Computed> {
+        self.crew.show(|live| live.begin(job));
+        let is_expired = job.is_expired(monotonic_ns());
+        let computed = (!is_expired).then(|| self.compute(job, turn, workspace));
+        if let Some(computed) = &computed {
+            self.show_answer(job, computed);
+        }
+        self.crew.show(|live| live.ended(job.id));
+        computed
+    }
+
+    fn show_answer(&self, job: &Job, computed: &Computed) {
+        if let Some((outcome, code)) = &computed.outcome {
+            self.crew.show(|live| live.answered(job, outcome, *code));
+        }
+    }
+
+    fn answer(&self, job: &Job, turn: &Turn, computed: Option<Computed>) {
+        let passed_ns = monotonic_ns().saturating_sub(job.received_ns);
+        let crashed = self.crashed(job, computed.as_ref());
+        let (mut reply, way) = replied(job, computed);
+        reply.header.compute_ns = turn.computed_ns;
+        reply.header.queue_ns = passed_ns.saturating_sub(turn.computed_ns);
+        let answered = Answered {
+            job: job.id,
+            reply,
+            way,
+            pauses: turn.pauses,
+            crashed,
+        };
+        self.crew.events.send(Event::Answered(Box::new(answered)));
+    }
+
+    /// What was asked for, where the core panicked on it.
+    fn crashed(&self, job: &Job, computed: Option<&Computed>) -> Option<u64> {
+        let crash = computed.filter(|computed| computed.panicked)?;
+        tracing::error!(
+            request = job.request_id,
+            worker = self.index,
+            "{}",
+            crash.reply.message()
+        );
+        Some(job.content())
     }
 
     /// Computes a job, tells of its improvements on the way, and makes room for others.
     fn compute(&self, job: &Job, turn: &Cell<Turn>, workspace: &mut Workspace) -> Computed {
-        let over = |now_ns| {
-            job.stop
-                .get()
-                .or_else(|| job.is_expired(now_ns).then_some(StopCause::Deadline))
+        let work = Work {
+            worker: self,
+            job,
+            turn,
+            told: Told::default(),
+            given_way_ns: Cell::new(0),
         };
-        // The only place between two iterations where the outside comes in: others may go first, or
-        // it is over.
-        let asked_to_stop = |now_ns| {
-            over(now_ns).or_else(|| {
-                let mut at = turn.get();
-                let cause = Cell::new(None);
-                self.schedule.make_room(&mut at, now_ns, || {
-                    cause.set(over(monotonic_ns()));
-                    cause.get().is_some()
-                });
-                turn.set(at);
-                cause.get()
-            })
-        };
-        let panics = self.fault_injection && job.settings.seed == PANIC_SEED;
-        let told = Told::default();
-        let mut given_way_ns = 0;
-        let mut stop = || {
-            let now_ns = monotonic_ns();
-            if now_ns >= given_way_ns + GIVE_WAY_NS {
-                given_way_ns = now_ns;
-                std::thread::yield_now();
-            }
-            if told.is_due(now_ns) {
-                self.tell(&told, now_ns);
-            }
-            assert!(!panics, "injected fault");
-            asked_to_stop(now_ns)
-        };
-        let hangs = self.fault_injection && job.settings.seed == HANG_SEED;
         let mut lengths = Lengths::new(&job.snapshot, &job.settings, &job.path);
+        let mut stop = || work.stop();
         let mut publish = |improvement: Improvement| {
-            let lengths = lengths.of(improvement.length);
-            self.show(|live| live.improved(job.id, lengths[0], improvement.length));
-            let header = translate::progress(&job.snapshot, &improvement, lengths);
-            self.mailbox
-                .put(job.id, &header, improvement.path.as_flat());
-            told.waits.set(true);
-            let now_ns = monotonic_ns();
-            if told.is_due(now_ns) {
-                self.tell(&told, now_ns);
-            }
-            while hangs && asked_to_stop(monotonic_ns()).is_none() {
-                std::thread::sleep(Duration::from_millis(1));
-            }
+            work.publish(&improvement, lengths.of(improvement.length));
         };
         answer::answer(job.question(), workspace, &mut stop, &mut publish)
+    }
+}
+
+/// What a client is told, and how that came about.
+fn replied(job: &Job, computed: Option<Computed>) -> (Reply, Way) {
+    match computed {
+        Some(Computed { reply, stopped, .. }) => (reply, Way::Computed(stopped)),
+        None => (translate::expired(&job.snapshot, &job.path), Way::Untouched),
+    }
+}
+
+/// A job while it is computed.
+struct Work<'a> {
+    worker: &'a Worker,
+    job: &'a Job,
+    turn: &'a Cell<Turn>,
+    told: Told,
+    /// When other threads were last let go first.
+    given_way_ns: Cell<u64>,
+}
+
+impl Work<'_> {
+    /// Asked again and again on the way; a cause where the job is over.
+    fn stop(&self) -> Option<StopCause> {
+        let now_ns = monotonic_ns();
+        self.give_way(now_ns);
+        self.tell_when_due(now_ns);
+        assert!(!self.is_injected(PANIC_SEED), "injected fault");
+        self.asked_to_stop(now_ns)
+    }
+
+    /// A shorter path was found.
+    fn publish(&self, improvement: &Improvement, lengths: [f64; 3]) {
+        self.show_improvement(improvement, lengths[0]);
+        let header = translate::progress(&self.job.snapshot, improvement, lengths);
+        let path = improvement.path.as_flat();
+        self.worker.mailbox.put(self.job.id, &header, path);
+        self.told.waits.set(true);
+        self.tell_when_due(monotonic_ns());
+        self.hang_if_injected();
+    }
+
+    fn show_improvement(&self, improvement: &Improvement, length_before: f64) {
+        let crew = &self.worker.crew;
+        let length = improvement.length;
+        crew.show(|live| live.improved(self.job.id, length_before, length));
+    }
+
+    fn is_injected(&self, seed: u64) -> bool {
+        self.worker.crew.fault_injection && self.job.settings.seed == seed
+    }
+
+    fn hang_if_injected(&self) {
+        let hangs = self.is_injected(HANG_SEED);
+        while hangs && self.asked_to_stop(monotonic_ns()).is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    fn give_way(&self, now_ns: u64) {
+        if now_ns >= self.given_way_ns.get() + GIVE_WAY_NS {
+            self.given_way_ns.set(now_ns);
+            std::thread::yield_now();
+        }
+    }
+
+    /// Tells the I/O thread of an improvement that it does not know of.
+    fn tell_when_due(&self, now_ns: u64) {
+        if self.told.is_due(now_ns) {
+            self.told.now(now_ns);
+            let worker = self.worker.index;
+            self.worker.crew.events.send(Event::Improved { worker });
+        }
+    }
+
+    fn over(&self, now_ns: u64) -> Option<StopCause> {
+        let is_expired = self.job.is_expired(now_ns);
+        let cause = self.job.stop.get();
+        cause.or_else(|| is_expired.then_some(StopCause::Deadline))
+    }
+
+    /// The only place between two iterations where the outside comes in: it is over, or others may
+    /// go first.
+    fn asked_to_stop(&self, now_ns: u64) -> Option<StopCause> {
+        self.over(now_ns).or_else(|| self.make_room(now_ns))
+    }
+
+    /// Lets others go first; a cause where the job was over meanwhile.
+    fn make_room(&self, now_ns: u64) -> Option<StopCause> {
+        let mut turn = self.turn.get();
+        let cause = Cell::new(None);
+        let is_over = || {
+            cause.set(self.over(monotonic_ns()));
+            cause.get().is_some()
+        };
+        let schedule = &self.worker.crew.schedule;
+        schedule.make_room(&mut turn, now_ns, is_over);
+        self.turn.set(turn);
+        cause.get()
     }
 }
 
@@ -178,5 +283,10 @@ impl Told {
     /// Whether there is something to tell, and it is time.
     fn is_due(&self, now_ns: u64) -> bool {
         self.waits.get() && now_ns >= self.last_ns.get() + TELL_NS
+    }
+
+    fn now(&self, now_ns: u64) {
+        self.last_ns.set(now_ns);
+        self.waits.set(false);
     }
 }

@@ -116,22 +116,9 @@ impl Names {
                 None => others.push(column.as_str()),
             }
         }
-        if let Some(twice) =
-            (1..found.len()).find(|&i| found[..i].iter().any(|(_, name)| *name == found[i].1))
-        {
-            return Err(format!(
-                "column {:?} is there twice; names must be unique",
-                found[twice].1
-            ));
-        }
-        let warning = || {
-            format!(
-                "columns that no joint moves by are not read: {}",
-                others.join(", ")
-            )
-        };
-        let warning = (!others.is_empty()).then(warning);
-        Ok((found, warning))
+        let names: Vec<&String> = found.iter().map(|(_, name)| name).collect();
+        check_unique(&names)?;
+        Ok((found, not_read(&others)))
     }
 
     /// The variable that a column is; `None` for a time or a fixed joint.
@@ -139,28 +126,24 @@ impl Names {
         let (bare, unit) = split_unit(column);
         for name in [column, bare] {
             if self.movable.iter().any(|known| known == name) {
-                return match unit.filter(|_| name != column) {
-                    Some(unit) if OTHER_UNITS.contains(&unit.to_lowercase().as_str()) => {
-                        Err(format!(
-                            "column {column:?} is in {unit}; numbers are read in rad and m: convert them"
-                        ))
-                    }
-                    _ => Ok(Some(name.to_owned())),
-                };
+                check_unit(column, unit.filter(|_| name != column))?;
+                return Ok(Some(name.to_owned()));
             }
             if self.fixed.contains(name) || is_time(name) {
                 return Ok(None);
             }
         }
+        Err(self.unknown(column))
+    }
+
+    fn unknown(&self, column: &str) -> String {
         let valid = self.movable.join(", ");
         if column.parse::<f64>().is_ok() {
-            return Err(format!(
+            return format!(
                 "line 1 must name the columns, it has the number {column}; add a header row of: {valid}"
-            ));
+            );
         }
-        Err(format!(
-            "column {column:?} is no variable of the robot; valid: {valid}"
-        ))
+        format!("column {column:?} is no variable of the robot; valid: {valid}")
     }
 }
 
@@ -172,32 +155,83 @@ pub(super) fn is_time(name: &str) -> bool {
 
 /// A header without its quotes, and the unit in brackets behind it.
 fn split_unit(column: &str) -> (&str, Option<&str>) {
-    let quoted = |quote: char| {
-        column
-            .strip_prefix(quote)
-            .and_then(|rest| rest.strip_suffix(quote))
-    };
-    let column = quoted('\'')
-        .or_else(|| quoted('"'))
-        .unwrap_or(column)
-        .trim();
-    for (open, close) in [('[', ']'), ('(', ')')] {
-        if let Some((name, unit)) = column
-            .strip_suffix(close)
-            .and_then(|rest| rest.rsplit_once(open))
-        {
-            let unit = unit.trim();
-            let is_unit = UNITS
-                .iter()
-                .chain(&OTHER_UNITS)
-                .chain(&["s", "ms", "ns"])
-                .any(|u| unit.eq_ignore_ascii_case(u));
-            if is_unit && !name.trim().is_empty() {
-                return (name.trim(), Some(unit));
-            }
+    let column = unquoted(column).trim();
+    for brackets in [('[', ']'), ('(', ')')] {
+        if let Some((name, unit)) = in_brackets(column, brackets) {
+            return (name, Some(unit));
         }
     }
     (column, None)
+}
+
+fn unquoted(column: &str) -> &str {
+    let within = |quote: char| column.strip_prefix(quote)?.strip_suffix(quote);
+    within('\'').or_else(|| within('"')).unwrap_or(column)
+}
+
+/// A name and the unit behind it in brackets.
+fn in_brackets(column: &str, (open, close): (char, char)) -> Option<(&str, &str)> {
+    let (name, unit) = column.strip_suffix(close)?.rsplit_once(open)?;
+    let name = name.trim();
+    let unit = unit.trim();
+    (is_unit(unit) && !name.is_empty()).then_some((name, unit))
+}
+
+fn is_unit(word: &str) -> bool {
+    let units = UNITS.iter().chain(&OTHER_UNITS).chain(&["s", "ms", "ns"]);
+    units
+        .into_iter()
+        .any(|unit| word.eq_ignore_ascii_case(unit))
+}
+
+/// For each of the robot's variables, the place of its column.
+///
+/// # Errors
+/// One that is missing, with the names that the robot has.
+pub(super) fn order(columns: &[String], variables: &[Variable]) -> Result<Vec<usize>, String> {
+    let position = |variable: &Variable| {
+        let found = columns.iter().position(|name| *name == variable.name);
+        found.ok_or_else(|| missing(variable, variables))
+    };
+    variables.iter().map(position).collect()
+}
+
+fn missing(variable: &Variable, variables: &[Variable]) -> String {
+    let known: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
+    format!(
+        "column {:?} is missing; the robot needs {}",
+        variable.name,
+        known.join(", ")
+    )
+}
+
+/// Refuses names that stand twice.
+pub(super) fn check_unique<N: AsRef<str>>(names: &[N]) -> Result<(), String> {
+    let mut seen = BTreeSet::new();
+    for name in names {
+        let name = name.as_ref();
+        if !seen.insert(name) {
+            return Err(format!(
+                "column {name:?} is there twice; names must be unique"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a column in a unit that numbers here are not in.
+fn check_unit(column: &str, unit: Option<&str>) -> Result<(), String> {
+    match unit {
+        Some(unit) if OTHER_UNITS.contains(&unit.to_lowercase().as_str()) => Err(format!(
+            "column {column:?} is in {unit}; numbers are read in rad and m: convert them"
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn not_read(others: &[&str]) -> Option<String> {
+    let names = others.join(", ");
+    (!others.is_empty()).then(|| format!("columns that no joint moves by are not read: {names}"))
 }
 
 #[cfg(test)]

@@ -77,6 +77,14 @@ pub enum FileError {
     },
 }
 
+impl FileError {
+    /// What a file says wrongly.
+    pub fn content(file: &Path, text: String) -> Self {
+        let file = file.to_owned();
+        Self::Content { file, text }
+    }
+}
+
 /// Reads files; keeps every mesh that it has read, since problems share robots.
 #[derive(Debug, Default)]
 pub struct Reader {
@@ -286,10 +294,9 @@ fn translated(
     } else {
         None
     };
-    translated.transpose().map_err(|text| FileError::Content {
-        file: file.to_owned(),
-        text,
-    })
+    translated
+        .transpose()
+        .map_err(|text| FileError::content(file, text))
 }
 
 /// The same as [`scene_text`]; of several problems of VAMP's, the scene of the one that is
@@ -321,10 +328,7 @@ pub fn diff_text(text: String, file: &Path) -> Result<String, FileError> {
     if !yaml::is_yaml(file) && (is_json || text.trim().is_empty()) {
         return Ok(text);
     }
-    planning_scene::diff_json(&text).map_err(|text| FileError::Content {
-        file: file.to_owned(),
-        text,
-    })
+    planning_scene::diff_json(&text).map_err(|text| FileError::content(file, text))
 }
 
 /// Folder that the relative names in a file start from.

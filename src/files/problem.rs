@@ -203,10 +203,7 @@ impl Reader {
     /// # Errors
     /// A file that cannot be read or says something wrong; `Spheres` where the problem has none.
     pub fn problem(&mut self, file: &Path, geometry: Geometry) -> Result<Problem, FileError> {
-        let refuse = |text: String| FileError::Content {
-            file: file.to_owned(),
-            text,
-        };
+        let refuse = |text: String| FileError::content(file, text);
         let text = read_text(file)?;
         let parsed: ProblemFile = serde_json::from_str(&text)
             .map_err(|error| refuse(format!("not a problem file: {error}")))?;

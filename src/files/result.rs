@@ -297,10 +297,7 @@ impl ResultFile {
     /// # Errors
     /// A file that cannot be read, or is no result.
     pub fn read(file: &Path) -> Result<Self, FileError> {
-        let refuse = |text: String| FileError::Content {
-            file: file.to_owned(),
-            text,
-        };
+        let refuse = |text: String| FileError::content(file, text);
         let next =
             "write one with `taut shorten … --out RESULT.json` or `taut check … --format json`";
         let result: Self = serde_json::from_str(&read_text(file)?)

@@ -45,17 +45,18 @@ impl PathTable {
     /// number.
     pub fn read(file: &Path) -> Result<Self, FileError> {
         let text = read_text(file)?;
-        let parsed = if is_csv(file) {
-            parse_csv(&text)
-        } else if yaml::is_yaml(file) || is_trajectory(&text) {
+        if is_csv(file) {
+            return Self::of(file, parse_csv(&text));
+        }
+        if yaml::is_yaml(file) || is_trajectory(&text) {
             return Self::of_trajectory(file, &text);
-        } else {
-            parse_json(&text)
-        };
-        let (variables, rows) = parsed.map_err(|text| FileError::Content {
-            file: file.to_owned(),
-            text,
-        })?;
+        }
+        Self::of(file, parse_json(&text))
+    }
+
+    fn of(file: &Path, parsed: Parsed) -> Result<Self, FileError> {
+        let parsed = parsed.and_then(|(variables, rows)| checked(variables, rows));
+        let (variables, rows) = parsed.map_err(|text| FileError::content(file, text))?;
         Ok(Self {
             file: file.to_owned(),
             variables,
@@ -66,21 +67,11 @@ impl PathTable {
     }
 
     fn of_trajectory(file: &Path, text: &str) -> Result<Self, FileError> {
-        let refuse = |text: String| FileError::Content {
-            file: file.to_owned(),
-            text,
-        };
-        let (variables, points, start) =
-            trajectory::parse(text, yaml::is_yaml(file)).map_err(refuse)?;
+        let parsed = trajectory::parse(text, yaml::is_yaml(file));
+        let (variables, points, start) = parsed.map_err(|text| FileError::content(file, text))?;
         let rows = points.into_iter().map(|point| point.positions).collect();
-        let (variables, rows) = checked(variables, rows).map_err(refuse)?;
-        Ok(Self {
-            file: file.to_owned(),
-            variables,
-            rows,
-            warnings: Vec::new(),
-            start,
-        })
+        let table = Self::of(file, Ok((variables, rows)))?;
+        Ok(Self { start, ..table })
     }
 
     /// The straight line from start to goal of one of VAMP's problems, `selected` as `SET:INDEX`.
@@ -89,19 +80,8 @@ impl PathTable {
     /// A file that cannot be read, does not have that problem, or does not name its joints.
     pub fn of_vamp(file: &Path, selected: Option<&str>) -> Result<Self, FileError> {
         let text = read_text(file)?;
-        let parsed = vamp::Problem::select(&text, selected).and_then(|problem| problem.path());
-        let checked = parsed.and_then(|(variables, rows)| checked(variables, rows));
-        let (variables, rows) = checked.map_err(|text| FileError::Content {
-            file: file.to_owned(),
-            text,
-        })?;
-        Ok(Self {
-            file: file.to_owned(),
-            variables,
-            rows,
-            warnings: Vec::new(),
-            start: Vec::new(),
-        })
+        let problem = vamp::Problem::select(&text, selected);
+        Self::of(file, problem.and_then(|problem| problem.path()))
     }
 
     /// Column names in the file's order.
@@ -118,11 +98,8 @@ impl PathTable {
         &self,
         held: impl Iterator<Item = (&'a str, f64)>,
     ) -> Result<(), FileError> {
-        let differs = |(name, value): (&'a str, f64)| {
-            let (_, start) = self.start.iter().rev().find(|(known, _)| known == name)?;
-            ((start - value).abs() > HELD_TOLERANCE).then(|| format!("{name}={start}"))
-        };
-        let elsewhere: Vec<String> = held.filter_map(differs).collect();
+        let elsewhere = held.filter_map(|(name, value)| self.elsewhere(name, value));
+        let elsewhere: Vec<String> = elsewhere.collect();
         if elsewhere.is_empty() {
             return Ok(());
         }
@@ -130,10 +107,17 @@ impl PathTable {
             "its start state has joints that the path does not move elsewhere than where they are held; hold them there: --hold {}",
             elsewhere.join(" --hold ")
         );
-        Err(FileError::Content {
-            file: self.file.clone(),
-            text,
-        })
+        Err(self.refuse(text))
+    }
+
+    /// Where its message has a joint, if that is elsewhere than where it is held.
+    fn elsewhere(&self, name: &str, value: f64) -> Option<String> {
+        let (_, start) = self.start.iter().rev().find(|(known, _)| known == name)?;
+        ((start - value).abs() > HELD_TOLERANCE).then(|| format!("{name}={start}"))
+    }
+
+    fn refuse(&self, text: String) -> FileError {
+        FileError::content(&self.file, text)
     }
 
     /// What of the file is not read, a line each.
@@ -151,25 +135,28 @@ impl PathTable {
     }
 
     fn of_names(mut self, names: &Names) -> Result<Self, FileError> {
-        let refuse = |text: String| FileError::Content {
-            file: self.file.clone(),
-            text,
-        };
-        let (found, warning) = names.columns(&self.variables).map_err(refuse)?;
-        for (index, row) in self.rows.iter_mut().enumerate() {
+        let columns = names.columns(&self.variables);
+        let (found, warning) = columns.map_err(|text| self.refuse(text))?;
+        for row in &mut self.rows {
             *row = found.iter().map(|(place, _)| row[*place]).collect();
-            // A time may be no number, until the robot has a joint of that name.
-            if let Some(bad) = row.iter().position(|value| !value.is_finite()) {
-                return Err(refuse(format!(
-                    "row {index}, column {:?} is not a finite number",
-                    found[bad].1
-                )));
-            }
         }
         self.variables = found.into_iter().map(|(_, name)| name).collect();
+        self.check_finite()?;
         self.warnings
             .extend(warning.map(|text| Warning::cosmetic("columns", text)));
         Ok(self)
+    }
+
+    /// A time may be no number, until the robot has a joint of that name.
+    fn check_finite(&self) -> Result<(), FileError> {
+        for (index, row) in self.rows.iter().enumerate() {
+            if let Some(bad) = row.iter().position(|value| !value.is_finite()) {
+                let name = &self.variables[bad];
+                let text = format!("row {index}, column {name:?} is not a finite number");
+                return Err(self.refuse(text));
+            }
+        }
+        Ok(())
     }
 
     /// The same for a robot of which these variables and fixed joints are known.
@@ -190,44 +177,13 @@ impl PathTable {
     /// A column that the robot does not have, or one that is missing, with the names that it has.
     pub fn into_path(self, variables: &[Variable]) -> Result<path::Path, FileError> {
         let table = self.for_variables(variables, &[])?;
-        let refuse = |text: String| FileError::Content {
-            file: table.file.clone(),
-            text,
-        };
-        let order = order(&table.variables, variables).map_err(refuse)?;
-        let numbers = table
-            .rows
-            .iter()
-            .flat_map(|row| order.iter().map(|&column| row[column]))
-            .collect();
-        path::Path::from_rows(variables.len(), numbers)
-            .ok_or_else(|| refuse("the robot has no variables".to_owned()))
+        let order = columns::order(&table.variables, variables);
+        let order = order.map_err(|text| table.refuse(text))?;
+        let rows = table.rows.iter();
+        let numbers = rows.flat_map(|row| order.iter().map(|&column| row[column]));
+        path::Path::from_rows(variables.len(), numbers.collect())
+            .ok_or_else(|| table.refuse("the robot has no variables".to_owned()))
     }
-}
-
-/// For each of the robot's variables, the place of its column.
-///
-/// # Errors
-/// One that is missing, with the names that the robot has.
-pub(super) fn order(columns: &[String], variables: &[Variable]) -> Result<Vec<usize>, String> {
-    let position = |variable: &Variable| {
-        let found = columns.iter().position(|name| *name == variable.name);
-        let known = || {
-            variables
-                .iter()
-                .map(|v| v.name.as_str())
-                .collect::<Vec<_>>()
-                .join(", ")
-        };
-        found.ok_or_else(|| {
-            format!(
-                "column {:?} is missing; the robot needs {}",
-                variable.name,
-                known()
-            )
-        })
-    };
-    variables.iter().map(position).collect()
 }
 
 /// Whether a JSON text has a trajectory's fields and not a path's.
@@ -259,53 +215,28 @@ fn parse_json(text: &str) -> Parsed {
     let table: JsonTable =
         serde_json::from_str(text).map_err(|error| format!("{expected}: {error}"))?;
     check_constraints([("path_constraints", table.path_constraints)])?;
-    let columns = table.variables.len();
-    if let Some((index, row)) = table
-        .path
-        .iter()
-        .enumerate()
-        .find(|(_, row)| row.len() != columns)
-    {
-        return Err(format!(
+    check_lengths(&table.path, table.variables.len())?;
+    Ok((table.variables, table.path))
+}
+
+fn check_lengths(rows: &[Vec<f64>], columns: usize) -> Result<(), String> {
+    match rows.iter().position(|row| row.len() != columns) {
+        None => Ok(()),
+        Some(index) => Err(format!(
             "path row {index} has {} numbers, \"variables\" names {columns} columns",
-            row.len()
-        ));
+            rows[index].len()
+        )),
     }
-    checked(table.variables, table.path)
 }
 
 /// Columns are parted by commas, or where the header has none by semicolons or tabs; numbers then
 /// may have a comma.
 fn parse_csv(text: &str) -> Parsed {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let lines = || text.lines().filter(|line| !line.trim().is_empty());
-    let first = lines()
-        .find(|line| !line.starts_with('#'))
-        .unwrap_or_default();
-    let delimiter = [',', ';', '\t']
-        .into_iter()
-        .find(|mark| first.contains(*mark))
-        .unwrap_or(',');
-    let mut reader = csv::ReaderBuilder::new();
-    let reader = reader
-        .comment(Some(b'#'))
-        .delimiter(delimiter as u8)
-        .trim(csv::Trim::All)
-        .flexible(true);
-    let mut reader = reader.has_headers(false).from_reader(text.as_bytes());
-    let mut records = reader
-        .records()
-        .map(|record| record.map_err(|error| error.to_string()))
-        .peekable();
-
-    let header = records
-        .peek()
-        .cloned()
-        .unwrap_or_else(|| Ok(csv::StringRecord::new()))?;
-    // NumPy writes the names as a comment above the numbers.
-    let above = lines().take_while(|line| line.starts_with('#')).last();
-    let above = above.and_then(|line| names_in_comment(line, delimiter, &header));
-    let mut variables = above.unwrap_or_else(|| {
+    let delimiter = delimiter(text);
+    let mut records = records(text, delimiter)?.into_iter().peekable();
+    let header = records.peek().cloned().unwrap_or_default();
+    let mut variables = names_above(text, delimiter, &header).unwrap_or_else(|| {
         records.next();
         header.iter().map(str::to_owned).collect()
     });
@@ -314,11 +245,41 @@ fn parse_csv(text: &str) -> Parsed {
     if has_end {
         variables.pop();
     }
-    let mut rows = Vec::new();
-    for record in records {
-        rows.push(csv_row(&record?, &variables, has_end, delimiter != ',')?);
-    }
-    checked(variables, rows)
+    let rows = records.map(|record| csv_row(&record, &variables, has_end, delimiter != ','));
+    let rows = rows.collect::<Result<_, _>>()?;
+    Ok((variables, rows))
+}
+
+fn filled_lines(text: &str) -> impl Iterator<Item = &str> {
+    text.lines().filter(|line| !line.trim().is_empty())
+}
+
+/// What parts the columns of the first line that is no comment.
+fn delimiter(text: &str) -> char {
+    let first = filled_lines(text).find(|line| !line.starts_with('#'));
+    let first = first.unwrap_or_default();
+    let mut marks = [',', ';', '\t'].into_iter();
+    marks.find(|mark| first.contains(*mark)).unwrap_or(',')
+}
+
+fn records(text: &str, delimiter: char) -> Result<Vec<csv::StringRecord>, String> {
+    let mut reader = csv::ReaderBuilder::new();
+    let reader = reader
+        .comment(Some(b'#'))
+        .delimiter(delimiter as u8)
+        .trim(csv::Trim::All)
+        .flexible(true);
+    let mut reader = reader.has_headers(false).from_reader(text.as_bytes());
+    let records = reader.records();
+    records
+        .map(|record| record.map_err(|error| error.to_string()))
+        .collect()
+}
+
+/// The names in the last comment above the numbers: NumPy writes them so.
+fn names_above(text: &str, delimiter: char, first: &csv::StringRecord) -> Option<Vec<String>> {
+    let comments = filled_lines(text).take_while(|line| line.starts_with('#'));
+    names_in_comment(comments.last()?, delimiter, first)
 }
 
 /// The names in a comment above rows of numbers, one for each.
@@ -345,45 +306,39 @@ fn csv_row(
     has_decimal_commas: bool,
 ) -> Result<Vec<f64>, String> {
     let line = record.position().map_or(0, csv::Position::line);
-    let end = usize::from(
-        has_end && record.len() > variables.len() && record.iter().next_back() == Some(""),
-    );
-    if record.len() - end != variables.len() {
+    let is_longer = record.len() > variables.len();
+    let ends_empty = has_end && is_longer && record.iter().next_back() == Some("");
+    let numbers = record.len() - usize::from(ends_empty);
+    if numbers != variables.len() {
+        let names = variables.len();
         return Err(format!(
-            "line {line} has {} numbers, the header names {}",
-            record.len() - end,
-            variables.len()
+            "line {line} has {numbers} numbers, the header names {names}"
         ));
     }
-    let number = |(word, name): (&str, &String)| {
-        let word_in_points = if has_decimal_commas {
-            word.replace(',', ".")
-        } else {
-            word.to_owned()
-        };
-        match word_in_points
-            .parse::<f64>()
-            .ok()
-            .filter(|value| value.is_finite())
-        {
-            Some(value) => Ok(value),
-            // Whether it is a joint after all, the robot decides.
-            None if columns::is_time(name) => Ok(f64::NAN),
-            None => Err(format!(
-                "line {line}, column {name:?}: {word:?} is not a finite number"
-            )),
-        }
+    let fields = record.iter().zip(variables);
+    fields
+        .map(|(word, name)| {
+            csv_number(word, name, has_decimal_commas).ok_or_else(|| bad_number(line, name, word))
+        })
+        .collect()
+}
+
+/// A number, or none for a time: whether it is a joint after all, the robot decides.
+fn csv_number(word: &str, name: &str, has_decimal_commas: bool) -> Option<f64> {
+    let word = match has_decimal_commas {
+        true => &word.replace(',', "."),
+        false => word,
     };
-    record.iter().zip(variables).map(number).collect()
+    let number = word.parse().ok().filter(|value: &f64| value.is_finite());
+    number.or_else(|| columns::is_time(name).then_some(f64::NAN))
+}
+
+fn bad_number(line: u64, name: &str, word: &str) -> String {
+    format!("line {line}, column {name:?}: {word:?} is not a finite number")
 }
 
 fn checked(variables: Vec<String>, rows: Vec<Vec<f64>>) -> Parsed {
-    if let Some(index) = (1..variables.len()).find(|&i| variables[..i].contains(&variables[i])) {
-        return Err(format!(
-            "column {:?} is there twice; names must be unique",
-            variables[index]
-        ));
-    }
+    columns::check_unique(&variables)?;
     if rows.is_empty() {
         return Err("the path is empty; it needs a waypoint".to_owned());
     }

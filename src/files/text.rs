@@ -14,10 +14,7 @@ use super::FileError;
 pub(super) fn read(file: &Path) -> Result<String, FileError> {
     let bytes = bytes(file)?;
     let encoding = Encoding::for_bom(&bytes).map_or(UTF_8, |(encoding, _)| encoding);
-    decoded(&bytes, encoding).map_err(|text| FileError::Content {
-        file: file.to_owned(),
-        text,
-    })
+    decoded(&bytes, encoding).map_err(|text| FileError::content(file, text))
 }
 
 /// The text of an XML file, in whatever encoding it says it has; and what is odd about that.
@@ -26,10 +23,7 @@ pub(super) fn read(file: &Path) -> Result<String, FileError> {
 /// A file that cannot be read, or is not in the encoding that it says.
 pub(super) fn read_xml(file: &Path) -> Result<(String, Option<String>), FileError> {
     let bytes = bytes(file)?;
-    xml(&bytes).map_err(|text| FileError::Content {
-        file: file.to_owned(),
-        text,
-    })
+    xml(&bytes).map_err(|text| FileError::content(file, text))
 }
 
 fn bytes(file: &Path) -> Result<Vec<u8>, FileError> {

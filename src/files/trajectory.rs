@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::columns::Names;
+use super::columns::{self, Names};
 use super::constraints::{check_constraints, check_goal};
-use super::{FileError, read_text, table, yaml};
+use super::{FileError, read_text, yaml};
 use crate::robot::{RobotModel, Variable};
 use crate::scene::Filled;
 
@@ -209,10 +209,7 @@ impl Trajectory {
     /// length.
     pub fn read(file: &Path) -> Result<Self, FileError> {
         let parsed = parse(&read_text(file)?, yaml::is_yaml(file));
-        let (joint_names, points, _) = parsed.map_err(|text| FileError::Content {
-            file: file.to_owned(),
-            text,
-        })?;
+        let (joint_names, points, _) = parsed.map_err(|text| FileError::content(file, text))?;
         Ok(Self {
             file: file.to_owned(),
             joint_names,
@@ -243,13 +240,10 @@ impl Trajectory {
         names: &Names,
         variables: &[Variable],
     ) -> Result<Vec<TrajectoryPoint>, FileError> {
-        let refuse = |text: String| FileError::Content {
-            file: self.file.clone(),
-            text,
-        };
+        let refuse = |text: String| FileError::content(&self.file, text);
         let (found, _) = names.columns(&self.joint_names).map_err(refuse)?;
         let (places, names): (Vec<usize>, Vec<String>) = found.into_iter().unzip();
-        let order = table::order(&names, variables).map_err(refuse)?;
+        let order = columns::order(&names, variables).map_err(refuse)?;
         let list = |list: &Vec<f64>| match list.is_empty() {
             true => Vec::new(),
             false => order.iter().map(|&column| list[places[column]]).collect(),

@@ -8,7 +8,7 @@
 //! waypoints hardly counts; rows that come later are added to the solution that there is.
 
 use super::cost::Cost;
-use super::factor::Factor;
+use super::factor::{Factor, dot};
 use super::rows::{Row, Rows};
 
 /// A row is violated when its slack is below minus this, in units of the step that one unit of
@@ -34,8 +34,56 @@ pub enum Unsolved {
     Stopped,
 }
 
+/// A row on its way into the active set.
+struct Entering {
+    row: usize,
+    /// Its entry on the diagonal of M.
+    diagonal: f64,
+    /// ν so far.
+    multiplier: f64,
+    /// Below 0 until the multiplier is large enough.
+    slack: f64,
+}
+
+impl Entering {
+    /// How much its multiplier must grow yet; infinitely much where it cannot be satisfied alone.
+    fn until_satisfied(&self, curvature: f64) -> f64 {
+        // A row that depends on the active ones is never satisfied by its own multiplier: the quotient
+        // would be rounding.
+        if curvature > DEPENDENT * self.diagonal {
+            -self.slack / curvature
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+/// How far the multiplier of a row that enters is raised at once.
+struct Exchange {
+    by: f64,
+    /// By how much its slack grows for each unit of it.
+    curvature: f64,
+    /// The active row whose multiplier comes to 0 there.
+    released: Option<usize>,
+}
+
+/// A row that is not satisfied.
+struct Violation {
+    row: usize,
+    slack: f64,
+    /// −slack, in units of the step that one unit of force would make.
+    by: f64,
+}
+
+/// Where the entry of M at two rows lies in its lower triangle.
+fn place(a: usize, b: usize) -> usize {
+    let low = a.min(b);
+    let high = a.max(b);
+    high * (high + 1) / 2 + low
+}
+
 /// Half-spaces, which of them hold the step, and scratch.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ActiveSet {
     rows: Rows,
     /// M, lower triangle, line after line.
@@ -59,30 +107,35 @@ impl ActiveSet {
     pub fn new(nv: usize) -> Self {
         Self {
             rows: Rows::new(nv),
-            gram: Vec::new(),
-            free_slack: Vec::new(),
-            free_step: Vec::new(),
-            active: Vec::new(),
-            multipliers: Vec::new(),
-            factor: Factor::default(),
-            column: Vec::new(),
-            direction: Vec::new(),
-            force: Vec::new(),
+            ..Self::default()
         }
     }
 
     /// Starts anew with the model of this cost and gradient (one row of nv numbers for each
     /// waypoint).
     pub fn begin(&mut self, cost: &Cost<'_>, gradient: &[f64]) {
-        self.rows.truncate(0);
-        self.gram.clear();
-        self.free_slack.clear();
-        self.active.clear();
-        self.multipliers.clear();
-        self.factor.truncate(0);
+        self.clear();
+        self.update_free_step(cost, gradient);
+    }
+
+    fn update_free_step(&mut self, cost: &Cost<'_>, gradient: &[f64]) {
         self.free_step.resize(gradient.len(), 0.0);
         cost.apply_inverse_hessian(gradient, &mut self.free_step);
         self.free_step.iter_mut().for_each(|p| *p = -*p);
+    }
+
+    fn clear(&mut self) {
+        self.rows.truncate(0);
+        self.gram.clear();
+        self.free_slack.clear();
+        self.deactivate();
+    }
+
+    /// No row is active.
+    fn deactivate(&mut self) {
+        self.active.clear();
+        self.multipliers.clear();
+        self.factor.truncate(0);
     }
 
     /// The rows so far.
@@ -101,16 +154,22 @@ impl ActiveSet {
     /// Adds a half-space and returns its number; `None` where no waypoint that may move is in it.
     pub fn push(&mut self, cost: &Cost<'_>, row: Row<'_>) -> Option<usize> {
         let diagonal = row.coupling(&row, cost);
-        if diagonal <= 0.0 {
-            return None;
-        }
-        self.gram
-            .extend(self.rows.iter().map(|other| row.coupling(&other, cost)));
-        self.gram.push(diagonal);
-        self.free_slack
-            .push(row.of_step(&self.free_step) - row.right_hand_side);
+        (diagonal > 0.0).then(|| self.add(cost, row, diagonal))
+    }
+
+    fn add(&mut self, cost: &Cost<'_>, row: Row<'_>, diagonal: f64) -> usize {
+        self.append_line(cost, &row, diagonal);
+        let slack = row.of_step(&self.free_step) - row.right_hand_side;
+        self.free_slack.push(slack);
         self.rows.push(row);
-        Some(self.rows.len() - 1)
+        self.rows.len() - 1
+    }
+
+    /// Appends the line of M that belongs to a new row.
+    fn append_line(&mut self, cost: &Cost<'_>, row: &Row<'_>, diagonal: f64) {
+        let couplings = self.rows.iter().map(|other| row.coupling(&other, cost));
+        self.gram.extend(couplings);
+        self.gram.push(diagonal);
     }
 
     /// Asks less (or more) of a row that is not active: `J p ≥ right_hand_side`.
@@ -125,23 +184,31 @@ impl ActiveSet {
     /// [`Self::solve`].
     pub fn warm_start(&mut self, rows: impl Iterator<Item = usize>) {
         for row in rows {
-            self.fill_column(row);
-            if self.factor.append(&self.column, self.entry(row, row)) {
+            if self.append(row) {
                 self.active.push(row);
             }
         }
-        loop {
-            self.multipliers.clear();
-            self.multipliers
-                .extend(self.active.iter().map(|&row| -self.free_slack[row]));
-            self.factor.solve(&mut self.multipliers);
-            let least = (0..self.active.len())
-                .min_by(|&a, &b| self.multipliers[a].total_cmp(&self.multipliers[b]));
-            match least.filter(|&least| self.multipliers[least] < 0.0) {
-                Some(least) => self.release(least),
-                None => return,
-            }
+        // Only a multiplier that pushes is one of the dual method's: each of its iterates is optimal
+        // for the rows that are active.
+        while let Some(pulling) = self.most_pulling() {
+            self.release(pulling);
         }
+    }
+
+    /// Solves for the multipliers of the active rows; where some are negative, the least one.
+    fn most_pulling(&mut self) -> Option<usize> {
+        self.satisfy_active();
+        let nu = &self.multipliers;
+        let least = (0..nu.len()).min_by(|&a, &b| nu[a].total_cmp(&nu[b]));
+        least.filter(|&least| nu[least] < 0.0)
+    }
+
+    /// The multipliers that leave no active row any slack.
+    fn satisfy_active(&mut self) {
+        self.multipliers.clear();
+        let missing = self.active.iter().map(|&row| -self.free_slack[row]);
+        self.multipliers.extend(missing);
+        self.factor.solve(&mut self.multipliers);
     }
 
     /// Goes on until no row is violated; `stop` is asked before each row that is taken in.
@@ -150,12 +217,14 @@ impl ActiveSet {
     /// A row that cannot be satisfied together with the active ones; the state is that before it
     /// was taken in. Or `stop` said so.
     pub fn solve(&mut self, stop: &mut dyn FnMut() -> bool) -> Result<(), Unsolved> {
+        // In exact arithmetic the dual cost rises with each exchange, so that none comes back; the bound
+        // is for rounding.
         for _ in 0..EXCHANGES_PER_ROW * (self.rows.len() + 1) {
             if stop() {
                 return Err(Unsolved::Stopped);
             }
             match self.most_violated() {
-                Some((row, slack)) => self.take_in(row, slack)?,
+                Some(violation) => self.take_in(&violation)?,
                 None => break,
             }
         }
@@ -164,29 +233,42 @@ impl ActiveSet {
 
     /// Writes p.
     pub fn step(&mut self, cost: &Cost<'_>, step: &mut [f64]) {
+        self.add_up_forces(step.len());
+        cost.apply_inverse_hessian(&self.force, step);
+        let free = step.iter_mut().zip(&self.free_step);
+        free.for_each(|(p, free)| *p += free);
+    }
+
+    /// `force` ← Jᵀν.
+    fn add_up_forces(&mut self, size: usize) {
         self.force.clear();
-        self.force.resize(step.len(), 0.0);
+        self.force.resize(size, 0.0);
         for (row, multiplier) in self.active.iter().zip(&self.multipliers) {
             self.rows.get(*row).add_force(*multiplier, &mut self.force);
         }
-        cost.apply_inverse_hessian(&self.force, step);
-        step.iter_mut()
-            .zip(&self.free_step)
-            .for_each(|(p, free)| *p += free);
     }
 
     fn entry(&self, a: usize, b: usize) -> f64 {
-        let low = a.min(b);
-        let high = a.max(b);
-        self.gram[high * (high + 1) / 2 + low]
+        self.gram[place(a, b)]
+    }
+
+    fn diagonal(&self, row: usize) -> f64 {
+        self.entry(row, row)
     }
 
     /// `column` ← M between the active rows and one.
     fn fill_column(&mut self, row: usize) {
-        let mut column = std::mem::take(&mut self.column);
-        column.clear();
-        column.extend(self.active.iter().map(|&active| self.entry(active, row)));
-        self.column = column;
+        let gram = &self.gram;
+        let couplings = self.active.iter().map(|&active| gram[place(active, row)]);
+        self.column.clear();
+        self.column.extend(couplings);
+    }
+
+    /// Adds the line of a row to the factor; false where it depends on the active ones.
+    fn append(&mut self, row: usize) -> bool {
+        self.fill_column(row);
+        let diagonal = self.diagonal(row);
+        self.factor.append(&self.column, diagonal)
     }
 
     fn slack(&self, row: usize) -> f64 {
@@ -198,77 +280,99 @@ impl ActiveSet {
         self.free_slack[row] + held.sum::<f64>()
     }
 
-    /// The row that asks for the longest step, and its slack.
-    fn most_violated(&self) -> Option<(usize, f64)> {
-        let mut worst = (None, VIOLATED);
-        for row in 0..self.rows.len() {
-            let slack = self.slack(row);
-            let violation = -slack / self.entry(row, row).sqrt();
-            if violation > worst.1 && !self.active.contains(&row) {
-                worst = (Some((row, slack)), violation);
-            }
+    /// The row that asks for the longest step.
+    fn most_violated(&self) -> Option<Violation> {
+        let violations = (0..self.rows.len()).map(|row| self.violation(row));
+        violations
+            .filter(|violation| self.is_missed(violation))
+            .reduce(|worst, next| if next.by > worst.by { next } else { worst })
+    }
+
+    fn is_missed(&self, violation: &Violation) -> bool {
+        // An active row is satisfied by its multiplier; what rounding leaves of it is not taken in twice.
+        violation.by > VIOLATED && !self.active.contains(&violation.row)
+    }
+
+    fn violation(&self, row: usize) -> Violation {
+        let slack = self.slack(row);
+        Violation {
+            row,
+            slack,
+            by: -slack / self.diagonal(row).sqrt(),
         }
-        worst.0
     }
 
     /// Raises the multiplier of a row until it is satisfied, releasing those whose multipliers come
     /// to 0 on the way.
-    fn take_in(&mut self, row: usize, mut slack: f64) -> Result<(), Unsolved> {
+    fn take_in(&mut self, violation: &Violation) -> Result<(), Unsolved> {
+        let row = violation.row;
         let before = (self.active.clone(), self.multipliers.clone());
-        let diagonal = self.entry(row, row);
-        let mut multiplier = 0.0;
+        let mut entering = Entering {
+            row,
+            diagonal: self.diagonal(row),
+            multiplier: 0.0,
+            slack: violation.slack,
+        };
         loop {
-            self.fill_column(row);
-            // For each unit of the row's multiplier the others fall by this, and the slack grows by
-            // the curvature.
-            self.direction.clear();
-            self.direction.extend_from_slice(&self.column);
-            self.factor.solve(&mut self.direction);
-            let known: f64 = self
-                .direction
-                .iter()
-                .zip(&self.column)
-                .map(|(u, m)| u * m)
-                .sum();
-            let curvature = diagonal - known;
-            let whole = if curvature > DEPENDENT * diagonal {
-                -slack / curvature
-            } else {
-                f64::INFINITY
-            };
-            let blocking = self.blocking().filter(|(_, most)| *most < whole);
-            let by = blocking.map_or(whole, |(_, most)| most);
-            if by == f64::INFINITY {
+            let exchange = self.find_exchange(&entering);
+            // No multiplier satisfies the row, and none of the active ones gives way.
+            if exchange.by == f64::INFINITY {
                 self.restore(before);
                 return Err(Unsolved::Infeasible { row });
             }
-            multiplier += by;
-            slack += by * curvature;
-            self.multipliers
-                .iter_mut()
-                .zip(&self.direction)
-                .for_each(|(nu, u)| *nu -= by * u);
-            let Some((index, _)) = blocking else { break };
-            self.release(index);
+            self.exchange(&exchange, &mut entering);
+            let Some(released) = exchange.released else {
+                break;
+            };
+            self.release(released);
         }
-        let column = std::mem::take(&mut self.column);
-        if self.factor.append(&column, diagonal) {
-            self.active.push(row);
-            self.multipliers.push(multiplier);
-        }
-        self.column = column;
+        self.activate(&entering);
         Ok(())
+    }
+
+    /// How far the multiplier can be raised until the row is satisfied or an active one is released.
+    fn find_exchange(&mut self, entering: &Entering) -> Exchange {
+        let curvature = self.aim(entering);
+        let whole = entering.until_satisfied(curvature);
+        let blocking = self.blocking().filter(|(_, most)| *most < whole);
+        Exchange {
+            by: blocking.map_or(whole, |(_, most)| most),
+            curvature,
+            released: blocking.map(|(index, _)| index),
+        }
+    }
+
+    /// `direction` ← by how much the active multipliers fall for each unit of that of the row; returns
+    /// by how much its slack grows.
+    fn aim(&mut self, entering: &Entering) -> f64 {
+        self.fill_column(entering.row);
+        self.direction.clone_from(&self.column);
+        self.factor.solve(&mut self.direction);
+        entering.diagonal - dot(&self.direction, &self.column)
+    }
+
+    fn exchange(&mut self, exchange: &Exchange, entering: &mut Entering) {
+        let by = exchange.by;
+        entering.multiplier += by;
+        entering.slack += by * exchange.curvature;
+        let falls = self.multipliers.iter_mut().zip(&self.direction);
+        falls.for_each(|(nu, u)| *nu -= by * u);
+    }
+
+    /// `column` is that of the row already.
+    fn activate(&mut self, entering: &Entering) {
+        if self.factor.append(&self.column, entering.diagonal) {
+            self.active.push(entering.row);
+            self.multipliers.push(entering.multiplier);
+        }
     }
 
     /// The active row whose multiplier comes to 0 first along `direction`, and after how much.
     fn blocking(&self) -> Option<(usize, f64)> {
-        let falling = self
-            .direction
-            .iter()
-            .zip(&self.multipliers)
-            .enumerate()
-            .filter(|(_, (u, _))| **u > 0.0);
-        falling
+        let falls = self.direction.iter().zip(&self.multipliers).enumerate();
+        falls
+            .filter(|(_, (u, _))| **u > 0.0)
+            // Rounding may have left a multiplier just below 0: it blocks at once, it is not raised.
             .map(|(index, (u, nu))| (index, nu.max(0.0) / u))
             .min_by(|a, b| a.1.total_cmp(&b.1))
     }
@@ -282,12 +386,9 @@ impl ActiveSet {
     }
 
     fn restore(&mut self, (active, multipliers): (Vec<usize>, Vec<f64>)) {
-        self.factor.truncate(0);
-        self.active.clear();
-        self.multipliers.clear();
+        self.deactivate();
         for (row, multiplier) in active.into_iter().zip(multipliers) {
-            self.fill_column(row);
-            if self.factor.append(&self.column, self.entry(row, row)) {
+            if self.append(row) {
                 self.active.push(row);
                 self.multipliers.push(multiplier);
             }

@@ -2,7 +2,9 @@
 
 use super::input::{Input, lower_bound};
 use super::nearest;
-use super::outcome::{LoweredFloor, Outcome, Refusal, Stage, StageShare, Termination};
+use super::outcome::{
+    LoweredFloor, NearestBodies, Outcome, Refusal, Stage, StageShare, Termination,
+};
 use super::progress::Progress;
 use super::restorer::Restorer;
 use super::settings::Settings;
@@ -135,21 +137,11 @@ impl Answer {
         let certificate = self.claims(question, is_unchanged).map(|proofs| {
             Certificate::new(model, &output, terms(question, &floors_lowered), &proofs)
         });
-        let corridor = certificate
-            .as_ref()
-            .filter(|_| settings.corridor)
-            .map(|certificate| Corridor::new(model, &output, certificate));
-        let nearest = self.nearest.as_ref().map(|nearest| {
-            let callers = is_unchanged.then(|| nearest::segments_of(&input.standing_for));
-            nearest::named(model, nearest, &callers.unwrap_or_default())
-        });
         Outcome {
             turned: input.turned(model.robot(), path, &output),
-            path: output,
             proved: certificate.is_some(),
             uncheckable: model.uncheckable().filter(|_| self.refusal.is_none()),
             pairs: model.checked_pairs(),
-            refusal: self.refusal,
             length_before,
             length_after,
             lower_bound,
@@ -157,7 +149,7 @@ impl Answer {
             clearance_m: settings.clearance_m,
             floor_m: least_floor_m(settings.clearance_m, &floors_lowered),
             floors_lowered,
-            nearest,
+            nearest: self.named_nearest(question, is_unchanged),
             pinched: named_pairs(model, &self.pinched),
             iterations: self.iterations,
             work: self.work,
@@ -166,12 +158,24 @@ impl Answer {
             } else {
                 self.stage
             },
+            warnings: [model.uncovered(), input.warnings.clone()].concat(),
+            corridor: corridor(question, &output, certificate.as_ref()),
+            refusal: self.refusal,
             stages: self.stages,
             termination: self.termination,
-            warnings: [model.uncovered(), input.warnings.clone()].concat(),
-            corridor,
+            path: output,
             certificate,
         }
+    }
+
+    fn named_nearest(&self, question: &Question, is_unchanged: bool) -> Option<NearestBodies> {
+        let nearest = self.nearest.as_ref()?;
+        let callers = is_unchanged.then(|| nearest::segments_of(&question.input.standing_for));
+        Some(nearest::named(
+            question.model,
+            nearest,
+            &callers.unwrap_or_default(),
+        ))
     }
 
     /// The path as the caller gets it; it is taken out.
@@ -187,22 +191,13 @@ impl Answer {
 
     /// Length of the input, of the path, and what none can be shorter than.
     fn lengths(&self, question: &Question) -> [f64; 3] {
-        let Input {
-            space,
-            metric,
-            path,
-            keep_goal,
-            ..
-        } = question.input;
-        let [before, after] = self.lengths.unwrap_or_else(|| {
-            let length = metric.length(space, path.as_flat(), &mut vec![0.0; space.nv()]);
-            [length; 2]
-        });
+        let input = question.input;
+        let [before, after] = self.lengths.unwrap_or_else(|| [input.length(); 2]);
         // Without a waypoint on a straight line the sum may be rounded up.
         let after = after.min(before);
+        let bound = lower_bound(&input.space, &input.metric, question.path, input.keep_goal);
         // Angles far out are rounded by more than the two may differ.
-        let bound = lower_bound(space, metric, question.path, *keep_goal).min(after);
-        [before, after, bound]
+        [before, after, bound.min(after)]
     }
 
     fn floors_lowered(&self, model: &CollisionModel) -> Vec<LoweredFloor> {
@@ -223,16 +218,26 @@ impl Answer {
     }
 }
 
+fn corridor(
+    question: &Question,
+    output: &Path,
+    certificate: Option<&Certificate>,
+) -> Option<Corridor> {
+    let certificate = certificate.filter(|_| question.settings.corridor)?;
+    Some(Corridor::new(question.model, output, certificate))
+}
+
 fn terms(question: &Question, lowered: &[LoweredFloor]) -> Terms {
+    let settings = question.settings;
     let named = |lowered: &LoweredFloor| {
         let [a, b] = lowered.bodies.clone();
         (a, b, lowered.floor_m)
     };
     Terms {
-        clearance_m: question.settings.clearance_m,
+        clearance_m: settings.clearance_m,
         lowered: lowered.iter().map(named).collect(),
-        unwrapped: question.settings.unwrapped,
-        held: question.settings.held.clone(),
+        unwrapped: settings.unwrapped,
+        held: settings.held.clone(),
     }
 }
 
@@ -250,16 +255,23 @@ fn named_pairs(model: &CollisionModel, pairs: &[usize]) -> Vec<[String; 2]> {
 /// Proofs of the caller's segments: one between equal waypoints keeps what the segment beside it
 /// keeps.
 fn spread(proofs: &[SegmentProof], standing_for: &[usize]) -> Vec<SegmentProof> {
-    let of_segment = |ends: &[usize]| match proofs[ends[0].min(proofs.len() - 1)] {
-        proof if ends[0] < ends[1] => proof,
-        proof => SegmentProof {
+    if standing_for.len() < 2 {
+        return proofs.to_vec();
+    }
+    let segments = standing_for.windows(2);
+    segments
+        .map(|ends| proof_between(proofs, ends[0], ends[1]))
+        .collect()
+}
+
+/// Of the caller's segment whose ends these waypoints stand for.
+fn proof_between(proofs: &[SegmentProof], from: usize, to: usize) -> SegmentProof {
+    let proof = proofs[from.min(proofs.len() - 1)];
+    match from < to {
+        true => proof,
+        false => SegmentProof {
             intervals: 0,
             ..proof
         },
-    };
-    if standing_for.len() < 2 {
-        proofs.to_vec()
-    } else {
-        standing_for.windows(2).map(of_segment).collect()
     }
 }

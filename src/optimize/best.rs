@@ -39,6 +39,10 @@ pub struct Best<'r> {
     velocity: Vec<f64>,
 }
 
+fn known_proofs(proved: &Proved<'_>) -> impl Iterator<Item = Option<SegmentProof>> {
+    proved.proofs().iter().copied().map(Some)
+}
+
 impl<'r> Best<'r> {
     /// Begins with an input that is proved.
     pub fn proved(task: &'r Task<'r>, input: &Path, proved: Proved<'_>) -> Self {
@@ -119,16 +123,20 @@ impl<'r> Best<'r> {
     /// says whether it did.
     pub fn take(&mut self, path: &Proved<'_>, fixed: &[bool]) -> bool {
         let length = self.task.length(path.rows(), &mut self.velocity);
-        if !self.is_longer_than(length) {
-            return false;
+        let is_shorter = self.is_longer_than(length);
+        if is_shorter {
+            self.become_path(path, fixed);
         }
+        is_shorter
+    }
+
+    fn become_path(&mut self, path: &Proved<'_>, fixed: &[bool]) {
         self.path.splice(0..self.path.len(), path.rows());
         self.fixed.clear();
         self.fixed.extend_from_slice(fixed);
         self.proofs.clear();
-        self.proofs.extend(path.proofs().iter().copied().map(Some));
+        self.proofs.extend(known_proofs(path));
         self.measure(0..self.steps.len(), path.rows());
-        true
     }
 
     /// Puts `rows` in the place of the waypoints `range`, whose ends they repeat; and `tail`, from
@@ -141,28 +149,37 @@ impl<'r> Best<'r> {
         tail: Option<&Proved<'_>>,
         change: Change,
     ) -> bool {
-        let gain = self.gain(range, rows.rows());
-        let is_as_said = match change {
-            Change::Shortens => gain > SHORTER * self.length(),
-            Change::Simplifies => {
-                let is_fewer = rows.rows().len() < range.len() * self.path.nq();
-                is_fewer && gain >= -ROUNDING * self.length()
-            }
-        };
-        if !is_as_said {
+        if !self.is_as_said(range, rows.rows(), change) {
             return false;
         }
         if let Some(tail) = tail {
+            // First, while the numbers of the waypoints of `range` are as they were.
             self.splice(range.end - 1..self.path.len(), tail);
         }
         self.splice(range.clone(), rows);
         true
     }
 
+    /// Whether rows in the place of the waypoints `range` change the path as it is said.
+    fn is_as_said(&mut self, range: &Range<usize>, rows: &[f64], change: Change) -> bool {
+        let gain = self.gain(range, rows);
+        match change {
+            Change::Shortens => gain > SHORTER * self.length(),
+            Change::Simplifies => {
+                let is_fewer = rows.len() < range.len() * self.path.nq();
+                is_fewer && gain >= -ROUNDING * self.length()
+            }
+        }
+    }
+
     /// How much shorter the path would be with these rows in the place of the waypoints `range`.
     pub fn gain(&mut self, range: &Range<usize>, rows: &[f64]) -> f64 {
-        let before = self.arcs[range.end - 1] - self.arcs[range.start];
-        before - self.task.length(rows, &mut self.velocity)
+        self.length_of(range) - self.task.length(rows, &mut self.velocity)
+    }
+
+    /// Length of the path between the first and the last of these waypoints.
+    fn length_of(&self, range: &Range<usize>) -> f64 {
+        self.arcs[range.end - 1] - self.arcs[range.start]
     }
 
     /// Asks for a proof of those segments that have none; says whether all are proved then.
@@ -182,27 +199,28 @@ impl<'r> Best<'r> {
     /// Between waypoints that stay there are as many new ones as the rows say; the ends keep
     /// whether they are fixed.
     fn splice(&mut self, range: Range<usize>, rows: &Proved<'_>) {
+        let segments = range.start..range.end - 1;
         let count = rows.rows().len() / self.path.nq();
         if count != range.len() {
-            self.fixed.splice(
-                range.start + 1..range.end - 1,
-                std::iter::repeat_n(false, count - 2),
-            );
+            let between = std::iter::repeat_n(false, count - 2);
+            self.fixed.splice(range.start + 1..range.end - 1, between);
         }
-        self.proofs.splice(
-            range.start..range.end - 1,
-            rows.proofs().iter().copied().map(Some),
-        );
-        self.measure(range.start..range.end - 1, rows.rows());
+        self.proofs.splice(segments.clone(), known_proofs(rows));
+        self.measure(segments, rows.rows());
         self.path.splice(range, rows.rows());
     }
 
     /// Puts the lengths of the segments between these rows in the place of those of `segments`.
     fn measure(&mut self, segments: Range<usize>, rows: &[f64]) {
         let first = segments.start;
-        let velocity = &mut self.velocity;
-        let lengths = cost::steps(self.task.space, self.task.metric, rows, velocity);
+        let lengths = cost::steps(self.task.space, self.task.metric, rows, &mut self.velocity);
         self.steps.splice(segments, lengths);
+        self.add_up_arcs(first);
+    }
+
+    /// The length up to each waypoint after `first`, one segment after the other: the sum is the same,
+    /// bit for bit, whichever part of the path changed last.
+    fn add_up_arcs(&mut self, first: usize) {
         self.arcs.truncate(first + 1);
         let mut arc = self.arcs[first];
         for step in &self.steps[first..] {

@@ -20,6 +20,22 @@ pub struct Place {
     arc: f64,
 }
 
+impl Place {
+    fn nearest_waypoint(&self) -> usize {
+        self.segment + usize::from(self.ratio > 0.5)
+    }
+
+    /// The first waypoint that does not lie before it.
+    fn next_waypoint(&self) -> usize {
+        self.segment + usize::from(self.ratio > 0.0)
+    }
+
+    /// The last segment that begins before it.
+    fn last_segment(&self) -> usize {
+        self.segment - usize::from(self.ratio == 0.0 && self.segment > 0)
+    }
+}
+
 /// The path, the candidate for a part of it, and scratch.
 pub struct Search<'s, 'r, 'm> {
     pub progress: &'s mut Progress<'r, 'm>,
@@ -78,11 +94,26 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     }
 
     pub fn whole_stretch(&self, stretch: usize) -> (Place, Place) {
-        let mut ends = (0..self.progress.best.fixed().len())
-            .filter(|&i| self.progress.best.fixed()[i])
-            .skip(stretch);
+        let mut ends = self.fixed_from(0).skip(stretch);
         let mut next = || self.at_waypoint(ends.next().unwrap_or(0));
         (next(), next())
+    }
+
+    /// The stretch between neighbouring fixed waypoints that a segment lies on.
+    fn stretch_around(&self, segment: usize) -> Option<(usize, usize)> {
+        let start = (0..=segment).rev().find(|&i| self.is_fixed(i))?;
+        let end = self.fixed_from(segment + 1).next()?;
+        Some((start, end))
+    }
+
+    fn is_fixed(&self, waypoint: usize) -> bool {
+        self.progress.best.fixed()[waypoint]
+    }
+
+    /// The fixed waypoints from this one on.
+    fn fixed_from(&self, first: usize) -> impl Iterator<Item = usize> {
+        let waypoints = first..self.progress.best.fixed().len();
+        waypoints.filter(|&waypoint| self.is_fixed(waypoint))
     }
 
     fn at_waypoint(&self, waypoint: usize) -> Place {
@@ -96,26 +127,28 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     /// Two random places on different segments of one stretch, in order; each is a waypoint with
     /// probability `snapped`.
     pub fn draw_places(&mut self, snapped: f64) -> Option<(Place, Place)> {
+        let [low, high] = self.draw_arcs()?;
+        let from = self.draw_place(low, snapped);
+        let to = self.draw_place(high, snapped);
+        (from.segment < to.last_segment()).then_some((from, to))
+    }
+
+    /// Two random lengths along the path on one stretch, in order.
+    fn draw_arcs(&mut self) -> Option<[f64; 2]> {
         let anywhere = self.progress.random.f64() * self.length();
-        let segment = self.segment_at(anywhere);
-        let start = (0..=segment)
-            .rev()
-            .find(|&i| self.progress.best.fixed()[i])?;
-        let end = (segment + 1..self.progress.best.fixed().len())
-            .find(|&i| self.progress.best.fixed()[i])?;
-        let other = self.arcs()[start]
-            + self.progress.random.f64() * (self.arcs()[end] - self.arcs()[start]);
-        let [from, to] = [anywhere.min(other), anywhere.max(other)].map(|arc| {
-            let place = self.place_at(arc);
-            let nearest = place.segment + usize::from(place.ratio > 0.5);
-            if self.progress.random.f64() < snapped {
-                self.at_waypoint(nearest)
-            } else {
-                place
-            }
-        });
-        let last = to.segment - usize::from(to.ratio == 0.0 && to.segment > 0);
-        (from.segment < last).then_some((from, to))
+        let (start, end) = self.stretch_around(self.segment_at(anywhere))?;
+        let from = self.arcs()[start];
+        let other = from + self.progress.random.f64() * (self.arcs()[end] - from);
+        Some([anywhere.min(other), anywhere.max(other)])
+    }
+
+    /// The place at an arc length; or, with probability `snapped`, the waypoint nearest to it.
+    fn draw_place(&mut self, arc: f64, snapped: f64) -> Place {
+        let place = self.place_at(arc);
+        match self.progress.random.f64() < snapped {
+            true => self.at_waypoint(place.nearest_waypoint()),
+            false => place,
+        }
     }
 
     fn segment_at(&self, arc: f64) -> usize {
@@ -125,12 +158,7 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
 
     fn place_at(&self, arc: f64) -> Place {
         let segment = self.segment_at(arc);
-        let length = self.arcs()[segment + 1] - self.arcs()[segment];
-        let ratio = if length > 0.0 {
-            (arc - self.arcs()[segment]) / length
-        } else {
-            0.0
-        };
+        let ratio = self.ratio_at(segment, arc);
         if ratio < 1.0 {
             Place {
                 segment,
@@ -142,73 +170,89 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         }
     }
 
+    fn ratio_at(&self, segment: usize, arc: f64) -> f64 {
+        let start = self.arcs()[segment];
+        let length = self.arcs()[segment + 1] - start;
+        if length > 0.0 {
+            (arc - start) / length
+        } else {
+            0.0
+        }
+    }
+
     /// Builds the candidate that moves the components `straightened` straight from one place to the
     /// other.
     pub fn build(&mut self, (from, to): (Place, Place), straightened: Range<usize>) {
-        let first = from.segment;
-        let last = to.segment + usize::from(to.ratio > 0.0);
-        self.replaced = first..last + 1;
-        for (side, place) in [from, to].into_iter().enumerate() {
-            let start = place.segment;
-            let end = (place.segment + 1).min(self.progress.best.path().len() - 1);
-            self.progress.task.space.difference(
-                self.progress.best.path().waypoint(end),
-                self.progress.best.path().waypoint(start),
-                &mut self.velocity,
-            );
-            let at = &mut self.ends[side];
-            self.progress.task.space.integrate(
-                self.progress.best.path().waypoint(start),
-                &self.velocity,
-                place.ratio,
-                at,
-            );
-            if place.ratio == 0.0 {
-                at.copy_from_slice(self.progress.best.path().waypoint(start));
-            }
-        }
-        self.candidate.clear();
-        self.candidate
-            .extend_from_slice(self.progress.best.path().waypoint(first));
-        push_different(&mut self.candidate, &self.ends[0]);
-        let is_straight = straightened.len() == self.progress.task.space.components().len();
-        if !is_straight {
-            self.progress
-                .task
-                .space
-                .difference(&self.ends[1], &self.ends[0], &mut self.velocity);
-            for waypoint in first + 1..last {
-                self.straighten(
-                    waypoint,
-                    (self.arcs()[waypoint] - from.arc) / (to.arc - from.arc),
-                    straightened.clone(),
-                );
-            }
+        let last = to.next_waypoint();
+        self.start(from, to);
+        // Where everything moves straight, nothing is left of the waypoints between.
+        if straightened.len() < self.progress.task.space.components().len() {
+            self.straighten_between(from, to, straightened);
         }
         push_different(&mut self.candidate, &self.ends[1]);
-        // Both ends stand in it, also where the stretch comes back to where it begins.
-        let ends = self.candidate.len() > self.progress.best.path().nq();
-        if !(ends
-            && self
-                .candidate
-                .ends_with(self.progress.best.path().waypoint(last)))
-        {
-            self.candidate
-                .extend_from_slice(self.progress.best.path().waypoint(last));
+        self.close(last);
+    }
+
+    /// Begins a candidate between two places.
+    fn start(&mut self, from: Place, to: Place) {
+        self.replaced = from.segment..to.next_waypoint() + 1;
+        self.stand_at(0, from);
+        self.stand_at(1, to);
+        self.candidate.clear();
+        self.candidate
+            .extend_from_slice(self.progress.best.path().waypoint(from.segment));
+        push_different(&mut self.candidate, &self.ends[0]);
+    }
+
+    /// `ends[side]` ← the configuration at a place.
+    fn stand_at(&mut self, side: usize, place: Place) {
+        let space = self.progress.task.space;
+        let path = self.progress.best.path();
+        let from = path.waypoint(place.segment);
+        let to = path.waypoint((place.segment + 1).min(path.len() - 1));
+        let at = &mut self.ends[side];
+        space.difference(to, from, &mut self.velocity);
+        space.integrate(from, &self.velocity, place.ratio, at);
+        // A waypoint keeps its bits: integrating by 0 may round a rotation.
+        if place.ratio == 0.0 {
+            at.copy_from_slice(from);
         }
+    }
+
+    /// Adds the waypoints between two places, straightened.
+    fn straighten_between(&mut self, from: Place, to: Place, straightened: Range<usize>) {
+        let [start, end] = &self.ends;
+        self.progress
+            .task
+            .space
+            .difference(end, start, &mut self.velocity);
+        for waypoint in from.segment + 1..self.replaced.end - 1 {
+            let ratio = (self.arcs()[waypoint] - from.arc) / (to.arc - from.arc);
+            self.straighten(waypoint, ratio, straightened.clone());
+        }
+    }
+
+    /// Adds the last waypoint that the candidate replaces, unless it ends there.
+    fn close(&mut self, last: usize) {
+        let end = self.progress.best.path().waypoint(last);
+        if !self.ends_at(end) {
+            self.candidate.extend_from_slice(end);
+        }
+    }
+
+    /// Both ends stand in the candidate, also where the stretch comes back to where it begins.
+    fn ends_at(&self, end: &[f64]) -> bool {
+        let has_two = self.candidate.len() > end.len();
+        has_two && self.candidate.ends_with(end)
     }
 
     /// Adds a waypoint whose components `straightened` are at `ratio` of the straight line, the
     /// others as they were.
     fn straighten(&mut self, waypoint: usize, ratio: f64, straightened: Range<usize>) {
-        self.row
-            .copy_from_slice(self.progress.best.path().waypoint(waypoint));
-        self.progress.task.space.integrate(
-            &self.ends[0],
-            &self.velocity,
-            ratio,
-            &mut self.straight,
-        );
+        let Progress { task, best, .. } = &*self.progress;
+        task.space
+            .integrate(&self.ends[0], &self.velocity, ratio, &mut self.straight);
+        self.row.copy_from_slice(best.path().waypoint(waypoint));
         for columns in &self.moving[straightened] {
             self.row[columns.clone()].copy_from_slice(&self.straight[columns.clone()]);
         }
@@ -222,9 +266,13 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
             return None;
         }
         let gain = self.progress.best.gain(&self.replaced, &self.candidate);
+        (gain > self.least_gain()).then_some(gain)
+    }
+
+    /// What a candidate with so many waypoints must gain.
+    fn least_gain(&self) -> f64 {
         let added = self.candidate_len().saturating_sub(self.replaced.len());
-        let least = SHORTER.max(WORTH_A_WAYPOINT * added as f64);
-        (gain > least * self.length()).then_some(gain)
+        SHORTER.max(WORTH_A_WAYPOINT * added as f64) * self.length()
     }
 
     /// [`Best::unroll_part`](super::best::Best::unroll_part) of the candidate.
@@ -241,10 +289,8 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     /// Proves the candidate, and what follows where that moves by whole turns, and puts it in its
     /// place; `replaced` is then where it lies.
     pub fn try_candidate(&mut self, change: Change) -> Tried {
-        let range = &self.replaced;
-        let tried = self
-            .progress
-            .try_part(range, &self.candidate, &self.tail, change);
+        let progress = &mut *self.progress;
+        let tried = progress.try_part(&self.replaced, &self.candidate, &self.tail, change);
         if tried == Tried::Taken {
             self.replaced.end = self.replaced.start + self.candidate_len();
         }
@@ -266,16 +312,20 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     /// Leaves out these waypoints if none is fixed, it gains, and the straight line is proved; says
     /// whether.
     pub fn leave_out(&mut self, waypoints: Range<usize>) -> bool {
-        if self.progress.best.fixed()[waypoints.clone()].contains(&true) {
+        if waypoints.clone().any(|waypoint| self.is_fixed(waypoint)) {
             return false;
         }
-        self.replaced = waypoints.start - 1..waypoints.end + 1;
-        self.candidate.clear();
-        self.candidate
-            .extend_from_slice(self.progress.best.path().waypoint(waypoints.start - 1));
-        self.candidate
-            .extend_from_slice(self.progress.best.path().waypoint(waypoints.end));
+        self.join(waypoints.start - 1, waypoints.end);
         self.gain().is_some() && self.try_candidate(Change::Shortens) == Tried::Taken
+    }
+
+    /// The candidate that moves straight from one waypoint to another.
+    fn join(&mut self, from: usize, to: usize) {
+        let path = self.progress.best.path();
+        self.replaced = from..to + 1;
+        self.candidate.clear();
+        self.candidate.extend_from_slice(path.waypoint(from));
+        self.candidate.extend_from_slice(path.waypoint(to));
     }
 
     /// Drops those waypoints of the candidate just accepted that the path can do without.
@@ -289,26 +339,24 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         let mut waypoint = self.replaced.start + 1;
         let mut end = self.replaced.end - 1;
         while waypoint < end {
-            if self.progress.best.fixed()[waypoint] {
-                waypoint += 1;
-                continue;
+            match self.drop(waypoint) {
+                Tried::Taken => end -= 1,
+                Tried::Refused(_) | Tried::NotShorter => waypoint += 1,
+                Tried::Stopped => return,
             }
-            self.replaced = waypoint - 1..waypoint + 2;
-            self.candidate.clear();
-            self.candidate
-                .extend_from_slice(self.progress.best.path().waypoint(waypoint - 1));
-            self.candidate
-                .extend_from_slice(self.progress.best.path().waypoint(waypoint + 1));
-            // What lies on the straight line between its neighbours is dropped too: not longer is
-            // enough.
-            let tried = self
-                .unroll()
-                .then(|| self.try_candidate(Change::Simplifies));
-            match tried {
-                Some(Tried::Taken) => end -= 1,
-                Some(Tried::Refused(_) | Tried::NotShorter) | None => waypoint += 1,
-                Some(Tried::Stopped) => return,
-            }
+        }
+    }
+
+    /// Tries to do without a waypoint. What lies on the straight line between its neighbours is dropped
+    /// too: not longer is enough.
+    fn drop(&mut self, waypoint: usize) -> Tried {
+        if self.is_fixed(waypoint) {
+            return Tried::NotShorter;
+        }
+        self.join(waypoint - 1, waypoint + 1);
+        match self.unroll() {
+            true => self.try_candidate(Change::Simplifies),
+            false => Tried::NotShorter,
         }
     }
 }

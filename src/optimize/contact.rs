@@ -16,13 +16,14 @@
 //! it goes on.
 
 use super::active_set::{ActiveSet, Unsolved};
-use super::contacts::{Contacts, Ray};
-use super::cost::{Cost, segment_lengths};
+use super::contacts::{Contacts, HeldModel, Ray};
+use super::cost::{Cost, rest_lengths, segment_lengths};
 use super::limits::Limits;
 use super::outcome::{Stage, Termination};
 use super::progress::{Progress, Tried};
 use crate::path::Path;
 use crate::validation::SegmentRefusal;
+use std::ops::ControlFlow;
 
 /// A segment shorter than this part of the path is no stiffer: neighbours that meet do not lock
 /// each other.
@@ -144,61 +145,94 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         }
         let mut part = self.part;
         for trial in 1..=TRIALS {
-            if let Some(termination) = self.progress.must_end() {
-                return Pulled::Ended(termination);
-            }
-            self.progress.iterations += 1;
-            if !self.move_trial(part) {
-                if part < SMALLEST_PART {
-                    break;
-                }
-                part *= 0.5;
-                continue;
-            }
-            match self.try_trial() {
-                (Tried::Stopped, _) => return Pulled::Ended(Termination::Stopped),
-                (Tried::Taken, gain) => {
-                    self.part = (GROWTH * part).min(1.0);
-                    return Pulled::By(gain);
-                }
-                (Tried::NotShorter, _) => unreachable!("a trial is seen to be shorter"),
-                (Tried::Refused(refusal), _) => {
-                    let apart = self.learn(&refusal, part);
-                    if trial % PATIENCE == 0 {
-                        part = (0.95 * apart).clamp(0.25 * part, 0.9 * part);
-                    } else if self.update_step().is_none() {
-                        return Pulled::Ended(Termination::Stopped);
-                    }
-                }
+            match self.attempt(trial, part) {
+                ControlFlow::Continue(next) => part = next,
+                ControlFlow::Break(pulled) => return pulled,
             }
         }
+        self.give_up()
+    }
+
+    /// Tries a part of the step; the part to try next, or what came of it.
+    fn attempt(&mut self, trial: u32, part: f64) -> ControlFlow<Pulled, f64> {
+        if let Some(termination) = self.progress.must_end() {
+            return ControlFlow::Break(Pulled::Ended(termination));
+        }
+        self.progress.iterations += 1;
+        if self.move_trial(part) {
+            self.prove_trial(trial, part)
+        } else if part < SMALLEST_PART {
+            ControlFlow::Break(self.give_up())
+        } else {
+            // The model bounds the length from above, to first order: less of the step is shorter.
+            ControlFlow::Continue(0.5 * part)
+        }
+    }
+
+    fn prove_trial(&mut self, trial: u32, part: f64) -> ControlFlow<Pulled, f64> {
+        match self.try_trial() {
+            (Tried::Stopped, _) => ControlFlow::Break(Pulled::Ended(Termination::Stopped)),
+            (Tried::Taken, gain) => {
+                self.part = (GROWTH * part).min(1.0);
+                ControlFlow::Break(Pulled::By(gain))
+            }
+            (Tried::NotShorter, _) => unreachable!("a trial is seen to be shorter"),
+            (Tried::Refused(refusal), _) => self.hold_back(&refusal, trial, part),
+        }
+    }
+
+    /// Learns from a refusal, and turns the step or takes less of it.
+    fn hold_back(
+        &mut self,
+        refusal: &SegmentRefusal,
+        trial: u32,
+        part: f64,
+    ) -> ControlFlow<Pulled, f64> {
+        let apart = self.learn(refusal, part);
+        if trial.is_multiple_of(PATIENCE) {
+            // Just short of the touch; but a look that was bad must neither stop the descent nor keep it
+            // where it is.
+            return ControlFlow::Continue((0.95 * apart).clamp(0.25 * part, 0.9 * part));
+        }
+        match self.update_step() {
+            Some(()) => ControlFlow::Continue(part),
+            None => ControlFlow::Break(Pulled::Ended(Termination::Stopped)),
+        }
+    }
+
+    fn give_up(&mut self) -> Pulled {
         self.part = (0.5 * self.part).max(SMALLEST_PART);
         Pulled::Nothing
     }
 
     /// The model at x₀: cost, gradient, and the half-spaces of what is known to hold the path.
     fn linearise(&mut self) {
-        let task = self.progress.task;
+        self.soften();
         let rows = self.path.as_flat();
-        self.cost = Cost::with_shortest(
-            task.space,
-            task.metric,
-            rows,
-            &self.fixed,
-            task.moving,
-            SHORTEST_SEGMENT,
-        );
         self.cost
             .gradient(rows, &mut self.velocity, &mut self.gradient);
         self.set.begin(&self.cost, &self.gradient);
         self.limits.release();
         self.progress.pinched.clear();
-        self.contacts.linearise(
-            &self.path,
-            self.progress.validator.floors(),
-            &self.cost,
-            &mut self.set,
+        let mut model = HeldModel {
+            floors: self.progress.validator.floors(),
+            cost: &self.cost,
+            set: &mut self.set,
+        };
+        self.contacts.linearise(&self.path, &mut model);
+    }
+
+    /// λ ← 1/length of the present segments.
+    fn soften(&mut self) {
+        let task = self.progress.task;
+        let lengths = rest_lengths(
+            task.space,
+            task.metric,
+            self.path.as_flat(),
+            SHORTEST_SEGMENT,
         );
+        self.cost =
+            Cost::of_rest_lengths(task.space, task.metric, &lengths, &self.fixed, task.moving);
     }
 
     /// p ← the minimum of the model under half-spaces and limits; `None` where stopped.
@@ -206,15 +240,19 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         loop {
             self.solve()?;
             self.set.step(&self.cost, &mut self.step);
-            let rows = self.path.as_flat();
-            let stop = &mut *self.progress.stop;
-            let has_left =
-                self.limits
-                    .push_left(&mut self.set, &self.cost, rows, &self.step, stop)?;
-            if !has_left {
+            // Limits come in lazily: most never hold the path, and a row for each would cost more than
+            // solving again.
+            if !self.push_left_limits()? {
                 return Some(());
             }
         }
+    }
+
+    fn push_left_limits(&mut self) -> Option<bool> {
+        let rows = self.path.as_flat();
+        let stop = &mut *self.progress.stop;
+        self.limits
+            .push_left(&mut self.set, &self.cost, rows, &self.step, stop)
     }
 
     /// The multipliers under the half-spaces; those that no step satisfies give way.
@@ -250,13 +288,12 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             step: &self.step,
             part,
         };
-        self.contacts.learn(
-            refusal,
-            ray,
-            self.progress.validator.floors(),
-            &self.cost,
-            &mut self.set,
-        )
+        let mut model = HeldModel {
+            floors: self.progress.validator.floors(),
+            cost: &self.cost,
+            set: &mut self.set,
+        };
+        self.contacts.learn(refusal, ray, &mut model)
     }
 
     /// Proves x₁; where that is taken, x₀ ← x₁. Also returns by which part of the length it is
@@ -265,35 +302,54 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         let before = self.progress.best.length();
         let tried = self.progress.try_path(&self.trial, &self.fixed);
         if tried == Tried::Taken {
-            self.contacts.note_pushes(&self.set);
-            std::mem::swap(&mut self.path, &mut self.trial);
+            self.step_forward();
         }
         (tried, 1.0 - self.progress.best.length() / before)
+    }
+
+    /// x₀ ← x₁.
+    fn step_forward(&mut self) {
+        self.contacts.note_pushes(&self.set);
+        std::mem::swap(&mut self.path, &mut self.trial);
     }
 
     /// Gives each segment that is pushed on its inside a waypoint there, so that the path can bend;
     /// false where none is, or only short ones are.
     fn refine(&mut self) -> bool {
+        let waypoints = self.path.len();
+        self.split_where_pushed();
+        self.resize();
+        self.path.len() > waypoints
+    }
+
+    fn split_where_pushed(&mut self) {
         let task = self.progress.task;
         let lengths = segment_lengths(task.space, task.metric, self.path.as_flat());
-        let waypoints = self.path.len();
+        // From the last segment to the first, so that the numbers of those to come stay.
         for (segment, ratio) in self.contacts.pushed_inside() {
             if lengths[segment] > SHORTEST_SPLIT * self.progress.best.length() {
-                let middle = task.space.between(
-                    self.path.waypoint(segment),
-                    self.path.waypoint(segment + 1),
-                    ratio,
-                );
-                self.path.splice(segment + 1..segment + 1, &middle);
-                self.fixed.insert(segment + 1, false);
-                self.contacts.split(segment, ratio);
+                self.split(segment, ratio);
             }
         }
+    }
+
+    /// Gives a segment a waypoint at a ratio.
+    fn split(&mut self, segment: usize, ratio: f64) {
+        let from = self.path.waypoint(segment);
+        let to = self.path.waypoint(segment + 1);
+        let middle = self.progress.task.space.between(from, to, ratio);
+        self.path.splice(segment + 1..segment + 1, &middle);
+        self.fixed.insert(segment + 1, false);
+        self.contacts.split(segment, ratio);
+    }
+
+    /// Fits the scratch to the waypoints that there are.
+    fn resize(&mut self) {
+        let task = self.progress.task;
         let size = self.path.len() * task.space.nv();
         self.trial.clone_from(&self.path);
         self.gradient.resize(size, 0.0);
         self.step.resize(size, 0.0);
         self.limits = Limits::new(task, &self.fixed);
-        self.path.len() > waypoints
     }
 }

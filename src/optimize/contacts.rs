@@ -7,6 +7,7 @@ use super::half_space::HalfSpace;
 use super::rows::Row;
 use super::task::Task;
 use crate::path::Path;
+use crate::robot::ConfigurationSpace;
 use crate::validation::SegmentRefusal;
 
 /// Distance that half-spaces aim at, in floors: what is 1.5 floors clear is proved for certain.
@@ -29,10 +30,52 @@ const SPLIT_INSIDE: std::ops::Range<f64> = 0.1..0.9;
 
 /// A pair of bodies at a ratio of a segment.
 #[derive(Clone, Copy, Debug)]
-struct Contact {
+struct Place {
     pair: usize,
     segment: usize,
     ratio: f64,
+}
+
+impl Place {
+    fn of(refusal: &SegmentRefusal) -> Self {
+        Self {
+            pair: refusal.pair,
+            segment: refusal.segment,
+            ratio: refusal.t,
+        }
+    }
+
+    fn is_near(&self, other: &Self) -> bool {
+        self.pair == other.pair
+            && self.segment == other.segment
+            && (self.ratio - other.ratio).abs() < SAME_RATIO
+    }
+
+    /// `jacobian p ≥ right_hand_side` here.
+    fn row<'j>(&self, jacobian: &'j [f64], right_hand_side: f64) -> Row<'j> {
+        Row {
+            segment: self.segment,
+            ratio: self.ratio,
+            jacobian,
+            right_hand_side,
+        }
+    }
+
+    /// The same place once `segment` is split at `ratio`.
+    fn split(&mut self, segment: usize, ratio: f64) {
+        (self.segment, self.ratio) = match self.segment {
+            at if at < segment => return,
+            at if at > segment => (at + 1, self.ratio),
+            at if self.ratio < ratio => (at, self.ratio / ratio),
+            at => (at + 1, (self.ratio - ratio) / (1.0 - ratio)),
+        };
+    }
+}
+
+/// What holds the path at a place, and how much.
+#[derive(Clone, Copy, Debug)]
+struct Contact {
+    place: Place,
     /// Accepted paths since it last pushed.
     idle: u32,
     /// The sum of its multipliers when it last pushed.
@@ -40,10 +83,63 @@ struct Contact {
 }
 
 impl Contact {
-    fn is_near(&self, other: &Self) -> bool {
-        self.pair == other.pair
-            && self.segment == other.segment
-            && (self.ratio - other.ratio).abs() < SAME_RATIO
+    fn new(place: Place) -> Self {
+        Self {
+            place,
+            idle: 0,
+            push: 0.0,
+        }
+    }
+
+    fn pushes_inside(&self) -> bool {
+        self.idle == 0 && SPLIT_INSIDE.contains(&self.place.ratio)
+    }
+
+    /// Adds a multiplier to those that it pushed with at this path.
+    fn note_push(&mut self, multiplier: f64) {
+        let others = if self.idle == 0 { self.push } else { 0.0 };
+        self.idle = 0;
+        self.push = others + multiplier;
+    }
+}
+
+/// The quadratic model that half-spaces are added to.
+pub struct HeldModel<'m, 'c> {
+    /// δ_p of each pair.
+    pub floors: &'m [f64],
+    /// The cost at the path.
+    pub cost: &'m Cost<'c>,
+    /// The half-spaces.
+    pub set: &'m mut ActiveSet,
+}
+
+impl HeldModel<'_, '_> {
+    fn push(&mut self, row: Row<'_>) -> Option<usize> {
+        self.set.push(self.cost, row)
+    }
+
+    /// What a half-space asks of a pair that is this far apart: 2δ − d.
+    fn missing(&self, pair: usize, distance: f64) -> f64 {
+        AIMED_FLOORS * self.floors[pair] - distance
+    }
+}
+
+/// How a pair was seen apart on the way to a trial.
+struct Approach {
+    distance: f64,
+    /// Of the distance, for each unit of the part of p; negative where the bodies come closer.
+    rate: f64,
+}
+
+impl Approach {
+    /// Where to look next, on the way from `tried` to `touching`; `None` where Newton's step tells
+    /// nothing and halving goes further.
+    fn towards_touch(&self, tried: f64, touching: f64) -> Option<f64> {
+        let to_touch = -self.distance / self.rate;
+        let is_ahead =
+            self.rate < 0.0 && to_touch > 0.1 * (touching - tried) && tried + to_touch < touching;
+        // Not all the way: the pair must still be apart there.
+        is_ahead.then_some(tried + TOWARDS_TOUCH * to_touch)
     }
 }
 
@@ -72,6 +168,22 @@ pub struct Contacts<'r> {
     apart: (f64, Vec<f64>),
 }
 
+/// What is asked instead of what no step does.
+fn relaxed(asked: f64) -> f64 {
+    if asked > 0.0 { 0.0 } else { f64::NEG_INFINITY }
+}
+
+/// `configuration` ← the one at a ratio between two; `velocity` is scratch.
+fn stand_between(
+    space: &ConfigurationSpace,
+    [from, to]: [&[f64]; 2],
+    ratio: f64,
+    [velocity, configuration]: [&mut Vec<f64>; 2],
+) {
+    space.difference(to, from, velocity);
+    space.integrate(from, velocity, ratio, configuration);
+}
+
 impl<'r> Contacts<'r> {
     /// None is known yet.
     pub fn new(task: &'r Task<'r>) -> Self {
@@ -90,52 +202,38 @@ impl<'r> Contacts<'r> {
 
     /// Adds the half-spaces `j p ≥ 2δ − d` of all contacts at the path, and starts from those that
     /// pushed last.
-    pub fn linearise(&mut self, path: &Path, floors: &[f64], cost: &Cost<'_>, set: &mut ActiveSet) {
+    pub fn linearise(&mut self, path: &Path, model: &mut HeldModel<'_, '_>) {
         self.known.retain(|contact| contact.idle <= IDLE);
         self.owners.clear();
         for index in 0..self.known.len() {
-            self.hold(index, path, floors, cost, set);
+            self.hold(index, path, model);
         }
-        let pushed = self
-            .owners
-            .iter()
-            .filter(|(_, contact)| self.known[*contact].idle == 0);
-        set.warm_start(pushed.map(|(row, _)| *row));
+        model.set.warm_start(self.pushing());
+    }
+
+    /// The rows of the contacts that pushed last.
+    fn pushing(&self) -> impl Iterator<Item = usize> {
+        let owners = self.owners.iter();
+        let pushed = owners.filter(|(_, contact)| self.known[*contact].idle == 0);
+        pushed.map(|(row, _)| *row)
     }
 
     /// Adds the half-space of one contact at the path; its row, where it has one.
-    fn hold(
-        &mut self,
-        index: usize,
-        path: &Path,
-        floors: &[f64],
-        cost: &Cost<'_>,
-        set: &mut ActiveSet,
-    ) -> Option<usize> {
-        let Contact {
-            pair,
-            segment,
-            ratio,
-            ..
-        } = self.known[index];
-        let [from, to] = [segment, segment + 1].map(|waypoint| path.waypoint(waypoint));
-        self.task.space.difference(to, from, &mut self.velocity);
-        self.task
-            .space
-            .integrate(from, &self.velocity, ratio, &mut self.configuration);
-        let (distance, jacobian) = self.half_space.at(pair, &self.configuration)?;
-        let right_hand_side = AIMED_FLOORS * floors[pair] - distance;
-        let row = set.push(
-            cost,
-            Row {
-                segment,
-                ratio,
-                jacobian,
-                right_hand_side,
-            },
-        )?;
+    fn hold(&mut self, index: usize, path: &Path, model: &mut HeldModel<'_, '_>) -> Option<usize> {
+        let place = self.known[index].place;
+        self.move_along(path, place);
+        let (distance, jacobian) = self.half_space.at(place.pair, &self.configuration)?;
+        let right_hand_side = model.missing(place.pair, distance);
+        let row = model.push(place.row(jacobian, right_hand_side))?;
         self.owners.push((row, index));
         Some(row)
+    }
+
+    /// `configuration` ← the one at a place of the path.
+    fn move_along(&mut self, path: &Path, place: Place) {
+        let ends = [place.segment, place.segment + 1].map(|waypoint| path.waypoint(waypoint));
+        let scratch = [&mut self.velocity, &mut self.configuration];
+        stand_between(self.task.space, ends, place.ratio, scratch);
     }
 
     /// Adds a half-space for what is refused of a trial: that of the present path where the contact
@@ -145,114 +243,93 @@ impl<'r> Contacts<'r> {
         &mut self,
         refusal: &SegmentRefusal,
         ray: Ray<'_>,
-        floors: &[f64],
-        cost: &Cost<'_>,
-        set: &mut ActiveSet,
+        model: &mut HeldModel<'_, '_>,
     ) -> f64 {
-        let &SegmentRefusal {
-            pair, segment, t, ..
-        } = refusal;
-        let refused = Contact {
-            pair,
-            segment,
-            ratio: t,
-            idle: 0,
-            push: 0.0,
+        let place = Place::of(refusal);
+        let mut known = self.known.iter();
+        let index = match known.position(|contact| contact.place.is_near(&place)) {
+            Some(index) => index,
+            None if self.meet(place, ray, model) => return ray.part,
+            None => self.known.len() - 1,
         };
-        let known = self
-            .known
-            .iter()
-            .position(|contact| contact.is_near(&refused));
-        let index = known.unwrap_or(self.known.len());
-        if known.is_none() {
-            self.known.push(refused);
-            let held = self
-                .hold(index, ray.path, floors, cost, set)
-                .map(|row| set.rows().get(row));
-            if held.is_some_and(|row| row.of_step(ray.step) < row.right_hand_side) {
-                return ray.part;
-            }
-        }
-        let Some(part) = self.last_apart(&refused, ray) else {
+        let Some(part) = self.last_apart(place, ray) else {
             return 0.0;
         };
-        let (distance, jacobian) = &self.apart;
-        let mut cut = Row {
-            segment,
-            ratio: t,
-            jacobian,
-            right_hand_side: 0.0,
-        };
-        cut.right_hand_side = part * cut.of_step(ray.step) + AIMED_FLOORS * floors[pair] - distance;
-        self.owners
-            .extend(set.push(cost, cut).map(|row| (row, index)));
+        let row = model.push(self.cut(place, Ray { part, ..ray }, model));
+        self.owners.extend(row.map(|row| (row, index)));
         part
+    }
+
+    /// Makes a contact known; whether its half-space at the path excludes the trial.
+    fn meet(&mut self, place: Place, ray: Ray<'_>, model: &mut HeldModel<'_, '_>) -> bool {
+        self.known.push(Contact::new(place));
+        let held = self.hold(self.known.len() - 1, ray.path, model);
+        held.map(|row| model.set.rows().get(row))
+            .is_some_and(|row| row.of_step(ray.step) < row.right_hand_side)
+    }
+
+    /// The half-space at the part of p where a pair was last seen apart: linear from there, so that it
+    /// is moved by what the step has done until then.
+    fn cut(&self, place: Place, ray: Ray<'_>, model: &HeldModel<'_, '_>) -> Row<'_> {
+        let (distance, jacobian) = &self.apart;
+        let mut cut = place.row(jacobian, 0.0);
+        cut.right_hand_side =
+            ray.part * cut.of_step(ray.step) + AIMED_FLOORS * model.floors[place.pair] - distance;
+        cut
     }
 
     /// The part of p at which the pair is last seen apart on its straight way from x₀ to the trial,
     /// with d and j there; it is looked for by Newton's steps from where it is apart, and by
     /// halving. A half-space from there knows the curvature that the one at x₀ does not.
-    fn last_apart(&mut self, refused: &Contact, ray: Ray<'_>) -> Option<f64> {
-        let &Contact {
-            pair,
-            segment,
-            ratio,
-            ..
-        } = refused;
+    fn last_apart(&mut self, place: Place, ray: Ray<'_>) -> Option<f64> {
         let mut apart = None;
         let mut touching = ray.part;
         let mut tried = ray.part;
         for _ in 0..RAY_LOOKS {
-            self.place(segment, ratio, Ray { part: tried, ..ray });
             let mut next = None;
-            match self.half_space.at(pair, &self.configuration) {
+            match self.look(place, Ray { part: tried, ..ray }) {
                 None => touching = tried,
-                Some((distance, jacobian)) => {
-                    let rate = Row {
-                        segment,
-                        ratio,
-                        jacobian,
-                        right_hand_side: 0.0,
-                    }
-                    .of_step(ray.step);
-                    self.apart.0 = distance;
-                    self.apart.1.clear();
-                    self.apart.1.extend_from_slice(jacobian);
+                Some(approach) => {
                     apart = Some(tried);
                     if tried == ray.part {
                         break;
                     }
-                    let to_touch = -distance / rate;
-                    let is_ahead = rate < 0.0
-                        && to_touch > 0.1 * (touching - tried)
-                        && tried + to_touch < touching;
-                    next = is_ahead.then_some(tried + TOWARDS_TOUCH * to_touch);
+                    next = approach.towards_touch(tried, touching);
                 }
             }
+            // At x₀ the pair is apart: that is proved.
             tried = next.unwrap_or(0.5 * (apart.unwrap_or(0.0) + touching));
         }
         apart
     }
 
-    /// `configuration` ← the one at a ratio of a segment of the ray's path.
-    fn place(&mut self, segment: usize, ratio: f64, ray: Ray<'_>) {
+    /// Looks at a place of the ray's path; where the pair is apart there, keeps d and j.
+    fn look(&mut self, place: Place, ray: Ray<'_>) -> Option<Approach> {
+        self.move_on(place, ray);
+        let (distance, jacobian) = self.half_space.at(place.pair, &self.configuration)?;
+        self.apart.0 = distance;
+        self.apart.1.clear();
+        self.apart.1.extend_from_slice(jacobian);
+        let rate = place.row(jacobian, 0.0).of_step(ray.step);
+        Some(Approach { distance, rate })
+    }
+
+    /// `configuration` ← the one at a place of the ray's path.
+    fn move_on(&mut self, place: Place, ray: Ray<'_>) {
+        self.move_ends(place.segment, ray);
+        let ends = self.ends.each_ref().map(Vec::as_slice);
+        let scratch = [&mut self.velocity, &mut self.configuration];
+        stand_between(self.task.space, ends, place.ratio, scratch);
+    }
+
+    /// `ends` ← the waypoints of a segment on the ray's path.
+    fn move_ends(&mut self, segment: usize, ray: Ray<'_>) {
         let space = self.task.space;
         let nv = self.velocity.len();
         for (end, waypoint) in self.ends.iter_mut().zip(segment..) {
-            space.integrate(
-                ray.path.waypoint(waypoint),
-                &ray.step[waypoint * nv..][..nv],
-                ray.part,
-                end,
-            );
+            let step = &ray.step[waypoint * nv..][..nv];
+            space.integrate(ray.path.waypoint(waypoint), step, ray.part, end);
         }
-        space.difference(&self.ends[1], &self.ends[0], &mut self.velocity);
-        space.integrate(
-            &self.ends[0],
-            &self.velocity,
-            ratio,
-            &mut self.configuration,
-        );
     }
 
     /// Makes a set that no step satisfies one that some step does: a half-space that asks for more
@@ -260,9 +337,16 @@ impl<'r> Contacts<'r> {
     /// so that p = 0 always is a solution. Returns the pair that is pinched, if it was a contact's.
     pub fn give_way(&self, row: usize, set: &mut ActiveSet) -> Option<usize> {
         let asked = set.rows().get(row).right_hand_side;
-        set.relax(row, if asked > 0.0 { 0.0 } else { f64::NEG_INFINITY });
-        let (_, contact) = self.owners.iter().find(|(owned, _)| *owned == row)?;
-        Some(self.known[*contact].pair)
+        set.relax(row, relaxed(asked));
+        Some(self.known[self.owner(row)?].place.pair)
+    }
+
+    /// The contact that a row is of; none where it is a limit's.
+    fn owner(&self, row: usize) -> Option<usize> {
+        let mut owners = self.owners.iter();
+        owners
+            .find(|(owned, _)| *owned == row)
+            .map(|(_, contact)| *contact)
     }
 
     /// Notes which contacts push.
@@ -271,11 +355,8 @@ impl<'r> Contacts<'r> {
             contact.idle += 1;
         }
         for (row, multiplier) in set.active() {
-            if let Some((_, contact)) = self.owners.iter().find(|(owned, _)| *owned == row) {
-                let contact = &mut self.known[*contact];
-                let others = if contact.idle == 0 { contact.push } else { 0.0 };
-                contact.idle = 0;
-                contact.push = others + multiplier;
+            if let Some(contact) = self.owner(row) {
+                self.known[contact].note_push(multiplier);
             }
         }
     }
@@ -283,29 +364,24 @@ impl<'r> Contacts<'r> {
     /// For each segment with contacts that push on its inside, the segment and the ratio of the one
     /// that pushes most, from the last segment to the first.
     pub fn pushed_inside(&self) -> Vec<(usize, f64)> {
-        let inside =
-            |contact: &&Contact| contact.idle == 0 && SPLIT_INSIDE.contains(&contact.ratio);
-        let mut pushed: Vec<&Contact> = self.known.iter().filter(inside).collect();
-        pushed.sort_by(|a, b| b.segment.cmp(&a.segment).then(b.push.total_cmp(&a.push)));
-        pushed.dedup_by_key(|contact| contact.segment);
-        pushed
-            .into_iter()
-            .map(|contact| (contact.segment, contact.ratio))
-            .collect()
+        let mut pushed: Vec<&Contact> = self
+            .known
+            .iter()
+            .filter(|known| known.pushes_inside())
+            .collect();
+        pushed.sort_by(|a, b| {
+            let from_the_last = b.place.segment.cmp(&a.place.segment);
+            from_the_last.then(b.push.total_cmp(&a.push))
+        });
+        pushed.dedup_by_key(|contact| contact.place.segment);
+        let places = pushed.into_iter().map(|contact| contact.place);
+        places.map(|place| (place.segment, place.ratio)).collect()
     }
 
     /// Moves the contacts to where they are once a segment is split at a ratio.
     pub fn split(&mut self, segment: usize, ratio: f64) {
-        for contact in self
-            .known
-            .iter_mut()
-            .filter(|contact| contact.segment >= segment)
-        {
-            (contact.segment, contact.ratio) = match contact.segment {
-                at if at > segment => (at + 1, contact.ratio),
-                at if contact.ratio < ratio => (at, contact.ratio / ratio),
-                at => (at + 1, (contact.ratio - ratio) / (1.0 - ratio)),
-            };
+        for contact in &mut self.known {
+            contact.place.split(segment, ratio);
         }
     }
 }

@@ -39,6 +39,32 @@ struct Node {
 }
 
 impl Node {
+    /// A waypoint that is a string of its own and yields to nothing.
+    fn held(string: usize) -> Self {
+        Self {
+            string,
+            place: 0.0,
+            length: 1.0,
+        }
+    }
+
+    /// The waypoints of a string, from its start to the last one before its end.
+    fn along(string: usize, rest_lengths: &[f64]) -> impl Iterator<Item = Self> {
+        let length = rest_lengths.iter().sum();
+        rest_lengths.iter().scan(0.0, move |next, rest_length| {
+            let place = *next;
+            *next += rest_length;
+            Some(Self {
+                string,
+                place,
+                length,
+            })
+        })
+    }
+    fn is_fixed(&self) -> bool {
+        self.place == 0.0
+    }
+
     /// S − sᵢ.
     fn rest(&self) -> f64 {
         self.length - self.place
@@ -60,33 +86,25 @@ impl<'a> Cost<'a> {
         fixed: &[bool],
         moving: &[bool],
     ) -> Self {
-        Self::with_shortest(space, metric, rows, fixed, moving, SHORTEST_SEGMENT)
+        let lengths = rest_lengths(space, metric, rows, SHORTEST_SEGMENT);
+        Self::of_rest_lengths(space, metric, &lengths, fixed, moving)
     }
 
-    /// The same where a segment shorter than `shortest`, a part of the path's length, is as stiff
-    /// as one of that length.
-    pub fn with_shortest(
+    /// The cost of a string whose segments are slack at these lengths: λ = 1/length.
+    pub fn of_rest_lengths(
         space: &'a ConfigurationSpace,
         metric: &Metric,
-        rows: &[f64],
+        lengths: &[f64],
         fixed: &[bool],
         moving: &[bool],
-        shortest: f64,
     ) -> Self {
-        let lengths = segment_lengths(space, metric, rows);
-        let shortest = (shortest * lengths.iter().sum::<f64>()).max(f64::MIN_POSITIVE);
-        let lengths: Vec<f64> = lengths
-            .into_iter()
-            .map(|length| length.max(shortest))
-            .collect();
         let squared_weights: Vec<f64> = metric.weights().iter().map(|w| w * w).collect();
-        let inverse = |(w, &moves): (&f64, &bool)| if moves { 1.0 / w } else { 0.0 };
         Self {
             space,
-            inverse_weights: squared_weights.iter().zip(moving).map(inverse).collect(),
+            inverse_weights: inverse_of_moving(&squared_weights, moving),
             squared_weights,
             stiffness: lengths.iter().map(|length| 1.0 / length).collect(),
-            nodes: nodes(&lengths, fixed),
+            nodes: nodes(lengths, fixed),
         }
     }
 
@@ -103,18 +121,20 @@ impl<'a> Cost<'a> {
     /// C of the path `rows`; half its length for the path that the λ come from.
     pub fn value(&self, rows: &[f64]) -> f64 {
         let mut velocity = vec![0.0; self.nv()];
-        let energy = |(pair, stiffness): ((&[f64], &[f64]), &f64)| {
-            self.space.difference(pair.1, pair.0, &mut velocity);
-            let squares = velocity
-                .iter()
-                .zip(&self.squared_weights)
-                .map(|(v, w)| w * v * v);
-            0.5 * stiffness * squares.sum::<f64>()
-        };
         segments(rows, self.space.nq())
             .zip(&self.stiffness)
-            .map(energy)
+            .map(|((from, to), stiffness)| {
+                self.space.difference(to, from, &mut velocity);
+                self.energy(&velocity, *stiffness)
+            })
             .sum()
+    }
+
+    /// Of one segment, `½ λ ‖W v‖²`.
+    fn energy(&self, velocity: &[f64], stiffness: f64) -> f64 {
+        let weighted = velocity.iter().zip(&self.squared_weights);
+        let squares = weighted.map(|(v, w)| w * v * v);
+        0.5 * stiffness * squares.sum::<f64>()
     }
 
     /// Gradient of C at the path `rows`: `W² (λ_{i−1} (qᵢ ⊖ q_{i−1}) − λᵢ (q_{i+1} ⊖ qᵢ))`, 0 at
@@ -122,20 +142,30 @@ impl<'a> Cost<'a> {
     ///
     /// Exact on SO(3) too, where the three weights of a rotation are equal.
     pub fn gradient(&self, rows: &[f64], velocity: &mut [f64], gradient: &mut [f64]) {
-        let nv = self.nv();
         gradient.fill(0.0);
         for (i, (from, to)) in segments(rows, self.space.nq()).enumerate() {
             self.space.difference(to, from, velocity);
-            for v in 0..nv {
-                let force = self.stiffness[i] * self.squared_weights[v] * velocity[v];
-                gradient[i * nv + v] -= force;
-                gradient[(i + 1) * nv + v] += force;
-            }
+            self.pull_ends(i, velocity, gradient);
         }
-        for (node, row) in self.nodes.iter().zip(gradient.chunks_exact_mut(nv)) {
-            if node.place == 0.0 {
-                row.fill(0.0);
-            }
+        let rows = gradient.chunks_exact_mut(self.nv());
+        for (_, row) in self
+            .nodes
+            .iter()
+            .zip(rows)
+            .filter(|(node, _)| node.is_fixed())
+        {
+            row.fill(0.0);
+        }
+    }
+
+    /// Adds the tension of segment i to the gradient at its two waypoints.
+    #[inline]
+    fn pull_ends(&self, i: usize, velocity: &[f64], gradient: &mut [f64]) {
+        let nv = self.nv();
+        for v in 0..nv {
+            let force = self.stiffness[i] * self.squared_weights[v] * velocity[v];
+            gradient[i * nv + v] -= force;
+            gradient[(i + 1) * nv + v] += force;
         }
     }
 
@@ -161,39 +191,69 @@ impl<'a> Cost<'a> {
     /// `H⁻¹ force` for a force on every waypoint; O(waypoints · nv), by two sweeps along each
     /// string.
     pub fn apply_inverse_hessian(&self, force: &[f64], out: &mut [f64]) {
+        for v in 0..self.nv() {
+            self.sweep_from_start(v, force, out);
+            self.sweep_from_end(v, force, out);
+        }
+    }
+
+    /// Writes `(S − sᵢ)/S Σ_{j≤i} sⱼ fⱼ` of coordinate v.
+    #[inline]
+    fn sweep_from_start(&self, v: usize, force: &[f64], out: &mut [f64]) {
         let nv = self.nv();
-        for v in 0..nv {
-            // (S − sᵢ)/S Σ_{j≤i} sⱼ fⱼ from the left, sᵢ/S Σ_{j>i} (S − sⱼ) fⱼ from the right.
-            let mut sum = 0.0;
-            for (i, node) in self.nodes.iter().enumerate() {
-                sum = if node.place == 0.0 {
-                    0.0
-                } else {
-                    sum + node.place * force[i * nv + v]
-                };
-                out[i * nv + v] = self.inverse_weights[v] * node.rest() / node.length * sum;
-            }
-            sum = 0.0;
-            for (i, node) in self.nodes.iter().enumerate().rev() {
-                out[i * nv + v] += self.inverse_weights[v] * node.place / node.length * sum;
-                sum = if node.place == 0.0 {
-                    0.0
-                } else {
-                    sum + node.rest() * force[i * nv + v]
-                };
-            }
+        let mut sum = 0.0;
+        for (i, node) in self.nodes.iter().enumerate() {
+            // A fixed waypoint ends one string and starts the next.
+            sum = if node.is_fixed() {
+                0.0
+            } else {
+                sum + node.place * force[i * nv + v]
+            };
+            out[i * nv + v] = self.inverse_weights[v] * node.rest() / node.length * sum;
+        }
+    }
+
+    /// Adds `sᵢ/S Σ_{j>i} (S − sⱼ) fⱼ` of coordinate v.
+    #[inline]
+    fn sweep_from_end(&self, v: usize, force: &[f64], out: &mut [f64]) {
+        let nv = self.nv();
+        let mut sum = 0.0;
+        for (i, node) in self.nodes.iter().enumerate().rev() {
+            // Before the sum takes in i itself, whose share the first sweep has.
+            out[i * nv + v] += self.inverse_weights[v] * node.place / node.length * sum;
+            sum = if node.is_fixed() {
+                0.0
+            } else {
+                sum + node.rest() * force[i * nv + v]
+            };
         }
     }
 }
 
 /// Neighbouring waypoints of a path given as flat rows.
-fn segments(rows: &[f64], nq: usize) -> impl Iterator<Item = (&[f64], &[f64])> {
+pub(super) fn segments(rows: &[f64], nq: usize) -> impl Iterator<Item = (&[f64], &[f64])> {
     rows.chunks_exact(nq).zip(rows.chunks_exact(nq).skip(1))
 }
 
 /// Length of each segment of a path given as flat rows.
 pub fn segment_lengths(space: &ConfigurationSpace, metric: &Metric, rows: &[f64]) -> Vec<f64> {
     steps(space, metric, rows, &mut vec![0.0; space.nv()]).collect()
+}
+
+/// The same, where none is shorter than `shortest`, a part of the path's length.
+pub fn rest_lengths(
+    space: &ConfigurationSpace,
+    metric: &Metric,
+    rows: &[f64],
+    shortest: f64,
+) -> Vec<f64> {
+    let lengths = segment_lengths(space, metric, rows);
+    // A path of length 0 has finite λ too.
+    let shortest = (shortest * lengths.iter().sum::<f64>()).max(f64::MIN_POSITIVE);
+    lengths
+        .into_iter()
+        .map(|length| length.max(shortest))
+        .collect()
 }
 
 /// The same, one after the other; `velocity` is scratch of nv numbers.
@@ -218,27 +278,19 @@ pub fn length(
 
 fn nodes(rest_lengths: &[f64], fixed: &[bool]) -> Vec<Node> {
     let ends: Vec<usize> = (0..fixed.len()).filter(|&i| fixed[i]).collect();
-    let mut nodes: Vec<Node> = (0..fixed.len())
-        .map(|i| Node {
-            string: i,
-            place: 0.0,
-            length: 1.0,
-        })
-        .collect();
+    let mut nodes: Vec<Node> = (0..fixed.len()).map(Node::held).collect();
     for stretch in ends.windows(2) {
-        let string = stretch[0];
-        let length: f64 = rest_lengths[string..stretch[1]].iter().sum();
-        let mut place = 0.0;
-        for i in string..stretch[1] {
-            nodes[i] = Node {
-                string,
-                place,
-                length,
-            };
-            place += rest_lengths[i];
-        }
+        let string = stretch[0]..stretch[1];
+        let on_string = Node::along(string.start, &rest_lengths[string.clone()]);
+        nodes.splice(string, on_string);
     }
     nodes
+}
+
+/// wᵥ⁻², 0 for what may not move: an infinite weight.
+fn inverse_of_moving(squared_weights: &[f64], moving: &[bool]) -> Vec<f64> {
+    let inverse = |(w, &moves): (&f64, &bool)| if moves { 1.0 / w } else { 0.0 };
+    squared_weights.iter().zip(moving).map(inverse).collect()
 }
 
 #[cfg(test)]

@@ -26,16 +26,11 @@ impl Factor {
     /// those before it: the pivot tells. Says whether it did. O(m²).
     pub fn append(&mut self, column: &[f64], diagonal: f64) -> bool {
         let start = self.entries.len();
-        for (i, coupling) in column.iter().enumerate() {
-            let known: f64 = dot(&self.entries[line(i)..][..i], &self.entries[start..]);
-            let entry = (coupling - known) / self.entries[line(i) + i];
-            self.entries.push(entry);
-        }
-        let pivot = diagonal
-            - self.entries[start..]
-                .iter()
-                .map(|entry| entry * entry)
-                .sum::<f64>();
+        self.push_line(column);
+        let line = &self.entries[start..];
+        let pivot = diagonal - dot(line, line);
+        // The pivot is what is left of the line beside those before it, so it is also the rank test: no
+        // second decomposition is needed.
         let independent = diagonal > 0.0 && pivot > DEPENDENT * diagonal;
         if independent {
             self.entries.push(pivot.sqrt());
@@ -44,6 +39,26 @@ impl Factor {
             self.entries.truncate(start);
         }
         independent
+    }
+
+    /// Pushes the entries of a new line left of the diagonal, by forward substitution.
+    fn push_line(&mut self, column: &[f64]) {
+        let start = self.entries.len();
+        for (i, coupling) in column.iter().enumerate() {
+            let known = dot(self.left_of_diagonal(i), &self.entries[start..]);
+            let entry = (coupling - known) / self.diagonal(i);
+            self.entries.push(entry);
+        }
+    }
+
+    /// The entries of a line before its diagonal.
+    #[inline]
+    fn left_of_diagonal(&self, index: usize) -> &[f64] {
+        &self.entries[line(index)..][..index]
+    }
+
+    fn diagonal(&self, index: usize) -> f64 {
+        self.entries[line(index) + index]
     }
 
     /// Keeps the first `count` lines.
@@ -56,22 +71,25 @@ impl Factor {
     /// O(m²).
     pub fn remove(&mut self, index: usize) {
         for below in index + 1..self.size {
-            // Line `below` moves up; its entry right of the new diagonal is turned away.
-            let upper = line(below) + below - 1;
-            let lower = line(below) + below;
-            let a = self.entries[upper];
-            let b = self.entries[lower];
-            let length = a.hypot(b);
-            let cosine = a / length;
-            let sine = b / length;
-            for row in below..self.size {
-                let at = line(row) + below - 1;
-                let x = self.entries[at];
-                let y = self.entries[at + 1];
-                self.entries[at] = cosine * x + sine * y;
-                self.entries[at + 1] = cosine * y - sine * x;
-            }
+            self.move_up(below);
         }
+        self.close_gap(index);
+    }
+
+    /// Line `below` moves up; its entry right of the new diagonal is turned away.
+    fn move_up(&mut self, below: usize) {
+        let upper = line(below) + below - 1;
+        let rotation = Rotation::onto_first(self.entries[upper], self.entries[upper + 1]);
+        for row in below..self.size {
+            let at = line(row) + below - 1;
+            let (x, y) = rotation.turn(self.entries[at], self.entries[at + 1]);
+            self.entries[at] = x;
+            self.entries[at + 1] = y;
+        }
+    }
+
+    /// Drops line `index` and the last entry of each line below it.
+    fn close_gap(&mut self, index: usize) {
         let mut end = line(index);
         for row in index + 1..self.size {
             self.entries.copy_within(line(row)..line(row) + row, end);
@@ -83,23 +101,58 @@ impl Factor {
 
     /// Solves `L Lᵀ x = b` in place.
     pub fn solve(&self, x: &mut [f64]) {
-        let l = &self.entries;
+        self.solve_lower(x);
+        self.solve_upper(x);
+    }
+
+    #[inline]
+    fn solve_lower(&self, x: &mut [f64]) {
         for i in 0..x.len() {
-            let known = dot(&l[line(i)..][..i], &x[..i]);
-            x[i] = (x[i] - known) / l[line(i) + i];
+            let known = dot(self.left_of_diagonal(i), &x[..i]);
+            x[i] = (x[i] - known) / self.diagonal(i);
         }
+    }
+
+    #[inline]
+    fn solve_upper(&self, x: &mut [f64]) {
         for i in (0..x.len()).rev() {
-            x[i] /= l[line(i) + i];
+            x[i] /= self.diagonal(i);
             let solved = x[i];
-            for (x, entry) in x[..i].iter_mut().zip(&l[line(i)..][..i]) {
-                *x -= entry * solved;
-            }
+            let above = x[..i].iter_mut().zip(self.left_of_diagonal(i));
+            above.for_each(|(x, entry)| *x -= entry * solved);
         }
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+/// Σ aᵢ bᵢ.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// A Givens rotation of two columns.
+struct Rotation {
+    cosine: f64,
+    sine: f64,
+}
+
+impl Rotation {
+    /// Turns (a, b) onto the first axis.
+    fn onto_first(a: f64, b: f64) -> Self {
+        // `hypot` neither overflows nor loses small entries, as a sum of squares would.
+        let length = a.hypot(b);
+        Self {
+            cosine: a / length,
+            sine: b / length,
+        }
+    }
+
+    #[inline]
+    fn turn(&self, x: f64, y: f64) -> (f64, f64) {
+        (
+            self.cosine * x + self.sine * y,
+            self.cosine * y - self.sine * x,
+        )
+    }
 }
 
 #[cfg(test)]

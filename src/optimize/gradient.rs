@@ -18,6 +18,7 @@ use super::quadratic_step::QuadraticStep;
 use super::rows::{CollisionRow, Row};
 use crate::path::Path;
 use crate::validation::{Hit, SegmentVerdict};
+use std::ops::ControlFlow;
 
 /// α of a cautious trial: the part of the step that is tried while its rows are not yet known.
 const CAUTIOUS_PART: f64 = 0.2;
@@ -63,10 +64,9 @@ impl Stride {
     }
 
     fn halved(self) -> Option<Self> {
-        let halved = if let Self::Cautious { halved, .. } = self {
-            halved
-        } else {
-            0
+        let halved = match self {
+            Self::Cautious { halved, .. } => halved,
+            Self::Full => 0,
         };
         (halved < HALVINGS).then_some(Self::Cautious {
             part: self.part() / 2.0,
@@ -81,45 +81,29 @@ pub fn optimize(progress: &mut Progress) -> Termination {
     let mut descent = Descent::new(progress);
     let mut stride = Stride::FIRST;
     for _ in 0..ITERATIONS {
-        if let Some(termination) = descent.progress.must_end() {
-            return termination;
-        }
-        descent.progress.iterations += 1;
-        if descent.update_step().is_none() {
-            return Termination::Stopped;
-        }
-        if descent.step_norm == 0.0 {
-            return Termination::Converged;
-        }
-        let is_last =
-            stride.part() * descent.step_norm < SMALL_STEP * descent.progress.best.length();
-        descent.move_trial(stride.part());
-        match descent.try_trial() {
-            Tried::Stopped => return Termination::Stopped,
-            Tried::Taken => {
-                // After a whole step there is nothing left under these rows, but where the space is
-                // curved.
-                if is_last || (stride == Stride::Full && descent.is_at_minimum()) {
-                    return Termination::Converged;
-                }
-                stride = Stride::FIRST;
-            }
-            Tried::NotShorter => match stride.halved() {
-                Some(halved) => stride = halved,
-                None => return Termination::Converged,
-            },
-            Tried::Refused(refusal) if stride != Stride::Full => {
-                match descent.add_row(refusal.segment) {
-                    Some(true) => stride = Stride::Full,
-                    Some(false) => return Termination::Converged,
-                    None => return Termination::Stopped,
-                }
-            }
-            // Too far from the path for its rows to mean anything: no row, the same step.
-            Tried::Refused(_) => stride = Stride::FIRST,
+        match descent.iterate(stride) {
+            ControlFlow::Continue(next) => stride = next,
+            ControlFlow::Break(termination) => return termination,
         }
     }
     Termination::IterationLimit
+}
+
+/// On with a stride; where there is none left, nothing more is gained.
+fn continue_with(stride: Option<Stride>) -> ControlFlow<Termination, Stride> {
+    match stride {
+        Some(stride) => ControlFlow::Continue(stride),
+        None => ControlFlow::Break(Termination::Converged),
+    }
+}
+
+/// A collision seen between the path and a trial.
+struct Colliding {
+    segment: usize,
+    ratio: f64,
+    hit: Hit,
+    /// Where it is.
+    q: Vec<f64>,
 }
 
 /// The path x₀, the trial x₁ = x₀ ⊕ αp, and the model that p comes from.
@@ -180,34 +164,76 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         if !self.outdated {
             return Some(());
         }
-        let rows = self.progress.best.path().as_flat();
-        self.cost
-            .gradient(rows, &mut self.velocity, &mut self.gradient);
-        let quadratic = &mut self.quadratic;
-        let count = self.collision_rows;
-        self.largest_part = self.limits.solve(
-            quadratic,
-            count,
-            Model {
-                cost: &self.cost,
-                path: rows,
-                gradient: &self.gradient,
-            },
-            &mut self.step,
-            self.progress.stop,
-        )?;
-        let squares = self
-            .step
-            .chunks_exact(self.velocity.len())
-            .map(|p| self.progress.task.metric.norm(p).powi(2));
+        self.solve()?;
+        let coordinates = self.step.chunks_exact(self.velocity.len());
+        let squares = coordinates.map(|p| self.progress.task.metric.norm(p).powi(2));
         self.step_norm = self.largest_part * squares.sum::<f64>().sqrt();
         self.outdated = false;
         Some(())
     }
 
+    fn solve(&mut self) -> Option<()> {
+        let path = self.progress.best.path().as_flat();
+        self.cost
+            .gradient(path, &mut self.velocity, &mut self.gradient);
+        let model = Model {
+            cost: &self.cost,
+            path,
+            gradient: &self.gradient,
+        };
+        self.largest_part = self.limits.solve(
+            &mut self.quadratic,
+            self.collision_rows,
+            model,
+            &mut self.step,
+            self.progress.stop,
+        )?;
+        Some(())
+    }
+
+    /// One trial; the stride of the next, or why there is none.
+    fn iterate(&mut self, stride: Stride) -> ControlFlow<Termination, Stride> {
+        if let Some(termination) = self.progress.must_end() {
+            return ControlFlow::Break(termination);
+        }
+        self.progress.iterations += 1;
+        if self.update_step().is_none() {
+            return ControlFlow::Break(Termination::Stopped);
+        }
+        if self.step_norm == 0.0 {
+            return ControlFlow::Break(Termination::Converged);
+        }
+        self.step_along(stride)
+    }
+
+    /// Tries the part of p that the stride tells.
+    fn step_along(&mut self, stride: Stride) -> ControlFlow<Termination, Stride> {
+        let is_last = self.is_small(stride.part() * self.step_norm);
+        self.move_trial(stride.part());
+        match self.try_trial() {
+            Tried::Stopped => ControlFlow::Break(Termination::Stopped),
+            // After a whole step there is nothing left under these rows, but where the space is curved.
+            Tried::Taken if is_last || (stride == Stride::Full && self.is_at_minimum()) => {
+                ControlFlow::Break(Termination::Converged)
+            }
+            Tried::Taken => ControlFlow::Continue(Stride::FIRST),
+            Tried::NotShorter => continue_with(stride.halved()),
+            // Too far from the path for its rows to mean anything: no row, the same step.
+            Tried::Refused(_) if stride == Stride::Full => ControlFlow::Continue(Stride::FIRST),
+            Tried::Refused(refusal) => match self.add_row(refusal.segment) {
+                Some(found) => continue_with(found.then_some(Stride::Full)),
+                None => ControlFlow::Break(Termination::Stopped),
+            },
+        }
+    }
+
+    fn is_small(&self, distance: f64) -> bool {
+        distance < SMALL_STEP * self.progress.best.length()
+    }
+
     /// Whether the model promises no more than a small step.
     fn is_at_minimum(&mut self) -> bool {
-        self.update_step().is_some() && self.step_norm < SMALL_STEP * self.progress.best.length()
+        self.update_step().is_some() && self.is_small(self.step_norm)
     }
 
     /// x₁ ← x₀ ⊕ αp; what may not move keeps its bits.
@@ -235,71 +261,78 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     /// Where the row depends on those there are, another is looked for between the free and the
     /// colliding configuration, by bisection.
     fn add_row(&mut self, segment: usize) -> Option<bool> {
-        let from = self.trial.waypoint(segment);
-        let to = self.trial.waypoint(segment + 1);
-        let mut hit = match self
-            .progress
-            .validator
-            .first_hit(from, to, self.progress.stop)
-        {
+        let hit = match self.first_hit(segment) {
             SegmentVerdict::Refused(hit) => hit,
             SegmentVerdict::Proved(_) => return Some(false),
             SegmentVerdict::Stopped => return None,
         };
-        let ratio = hit.t;
-        let mut q_coll = self.between(&self.trial, segment, ratio);
-        let q_free = self.between(self.progress.best.path(), segment, ratio);
+        let mut seen = Colliding {
+            segment,
+            q: self.between(&self.trial, segment, hit.t),
+            ratio: hit.t,
+            hit,
+        };
+        let q_free = self.between(self.progress.best.path(), segment, seen.ratio);
         let mut q_clear = q_free.clone();
         self.quadratic.truncate(self.collision_rows);
         for _ in 0..=BISECTIONS {
-            if self.append(segment, ratio, &hit, &q_coll, &q_free) {
+            if self.append(&seen, &q_free) {
                 self.outdated = true;
                 return Some(true);
             }
-            let middle = self.interpolate(&q_clear, &q_coll, 0.5);
-            match self
-                .progress
-                .validator
-                .segment(&middle, &middle, self.progress.stop)
-            {
-                SegmentVerdict::Refused(nearer) => (hit, q_coll) = (nearer, middle),
-                SegmentVerdict::Proved(_) => q_clear = middle,
-                SegmentVerdict::Stopped => return None,
-            }
+            self.bisect(&mut seen, &mut q_clear)?;
         }
         Some(false)
     }
 
-    fn append(
-        &mut self,
-        segment: usize,
-        ratio: f64,
-        hit: &Hit,
-        q_coll: &[f64],
-        q_free: &[f64],
-    ) -> bool {
-        let Some(jacobian) = self.collision_row.at(hit, q_coll, q_free) else {
+    fn first_hit(&mut self, segment: usize) -> SegmentVerdict {
+        let from = self.trial.waypoint(segment);
+        let to = self.trial.waypoint(segment + 1);
+        let Progress {
+            validator, stop, ..
+        } = &mut *self.progress;
+        validator.first_hit(from, to, *stop)
+    }
+
+    /// Halves the way from a configuration that is clear to one that collides; `None` where stopped.
+    fn bisect(&mut self, seen: &mut Colliding, q_clear: &mut Vec<f64>) -> Option<()> {
+        let Progress {
+            task,
+            validator,
+            stop,
+            ..
+        } = &mut *self.progress;
+        let middle = task.space.between(q_clear, &seen.q, 0.5);
+        match validator.segment(&middle, &middle, *stop) {
+            SegmentVerdict::Refused(nearer) => {
+                seen.hit = nearer;
+                seen.q = middle;
+            }
+            SegmentVerdict::Proved(_) => *q_clear = middle,
+            SegmentVerdict::Stopped => return None,
+        }
+        Some(())
+    }
+
+    /// Adds the row of a collision; false where it depends on those there are.
+    fn append(&mut self, seen: &Colliding, q_free: &[f64]) -> bool {
+        let Some(jacobian) = self.collision_row.at(&seen.hit, &seen.q, q_free) else {
             return false;
         };
-        let independent = self.quadratic.append(
-            &self.cost,
-            Row {
-                segment,
-                ratio,
-                jacobian,
-                right_hand_side: 0.0,
-            },
-        );
+        let row = Row {
+            segment: seen.segment,
+            ratio: seen.ratio,
+            jacobian,
+            right_hand_side: 0.0,
+        };
+        let independent = self.quadratic.append(&self.cost, row);
         self.collision_rows += usize::from(independent);
         independent
     }
 
     /// The configuration at a ratio of a segment.
     fn between(&self, path: &Path, segment: usize, ratio: f64) -> Vec<f64> {
-        self.interpolate(path.waypoint(segment), path.waypoint(segment + 1), ratio)
-    }
-
-    fn interpolate(&self, from: &[f64], to: &[f64], ratio: f64) -> Vec<f64> {
-        self.progress.task.space.between(from, to, ratio)
+        let space = self.progress.task.space;
+        space.between(path.waypoint(segment), path.waypoint(segment + 1), ratio)
     }
 }

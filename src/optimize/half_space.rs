@@ -5,10 +5,11 @@
 //! displacement p of that configuration leaves them `d + j p` apart. Unlike the paper's row this
 //! needs no contact, and its normal is true.
 
-use super::rows::add_point_rows;
-use crate::collision::CollisionModel;
+use super::rows::PartingRate;
+use crate::collision::{BodyPair, CollisionModel};
 use crate::robot::{ConfigurationSpace, Kinematics};
 use crate::solid::query;
+use crate::validation::Contact;
 
 /// Bodies closer than this have no direction worth a row (m).
 const SHORTEST_DISTANCE_M: f64 = 1e-7;
@@ -36,31 +37,34 @@ impl<'a> HalfSpace<'a> {
 
     /// d and j of a pair at `q`; `None` where the bodies touch or overlap.
     pub fn at(&mut self, pair: usize, q: &[f64]) -> Option<(f64, &[f64])> {
-        let bodies = self.model.bodies();
         let pair = self.model.pairs()[pair];
+        let contact = self.contact(&pair, q);
+        if contact.distance <= SHORTEST_DISTANCE_M {
+            return None;
+        }
+        let points = [contact.point_a, contact.point_b];
+        let rate = PartingRate {
+            pair,
+            points,
+            direction: contact.normal,
+        };
+        self.jacobian.fill(0.0);
+        rate.add_row(self.model, &self.kinematics, &mut self.jacobian);
+        Some((contact.distance, &self.jacobian))
+    }
+
+    fn contact(&mut self, pair: &BodyPair, q: &[f64]) -> Contact {
         self.kinematics.update(self.model.robot(), q, self.held);
-        let a = &bodies[pair.a];
-        let b = &bodies[pair.b];
-        let contact = query::nearly_closest(
+        let a = &self.model.bodies()[pair.a];
+        let b = &self.model.bodies()[pair.b];
+        // Nearly the closest points will do: any pair of surface points with its own normal is a
+        // half-space that holds to first order, and what it leads to is proved anyhow.
+        query::nearly_closest(
             &a.solid,
             &a.placed(&self.kinematics),
             &b.solid,
             &b.placed(&self.kinematics),
-        );
-        if contact.distance <= SHORTEST_DISTANCE_M {
-            return None;
-        }
-        self.jacobian.fill(0.0);
-        let points = [contact.point_a, contact.point_b];
-        add_point_rows(
-            self.model,
-            &self.kinematics,
-            &pair,
-            points,
-            contact.normal,
-            &mut self.jacobian,
-        );
-        Some((contact.distance, &self.jacobian))
+        )
     }
 }
 

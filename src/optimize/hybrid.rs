@@ -31,39 +31,46 @@ struct Prospect {
     rests: bool,
 }
 
+impl Prospect {
+    const UNKNOWN: Self = Self {
+        rate: f64::INFINITY,
+        rests: false,
+    };
+}
+
 /// Pulls the path taut; returns why that ended.
 pub fn optimize(progress: &mut Progress) -> Termination {
     if let Some(termination) = shortcut::leave_out_waypoints(progress) {
         return termination;
     }
-    let mut prospects = [Prospect {
-        rate: f64::INFINITY,
-        rests: false,
-    }; STAGES.len()];
+    let mut prospects = [Prospect::UNKNOWN; STAGES.len()];
     while let Some(next) = most_promising(&prospects) {
         let length = progress.best.length();
         let work = progress.validator.work();
-        let termination = STAGES[next](progress);
-        if !matches!(
-            termination,
-            Termination::Converged | Termination::IterationLimit
-        ) {
-            return termination;
-        }
-        if let Some(termination) = shortcut::leave_out_needless(progress) {
+        if let Some(termination) = run(STAGES[next], progress) {
             return termination;
         }
         let gain = 1.0 - progress.best.length() / length;
-        prospects[next].rate = gain / (progress.validator.work() - work).max(1) as f64;
+        let rate = gain / (progress.validator.work() - work).max(1) as f64;
         if gain >= WORTHWHILE {
             prospects
                 .iter_mut()
                 .for_each(|prospect| prospect.rests = false);
         }
         // It has just ended because it can gain nothing more by itself.
-        prospects[next].rests = true;
+        prospects[next] = Prospect { rate, rests: true };
     }
     Termination::Converged
+}
+
+/// Runs a stage until it gains nothing more; why the run must end, if it must.
+fn run(stage: Stage, progress: &mut Progress) -> Option<Termination> {
+    match stage(progress) {
+        Termination::Converged | Termination::IterationLimit => {
+            shortcut::leave_out_needless(progress)
+        }
+        termination => Some(termination),
+    }
 }
 
 /// The stage that does not rest and gained most for its work; of equals, the first.

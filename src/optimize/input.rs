@@ -1,12 +1,12 @@
 //! What is checked of a request before anything is computed, and the form that optimizers work on.
 
-use super::canonical::Canonical;
+use super::canonical::{Canonical, norm, rotations};
 use super::outcome::ColumnTurns;
 use super::settings::Settings;
 use super::steps::{FARTHEST_MOTION, check_motion, check_turns, keeps_goal};
 use crate::path::{Metric, MetricError, Path};
 use crate::robot::configuration::{FARTHEST_ANGLE_RAD, turns_between};
-use crate::robot::{Component, ConfigurationSpace, HeldVariable, RobotModel, Variable};
+use crate::robot::{ConfigurationSpace, HeldVariable, RobotModel, Variable};
 use crate::validation::path_proof::LEAST_FLOOR_M;
 use crate::warning::Warning;
 
@@ -173,86 +173,35 @@ impl Input {
         reach_weights: &[f64],
     ) -> Result<Self, RequestError> {
         check_columns(robot, path)?;
-        let clearance = settings.clearance_m;
-        if !(clearance.is_finite() && clearance >= LEAST_FLOOR_M) {
-            return Err(RequestError::Clearance(clearance));
-        }
-        let space = if settings.unwrapped {
-            robot.space().unwrapped()
-        } else {
-            robot.space().clone()
-        };
-        let metric = Metric::new(
-            &space,
-            settings
-                .weights
-                .clone()
-                .unwrap_or_else(|| reach_weights.to_vec()),
-        )?;
-        let held = sized("held values", &settings.held, robot.held().len())?;
-        let held = held.unwrap_or_else(|| {
-            robot
-                .held()
-                .iter()
-                .map(|variable| variable.default)
-                .collect()
-        });
-        if let Some(bad) = held.iter().position(|value| !value.is_finite()) {
-            let variable = robot.held()[bad].name.clone();
-            return Err(RequestError::NotFinite {
-                waypoint: 0,
-                variable,
-                value: held[bad],
-            });
-        }
+        check_clearance(settings.clearance_m)?;
+        let space = space(robot, settings.unwrapped);
+        let weights = settings.weights.clone();
+        let metric = Metric::new(&space, weights.unwrap_or_else(|| reach_weights.to_vec()))?;
+        let held = held_values(robot, settings)?;
         let moving = sized("mask of moving coordinates", &settings.moving, space.nv())?;
         let moving = moving.unwrap_or_else(|| vec![true; space.nv()]);
-        let fixed = sized(
-            "mask of fixed waypoints",
-            &settings.fixed_waypoints,
-            path.len(),
-        )?;
-        let mut fixed = fixed.unwrap_or_else(|| vec![false; path.len()]);
-        fixed[0] = true;
-        fixed[path.len() - 1] = true;
+        let fixed = fixed_waypoints(settings, path.len())?;
         let mut warnings = check_values(robot, path)?;
         warnings.extend(held_outside_limits(robot, &held));
         check_turns(robot, &space, path)?;
         check_motion(robot, &space, path)?;
-        let unrolled = space.circles().next().and_then(|_| {
-            let mut rows = path.as_flat().to_vec();
-            space
-                .unroll(&mut rows)
-                .then(|| Path::from_rows(path.nq(), rows))?
-        });
+        let unrolled = unrolled(&space, path);
         if let Some(unrolled) = unrolled.as_ref().filter(|_| settings.keep_goal) {
             keeps_goal(robot, &space, path, unrolled)?;
         }
-        let given = path;
-        let Canonical {
-            path,
-            fixed,
-            origins,
-            standing_for,
-        } = Canonical::new(&space, unrolled.as_ref().unwrap_or(given), &fixed);
-        let stays = origins.iter().zip(&fixed).filter(|(_, fixed)| **fixed);
-        let fixed_rows = stays
-            .flat_map(|(&origin, _)| given.waypoint(origin))
-            .copied()
-            .collect();
-        let keep_goal = settings.keep_goal;
+        let canonical = Canonical::new(&space, unrolled.as_ref().unwrap_or(path), &fixed);
         Ok(Self {
             space,
             metric,
-            keep_goal,
+            keep_goal: settings.keep_goal,
             held,
             moving,
             unrolled,
-            path,
-            fixed,
-            fixed_rows,
-            origins,
-            standing_for,
+            fixed_rows: canonical.fixed_rows(path),
+            path: canonical.path,
+            fixed: canonical.fixed,
+            origins: canonical.origins,
+            standing_for: canonical.standing_for,
             warnings,
         })
     }
@@ -264,6 +213,13 @@ impl Input {
         self.unrolled.as_ref().unwrap_or(path)
     }
 
+    /// Length of the path that optimizers work on.
+    pub fn length(&self) -> f64 {
+        let mut velocity = vec![0.0; self.space.nv()];
+        self.metric
+            .length(&self.space, self.path.as_flat(), &mut velocity)
+    }
+
     /// Columns of which the answer says other numbers than the caller, and how many whole turns the
     /// goal's is on; 0 where it is the same and only numbers before it moved.
     pub fn turned(&self, robot: &RobotModel, path: &Path, answer: &Path) -> Vec<ColumnTurns> {
@@ -271,18 +227,18 @@ impl Input {
         let end = answer.waypoint(answer.len() - 1);
         let column = |q: usize| {
             let turns = turns_between(goal[q], end[q]);
-            let has_moved = turns != 0
-                || self
-                    .given(path)
-                    .waypoints()
-                    .zip(path.waypoints())
-                    .any(|(a, b)| a[q] != b[q]);
-            has_moved.then(|| ColumnTurns {
+            (turns != 0 || self.is_unrolled(path, q)).then(|| ColumnTurns {
                 variable: robot.variables()[q].name.clone(),
                 turns,
             })
         };
         self.space.circles().filter_map(column).collect()
+    }
+
+    /// Whether numbers of a column had to move for them to say how it moves.
+    fn is_unrolled(&self, path: &Path, q: usize) -> bool {
+        let mut waypoints = self.given(path).waypoints().zip(path.waypoints());
+        waypoints.any(|(a, b)| a[q] != b[q])
     }
 }
 
@@ -325,132 +281,220 @@ fn check_columns(robot: &RobotModel, path: &Path) -> Result<(), RequestError> {
     if path.nq() == expected {
         return Ok(());
     }
-    let names: Vec<&str> = robot
-        .variables()
-        .iter()
-        .map(|variable| variable.name.as_str())
-        .collect();
-    let robot = robot.name().to_owned();
-    let variables = names.join(", ");
+    let variables = robot.variables().iter();
+    let names: Vec<&str> = variables.map(|variable| variable.name.as_str()).collect();
     Err(RequestError::Columns {
         got: path.nq(),
         expected,
-        robot,
-        variables,
+        robot: robot.name().to_owned(),
+        variables: names.join(", "),
     })
+}
+
+fn check_clearance(clearance: f64) -> Result<(), RequestError> {
+    if clearance.is_finite() && clearance >= LEAST_FLOOR_M {
+        Ok(())
+    } else {
+        Err(RequestError::Clearance(clearance))
+    }
+}
+
+fn space(robot: &RobotModel, unwrapped: bool) -> ConfigurationSpace {
+    match unwrapped {
+        true => robot.space().unwrapped(),
+        false => robot.space().clone(),
+    }
+}
+
+/// Where the held variables stand: as the request says, else at their defaults.
+fn held_values(robot: &RobotModel, settings: &Settings) -> Result<Vec<f64>, RequestError> {
+    let defaults = || {
+        robot
+            .held()
+            .iter()
+            .map(|variable| variable.default)
+            .collect()
+    };
+    let held = sized("held values", &settings.held, robot.held().len())?;
+    let held: Vec<f64> = held.unwrap_or_else(defaults);
+    check_held(robot, &held)?;
+    Ok(held)
+}
+
+fn check_held(robot: &RobotModel, held: &[f64]) -> Result<(), RequestError> {
+    for (variable, &value) in robot.held().iter().zip(held) {
+        if !value.is_finite() {
+            let variable = variable.name.clone();
+            return Err(RequestError::NotFinite {
+                waypoint: 0,
+                variable,
+                value,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Which waypoints stay as they are: those that the request says, and the two ends.
+fn fixed_waypoints(settings: &Settings, count: usize) -> Result<Vec<bool>, RequestError> {
+    let fixed = sized("mask of fixed waypoints", &settings.fixed_waypoints, count)?;
+    let mut fixed = fixed.unwrap_or_else(|| vec![false; count]);
+    fixed[0] = true;
+    fixed[count - 1] = true;
+    Ok(fixed)
+}
+
+/// A path whose numbers say how it moves, where those given do not.
+fn unrolled(space: &ConfigurationSpace, path: &Path) -> Option<Path> {
+    space.circles().next()?;
+    let mut rows = path.as_flat().to_vec();
+    space
+        .unroll(&mut rows)
+        .then(|| Path::from_rows(path.nq(), rows))?
 }
 
 /// A warning for every held variable that the robot cannot hold where it is.
 fn held_outside_limits(robot: &RobotModel, held: &[f64]) -> Vec<Warning> {
-    let text = |(variable, value): (&HeldVariable, &f64)| {
-        let HeldVariable {
-            name,
-            lower,
-            upper,
-            hard_lower,
-            hard_upper,
-            ..
-        } = variable;
-        let outside = |lower: f64, upper: f64| (lower - value).max(value - upper) > LIMIT_TOLERANCE;
-        if outside(*hard_lower, *hard_upper) {
-            let text = format!("{name} is held at {value}, outside [{hard_lower}, {hard_upper}]");
-            return Some(Warning::uncovered(text));
-        }
-        outside(*lower, *upper).then(|| {
-            Warning::uncovered(format!(
-                "{name} is held at {value}, outside its soft limits [{lower}, {upper}]"
-            ))
-        })
-    };
-    robot.held().iter().zip(held).filter_map(text).collect()
+    let values = robot.held().iter().zip(held);
+    let text = |(variable, value): (&HeldVariable, &f64)| held_outside(variable, *value);
+    values.filter_map(text).map(Warning::uncovered).collect()
+}
+
+fn held_outside(variable: &HeldVariable, value: f64) -> Option<String> {
+    let HeldVariable {
+        name,
+        lower,
+        upper,
+        hard_lower,
+        hard_upper,
+        ..
+    } = variable;
+    let is_outside = |lower: f64, upper: f64| outside(value, lower, upper) > LIMIT_TOLERANCE;
+    if is_outside(*hard_lower, *hard_upper) {
+        return Some(format!(
+            "{name} is held at {value}, outside [{hard_lower}, {hard_upper}]"
+        ));
+    }
+    is_outside(*lower, *upper)
+        .then(|| format!("{name} is held at {value}, outside its soft limits [{lower}, {upper}]"))
+}
+
+/// How far a value is outside its limits; not positive inside.
+fn outside(value: f64, lower: f64, upper: f64) -> f64 {
+    (lower - value).max(value - upper)
 }
 
 /// Checks every number; returns a warning where limits are exceeded by a little, and one where soft
 /// limits are.
 fn check_values(robot: &RobotModel, path: &Path) -> Result<Vec<Warning>, RequestError> {
-    let mut worst: Option<(f64, String)> = None;
+    let mut farthest = Farthest::default();
     for (waypoint, row) in path.waypoints().enumerate() {
         for (variable, &value) in robot.variables().iter().zip(row) {
-            let name = || variable.name.clone();
-            if !value.is_finite() {
-                return Err(RequestError::NotFinite {
-                    waypoint,
-                    variable: name(),
-                    value,
-                });
-            }
-            let lower = variable.hard_lower;
-            let upper = variable.hard_upper;
-            let outside = (lower - value).max(value - upper);
-            if outside > LIMIT_TOLERANCE {
-                return Err(RequestError::Limits {
-                    waypoint,
-                    variable: name(),
-                    value,
-                    lower,
-                    upper,
-                });
-            }
-            if outside > 0.0 && worst.as_ref().is_none_or(|(most, _)| outside > *most) {
-                let text = format!(
-                    "waypoint {waypoint}: {} is outside its limits by {outside:.1e}",
-                    variable.name
-                );
-                worst = Some((outside, text));
-            }
+            let outside = check_value(waypoint, variable, value)?;
+            farthest.see(waypoint, variable, outside);
         }
-        for component in robot.space().components() {
-            if let Component::Rotation { q, .. } = *component {
-                let norm = row[q..q + 4].iter().map(|x| x * x).sum::<f64>().sqrt();
-                if (norm - 1.0).abs() > QUATERNION_TOLERANCE {
-                    let variable = robot.variables()[q].name.clone();
-                    return Err(RequestError::Quaternion {
-                        waypoint,
-                        variable,
-                        norm,
-                    });
-                }
-            }
-        }
+        check_rotations(robot, waypoint, row)?;
     }
-    Ok(worst
+    let just_outside = farthest.text.map(Warning::uncovered);
+    Ok(just_outside
         .into_iter()
-        .map(|(_, text)| Warning::uncovered(text))
         .chain(outside_soft_limits(robot, path))
         .collect())
+}
+
+/// The value that is farthest outside its limits.
+#[derive(Default)]
+struct Farthest {
+    by: f64,
+    text: Option<String>,
+}
+
+impl Farthest {
+    fn see(&mut self, waypoint: usize, variable: &Variable, by: f64) {
+        if by > self.by {
+            self.by = by;
+            let name = &variable.name;
+            self.text = Some(format!(
+                "waypoint {waypoint}: {name} is outside its limits by {by:.1e}"
+            ));
+        }
+    }
+}
+
+/// How far a value is outside its limits, which may be a little.
+fn check_value(waypoint: usize, variable: &Variable, value: f64) -> Result<f64, RequestError> {
+    let name = || variable.name.clone();
+    if !value.is_finite() {
+        return Err(RequestError::NotFinite {
+            waypoint,
+            variable: name(),
+            value,
+        });
+    }
+    let lower = variable.hard_lower;
+    let upper = variable.hard_upper;
+    match outside(value, lower, upper) {
+        outside if outside > LIMIT_TOLERANCE => Err(RequestError::Limits {
+            waypoint,
+            variable: name(),
+            value,
+            lower,
+            upper,
+        }),
+        outside => Ok(outside),
+    }
+}
+
+fn check_rotations(robot: &RobotModel, waypoint: usize, row: &[f64]) -> Result<(), RequestError> {
+    for q in rotations(robot.space()) {
+        let norm = norm(&row[q..q + 4]);
+        if (norm - 1.0).abs() > QUATERNION_TOLERANCE {
+            let variable = robot.variables()[q].name.clone();
+            return Err(RequestError::Quaternion {
+                waypoint,
+                variable,
+                norm,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// One warning that names each variable which is somewhere between its soft limits and its limits,
 /// and by how much at most. No optimizer moves it further out.
 fn outside_soft_limits(robot: &RobotModel, path: &Path) -> Option<Warning> {
-    let farthest = |(column, variable): (usize, &Variable)| {
-        let by = |row: &[f64]| (variable.lower - row[column]).max(row[column] - variable.upper);
-        if path.waypoints().all(|row| by(row) <= 0.0) {
-            return None;
-        }
-        let (waypoint, by) = path
-            .waypoints()
-            .map(by)
-            .enumerate()
-            .max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let Variable {
-            name, lower, upper, ..
-        } = variable;
-        (by > 0.0).then(|| {
-            let amount = if by < 1e-3 {
-                format!("{by:.1e}")
-            } else {
-                format!("{by:.3}")
-            };
-            format!("{name} by {amount} of [{lower}, {upper}] (waypoint {waypoint})")
-        })
-    };
-    let soft = robot
-        .variables()
-        .iter()
-        .enumerate()
-        .filter(|(_, variable)| variable.has_soft_limits());
-    let named: Vec<String> = soft.filter_map(farthest).collect();
+    let variables = robot.variables().iter().enumerate();
+    let soft = variables.filter(|(_, variable)| variable.has_soft_limits());
+    let named: Vec<String> = soft
+        .filter_map(|(column, variable)| farthest_outside(path, column, variable))
+        .collect();
     let text = "the path leaves soft limits (safety_controller), and is not moved further out";
     (!named.is_empty()).then(|| Warning::uncovered(format!("{text}: {}", named.join(", "))))
+}
+
+/// By how much, and where, a column is farthest outside the limits of its variable.
+fn farthest_outside(path: &Path, column: usize, variable: &Variable) -> Option<String> {
+    let Variable {
+        name, lower, upper, ..
+    } = variable;
+    let by = |row: &[f64]| outside(row[column], *lower, *upper);
+    let (waypoint, by) = path
+        .waypoints()
+        .map(by)
+        .enumerate()
+        .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (by > 0.0).then(|| {
+        format!(
+            "{name} by {} of [{lower}, {upper}] (waypoint {waypoint})",
+            amount(by)
+        )
+    })
+}
+
+fn amount(by: f64) -> String {
+    if by < 1e-3 {
+        format!("{by:.1e}")
+    } else {
+        format!("{by:.3}")
+    }
 }

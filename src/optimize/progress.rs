@@ -6,7 +6,7 @@ use super::best::{Best, Change};
 use super::outcome::{Stage, StageShare, Termination};
 use super::task::{Improvement, SHORTER, Task};
 use crate::path::Path;
-use crate::validation::{RowsVerdict, SegmentRefusal, Validator};
+use crate::validation::{Proved, RowsVerdict, SegmentRefusal, Validator};
 
 /// What came of a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,16 +122,13 @@ impl<'r, 'm> Progress<'r, 'm> {
     /// Proves a whole path with these waypoints fixed, and takes and publishes it if it is strictly
     /// shorter.
     pub fn try_path(&mut self, path: &Path, fixed: &[bool]) -> Tried {
-        let tried = match self.validator.prove(path.as_flat(), self.stop) {
-            RowsVerdict::Refused(refusal) => Tried::Refused(refusal),
-            RowsVerdict::Stopped => Tried::Stopped,
-            RowsVerdict::Proved(proved) if self.best.take(&proved, fixed) => Tried::Taken,
-            RowsVerdict::Proved(_) => Tried::NotShorter,
-        };
-        if tried == Tried::Taken {
-            self.publish();
+        match self.prove(path.as_flat()) {
+            Err(tried) => return tried,
+            Ok(proved) if self.best.take(&proved, fixed) => {}
+            Ok(_) => return Tried::NotShorter,
         }
-        tried
+        self.publish();
+        Tried::Taken
     }
 
     /// Proves `rows` and, unless it is empty, `tail`, and takes them as [`Best::replace`] does.
@@ -142,22 +139,32 @@ impl<'r, 'm> Progress<'r, 'm> {
         tail: &[f64],
         change: Change,
     ) -> Tried {
-        let rows = match self.validator.prove(rows, self.stop) {
-            RowsVerdict::Proved(proved) => proved,
-            RowsVerdict::Refused(refusal) => return Tried::Refused(refusal),
-            RowsVerdict::Stopped => return Tried::Stopped,
-        };
-        let tail = match tail {
-            [] => None,
-            tail => match self.validator.prove(tail, self.stop) {
-                RowsVerdict::Proved(proved) => Some(proved),
-                RowsVerdict::Refused(refusal) => return Tried::Refused(refusal),
-                RowsVerdict::Stopped => return Tried::Stopped,
-            },
-        };
-        match self.best.replace(range, &rows, tail.as_ref(), change) {
-            true => Tried::Taken,
-            false => Tried::NotShorter,
+        let proved = self
+            .prove(rows)
+            .and_then(|rows| Ok((rows, self.prove_tail(tail)?)));
+        match proved {
+            Err(tried) => tried,
+            Ok((rows, tail)) if self.best.replace(range, &rows, tail.as_ref(), change) => {
+                Tried::Taken
+            }
+            Ok(_) => Tried::NotShorter,
+        }
+    }
+
+    /// What is proved of rows, or what came of them.
+    fn prove<'p>(&mut self, rows: &'p [f64]) -> Result<Proved<'p>, Tried> {
+        match self.validator.prove(rows, self.stop) {
+            RowsVerdict::Proved(proved) => Ok(proved),
+            RowsVerdict::Refused(refusal) => Err(Tried::Refused(refusal)),
+            RowsVerdict::Stopped => Err(Tried::Stopped),
+        }
+    }
+
+    /// The same of rows of which there may be none.
+    fn prove_tail<'p>(&mut self, tail: &'p [f64]) -> Result<Option<Proved<'p>>, Tried> {
+        match tail {
+            [] => Ok(None),
+            tail => self.prove(tail).map(Some),
         }
     }
 

@@ -51,9 +51,9 @@ impl QuadraticStep {
     /// did.
     #[must_use]
     pub fn append(&mut self, cost: &Cost<'_>, row: Row<'_>) -> bool {
+        let couplings = self.rows.iter().map(|other| row.coupling(&other, cost));
         self.column.clear();
-        self.column
-            .extend(self.rows.iter().map(|other| row.coupling(&other, cost)));
+        self.column.extend(couplings);
         let independent = self.factor.append(&self.column, row.coupling(&row, cost));
         if independent {
             self.rows.push(row);
@@ -64,18 +64,24 @@ impl QuadraticStep {
     /// Writes p for the gradient g, both one row of nv numbers for each waypoint.
     pub fn solve(&mut self, cost: &Cost<'_>, gradient: &[f64], step: &mut [f64]) {
         cost.apply_inverse_hessian(gradient, step);
-        self.multipliers.clear();
-        for row in self.rows.iter() {
-            self.multipliers
-                .push(-(row.right_hand_side + row.of_step(step)));
-        }
-        self.factor.solve(&mut self.multipliers);
+        self.update_multipliers(step);
         self.force.copy_from_slice(gradient);
         for (row, multiplier) in self.rows.iter().zip(&self.multipliers) {
             row.add_force(*multiplier, &mut self.force);
         }
         cost.apply_inverse_hessian(&self.force, step);
         step.iter_mut().for_each(|p| *p = -*p);
+    }
+
+    /// `M μ = −(b + J H⁻¹ g)`, given `H⁻¹ g`.
+    fn update_multipliers(&mut self, downhill: &[f64]) {
+        let asked = self
+            .rows
+            .iter()
+            .map(|row| -(row.right_hand_side + row.of_step(downhill)));
+        self.multipliers.clear();
+        self.multipliers.extend(asked);
+        self.factor.solve(&mut self.multipliers);
     }
 }
 

@@ -3,6 +3,7 @@
 use super::input::Input;
 use super::nearest;
 use super::outcome::{Refusal, RefusalPlace};
+use crate::path::Path;
 use crate::validation::{Contact, Hit, HitReason, Validator};
 
 pub(super) fn refusal(
@@ -12,12 +13,26 @@ pub(super) fn refusal(
     hit: &Hit,
     proved_prefix: f64,
 ) -> Refusal {
-    let model = validator.model();
-    let path = &input.path;
+    let place = place(validator, &input.path, segment, hit);
+    let contact = contact(validator, &input.path, segment, hit);
+    let proved_segments = proved_prefix.floor();
+    let proved_t = proved_prefix - proved_segments;
+    let proved = callers_segment(input, proved_segments as usize, proved_t);
+    Refusal {
+        place,
+        segment: callers_segment(input, segment, hit.t),
+        t: hit.t,
+        proved_prefix: proved as f64 + proved_t,
+        ..touching(hit.reason, validator.model().pair_names(hit.pair), &contact)
+    }
+}
+
+/// Which end a collision is at, if it is at one.
+fn place(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) -> RefusalPlace {
     let start = path.waypoint(0);
     let goal = path.waypoint(path.len() - 1);
     let is_on_last_segment = segment + 2 >= path.len();
-    let place = if hit.reason != HitReason::Collision {
+    if hit.reason != HitReason::Collision {
         RefusalPlace::Between
     } else if validator.touches(hit.pair, start) {
         RefusalPlace::Start
@@ -26,35 +41,47 @@ pub(super) fn refusal(
         RefusalPlace::Goal
     } else {
         RefusalPlace::Between
-    };
+    }
+}
+
+/// How deep the bodies are in each other, where they are.
+fn contact(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) -> Contact {
     let from = path.waypoint(segment);
     let to = path.waypoint((segment + 1).min(path.len() - 1));
-    let contact = match hit.reason {
+    match hit.reason {
         HitReason::Collision => validator.penetration(hit.pair, from, to, hit.t),
         HitReason::TooClose | HitReason::Uncertified => hit.contact,
-    };
-    let segments = nearest::segments_of(&input.standing_for);
-    let callers = |segment: usize, t: f64| match (segment, t) {
+    }
+}
+
+/// The segment of the caller's path that a place of the optimizers' form lies on.
+fn callers_segment(input: &Input, segment: usize, t: f64) -> usize {
+    match (segment, t) {
         // Nothing is proved, not even that the robot may stand where it starts.
         (0, 0.0) => 0,
-        _ => segments
-            .get(segment)
-            .copied()
-            .unwrap_or(input.standing_for.len() - 1),
-    };
-    let proved_segments = proved_prefix.floor();
-    let proved_t = proved_prefix - proved_segments;
+        _ => {
+            let segments = nearest::segments_of(&input.standing_for);
+            segments
+                .get(segment)
+                .copied()
+                .unwrap_or(input.standing_for.len() - 1)
+        }
+    }
+}
+
+/// A refusal at the start, of which no more is known than where two bodies touch.
+fn touching(reason: HitReason, bodies: [String; 2], contact: &Contact) -> Refusal {
     Refusal {
-        reason: hit.reason,
-        place,
-        segment: callers(segment, hit.t),
-        t: hit.t,
-        bodies: model.pair_names(hit.pair),
+        reason,
+        place: RefusalPlace::Start,
+        segment: 0,
+        t: 0.0,
         points: [contact.point_a, contact.point_b],
         normal: contact.normal,
         depth_m: -contact.distance,
-        proved_prefix: callers(proved_segments as usize, proved_t) as f64 + proved_t,
+        proved_prefix: 0.0,
         hint: String::new(),
+        bodies,
     }
 }
 
@@ -65,15 +92,7 @@ pub(super) fn standing_overlap(bodies: [String; 2], contact: Contact) -> Refusal
         "no joint moves {link}; if it may touch {object}, add [\"{link}\", \"{object}\"] to allowed_collisions"
     );
     Refusal {
-        reason: HitReason::Collision,
-        place: RefusalPlace::Start,
-        segment: 0,
-        t: 0.0,
-        points: [contact.point_a, contact.point_b],
-        normal: contact.normal,
-        depth_m: -contact.distance,
-        proved_prefix: 0.0,
         hint,
-        bodies,
+        ..touching(HitReason::Collision, bodies, &contact)
     }
 }

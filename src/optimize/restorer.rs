@@ -1,10 +1,8 @@
 //! From the optimizers' form of a path back to the caller's.
 
-use std::f64::consts::TAU;
-
 use super::input::Input;
+use super::unroll::whole_turns_on;
 use crate::path::Path;
-use crate::robot::configuration::turns_between;
 
 /// Gives waypoints that must stay as they were the caller's bits back: the optimizers' form of a
 /// row may differ by the norm of a quaternion. Angles keep the numbers that were proved, which may
@@ -30,15 +28,13 @@ impl<'a> Restorer<'a> {
 
     /// Gives a path the caller's rows.
     pub fn restore(&self, path: &mut Path) {
-        let mut fixed = self.fixed.iter();
-        let mut next = fixed.next();
+        let mut fixed = self.fixed.iter().peekable();
         for index in 0..path.len() {
             // The last row is the last fixed one even where an earlier row equals it.
-            if let Some(&place) = next
-                && self.is_same_place(path.waypoint(index), place)
+            if let Some(&place) =
+                fixed.next_if(|&&place| self.is_same_place(path.waypoint(index), place))
             {
                 self.restore_row(path.waypoint_mut(index), place);
-                next = fixed.next();
             }
         }
     }
@@ -57,7 +53,7 @@ impl<'a> Restorer<'a> {
         let row = self.input.path.waypoint(place);
         let original = self.given.waypoint(self.input.origins[place]);
         let is_same = |q: usize| match self.circles.contains(&q) {
-            true => at[q] == original[q] + turns_between(original[q], at[q]) as f64 * TAU,
+            true => at[q] == whole_turns_on(original[q], at[q]),
             false => at[q] == row[q],
         };
         (0..at.len()).all(is_same)

@@ -1,10 +1,12 @@
 //! Linear rows `J p = b` on the step of a path, each touching at most two neighbouring waypoints.
 
 use super::cost::Cost;
+use super::factor::dot;
 use crate::collision::{BodyPair, CollisionModel};
-use crate::math::Vec3;
+use crate::math::{Pose, Vec3};
 use crate::robot::{ConfigurationSpace, Kinematics};
 use crate::validation::Hit;
+use std::ops::Range;
 
 /// One row: `jᵀ ((1 − s) p_k + s p_{k+1}) = b`, at ratio s of segment k. Fixed waypoints drop out,
 /// their p is 0.
@@ -31,52 +33,70 @@ impl Row<'_> {
 
     /// `J p` for the step p of a whole path.
     pub fn of_step(&self, step: &[f64]) -> f64 {
+        let part = |(waypoint, spread)| self.of_waypoint(waypoint, spread, step);
+        self.spread().into_iter().map(part).sum()
+    }
+
+    fn of_waypoint(&self, waypoint: usize, spread: f64, step: &[f64]) -> f64 {
+        // A row at a waypoint itself may be the last one's, which has no successor.
+        if spread == 0.0 {
+            return 0.0;
+        }
+        spread * dot(self.jacobian, &step[self.coordinates(waypoint)])
+    }
+
+    /// Where a waypoint's numbers lie among those of a whole path.
+    fn coordinates(&self, waypoint: usize) -> Range<usize> {
         let nv = self.jacobian.len();
-        let at = |(waypoint, spread): (usize, f64)| -> f64 {
-            // A row at a waypoint itself may be the last one's, which has no successor.
-            if spread == 0.0 {
-                return 0.0;
-            }
-            let p = &step[waypoint * nv..(waypoint + 1) * nv];
-            spread * self.jacobian.iter().zip(p).map(|(j, p)| j * p).sum::<f64>()
-        };
-        self.spread().into_iter().map(at).sum()
+        waypoint * nv..(waypoint + 1) * nv
     }
 
     /// `J_a H⁻¹ J_bᵀ`: T⁻¹ interpolated between the nodes of the two rows, times `j_a W⁻² j_bᵀ`.
     pub fn coupling(&self, other: &Row<'_>, cost: &Cost<'_>) -> f64 {
-        let mut compliance = 0.0;
-        for (i, of_a) in self.spread() {
-            for (j, of_b) in other.spread() {
-                if of_a != 0.0 && of_b != 0.0 {
-                    compliance += of_a * of_b * cost.compliance(i, j);
-                }
-            }
-        }
+        let compliance = self.compliance(other, cost);
+        // Rows on different strings do not feel each other.
         if compliance == 0.0 {
             return 0.0;
         }
-        let products = self
+        compliance * self.weighted_product(other, cost.inverse_weights())
+    }
+
+    #[inline]
+    fn compliance(&self, other: &Row<'_>, cost: &Cost<'_>) -> f64 {
+        let mut compliance = 0.0;
+        for (i, of_a) in self.touched() {
+            for (j, of_b) in other.touched() {
+                compliance += of_a * of_b * cost.compliance(i, j);
+            }
+        }
+        compliance
+    }
+
+    /// The waypoints that the row is about, with their spreads.
+    #[inline]
+    fn touched(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.spread()
+            .into_iter()
+            .filter(|(_, spread)| *spread != 0.0)
+    }
+
+    /// `j_a W⁻² j_bᵀ`.
+    #[inline]
+    fn weighted_product(&self, other: &Row<'_>, inverse_weights: &[f64]) -> f64 {
+        let pairs = self
             .jacobian
             .iter()
             .zip(other.jacobian)
-            .zip(cost.inverse_weights());
-        compliance
-            * products
-                .map(|((a, b), inverse)| a * inverse * b)
-                .sum::<f64>()
+            .zip(inverse_weights);
+        pairs.map(|((a, b), inverse)| a * inverse * b).sum::<f64>()
     }
 
     /// Adds `Jᵀ multiplier` to a force on every waypoint.
     pub fn add_force(&self, multiplier: f64, force: &mut [f64]) {
-        let nv = self.jacobian.len();
-        for (waypoint, spread) in self.spread() {
-            if spread != 0.0 {
-                let at = &mut force[waypoint * nv..(waypoint + 1) * nv];
-                at.iter_mut()
-                    .zip(self.jacobian)
-                    .for_each(|(f, j)| *f += spread * multiplier * j);
-            }
+        for (waypoint, spread) in self.touched() {
+            let at = force[self.coordinates(waypoint)].iter_mut();
+            at.zip(self.jacobian)
+                .for_each(|(f, j)| *f += spread * multiplier * j);
         }
     }
 }
@@ -109,13 +129,15 @@ impl Rows {
     /// One row.
     pub fn get(&self, index: usize) -> Row<'_> {
         let (segment, ratio) = self.places[index];
-        let jacobian = &self.jacobians[index * self.nv..(index + 1) * self.nv];
         Row {
             segment,
             ratio,
-            jacobian,
+            jacobian: self.jacobian(index),
             right_hand_side: self.right_hand_sides[index],
         }
+    }
+    fn jacobian(&self, index: usize) -> &[f64] {
+        &self.jacobians[index * self.nv..(index + 1) * self.nv]
     }
     /// The rows in order.
     pub fn iter(&self) -> impl Iterator<Item = Row<'_>> {
@@ -171,51 +193,75 @@ impl<'a> CollisionRow<'a> {
     /// 0: what touches at `q_coll` stays as far apart as at `q_free` (Campana et al. 2016,
     /// collision constraint).
     pub fn at(&mut self, hit: &Hit, q_coll: &[f64], q_free: &[f64]) -> Option<&[f64]> {
-        let robot = self.model.robot();
         let pair = self.model.pairs()[hit.pair];
-        let sides = [(pair.a, hit.contact.point_a), (pair.b, hit.contact.point_b)];
-        let link = |body: usize| self.model.bodies()[body].link;
-        self.kinematics.update(robot, q_coll, self.held);
-        let poses = self.kinematics.poses();
-        let local = sides.map(|(body, point)| {
-            link(body).map_or(point, |l| poses[l].inverse_transform_point(point))
-        });
-
-        self.kinematics.update(robot, q_free, self.held);
-        let poses = self.kinematics.poses();
-        let world = [0, 1]
-            .map(|i| link(sides[i].0).map_or(local[i], |l| poses[l].transform_point(local[i])));
-        let parted: Vec3 = world[0] - world[1];
-        if parted.length() <= SHORTEST_DIRECTION_M {
-            return None;
-        }
-        let direction = parted.normalize();
+        let local = self.in_bodies(&pair, [hit.contact.point_a, hit.contact.point_b], q_coll);
+        let points = self.in_world(&pair, local, q_free);
+        let rate = PartingRate {
+            pair,
+            points,
+            direction: direction(points)?,
+        };
         self.jacobian.fill(0.0);
-        add_point_rows(
-            self.model,
-            &self.kinematics,
-            &pair,
-            world,
-            direction,
-            &mut self.jacobian,
-        );
+        rate.add_row(self.model, &self.kinematics, &mut self.jacobian);
         Some(&self.jacobian)
+    }
+
+    /// World points of the bodies of a pair at `q`, each in its body's frame.
+    fn in_bodies(&mut self, pair: &BodyPair, points: [Vec3; 2], q: &[f64]) -> [Vec3; 2] {
+        self.stand(q);
+        self.map_links(pair, points, |pose, point| {
+            pose.inverse_transform_point(point)
+        })
+    }
+
+    fn stand(&mut self, q: &[f64]) {
+        self.kinematics.update(self.model.robot(), q, self.held);
+    }
+
+    /// The other way round.
+    fn in_world(&mut self, pair: &BodyPair, points: [Vec3; 2], q: &[f64]) -> [Vec3; 2] {
+        self.stand(q);
+        self.map_links(pair, points, |pose, point| pose.transform_point(point))
+    }
+
+    /// What becomes of the points of the bodies that links carry; obstacles' points stay.
+    fn map_links(
+        &self,
+        pair: &BodyPair,
+        points: [Vec3; 2],
+        map: impl Fn(&Pose, Vec3) -> Vec3,
+    ) -> [Vec3; 2] {
+        let poses = self.kinematics.poses();
+        let link = |body: usize| self.model.bodies()[body].link;
+        let moved = |body, point| link(body).map_or(point, |link| map(&poses[link], point));
+        [moved(pair.a, points[0]), moved(pair.b, points[1])]
     }
 }
 
-/// Adds `directionᵀ (J_A(c_A) − J_B(c_B))` to a row of nv numbers, for world points of the bodies
-/// of a pair.
-pub fn add_point_rows(
-    model: &CollisionModel,
-    kinematics: &Kinematics,
-    pair: &BodyPair,
-    points: [Vec3; 2],
-    direction: Vec3,
-    row: &mut [f64],
-) {
-    for (body, point, sign) in [(pair.a, points[0], 1.0), (pair.b, points[1], -1.0)] {
-        if let Some(link) = model.bodies()[body].link {
-            kinematics.add_point_row(model.robot(), link, point, direction, sign, row);
+/// The unit vector from the second point to the first.
+fn direction(points: [Vec3; 2]) -> Option<Vec3> {
+    let parted = points[0] - points[1];
+    (parted.length() > SHORTEST_DIRECTION_M).then(|| parted.normalize())
+}
+
+/// How fast two points of a pair's bodies part along a direction.
+pub struct PartingRate {
+    /// The bodies.
+    pub pair: BodyPair,
+    /// A point of each, in the world.
+    pub points: [Vec3; 2],
+    /// A unit vector.
+    pub direction: Vec3,
+}
+
+impl PartingRate {
+    /// Adds `directionᵀ (J_A(c_A) − J_B(c_B))` to a row of nv numbers.
+    pub fn add_row(&self, model: &CollisionModel, kinematics: &Kinematics, row: &mut [f64]) {
+        let [a, b] = self.points;
+        for (body, point, sign) in [(self.pair.a, a, 1.0), (self.pair.b, b, -1.0)] {
+            if let Some(link) = model.bodies()[body].link {
+                kinematics.add_point_row(model.robot(), link, point, self.direction, sign, row);
+            }
         }
     }
 }

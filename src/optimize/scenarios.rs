@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use std::sync::Arc;
 
 use super::active_set::ActiveSet;
-use super::contacts::{Contacts, Ray};
+use super::contacts::{Contacts, HeldModel, Ray};
 use super::cost::Cost;
 use super::task::Task;
 use super::testing;
@@ -183,9 +183,11 @@ fn a_split_puts_contacts_where_they_are() {
                 step: &down,
                 part: 1.0,
             },
-            &floors,
-            &cost,
-            &mut set,
+            &mut HeldModel {
+                floors: &floors,
+                cost: &cost,
+                set: &mut set,
+            },
         );
     }
     assert_eq!(
@@ -214,7 +216,12 @@ fn a_split_puts_contacts_where_they_are() {
             .collect();
         let cost = Cost::new(space, &metric, path.as_flat(), &fixed, &moving);
         set.begin(&cost, &vec![0.0; path.len() * 2]);
-        contacts.linearise(&path, &floors, &cost, &mut set);
+        let mut model = HeldModel {
+            floors: &floors,
+            cost: &cost,
+            set: &mut set,
+        };
+        contacts.linearise(&path, &mut model);
         let after = at(&path, &set);
         assert_eq!(before.len(), after.len());
         for (before, after) in before.iter().zip(&after) {

@@ -6,7 +6,7 @@
 //! is proved and the path is strictly shorter. It never reaches across a fixed waypoint.
 
 use super::best::Change;
-use super::candidate::Search;
+use super::candidate::{Place, Search};
 use super::outcome::{Stage, Termination};
 use super::progress::{Progress, Tried};
 
@@ -26,6 +26,15 @@ struct Patience {
     per_waypoint: u64,
     /// So many for each component that moves on its own.
     per_component: u64,
+}
+
+impl Patience {
+    /// Failures in a row after which it ends.
+    fn failures(&self, waypoints: u64, components: u64) -> u64 {
+        self.least
+            .max(self.per_waypoint * waypoints)
+            .max(self.per_component * components)
+    }
 }
 
 /// When nothing else is tried.
@@ -86,11 +95,7 @@ fn partial_with(progress: &mut Progress, patience: Patience) -> Termination {
     search.run(patience, &mut |search| {
         let (component, places) = match whole.pop() {
             Some((component, stretch)) => (component, search.whole_stretch(stretch)),
-            None if search.moving.is_empty() => return None,
-            None => (
-                search.progress.random.usize(..search.moving.len()),
-                search.draw_places(SNAPPED)?,
-            ),
+            None => search.draw_component()?,
         };
         search.build(places, component..component + 1);
         Some(())
@@ -104,16 +109,8 @@ pub fn leave_out_waypoints(progress: &mut Progress) -> Option<Termination> {
     let mut search = Search::new(progress);
     let mut stride = (search.progress.best.path().len() - 1) * 2 / 3;
     while stride >= 2 && search.moves_everything() {
-        let mut from = 0;
-        while from + stride < search.progress.best.path().len() {
-            if let Some(termination) = search.progress.must_end() {
-                return Some(termination);
-            }
-            search.progress.iterations += 1;
-            if search.leave_out(from + 1..from + stride) {
-                search.progress.publish();
-            }
-            from += stride;
+        if let Some(termination) = search.stride_over(stride) {
+            return Some(termination);
         }
         stride = (stride - 1).min(stride * 2 / 3);
     }
@@ -150,30 +147,59 @@ impl Search<'_, '_, '_> {
                 return termination;
             }
             self.progress.iterations += 1;
-            failures += 1;
-            let Some(gain) = propose(self).and_then(|()| self.gain()) else {
-                continue;
-            };
-            match self.try_candidate(Change::Shortens) {
-                Tried::Refused(_) | Tried::NotShorter => continue,
-                Tried::Stopped => return Termination::Stopped,
-                Tried::Taken => {}
+            match self.try_proposal(propose) {
+                None => return Termination::Stopped,
+                Some(true) => failures = 0,
+                Some(false) => failures += 1,
             }
-            if gain >= WORTHWHILE * self.length() {
-                failures = 0;
-            }
-            self.drop_needless();
-            self.progress.publish();
         }
         Termination::Converged
     }
 
+    /// Tries one proposal; whether it gained something worthwhile, `None` where stopped.
+    fn try_proposal(&mut self, propose: &mut dyn FnMut(&mut Self) -> Option<()>) -> Option<bool> {
+        let Some(gain) = propose(self).and_then(|()| self.gain()) else {
+            return Some(false);
+        };
+        match self.try_candidate(Change::Shortens) {
+            Tried::Refused(_) | Tried::NotShorter => return Some(false),
+            Tried::Stopped => return None,
+            Tried::Taken => {}
+        }
+        let is_worthwhile = gain >= WORTHWHILE * self.length();
+        self.drop_needless();
+        self.progress.publish();
+        Some(is_worthwhile)
+    }
+
+    /// A random component, and two random places.
+    fn draw_component(&mut self) -> Option<(usize, (Place, Place))> {
+        if self.moving.is_empty() {
+            return None;
+        }
+        let component = self.progress.random.usize(..self.moving.len());
+        Some((component, self.draw_places(SNAPPED)?))
+    }
+
+    /// Leaves out runs of one waypoint less than `stride`, from the start to the goal; says why the run
+    /// must end, if it must.
+    fn stride_over(&mut self, stride: usize) -> Option<Termination> {
+        let mut from = 0;
+        while from + stride < self.progress.best.path().len() {
+            if let Some(termination) = self.progress.must_end() {
+                return Some(termination);
+            }
+            self.progress.iterations += 1;
+            if self.leave_out(from + 1..from + stride) {
+                self.progress.publish();
+            }
+            from += stride;
+        }
+        None
+    }
+
     fn failures(&self, patience: Patience) -> u64 {
         let waypoints = self.progress.best.path().len() as u64;
-        let components = self.moving.len() as u64;
-        patience
-            .least
-            .max(patience.per_waypoint * waypoints)
-            .max(patience.per_component * components)
+        patience.failures(waypoints, self.moving.len() as u64)
     }
 }

@@ -17,31 +17,46 @@ pub(super) fn check_turns(
     space: &ConfigurationSpace,
     path: &Path,
 ) -> Result<(), RequestError> {
-    let name = |column: usize| robot.variables()[column].name.clone();
+    check_angles(robot, space, path)?;
+    let mut components = space.components().iter();
+    match components.any(|component| matches!(component, Component::Rotation { .. })) {
+        true => check_rotations(robot, space, path),
+        false => Ok(()),
+    }
+}
+
+/// Checks that no angle is so far out that its turns are lost.
+fn check_angles(
+    robot: &RobotModel,
+    space: &ConfigurationSpace,
+    path: &Path,
+) -> Result<(), RequestError> {
     for (waypoint, row) in path.waypoints().enumerate() {
         if let Some(q) = space.circles().find(|&q| row[q].abs() > FARTHEST_ANGLE_RAD) {
+            let variable = robot.variables()[q].name.clone();
             return Err(RequestError::FarAngle {
                 waypoint,
-                variable: name(q),
+                variable,
                 value: row[q],
             });
         }
     }
-    if !space
-        .components()
-        .iter()
-        .any(|component| matches!(component, Component::Rotation { .. }))
-    {
-        return Ok(());
-    }
-    match path
-        .segments()
-        .enumerate()
-        .find_map(|(segment, [from, to])| Some((segment, space.half_turn(from, to)?)))
-    {
+    Ok(())
+}
+
+/// Checks that no rotation turns by half a turn, to which two ways lead.
+fn check_rotations(
+    robot: &RobotModel,
+    space: &ConfigurationSpace,
+    path: &Path,
+) -> Result<(), RequestError> {
+    let mut segments = path.segments().enumerate();
+    let half_turn =
+        segments.find_map(|(segment, [from, to])| Some((segment, space.half_turn(from, to)?)));
+    match half_turn {
         Some((segment, q)) => Err(RequestError::HalfTurn {
             waypoint: segment + 1,
-            variable: name(q),
+            variable: robot.variables()[q].name.clone(),
         }),
         None => Ok(()),
     }
@@ -53,32 +68,40 @@ pub(super) fn check_motion(
     space: &ConfigurationSpace,
     path: &Path,
 ) -> Result<(), RequestError> {
-    for component in space.components() {
-        let q = match *component {
-            Component::Line { q, .. } => q,
+    let lines = space
+        .components()
+        .iter()
+        .filter_map(|component| match *component {
+            Component::Line { q, .. } => Some(q),
             // A step is at most half a turn.
-            Component::Circle { .. } | Component::Rotation { .. } => continue,
-        };
-        // Between its limits it cannot.
-        let Variable {
-            hard_lower,
-            hard_upper,
-            ..
-        } = robot.variables()[q];
-        if (hard_upper - hard_lower + 1.0) * (path.len() as f64) < FARTHEST_MOTION {
-            continue;
+            Component::Circle { .. } | Component::Rotation { .. } => None,
+        });
+    for q in lines {
+        let variable = &robot.variables()[q];
+        if !is_confined(variable, path.len()) {
+            check_line(variable, path, q)?;
         }
-        let mut moved = 0.0;
-        for (segment, [from, to]) in path.segments().enumerate() {
-            moved += (to[q] - from[q]).abs();
-            if moved > FARTHEST_MOTION {
-                let variable = robot.variables()[q].name.clone();
-                return Err(RequestError::FarMotion {
-                    waypoint: segment + 1,
-                    variable,
-                    moved,
-                });
-            }
+    }
+    Ok(())
+}
+
+/// Whether a variable cannot move too far between its limits in so many steps.
+fn is_confined(variable: &Variable, steps: usize) -> bool {
+    (variable.hard_upper - variable.hard_lower + 1.0) * (steps as f64) < FARTHEST_MOTION
+}
+
+fn check_line(variable: &Variable, path: &Path, q: usize) -> Result<(), RequestError> {
+    let mut moved = 0.0;
+    for (segment, [from, to]) in path.segments().enumerate() {
+        moved += (to[q] - from[q]).abs();
+        if moved > FARTHEST_MOTION {
+            let waypoint = segment + 1;
+            let variable = variable.name.clone();
+            return Err(RequestError::FarMotion {
+                waypoint,
+                variable,
+                moved,
+            });
         }
     }
     Ok(())
@@ -91,22 +114,32 @@ pub(super) fn keeps_goal(
     path: &Path,
     unrolled: &Path,
 ) -> Result<(), RequestError> {
-    let goal = path.len() - 1;
-    let moved =
-        |q: &usize| turns_between(path.waypoint(goal)[*q], unrolled.waypoint(goal)[*q]) != 0;
-    let Some(q) = space.circles().find(moved) else {
-        return Ok(());
-    };
+    let goal = path.waypoint(path.len() - 1);
+    let end = unrolled.waypoint(path.len() - 1);
+    match space
+        .circles()
+        .find(|&q| turns_between(goal[q], end[q]) != 0)
+    {
+        Some(q) => Err(moved_goal(
+            &robot.variables()[q],
+            path,
+            q,
+            turns_between(goal[q], end[q]),
+        )),
+        None => Ok(()),
+    }
+}
+
+/// What is said of a goal whose number would move by whole turns.
+fn moved_goal(variable: &Variable, path: &Path, q: usize, turns: i64) -> RequestError {
     let is_long = |[from, to]: [&[f64]; 2]| (to[q] - from[q]).abs() > LONGEST_STEP_RAD;
-    let segment = path
-        .segments()
-        .position(is_long)
-        .expect("a number moves only after a long step");
-    Err(RequestError::KeepGoal {
+    let long = path.segments().position(is_long);
+    let segment = long.expect("a number moves only after a long step");
+    RequestError::KeepGoal {
         waypoint: segment + 1,
-        variable: robot.variables()[q].name.clone(),
+        variable: variable.name.clone(),
         before: path.waypoint(segment)[q],
         value: path.waypoint(segment + 1)[q],
-        turns: turns_between(path.waypoint(goal)[q], unrolled.waypoint(goal)[q]),
-    })
+        turns,
+    }
 }

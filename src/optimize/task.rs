@@ -44,35 +44,34 @@ impl Task<'_> {
     /// `to` ← `from ⊕ part · step`; fixed waypoints and components that may not move keep their
     /// bits.
     pub fn displace(&self, from: &Path, fixed: &[bool], step: &[f64], part: f64, to: &mut Path) {
-        let nv = self.space.nv();
-        for (i, is_fixed) in fixed.iter().enumerate() {
+        let steps = step.chunks_exact(self.space.nv());
+        for (i, (is_fixed, step)) in fixed.iter().zip(steps).enumerate() {
             let before = from.waypoint(i);
             let after = to.waypoint_mut(i);
             if *is_fixed {
                 // A trial before may have moved it by whole turns.
                 after.copy_from_slice(before);
-                continue;
+            } else {
+                self.space.integrate(before, step, part, after);
+                self.keep_still(before, after);
             }
-            self.space
-                .integrate(before, &step[i * nv..(i + 1) * nv], part, after);
-            for still in self
-                .space
-                .components()
-                .iter()
-                .filter(|component| !self.may_move(component))
-            {
-                let columns = columns(still);
-                after[columns.clone()].copy_from_slice(&before[columns]);
-            }
+        }
+    }
+
+    /// Gives what may not move its bits back.
+    fn keep_still(&self, before: &[f64], after: &mut [f64]) {
+        let components = self.space.components().iter();
+        for still in components.filter(|component| !self.may_move(component)) {
+            let columns = columns(still);
+            after[columns.clone()].copy_from_slice(&before[columns]);
         }
     }
 
     /// Whether a factor of the space may move: all of its coordinates.
     pub fn may_move(&self, component: &Component) -> bool {
-        match *component {
-            Component::Line { v, .. } | Component::Circle { v, .. } => self.moving[v],
-            Component::Rotation { v, .. } => self.moving[v..v + 3].iter().all(|moves| *moves),
-        }
+        self.moving[coordinates(component)]
+            .iter()
+            .all(|moves| *moves)
     }
 }
 
@@ -96,5 +95,13 @@ pub fn columns(component: &Component) -> Range<usize> {
     match *component {
         Component::Line { q, .. } | Component::Circle { q, .. } => q..q + 1,
         Component::Rotation { q, .. } => q..q + 4,
+    }
+}
+
+/// Velocity coordinates of a factor of the space.
+fn coordinates(component: &Component) -> Range<usize> {
+    match *component {
+        Component::Line { v, .. } | Component::Circle { v, .. } => v..v + 1,
+        Component::Rotation { v, .. } => v..v + 3,
     }
 }

@@ -6,8 +6,14 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use super::best::Best;
+use super::cost::segments;
 use crate::path::Path;
 use crate::robot::configuration::turns_between;
+
+/// A caller's angle, as many whole turns on as a number that means the same.
+pub(super) fn whole_turns_on(given: f64, number: f64) -> f64 {
+    given + turns_between(given, number) as f64 * TAU
+}
 
 impl Best<'_> {
     /// Writes all of a trial so that its numbers say how it moves; false where it cannot be taken:
@@ -35,20 +41,12 @@ impl Best<'_> {
     /// the first of them.
     fn turn_tail(&self, first: usize, rows: &mut [f64], tail: &mut Vec<f64>) {
         let nq = self.path().nq();
-        let at = self.path().waypoint(first);
         let last = rows.len() - nq;
         for q in self.task().space.circles() {
-            let turns = turns_between(at[q], rows[last + q]);
-            if turns == 0 {
-                continue;
+            let turns = turns_between(self.path().waypoint(first)[q], rows[last + q]);
+            if turns != 0 {
+                self.turn_column(first, q, turns, tail);
             }
-            if tail.is_empty() {
-                tail.extend_from_slice(&self.path().as_flat()[first * nq..]);
-            }
-            tail.iter_mut()
-                .skip(q)
-                .step_by(nq)
-                .for_each(|number| *number += turns as f64 * TAU);
         }
         if !tail.is_empty() {
             let known = self.fixed()[..first].iter().filter(|fixed| **fixed).count();
@@ -57,25 +55,33 @@ impl Best<'_> {
         }
     }
 
+    /// Moves a column of the waypoints from `first` on by whole turns.
+    fn turn_column(&self, first: usize, q: usize, turns: i64, tail: &mut Vec<f64>) {
+        let nq = self.path().nq();
+        if tail.is_empty() {
+            tail.extend_from_slice(&self.path().as_flat()[first * nq..]);
+        }
+        tail.iter_mut()
+            .skip(q)
+            .step_by(nq)
+            .for_each(|number| *number += turns as f64 * TAU);
+    }
+
     /// Gives the angles of fixed waypoints the caller's numbers and whole turns, exactly; `first`
     /// fixed ones come before.
     fn keep_fixed(&self, rows: &mut [f64], fixed: &[bool], first: usize) {
         let nq = self.path().nq();
-        let fixed_rows = rows
-            .chunks_exact_mut(nq)
-            .zip(fixed)
-            .filter(|(_, fixed)| **fixed)
-            .map(|(row, _)| row);
-        for (row, given) in fixed_rows.zip(self.task().fixed_rows.chunks_exact(nq).skip(first)) {
+        let rows = rows.chunks_exact_mut(nq).zip(fixed);
+        let stay = rows.filter(|(_, fixed)| **fixed).map(|(row, _)| row);
+        for (row, given) in stay.zip(self.task().fixed_rows.chunks_exact(nq).skip(first)) {
             for q in self.task().space.circles() {
-                row[q] = given[q] + turns_between(given[q], row[q]) as f64 * TAU;
+                row[q] = whole_turns_on(given[q], row[q]);
             }
         }
     }
 
     fn names_its_way(&self, rows: &[f64]) -> bool {
-        let nq = self.path().nq();
-        let mut segments = rows.chunks_exact(nq).zip(rows.chunks_exact(nq).skip(1));
-        segments.all(|(from, to)| self.task().space.half_turn(from, to).is_none())
+        let space = self.task().space;
+        segments(rows, space.nq()).all(|(from, to)| space.half_turn(from, to).is_none())
     }
 }

@@ -127,51 +127,18 @@ impl Scene {
     fn apply(&mut self, change: SceneChange) -> Result<(), SceneError> {
         match change {
             SceneChange::Add(object) => self.add(object),
-            SceneChange::Replace(object) => {
-                object.check()?;
-                self.update("replace", &object.id.clone(), |_| object)
-            }
-            SceneChange::Append { id, shapes } => {
-                check_shapes(&shapes).map_err(|error| error.of_object(&id))?;
-                self.update("append to", &id, |object| {
-                    let shapes = object.shapes.iter().cloned().chain(shapes).collect();
-                    Obstacle {
-                        shapes,
-                        ..object.clone()
-                    }
-                })
-            }
+            SceneChange::Replace(object) => self.replace(object),
+            SceneChange::Append { id, shapes } => self.append(&id, shapes),
             SceneChange::Remove { id } => self.remove(&id),
-            SceneChange::RemoveAll => {
-                let ids: Vec<_> = self
-                    .obstacles
-                    .iter()
-                    .map(|object| object.id.clone())
-                    .collect();
-                ids.iter().try_for_each(|id| self.remove(id))
-            }
-            SceneChange::Move { id, pose } => {
-                check_pose(&pose).map_err(|error| error.of_object(&id))?;
-                self.update("move", &id, |object| object.clone().at(pose))
-            }
+            SceneChange::RemoveAll => self.remove_all(),
+            SceneChange::Move { id, pose } => self.move_to(&id, pose),
             SceneChange::Attach {
                 id,
                 link_name,
                 touch_links,
                 pose,
-            } => {
-                let object = self.take_standing(&id)?.at(pose);
-                self.worlds.set(id.as_str().into(), None);
-                self.add_attached(AttachedObject {
-                    link_name,
-                    object,
-                    touch_links,
-                })
-            }
-            SceneChange::Detach { id, pose } => {
-                let object = self.take_attached(&id)?.object.at(pose);
-                self.add(object)
-            }
+            } => self.attach(&id, link_name, touch_links, pose),
+            SceneChange::Detach { id, pose } => self.detach(&id, pose),
             SceneChange::Pad { name, padding } => self.pad(&name, padding),
             SceneChange::Scale { name, scale } => self.rescale(&name, scale),
             SceneChange::Frame { name, pose } => self.place_frame(&name, pose),
@@ -179,19 +146,60 @@ impl Scene {
                 self.place_subframe(&object, &name, pose)
             }
             SceneChange::World { id, frame } => self.call_world(&id, frame.as_deref()),
-            SceneChange::Allow(a, b) => {
-                self.verdicts.set(&a, &b, Some(Verdict::Allowed));
-                Ok(())
-            }
-            SceneChange::Forbid(a, b) => {
-                self.verdicts.set(&a, &b, Some(Verdict::Forbidden));
-                Ok(())
-            }
-            SceneChange::ClearPair(a, b) => {
-                self.verdicts.set(&a, &b, None);
-                Ok(())
-            }
+            SceneChange::Allow(a, b) => self.judge(&a, &b, Some(Verdict::Allowed)),
+            SceneChange::Forbid(a, b) => self.judge(&a, &b, Some(Verdict::Forbidden)),
+            SceneChange::ClearPair(a, b) => self.judge(&a, &b, None),
         }
+    }
+
+    fn replace(&mut self, object: Obstacle) -> Result<(), SceneError> {
+        object.check()?;
+        self.update("replace", &object.id.clone(), |_| object)
+    }
+
+    fn append(&mut self, id: &str, more: Vec<PlacedShape>) -> Result<(), SceneError> {
+        check_shapes(&more).map_err(|error| error.of_object(id))?;
+        self.update("append to", id, |object| Obstacle {
+            shapes: object.shapes.iter().cloned().chain(more).collect(),
+            ..object.clone()
+        })
+    }
+
+    fn remove_all(&mut self) -> Result<(), SceneError> {
+        let objects = self.obstacles.iter();
+        let ids: Vec<_> = objects.map(|object| object.id.clone()).collect();
+        ids.iter().try_for_each(|id| self.remove(id))
+    }
+
+    fn move_to(&mut self, id: &str, pose: Pose) -> Result<(), SceneError> {
+        check_pose(&pose).map_err(|error| error.of_object(id))?;
+        self.update("move", id, |object| object.clone().at(pose))
+    }
+
+    fn attach(
+        &mut self,
+        id: &str,
+        link_name: String,
+        touch_links: Vec<String>,
+        pose: Pose,
+    ) -> Result<(), SceneError> {
+        let object = self.take_standing(id)?.at(pose);
+        self.worlds.set(id.into(), None);
+        self.add_attached(AttachedObject {
+            link_name,
+            object,
+            touch_links,
+        })
+    }
+
+    fn detach(&mut self, id: &str, pose: Pose) -> Result<(), SceneError> {
+        let object = self.take_attached(id)?.object.at(pose);
+        self.add(object)
+    }
+
+    fn judge(&mut self, a: &str, b: &str, verdict: Option<Verdict>) -> Result<(), SceneError> {
+        self.verdicts.set(a, b, verdict);
+        Ok(())
     }
 
     pub(super) fn add(&mut self, object: Obstacle) -> Result<(), SceneError> {
@@ -282,30 +290,34 @@ impl Scene {
         if self.obstacles.remove(id).is_none() && self.attached.remove(id).is_none() {
             return Err(self.unknown("remove", id));
         }
+        self.forget(id);
+        Ok(())
+    }
+
+    /// Takes away all that names an object.
+    fn forget(&mut self, id: &str) {
         self.verdicts.forget(id);
-        let touches =
-            |attached: &&AttachedObject| attached.touch_links.iter().any(|name| name == id);
-        let touching: Vec<_> = self
-            .attached
-            .iter()
-            .filter(touches)
-            .map(|a| a.object.id.clone())
-            .collect();
-        for carried in touching {
-            self.attached.update(&carried, |attached| {
-                let mut attached = attached.clone();
-                attached.touch_links.retain(|name| name != id);
-                attached
-            });
-        }
-        let frames: Vec<Arc<str>> = self.subframes_of(id).map(|(name, _)| name.into()).collect();
-        frames
-            .into_iter()
-            .for_each(|name| self.subframes.set((id.into(), name), None));
+        self.forget_touching(id);
+        self.forget_subframes(id);
         self.worlds.set(id.into(), None);
         self.padding.set(id.into(), None);
         self.scale.set(id.into(), None);
-        Ok(())
+    }
+
+    fn forget_touching(&mut self, id: &str) {
+        let touching = self.attached.iter().filter(|held| held.may_touch(id));
+        let touching: Vec<_> = touching.map(|held| held.object.id.clone()).collect();
+        for carried in touching {
+            self.attached
+                .update(&carried, |held| held.clone().not_touching(id));
+        }
+    }
+
+    fn forget_subframes(&mut self, id: &str) {
+        let frames = self.subframes_of(id).map(|(name, _)| name.into());
+        for name in frames.collect::<Vec<Arc<str>>>() {
+            self.subframes.set((id.into(), name), None);
+        }
     }
 
     /// Changes an object wherever it is.
@@ -318,10 +330,7 @@ impl Scene {
         if self.obstacles.get(id).is_some() {
             self.obstacles.update(id, change);
         } else if self.attached.get(id).is_some() {
-            self.attached.update(id, |attached| AttachedObject {
-                object: change(&attached.object),
-                ..attached.clone()
-            });
+            self.attached.update(id, |held| held.with_object(change));
         } else {
             return Err(self.unknown(what, id));
         }
@@ -330,11 +339,16 @@ impl Scene {
 
     fn unknown(&self, change: &'static str, id: &str) -> SceneError {
         let known = comma_separated(self.objects().map(|object| object.id.as_str()));
-        SceneError::UnknownObject {
-            change,
-            id: id.to_owned(),
-            known,
-        }
+        SceneError::unknown_object(change, id, known)
+    }
+
+    fn standing_names(&self) -> String {
+        comma_separated(self.obstacles.iter().map(|object| object.id.as_str()))
+    }
+
+    /// Ids of the objects that links carry, for a message.
+    pub(super) fn attached_names(&self) -> String {
+        comma_separated(self.attached.iter().map(|held| held.object.id.as_str()))
     }
 
     fn take_standing(&mut self, id: &str) -> Result<Obstacle, SceneError> {
@@ -344,28 +358,20 @@ impl Scene {
                 link_name: attached.link_name.clone(),
             });
         }
-        self.obstacles.remove(id).ok_or_else(|| {
-            let known = comma_separated(self.obstacles.iter().map(|obstacle| obstacle.id.as_str()));
-            SceneError::UnknownObject {
-                change: "attach",
-                id: id.to_owned(),
-                known,
-            }
-        })
+        let taken = self.obstacles.remove(id);
+        taken.ok_or_else(|| SceneError::unknown_object("attach", id, self.standing_names()))
     }
 
     fn take_attached(&mut self, id: &str) -> Result<AttachedObject, SceneError> {
-        self.attached.remove(id).ok_or_else(|| {
-            let id = id.to_owned();
-            let known = comma_separated(self.attached.iter().map(|a| a.object.id.as_str()));
-            match self.obstacles.get(&id) {
-                Some(_) => SceneError::NotAttached { id, known },
-                None => SceneError::UnknownObject {
-                    change: "detach",
-                    id,
-                    known,
-                },
-            }
-        })
+        let taken = self.attached.remove(id);
+        taken.ok_or_else(|| self.not_carried(id))
+    }
+
+    fn not_carried(&self, id: &str) -> SceneError {
+        let known = self.attached_names();
+        match self.obstacles.get(id) {
+            Some(_) => SceneError::not_attached(id, known),
+            None => SceneError::unknown_object("detach", id, known),
+        }
     }
 }

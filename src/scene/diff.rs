@@ -3,7 +3,7 @@
 
 use super::frames::{Reading, is_world, product, readings};
 use super::object::is_same;
-use super::{AttachedObject, Obstacle, Scene, SceneChange, SceneError, comma_separated};
+use super::{AttachedObject, Obstacle, Scene, SceneChange, SceneError};
 use crate::math::Pose;
 use crate::shape::PlacedShape;
 use crate::warning::Warning;
@@ -93,15 +93,7 @@ impl SceneDiff {
 
     /// Names of links or objects that it enters: in touch links, pairs, paddings and scales.
     pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.steps.iter().flat_map(|step| match &step.change {
-            SceneChange::Attach { touch_links, .. } => {
-                touch_links.iter().map(String::as_str).collect()
-            }
-            SceneChange::Allow(a, b) | SceneChange::Forbid(a, b) => vec![a.as_str(), b.as_str()],
-            SceneChange::Pad { name, padding } if *padding != 0.0 => vec![name.as_str()],
-            SceneChange::Scale { name, scale } if *scale != 1.0 => vec![name.as_str()],
-            _ => Vec::new(),
-        })
+        self.steps.iter().flat_map(|step| step.change.entered())
     }
 }
 
@@ -109,56 +101,67 @@ impl Step {
     /// The changes that this step is for a scene.
     fn changes(&self, scene: &Scene, worlds: &[String]) -> Result<Vec<SceneChange>, SceneError> {
         self.check_place(scene)?;
-        let change = self.change.clone();
-        Ok(match (change, &self.place) {
-            (SceneChange::Add(object), _) => self.added(object, scene, worlds)?,
-            (SceneChange::Append { id, shapes }, _) => self.appended(id, shapes, scene, worlds)?,
-            (SceneChange::Move { id, pose }, place) => {
-                let Some(object) = scene.object(&id) else {
-                    return Ok(vec![SceneChange::Move { id, pose }]);
-                };
-                match place {
-                    Place::World => {
-                        let frame = Frame::of(scene, &self.frame, worlds)?;
-                        let moved = object.with_frame_at(frame.place(&pose));
-                        [moved_to(object, moved), frame.called(&id, scene)].concat()
-                    }
-                    _ => moved_to(object, object.with_frame_at(pose)),
-                }
+        Ok(match self.change.clone() {
+            SceneChange::Add(object) => self.added(object, scene, worlds)?,
+            SceneChange::Append { id, shapes } => self.appended(id, shapes, scene, worlds)?,
+            SceneChange::Move { id, pose } => self.moved(id, pose, scene, worlds)?,
+            SceneChange::Detach { id, pose } => self.detached(id, pose, scene, worlds)?,
+            SceneChange::Attach {
+                id,
+                touch_links,
+                link_name,
+                pose,
+            } => {
+                let object = Obstacle::new(id, Vec::new()).at(pose);
+                self.attached(
+                    scene,
+                    AttachedObject {
+                        object,
+                        link_name,
+                        touch_links,
+                    },
+                )
             }
-            (
-                SceneChange::Attach {
-                    id,
-                    touch_links,
-                    link_name,
-                    pose,
-                },
-                place,
-            ) => self.attached(
-                scene,
-                place,
-                AttachedObject {
-                    object: Obstacle::new(id, Vec::new()).at(pose),
-                    link_name,
-                    touch_links,
-                },
-            ),
-            (SceneChange::Detach { id, pose }, _) => {
-                let frame = Frame::of(scene, &self.frame, worlds)?;
-                let pose = frame.place(&pose);
-                let Some(carried) = scene.attached().get(&id) else {
-                    return Ok(vec![SceneChange::Detach { id, pose }]);
-                };
-                let placed = carried.object.with_frame_at(pose);
-                let called = frame.called(&id, scene);
-                let put = SceneChange::Detach {
-                    id,
-                    pose: placed.pose,
-                };
-                [reshaped(&carried.object), vec![put], called].concat()
-            }
-            (change, _) => vec![change],
+            change => vec![change],
         })
+    }
+
+    /// An object whose frame goes elsewhere.
+    fn moved(
+        &self,
+        id: String,
+        pose: Pose,
+        scene: &Scene,
+        worlds: &[String],
+    ) -> Result<Vec<SceneChange>, SceneError> {
+        let Some(object) = scene.object(&id) else {
+            return Ok(vec![SceneChange::Move { id, pose }]);
+        };
+        if !matches!(self.place, Place::World) {
+            return Ok(moved_to(object, object.with_frame_at(pose)));
+        }
+        let frame = Frame::of(scene, &self.frame, worlds)?;
+        let moved = object.with_frame_at(frame.place(&pose));
+        Ok([moved_to(object, moved), frame.called(&id, scene)].concat())
+    }
+
+    /// An object that a link puts down.
+    fn detached(
+        &self,
+        id: String,
+        pose: Pose,
+        scene: &Scene,
+        worlds: &[String],
+    ) -> Result<Vec<SceneChange>, SceneError> {
+        let frame = Frame::of(scene, &self.frame, worlds)?;
+        let pose = frame.place(&pose);
+        let Some(carried) = scene.attached().get(&id) else {
+            return Ok(vec![SceneChange::Detach { id, pose }]);
+        };
+        let called = frame.called(&id, scene);
+        let pose = carried.object.with_frame_at(pose).pose;
+        let put = SceneChange::Detach { id, pose };
+        Ok([reshaped(&carried.object), vec![put], called].concat())
     }
 
     /// An object that is new, or takes the place of one of its name.
@@ -169,41 +172,33 @@ impl Step {
         worlds: &[String],
     ) -> Result<Vec<SceneChange>, SceneError> {
         let id = object.id.clone();
-        let gone = scene
-            .subframes_of(&id)
-            .map(|(name, _)| SceneChange::Subframe {
-                object: id.clone(),
-                name: name.to_owned(),
-                pose: None,
-            });
-        let gone: Vec<_> = gone.collect();
-        let carried = scene.attached().get(&id);
+        let subframes = [gone(&id, scene), self.brought(&id)].concat();
         // The link has it already, with other shapes until now.
-        let is_carried = carried.is_some_and(
-            |held| matches!(&self.place, Place::Link(link) if *link == held.link_name),
-        );
-        if is_carried {
-            return Ok([vec![SceneChange::Replace(object)], gone, self.brought(&id)].concat());
+        let carried = scene.attached().get(&id);
+        if carried.is_some_and(|held| self.is_on(&held.link_name)) {
+            return Ok([vec![SceneChange::Replace(object)], subframes].concat());
         }
-        if readings(&self.frame)
-            .any(|reading| matches!(reading, Reading::Whole(of) | Reading::Of(of, _) if of == id))
-        {
+        self.check_own_frame(&id)?;
+        let frame = Frame::of(scene, &self.frame, worlds)?;
+        let called = frame.called(&id, scene);
+        let change = stood(frame.stand(object), scene);
+        Ok([vec![change], subframes, called].concat())
+    }
+
+    /// Whether the step is said of what this link carries.
+    fn is_on(&self, link_name: &str) -> bool {
+        matches!(&self.place, Place::Link(link) if link == link_name)
+    }
+
+    /// Refuses an object in a frame of its own.
+    fn check_own_frame(&self, id: &str) -> Result<(), SceneError> {
+        let is_own =
+            |reading| matches!(reading, Reading::Whole(of) | Reading::Of(of, _) if of == id);
+        if readings(&self.frame).any(is_own) {
             let circle = format!("object {id:?} and itself");
             return Err(SceneError::FrameCircle(circle));
         }
-        let frame = Frame::of(scene, &self.frame, worlds)?;
-        let called = frame.called(&id, scene);
-        let object = match &frame {
-            Frame::Known(pose) => object.in_frame(pose),
-            Frame::World | Frame::Called(_) => object,
-        };
-        let stands = scene.obstacles().get(&id).is_some();
-        let change = if stands {
-            SceneChange::Replace(object)
-        } else {
-            SceneChange::Add(object)
-        };
-        Ok([vec![change], gone, self.brought(&id), called].concat())
+        Ok(())
     }
 
     /// Frames on the object that the step brings.
@@ -227,67 +222,34 @@ impl Step {
     ) -> Result<Vec<SceneChange>, SceneError> {
         // Shapes come in the object's own frame, but one that is named has to be there.
         Frame::of(scene, &self.frame, worlds)?;
+        let brought = self.brought(&id);
         let change = match (scene.object(&id), &self.place) {
-            (Some(object), _) => {
-                let longer = object.with_more(shapes.clone());
-                // What only gets more shapes keeps those that it has, one by one.
-                match object.is_framed_by_shape()
-                    || !is_same(&longer.pose, &object.pose)
-                    || object.shapes.is_empty()
-                {
-                    true => vec![SceneChange::Replace(longer)],
-                    false => vec![SceneChange::Append {
-                        id: id.clone(),
-                        shapes,
-                    }],
-                }
-            }
+            (Some(object), _) => lengthened(object, shapes),
             (None, Place::World) => return self.added(Obstacle::new(id, shapes), scene, worlds),
-            (None, _) => vec![SceneChange::Append {
-                id: id.clone(),
-                shapes,
-            }],
+            (None, _) => SceneChange::Append { id, shapes },
         };
-        Ok([change, self.brought(&id)].concat())
+        Ok([vec![change], brought].concat())
     }
 
     /// What takes an object up, or nothing where the link has it already.
-    fn attached(&self, scene: &Scene, place: &Place, given: AttachedObject) -> Vec<SceneChange> {
-        let AttachedObject {
-            object,
-            link_name,
-            touch_links,
-        } = given;
-        let id = object.id;
-        let pose = object.pose;
+    fn attached(&self, scene: &Scene, given: AttachedObject) -> Vec<SceneChange> {
+        let id = given.object.id.as_str();
         let is_carried = |held: &AttachedObject| {
-            matches!(place, Place::Link(link) if *link == held.link_name)
-                && held.touch_links == touch_links
+            self.is_on(&held.link_name) && held.touch_links == given.touch_links
         };
-        if scene.attached().get(&id).is_some_and(is_carried) {
+        if scene.attached().get(id).is_some_and(is_carried) {
             return Vec::new();
         }
-        match (place, scene.obstacles().get(&id)) {
+        match (&self.place, scene.obstacles().get(id)) {
             // Its frame is given, whatever makes it.
             (Place::Anywhere, Some(standing)) => {
-                let pose = standing.with_frame_at(pose).pose;
-                [
-                    reshaped(standing),
-                    vec![SceneChange::Attach {
-                        id,
-                        link_name,
-                        touch_links,
-                        pose,
-                    }],
-                ]
-                .concat()
+                let pose = standing.with_frame_at(given.object.pose).pose;
+                [reshaped(standing), vec![taken_up(given, pose)]].concat()
             }
-            _ => vec![SceneChange::Attach {
-                id,
-                link_name,
-                touch_links,
-                pose,
-            }],
+            _ => {
+                let pose = given.object.pose;
+                vec![taken_up(given, pose)]
+            }
         }
     }
 
@@ -298,36 +260,32 @@ impl Step {
         else {
             return Ok(());
         };
-        let carrier = scene
-            .attached()
-            .get(id)
-            .map(|attached| attached.link_name.clone());
-        match (&self.place, carrier) {
-            (Place::World, Some(link_name)) => Err(SceneError::Carried {
-                id: id.clone(),
-                link_name,
+        match scene.attached().get(id) {
+            Some(held) => self.check_carried(id, &held.link_name),
+            None => self.check_standing(id, scene),
+        }
+    }
+
+    fn check_carried(&self, id: &str, link_name: &str) -> Result<(), SceneError> {
+        match &self.place {
+            Place::World => Err(SceneError::Carried {
+                id: id.to_owned(),
+                link_name: link_name.to_owned(),
             }),
-            (Place::Link(wanted), Some(link_name))
-                if !wanted.is_empty() && *wanted != link_name =>
-            {
+            Place::Link(wanted) if !wanted.is_empty() && wanted != link_name => {
                 Err(SceneError::OtherLink {
-                    id: id.clone(),
-                    link_name,
+                    id: id.to_owned(),
+                    link_name: link_name.to_owned(),
                     wanted: wanted.clone(),
                 })
             }
-            (Place::Link(_), None) if scene.obstacles().get(id).is_some() => {
-                let known = comma_separated(
-                    scene
-                        .attached()
-                        .iter()
-                        .map(|attached| attached.object.id.as_str()),
-                );
-                Err(SceneError::NotAttached {
-                    id: id.clone(),
-                    known,
-                })
-            }
+            Place::Link(_) | Place::Anywhere => Ok(()),
+        }
+    }
+
+    fn check_standing(&self, id: &str, scene: &Scene) -> Result<(), SceneError> {
+        match (&self.place, scene.obstacles().get(id)) {
+            (Place::Link(_), Some(_)) => Err(SceneError::not_attached(id, scene.attached_names())),
             _ => Ok(()),
         }
     }
@@ -344,16 +302,20 @@ enum Frame {
 
 impl Frame {
     fn of(scene: &Scene, name: &str, worlds: &[String]) -> Result<Self, SceneError> {
-        let plain = name.strip_prefix('/').unwrap_or(name);
+        let is_called = || is_called(scene, name, worlds);
         match scene.known_frame(name) {
             Some(pose) => Ok(Self::Known(pose)),
             None if is_world(name) => Ok(Self::World),
-            None if worlds.iter().any(|world| world == plain)
-                || scene.worlds().any(|(_, world)| world == name) =>
-            {
-                Ok(Self::Called(name.to_owned()))
-            }
+            None if is_called() => Ok(Self::Called(name.to_owned())),
             None => Err(scene.unknown_frame(name, worlds)),
+        }
+    }
+
+    /// The object as it stands in the world.
+    fn stand(&self, object: Obstacle) -> Obstacle {
+        match self {
+            Self::Known(pose) => object.in_frame(pose),
+            Self::World | Self::Called(_) => object,
         }
     }
 
@@ -370,15 +332,11 @@ impl Frame {
             Self::Called(name) => Some(name.clone()),
             Self::World | Self::Known(_) => None,
         };
-        let is_said = scene.world_of(id) == frame.as_deref();
-        if is_said {
-            Vec::new()
-        } else {
-            vec![SceneChange::World {
-                id: id.to_owned(),
-                frame,
-            }]
+        if scene.world_of(id) == frame.as_deref() {
+            return Vec::new();
         }
+        let id = id.to_owned();
+        vec![SceneChange::World { id, frame }]
     }
 }
 
@@ -401,4 +359,65 @@ fn reshaped(object: &Obstacle) -> Vec<SceneChange> {
         .then(settled)
         .into_iter()
         .collect()
+}
+
+impl SceneChange {
+    /// Names of links or objects that it enters into the scene.
+    fn entered(&self) -> Vec<&str> {
+        match self {
+            Self::Attach { touch_links, .. } => touch_links.iter().map(String::as_str).collect(),
+            Self::Allow(a, b) | Self::Forbid(a, b) => vec![a, b],
+            Self::Pad { name, padding } if *padding != 0.0 => vec![name],
+            Self::Scale { name, scale } if *scale != 1.0 => vec![name],
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// What takes the frames of an object away.
+fn gone(id: &str, scene: &Scene) -> Vec<SceneChange> {
+    let names = scene.subframes_of(id).map(|(name, _)| name.to_owned());
+    let gone = names.map(|name| SceneChange::Subframe {
+        object: id.to_owned(),
+        name,
+        pose: None,
+    });
+    gone.collect()
+}
+
+/// What makes an object stand that may be there already.
+fn stood(object: Obstacle, scene: &Scene) -> SceneChange {
+    match scene.obstacles().get(&object.id) {
+        Some(_) => SceneChange::Replace(object),
+        None => SceneChange::Add(object),
+    }
+}
+
+/// What gives an object more shapes.
+fn lengthened(object: &Obstacle, shapes: Vec<PlacedShape>) -> SceneChange {
+    let longer = object.with_more(shapes.clone());
+    // What only gets more shapes keeps those that it has, one by one.
+    if object.is_framed_by_shape()
+        || !is_same(&longer.pose, &object.pose)
+        || object.shapes.is_empty()
+    {
+        return SceneChange::Replace(longer);
+    }
+    let id = object.id.clone();
+    SceneChange::Append { id, shapes }
+}
+
+fn taken_up(given: AttachedObject, pose: Pose) -> SceneChange {
+    SceneChange::Attach {
+        id: given.object.id,
+        link_name: given.link_name,
+        touch_links: given.touch_links,
+        pose,
+    }
+}
+
+/// Whether robots call the world by this name.
+fn is_called(scene: &Scene, name: &str, worlds: &[String]) -> bool {
+    let plain = name.strip_prefix('/').unwrap_or(name);
+    worlds.iter().any(|world| world == plain) || scene.worlds().any(|(_, world)| world == name)
 }

@@ -7,6 +7,7 @@ use super::object::is_same;
 use super::objects::digest_of_shapes;
 use super::{AttachedObject, Obstacle, Scene, SceneChange, Verdict};
 use crate::math::Pose;
+use crate::shape::PlacedShape;
 
 impl Scene {
     /// Changes that make this scene the other one: made by [`Scene::with`], they give a scene of
@@ -63,113 +64,126 @@ impl<'a> Way<'a> {
     }
 
     fn remove(&mut self, kept: &BTreeSet<&str>) {
-        let at = self.at.clone();
+        for id in self.gone(kept) {
+            self.go(SceneChange::Remove { id });
+        }
+    }
+
+    /// What the other scene does not have, or has elsewhere in the order.
+    fn gone(&self, kept: &BTreeSet<&str>) -> Vec<String> {
         let other = self.other;
-        let standing = at.obstacles.iter().map(|object| &object.id);
+        let standing = self.at.obstacles.iter().map(|object| &object.id);
         let standing =
             standing.filter(|id| !kept.contains(id.as_str()) && other.attached.get(id).is_none());
-        let attached = at.attached.iter().map(|attached| &attached.object.id);
+        let attached = self.at.attached.iter().map(|held| &held.object.id);
         let attached = attached.filter(|id| other.object(id).is_none());
-        let gone: Vec<_> = standing.chain(attached).cloned().collect();
-        gone.into_iter()
-            .for_each(|id| self.go(SceneChange::Remove { id }));
+        standing.chain(attached).cloned().collect()
+    }
+
+    fn set_frame(&mut self, name: &str, pose: Option<Pose>) {
+        let name = name.to_owned();
+        self.go(SceneChange::Frame { name, pose });
+    }
+
+    fn set_subframe(&mut self, object: &str, name: &str, pose: Option<Pose>) {
+        self.go(SceneChange::Subframe {
+            object: object.to_owned(),
+            name: name.to_owned(),
+            pose,
+        });
+    }
+
+    fn call_world(&mut self, id: &str, frame: Option<&str>) {
+        self.go(SceneChange::World {
+            id: id.to_owned(),
+            frame: frame.map(str::to_owned),
+        });
     }
 
     fn set_frames(&mut self) {
         let at = self.at.clone();
         let other = self.other;
-        for (name, _) in at
-            .frames()
-            .filter(|(name, _)| other.frames.get(*name).is_none())
-        {
-            self.go(SceneChange::Frame {
-                name: name.to_owned(),
-                pose: None,
-            });
+        for (name, _) in at.frames() {
+            if other.frames.get(name).is_none() {
+                self.set_frame(name, None);
+            }
         }
-        // By bits, as hashes do: zeros of either sign compare equal.
-        let has =
-            |name: &str, pose: &Pose| at.frames.get(name).is_some_and(|held| is_same(held, pose));
-        for (name, pose) in other.frames().filter(|(name, pose)| !has(name, pose)) {
-            self.go(SceneChange::Frame {
-                name: name.to_owned(),
-                pose: Some(*pose),
-            });
+        for (name, pose) in other.frames() {
+            if !has_pose(at.frames.get(name), pose) {
+                self.set_frame(name, Some(*pose));
+            }
         }
     }
 
     /// Frames on objects, and what these call the world.
     fn set_frames_of_objects(&mut self) {
+        self.set_subframes();
+        self.set_worlds();
+    }
+
+    fn set_subframes(&mut self) {
         let at = self.at.clone();
         let other = self.other;
-        let key = |object: &str, name: &str| (Arc::<str>::from(object), Arc::<str>::from(name));
-        for (object, name, _) in at
-            .subframes()
-            .filter(|(o, n, _)| other.subframes.get(&key(o, n)).is_none())
-        {
-            self.go(SceneChange::Subframe {
-                object: object.to_owned(),
-                name: name.to_owned(),
-                pose: None,
-            });
+        for (object, name, _) in at.subframes() {
+            if other.subframe(object, name).is_none() {
+                self.set_subframe(object, name, None);
+            }
         }
-        let has = |o: &str, n: &str, pose: &Pose| {
-            at.subframes
-                .get(&key(o, n))
-                .is_some_and(|held| is_same(held, pose))
-        };
-        for (object, name, pose) in other.subframes().filter(|(o, n, pose)| !has(o, n, pose)) {
-            self.go(SceneChange::Subframe {
-                object: object.to_owned(),
-                name: name.to_owned(),
-                pose: Some(*pose),
-            });
+        for (object, name, pose) in other.subframes() {
+            if !has_pose(at.subframe(object, name), pose) {
+                self.set_subframe(object, name, Some(*pose));
+            }
         }
-        for (id, _) in at.worlds().filter(|(id, _)| other.world_of(id).is_none()) {
-            self.go(SceneChange::World {
-                id: id.to_owned(),
-                frame: None,
-            });
+    }
+
+    fn set_worlds(&mut self) {
+        let at = self.at.clone();
+        let other = self.other;
+        for (id, _) in at.worlds() {
+            if other.world_of(id).is_none() {
+                self.call_world(id, None);
+            }
         }
-        for (id, frame) in other
-            .worlds()
-            .filter(|(id, frame)| at.world_of(id) != Some(frame))
-        {
-            self.go(SceneChange::World {
-                id: id.to_owned(),
-                frame: Some(frame.to_owned()),
-            });
+        for (id, frame) in other.worlds() {
+            if at.world_of(id) != Some(frame) {
+                self.call_world(id, Some(frame));
+            }
         }
     }
 
     /// What stands in the other scene, of which the first are kept.
     fn stand(&mut self, kept: usize) {
         for (index, object) in self.other.obstacles.iter().enumerate() {
-            if index < kept
-                && self
-                    .at
-                    .obstacles
-                    .get(&object.id)
-                    .is_some_and(|held| std::ptr::eq(held, object))
-            {
-                continue;
-            }
-            let id = object.id.clone();
-            self.reshape(object);
             if index >= kept {
-                self.go(match self.at.attached.get(&id) {
-                    Some(_) => SceneChange::Detach {
-                        id,
-                        pose: object.pose,
-                    },
-                    None => SceneChange::Add(object.clone()),
-                });
-            } else if self.at.obstacles.fact(&id) != self.other.obstacles.fact(&id) {
-                self.go(SceneChange::Move {
-                    id,
-                    pose: object.pose,
-                });
+                self.reshape(object);
+                self.put_down(object);
+            } else if !self.stands_as(object) {
+                self.reshape(object);
+                self.put_in_place(object);
             }
+        }
+    }
+
+    /// Whether an object that stands is the other scene's very own.
+    fn stands_as(&self, object: &Obstacle) -> bool {
+        let held = self.at.obstacles.get(&object.id);
+        held.is_some_and(|held| std::ptr::eq(held, object))
+    }
+
+    fn put_down(&mut self, object: &Obstacle) {
+        let id = object.id.clone();
+        let pose = object.pose;
+        self.go(match self.at.attached.get(&id) {
+            Some(_) => SceneChange::Detach { id, pose },
+            None => SceneChange::Add(object.clone()),
+        });
+    }
+
+    fn put_in_place(&mut self, object: &Obstacle) {
+        let id = object.id.clone();
+        if self.at.obstacles.fact(&id) != self.other.obstacles.fact(&id) {
+            let pose = object.pose;
+            self.go(SceneChange::Move { id, pose });
         }
     }
 
@@ -177,107 +191,126 @@ impl<'a> Way<'a> {
         let mut last = None;
         let mut is_kept = true;
         for attached in &self.other.attached {
-            let AttachedObject {
-                link_name,
-                object,
-                touch_links,
-            } = attached;
-            let id = object.id.clone();
-            let pose = object.pose;
-            self.reshape(object);
-            let number = self.at.attached.number(&id);
-            is_kept &= number > last
-                && self.at.attached.get(&id).is_some_and(|held| {
-                    held.link_name == *link_name && held.touch_links == *touch_links
-                });
+            self.reshape(&attached.object);
+            let number = self.at.attached.number(&attached.object.id);
+            is_kept &= number > last && self.is_carried(attached);
             last = number;
             if is_kept {
-                if self.at.attached.fact(&id) != self.other.attached.fact(&id) {
-                    self.go(SceneChange::Move { id, pose });
-                }
-                continue;
+                self.carry_in_place(&attached.object);
+            } else {
+                self.take_up(attached);
             }
-            if number.is_some() {
-                self.go(SceneChange::Detach {
-                    id: id.clone(),
-                    pose,
-                });
-            } else if self.at.obstacles.get(&id).is_none() {
-                self.go(SceneChange::Add(object.clone()));
-            }
-            let link_name = link_name.clone();
-            let touch_links = touch_links.clone();
-            self.go(SceneChange::Attach {
-                id,
-                link_name,
-                touch_links,
-                pose,
-            });
         }
+    }
+
+    /// Whether its link has an object already, with the same touch links.
+    fn is_carried(&self, attached: &AttachedObject) -> bool {
+        let held = self.at.attached.get(&attached.object.id);
+        held.is_some_and(|held| {
+            held.link_name == attached.link_name && held.touch_links == attached.touch_links
+        })
+    }
+
+    fn carry_in_place(&mut self, object: &Obstacle) {
+        let id = object.id.clone();
+        if self.at.attached.fact(&id) != self.other.attached.fact(&id) {
+            let pose = object.pose;
+            self.go(SceneChange::Move { id, pose });
+        }
+    }
+
+    fn take_up(&mut self, attached: &AttachedObject) {
+        let object = &attached.object;
+        if self.at.attached.get(&object.id).is_some() || self.at.obstacles.get(&object.id).is_none()
+        {
+            self.put_down(object);
+        }
+        self.go(SceneChange::Attach {
+            id: object.id.clone(),
+            link_name: attached.link_name.clone(),
+            touch_links: attached.touch_links.clone(),
+            pose: object.pose,
+        });
     }
 
     fn set_sizes(&mut self) {
         let at = self.at.clone();
         let other = self.other;
         for (name, _) in at.padded().chain(other.padded()) {
-            if self.at.padding(name) != other.padding(name) {
-                self.go(SceneChange::Pad {
-                    name: name.to_owned(),
-                    padding: other.padding(name),
-                });
-            }
+            self.pad(name, other.padding(name));
         }
         for (name, _) in at.scaled().chain(other.scaled()) {
-            if self.at.scale(name) != other.scale(name) {
-                self.go(SceneChange::Scale {
-                    name: name.to_owned(),
-                    scale: other.scale(name),
-                });
-            }
+            self.scale(name, other.scale(name));
+        }
+    }
+
+    fn pad(&mut self, name: &str, padding: f64) {
+        if self.at.padding(name) != padding {
+            let name = name.to_owned();
+            self.go(SceneChange::Pad { name, padding });
+        }
+    }
+
+    fn scale(&mut self, name: &str, scale: f64) {
+        if self.at.scale(name) != scale {
+            let name = name.to_owned();
+            self.go(SceneChange::Scale { name, scale });
         }
     }
 
     fn set_verdicts(&mut self) {
         let at = self.at.clone();
         let other = self.other;
-        for (a, b, _) in at
-            .verdicts
-            .iter()
-            .filter(|(a, b, _)| other.verdicts.get(a, b).is_none())
-        {
-            self.go(SceneChange::ClearPair(a.to_owned(), b.to_owned()));
+        for (a, b, _) in at.verdicts.iter() {
+            if other.verdicts.get(a, b).is_none() {
+                self.go(SceneChange::ClearPair(a.to_owned(), b.to_owned()));
+            }
         }
-        for (a, b, verdict) in other
-            .verdicts
-            .iter()
-            .filter(|(a, b, verdict)| at.verdicts.get(a, b) != Some(*verdict))
-        {
-            let a = a.to_owned();
-            let b = b.to_owned();
-            self.go(match verdict {
-                Verdict::Allowed => SceneChange::Allow(a, b),
-                Verdict::Forbidden => SceneChange::Forbid(a, b),
-            });
+        for (a, b, verdict) in other.verdicts.iter() {
+            if at.verdicts.get(a, b) != Some(verdict) {
+                self.judge(a.to_owned(), b.to_owned(), verdict);
+            }
         }
+    }
+
+    fn judge(&mut self, a: String, b: String, verdict: Verdict) {
+        self.go(match verdict {
+            Verdict::Allowed => SceneChange::Allow(a, b),
+            Verdict::Forbidden => SceneChange::Forbid(a, b),
+        });
     }
 
     /// Gives an object that is here already the shapes that it has in the other scene.
     fn reshape(&mut self, object: &Obstacle) {
-        let Some(held) = self
-            .at
-            .object(&object.id)
-            .filter(|held| !Arc::ptr_eq(&held.shapes, &object.shapes))
-        else {
-            return;
-        };
-        let split = object.shapes.split_at_checked(held.shapes.len());
-        match split.filter(|(first, _)| digest_of_shapes(first) == digest_of_shapes(&held.shapes)) {
-            Some((_, [])) => {}
-            Some((_, more)) => self.go(SceneChange::Append {
-                id: object.id.clone(),
-                shapes: more.to_vec(),
-            }),
-            None => self.go(SceneChange::Replace(object.clone())),
+        let held = self.at.object(&object.id);
+        if let Some(change) = held.and_then(|held| reshaping(held, object)) {
+            self.go(change);
         }
     }
+}
+
+/// What gives an object the shapes of another, if it has not got them.
+fn reshaping(held: &Obstacle, object: &Obstacle) -> Option<SceneChange> {
+    if Arc::ptr_eq(&held.shapes, &object.shapes) {
+        return None;
+    }
+    match more_shapes(held, object) {
+        Some([]) => None,
+        Some(more) => Some(SceneChange::Append {
+            id: object.id.clone(),
+            shapes: more.to_vec(),
+        }),
+        None => Some(SceneChange::Replace(object.clone())),
+    }
+}
+
+/// The shapes that an object has besides those of another, if it begins with them.
+fn more_shapes<'o>(held: &Obstacle, object: &'o Obstacle) -> Option<&'o [PlacedShape]> {
+    let (first, more) = object.shapes.split_at_checked(held.shapes.len())?;
+    (digest_of_shapes(first) == digest_of_shapes(&held.shapes)).then_some(more)
+}
+
+/// Whether there is this pose, by bits, as hashes have it: zeros of either sign compare equal.
+fn has_pose(held: Option<&Pose>, pose: &Pose) -> bool {
+    held.is_some_and(|held| is_same(held, pose))
 }

@@ -144,3 +144,22 @@ pub enum SceneError {
     #[error("{0}")]
     Syntax(String),
 }
+
+impl SceneError {
+    /// A change to an object that is not among those that it can be done to.
+    pub(super) fn unknown_object(change: &'static str, id: &str, known: String) -> Self {
+        Self::UnknownObject {
+            change,
+            id: id.to_owned(),
+            known,
+        }
+    }
+
+    /// An object that no link carries.
+    pub(super) fn not_attached(id: &str, known: String) -> Self {
+        Self::NotAttached {
+            id: id.to_owned(),
+            known,
+        }
+    }
+}

@@ -221,6 +221,10 @@ impl Scene {
             .iter()
             .map(|((object, name), pose)| (&**object, &**name, pose))
     }
+    /// The pose of a frame on an object, in the object's frame.
+    pub(crate) fn subframe(&self, object: &str, name: &str) -> Option<&Pose> {
+        self.subframes.get(&(object.into(), name.into()))
+    }
     /// Frames on an object by name, with their poses in its frame.
     pub fn subframes_of(&self, id: &str) -> impl Iterator<Item = (&str, &Pose)> {
         let object = Arc::<str>::from(id);

@@ -147,6 +147,27 @@ impl AsRef<Obstacle> for Obstacle {
     }
 }
 
+impl AttachedObject {
+    /// Whether one of its touch links has this name.
+    pub(super) fn may_touch(&self, name: &str) -> bool {
+        self.touch_links.iter().any(|known| known == name)
+    }
+
+    /// The same without a touch link.
+    pub(super) fn not_touching(mut self, name: &str) -> Self {
+        self.touch_links.retain(|known| known != name);
+        self
+    }
+
+    /// The same link with its object changed.
+    pub(super) fn with_object(&self, change: impl FnOnce(&Obstacle) -> Obstacle) -> Self {
+        Self {
+            object: change(&self.object),
+            ..self.clone()
+        }
+    }
+}
+
 impl AsRef<Obstacle> for AttachedObject {
     fn as_ref(&self) -> &Obstacle {
         &self.object

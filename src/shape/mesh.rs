@@ -1,10 +1,8 @@
 //! Triangle meshes: what a mesh file becomes once it is checked.
 
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
-
-use super::oddities::{self, Edges, Making};
-use super::sides::{self, Mended};
+use super::edges::{Edges, Triangle};
+use super::parts::Parts;
+use super::volume::{is_flat, volume};
 use crate::hash::ContentHasher;
 use crate::math::Vec3;
 use crate::warning::Warning;
@@ -16,7 +14,7 @@ use crate::warning::Warning;
 pub struct Mesh {
     name: String,
     vertices: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
+    triangles: Vec<Triangle>,
     warnings: Vec<Warning>,
     has_inside: bool,
     // Kept: a scene that only moves a large mesh need not read all of it again.
@@ -44,6 +42,17 @@ pub enum MeshError {
     },
 }
 
+impl MeshError {
+    pub(super) fn unreadable(name: impl Into<String>, reason: String) -> Self {
+        let name = name.into();
+        Self::Unreadable { name, reason }
+    }
+
+    pub(super) fn empty(name: String, triangles: usize) -> Self {
+        Self::Empty { name, triangles }
+    }
+}
+
 impl Mesh {
     /// File name, for messages.
     pub fn name(&self) -> &str {
@@ -54,7 +63,7 @@ impl Mesh {
         &self.vertices
     }
     /// Vertex indices of each triangle.
-    pub fn triangles(&self) -> &[[u32; 3]] {
+    pub fn triangles(&self) -> &[Triangle] {
         &self.triangles
     }
     /// What is odd about the mesh, a line each with its name and size: it may be in millimetres,
@@ -71,7 +80,7 @@ impl Mesh {
 
     /// Whether its surface, closed or not, has no volume on any side.
     pub(super) fn encloses_nothing(&self) -> bool {
-        sides::is_flat(&self.vertices, &self.triangles)
+        is_flat(&self.vertices, &self.triangles)
     }
 
     /// The same mesh with more to say about the file that it was read from.
@@ -86,6 +95,11 @@ impl Mesh {
         self
     }
 
+    /// The same mesh with what is odd about it.
+    pub(super) fn with_oddities(self, warnings: Vec<Warning>) -> Self {
+        Self { warnings, ..self }
+    }
+
     /// Hash of vertices and triangles, whatever the file is called.
     pub fn hash(&self) -> u64 {
         self.hash
@@ -93,26 +107,12 @@ impl Mesh {
 
     /// One vertex of every connected part of the surface.
     pub fn parts(&self) -> Vec<Vec3> {
-        let mut parent: Vec<usize> = (0..self.vertices.len()).collect();
-        fn root(parent: &mut [usize], mut i: usize) -> usize {
-            while parent[i] != i {
-                parent[i] = parent[parent[i]];
-                i = parent[i];
-            }
-            i
-        }
+        let mut parts = Parts::apart(self.vertices.len());
         for triangle in &self.triangles {
-            let [a, b, c] = triangle.map(|i| root(&mut parent, i as usize));
-            let least = a.min(b).min(c);
-            parent[a] = least;
-            parent[b] = least;
-            parent[c] = least;
+            parts.join(triangle.iter().map(|&i| i as usize));
         }
-        let mut used: Vec<usize> = self
-            .triangles
-            .iter()
-            .map(|t| root(&mut parent, t[0] as usize))
-            .collect();
+        let first_corners = self.triangles.iter().map(|triangle| triangle[0] as usize);
+        let mut used: Vec<usize> = first_corners.map(|i| parts.of(i)).collect();
         used.sort_unstable();
         used.dedup();
         used.into_iter().map(|i| self.vertices[i]).collect()
@@ -120,58 +120,7 @@ impl Mesh {
 
     /// Volume that the surface encloses (m³); negative where its triangles face inwards.
     pub fn signed_volume(&self) -> f64 {
-        sides::volume(&self.vertices, self.triangles.iter())
-    }
-
-    /// Checks and takes vertices and triangles.
-    ///
-    /// Vertices that are exactly equal are merged (STL repeats them) and degenerate triangles
-    /// dropped. Triangles that come twice are kept once, and those that face another way than the
-    /// surface around them are turned over.
-    ///
-    /// # Errors
-    /// A vertex that is not finite, an index out of range, no triangle with an area.
-    pub fn new(
-        name: impl Into<String>,
-        vertices: Vec<Vec3>,
-        triangles: Vec<[u32; 3]>,
-    ) -> Result<Self, MeshError> {
-        let name = name.into();
-        check(&name, &vertices, &triangles)?;
-        let (vertices, mut welded) = weld(&vertices, &triangles);
-        // Before slivers are dropped: they have no area, but they do close the surface.
-        let edges = Edges::of(&welded);
-        let mended = sides::mend(&vertices, &mut welded, &edges);
-        let left = if mended == Mended::default() {
-            edges
-        } else {
-            Edges::of(&welded)
-        };
-        let before = triangles.len() - mended.repeated - mended.doubled;
-        welded.retain(|t| has_area(&vertices, *t));
-        if welded.is_empty() {
-            return Err(MeshError::Empty {
-                name,
-                triangles: triangles.len(),
-            });
-        }
-        let dropped = before - welded.len();
-        let known = if dropped == 0 {
-            left
-        } else {
-            Edges::of(&welded)
-        };
-        let mut mesh = Self::checked(name, vertices, welded, &known);
-        mesh.warnings = oddities::of(
-            &mesh,
-            &Making {
-                edges,
-                dropped,
-                mended,
-                left,
-            },
-        );
-        Ok(mesh)
+        volume(&self.vertices, &self.triangles)
     }
 
     /// A mesh as [`Self::new`] made it once, from what was kept of it: nothing is merged or dropped
@@ -182,18 +131,18 @@ impl Mesh {
     pub fn restore(
         name: String,
         vertices: Vec<Vec3>,
-        triangles: Vec<[u32; 3]>,
+        triangles: Vec<Triangle>,
         warnings: Vec<Warning>,
     ) -> Result<Self, MeshError> {
         check(&name, &vertices, &triangles)?;
         if let Some(bad) = triangles.iter().position(|t| !has_area(&vertices, *t)) {
-            return Err(MeshError::Unreadable {
+            return Err(MeshError::unreadable(
                 name,
-                reason: format!("triangle {bad} has no area"),
-            });
+                format!("triangle {bad} has no area"),
+            ));
         }
         if triangles.is_empty() {
-            return Err(MeshError::Empty { name, triangles: 0 });
+            return Err(MeshError::empty(name, 0));
         }
         let edges = Edges::of(&triangles);
         Ok(Self {
@@ -202,9 +151,15 @@ impl Mesh {
         })
     }
 
-    fn checked(name: String, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, edges: &Edges) -> Self {
+    /// Of vertices and triangles that are checked; `edges` are theirs.
+    pub(super) fn checked(
+        name: String,
+        vertices: Vec<Vec3>,
+        triangles: Vec<Triangle>,
+        edges: &Edges,
+    ) -> Self {
         let hash = hash_of(&vertices, &triangles);
-        let has_inside = edges.open + edges.turned == 0 && !sides::is_flat(&vertices, &triangles);
+        let has_inside = edges.are_closed() && !is_flat(&vertices, &triangles);
         Self {
             name,
             vertices,
@@ -216,88 +171,42 @@ impl Mesh {
     }
 }
 
-fn check(name: &str, vertices: &[Vec3], triangles: &[[u32; 3]]) -> Result<(), MeshError> {
-    let refuse = |reason| {
-        Err(MeshError::Unreadable {
-            name: name.to_owned(),
-            reason,
-        })
-    };
-    if let Some(bad) = vertices.iter().position(|v| !v.is_finite()) {
-        return refuse(format!("vertex {bad} is not finite"));
+/// Refuses vertices that are not finite and triangles of vertices that are not there.
+pub(super) fn check(
+    name: &str,
+    vertices: &[Vec3],
+    triangles: &[Triangle],
+) -> Result<(), MeshError> {
+    if let Some(bad) = vertices.iter().position(|vertex| !vertex.is_finite()) {
+        let reason = format!("vertex {bad} is not finite");
+        return Err(MeshError::unreadable(name, reason));
     }
-    let in_range = |t: &[u32; 3]| t.iter().all(|&i| (i as usize) < vertices.len());
-    if let Some(bad) = triangles.iter().position(|t| !in_range(t)) {
-        return refuse(format!(
-            "triangle {bad} names a vertex beyond the {} read",
-            vertices.len()
-        ));
+    let count = vertices.len();
+    if let Some(bad) = first_beyond(count, triangles) {
+        let reason = format!("triangle {bad} names a vertex beyond the {count} read");
+        return Err(MeshError::unreadable(name, reason));
     }
     Ok(())
 }
 
-fn has_area(vertices: &[Vec3], triangle: [u32; 3]) -> bool {
+fn first_beyond(vertices: usize, triangles: &[Triangle]) -> Option<usize> {
+    triangles
+        .iter()
+        .position(|triangle| triangle.iter().any(|&i| i as usize >= vertices))
+}
+
+/// Whether a triangle has an area.
+pub(super) fn has_area(vertices: &[Vec3], triangle: Triangle) -> bool {
     let [a, b, c] = corners(vertices, triangle);
     (b - a).cross(c - a).length() > 0.0
 }
 
-fn hash_of(vertices: &[Vec3], triangles: &[[u32; 3]]) -> u64 {
+fn hash_of(vertices: &[Vec3], triangles: &[Triangle]) -> u64 {
     let mut hasher = ContentHasher::default();
     hasher.mesh(vertices, triangles);
     hasher.finish()
 }
 
-/// Merges equal vertices and drops triangles that this leaves with two corners.
-fn weld(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let mut known: HashMap<[u64; 3], u32, BuildHasherDefault<CoordinateHasher>> =
-        HashMap::default();
-    let mut kept = Vec::new();
-    let merged: Vec<u32> = vertices
-        .iter()
-        .map(|vertex| {
-            // Adding 0 makes one zero of both.
-            *known
-                .entry(vertex.to_array().map(|c| (c + 0.0).to_bits()))
-                .or_insert_with(|| {
-                    kept.push(*vertex);
-                    (kept.len() - 1) as u32
-                })
-        })
-        .collect();
-    let renamed = triangles.iter().map(|t| t.map(|i| merged[i as usize]));
-    (
-        kept,
-        renamed
-            .filter(|[a, b, c]| a != b && b != c && c != a)
-            .collect(),
-    )
-}
-
-fn corners(vertices: &[Vec3], triangle: [u32; 3]) -> [Vec3; 3] {
+fn corners(vertices: &[Vec3], triangle: Triangle) -> [Vec3; 3] {
     triangle.map(|i| vertices[i as usize])
-}
-
-/// Hashes the bits of coordinates: meshes have them by the hundred thousand, and nobody chooses
-/// them to collide.
-#[derive(Default)]
-struct CoordinateHasher(u64);
-
-impl Hasher for CoordinateHasher {
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.chunks(8).for_each(|chunk| {
-            let word = chunk
-                .iter()
-                .rev()
-                .fold(0, |word, byte| word << 8 | u64::from(*byte));
-            // Steele, Lea and Flood's mixer (2014): coordinates that are round in binary differ in
-            // few bits.
-            let mixed = (self.0 ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let mixed = (mixed ^ mixed >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            self.0 = mixed ^ mixed >> 27;
-        });
-    }
-    fn finish(&self) -> u64 {
-        let mixed = self.0.wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ mixed >> 31
-    }
 }

@@ -1,8 +1,10 @@
 //! Mesh files: bytes of an STL, OBJ or DAE file to a [`Mesh`], exactly as it stands, never made
 //! convex. Coordinates are f64 from the text on.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
+use super::surface::Surface;
 use super::{Mesh, MeshError, collada, obj, stl};
 use crate::math::Vec3;
 
@@ -21,49 +23,34 @@ use crate::math::Vec3;
 /// holds surfaces that are no polygons, one without a triangle that has an area, a scale that is
 /// zero or not finite.
 pub fn read(name: &str, bytes: &[u8], scale: Vec3) -> Result<Mesh, MeshError> {
-    let refuse = |reason: String| MeshError::Unreadable {
-        name: name.to_owned(),
-        reason,
-    };
-    if !scale.is_finite() || scale.to_array().contains(&0.0) {
-        return Err(refuse(format!(
-            "its scale is {scale}; every factor must be finite and not 0"
-        )));
+    let refuse = |reason| MeshError::unreadable(name, reason);
+    check_scale(scale).map_err(refuse)?;
+    let mut surface = decode(name, bytes).map_err(refuse)?;
+    surface.scale(scale);
+    let words = surface.words();
+    Ok(Mesh::new(name, surface.vertices, surface.triangles)?.with_warnings(words))
+}
+
+fn check_scale(scale: Vec3) -> Result<(), String> {
+    if scale.is_finite() && !scale.to_array().contains(&0.0) {
+        return Ok(());
     }
-    let extension = Path::new(name)
-        .extension()
-        .and_then(|e| e.to_str())
-        .unwrap_or_default()
-        .to_ascii_lowercase();
-    let surface = match extension.as_str() {
+    Err(format!(
+        "its scale is {scale}; every factor must be finite and not 0"
+    ))
+}
+
+/// The surface of a file in the format that its name says.
+fn decode(name: &str, bytes: &[u8]) -> Result<Surface, String> {
+    let extension = Path::new(name).extension().and_then(OsStr::to_str);
+    match extension.unwrap_or_default().to_ascii_lowercase().as_str() {
         "stl" => stl::read(bytes),
         "obj" => obj::read(bytes),
         "dae" => collada::read(bytes),
         other => Err(format!(
             "{other:?} is no mesh format; valid formats: stl, obj, dae"
         )),
-    };
-    let mut surface = surface.map_err(refuse)?;
-    surface
-        .vertices
-        .iter_mut()
-        .for_each(|vertex| *vertex *= scale);
-    // An odd number of negative factors turns the triangles over.
-    if scale
-        .to_array()
-        .into_iter()
-        .filter(|factor| *factor < 0.0)
-        .count()
-        % 2
-        == 1
-    {
-        surface
-            .triangles
-            .iter_mut()
-            .for_each(|triangle| triangle.swap(1, 2));
     }
-    let words = surface.words();
-    Ok(Mesh::new(name, surface.vertices, surface.triangles)?.with_warnings(words))
 }
 
 #[cfg(test)]

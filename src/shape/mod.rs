@@ -5,15 +5,20 @@
 
 mod collada;
 mod drawn;
+mod edges;
 mod kind;
+mod making;
 pub mod mesh;
 pub mod mesh_file;
 mod obj;
 mod oddities;
+mod parts;
+mod patches;
 mod polygon;
 mod sides;
 mod stl;
 mod surface;
+mod volume;
 
 use std::sync::Arc;
 
@@ -22,7 +27,7 @@ use crate::math::{Pose, Vec3};
 pub use drawn::Drawn;
 pub use kind::{Description, PRIMITIVES, PrimitiveKind, Shape, ShapeError};
 pub use mesh::{Mesh, MeshError};
-pub use sides::solid_angle;
+pub use volume::solid_angle;
 
 /// A shape at a fixed place in the frame of a link or of the world.
 #[derive(Clone, Debug, PartialEq)]

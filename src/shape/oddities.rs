@@ -1,56 +1,15 @@
 //! What is odd about a mesh: it is used as it stands, but a person should look at it.
 
-use super::Mesh;
+use super::edges::Edges;
+use super::mesh::Mesh;
 use super::sides::Mended;
-use crate::math::Vec3;
+use super::volume::bounds;
 use crate::warning::Warning;
 
 /// A mesh larger than this (m) was probably drawn in millimetres.
 const SUSPICIOUS_SIZE_M: f64 = 10.0;
 /// A mesh smaller than this (m) was probably scaled to metres twice.
 const SUSPICIOUS_SMALLNESS_M: f64 = 1e-3;
-
-/// How the triangles of a surface meet. A surface is closed where every edge is walked as often one
-/// way as the other by the triangles around it; only then does the winding number tell inside from
-/// outside.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Edges {
-    /// All edges.
-    pub all: usize,
-    /// Edges of an odd number of triangles.
-    pub open: usize,
-    /// Edges of an even number of triangles that do not face the same way.
-    pub turned: usize,
-    /// Edges of more than two triangles.
-    pub crowded: usize,
-}
-
-impl Edges {
-    /// Counts the edges of triangles.
-    pub(super) fn of(triangles: &[[u32; 3]]) -> Self {
-        let ways = triangles
-            .iter()
-            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
-        let mut ways: Vec<(u64, bool)> = ways
-            .map(|(from, to)| {
-                (
-                    u64::from(from.min(to)) << 32 | u64::from(from.max(to)),
-                    from < to,
-                )
-            })
-            .collect();
-        ways.sort_unstable();
-        let mut edges = Self::default();
-        for edge in ways.chunk_by(|a, b| a.0 == b.0) {
-            let forward = edge.iter().filter(|way| way.1).count();
-            edges.all += 1;
-            edges.open += edge.len() % 2;
-            edges.turned += usize::from(edge.len() % 2 == 0 && 2 * forward != edge.len());
-            edges.crowded += usize::from(edge.len() > 2);
-        }
-        edges
-    }
-}
 
 /// What became of a mesh's triangles.
 #[derive(Debug)]
@@ -67,111 +26,140 @@ pub(super) struct Making {
 
 /// A line for each odd thing.
 pub(super) fn of(mesh: &Mesh, making: &Making) -> Vec<Warning> {
-    let bounds = |(low, high): (Vec3, Vec3), v: &Vec3| (low.min(*v), high.max(*v));
-    let (low, high) = mesh
-        .vertices()
-        .iter()
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), bounds);
-    let size = high - low;
-    let largest = size.max_element();
-    let size = format!(
-        "{} × {} × {} m",
-        length(size.x),
-        length(size.y),
-        length(size.z)
-    );
-    let mut found = Vec::new();
-    let mut tell =
-        |text: String| found.push(Warning::uncovered(format!("mesh {} {text}", mesh.name())));
-    if largest > SUSPICIOUS_SIZE_M {
-        let mended =
-            r#"give it scale="0.001 0.001 0.001" (in a scene: "scale": [0.001, 0.001, 0.001])"#;
-        tell(format!(
-            "is {size} large; if it was drawn in millimetres, {mended}"
-        ));
-    } else if largest < SUSPICIOUS_SMALLNESS_M {
-        tell(format!(
-            "is {size} small; was a scale of 0.001 applied twice?"
-        ));
-    }
-    for (what, then) in sides(mesh, making) {
-        tell(format!("{what}; {then} (size {size})"));
-    }
-    if making.dropped > 0 {
-        let dropped = making.dropped;
-        let all = making.dropped + mesh.triangles().len();
-        let text = format!(
-            "has {dropped} triangles without an area among {all}; they are left out (size {size})"
-        );
-        found.push(Warning::cosmetic(
-            "flat triangles",
-            format!("mesh {} {text}", mesh.name()),
-        ));
-    }
+    let (largest, size) = size(mesh);
+    let sides = Sides::of(mesh, making).found.into_iter();
+    let lines = of_size(largest, &size)
+        .into_iter()
+        .chain(sides.map(|(what, then)| format!("{what}; {then} (size {size})")));
+    let mut found: Vec<Warning> = lines
+        .map(|text| Warning::uncovered(format!("mesh {} {text}", mesh.name())))
+        .collect();
+    found.extend(flat_triangles(mesh, making.dropped, &size));
     found
 }
 
+/// The largest side of a mesh's box, and all three in words.
+fn size(mesh: &Mesh) -> (f64, String) {
+    let (low, high) = bounds(mesh.vertices().iter().copied());
+    let size = high - low;
+    let [x, y, z] = size.to_array().map(length);
+    (size.max_element(), format!("{x} × {y} × {z} m"))
+}
+
+/// A size that is probably in another unit.
+fn of_size(largest: f64, size: &str) -> Option<String> {
+    if largest > SUSPICIOUS_SIZE_M {
+        let mended =
+            r#"give it scale="0.001 0.001 0.001" (in a scene: "scale": [0.001, 0.001, 0.001])"#;
+        return Some(format!(
+            "is {size} large; if it was drawn in millimetres, {mended}"
+        ));
+    }
+    (largest < SUSPICIOUS_SMALLNESS_M)
+        .then(|| format!("is {size} small; was a scale of 0.001 applied twice?"))
+}
+
+fn flat_triangles(mesh: &Mesh, dropped: usize, size: &str) -> Option<Warning> {
+    let all = dropped + mesh.triangles().len();
+    let text = format!(
+        "mesh {} has {dropped} triangles without an area among {all}; they are left out (size {size})",
+        mesh.name()
+    );
+    (dropped > 0).then(|| Warning::cosmetic("flat triangles", text))
+}
+
 /// What is odd about the sides of a surface, and what it means for what is inside.
-fn sides(mesh: &Mesh, making: &Making) -> Vec<(String, String)> {
-    let Making {
-        edges: Edges {
-            all, open, turned, ..
-        },
-        mended,
-        left,
-        ..
-    } = making;
-    let mut found = Vec::new();
-    let mut tell = |what: String, then: &str| found.push((what, then.to_owned()));
-    let guess = "a point inside it may count as outside; what it encloses nearly all round counts as inside";
-    if *open > 0 {
-        tell(
-            format!("is not closed: {open} of {all} edges are open"),
-            guess,
-        );
+struct Sides<'a> {
+    making: &'a Making,
+    found: Vec<(String, String)>,
+}
+
+/// What follows where inside and outside cannot be told for sure.
+const GUESS: &str =
+    "a point inside it may count as outside; what it encloses nearly all round counts as inside";
+
+impl<'a> Sides<'a> {
+    fn of(mesh: &Mesh, making: &'a Making) -> Self {
+        let mut sides = Self {
+            making,
+            found: Vec::new(),
+        };
+        sides.borders();
+        sides.both_orders();
+        sides.opposite_ways();
+        sides.whole(mesh);
+        sides
     }
-    if mended.doubled > 0 {
-        let what = format!(
-            "has {} triangles twice, facing both ways, that close a surface",
-            mended.doubled
-        );
-        tell(what, "it is taken as the solid inside");
+
+    fn tell(&mut self, what: String, then: impl Into<String>) {
+        self.found.push((what, then.into()));
     }
-    if mended.sheets > 0 {
-        let what = format!(
-            "has {} triangles twice, facing both ways: two-sided sheets",
-            mended.sheets
-        );
-        tell(what, "sheets have no inside, only their surface counts");
-    }
-    if *turned > 0 {
-        let what = format!("has triangles that face opposite ways, at {turned} of {all} edges");
-        match left.turned {
-            0 => tell(
-                format!("{what}; {} are turned over", mended.turned),
-                "they face as their neighbours do",
-            ),
-            left => tell(format!("{what}; no turning mends {left} of them"), guess),
+
+    fn borders(&mut self) {
+        let Edges { all, open, .. } = self.making.edges;
+        if open > 0 {
+            let what = format!("is not closed: {open} of {all} edges are open");
+            self.tell(what, GUESS);
         }
     }
-    let volume = mesh.signed_volume();
-    if left.open + left.turned == 0 && mesh.encloses_nothing() && mended.sheets == 0 {
-        tell(
-            format!("encloses no volume ({volume:.1e} m³)"),
-            "it is a sheet, only its surface counts",
-        );
-    } else if open + turned == 0 && volume < 0.0 {
+
+    fn both_orders(&mut self) {
+        let Mended {
+            doubled, sheets, ..
+        } = self.making.mended;
+        let twice = |count| format!("has {count} triangles twice, facing both ways");
+        if doubled > 0 {
+            let what = format!("{}, that close a surface", twice(doubled));
+            self.tell(what, "it is taken as the solid inside");
+        }
+        if sheets > 0 {
+            let what = format!("{}: two-sided sheets", twice(sheets));
+            self.tell(what, "sheets have no inside, only their surface counts");
+        }
+    }
+
+    fn opposite_ways(&mut self) {
+        let Edges { all, turned, .. } = self.making.edges;
+        let what = format!("has triangles that face opposite ways, at {turned} of {all} edges");
+        match (turned, self.making.left.turned) {
+            (0, _) => {}
+            (_, 0) => {
+                let what = format!("{what}; {} are turned over", self.making.mended.turned);
+                self.tell(what, "they face as their neighbours do");
+            }
+            (_, left) => self.tell(format!("{what}; no turning mends {left} of them"), GUESS),
+        }
+    }
+
+    /// What a surface without borders encloses.
+    fn whole(&mut self, mesh: &Mesh) {
+        let Making {
+            edges,
+            mended,
+            left,
+            ..
+        } = self.making;
+        let volume = mesh.signed_volume();
+        if left.are_closed() && mesh.encloses_nothing() && mended.sheets == 0 {
+            let what = format!("encloses no volume ({volume:.1e} m³)");
+            self.tell(what, "it is a sheet, only its surface counts");
+        } else if edges.are_closed() && volume < 0.0 {
+            self.inwards(volume);
+        } else if edges.are_closed() && mended.doubled == 0 && mended.turned > 0 {
+            self.parts_inwards(mended.turned);
+        }
+    }
+
+    fn inwards(&mut self, volume: f64) {
         let what =
             format!("faces inwards: its normals are inverted, signed volume {volume:.3e} m³");
-        tell(what, "it is turned over and taken as the solid inside");
-    } else if open + turned + mended.doubled == 0 && mended.turned > 0 {
-        let what = format!(
-            "has parts that face inwards and are no cavities, {} triangles",
-            mended.turned
-        );
-        tell(what, "they are turned over and taken as solid inside");
+        self.tell(what, "it is turned over and taken as the solid inside");
     }
-    found
+
+    fn parts_inwards(&mut self, turned: usize) {
+        let what = format!("has parts that face inwards and are no cavities, {turned} triangles");
+        self.tell(what, "they are turned over and taken as solid inside");
+    }
 }
 
 /// A length with about three digits (m).
@@ -187,6 +175,7 @@ fn length(metres: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Vec3;
 
     /// Corners and faces of a box of this size, facing outwards.
     fn cuboid(size: Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {

@@ -29,47 +29,61 @@ pub(super) struct Filled {
 /// # Errors
 /// A polygon that is not convex and has more than [`MOST_CORNERS`] corners.
 pub(super) fn fill(corners: &[Vec3]) -> Result<Filled, String> {
-    let fan = |crosses| Filled {
-        triangles: (2..corners.len()).map(|at| [0, at - 1, at]).collect(),
-        crosses,
-    };
     if corners.len() <= 3 {
-        return Ok(fan(false));
+        return Ok(Filled::fan(corners.len(), false));
     }
-    let count = corners.len();
     let first = least_rotation(corners);
     // From here on nothing depends on the corner that comes first.
-    let rotated: Vec<Vec3> = corners[first..]
-        .iter()
-        .chain(&corners[..first])
-        .copied()
-        .collect();
+    let rotated = [&corners[first..], &corners[..first]].concat();
     let Some(flat) = flatten(&rotated) else {
-        let area = |t: [Vec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]).length() > 0.0;
-        return Ok(fan(
-            (2..count).any(|at| area([corners[0], corners[at - 1], corners[at]]))
-        ));
+        return Ok(Filled::fan(corners.len(), fan_has_area(corners)));
     };
-    let straight = STRAIGHT
-        * flat
-            .iter()
-            .map(|p| p[0] * p[0] + p[1] * p[1])
-            .fold(0.0, f64::max);
+    let straight = STRAIGHT * flat.iter().map(square).fold(0.0, f64::max);
     if is_convex(&flat, straight) {
-        return Ok(fan(false));
+        return Ok(Filled::fan(corners.len(), false));
     }
-    if count > MOST_CORNERS {
-        let advice = "export the mesh as triangles";
-        return Err(format!(
-            "a polygon of {count} corners that is not convex; at most {MOST_CORNERS} are read: {advice}"
-        ));
+    check_count(corners.len())?;
+    Ok(cut_ears(&flat, straight).counted_from(first, corners.len()))
+}
+
+impl Filled {
+    /// All triangles from the first corner.
+    fn fan(corners: usize, crosses: bool) -> Self {
+        Self {
+            triangles: (2..corners).map(|at| [0, at - 1, at]).collect(),
+            crosses,
+        }
     }
-    let mut filled = cut_ears(&flat, straight);
-    filled
-        .triangles
-        .iter_mut()
-        .for_each(|triangle| *triangle = triangle.map(|at| (at + first) % count));
-    Ok(filled)
+
+    /// With corner 0 where `first` is among so many corners.
+    fn counted_from(mut self, first: usize, corners: usize) -> Self {
+        for triangle in &mut self.triangles {
+            *triangle = triangle.map(|at| (at + first) % corners);
+        }
+        self
+    }
+}
+
+fn fan_has_area(corners: &[Vec3]) -> bool {
+    let has_area = |pair: &[Vec3]| {
+        let [b, c] = [pair[0] - corners[0], pair[1] - corners[0]];
+        b.cross(c).length() > 0.0
+    };
+    corners[1..].windows(2).any(has_area)
+}
+
+fn square(p: &[f64; 2]) -> f64 {
+    p[0] * p[0] + p[1] * p[1]
+}
+
+fn check_count(corners: usize) -> Result<(), String> {
+    if corners <= MOST_CORNERS {
+        return Ok(());
+    }
+    let advice = "export the mesh as triangles";
+    Err(format!(
+        "a polygon of {corners} corners that is not convex; at most {MOST_CORNERS} are read: {advice}"
+    ))
 }
 
 /// Where the least of all sequences begins that the same corners make from another one on (Booth's
@@ -86,65 +100,79 @@ fn least_rotation(corners: &[Vec3]) -> usize {
 /// The corners along the polygon's normal, turning counter-clockwise; `None` where it has no
 /// normal.
 fn flatten(corners: &[Vec3]) -> Option<Vec<[f64; 2]>> {
-    // Newell's normal is right for polygons that are not convex, or not quite flat.
-    let next = corners.iter().cycle().skip(1);
-    let origin = corners[0];
-    let normal: Vec3 = corners
-        .iter()
-        .zip(next)
-        .map(|(a, b)| (*a - origin).cross(*b - origin))
-        .sum();
-    let largest = corners
-        .iter()
-        .map(|corner| (*corner - origin).length_squared())
-        .fold(0.0, f64::max);
-    let (x, y) = Some(normal)
-        .filter(|n| n.length() > STRAIGHT * largest)?
-        .try_normalize()?
-        .any_orthonormal_pair();
+    let from_first: Vec<Vec3> = corners.iter().map(|corner| *corner - corners[0]).collect();
+    let normal = normal(&from_first)?;
+    let (x, y) = normal.try_normalize()?.any_orthonormal_pair();
     // The pair may turn either way about the normal.
     let y = if x.cross(y).dot(normal) < 0.0 { -y } else { y };
-    Some(
-        corners
-            .iter()
-            .map(|corner| [(*corner - origin).dot(x), (*corner - origin).dot(y)])
-            .collect(),
-    )
+    let flat = from_first.iter().map(|p| [p.dot(x), p.dot(y)]);
+    Some(flat.collect())
+}
+
+/// Newell's normal, which is right for polygons that are not convex, or not quite flat; `None`
+/// where it is no more than rounding.
+fn normal(from_first: &[Vec3]) -> Option<Vec3> {
+    let next = from_first.iter().cycle().skip(1);
+    let normal: Vec3 = from_first.iter().zip(next).map(|(a, b)| a.cross(*b)).sum();
+    let squares = from_first.iter().map(|p| p.length_squared());
+    let largest = squares.fold(0.0, f64::max);
+    (normal.length() > STRAIGHT * largest).then_some(normal)
 }
 
 /// Whether the outline turns left or not at all, and once around.
 fn is_convex(flat: &[[f64; 2]], straight: f64) -> bool {
-    let mut sides: Vec<[f64; 2]> = flat
-        .iter()
-        .zip(flat.iter().cycle().skip(1))
-        .map(|(a, b)| [b[0] - a[0], b[1] - a[1]])
-        .collect();
-    sides.retain(|side| *side != [0.0; 2]);
+    let sides = sides(flat);
+    let pairs = sides.iter().zip(sides.iter().cycle().skip(1));
     let mut around = 0.0;
-    for (a, b) in sides.iter().zip(sides.iter().cycle().skip(1)) {
-        let cross = a[0] * b[1] - a[1] * b[0];
-        let dot = a[0] * b[0] + a[1] * b[1];
-        if cross < -straight {
-            return false;
+    for (a, b) in pairs {
+        match turning(*a, *b, straight) {
+            Some(angle) => around += angle,
+            None => return false,
         }
-        // Straight on, or straight back: a spike is no convex corner.
-        around += if cross <= straight && dot < 0.0 {
-            PI
-        } else {
-            cross.max(0.0).atan2(dot)
-        };
     }
     around < 3.0 * PI
 }
 
+/// The sides of an outline that have a length.
+fn sides(flat: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let pairs = flat.iter().zip(flat.iter().cycle().skip(1));
+    pairs
+        .map(|(a, b)| [b[0] - a[0], b[1] - a[1]])
+        .filter(|side| *side != [0.0; 2])
+        .collect()
+}
+
+/// How far the outline turns left from one side to the next; `None` where it turns right.
+fn turning(a: [f64; 2], b: [f64; 2], straight: f64) -> Option<f64> {
+    let cross = a[0] * b[1] - a[1] * b[0];
+    let dot = a[0] * b[0] + a[1] * b[1];
+    // Straight on, or straight back: a spike is no convex corner.
+    let angle = if cross <= straight && dot < 0.0 {
+        PI
+    } else {
+        cross.max(0.0).atan2(dot)
+    };
+    (cross >= -straight).then_some(angle)
+}
+
 fn cut_ears(flat: &[[f64; 2]], straight: f64) -> Filled {
     let mut left: Vec<usize> = (0..flat.len()).collect();
+    let mut triangles = ears(flat, &mut left);
+    let rest = (1..left.len() - 1).map(|at| [left[0], left[at], left[at + 1]]);
+    let is_turned = |[a, b, c]: [usize; 3]| turn(flat[a], flat[b], flat[c]) < -straight;
+    let crosses = rest.clone().any(is_turned);
+    triangles.extend(rest);
+    Filled { triangles, crosses }
+}
+
+/// Takes ears away from the corners that are left, until there are three or none is an ear.
+fn ears(flat: &[[f64; 2]], left: &mut Vec<usize>) -> Vec<[usize; 3]> {
     let mut triangles = Vec::with_capacity(flat.len() - 2);
     let mut at = 0;
     let mut refused = 0;
     while left.len() > 3 && refused < left.len() {
-        if is_ear(flat, &left, at) {
-            triangles.push(around(&left, at));
+        if is_ear(flat, left, at) {
+            triangles.push(around(left, at));
             left.remove(at);
             refused = 0;
         } else {
@@ -153,11 +181,7 @@ fn cut_ears(flat: &[[f64; 2]], straight: f64) -> Filled {
         }
         at %= left.len();
     }
-    let rest = (1..left.len() - 1).map(|at| [left[0], left[at], left[at + 1]]);
-    let is_turned = |[a, b, c]: [usize; 3]| turn(flat[a], flat[b], flat[c]) < -straight;
-    let crosses = rest.clone().any(is_turned);
-    triangles.extend(rest);
-    Filled { triangles, crosses }
+    triangles
 }
 
 fn around(left: &[usize], at: usize) -> [usize; 3] {
@@ -171,14 +195,16 @@ fn around(left: &[usize], at: usize) -> [usize; 3] {
 /// Whether the triangle at a corner lies inside the polygon, with no other corner in it.
 fn is_ear(flat: &[[f64; 2]], left: &[usize], at: usize) -> bool {
     let triangle = around(left, at);
-    let [a, b, c] = triangle.map(|i| flat[i]);
-    if turn(a, b, c) <= 0.0 {
-        return false;
-    }
-    let inside = |p: [f64; 2]| turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
+    let corners = triangle.map(|i| flat[i]);
+    let [a, b, c] = corners;
     // A polygon with a slit to a hole comes back to the same place: that is no corner in between.
-    let other = |i: &&usize| !triangle.contains(i) && ![a, b, c].contains(&flat[**i]);
-    !left.iter().filter(other).any(|&i| inside(flat[i]))
+    let is_other = |i: &&usize| !triangle.contains(i) && !corners.contains(&flat[**i]);
+    let mut others = left.iter().filter(is_other);
+    turn(a, b, c) > 0.0 && !others.any(|&i| is_inside(flat[i], corners))
+}
+
+fn is_inside(p: [f64; 2], [a, b, c]: [[f64; 2]; 3]) -> bool {
+    turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0
 }
 
 /// Twice the area of a triangle, positive where it turns counter-clockwise.

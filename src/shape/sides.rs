@@ -1,4 +1,4 @@
-//! Which way the triangles of a surface face, and whether it has an inside.
+//! Which way the triangles of a surface face.
 //!
 //! Files say it by the order of corners, and often say it wrongly: some triangles the other way
 //! round, every triangle twice with both orders (a two-sided sheet), a part inside out. Where the
@@ -8,7 +8,10 @@
 
 use std::collections::HashMap;
 
-use super::oddities::Edges;
+use super::edges::{Edges, Triangle};
+use super::parts::Parts;
+use super::patches::Patches;
+use super::volume::six_fold;
 use crate::math::Vec3;
 
 /// What was found and mended.
@@ -24,94 +27,73 @@ pub(super) struct Mended {
     pub turned: usize,
 }
 
-/// A surface encloses less than this part of its size cubed: none.
-const NO_VOLUME: f64 = 1e-12;
-
-/// Whether triangles enclose no volume.
-pub(super) fn is_flat(vertices: &[Vec3], triangles: &[[u32; 3]]) -> bool {
-    let corners = triangles.iter().flatten().map(|&i| vertices[i as usize]);
-    let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| {
-        (l.min(v), h.max(v))
-    });
-    volume(vertices, triangles.iter()).abs() <= NO_VOLUME * (high - low).length().powi(3)
-}
-
-/// Volume that triangles enclose (m³); negative where they face inwards.
-pub(super) fn volume<'t>(
-    vertices: &[Vec3],
-    mut triangles: impl Iterator<Item = &'t [u32; 3]>,
-) -> f64 {
-    let Some(first) = triangles.next() else {
-        return 0.0;
-    };
-    let origin = vertices[first[0] as usize];
-    let six_fold = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|i| vertices[i as usize] - origin);
-        a.dot(b.cross(c))
-    };
-    // The first one has a corner at the origin.
-    triangles.map(six_fold).sum::<f64>() / 6.0
-}
-
 /// Mends the order of corners; `edges` are those of the triangles as they came.
-pub(super) fn mend(vertices: &[Vec3], triangles: &mut Vec<[u32; 3]>, edges: &Edges) -> Mended {
+pub(super) fn mend(vertices: &[Vec3], triangles: &mut Vec<Triangle>, edges: &Edges) -> Mended {
     let mut mended = Mended::default();
     if edges.crowded > 0 {
         single_out(triangles, &mut mended);
     }
     if edges.turned + mended.doubled > 0 || is_mixed(vertices, triangles) {
-        let before = triangles.clone();
-        let patches = Patches::of(triangles);
-        patches.face_one_way(triangles);
-        patches.face_outwards(vertices, triangles);
-        mended.turned = before
-            .iter()
-            .zip(&*triangles)
-            .filter(|(before, after)| before != after)
-            .count();
+        mended.turned = turn(vertices, triangles);
     }
     mended
 }
 
+/// Turns triangles over until they face as they should; how many.
+fn turn(vertices: &[Vec3], triangles: &mut [Triangle]) -> usize {
+    let before = triangles.to_vec();
+    let patches = Patches::of(triangles);
+    patches.face_one_way(triangles);
+    patches.face_outwards(vertices, triangles);
+    let pairs = before.iter().zip(&*triangles);
+    pairs.filter(|(before, after)| before != after).count()
+}
+
 /// The same triangle, whatever the order of its corners; and whether this order is even.
-fn unordered([a, b, c]: [u32; 3]) -> ([u32; 3], bool) {
+fn unordered([a, b, c]: Triangle) -> (Triangle, bool) {
     let mut sorted = [a, b, c];
     sorted.sort_unstable();
     (sorted, [[a, b, c], [b, c, a], [c, a, b]].contains(&sorted))
 }
 
-/// Leaves one of each triangle that comes several times in one order, if that closes the surface
-/// (two solids may share a face); of those in both orders, both, unless they close a surface.
-fn single_out(triangles: &mut Vec<[u32; 3]>, mended: &mut Mended) {
-    let mut seen: HashMap<[u32; 3], [usize; 2]> = HashMap::new();
-    let mut once = triangles.clone();
-    once.retain(|&triangle| {
+/// How often triangles come in odd and in even order.
+#[derive(Default)]
+struct Times(HashMap<Triangle, [usize; 2]>);
+
+impl Times {
+    /// Counts a triangle; whether it is the first in its order.
+    fn is_first(&mut self, triangle: Triangle) -> bool {
         let (key, is_even) = unordered(triangle);
-        let times = &mut seen.entry(key).or_default()[usize::from(is_even)];
+        let times = &mut self.0.entry(key).or_default()[usize::from(is_even)];
         *times += 1;
         *times == 1
-    });
+    }
+
+    /// Whether a triangle is the even one of two that came in both orders.
+    fn is_even_of_both(&self, triangle: Triangle) -> bool {
+        let (key, is_even) = unordered(triangle);
+        is_even && self.0[&key].iter().all(|times| *times > 0)
+    }
+}
+
+/// Leaves one of each triangle that comes several times in one order, if that closes the surface
+/// (two solids may share a face); of those in both orders, both, unless they close a surface.
+fn single_out(triangles: &mut Vec<Triangle>, mended: &mut Mended) {
+    let mut times = Times::default();
+    let mut once = triangles.clone();
+    once.retain(|&triangle| times.is_first(triangle));
     if once.len() < triangles.len() && Edges::of(&once).open < Edges::of(triangles).open {
         mended.repeated = triangles.len() - once.len();
         *triangles = once;
     }
-    let both: Vec<[u32; 3]> = triangles
-        .iter()
-        .copied()
-        .filter(|&triangle| {
-            unordered(triangle).1 && seen[&unordered(triangle).0].iter().all(|times| *times > 0)
-        })
-        .collect();
-    let patches = Patches::by_edges(&both, |_| true);
-    let mut open = vec![false; both.len()];
-    for edge in patches.edges.chunk_by(|a, b| a.edge == b.edge) {
-        open[patches.of[edge[0].triangle]] |= edge.len() % 2 == 1;
-    }
-    let closed: HashMap<[u32; 3], bool> = both
-        .iter()
-        .enumerate()
-        .map(|(at, &triangle)| (unordered(triangle).0, !open[patches.of[at]]))
-        .collect();
+    drop_doubled(triangles, &times, mended);
+}
+
+/// Leaves the even one of each two triangles in both orders that close a surface.
+fn drop_doubled(triangles: &mut Vec<Triangle>, times: &Times, mended: &mut Mended) {
+    let mut both = triangles.clone();
+    both.retain(|&triangle| times.is_even_of_both(triangle));
+    let closed = closed(&both);
     mended.doubled = closed.values().filter(|is_closed| **is_closed).count();
     mended.sheets = closed.len() - mended.doubled;
     triangles.retain(|&triangle| {
@@ -120,220 +102,25 @@ fn single_out(triangles: &mut Vec<[u32; 3]>, mended: &mut Mended) {
     });
 }
 
+/// Whether the triangles that hang together with one close a surface.
+fn closed(triangles: &[Triangle]) -> HashMap<Triangle, bool> {
+    let are_closed = Patches::by_edges(triangles, |_| true).closed();
+    let keys = triangles.iter().map(|&triangle| unordered(triangle).0);
+    keys.zip(are_closed).collect()
+}
+
 /// Whether connected parts enclose volumes of both signs.
-fn is_mixed(vertices: &[Vec3], triangles: &[[u32; 3]]) -> bool {
-    let mut parent: Vec<usize> = (0..vertices.len()).collect();
+fn is_mixed(vertices: &[Vec3], triangles: &[Triangle]) -> bool {
+    let mut parts = Parts::apart(vertices.len());
     for triangle in triangles {
-        join(&mut parent, triangle.iter().map(|&i| i as usize));
+        parts.join(triangle.iter().map(|&i| i as usize));
     }
     let mut volumes = vec![0.0; vertices.len()];
     for triangle in triangles {
-        let part = root(&mut parent, triangle[0] as usize);
-        let [a, b, c] = triangle.map(|i| vertices[i as usize] - vertices[part]);
-        volumes[part] += a.dot(b.cross(c));
+        let part = parts.of(triangle[0] as usize);
+        volumes[part] += six_fold(vertices, triangle, vertices[part]);
     }
     volumes.iter().any(|volume| *volume > 0.0) && volumes.iter().any(|volume| *volume < 0.0)
-}
-
-fn root(parent: &mut [usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    i
-}
-
-fn join(parent: &mut [usize], members: impl Iterator<Item = usize>) {
-    let mut one = None;
-    for member in members {
-        let root_of_member = root(parent, member);
-        let least = one.map_or(root_of_member, |other: usize| {
-            root(parent, other).min(root_of_member)
-        });
-        if let Some(other) = one {
-            let other = root(parent, other);
-            parent[other] = least;
-        }
-        parent[root_of_member] = least;
-        one = Some(least);
-    }
-}
-
-/// A side of a triangle.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Side {
-    edge: [u32; 2],
-    triangle: usize,
-    is_forward: bool,
-}
-
-/// Triangles that hang together by edges of two of them.
-struct Patches {
-    /// All sides, in order of edges.
-    edges: Vec<Side>,
-    /// The patch of each triangle: the first triangle of it.
-    of: Vec<usize>,
-}
-
-impl Patches {
-    fn of(triangles: &[[u32; 3]]) -> Self {
-        Self::by_edges(triangles, |count| count == 2)
-    }
-
-    /// Joined by the edges of as many triangles as `joins` says.
-    fn by_edges(triangles: &[[u32; 3]], joins: impl Fn(usize) -> bool) -> Self {
-        let sides = |(triangle, &[a, b, c]): (usize, &[u32; 3])| {
-            [(a, b), (b, c), (c, a)].map(|(from, to)| {
-                let edge = [from.min(to), from.max(to)];
-                Side {
-                    edge,
-                    triangle,
-                    is_forward: from < to,
-                }
-            })
-        };
-        let mut edges: Vec<Side> = triangles.iter().enumerate().flat_map(sides).collect();
-        edges.sort_unstable();
-        let mut parent: Vec<usize> = (0..triangles.len()).collect();
-        for edge in edges
-            .chunk_by(|a, b| a.edge == b.edge)
-            .filter(|edge| joins(edge.len()))
-        {
-            join(&mut parent, edge.iter().map(|side| side.triangle));
-        }
-        let of = (0..triangles.len())
-            .map(|triangle| root(&mut parent, triangle))
-            .collect();
-        Self { edges, of }
-    }
-
-    /// Turns triangles over so that those of a patch face the same way, as most of them did; a
-    /// patch in which that cannot be stays as it is.
-    fn face_one_way(&self, triangles: &mut [[u32; 3]]) {
-        let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); triangles.len()];
-        for edge in self.edges.chunk_by(|a, b| a.edge == b.edge) {
-            if let [a, b] = edge {
-                let agree = a.is_forward != b.is_forward;
-                neighbours[a.triangle].push((b.triangle, agree));
-                neighbours[b.triangle].push((a.triangle, agree));
-            }
-        }
-        let mut turned: Vec<Option<bool>> = vec![None; triangles.len()];
-        for first in 0..triangles.len() {
-            if turned[first].is_some() {
-                continue;
-            }
-            turned[first] = Some(false);
-            let mut patch = vec![first];
-            let mut next = 0;
-            let mut can_be = true;
-            while let Some(&triangle) = patch.get(next) {
-                next += 1;
-                for &(other, agree) in &neighbours[triangle] {
-                    let wanted = (turned[triangle] == Some(true)) == agree;
-                    match turned[other] {
-                        None => {
-                            turned[other] = Some(wanted);
-                            patch.push(other);
-                        }
-                        Some(is) => can_be &= is == wanted,
-                    }
-                }
-            }
-            let count = patch
-                .iter()
-                .filter(|triangle| turned[**triangle] == Some(true))
-                .count();
-            let most = 2 * count > patch.len();
-            for triangle in patch
-                .into_iter()
-                .filter(|triangle| can_be && (turned[*triangle] == Some(true)) != most)
-            {
-                triangles[triangle].swap(1, 2);
-            }
-        }
-    }
-
-    /// Turns closed patches over that face the other way than the whole, unless they lie within it:
-    /// cavities.
-    fn face_outwards(&self, vertices: &[Vec3], triangles: &mut [[u32; 3]]) {
-        let mut members: HashMap<usize, Vec<usize>> = HashMap::new();
-        self.of
-            .iter()
-            .enumerate()
-            .for_each(|(triangle, patch)| members.entry(*patch).or_default().push(triangle));
-        let mut closed: Vec<Patch> = members
-            .into_values()
-            .filter_map(|members| Patch::closed(vertices, triangles, members))
-            .collect();
-        closed.sort_by_key(|patch| patch.members[0]);
-        let sign = closed
-            .iter()
-            .map(|patch| patch.volume)
-            .sum::<f64>()
-            .signum();
-        let (facing, other): (Vec<Patch>, Vec<Patch>) = closed
-            .into_iter()
-            .partition(|patch| patch.volume * sign >= 0.0);
-        for patch in other {
-            let point = vertices[triangles[patch.members[0]][0] as usize];
-            let around = facing.iter().filter(|outer| {
-                outer.low.cmple(patch.low).all() && patch.high.cmple(outer.high).all()
-            });
-            let around = around
-                .flat_map(|outer| &outer.members)
-                .map(|&triangle| triangles[triangle]);
-            let angle: f64 = around
-                .map(|t| solid_angle(t.map(|i| vertices[i as usize] - point)))
-                .sum();
-            if angle.abs() < 2.0 * std::f64::consts::PI {
-                patch
-                    .members
-                    .iter()
-                    .for_each(|&triangle| triangles[triangle].swap(1, 2));
-            }
-        }
-    }
-}
-
-/// A closed patch.
-struct Patch {
-    members: Vec<usize>,
-    volume: f64,
-    low: Vec3,
-    high: Vec3,
-}
-
-impl Patch {
-    fn closed(vertices: &[Vec3], triangles: &[[u32; 3]], members: Vec<usize>) -> Option<Self> {
-        let own: Vec<[u32; 3]> = members
-            .iter()
-            .map(|&triangle| triangles[triangle])
-            .collect();
-        let edges = Edges::of(&own);
-        if edges.open + edges.turned > 0 {
-            return None;
-        }
-        let corners = own.iter().flatten().map(|&i| vertices[i as usize]);
-        let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| {
-            (l.min(v), h.max(v))
-        });
-        Some(Self {
-            members,
-            volume: volume(vertices, own.iter()),
-            low,
-            high,
-        })
-    }
-}
-
-/// Signed solid angle of a triangle seen from the origin (van Oosterom and Strackee, 1983).
-pub fn solid_angle([a, b, c]: [Vec3; 3]) -> f64 {
-    let la = a.length();
-    let lb = b.length();
-    let lc = c.length();
-    let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    2.0 * a.dot(b.cross(c)).atan2(denominator)
 }
 
 #[cfg(test)]

@@ -14,78 +14,79 @@ const TRIANGLE: usize = 50;
 /// Decodes an STL. The size decides between binary and text: many binary headers start with
 /// `solid `.
 pub(super) fn read(bytes: &[u8]) -> Result<Surface, String> {
-    let announced = bytes
-        .get(80..HEADER)
-        .map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
-    let size = announced.map(|count| HEADER + TRIANGLE * count);
+    let count = announced(bytes);
+    let size = count.map(|count| HEADER + TRIANGLE * count);
     if size != Some(bytes.len()) && looks_like_text(bytes) {
-        // Some writers fill the last block of a file.
-        let end = bytes
-            .iter()
-            .rposition(|byte| *byte != 0)
-            .map_or(0, |last| last + 1);
-        return text(&String::from_utf8_lossy(&bytes[..end]))
+        return text(&String::from_utf8_lossy(without_fill(bytes)))
             .map_err(|reason| format!("not a text STL: {reason}"));
     }
-    match (announced, size) {
-        // Up to a triangle's worth of stray bytes (a line end) is harmless; more would be triangles
-        // lost.
-        (Some(_), Some(size)) if (size..size + TRIANGLE).contains(&bytes.len()) => {
-            Ok(binary(&bytes[HEADER..size]))
-        }
-        (Some(count), Some(size)) => {
-            let what = if bytes.len() < size {
-                "cut short"
-            } else {
-                "longer than it says"
-            };
-            Err(format!(
-                "{what}: {count} triangles need {size} bytes, the file has {}",
-                bytes.len()
-            ))
-        }
-        _ => Err(format!(
+    let Some(size) = size else {
+        return Err(format!(
             "cut short: an STL has at least {HEADER} bytes, the file has {}",
             bytes.len()
-        )),
-    }
+        ));
+    };
+    check_size(bytes.len(), size)?;
+    Ok(binary(&bytes[HEADER..size]))
+}
+
+/// How many triangles the header of a binary file says.
+fn announced(bytes: &[u8]) -> Option<usize> {
+    let count = bytes.get(80..HEADER)?;
+    Some(u32::from_le_bytes(count.try_into().ok()?) as usize)
+}
+
+/// The bytes up to the last that is not 0: some writers fill the last block of a file.
+fn without_fill(bytes: &[u8]) -> &[u8] {
+    let last = bytes.iter().rposition(|byte| *byte != 0);
+    &bytes[..last.map_or(0, |last| last + 1)]
+}
+
+/// Refuses a binary file of another size than its triangles need.
+fn check_size(bytes: usize, size: usize) -> Result<(), String> {
+    // Up to a triangle's worth of stray bytes (a line end) is harmless; more would be triangles
+    // lost.
+    let what = match bytes {
+        _ if bytes < size => "cut short",
+        _ if bytes < size + TRIANGLE => return Ok(()),
+        _ => "longer than it says",
+    };
+    let count = (size - HEADER) / TRIANGLE;
+    Err(format!(
+        "{what}: {count} triangles need {size} bytes, the file has {bytes}"
+    ))
 }
 
 fn looks_like_text(bytes: &[u8]) -> bool {
-    let start = bytes
-        .strip_prefix(b"\xef\xbb\xbf")
-        .unwrap_or(bytes)
-        .trim_ascii_start();
-    let starts = |word: &[u8]| {
-        start
-            .get(..word.len())
-            .is_some_and(|bytes| bytes.eq_ignore_ascii_case(word))
-    };
-    let last = bytes
-        .iter()
-        .rposition(|byte| *byte != 0)
-        .unwrap_or_default();
-    (starts(b"solid") || starts(b"facet")) && !bytes[..last].contains(&0)
+    let marked = bytes.strip_prefix(b"\xef\xbb\xbf");
+    let start = marked.unwrap_or(bytes).trim_ascii_start();
+    let begins = starts_with(start, b"solid") || starts_with(start, b"facet");
+    let last = bytes.iter().rposition(|byte| *byte != 0);
+    begins && !bytes[..last.unwrap_or_default()].contains(&0)
+}
+
+fn starts_with(text: &[u8], word: &[u8]) -> bool {
+    text.get(..word.len())
+        .is_some_and(|start| start.eq_ignore_ascii_case(word))
 }
 
 /// Triangles of a binary STL: each a normal, which says nothing new, three corners, and two bytes
 /// of anything.
 fn binary(triangles: &[u8]) -> Surface {
-    let number = |b: &[u8]| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-    let corner = |b: &[u8]| Vec3::new(number(b), number(&b[4..]), number(&b[8..]));
     let each = triangles.chunks_exact(TRIANGLE);
-    let faces = (0..each.len() as u32)
-        .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
-        .collect();
-    let vertices = each
-        .flat_map(|triangle| triangle[12..48].chunks_exact(12))
-        .map(corner)
-        .collect();
     Surface {
-        vertices,
-        triangles: faces,
+        triangles: (0..each.len() as u32)
+            .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+            .collect(),
+        vertices: each.flat_map(corners).collect(),
         ..Surface::default()
     }
+}
+
+fn corners(triangle: &[u8]) -> impl Iterator<Item = Vec3> {
+    let number = |b: &[u8]| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let corners = triangle[12..48].chunks_exact(12);
+    corners.map(move |b| Vec3::new(number(b), number(&b[4..]), number(&b[8..])))
 }
 
 fn text(text: &str) -> Result<Surface, String> {
@@ -95,12 +96,7 @@ fn text(text: &str) -> Result<Surface, String> {
             .line(line)
             .map_err(|reason| format!("line {}: {reason}", index + 1))?;
     }
-    if reader.in_solid || !reader.corners.is_empty() || !reader.coordinates.is_empty() {
-        return Err(
-            "cut short: it ends before `endsolid`; if nothing is missing, add that line".to_owned(),
-        );
-    }
-    Ok(reader.surface)
+    reader.finish()
 }
 
 /// What was read so far.
@@ -121,23 +117,46 @@ impl TextReader {
     fn line(&mut self, line: &str) -> Result<(), String> {
         let mut words: &[&str] = &line.split_whitespace().collect::<Vec<_>>();
         while let Some((word, rest)) = words.split_first() {
-            words = rest;
-            let lower = word.to_ascii_lowercase();
-            match lower.as_str() {
-                _ if self.in_vertex => self.coordinate(word)?,
-                "solid" | "endsolid" => {
-                    self.end_loop()?;
-                    self.in_solid = lower == "solid";
-                    words = after_name(rest);
-                }
-                "facet" | "outer" | "loop" | "endloop" | "endfacet" => self.end_loop()?,
-                "normal" => self.normal_left = 3,
-                "vertex" => (self.in_vertex, self.normal_left) = (true, 0),
-                _ if self.normal_left > 0 => self.normal_left -= 1,
-                _ => return Err(format!("{word:?} is no word of an STL; valid: {WORDS}")),
-            }
+            let is_name_next = self.word(word)?;
+            words = if is_name_next { after_name(rest) } else { rest };
         }
         Ok(())
+    }
+
+    /// Reads a word; whether the name of a solid may follow it.
+    fn word(&mut self, word: &str) -> Result<bool, String> {
+        if self.in_vertex {
+            self.coordinate(word)?;
+            return Ok(false);
+        }
+        let lower = word.to_ascii_lowercase();
+        let is_name_next = matches!(lower.as_str(), "solid" | "endsolid");
+        if is_name_next {
+            self.end_loop()?;
+            self.in_solid = lower == "solid";
+        } else {
+            self.word_of_facet(word, &lower)?;
+        }
+        Ok(is_name_next)
+    }
+
+    fn word_of_facet(&mut self, word: &str, lower: &str) -> Result<(), String> {
+        match lower {
+            "facet" | "outer" | "loop" | "endloop" | "endfacet" => self.end_loop()?,
+            "normal" => self.normal_left = 3,
+            "vertex" => (self.in_vertex, self.normal_left) = (true, 0),
+            _ if self.normal_left > 0 => self.normal_left -= 1,
+            _ => return Err(format!("{word:?} is no word of an STL; valid: {WORDS}")),
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Result<Surface, String> {
+        if self.in_solid || !self.corners.is_empty() || !self.coordinates.is_empty() {
+            let text = "cut short: it ends before `endsolid`; if nothing is missing, add that line";
+            return Err(text.to_owned());
+        }
+        Ok(self.surface)
     }
 
     fn coordinate(&mut self, word: &str) -> Result<(), String> {
@@ -170,10 +189,13 @@ const WORDS: &str = "solid, facet, normal, outer, loop, vertex, endloop, endface
 /// What follows the name of a solid on its line: nothing, or its facets in a file without line
 /// breaks.
 fn after_name<'w, 't>(words: &'w [&'t str]) -> &'w [&'t str] {
-    let is = |word: &str, wanted: &str| word.eq_ignore_ascii_case(wanted);
     let facet = words
         .windows(2)
-        .position(|pair| is(pair[0], "facet") && is(pair[1], "normal"));
-    let solid = words.iter().position(|word| is(word, "endsolid"));
-    &words[facet.or(solid).unwrap_or(words.len())..]
+        .position(|pair| is_word(pair[0], "facet") && is_word(pair[1], "normal"));
+    let solid = || words.iter().position(|word| is_word(word, "endsolid"));
+    &words[facet.or_else(solid).unwrap_or(words.len())..]
+}
+
+fn is_word(word: &str, wanted: &str) -> bool {
+    word.eq_ignore_ascii_case(wanted)
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::edges::Triangle;
 use super::polygon;
 use crate::math::Vec3;
 
@@ -11,7 +12,7 @@ pub(super) struct Surface {
     /// Vertices.
     pub vertices: Vec<Vec3>,
     /// Vertex indices of each triangle.
-    pub triangles: Vec<[u32; 3]>,
+    pub triangles: Vec<Triangle>,
     /// Polygons that cross themselves.
     pub crossing: usize,
     /// How many there are of each thing that has no surface and is left out.
@@ -24,27 +25,39 @@ impl Surface {
     /// # Errors
     /// A polygon that is too large to be cut into triangles.
     pub fn add_polygon(&mut self, corners: &[u32]) -> Result<(), String> {
-        if let &[a, b, c] = corners {
-            self.triangles.push([a, b, c]);
-            return Ok(());
+        match *corners {
+            [] | [_] | [_, _] => self.leave_out("polygons of fewer than three corners"),
+            [a, b, c] => self.triangles.push([a, b, c]),
+            _ => self.fill(corners)?,
         }
-        if corners.len() < 3 {
-            self.leave_out("polygons of fewer than three corners");
-            return Ok(());
-        }
-        let places: Vec<Vec3> = corners
-            .iter()
-            .map(|&corner| self.vertices[corner as usize])
-            .collect();
-        let filled = polygon::fill(&places)?;
-        self.crossing += usize::from(filled.crosses);
-        self.triangles.extend(
-            filled
-                .triangles
-                .into_iter()
-                .map(|triangle| triangle.map(|at| corners[at])),
-        );
         Ok(())
+    }
+
+    fn fill(&mut self, corners: &[u32]) -> Result<(), String> {
+        let places = corners.iter().map(|&corner| self.vertices[corner as usize]);
+        let filled = polygon::fill(&places.collect::<Vec<Vec3>>())?;
+        self.crossing += usize::from(filled.crosses);
+        let triangles = filled.triangles.into_iter();
+        self.triangles
+            .extend(triangles.map(|triangle| triangle.map(|at| corners[at])));
+        Ok(())
+    }
+
+    /// Multiplies its coordinates; what is outside stays outside.
+    pub fn scale(&mut self, factors: Vec3) {
+        self.vertices
+            .iter_mut()
+            .for_each(|vertex| *vertex *= factors);
+        let negative = factors
+            .to_array()
+            .into_iter()
+            .filter(|factor| *factor < 0.0);
+        // An odd number of negative factors turns the triangles over.
+        if negative.count() % 2 == 1 {
+            self.triangles
+                .iter_mut()
+                .for_each(|triangle| triangle.swap(1, 2));
+        }
     }
 
     /// Adds polygons whose corners are all new, in order.
@@ -61,25 +74,26 @@ impl Surface {
 
     /// What a person should know about the file, besides what is odd about its triangles.
     pub fn words(&self) -> Vec<String> {
-        let mut words = Vec::new();
-        if self.crossing > 0 {
-            let count = self.crossing;
-            words.push(format!(
-                "has {count} polygons that cross themselves; they have no inside, and are filled anyway"
-            ));
-        }
-        if !self.without_surface.is_empty() {
-            let counted: Vec<_> = self
-                .without_surface
-                .iter()
-                .map(|(what, count)| format!("{count} {what}"))
-                .collect();
-            words.push(format!(
+        let crossing = (self.crossing > 0).then(|| {
+            format!(
+                "has {} polygons that cross themselves; they have no inside, and are filled anyway",
+                self.crossing
+            )
+        });
+        crossing.into_iter().chain(self.left_out()).collect()
+    }
+
+    fn left_out(&self) -> Option<String> {
+        let counts = self.without_surface.iter();
+        let counted: Vec<_> = counts
+            .map(|(what, count)| format!("{count} {what}"))
+            .collect();
+        (!counted.is_empty()).then(|| {
+            format!(
                 "has {}; they have no surface and are left out",
                 counted.join(", ")
-            ));
-        }
-        words
+            )
+        })
     }
 }
 

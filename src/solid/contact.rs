@@ -17,3 +17,22 @@ pub struct Contact {
 
 /// Distances at or below this are contact (m).
 pub const TOUCHING_M: f64 = 1e-9;
+
+impl Contact {
+    /// The same seen from the other body, for a contact whose points are one.
+    pub(super) fn reversed(self) -> Self {
+        Self {
+            normal: -self.normal,
+            ..self
+        }
+    }
+
+    /// The deeper one of two, or this one.
+    pub(super) fn deeper(self, other: Self) -> Self {
+        if other.distance < self.distance {
+            other
+        } else {
+            self
+        }
+    }
+}

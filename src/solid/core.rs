@@ -91,6 +91,14 @@ impl Core {
         }
     }
 
+    /// Whether [`Self::enclosure`] is the core itself.
+    pub fn is_its_enclosure(&self) -> bool {
+        match self {
+            Self::Point(_) | Self::Segment(..) | Self::Box { .. } | Self::Cylinder { .. } => true,
+            Self::Triangle(..) => false,
+        }
+    }
+
     /// The square of [`Self::farthest`] (m²): of a triangle it needs no root.
     pub fn farthest_squared(&self, from: Vec3) -> f64 {
         match self.triangle() {

@@ -180,14 +180,14 @@ impl SolidHulls {
     /// Hulls over pieces that stand in the order of their tree: neighbours together.
     pub fn new(pieces: &[Piece]) -> Self {
         if let [piece] = pieces {
-            let is_exact = !piece.core.is_surface();
+            let is_exact = piece.core.is_its_enclosure();
             return Self {
                 whole: Exact::of_piece(piece),
                 parts: Vec::new(),
                 is_exact,
             };
         }
-        let is_exact = pieces.iter().all(|piece| !piece.core.is_surface());
+        let is_exact = pieces.iter().all(|piece| piece.core.is_its_enclosure());
         let parts: Vec<_> = if is_exact {
             pieces.iter().map(Exact::of_piece).collect()
         } else {

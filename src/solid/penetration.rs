@@ -39,16 +39,11 @@ pub fn penetration(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> 
     if seen.distance > TOUCHING_M || !(a.hollow || b.hollow) {
         return seen;
     }
-    if let Some(exact) = between_convex(a, at_a, b, at_b) {
-        return exact;
-    }
-    let of_a = deepest(a, at_a, b, at_b);
-    let of_b = deepest(b, at_b, a, at_a).map(|contact| Contact {
-        normal: -contact.normal,
-        ..contact
-    });
-    let deeper = |a: Contact, b: Contact| if b.distance < a.distance { b } else { a };
-    [of_a, of_b].into_iter().flatten().fold(seen, deeper)
+    between_convex(a, at_a, b, at_b).unwrap_or_else(|| {
+        let of_a = deepest(a, at_a, b, at_b);
+        let of_b = deepest(b, at_b, a, at_a).map(Contact::reversed);
+        of_a.into_iter().chain(of_b).fold(seen, Contact::deeper)
+    })
 }
 
 fn between_convex(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> Option<Contact> {
@@ -101,56 +96,93 @@ fn convex(solid: &Solid) -> Option<(Vec<Vec3>, Vec<Vec3>)> {
         return None;
     }
     // A few faces tell of most bodies that are not convex.
-    let some = pieces.iter().step_by(pieces.len() / 16 + 1);
-    for piece in some {
-        let Core::Triangle(a, b, c) = piece.core else {
-            return None;
-        };
-        let normal = (b - a).cross(c - a).try_normalize()?;
-        let above = |normal: Vec3| normal.dot(solid.tree.farthest_along(normal) - a);
-        if above(normal).min(above(-normal)) > bent {
-            return None;
+    let mut some = pieces.iter().step_by(pieces.len() / 16 + 1);
+    if !some.all(|piece| is_outermost(solid, piece, bent)) {
+        return None;
+    }
+    let mut surface = ConvexSurface::new(bent);
+    for piece in pieces {
+        surface.add(piece.core.triangle()?)?;
+    }
+    surface.finish()
+}
+
+/// Whether all of a solid lies on one side of a triangle of it.
+fn is_outermost(solid: &Solid, piece: &Piece, bent: f64) -> bool {
+    let Some(corners) = piece.core.triangle() else {
+        return false;
+    };
+    let above = |normal: Vec3| normal.dot(solid.tree.farthest_along(normal) - corners[0]);
+    normal_of(corners).is_some_and(|normal| above(normal).min(above(-normal)) <= bent)
+}
+
+fn normal_of([a, b, c]: [Vec3; 3]) -> Option<Vec3> {
+    (b - a).cross(c - a).try_normalize()
+}
+
+/// A surface that is convex as far as it was read.
+struct ConvexSurface {
+    bent: f64,
+    numbers: HashMap<[u64; 3], usize>,
+    corners: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    /// By edge: a triangle's normal, which faces outwards or inwards, and its third corner.
+    waiting: HashMap<[usize; 2], (Vec3, Vec3)>,
+    /// How far the last third corner was off its neighbour's plane: on one side everywhere.
+    side: f64,
+}
+
+impl ConvexSurface {
+    fn new(bent: f64) -> Self {
+        Self {
+            bent,
+            numbers: HashMap::new(),
+            corners: Vec::new(),
+            normals: Vec::new(),
+            waiting: HashMap::new(),
+            side: 0.0,
         }
     }
-    let mut numbers: HashMap<[u64; 3], usize> = HashMap::new();
-    let mut corners = Vec::new();
-    let mut normals = Vec::new();
-    // By edge: a triangle's plane, which faces outwards or inwards, and its third corner.
-    let mut waiting: HashMap<[usize; 2], (Vec3, Vec3)> = HashMap::new();
-    let mut side = 0.0_f64;
-    for piece in pieces {
-        let Core::Triangle(a, b, c) = piece.core else {
-            return None;
-        };
-        let normal = (b - a).cross(c - a).try_normalize()?;
-        normals.push(normal);
-        let [i, j, k] = [a, b, c].map(|corner| {
-            *numbers
-                .entry(corner.to_array().map(|c| (c + 0.0).to_bits()))
-                .or_insert_with(|| {
-                    corners.push(corner);
-                    corners.len() - 1
-                })
-        });
+
+    /// Adds a triangle; `None` where the surface is not convex.
+    fn add(&mut self, [a, b, c]: [Vec3; 3]) -> Option<()> {
+        let normal = normal_of([a, b, c])?;
+        self.normals.push(normal);
+        let [i, j, k] = [a, b, c].map(|corner| self.number(corner));
         for (from, to, on_edge, third) in [(i, j, a, c), (j, k, b, a), (k, i, c, b)] {
             let edge = [from.min(to), from.max(to)];
-            match waiting.remove(&edge) {
-                None => {
-                    waiting.insert(edge, (normal, third));
-                }
-                Some((_, other)) => {
-                    let above = normal.dot(other - on_edge);
-                    if above.abs() > bent && above * side < 0.0 {
-                        return None;
-                    }
-                    if above.abs() > bent {
-                        side = above;
-                    }
-                }
+            match self.waiting.remove(&edge) {
+                None => drop(self.waiting.insert(edge, (normal, third))),
+                Some((_, other)) => self.bend(normal.dot(other - on_edge))?,
             }
         }
+        Some(())
     }
-    waiting.is_empty().then_some((corners, normals))
+
+    fn number(&mut self, corner: Vec3) -> usize {
+        let bits = corner.to_array().map(|c| (c + 0.0).to_bits());
+        *self.numbers.entry(bits).or_insert_with(|| {
+            self.corners.push(corner);
+            self.corners.len() - 1
+        })
+    }
+
+    /// At an edge the surface bends by this; `None` where it has bent the other way.
+    fn bend(&mut self, above: f64) -> Option<()> {
+        if above.abs() <= self.bent {
+            return Some(());
+        }
+        if above * self.side < 0.0 {
+            return None;
+        }
+        self.side = above;
+        Some(())
+    }
+
+    fn finish(self) -> Option<(Vec<Vec3>, Vec<Vec3>)> {
+        let is_closed = self.waiting.is_empty();
+        is_closed.then_some((self.corners, self.normals))
+    }
 }
 
 /// The deepest points of `inner` in `outer`, as far as they are looked for; `None` where none is in

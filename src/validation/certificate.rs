@@ -66,6 +66,13 @@ pub struct SegmentClaim {
 }
 
 impl SegmentClaim {
+    /// What a proof says; ∞ has no place in JSON.
+    fn of(proof: &SegmentProof) -> Self {
+        Self {
+            clearance_m: proof.clearance_m.is_finite().then_some(proof.clearance_m),
+            intervals: proof.intervals,
+        }
+    }
     /// The number of its intervals as text, closed by a zero byte, and the bits of its clearance.
     fn write_content(&self, bytes: &mut Vec<u8>) {
         let clearance = self.clearance_m.unwrap_or(f64::INFINITY);
@@ -96,29 +103,19 @@ impl Certificate {
         terms: Terms,
         proofs: &[SegmentProof],
     ) -> Self {
-        let claim = |proof: &SegmentProof| SegmentClaim {
-            clearance_m: proof.clearance_m.is_finite().then_some(proof.clearance_m),
-            intervals: proof.intervals,
-        };
-        let Terms {
-            clearance_m,
-            lowered,
-            unwrapped,
-            held,
-        } = terms;
-        Self {
+        let certificate = Self {
             checker_version: CHECKER_VERSION,
             path_hash: path.hash(),
             robot_hash: model.robot().hash(),
             scene_hash: model.scene().hash(),
-            clearance_m,
-            lowered,
-            unwrapped,
-            held,
-            segments: proofs.iter().map(claim).collect(),
+            clearance_m: terms.clearance_m,
+            lowered: terms.lowered,
+            unwrapped: terms.unwrapped,
+            held: terms.held,
+            segments: proofs.iter().map(SegmentClaim::of).collect(),
             digest: None,
-        }
-        .sealed()
+        };
+        certificate.sealed()
     }
 
     /// Smallest clearance claimed of any segment (m); `None` where nothing comes near.
@@ -149,18 +146,33 @@ impl Certificate {
     /// Hash of everything but the digest, by the exact bits of its numbers.
     pub fn content(&self) -> u64 {
         let mut hasher = ContentHasher::default();
-        for number in [
-            u64::from(self.checker_version),
-            self.path_hash,
-            self.robot_hash,
-            self.scene_hash,
-        ] {
+        self.hash_subject(&mut hasher);
+        self.hash_terms(&mut hasher);
+        self.hash_claims(&mut hasher);
+        hasher.finish()
+    }
+
+    fn hash_claims(&self, hasher: &mut ContentHasher) {
+        for claims in self.segments.chunks(PORTION) {
+            let mut bytes = Vec::new();
+            for claim in claims {
+                claim.write_content(&mut bytes);
+            }
+            hasher.bytes(&bytes);
+        }
+    }
+
+    /// By which checker, and of what.
+    fn hash_subject(&self, hasher: &mut ContentHasher) {
+        let checker = u64::from(self.checker_version);
+        for number in [checker, self.path_hash, self.robot_hash, self.scene_hash] {
             hasher.text(&format!("{number:016x}"));
         }
-        hasher.floats(&[self.clearance_m]);
-        for (a, b, floor) in &self.lowered {
-            hasher.text(a).text(b).floats(&[*floor]);
-        }
+    }
+
+    /// Floors, the reading of angles, and the held variables.
+    fn hash_terms(&self, hasher: &mut ContentHasher) {
+        self.hash_floors(hasher);
         hasher.text(if self.unwrapped {
             "unwrapped"
         } else {
@@ -170,14 +182,13 @@ impl Certificate {
             Some(held) => hasher.text("held").floats(held),
             None => hasher.text("defaults"),
         };
-        for claims in self.segments.chunks(PORTION) {
-            let mut bytes = Vec::new();
-            claims
-                .iter()
-                .for_each(|claim| claim.write_content(&mut bytes));
-            hasher.bytes(&bytes);
+    }
+
+    fn hash_floors(&self, hasher: &mut ContentHasher) {
+        hasher.floats(&[self.clearance_m]);
+        for (a, b, floor) in &self.lowered {
+            hasher.text(a).text(b).floats(&[*floor]);
         }
-        hasher.finish()
     }
 }
 

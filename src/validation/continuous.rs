@@ -14,12 +14,12 @@
 use std::collections::{HashMap, VecDeque};
 use std::ops::RangeInclusive;
 
-use super::examine::Until;
+use super::examine::{Examined, Until};
 use super::filter::FilterScratch;
 use super::floors::Floors;
 use super::ledger::Ledger;
 use super::segment_motion::SegmentMotion;
-use super::undecided::{Interval, List, Segments};
+use super::undecided::{Interval, Segments};
 use super::{
     Hit, HitReason, Layers, Queries, SegmentProof, SegmentRefusal, SegmentVerdict, SegmentsVerdict,
 };
@@ -68,6 +68,25 @@ pub struct Scratch {
     pub(super) directions: HashMap<usize, Vec3>,
 }
 
+impl Scratch {
+    /// Puts what `fill` writes in the place of the floors; which they were.
+    fn widen(&mut self, fill: impl FnOnce(&mut Floors, &Floors)) -> Floors {
+        let mut wide = std::mem::take(&mut self.wide);
+        fill(&mut wide, &self.floors);
+        std::mem::replace(&mut self.floors, wide)
+    }
+    /// Forgets the last request.
+    fn start(&mut self, model: &CollisionModel, clearance: f64) {
+        let pairs = model.pairs().len();
+        self.floors.reset(pairs, clearance);
+        // A slot counts only where the merged list agrees: what an earlier request left does no
+        // harm.
+        self.slots.resize(pairs, 0);
+        self.ledger.clear();
+        self.directions.clear();
+    }
+}
+
 /// What a search for a refusal found first.
 enum Found {
     Nothing,
@@ -84,6 +103,44 @@ pub(super) enum Attempt {
         reason: HitReason,
     },
     Stopped,
+}
+
+/// The same, with the interval that is refused.
+enum Settled {
+    Proved(SegmentProof),
+    Refused(Interval, usize, HitReason),
+    Stopped,
+}
+
+/// The intervals that the look at a segment begins with, for the size of its motion (rad).
+fn first_intervals(segment: usize, motion: f64) -> impl Iterator<Item = Interval> {
+    let count = (motion / START_WIDTH).ceil().max(1.0);
+    let half = 0.5 / count;
+    (0..count as usize).map(move |part| Interval::part(segment, part, half))
+}
+
+/// Whether both ends of a segment are within the limits that remote obstacles count on; so is then
+/// all of it, because limits are of columns that go straight.
+fn is_confined(confines: &[(usize, RangeInclusive<f64>)], from: &[f64], to: &[f64]) -> bool {
+    [from, to].iter().all(|end| is_within(confines, end))
+}
+
+fn is_within(confines: &[(usize, RangeInclusive<f64>)], configuration: &[f64]) -> bool {
+    confines
+        .iter()
+        .all(|(q, range)| range.contains(&configuration[*q]))
+}
+
+/// Which segments have an interval in the queue; none at all where it is empty.
+fn open_segments(queue: &VecDeque<Interval>, count: usize) -> Vec<bool> {
+    if queue.is_empty() {
+        return Vec::new();
+    }
+    let mut open = vec![false; count];
+    queue
+        .iter()
+        .for_each(|interval| open[interval.segment] = true);
+    open
 }
 
 /// Proves segments for one request: one robot and scene, one set of floors.
@@ -111,13 +168,7 @@ impl<'a> Validator<'a> {
         clearance: f64,
         scratch: &'a mut Scratch,
     ) -> Self {
-        let pairs = model.pairs().len();
-        scratch.floors.reset(pairs, clearance);
-        // A slot counts only where the merged list agrees: what an earlier request left does no
-        // harm.
-        scratch.slots.resize(pairs, 0);
-        scratch.ledger.clear();
-        scratch.directions.clear();
+        scratch.start(model, clearance);
         scratch.filter.reset(model.filter(), space, held);
         Self {
             model,
@@ -192,18 +243,33 @@ impl<'a> Validator<'a> {
         to: &[f64],
         stop: &mut dyn FnMut() -> bool,
     ) -> SegmentVerdict {
+        match self.settle_segment(from, to, stop) {
+            Settled::Proved(proof) => SegmentVerdict::Proved(proof),
+            Settled::Refused(interval, pair, reason) => SegmentVerdict::Refused(Hit {
+                // Wide intervals come first: nothing is known of what lies before.
+                proved_until: 0.0,
+                ..self.hit(&interval, pair, reason)
+            }),
+            Settled::Stopped => SegmentVerdict::Stopped,
+        }
+    }
+
+    /// Proves a segment, or finds what refuses it.
+    fn settle_segment(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Settled {
         if let Some(proof) = self.known(from, to) {
-            return SegmentVerdict::Proved(proof);
+            return Settled::Proved(proof);
         }
         self.begin();
         self.add(from, to);
         match self.search(stop) {
-            Found::Nothing => SegmentVerdict::Proved(self.scratch.segments.proofs[0]),
-            Found::Refusal(interval, pair, reason) => SegmentVerdict::Refused(Hit {
-                proved_until: 0.0,
-                ..self.hit(&interval, pair, reason)
-            }),
-            Found::Stopped => SegmentVerdict::Stopped,
+            Found::Nothing => Settled::Proved(self.scratch.segments.proofs[0]),
+            Found::Refusal(interval, pair, reason) => Settled::Refused(interval, pair, reason),
+            Found::Stopped => Settled::Stopped,
         }
     }
 
@@ -213,19 +279,14 @@ impl<'a> Validator<'a> {
         [from, to]: [&[f64]; 2],
         stop: &mut dyn FnMut() -> bool,
     ) -> Attempt {
-        if let Some(proof) = self.known(from, to) {
-            return Attempt::Proved(proof);
-        }
-        self.begin();
-        self.add(from, to);
-        match self.search(stop) {
-            Found::Nothing => Attempt::Proved(self.scratch.segments.proofs[0]),
-            Found::Refusal(interval, pair, reason) => Attempt::Refused {
+        match self.settle_segment(from, to, stop) {
+            Settled::Proved(proof) => Attempt::Proved(proof),
+            Settled::Refused(interval, pair, reason) => Attempt::Refused {
                 t: interval.middle,
                 pair,
                 reason,
             },
-            Found::Stopped => Attempt::Stopped,
+            Settled::Stopped => Attempt::Stopped,
         }
     }
 
@@ -265,15 +326,19 @@ impl<'a> Validator<'a> {
             if number % ASKED_EVERY == ASKED_EVERY - 1 && stop() {
                 return None;
             }
-            let known = self.known(from, to);
-            let proof = known.unwrap_or(SegmentProof::EMPTY);
-            self.scratch.segments.in_order.push(proof);
-            if known.is_none() {
-                self.add(from, to);
-                self.scratch.segments.numbers.push(number);
-            }
+            self.lay_out_segment(number, from, to);
         }
         Some(())
+    }
+
+    fn lay_out_segment(&mut self, number: usize, from: &[f64], to: &[f64]) {
+        let known = self.known(from, to);
+        let segments = &mut self.scratch.segments;
+        segments.in_order.push(known.unwrap_or(SegmentProof::EMPTY));
+        if known.is_none() {
+            segments.numbers.push(number);
+            self.add(from, to);
+        }
     }
 
     /// The proofs of the segments that were laid out, in their order; they are proved.
@@ -315,23 +380,28 @@ impl<'a> Validator<'a> {
     fn search(&mut self, stop: &mut dyn FnMut() -> bool) -> Found {
         while !self.scratch.queue.is_empty() {
             let (batch, count) = self.next_batch();
-            let Some(examined) = self.examine(&batch[..count], Until::FirstRefusal, stop) else {
+            let batch = &batch[..count];
+            let Some(examined) = self.examine(batch, Until::FirstRefusal, stop) else {
                 return Found::Stopped;
             };
             if let Some((lane, pair, reason)) = examined.refused {
                 // They are not proved: see `remember_proved`.
-                batch[..count]
-                    .iter()
-                    .rev()
-                    .for_each(|interval| self.scratch.queue.push_front(*interval));
+                let back = batch.iter().rev();
+                back.for_each(|interval| self.scratch.queue.push_front(*interval));
                 return Found::Refusal(batch[lane], pair, reason);
             }
-            for (interval, undecided) in batch.iter().zip(&examined.undecided) {
-                self.scratch.queue.extend(interval.split(undecided));
-            }
+            self.queue_parts(batch, &examined);
         }
         self.remember_proved();
         Found::Nothing
+    }
+
+    /// Queues the parts of the intervals of a batch that are left undecided.
+    pub(super) fn queue_parts(&mut self, batch: &[Interval], examined: &Examined) {
+        // Behind all that is as wide: a refusal is found in the widest interval that shows it.
+        for (interval, undecided) in batch.iter().zip(&examined.undecided) {
+            self.scratch.queue.extend(interval.split(undecided));
+        }
     }
 
     /// Remembers the segments at hand of which nothing is left in the queue.
@@ -346,23 +416,9 @@ impl<'a> Validator<'a> {
             ledger,
             ..
         } = &mut *self.scratch;
-        let mut open = vec![
-            false;
-            if queue.is_empty() {
-                0
-            } else {
-                segments.proofs.len()
-            }
-        ];
-        queue
-            .iter()
-            .for_each(|interval| open[interval.segment] = true);
-        for (number, (ends, proof)) in segments
-            .ends
-            .chunks((2 * nq).max(1))
-            .zip(&segments.proofs)
-            .enumerate()
-        {
+        let open = open_segments(queue, segments.proofs.len());
+        let ends = segments.ends.chunks((2 * nq).max(1));
+        for (number, (ends, proof)) in ends.zip(&segments.proofs).enumerate() {
             if !open.get(number).is_some_and(|is_open| *is_open) {
                 ledger.insert(&ends[..nq], &ends[nq..], *proof);
             }
@@ -374,13 +430,11 @@ impl<'a> Validator<'a> {
         let queue = &mut self.scratch.queue;
         let mut batch = [Interval::default(); LANES];
         let mut count = 0;
-        while count < LANES {
-            let Some(next) = queue
-                .front()
-                .filter(|next| count == 0 || next.pairs.is_all() == batch[0].pairs.is_all())
-            else {
-                break;
-            };
+        // The filter goes either over all pairs or over lists.
+        while count < LANES
+            && let Some(next) = queue.front()
+            && (count == 0 || next.pairs.is_all() == batch[0].pairs.is_all())
+        {
             batch[count] = *next;
             count += 1;
             queue.pop_front();
@@ -406,23 +460,7 @@ impl<'a> Validator<'a> {
             let Some(examined) = self.examine(&[interval], Until::EveryPair, stop) else {
                 return SegmentVerdict::Stopped;
             };
-            let list = &examined.undecided[0];
-            if let Some((_, pair, reason)) = examined.refused {
-                earliest = Some((interval, pair, reason));
-                self.scratch.queue.clear();
-                let half = interval.half / 2.0;
-                let left = Interval {
-                    middle: interval.middle - half,
-                    half,
-                    pairs: list.pairs,
-                    ..interval
-                };
-                self.scratch
-                    .queue
-                    .extend(Some(left).filter(|left| left.half > FINEST));
-            } else {
-                self.scratch.queue.extend(interval.split(list).rev());
-            }
+            earliest = self.go_left(interval, &examined).or(earliest);
         }
         let Some((interval, pair, reason)) = earliest else {
             return SegmentVerdict::Proved(self.scratch.segments.proofs[0]);
@@ -431,69 +469,97 @@ impl<'a> Validator<'a> {
         SegmentVerdict::Refused(self.hit(&interval, pair, reason))
     }
 
+    /// Puts what is left of an interval on the stack: of one that is refused, what lies before.
+    fn go_left(
+        &mut self,
+        interval: Interval,
+        examined: &Examined,
+    ) -> Option<(Interval, usize, HitReason)> {
+        let undecided = &examined.undecided[0];
+        let Some((_, pair, reason)) = examined.refused else {
+            self.scratch.queue.extend(interval.split(undecided).rev());
+            return None;
+        };
+        self.scratch.queue.clear();
+        let left = Some(interval.first_half(undecided.pairs));
+        self.scratch
+            .queue
+            .extend(left.filter(|left| left.half > FINEST));
+        Some((interval, pair, reason))
+    }
+
     /// Forgets the segments at hand.
     pub(super) fn begin(&mut self) {
-        let scratch = &mut *self.scratch;
-        scratch.segments.ends.clear();
-        scratch.segments.lanes.clear();
-        scratch.segments.proofs.clear();
-        scratch.segments.numbers.clear();
-        scratch.segments.in_order.clear();
-        scratch.segments.is_unconfined = false;
-        scratch.segments.exact = None;
-        scratch.lists.clear();
-        scratch.queue.clear();
-        scratch.floors.begin();
+        self.scratch.segments.clear();
+        self.scratch.lists.clear();
+        self.scratch.queue.clear();
+        self.scratch.floors.begin();
+    }
+
+    /// Does something with other floors in the place of the validator's, which `fill` writes; what is
+    /// done is given those that come back.
+    pub(super) fn with_floors<T>(
+        &mut self,
+        fill: impl FnOnce(&mut Floors, &Floors),
+        act: impl FnOnce(&mut Self, &Floors) -> T,
+    ) -> T {
+        let floors = self.scratch.widen(fill);
+        let done = act(self, &floors);
+        self.scratch.wide = std::mem::replace(&mut self.scratch.floors, floors);
+        done
+    }
+
+    /// The same with one floor for all pairs (m). The segments at hand are forgotten after it: what is
+    /// known of them is known at that floor.
+    pub(super) fn with_floor<T>(
+        &mut self,
+        floor: f64,
+        act: impl FnOnce(&mut Self, &Floors) -> T,
+    ) -> T {
+        let pairs = self.model.pairs().len();
+        self.with_floors(
+            |wide, _| wide.reset(pairs, floor),
+            |validator, floors| {
+                let done = act(validator, floors);
+                validator.begin();
+                done
+            },
+        )
     }
 
     /// Adds a segment to those at hand, and its first intervals to the queue; returns the size of
     /// its motion (rad).
     pub(super) fn add(&mut self, from: &[f64], to: &[f64]) -> f64 {
-        let filter = self.model.filter();
         let segments = &mut self.scratch.segments;
         segments.velocity.resize(self.space.nv(), 0.0);
         self.space.difference(to, from, &mut segments.velocity);
+        segments.ends.extend_from_slice(from);
+        segments.ends.extend_from_slice(to);
+        let filter = self.model.filter();
         segments
             .lanes
             .push(&filter.skeleton, from, &segments.velocity, self.held);
-        segments.ends.extend_from_slice(from);
-        segments.ends.extend_from_slice(to);
-        let is_outside = |(q, range): &(usize, RangeInclusive<f64>)| {
-            !range.contains(&from[*q]) || !range.contains(&to[*q])
-        };
-        segments.is_unconfined |= filter.confines.iter().any(is_outside);
+        segments.is_unconfined |= !is_confined(&filter.confines, from, to);
+        let motion = filter.skeleton.motion(&segments.velocity, filter.reach);
         let segment = segments.proofs.len();
         segments.proofs.push(SegmentProof::EMPTY);
-        let motion = filter.skeleton.motion(&segments.velocity, filter.reach);
-        let count = (motion / START_WIDTH).ceil().max(1.0);
-        let half = 0.5 / count;
-        for part in 0..count as usize {
-            let middle = half * (2 * part + 1) as f64;
-            self.scratch.queue.push_back(Interval {
-                segment,
-                middle,
-                half,
-                pairs: List::All,
-            });
-        }
+        self.scratch.queue.extend(first_intervals(segment, motion));
         motion
     }
 
     fn hit(&mut self, interval: &Interval, pair: usize, reason: HitReason) -> Hit {
         self.place(interval);
-        let contact = self
-            .scratch
-            .motion
-            .contact(self.model, &self.model.pairs()[pair]);
+        let pair_of_bodies = &self.model.pairs()[pair];
+        let contact = self.scratch.motion.contact(self.model, pair_of_bodies);
         // What decided may have seen another part of the bodies; the closest points have the last
         // word.
-        let reason = if contact.distance <= TOUCHING_M {
-            HitReason::Collision
-        } else {
-            reason
-        };
+        let touches = contact.distance <= TOUCHING_M;
         Hit {
-            reason,
+            reason: if touches {
+                HitReason::Collision
+            } else {
+                reason
+            },
             t: interval.middle,
             pair,
             contact,

@@ -7,6 +7,17 @@ use crate::lanes::LANES;
 use crate::path::Path;
 use crate::robot::lane_kinematics::LaneInterval;
 
+/// Evenly spaced instants of a segment with this motion, no two farther apart than `step`, up to
+/// its end.
+fn samples(segment: usize, motion: f64, step: f64) -> impl Iterator<Item = LaneInterval> {
+    let count = (motion / step).ceil().max(1.0);
+    (0..count as usize).map(move |sample| LaneInterval {
+        segment,
+        middle: (sample + 1) as f64 / count,
+        half: 0.0,
+    })
+}
+
 impl Validator<'_> {
     /// Whether the filter sees every configuration free that lies `step` (rad of joint-space
     /// motion; translations are divided by the robot's reach) or less after the one before; eight
@@ -15,32 +26,24 @@ impl Validator<'_> {
     /// For robots and scenes of balls, boxes and capsules that is the whole of a sampled check.
     pub fn samples_are_free(&mut self, path: &Path, step: f64) -> bool {
         self.begin();
-        let mut intervals = [LaneInterval::default(); LANES];
-        let mut count = 0;
+        let mut batch = Vec::with_capacity(LANES);
         for segment in 1..path.len() {
             let motion = self.add(path.waypoint(segment - 1), path.waypoint(segment));
-            let samples = (motion / step).ceil().max(1.0);
-            for sample in 0..samples as usize {
-                let middle = (sample + 1) as f64 / samples;
-                intervals[count] = LaneInterval {
-                    segment: segment - 1,
-                    middle,
-                    half: 0.0,
-                };
-                count += 1;
-                if count == LANES {
-                    if !self.batch_is_free(intervals) {
-                        return false;
-                    }
-                    count = 0;
+            for sample in samples(segment - 1, motion, step) {
+                batch.push(sample);
+                if batch.len() == LANES && !self.batch_is_free(&mut batch) {
+                    return false;
                 }
             }
         }
-        intervals[count..].fill(LaneInterval::default());
-        self.batch_is_free(intervals)
+        self.batch_is_free(&mut batch)
     }
 
-    fn batch_is_free(&mut self, intervals: [LaneInterval; LANES]) -> bool {
+    /// Looks at up to eight samples, and takes them out.
+    fn batch_is_free(&mut self, batch: &mut Vec<LaneInterval>) -> bool {
+        // Lanes that are left look at the start of the path once more.
+        let intervals = std::array::from_fn(|lane| batch.get(lane).copied().unwrap_or_default());
+        batch.clear();
         self.run(Sampling, intervals, u8::MAX, true);
         self.scratch.filter.unproved.is_empty()
     }

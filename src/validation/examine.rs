@@ -3,7 +3,7 @@
 use super::HitReason;
 use super::continuous::{FINEST, LOWERED_FLOOR_INTERVALS, Scratch, Validator};
 use super::filter::{Batch, Pairs, Proving};
-use super::interval::{IntervalVerdict, Looks};
+use super::interval::{IntervalVerdict, Looks, PairInterval};
 use super::undecided::{Interval, List, Undecided};
 use crate::collision::filter::REMOTE_M;
 use crate::lanes::{EightWide, LANES};
@@ -30,6 +30,59 @@ pub(super) struct Examined {
     pub(super) undecided: [Undecided; LANES],
 }
 
+/// Adds a pair and a lane that looks at it; `slot` is where the pair stands, if it does.
+fn merge(merged: &mut Vec<(u32, u8)>, slot: &mut u32, pair: u32, lane: u8) {
+    match merged.get_mut(*slot as usize) {
+        // A slot may be an earlier batch's: it counts where the pair agrees.
+        Some((known, lanes)) if *known == pair => *lanes |= lane,
+        _ => {
+            *slot = merged.len() as u32;
+            merged.push((pair, lane));
+        }
+    }
+}
+
+impl Interval {
+    /// The same for the filter.
+    fn of_lane(&self) -> LaneInterval {
+        LaneInterval {
+            segment: self.segment,
+            middle: self.middle,
+            half: self.half,
+        }
+    }
+}
+
+impl<'m> Validator<'m> {
+    /// The bound of a pair on the interval of this half width about where its bodies stand.
+    pub(super) fn bound(&self, pair: usize, half: f64, floor: f64) -> PairInterval<'m> {
+        let pair = &self.model.pairs()[pair];
+        let mut bound = self
+            .scratch
+            .motion
+            .pair_interval(self.model, pair, half, floor);
+        if !self.layers.along_normal {
+            // Then the plain bound is always the smaller.
+            bound.bend = f64::INFINITY;
+        }
+        bound
+    }
+
+    /// The same at the pair's floor.
+    fn bound_at_floor(&self, pair: usize, half: f64) -> PairInterval<'m> {
+        let floor = self.floors()[pair];
+        let too_close = match self.seeks_contact {
+            // Bodies in each other are no refusal before they are as deep as the floor says.
+            true => f64::NEG_INFINITY,
+            false => self.margin * floor,
+        };
+        PairInterval {
+            too_close,
+            ..self.bound(pair, half, floor)
+        }
+    }
+}
+
 impl Validator<'_> {
     /// Decides what can be decided on intervals that look at the same pairs; the pairs left over
     /// become a list for each interval. `None` where stopped.
@@ -43,64 +96,115 @@ impl Validator<'_> {
             return None;
         }
         self.filter(batch);
-        for (lane, interval) in batch.iter().enumerate() {
-            let proof = &mut self.scratch.segments.proofs[interval.segment];
-            proof.intervals += 1;
-            proof.clearance_m = proof
-                .clearance_m
-                .min(f64::from(self.scratch.filter.kept[lane]));
-        }
+        self.note_kept(batch);
         let mut examined = Examined::default();
         // Nearest first: if anything is refused, it is most likely there.
-        if until == Until::FirstRefusal
-            && let Some((entry, lane)) = self.most_likely_refused()
-            && let Some(reason) = self.settle(&batch[lane], entry, lane, stop)?
-        {
-            examined.refused = Some((
-                lane,
-                self.scratch.filter.unproved[entry].pair as usize,
-                reason,
-            ));
-            return Some(examined);
+        if until == Until::FirstRefusal {
+            examined.refused = self.refuse_nearest(batch, stop)?;
+            if examined.refused.is_some() {
+                return Some(examined);
+            }
         }
         for (lane, interval) in batch.iter().enumerate() {
-            let first = self.scratch.lists.len();
-            let mut excess = 0.0_f32;
-            for entry in 0..self.scratch.filter.unproved.len() {
-                if self.scratch.filter.unproved[entry].lanes >> lane & 1 == 0 {
-                    continue;
-                }
-                let reason = self.settle(interval, entry, lane, stop)?;
-                let unproved = &self.scratch.filter.unproved[entry];
-                if unproved.lanes >> lane & 1 == 1 {
-                    self.scratch.lists.push(unproved.pair);
-                    excess = excess.max(unproved.excess[lane]);
-                }
-                if let Some(reason) = reason {
-                    examined.refused =
-                        examined
-                            .refused
-                            .or(Some((lane, unproved.pair as usize, reason)));
-                    if until == Until::FirstRefusal {
-                        return Some(examined);
-                    }
-                }
+            self.settle_pairs(interval, lane, until, &mut examined, stop)?;
+            if examined.refused.is_some() && until == Until::FirstRefusal {
+                break;
             }
-            // Also of what is no number, two parts.
-            let parts = excess.ceil().max(2.0).min(LANES as f32) as usize;
-            examined.undecided[lane] = Undecided {
-                pairs: List::Of(first, self.scratch.lists.len()),
-                parts,
-            };
         }
         Some(examined)
+    }
+
+    /// Counts the intervals of a batch, with what the pairs that the filter proved keep on each.
+    fn note_kept(&mut self, batch: &[Interval]) {
+        let Scratch {
+            segments, filter, ..
+        } = &mut *self.scratch;
+        for (interval, kept) in batch.iter().zip(filter.kept) {
+            segments.proofs[interval.segment].intervals += 1;
+            segments.keep(interval.segment, f64::from(kept));
+        }
+    }
+
+    /// Settles the pair that the filter saw nearest; lane, pair and reason where it is refused.
+    fn refuse_nearest(
+        &mut self,
+        batch: &[Interval],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Option<(usize, usize, HitReason)>> {
+        let Some((entry, lane)) = self.most_likely_refused() else {
+            return Some(None);
+        };
+        let pair = self.pair(entry);
+        let reason = self.settle(&batch[lane], entry, lane, stop)?;
+        Some(reason.map(|reason| (lane, pair, reason)))
+    }
+
+    /// The pair of an entry that the filter leaves.
+    fn pair(&self, entry: usize) -> usize {
+        self.scratch.filter.unproved[entry].pair as usize
+    }
+
+    /// Settles what the filter leaves of one lane, up to the first refusal if no more is asked for.
+    fn settle_pairs(
+        &mut self,
+        interval: &Interval,
+        lane: usize,
+        until: Until,
+        examined: &mut Examined,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<()> {
+        let first = self.scratch.lists.len();
+        let mut excess = 0.0_f32;
+        for entry in 0..self.scratch.filter.unproved.len() {
+            if !self.scratch.filter.unproved[entry].is_in(lane) {
+                continue;
+            }
+            let reason = self.settle(interval, entry, lane, stop)?;
+            excess = excess.max(self.list(entry, lane));
+            if let Some(reason) = reason {
+                let pair = self.pair(entry);
+                examined.refused = examined.refused.or(Some((lane, pair, reason)));
+                if until == Until::FirstRefusal {
+                    return Some(());
+                }
+            }
+        }
+        let pairs = List::Of(first, self.scratch.lists.len());
+        examined.undecided[lane] = Undecided::new(pairs, excess);
+        Some(())
+    }
+
+    /// Puts a pair on the list that grows, if it is undecided in a lane; by how much its displacement
+    /// exceeds what it has, else 0.
+    pub(super) fn list(&mut self, entry: usize, lane: usize) -> f32 {
+        let unproved = &self.scratch.filter.unproved[entry];
+        if !unproved.is_in(lane) {
+            return 0.0;
+        }
+        self.scratch.lists.push(unproved.pair);
+        unproved.excess[lane]
     }
 
     /// Runs the filter on up to eight intervals.
     pub(super) fn filter(&mut self, batch: &[Interval]) {
         let lanes = ((1_u16 << batch.len()) - 1) as u8;
+        self.merge_lists(batch);
+        if !self.layers.filter {
+            return self.leave_all(batch[0].pairs, lanes);
+        }
+        // Lanes beyond the batch repeat its last interval: no number in them is infinite or none.
+        let interval = |lane: usize| batch[lane.min(batch.len() - 1)].of_lane();
+        self.run(
+            Proving,
+            std::array::from_fn(interval),
+            lanes,
+            batch[0].pairs.is_all(),
+        );
+    }
+
+    /// `merged` ← the pairs on the lists of a batch, each once, with the lanes that look at it.
+    fn merge_lists(&mut self, batch: &[Interval]) {
         let Scratch {
-            filter,
             lists,
             merged,
             slots,
@@ -112,46 +216,22 @@ impl Validator<'_> {
                 break;
             };
             for &pair in &lists[first..last] {
-                let slot = &mut slots[pair as usize];
-                match merged.get_mut(*slot as usize) {
-                    Some((known, lanes)) if *known == pair => *lanes |= 1 << lane,
-                    _ => {
-                        *slot = merged.len() as u32;
-                        merged.push((pair, 1 << lane));
-                    }
-                }
+                merge(merged, &mut slots[pair as usize], pair, 1 << lane);
             }
         }
-        if !self.layers.filter {
-            return match batch[0].pairs {
-                List::All => {
-                    filter.leave((0..self.model.pairs().len() as u32).map(|pair| (pair, lanes)))
-                }
-                List::Of(..) => filter.leave(merged.iter().copied()),
-            };
-        }
-        let interval = |lane: usize| {
-            let Interval {
-                segment,
-                middle,
-                half,
-                ..
-            } = batch[lane.min(batch.len() - 1)];
-            LaneInterval {
-                segment,
-                middle,
-                half,
-            }
-        };
-        self.run(
-            Proving,
-            std::array::from_fn(interval),
-            lanes,
-            batch[0].pairs.is_all(),
-        );
     }
 
-    /// Runs the filter's kernel, proving or sampling.
+    /// Leaves everything to the exact bodies.
+    fn leave_all(&mut self, pairs: List, lanes: u8) {
+        let Scratch { filter, merged, .. } = &mut *self.scratch;
+        match pairs {
+            List::All => {
+                filter.leave((0..self.model.pairs().len() as u32).map(|pair| (pair, lanes)))
+            }
+            List::Of(..) => filter.leave(merged.iter().copied()),
+        }
+    }
+
     #[inline]
     pub(super) fn run<'s, W: EightWide<Output = ()>>(
         &'s mut self,
@@ -160,7 +240,7 @@ impl Validator<'_> {
         lanes: u8,
         all_pairs: bool,
     ) {
-        let margin = self.margin;
+        let with_remote = self.may_reach_remote();
         let Scratch {
             filter: scratch,
             segments,
@@ -168,28 +248,27 @@ impl Validator<'_> {
             floors,
             ..
         } = &mut *self.scratch;
-        let pairs = match all_pairs {
-            true => Pairs::All {
-                with_remote: segments.is_unconfined || margin * floors.highest() >= REMOTE_M,
-            },
-            false => Pairs::Of(merged),
-        };
-        let filter = self.model.filter();
-        let segments = &segments.lanes;
-        let highest_floor = floors.highest();
-        let floors = floors.all();
         let batch = Batch {
-            filter,
+            filter: self.model.filter(),
             space: self.space,
-            segments,
+            segments: &segments.lanes,
             intervals,
             lanes,
-            pairs,
-            floors,
-            highest_floor,
+            pairs: match all_pairs {
+                true => Pairs::All { with_remote },
+                false => Pairs::Of(merged),
+            },
+            highest_floor: floors.highest(),
+            floors: floors.all(),
             scratch,
         };
         self.instructions.run(what(batch));
+    }
+
+    /// Whether obstacles count that no configuration within the limits comes near.
+    fn may_reach_remote(&self) -> bool {
+        let highest = self.scratch.floors.highest();
+        self.scratch.segments.is_unconfined || self.margin * highest >= REMOTE_M
     }
 
     /// The undecided pair and lane that the filter saw nearest.
@@ -197,7 +276,7 @@ impl Validator<'_> {
         let mut nearest = None;
         let mut least = f32::INFINITY;
         for (entry, unproved) in self.scratch.filter.unproved.iter().enumerate() {
-            for lane in (0..LANES).filter(|lane| unproved.lanes >> lane & 1 == 1) {
+            for lane in (0..LANES).filter(|lane| unproved.is_in(*lane)) {
                 if unproved.gap[lane] < least {
                     nearest = Some((entry, lane));
                     least = unproved.gap[lane];
@@ -219,19 +298,18 @@ impl Validator<'_> {
     ) -> Option<Option<HitReason>> {
         let unproved = self.scratch.filter.unproved[entry];
         let pair = unproved.pair as usize;
-        let mut verdict = IntervalVerdict::Split;
-        // Where its rounding exceeds half a floor, splitting would go on without an end.
-        let exactly_below = (self.margin * self.floors()[pair]).max(EXACT_BELOW_M);
-        if f64::from(unproved.gap[lane]) < exactly_below || interval.half < FINEST {
+        let is_near = f64::from(unproved.gap[lane]) < self.exactly_below(pair);
+        let verdict = if is_near || interval.half < FINEST {
             self.place(interval);
-            verdict = self.decide(pair, interval.half, stop);
-        }
+            self.decide(pair, interval.half, stop)
+        } else {
+            IntervalVerdict::Split
+        };
         Some(match verdict {
             IntervalVerdict::Stopped => return None,
             IntervalVerdict::Proved(kept) => {
                 self.scratch.filter.unproved[entry].lanes &= !(1 << lane);
-                let proof = &mut self.scratch.segments.proofs[interval.segment];
-                proof.clearance_m = proof.clearance_m.min(kept);
+                self.scratch.segments.keep(interval.segment, kept);
                 None
             }
             IntervalVerdict::Collision => Some(HitReason::Collision),
@@ -240,24 +318,29 @@ impl Validator<'_> {
         })
     }
 
+    /// Distance below which a pair is not split unseen (m).
+    fn exactly_below(&self, pair: usize) -> f64 {
+        // Where the filter's rounding exceeds half a floor, splitting would go on without an end.
+        (self.margin * self.floors()[pair]).max(EXACT_BELOW_M)
+    }
+
     /// Stands all bodies where they are in the middle of an interval.
     pub(super) fn place(&mut self, interval: &Interval) {
+        let Interval {
+            segment, middle, ..
+        } = *interval;
         let Scratch {
             motion, segments, ..
         } = &mut *self.scratch;
-        let nq = self.space.nq();
-        let (from, to) = segments.ends[2 * nq * interval.segment..][..2 * nq].split_at(nq);
-        if segments
-            .exact
-            .is_none_or(|(segment, _)| segment != interval.segment)
-        {
+        let (from, to) = segments.ends(segment, self.space.nq());
+        if segments.exact.is_none_or(|(begun, _)| begun != segment) {
             motion.begin(self.model, self.space, from, to, self.held);
-            segments.exact = Some((interval.segment, None));
+        } else if segments.exact == Some((segment, Some(middle))) {
+            // Pair after pair is looked at in the same middle.
+            return;
         }
-        if segments.exact != Some((interval.segment, Some(interval.middle))) {
-            motion.place(self.model, self.space, from, interval.middle, self.held);
-            segments.exact = Some((interval.segment, Some(interval.middle)));
-        }
+        motion.place(self.model, self.space, from, middle, self.held);
+        segments.exact = Some((segment, Some(middle)));
     }
 
     /// Counts an interval against a pair with a lowered floor; true once it has had its share.
@@ -265,32 +348,33 @@ impl Validator<'_> {
         self.scratch.floors.spend(pair) > LOWERED_FLOOR_INTERVALS
     }
 
+    /// Decides a pair on the interval of this half width about where its bodies stand.
     pub(super) fn decide(
         &mut self,
         pair: usize,
         half: f64,
         stop: &mut dyn FnMut() -> bool,
     ) -> IntervalVerdict {
-        let model = self.model;
-        let motion = &self.scratch.motion;
-        let floor = self.floors()[pair];
-        let mut interval = motion.pair_interval(model, &model.pairs()[pair], half, floor);
-        interval.too_close = if self.seeks_contact {
-            f64::NEG_INFINITY
-        } else {
-            self.margin * floor
-        };
-        if !self.layers.along_normal {
-            interval.bend = f64::INFINITY;
-        }
+        let interval = self.bound_at_floor(pair, half);
         let mut looks = Looks::new(stop);
-        let mut direction = self.scratch.directions.get(&pair).copied();
-        let mut verdict = interval.decide(&mut direction, &mut looks);
+        let mut verdict = self.decide_along(pair, &interval, &mut looks);
         if self.seeks_contact && verdict == IntervalVerdict::Split {
             // What made it too wide is one part of the bodies; others may touch in the middle.
             verdict = interval.touches_in_the_middle(&mut looks);
         }
         self.exact += looks.count;
+        verdict
+    }
+
+    /// Decides an interval, first along the direction in which the pair was last seen apart.
+    pub(super) fn decide_along(
+        &mut self,
+        pair: usize,
+        interval: &PairInterval,
+        looks: &mut Looks,
+    ) -> IntervalVerdict {
+        let mut direction = self.scratch.directions.get(&pair).copied();
+        let verdict = interval.decide(&mut direction, looks);
         if let Some(direction) = direction {
             self.scratch.directions.insert(pair, direction);
         }

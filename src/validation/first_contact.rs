@@ -8,8 +8,7 @@
 //! without a look at what follows it.
 
 use super::continuous::{FINEST, Validator};
-use super::examine::Until;
-use super::floors::Floors;
+use super::examine::{Examined, Until};
 use super::path_proof::LEAST_FLOOR_M;
 use super::undecided::Interval;
 
@@ -41,6 +40,30 @@ pub(super) enum FirstContact {
     Stopped(Option<Touch>),
 }
 
+/// How far a search has come.
+struct Earliest {
+    touch: Option<Touch>,
+    /// Intervals looked at.
+    looks: usize,
+}
+
+impl Earliest {
+    /// Whether an interval needs a look.
+    fn wants(&self, part: &Interval) -> bool {
+        // A contact is told to within `FINEST`: one that is as near before it is the same.
+        let before = self.touch.map_or(f64::INFINITY, |touch| touch.t - FINEST);
+        part.half >= self.narrowest() && part.middle - part.half < before
+    }
+
+    /// No interval is looked at that has less than this half width.
+    fn narrowest(&self) -> f64 {
+        match self.looks < MOST_INTERVALS {
+            true => NARROWEST,
+            false => FINEST / 2.0,
+        }
+    }
+}
+
 impl Validator<'_> {
     /// The first contact on a segment, to within [`FINEST`]. Floors and what is proved stay as they
     /// are.
@@ -60,15 +83,12 @@ impl Validator<'_> {
         floor: f64,
         seek: impl FnOnce(&mut Self) -> T,
     ) -> T {
-        let mut wide = std::mem::take(&mut self.scratch.wide);
-        wide.reset(self.model.pairs().len(), floor);
-        let floors: Floors = std::mem::replace(&mut self.scratch.floors, wide);
-        self.seeks_contact = true;
-        let found = seek(self);
-        self.seeks_contact = false;
-        self.begin();
-        self.scratch.wide = std::mem::replace(&mut self.scratch.floors, floors);
-        found
+        self.with_floor(floor, |validator, _| {
+            validator.seeks_contact = true;
+            let found = seek(validator);
+            validator.seeks_contact = false;
+            found
+        })
     }
 
     fn earliest_contact(
@@ -79,58 +99,47 @@ impl Validator<'_> {
     ) -> FirstContact {
         self.begin();
         self.add(from, to);
-        let mut earliest = None;
-        let mut looks = 0;
+        let mut search = Earliest {
+            touch: None,
+            looks: 0,
+        };
         // The queue is in order along the segment, and so are the lanes.
         while !self.scratch.queue.is_empty() {
             let (batch, count) = self.next_batch();
             let Some(examined) = self.examine(&batch[..count], Until::EveryPair, stop) else {
-                return FirstContact::Stopped(earliest);
+                return FirstContact::Stopped(search.touch);
             };
-            looks += count;
-            let mut left = &batch[..count];
-            if let Some((lane, pair, _)) = examined.refused {
-                let interval = batch[lane];
-                earliest = Some(Touch {
-                    t: interval.middle,
-                    pair,
-                });
-                left = &batch[..lane];
-                self.scratch.queue.clear();
-                let half = interval.half / 2.0;
-                let before = Interval {
-                    middle: interval.middle - half,
-                    half,
-                    pairs: examined.undecided[lane].pairs,
-                    ..interval
-                };
-                self.queue_first([before].into_iter(), earliest, looks);
-            }
-            for (interval, undecided) in left.iter().zip(&examined.undecided).rev() {
-                self.queue_first(interval.split(undecided), earliest, looks);
-            }
+            search.looks += count;
+            self.narrow(&batch[..count], &examined, &mut search);
         }
-        earliest.map_or(FirstContact::Nothing, FirstContact::At)
+        search.touch.map_or(FirstContact::Nothing, FirstContact::At)
+    }
+
+    /// Puts what is left of a batch first; where it touches, nothing that follows counts any more.
+    fn narrow(&mut self, batch: &[Interval], examined: &Examined, search: &mut Earliest) {
+        let mut left = batch;
+        if let Some((lane, pair, _)) = examined.refused {
+            let interval = &batch[lane];
+            search.touch = Some(Touch {
+                t: interval.middle,
+                pair,
+            });
+            left = &batch[..lane];
+            self.scratch.queue.clear();
+            let before = interval.first_half(examined.undecided[lane].pairs);
+            self.queue_first(std::iter::once(before), search);
+        }
+        // From the last to the first, each before all others: the queue stays in order.
+        for (interval, undecided) in left.iter().zip(&examined.undecided).rev() {
+            self.queue_first(interval.split(undecided), search);
+        }
     }
 
     /// Puts intervals that follow each other before all others, but for those that need no look.
-    fn queue_first(
-        &mut self,
-        parts: impl DoubleEndedIterator<Item = Interval>,
-        earliest: Option<Touch>,
-        looks: usize,
-    ) {
-        let narrowest = if looks < MOST_INTERVALS {
-            NARROWEST
-        } else {
-            FINEST / 2.0
-        };
-        let before = earliest.map_or(f64::INFINITY, |touch| touch.t - FINEST);
-        let is_wanted =
-            |part: &Interval| part.half >= narrowest && part.middle - part.half < before;
+    fn queue_first(&mut self, parts: impl DoubleEndedIterator<Item = Interval>, search: &Earliest) {
         parts
             .rev()
-            .filter(is_wanted)
+            .filter(|part| search.wants(part))
             .for_each(|part| self.scratch.queue.push_front(part));
     }
 }

@@ -18,25 +18,47 @@ pub(super) struct Floors {
 impl Floors {
     /// The same floor for so many pairs.
     pub(super) fn reset(&mut self, pairs: usize, common: f64) {
+        // By bits: what is not the same number anew is written anew.
         if self.common.to_bits() != common.to_bits() {
             self.all.clear();
         }
+        self.unset(common);
+        self.common = common;
+        self.highest = common;
+        self.all.resize(pairs, common);
+    }
+
+    /// Gives the pairs whose floor was set this one.
+    fn unset(&mut self, common: f64) {
         for (pair, _) in self.set.drain(..) {
             if let Some(floor) = self.all.get_mut(pair) {
                 *floor = common;
             }
         }
-        (self.common, self.highest) = (common, common);
-        self.all.resize(pairs, common);
+    }
+
+    /// The same as others, each higher by this (m).
+    pub(super) fn raise(&mut self, others: &Self, by: f64) {
+        self.reset(others.all.len(), others.common + by);
+        for (pair, floor) in others.lowered() {
+            self.set(pair, floor + by);
+        }
     }
 
     /// Gives one pair another floor.
     pub(super) fn set(&mut self, pair: usize, floor: f64) {
         self.highest = self.highest.max(floor);
         self.all[pair] = floor;
-        if !self.set.iter().any(|(known, _)| *known == pair) {
+        if self.spent(pair).is_none() {
             self.set.push((pair, 0));
         }
+    }
+
+    /// What a pair whose floor was set has spent.
+    fn spent(&mut self, pair: usize) -> Option<&mut u32> {
+        let mut set = self.set.iter_mut();
+        set.find(|(known, _)| *known == pair)
+            .map(|(_, spent)| spent)
     }
 
     /// Floor of each pair (m).
@@ -67,11 +89,10 @@ impl Floors {
         if self.all[pair] >= self.common {
             return 0;
         }
-        let Some((_, spent)) = self.set.iter_mut().find(|(known, _)| *known == pair) else {
-            return 0;
-        };
-        *spent += 1;
-        *spent
+        self.spent(pair).map_or(0, |spent| {
+            *spent += 1;
+            *spent
+        })
     }
 }
 

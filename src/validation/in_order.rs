@@ -6,6 +6,7 @@ use super::SegmentProof;
 use super::continuous::Validator;
 use super::examine::Until;
 use super::path_proof::ends;
+use super::undecided::Interval;
 use crate::path::Path;
 
 impl Validator<'_> {
@@ -37,24 +38,26 @@ impl Validator<'_> {
         let mut left = Vec::new();
         while !self.scratch.queue.is_empty() {
             let (batch, count) = self.next_batch();
-            let examined = self.examine(&batch[..count], Until::EveryPair, stop)?;
+            let batch = &batch[..count];
+            let examined = self.examine(batch, Until::EveryPair, stop)?;
+            self.queue_parts(batch, &examined);
             if let Some((lane, ..)) = examined.refused {
-                refused = Some(batch[lane].segment);
+                let segment = batch[lane].segment;
+                refused = Some(segment);
                 left.push(batch[lane]);
-            }
-            for (interval, undecided) in batch.iter().zip(&examined.undecided) {
-                self.scratch.queue.extend(interval.split(undecided));
-            }
-            if examined.refused.is_some() {
-                let first = refused.unwrap_or(usize::MAX);
-                self.scratch.queue.retain(|interval| {
-                    let is_before = interval.segment < first;
-                    left.extend(Some(*interval).filter(|_| !is_before));
-                    is_before
-                });
+                self.put_off(segment, &mut left);
             }
         }
         self.scratch.queue.extend(left);
         Some(refused)
+    }
+
+    /// Takes what does not lie before a refused segment out of the queue: it cannot be the first.
+    fn put_off(&mut self, refused: usize, left: &mut Vec<Interval>) {
+        self.scratch.queue.retain(|interval| {
+            let is_before = interval.segment < refused;
+            left.extend(Some(*interval).filter(|_| !is_before));
+            is_before
+        });
     }
 }

@@ -87,48 +87,79 @@ impl PairInterval<'_> {
     /// last looked at, and becomes where they do now; a direction that is out of date costs a
     /// search, never truth.
     pub fn decide(&self, direction: &mut Option<Vec3>, looks: &mut Looks) -> IntervalVerdict {
-        let tree_a = &self.a.solid.tree;
-        let tree_b = &self.b.solid.tree;
-        let need = self.floor + ROUNDING_M;
-        if tree_a.pieces().len() * tree_b.pieces().len() >= MANY_PAIRS
-            && self.kept_by_balls(tree_a.ball(0), tree_b.ball(0)) < need
+        if self.has_many_pairs()
+            && !self.is_enough(self.kept_by_balls(self.ball_a(0), self.ball_b(0)))
         {
             looks.count += 1;
-            let mut kept =
-                direction.map_or(f64::NEG_INFINITY, |normal| self.kept_by_wholes(normal));
-            if kept < need {
-                *direction = self.direction_of_wholes();
-                kept = direction.map_or(f64::NEG_INFINITY, |normal| self.kept_by_wholes(normal));
-            }
-            if kept >= need {
+            let kept = self.kept_along(direction);
+            if self.is_enough(kept) {
                 return IntervalVerdict::Proved(kept);
             }
         }
         self.descend(0, 0, looks)
     }
 
+    #[inline]
+    fn ball_a(&self, index: u32) -> &Ball {
+        self.a.solid.tree.ball(index)
+    }
+
+    #[inline]
+    fn ball_b(&self, index: u32) -> &Ball {
+        self.b.solid.tree.ball(index)
+    }
+
+    /// Whether two bodies are first tried as wholes.
+    fn has_many_pairs(&self) -> bool {
+        let tree_a = &self.a.solid.tree;
+        let tree_b = &self.b.solid.tree;
+        tree_a.pieces().len() * tree_b.pieces().len() >= MANY_PAIRS
+    }
+
+    /// Whether a distance kept proves the pair.
+    #[inline]
+    fn is_enough(&self, kept: f64) -> bool {
+        // On the safe side of what rounding adds; no number is not enough.
+        kept >= self.floor + ROUNDING_M
+    }
+
+    /// Distance that the bodies keep as wholes along a direction, or where that is out of date along a
+    /// new one.
+    fn kept_along(&self, direction: &mut Option<Vec3>) -> f64 {
+        let kept = self.kept_if_known(*direction);
+        if self.is_enough(kept) {
+            return kept;
+        }
+        *direction = self.direction_of_wholes();
+        self.kept_if_known(*direction)
+    }
+
+    fn kept_if_known(&self, normal: Option<Vec3>) -> f64 {
+        normal.map_or(f64::NEG_INFINITY, |normal| self.kept_by_wholes(normal))
+    }
+
     /// Whether surfaces touch or overlap in the middle; [`IntervalVerdict::Split`] where they do
     /// not.
     pub fn touches_in_the_middle(&self, looks: &mut Looks) -> IntervalVerdict {
-        let still = Twist::default();
-        let bend = 0.0;
-        let travel = 0.0;
-        let floor = 0.0;
-        let too_close = f64::NEG_INFINITY;
-        let middle = PairInterval {
-            twist_a: still,
-            twist_b: still,
-            bend,
-            travel,
-            floor,
-            too_close,
-            ..*self
-        };
-        match middle.descend(0, 0, looks) {
+        match self.at_rest().descend(0, 0, looks) {
             verdict @ (IntervalVerdict::Collision | IntervalVerdict::Stopped) => verdict,
             IntervalVerdict::Proved(_) | IntervalVerdict::TooClose | IntervalVerdict::Split => {
                 IntervalVerdict::Split
             }
+        }
+    }
+
+    /// The middle alone: nothing moves, and any distance is enough.
+    fn at_rest(&self) -> Self {
+        let still = Twist::default();
+        PairInterval {
+            twist_a: still,
+            twist_b: still,
+            bend: 0.0,
+            travel: 0.0,
+            floor: 0.0,
+            too_close: f64::NEG_INFINITY,
+            ..*self
         }
     }
 
@@ -152,85 +183,103 @@ impl PairInterval<'_> {
         let (Some(a), Some(b)) = (&self.a.solid.convex_hull, &self.b.solid.convex_hull) else {
             return f64::NEG_INFINITY;
         };
-        let gap_at = |end: f64| {
-            let along_a = normal + normal.cross(self.twist_a.angular) * end;
-            let along_b = normal + normal.cross(self.twist_b.angular) * end;
-            let back = self.relative.rotation.transpose() * (-along_a);
-            let nearest_a = along_a.dot(self.relative.translation) - a.farthest_along(back);
-            nearest_a - b.farthest_along(along_b)
-                + end * normal.dot(self.twist_a.linear - self.twist_b.linear)
-        };
+        let gap_at = |end: f64| self.gap_of_wholes(a, b, normal, end);
         gap_at(-1.0).min(gap_at(1.0)) - self.bend
+    }
+
+    /// The gap along a unit vector at τ = ±1, but for the bend.
+    #[inline]
+    fn gap_of_wholes(&self, a: &ConvexHull, b: &ConvexHull, normal: Vec3, end: f64) -> f64 {
+        let along_a = normal + normal.cross(self.twist_a.angular) * end;
+        let along_b = normal + normal.cross(self.twist_b.angular) * end;
+        let back = self.relative.rotation.transpose() * (-along_a);
+        let nearest_a = along_a.dot(self.relative.translation) - a.farthest_along(back);
+        nearest_a - b.farthest_along(along_b)
+            + end * normal.dot(self.twist_a.linear - self.twist_b.linear)
     }
 
     fn descend(&self, a: u32, b: u32, looks: &mut Looks) -> IntervalVerdict {
         if looks.is_stopped() {
             return IntervalVerdict::Stopped;
         }
-        let ball_a = self.a.solid.tree.ball(a);
-        let ball_b = self.b.solid.tree.ball(b);
+        let ball_a = self.ball_a(a);
+        let ball_b = self.ball_b(b);
         let kept = self.kept_by_balls(ball_a, ball_b);
-        if kept >= self.floor + ROUNDING_M {
+        if self.is_enough(kept) {
             return IntervalVerdict::Proved(kept);
         }
         match query::children(ball_a, ball_b) {
             Split::Neither(i, j) => self.decide_pieces((ball_a, i as usize), (ball_b, j as usize)),
+            // The nearer child is the one that may refuse.
             Split::A(left, right) => {
-                let first_is_left = self.ball_gap(left, b) <= self.ball_gap(right, b);
-                let (near, far) = if first_is_left {
-                    (left, right)
-                } else {
-                    (right, left)
-                };
+                let [near, far] = nearer_first([left, right], |child| self.ball_gap(child, b));
                 both(self.descend(near, b, looks), || self.descend(far, b, looks))
             }
             Split::B(left, right) => {
-                let first_is_left = self.ball_gap(a, left) <= self.ball_gap(a, right);
-                let (near, far) = if first_is_left {
-                    (left, right)
-                } else {
-                    (right, left)
-                };
+                let [near, far] = nearer_first([left, right], |child| self.ball_gap(a, child));
                 both(self.descend(a, near, looks), || self.descend(a, far, looks))
             }
         }
     }
 
+    #[inline]
     fn ball_gap(&self, a: u32, b: u32) -> f64 {
-        let a = self.a.solid.tree.ball(a);
-        let b = self.b.solid.tree.ball(b);
+        let a = self.ball_a(a);
+        let b = self.ball_b(b);
         self.relative.point(a.center).distance(b.center) - a.radius - b.radius
     }
 
     /// Distance that two balls keep on the interval; a ball over a single piece is that piece.
     fn kept_by_balls(&self, a: &Ball, b: &Ball) -> f64 {
         let center_a = self.relative.point(a.center);
-        match (self.a.solid.tree.leaf(a), self.b.solid.tree.leaf(b)) {
-            (_, Some(piece)) => {
-                let reach = || reach(b, piece);
-                let Some((normal, gap)) = from_piece(piece, center_a) else {
-                    return f64::NEG_INFINITY;
-                };
-                gap - a.radius - self.displacement(normal, center_a, 0.0, piece.center(), reach)
-            }
-            (Some(piece), None) => {
-                let piece = piece.transformed(&self.relative);
-                let Some((outward, gap)) = from_piece(&piece, b.center) else {
-                    return f64::NEG_INFINITY;
-                };
-                gap - b.radius
-                    - self.displacement(-outward, center_a, reach(a, &piece), b.center, || 0.0)
-            }
-            (None, None) => {
-                let offset = center_a - b.center;
-                let length = offset.length();
-                if length < TOUCHING_M {
-                    return f64::NEG_INFINITY;
-                }
-                let moved = self.displacement(offset / length, center_a, 0.0, b.center, || 0.0);
-                length - a.radius - b.radius - moved
-            }
+        let kept = match (self.a.solid.tree.leaf(a), self.b.solid.tree.leaf(b)) {
+            (_, Some(piece)) => self.kept_by_ball_and_piece(a, center_a, b, piece),
+            (Some(piece), None) => self.kept_by_piece_and_ball(a, piece, center_a, b),
+            (None, None) => self.kept_by_two_balls(a, center_a, b),
+        };
+        // Without a direction the theorem says nothing.
+        kept.unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// B's ball is over this piece only.
+    #[inline]
+    fn kept_by_ball_and_piece(
+        &self,
+        a: &Ball,
+        center_a: Vec3,
+        b: &Ball,
+        piece: &Piece,
+    ) -> Option<f64> {
+        let (normal, gap) = from_piece(piece, center_a)?;
+        let reach = || reach(b, piece);
+        Some(gap - a.radius - self.displacement(normal, center_a, 0.0, piece.center(), reach))
+    }
+
+    /// A's ball is over this piece only.
+    #[inline]
+    fn kept_by_piece_and_ball(
+        &self,
+        a: &Ball,
+        piece: &Piece,
+        center_a: Vec3,
+        b: &Ball,
+    ) -> Option<f64> {
+        let piece = piece.transformed(&self.relative);
+        let (outward, gap) = from_piece(&piece, b.center)?;
+        let reach = reach(a, &piece);
+        Some(gap - b.radius - self.displacement(-outward, center_a, reach, b.center, || 0.0))
+    }
+
+    #[inline]
+    fn kept_by_two_balls(&self, a: &Ball, center_a: Vec3, b: &Ball) -> Option<f64> {
+        let offset = center_a - b.center;
+        let length = offset.length();
+        if length < TOUCHING_M {
+            return None;
         }
+        // What a ball is over moves like its centre, whatever turns: the ball's radius is only taken off.
+        let moved = self.displacement(offset / length, center_a, 0.0, b.center, || 0.0);
+        Some(length - a.radius - b.radius - moved)
     }
 
     fn decide_pieces(
@@ -242,14 +291,8 @@ impl PairInterval<'_> {
         let piece_b = &self.b.solid.tree.pieces()[j];
         let reaches = (reach(ball_a, &piece_a), reach(ball_b, piece_b));
         // Most pairs of pieces are settled along a direction that costs no search.
-        for normal in cheap_normals(&piece_a, piece_b).into_iter().flatten() {
-            let gap = distance::gap_along(&piece_a, piece_b, normal);
-            if gap >= self.too_close {
-                let kept = gap - self.displacement_of_pieces(&piece_a, piece_b, normal, reaches);
-                if kept >= self.floor + ROUNDING_M {
-                    return IntervalVerdict::Proved(kept);
-                }
-            }
+        if let Some(kept) = self.kept_cheaply(&piece_a, piece_b, reaches) {
+            return IntervalVerdict::Proved(kept);
         }
         let apart = distance::separation(&piece_a, piece_b);
         if (apart.point_a - apart.point_b).dot(apart.normal) <= TOUCHING_M {
@@ -258,13 +301,26 @@ impl PairInterval<'_> {
         if apart.gap < self.too_close {
             return IntervalVerdict::TooClose;
         }
-        let kept =
-            apart.gap - self.displacement_of_pieces(&piece_a, piece_b, apart.normal, reaches);
-        if kept >= self.floor + ROUNDING_M {
-            IntervalVerdict::Proved(kept)
-        } else {
-            IntervalVerdict::Split
+        match self.kept_by_pieces(&piece_a, piece_b, apart.normal, apart.gap, reaches) {
+            kept if self.is_enough(kept) => IntervalVerdict::Proved(kept),
+            _ => IntervalVerdict::Split,
         }
+    }
+
+    /// What two pieces keep along the first of the cheap directions that proves them.
+    #[inline]
+    fn kept_cheaply(&self, a: &Piece, b: &Piece, reaches: (f64, f64)) -> Option<f64> {
+        for normal in cheap_normals(a, b).into_iter().flatten() {
+            let gap = distance::gap_along(a, b, normal);
+            // Nearer than this the verdict is `TooClose` at last: nothing may be proved before.
+            if gap >= self.too_close {
+                let kept = gap - self.displacement_of_pieces(a, b, normal, reaches);
+                if self.is_enough(kept) {
+                    return Some(kept);
+                }
+            }
+        }
+        None
     }
 
     /// How much of the gap of two pieces along `normal` the interval can take, with their reaches
@@ -277,6 +333,19 @@ impl PairInterval<'_> {
         reaches: (f64, f64),
     ) -> f64 {
         self.displacement(normal, a.center(), reaches.0, b.center(), || reaches.1)
+    }
+
+    /// What two pieces with this gap along `normal` keep on the interval.
+    #[inline]
+    fn kept_by_pieces(
+        &self,
+        a: &Piece,
+        b: &Piece,
+        normal: Vec3,
+        gap: f64,
+        reaches: (f64, f64),
+    ) -> f64 {
+        gap - self.displacement_of_pieces(a, b, normal, reaches)
     }
 
     /// Gap and displacement bound of the two pieces that keep least.
@@ -312,18 +381,32 @@ impl PairInterval<'_> {
         radius_b: impl Fn() -> f64,
     ) -> f64 {
         let approach = normal.dot(self.twist_a.at(a) - self.twist_b.at(b)).abs();
-        let turn_a = if radius_a > 0.0 {
-            normal.cross(self.twist_a.angular).length() * radius_a
-        } else {
-            0.0
-        };
-        let still = self.twist_b.angular == Vec3::ZERO;
-        let turn_b = if still {
-            0.0
-        } else {
-            normal.cross(self.twist_b.angular).length() * radius_b()
-        };
+        let turn_a = self.turn_a(normal, radius_a);
+        let turn_b = self.turn_b(normal, radius_b);
+        // Both bounds hold, so the smaller does.
         (approach + turn_a + turn_b + self.bend).min(self.travel)
+    }
+
+    /// What A's turn moves along `normal`, this far about its point.
+    #[inline]
+    fn turn_a(&self, normal: Vec3, radius: f64) -> f64 {
+        if radius > 0.0 {
+            self.twist_a.swing(normal) * radius
+        } else {
+            0.0
+        }
+    }
+
+    /// The same of B.
+    #[inline]
+    fn turn_b(&self, normal: Vec3, radius: impl Fn() -> f64) -> f64 {
+        // An obstacle turns nothing: its radius need not be known.
+        let is_still = self.twist_b.angular == Vec3::ZERO;
+        if is_still {
+            0.0
+        } else {
+            self.twist_b.swing(normal) * radius()
+        }
     }
 }
 
@@ -336,22 +419,38 @@ fn reach(ball: &Ball, piece: &Piece) -> f64 {
 /// normals of triangles.
 fn cheap_normals(a: &Piece, b: &Piece) -> [Option<Vec3>; 3] {
     let middle = a.center();
-    let towards = |normal: Vec3| {
-        if normal.dot(middle - b.center()) < 0.0 {
-            -normal
-        } else {
-            normal
-        }
-    };
-    let across = |piece: &Piece| {
-        let [normal, ..] = piece.core.triangle().and(Some(piece.core.normals()))?;
-        normal.map(towards)
-    };
+    let outward = middle - b.center();
     [
         from_piece(b, middle).map(|(normal, _)| normal),
-        across(a),
-        across(b),
+        across_triangle(a, outward),
+        across_triangle(b, outward),
     ]
+}
+
+#[inline]
+fn across_triangle(piece: &Piece, outward: Vec3) -> Option<Vec3> {
+    let [normal, ..] = piece.core.triangle().and(Some(piece.core.normals()))?;
+    normal.map(|normal| towards(normal, outward))
+}
+
+/// A direction or its opposite, on the side of another.
+#[inline]
+fn towards(normal: Vec3, outward: Vec3) -> Vec3 {
+    if normal.dot(outward) < 0.0 {
+        -normal
+    } else {
+        normal
+    }
+}
+
+/// Two children, the nearer first; of equals, as they come.
+#[inline]
+fn nearer_first([left, right]: [u32; 2], gap: impl Fn(u32) -> f64) -> [u32; 2] {
+    if gap(left) <= gap(right) {
+        [left, right]
+    } else {
+        [right, left]
+    }
 }
 
 /// Direction from a piece to a point outside of it, and the support gap along it.
@@ -362,10 +461,10 @@ fn from_piece(piece: &Piece, point: Vec3) -> Option<(Vec3, f64)> {
         return None;
     }
     let normal = offset / length;
-    Some((
-        normal,
-        normal.dot(point - piece.core.support(normal)) - piece.radius,
-    ))
+    // Along the same normal, never the distance that it was found with: a normal that is off by a
+    // little would make that a lie, while this is a lower bound along any.
+    let gap = normal.dot(point - piece.core.support(normal)) - piece.radius;
+    Some((normal, gap))
 }
 
 /// Both must hold: a refusal wins over everything, a split over a proof.

@@ -33,10 +33,9 @@ impl Ledger {
     /// The proof of a segment, if it is remembered.
     pub fn get(&self, from: &[f64], to: &[f64]) -> Option<SegmentProof> {
         let entry = self.entries.get(&key(from, to))?;
-        let ends = self
-            .ends
-            .get(entry.first..entry.first + from.len() + to.len())?;
-        let (first, second) = ends.split_at(from.len());
+        let end = entry.first + from.len() + to.len();
+        let (first, second) = self.ends.get(entry.first..end)?.split_at(from.len());
+        // Two segments may have one key: the bits decide.
         (same(first, from) && same(second, to)).then_some(entry.proof)
     }
 
@@ -58,12 +57,12 @@ fn same(a: &[f64], b: &[f64]) -> bool {
 
 /// FNV-1a over the words; only a way to find the entry, whose bits are compared.
 fn key(from: &[f64], to: &[f64]) -> u64 {
-    let mix = |hash: u64, x: &f64| {
-        (hash ^ x.to_bits())
-            .wrapping_mul(0x0000_0100_0000_01b3)
-            .rotate_left(29)
-    };
     from.iter().chain(to).fold(0xcbf2_9ce4_8422_2325, mix)
+}
+
+fn mix(hash: u64, x: &f64) -> u64 {
+    let mixed = (hash ^ x.to_bits()).wrapping_mul(0x0000_0100_0000_01b3);
+    mixed.rotate_left(29)
 }
 
 #[cfg(test)]

@@ -37,6 +37,25 @@ impl MotionBounds {
     /// Computes the bounds for the segment `from ⊕ t velocity`, t ∈ [0, 1].
     pub fn update(&mut self, body: &Body, from: &[f64], velocity: &[f64], held: &[f64]) {
         let chain = &body.chain;
+        self.add_up_turning(chain, velocity);
+        // From the body up: what lies between a motion and the body is then known.
+        let mut pushed = 0.0;
+        for (k, motion) in chain.iter().enumerate().rev() {
+            let turning = turning_speed(motion, velocity);
+            let speed = match motion.kind {
+                MotionKind::Translation(_) => {
+                    // It takes the body farther from every axis above it.
+                    pushed += push(motion, from, velocity, held);
+                    rate(motion, velocity).length()
+                }
+                MotionKind::Axis | MotionKind::Ball => turning * (motion.reach + pushed),
+            };
+            self.add(k, speed, turning);
+        }
+    }
+
+    /// `turning_before` of every motion, from the root on.
+    fn add_up_turning(&mut self, chain: &[ChainMotion], velocity: &[f64]) {
         self.from.clear();
         self.from.resize(chain.len() + 1, Sums::default());
         let mut turning = 0.0;
@@ -44,21 +63,15 @@ impl MotionBounds {
             sums.turning_before = turning;
             turning += turning_speed(motion, velocity);
         }
-        let mut pushed = 0.0;
-        for (k, motion) in chain.iter().enumerate().rev() {
-            let turning = turning_speed(motion, velocity);
-            let speed = match motion.kind {
-                MotionKind::Translation(_) => {
-                    pushed += push(motion, from, velocity, held);
-                    rate(motion, velocity).length()
-                }
-                MotionKind::Axis | MotionKind::Ball => turning * (motion.reach + pushed),
-            };
-            let after = self.from[k + 1];
-            let before = self.from[k].turning_before;
-            self.from[k].speed = after.speed + speed;
-            self.from[k].acceleration = after.acceleration + speed * (turning + 2.0 * before);
-        }
+    }
+
+    /// Adds the k-th motion's `s_l` and ω_l to the sums of those after it.
+    fn add(&mut self, k: usize, speed: f64, turning: f64) {
+        let after = self.from[k + 1];
+        let sums = &mut self.from[k];
+        sums.speed = after.speed + speed;
+        // ω_l twice over is the centripetal part, 2 Ω_l what turns before it adds (Coriolis).
+        sums.acceleration = after.acceleration + speed * (turning + 2.0 * sums.turning_before);
     }
 
     /// V of the body relative to an ancestor, given how many of its motions act at or above that
@@ -84,12 +97,17 @@ fn rate(motion: &ChainMotion, velocity: &[f64]) -> Vec3 {
     let Some(first) = motion.coordinate else {
         return Vec3::ZERO;
     };
-    let count = match motion.kind {
+    let count = coordinates(motion.kind);
+    vector(&velocity[first..first + count]) * motion.factor
+}
+
+/// How many coordinates drive a motion.
+fn coordinates(kind: MotionKind) -> usize {
+    match kind {
         MotionKind::Axis => 1,
         MotionKind::Translation(n) => n,
         MotionKind::Ball => 3,
-    };
-    vector(&velocity[first..first + count]) * motion.factor
+    }
 }
 
 fn turning_speed(motion: &ChainMotion, velocity: &[f64]) -> f64 {
@@ -104,19 +122,30 @@ fn push(motion: &ChainMotion, from: &[f64], velocity: &[f64], held: &[f64]) -> f
     let MotionKind::Translation(n) = motion.kind else {
         return 0.0;
     };
-    let start = match motion.source {
-        Source::Column(q) => vector(&from[q..q + n]),
-        Source::Held(i) => vector(&held[i..i + n]),
-    };
+    let offset = offset_from_rest(motion, n, from, held);
+    // A norm is convex: on a straight way it is largest at an end.
+    let end = offset + rate(motion, velocity);
+    offset.length().max(end.length())
+}
+
+/// Where a translation of n coordinates starts, seen from its rest value.
+fn offset_from_rest(motion: &ChainMotion, n: usize, from: &[f64], held: &[f64]) -> Vec3 {
+    let start = start(motion.source, n, from, held);
+    // Only a single coordinate follows another one with an offset.
     let shift = if n == 1 {
         Vec3::X * motion.offset
     } else {
         Vec3::ZERO
     };
-    let offset = start * motion.factor + shift - motion.rest;
-    offset
-        .length()
-        .max((offset + rate(motion, velocity)).length())
+    start * motion.factor + shift - motion.rest
+}
+
+/// Its coordinates where the segment begins.
+fn start(source: Source, n: usize, from: &[f64], held: &[f64]) -> Vec3 {
+    match source {
+        Source::Column(q) => vector(&from[q..q + n]),
+        Source::Held(i) => vector(&held[i..i + n]),
+    }
 }
 
 fn vector(values: &[f64]) -> Vec3 {
@@ -145,6 +174,12 @@ impl Twist {
     /// Velocity of the body's point at `p`.
     pub fn at(&self, p: Vec3) -> Vec3 {
         self.linear + self.angular.cross(p)
+    }
+
+    /// ‖n × ω‖: how fast the body turns towards a direction, for each metre of its radius.
+    #[inline]
+    pub fn swing(&self, normal: Vec3) -> f64 {
+        normal.cross(self.angular).length()
     }
 
     /// Motion relative to another body, in the same frame of reference.

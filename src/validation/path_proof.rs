@@ -26,6 +26,17 @@ pub enum PathVerdict<'p> {
     Stopped,
 }
 
+impl PathVerdict<'_> {
+    /// A segment is refused, and all before it are proved.
+    pub(super) fn refused(segment: usize, hit: Hit) -> Self {
+        Self::Refused {
+            segment,
+            hit,
+            proved_prefix: segment as f64,
+        }
+    }
+}
+
 /// Proves every segment at the validator's floors. A path of one waypoint is a segment that does
 /// not move.
 pub fn prove<'p>(
@@ -51,13 +62,7 @@ fn first_refused<'p>(
         let [from, to] = ends(path, segment);
         match validator.segment(from, to, stop) {
             SegmentVerdict::Proved(proof) => proofs.push(proof),
-            SegmentVerdict::Refused(hit) => {
-                return PathVerdict::Refused {
-                    segment,
-                    hit,
-                    proved_prefix: segment as f64,
-                };
-            }
+            SegmentVerdict::Refused(hit) => return PathVerdict::refused(segment, hit),
             SegmentVerdict::Stopped => return PathVerdict::Stopped,
         }
     }

@@ -2,10 +2,11 @@
 
 use super::Contact;
 use super::Validator;
-use super::continuous::Scratch;
+
 use super::interval::{IntervalVerdict, Looks};
-use crate::collision::BodyPair;
+use crate::collision::Body;
 use crate::solid::query;
+use crate::solid::transform::Transform;
 
 /// Whether a body is inside a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,33 +22,38 @@ pub enum Enclosed {
 impl Validator<'_> {
     /// Closest points of a pair at one configuration, exact, in the world.
     pub fn contact(&mut self, pair: usize, configuration: &[f64]) -> Contact {
-        let robot = self.model.robot();
-        self.scratch
-            .kinematics
-            .update(robot, configuration, self.held);
-        let BodyPair { a, b, .. } = self.model.pairs()[pair];
-        let a = &self.model.bodies()[a];
-        let b = &self.model.bodies()[b];
-        query::closest(
-            &a.solid,
-            &a.placed(&self.scratch.kinematics),
-            &b.solid,
-            &b.placed(&self.scratch.kinematics),
-        )
+        self.stand_at(configuration);
+        let [(a, at_a), (b, at_b)] = self.sides(pair);
+        query::closest(&a.solid, &at_a, &b.solid, &at_b)
+    }
+
+    fn stand_at(&mut self, configuration: &[f64]) {
+        let kinematics = &mut self.scratch.kinematics;
+        kinematics.update(self.model.robot(), configuration, self.held);
+    }
+
+    /// The bodies of a pair, and where the kinematics place them.
+    fn sides(&self, pair: usize) -> [(&Body, Transform); 2] {
+        let pair = &self.model.pairs()[pair];
+        [pair.a, pair.b].map(|body| {
+            let body = &self.model.bodies()[body];
+            (body, body.placed(&self.scratch.kinematics))
+        })
+    }
+
+    /// Stands all bodies where they are at a ratio of a segment.
+    pub(super) fn stand(&mut self, from: &[f64], to: &[f64], t: f64) {
+        // The motion is no longer that of the segments at hand.
+        self.scratch.segments.exact = None;
+        let motion = &mut self.scratch.motion;
+        motion.begin(self.model, self.space, from, to, self.held);
+        motion.place(self.model, self.space, from, t, self.held);
     }
 
     /// Whether a pair touches or overlaps at one configuration: cheaper than the contact.
     pub fn touches(&mut self, pair: usize, configuration: &[f64]) -> bool {
-        self.scratch.segments.exact = None;
-        let Scratch { motion, .. } = &mut *self.scratch;
-        motion.begin(
-            self.model,
-            self.space,
-            configuration,
-            configuration,
-            self.held,
-        );
-        motion.place(self.model, self.space, configuration, 0.0, self.held);
+        self.stand(configuration, configuration, 0.0);
+        let motion = &self.scratch.motion;
         let pair = &self.model.pairs()[pair];
         let interval = motion.pair_interval(self.model, pair, 0.0, 0.0);
         let surfaces = interval.touches_in_the_middle(&mut Looks::new(&mut || false));
@@ -68,33 +74,18 @@ impl Validator<'_> {
         to: &[f64],
         t: f64,
     ) -> (Contact, f64) {
-        self.scratch.segments.exact = None;
-        self.scratch
-            .motion
-            .begin(self.model, self.space, from, to, self.held);
-        self.scratch
-            .motion
-            .place(self.model, self.space, from, t, self.held);
+        self.stand(from, to, t);
+        let motion = &self.scratch.motion;
         let pair = &self.model.pairs()[pair];
-        (
-            self.scratch.motion.contact(self.model, pair),
-            self.scratch.motion.speed(pair),
-        )
+        (motion.contact(self.model, pair), motion.speed(pair))
     }
 
     /// Closest points of a pair at a ratio of a segment, with the penetration depth where it
     /// touches or overlaps: for people, and dearer than [`Self::contact`].
     pub fn penetration(&mut self, pair: usize, from: &[f64], to: &[f64], t: f64) -> Contact {
-        self.scratch.segments.exact = None;
-        self.scratch
-            .motion
-            .begin(self.model, self.space, from, to, self.held);
-        self.scratch
-            .motion
-            .place(self.model, self.space, from, t, self.held);
-        self.scratch
-            .motion
-            .penetration(self.model, &self.model.pairs()[pair])
+        self.stand(from, to, t);
+        let pair = &self.model.pairs()[pair];
+        self.scratch.motion.penetration(self.model, pair)
     }
 
     /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces
@@ -106,27 +97,21 @@ impl Validator<'_> {
         configuration: &[f64],
         stop: &mut dyn FnMut() -> bool,
     ) -> Enclosed {
-        self.scratch
-            .kinematics
-            .update(self.model.robot(), configuration, self.held);
-        let bodies = self.model.bodies();
-        let kinematics = &self.scratch.kinematics;
-        for &index in self.model.hollow_pairs() {
-            let pair = &self.model.pairs()[index];
-            let a = &bodies[pair.a];
-            let b = &bodies[pair.b];
+        self.stand_at(configuration);
+        for &pair in self.model.hollow_pairs() {
             if stop() {
                 return Enclosed::Stopped;
             }
-            if let Some(contact) = query::enclosed(
-                &a.solid,
-                &a.placed(kinematics),
-                &b.solid,
-                &b.placed(kinematics),
-            ) {
-                return Enclosed::Pair(index, contact);
+            if let Some(contact) = self.enclosed(pair) {
+                return Enclosed::Pair(pair, contact);
             }
         }
         Enclosed::Nothing
+    }
+
+    /// A point of one body inside of the other, where the kinematics stand.
+    fn enclosed(&self, pair: usize) -> Option<Contact> {
+        let [(a, at_a), (b, at_b)] = self.sides(pair);
+        query::enclosed(&a.solid, &at_a, &b.solid, &at_b)
     }
 }

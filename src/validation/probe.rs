@@ -55,18 +55,13 @@ impl Validator<'_> {
         half: f64,
         pair: usize,
     ) -> Option<(f64, f64, f64)> {
-        self.scratch.segments.exact = None;
-        self.scratch
-            .motion
-            .begin(self.model, self.space, from, to, self.held);
-        self.scratch
-            .motion
-            .place(self.model, self.space, from, middle, self.held);
+        self.stand(from, to, middle);
         let floor = self.floors()[pair];
-        let interval =
-            self.scratch
-                .motion
-                .pair_interval(self.model, &self.model.pairs()[pair], half, floor);
+        let pair = &self.model.pairs()[pair];
+        let interval = self
+            .scratch
+            .motion
+            .pair_interval(self.model, pair, half, floor);
         let (gap, displacement) = interval.weakest_pieces()?;
         let wholes = interval
             .direction_of_wholes()

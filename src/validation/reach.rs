@@ -16,7 +16,7 @@
 use std::collections::HashSet;
 
 use crate::collision::body::{ChainMotion, MotionKind, Source};
-use crate::collision::{Body, CollisionModel};
+use crate::collision::{Body, BodyPair, CollisionModel};
 
 /// Metres that bodies move against each other at most, per unit of each velocity coordinate (m per
 /// rad or m).
@@ -58,36 +58,21 @@ impl Reach {
     /// as long as they cost no more than `stray` (m). `held` are the values of the robot's held
     /// variables.
     pub fn new(model: &CollisionModel, held: &[f64], ranges: &Ranges, stray: f64) -> Self {
-        let levers: Vec<_> = model
-            .carried_bodies()
-            .iter()
+        let bodies = model.carried_bodies().iter();
+        let levers: Vec<_> = bodies
             .map(|body| levers(body, held, ranges, stray))
             .collect();
-        let nv = model.robot().space().nv();
-        let mut reach = vec![0.0_f64; nv];
-        let mut of_pair = vec![0.0_f64; nv];
+        let mut reach = vec![0.0_f64; model.robot().space().nv()];
+        let mut of_pair = reach.clone();
         let mut seen = HashSet::new();
         for pair in model.pairs() {
             // Obstacles stand still: they are all one to the body that moves.
-            let partner = levers.get(pair.b);
-            if !seen.insert((pair.a, pair.motions_above, partner.map(|_| pair.b))) {
-                continue;
+            let partner = levers.get(pair.b).map(|_| pair.b);
+            if seen.insert((pair.a, pair.motions_above, partner)) {
+                add_up(&levers, pair, &mut of_pair);
+                let most = reach.iter_mut().zip(&of_pair);
+                most.for_each(|(most, sum)| *most = most.max(*sum));
             }
-            of_pair.fill(0.0);
-            let [above_a, above_b] = pair.motions_above;
-            let moved = levers[pair.a][above_a..]
-                .iter()
-                .chain(partner.map_or(&[][..], |levers| &levers[above_b..]));
-            for lever in moved {
-                let coordinates = lever.first..lever.first + lever.count;
-                of_pair[coordinates]
-                    .iter_mut()
-                    .for_each(|sum| *sum += lever.metres);
-            }
-            reach
-                .iter_mut()
-                .zip(&of_pair)
-                .for_each(|(most, sum)| *most = most.max(*sum));
         }
         // Far above what the sums lose.
         reach.iter_mut().for_each(|metres| *metres *= 1.0 + 1e-12);
@@ -101,13 +86,18 @@ impl Reach {
 
     /// Σ_j reach_j |Δ_j| (m).
     pub fn cost(&self, deviation: &[f64]) -> f64 {
-        self.0
-            .iter()
-            .zip(deviation)
-            .map(|(reach, deviation)| reach * deviation.abs())
-            .sum::<f64>()
-            * (1.0 + 1e-12)
+        cost(&self.0, deviation.iter().copied())
     }
+}
+
+/// Σ_j reach_j |Δ_j| (m).
+pub(super) fn cost(reach: &[f64], deviations: impl Iterator<Item = f64>) -> f64 {
+    let terms = reach.iter().zip(deviations);
+    let sum = terms
+        .map(|(reach, deviation)| reach * deviation.abs())
+        .sum::<f64>();
+    // Far above what the sum loses.
+    sum * (1.0 + 1e-12)
 }
 
 /// What one motion of a chain moves of the body, per unit of each of its coordinates.
@@ -121,54 +111,57 @@ struct Lever {
 
 /// The levers of a body's chain, in its order.
 fn levers(body: &Body, held: &[f64], ranges: &Ranges, stray: f64) -> Vec<Lever> {
+    // From the body up: what lies between a motion and the body is then known.
     let mut pushed = 0.0;
-    let mut levers: Vec<_> = body
-        .chain
-        .iter()
-        .rev()
-        .map(|motion| {
-            let (count, arm) = match motion.kind {
-                MotionKind::Translation(n) => {
-                    pushed += farthest_push(motion, n, held, ranges, stray);
-                    (n, 1.0)
-                }
-                MotionKind::Axis => (1, motion.reach + pushed),
-                MotionKind::Ball => (3, motion.reach + pushed),
-            };
-            let count = if motion.coordinate.is_some() {
-                count
-            } else {
-                0
-            };
-            Lever {
-                first: motion.coordinate.unwrap_or(0),
-                count,
-                metres: arm * motion.factor.abs(),
-            }
-        })
-        .collect();
+    let mut levers = Vec::with_capacity(body.chain.len());
+    for motion in body.chain.iter().rev() {
+        levers.push(Lever::of(motion, pushed));
+        if let MotionKind::Translation(n) = motion.kind {
+            pushed += farthest_push(motion, n, held, ranges, stray);
+        }
+    }
     levers.reverse();
     levers
 }
 
+impl Lever {
+    /// Of a motion below which translations take the body this much farther away (m).
+    fn of(motion: &ChainMotion, pushed: f64) -> Self {
+        let (count, arm) = match motion.kind {
+            MotionKind::Translation(n) => (n, 1.0),
+            MotionKind::Axis => (1, motion.reach + pushed),
+            MotionKind::Ball => (3, motion.reach + pushed),
+        };
+        Self {
+            first: motion.coordinate.unwrap_or(0),
+            count: motion.coordinate.map_or(0, |_| count),
+            metres: arm * motion.factor.abs(),
+        }
+    }
+}
+
+/// `of_pair` ← what each coordinate moves of both bodies of a pair.
+fn add_up(levers: &[Vec<Lever>], pair: &BodyPair, of_pair: &mut [f64]) {
+    of_pair.fill(0.0);
+    for (body, above) in [pair.a, pair.b].into_iter().zip(pair.motions_above) {
+        // What moves at or above the common link carries both alike; obstacles have no levers.
+        for lever in levers.get(body).map_or(&[][..], |levers| &levers[above..]) {
+            let coordinates = &mut of_pair[lever.first..lever.first + lever.count];
+            coordinates.iter_mut().for_each(|sum| *sum += lever.metres);
+        }
+    }
+}
+
 /// How far a translation can be from the value that the levers above it count on (m).
 fn farthest_push(motion: &ChainMotion, n: usize, held: &[f64], ranges: &Ranges, stray: f64) -> f64 {
-    let shift = |index: usize| {
-        if n == 1 {
-            motion.offset - motion.rest.x
-        } else {
-            -motion.rest[index]
-        }
-    };
     let farthest = |index: usize| {
         let ends = match motion.source {
             Source::Column(q) => ranges.all()[q + index],
             Source::Held(first) => [held[first + index]; 2],
         };
-        ends.map(|value| (value * motion.factor + shift(index)).abs())
-            .into_iter()
-            .fold(0.0, f64::max)
+        farthest_from_rest(motion, n, index, ends)
     };
+    // Of a box the farthest point is a corner.
     let corner = (0..n)
         .map(|index| farthest(index).powi(2))
         .sum::<f64>()
@@ -179,4 +172,19 @@ fn farthest_push(motion: &ChainMotion, n: usize, held: &[f64], ranges: &Ranges, 
         } else {
             0.0
         }
+}
+
+/// How far a coordinate between these values gets from rest.
+fn farthest_from_rest(motion: &ChainMotion, n: usize, index: usize, ends: [f64; 2]) -> f64 {
+    let shift = shift(motion, n, index);
+    let away = ends.map(|value| (value * motion.factor + shift).abs());
+    away.into_iter().fold(0.0, f64::max)
+}
+
+/// What is added to a coordinate's value to be seen from rest.
+fn shift(motion: &ChainMotion, n: usize, index: usize) -> f64 {
+    match n {
+        1 => motion.offset - motion.rest.x,
+        _ => -motion.rest[index],
+    }
 }

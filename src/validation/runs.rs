@@ -29,8 +29,7 @@ const TOGETHER: usize = 16;
 pub(super) struct Runs<'p> {
     path: &'p Path,
     reach: Reach,
-    /// Column, velocity coordinate, and how far a chord may go in it.
-    columns: Vec<(usize, usize, f64)>,
+    columns: Vec<Column>,
     most_deviation: f64,
 }
 
@@ -40,30 +39,83 @@ struct Run {
     deviation: f64,
 }
 
+impl Run {
+    /// The proofs of its segments, from that of its chord.
+    fn proofs(&self, chord: &SegmentProof) -> impl Iterator<Item = SegmentProof> + use<> {
+        let proof = SegmentProof {
+            clearance_m: chord.clearance_m - self.deviation,
+            ..*chord
+        };
+        std::iter::repeat_n(proof, self.segments.len())
+    }
+}
+
+/// A column of a path, which is a number.
+struct Column {
+    q: usize,
+    v: usize,
+    /// How far a chord may go in it.
+    most_turn: f64,
+}
+
+impl Column {
+    /// `None` for a quaternion, whose columns do not go straight.
+    fn of(component: &Component) -> Option<Self> {
+        let (q, v, most_turn) = match *component {
+            Component::Line { q, v } => (q, v, f64::INFINITY),
+            Component::Circle { q, v } => (q, v, MOST_TURN),
+            Component::Rotation { .. } => return None,
+        };
+        Some(Self { q, v, most_turn })
+    }
+
+    /// Whether a chord goes too far in it.
+    fn turns_too_far(&self, [first, last]: [&[f64]; 2]) -> bool {
+        (last[self.q] - first[self.q]).abs() > self.most_turn
+    }
+
+    /// How far a waypoint is from the place `s` of a chord.
+    fn off(&self, waypoint: &[f64], [first, last]: [&[f64]; 2], s: f64) -> f64 {
+        let q = self.q;
+        (waypoint[q] - (first[q] + s * (last[q] - first[q]))).abs()
+    }
+}
+
 impl<'p> Runs<'p> {
     /// `None` where the robot has columns that are no numbers.
     pub(super) fn new(validator: &Validator, path: &'p Path) -> Option<Self> {
-        let column = |component: &Component| match *component {
-            Component::Line { q, v } => Some((q, v, f64::INFINITY)),
-            Component::Circle { q, v } => Some((q, v, MOST_TURN)),
-            Component::Rotation { .. } => None,
-        };
-        let columns = validator
-            .space
-            .components()
-            .iter()
-            .map(column)
-            .collect::<Option<Vec<_>>>()?;
+        let components = validator.space.components().iter();
         let mut ranges = Ranges::none(path.nq());
         path.waypoints().for_each(|waypoint| ranges.add(waypoint));
-        let reach = Reach::new(validator.model, validator.held, &ranges, 0.0);
-        let most_deviation = DEVIATION * validator.scratch.floors.common();
         Some(Self {
             path,
-            reach,
-            columns,
-            most_deviation,
+            columns: components.map(Column::of).collect::<Option<_>>()?,
+            // Between two waypoints no column leaves their range.
+            reach: Reach::new(validator.model, validator.held, &ranges, 0.0),
+            most_deviation: DEVIATION * validator.scratch.floors.common(),
         })
+    }
+
+    /// Whether the chord of a run would turn a circle farther than it may.
+    fn turns_too_far(&self, segments: &Range<usize>) -> bool {
+        let chord = self.chord(segments);
+        let mut columns = self.columns.iter();
+        columns.any(|column| column.turns_too_far(chord))
+    }
+
+    /// Both ends of a run.
+    fn chord(&self, segments: &Range<usize>) -> [&'p [f64]; 2] {
+        [segments.start, segments.end].map(|waypoint| self.path.waypoint(waypoint))
+    }
+
+    /// About how far bodies move on the segment that ends at a waypoint (m).
+    fn step(&self, to: usize) -> f64 {
+        let from = self.path.waypoint(to - 1);
+        let to = self.path.waypoint(to);
+        let moved = self.columns.iter();
+        moved
+            .map(|&Column { q, v, .. }| self.reach.all()[v] * (to[q] - from[q]).abs())
+            .sum::<f64>()
     }
 
     /// E of a run (m).
@@ -71,36 +123,31 @@ impl<'p> Runs<'p> {
         if segments.len() <= 1 {
             return 0.0;
         }
-        let first = self.path.waypoint(segments.start);
-        let last = self.path.waypoint(segments.end);
-        if self
-            .columns
-            .iter()
-            .any(|&(q, _, most)| (last[q] - first[q]).abs() > most)
-        {
+        if self.turns_too_far(segments) {
             return f64::INFINITY;
         }
-        let step = |to: usize| {
-            let from = self.path.waypoint(to - 1);
-            let to = self.path.waypoint(to);
-            self.columns
-                .iter()
-                .map(|&(q, v, _)| self.reach.all()[v] * (to[q] - from[q]).abs())
-                .sum::<f64>()
-        };
-        let whole: f64 = (segments.start + 1..=segments.end).map(step).sum();
+        let whole: f64 = (segments.start + 1..=segments.end)
+            .map(|to| self.step(to))
+            .sum();
         let mut farthest = vec![0.0_f64; self.reach.all().len()];
         let mut travelled = 0.0;
         for number in segments.start + 1..segments.end {
-            travelled += step(number);
-            let waypoint = self.path.waypoint(number);
+            travelled += self.step(number);
+            // Any places that grow will do; where the bodies move evenly, c is near.
             let s = (travelled / whole.max(f64::MIN_POSITIVE)).min(1.0);
-            for &(q, v, _) in &self.columns {
-                farthest[v] =
-                    farthest[v].max((waypoint[q] - (first[q] + s * (last[q] - first[q]))).abs());
-            }
+            self.take_in(number, segments, s, &mut farthest);
         }
         self.reach.cost(&farthest)
+    }
+
+    /// Takes in how far a waypoint is from the place `s` of the chord of a run, in each coordinate.
+    fn take_in(&self, waypoint: usize, segments: &Range<usize>, s: f64, farthest: &mut [f64]) {
+        let chord = self.chord(segments);
+        let waypoint = self.path.waypoint(waypoint);
+        for column in &self.columns {
+            let farthest = &mut farthest[column.v];
+            *farthest = farthest.max(column.off(waypoint, chord, s));
+        }
     }
 
     /// The next run: of up to so many segments, fewer where the path is not straight enough.
@@ -118,6 +165,18 @@ impl<'p> Runs<'p> {
             length /= 2;
         }
     }
+
+    /// The next runs that are proved together, from the start of `segments` on.
+    fn together(&self, segments: Range<usize>, most: usize) -> Vec<Run> {
+        let mut at = segments.start;
+        let mut together = Vec::new();
+        while at < segments.end && together.len() < TOGETHER {
+            let run = self.next(at..segments.end, most);
+            at = run.segments.end;
+            together.push(run);
+        }
+        together
+    }
 }
 
 impl Validator<'_> {
@@ -132,51 +191,38 @@ impl Validator<'_> {
         proofs: &mut Vec<SegmentProof>,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<(usize, bool)> {
-        let mut at = segments.start;
-        let mut together = Vec::new();
-        while at < segments.end && together.len() < TOGETHER {
-            together.push(runs.next(at..segments.end, most));
-            at = together[together.len() - 1].segments.end;
-        }
-        let raise = together.iter().map(|run| run.deviation).fold(0.0, f64::max);
-        let refused = self.with_floors_raised(raise, |validator| {
-            validator.begin();
-            for Run { segments, .. } in &together {
-                validator.add(
-                    runs.path.waypoint(segments.start),
-                    runs.path.waypoint(segments.end),
-                );
-            }
-            validator.first_refused(stop)
-        })?;
+        let together = runs.together(segments.clone(), most);
+        let refused = self.first_refused_run(runs.path, &together, stop)?;
         let proved = &together[..refused.unwrap_or(together.len())];
         for (run, proof) in proved.iter().zip(&self.scratch.segments.proofs) {
-            let clearance_m = proof.clearance_m - run.deviation;
-            proofs.extend(run.segments.clone().map(|_| SegmentProof {
-                clearance_m,
-                ..*proof
-            }));
+            proofs.extend(run.proofs(proof));
         }
+        let end = together
+            .last()
+            .map_or(segments.start, |run| run.segments.end);
         Some((
-            refused.map_or(at, |run| together[run].segments.start),
+            refused.map_or(end, |run| together[run].segments.start),
             refused.is_some(),
         ))
     }
 
-    /// With every floor higher by this (m).
-    fn with_floors_raised<T>(&mut self, raise: f64, prove: impl FnOnce(&mut Self) -> T) -> T {
-        let mut wide = std::mem::take(&mut self.scratch.wide);
-        wide.reset(
-            self.model.pairs().len(),
-            self.scratch.floors.common() + raise,
-        );
-        self.scratch
-            .floors
-            .lowered()
-            .for_each(|(pair, floor)| wide.set(pair, floor + raise));
-        let floors = std::mem::replace(&mut self.scratch.floors, wide);
-        let found = prove(self);
-        self.scratch.wide = std::mem::replace(&mut self.scratch.floors, floors);
-        found
+    /// Looks at the chords of runs, with every floor higher by the largest E.
+    fn first_refused_run(
+        &mut self,
+        path: &Path,
+        together: &[Run],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Option<usize>> {
+        let raise = together.iter().map(|run| run.deviation).fold(0.0, f64::max);
+        self.with_floors(
+            |wide, floors| wide.raise(floors, raise),
+            |validator, _| {
+                validator.begin();
+                for Run { segments, .. } in together {
+                    validator.add(path.waypoint(segments.start), path.waypoint(segments.end));
+                }
+                validator.first_refused(stop)
+            },
+        )
     }
 }

@@ -3,8 +3,8 @@
 
 use super::interval::PairInterval;
 use super::motion::{MotionBounds, Twist};
-use crate::collision::{BodyPair, CollisionModel};
-use crate::math::Vec3;
+use crate::collision::{Body, BodyPair, CollisionModel};
+use crate::math::{Pose, Vec3};
 use crate::robot::{ConfigurationSpace, Kinematics};
 use crate::solid::Contact;
 use crate::solid::penetration::penetration;
@@ -36,10 +36,14 @@ impl SegmentMotion {
     ) {
         self.configuration.resize(space.nq(), 0.0);
         self.velocity.resize(space.nv(), 0.0);
+        space.difference(to, from, &mut self.velocity);
+        self.bound_bodies(model, from, held);
+    }
+
+    fn bound_bodies(&mut self, model: &CollisionModel, from: &[f64], held: &[f64]) {
         let carried = model.carried_bodies();
         self.bounds
             .resize_with(carried.len(), MotionBounds::default);
-        space.difference(to, from, &mut self.velocity);
         for (bounds, body) in self.bounds.iter_mut().zip(carried) {
             bounds.update(body, from, &self.velocity, held);
         }
@@ -58,23 +62,22 @@ impl SegmentMotion {
         space.integrate(from, &self.velocity, t, &mut self.configuration);
         self.kinematics.update(robot, &self.configuration, held);
         self.kinematics.update_velocities(robot, &self.velocity);
-        let kinematics = &self.kinematics;
+        let bodies = model.carried_bodies().iter();
         self.placed.clear();
-        self.placed.extend(
-            model
-                .carried_bodies()
-                .iter()
-                .map(|body| body.placed(kinematics)),
-        );
+        self.placed
+            .extend(bodies.map(|body| body.placed(&self.kinematics)));
+        self.update_twists();
+    }
+
+    fn update_twists(&mut self) {
+        let kinematics = &self.kinematics;
+        let twist = |(link, pose): (usize, &Pose)| {
+            let angular = kinematics.angular()[link];
+            Twist::through(angular, kinematics.linear()[link], pose.translation)
+        };
         self.twists.clear();
         self.twists
-            .extend(kinematics.poses().iter().enumerate().map(|(link, pose)| {
-                Twist::through(
-                    kinematics.angular()[link],
-                    kinematics.linear()[link],
-                    pose.translation,
-                )
-            }));
+            .extend(kinematics.poses().iter().enumerate().map(twist));
     }
 
     /// The pair on the interval of this half width about the configuration that was placed last.
@@ -85,27 +88,33 @@ impl SegmentMotion {
         half: f64,
         floor: f64,
     ) -> PairInterval<'a> {
-        let &BodyPair { a, b, ancestor, .. } = pair;
-        let body_a = &model.bodies()[a];
-        let body_b = &model.bodies()[b];
-        let carrier = ancestor.map_or(Twist::default(), |link| self.twists[link]);
-        let twist = |link: Option<usize>| match link {
-            Some(link) => self.twists[link].relative_to(&carrier).scaled(half),
-            None => Twist::default(),
-        };
-        let placed_a = self.placed(model, a);
-        let placed_b = self.placed(model, b);
+        let a = &model.bodies()[pair.a];
+        let b = &model.bodies()[pair.b];
         let (bend, travel) = self.bend_and_travel(pair, half);
+        let placed_b = self.placed(model, pair.b);
         PairInterval {
-            a: body_a,
-            b: body_b,
-            relative: placed_b.inverse_of(placed_a),
-            twist_a: twist(body_a.link).seen_from(placed_b),
-            twist_b: twist(body_b.link).seen_from(placed_b),
+            a,
+            b,
+            relative: placed_b.inverse_of(self.placed(model, pair.a)),
+            twist_a: self.half_twist(a, pair, half).seen_from(placed_b),
+            twist_b: self.half_twist(b, pair, half).seen_from(placed_b),
             bend,
             travel,
             floor,
+            // A proof needs half a floor for what the bodies move: nearer it would be split without end.
             too_close: 1.5 * floor,
+        }
+    }
+
+    /// Half displacement of a body of a pair, relative to their common ancestor: what carries both
+    /// parts nothing.
+    fn half_twist(&self, body: &Body, pair: &BodyPair, half: f64) -> Twist {
+        let carrier = pair
+            .ancestor
+            .map_or(Twist::default(), |link| self.twists[link]);
+        match body.link {
+            Some(link) => self.twists[link].relative_to(&carrier).scaled(half),
+            None => Twist::default(),
         }
     }
 
@@ -115,14 +124,19 @@ impl SegmentMotion {
 
     /// ½h²(A_A + A_B) and h(V_A + V_B) of a pair.
     fn bend_and_travel(&self, pair: &BodyPair, half: f64) -> (f64, f64) {
-        let of = |body: usize, above: usize| {
-            self.bounds.get(body).map_or((0.0, 0.0), |bounds| {
-                (bounds.acceleration(above), bounds.speed(above))
-            })
-        };
-        let a = of(pair.a, pair.motions_above[0]);
-        let b = of(pair.b, pair.motions_above[1]);
+        let a = self.bounds_of(pair.a, pair.motions_above[0]);
+        let b = self.bounds_of(pair.b, pair.motions_above[1]);
         (0.5 * half * half * (a.0 + b.0), half * (a.1 + b.1))
+    }
+
+    /// A and V of a body, none for what stands still.
+    fn bounds_of(&self, body: usize, motions_above: usize) -> (f64, f64) {
+        self.bounds.get(body).map_or((0.0, 0.0), |bounds| {
+            (
+                bounds.acceleration(motions_above),
+                bounds.speed(motions_above),
+            )
+        })
     }
 
     /// Speed at which the bodies of a pair approach each other at most on the segment (m per unit
@@ -133,61 +147,51 @@ impl SegmentMotion {
 
     /// Closest points of a pair where the bodies were placed last, exact, in the world.
     pub fn contact(&self, model: &CollisionModel, pair: &BodyPair) -> Contact {
-        let [a, b] = [pair.a, pair.b];
-        let bodies = model.bodies();
-        query::closest(
-            &bodies[a].solid,
-            self.placed(model, a),
-            &bodies[b].solid,
-            self.placed(model, b),
-        )
+        let [(a, at_a), (b, at_b)] = self.sides(model, pair);
+        query::closest(&a.solid, at_a, &b.solid, at_b)
+    }
+
+    /// The bodies of a pair, and where they were placed last.
+    fn sides<'s>(
+        &'s self,
+        model: &'s CollisionModel,
+        pair: &BodyPair,
+    ) -> [(&'s Body, &'s Transform); 2] {
+        [pair.a, pair.b].map(|body| (&model.bodies()[body], self.placed(model, body)))
     }
 
     /// The same, with the penetration depth of a pair that touches or overlaps.
     pub fn penetration(&self, model: &CollisionModel, pair: &BodyPair) -> Contact {
-        let [a, b] = [pair.a, pair.b];
-        let bodies = model.bodies();
-        penetration(
-            &bodies[a].solid,
-            self.placed(model, a),
-            &bodies[b].solid,
-            self.placed(model, b),
-        )
+        let [(a, at_a), (b, at_b)] = self.sides(model, pair);
+        penetration(&a.solid, at_a, &b.solid, at_b)
     }
 
     /// Whether a body of a pair has a part wholly inside a mesh of the other where the bodies were
     /// placed last.
     pub fn is_enclosed(&self, model: &CollisionModel, pair: &BodyPair) -> bool {
-        let [(body_a, at_a), (body_b, at_b)] =
-            [pair.a, pair.b].map(|body| (&model.bodies()[body].solid, self.placed(model, body)));
-        query::enclosed(body_a, at_a, body_b, at_b).is_some()
+        let [(a, at_a), (b, at_b)] = self.sides(model, pair);
+        query::enclosed(&a.solid, at_a, &b.solid, at_b).is_some()
     }
 
     /// Distance of a pair that is apart where the bodies were placed last, at most 1 +
     /// [`query::NEARLY`] times the true one (m).
     pub fn nearly_apart(&self, model: &CollisionModel, pair: &BodyPair) -> f64 {
-        let [a, b] = [pair.a, pair.b];
-        let bodies = model.bodies();
-        query::nearly_closest(
-            &bodies[a].solid,
-            self.placed(model, a),
-            &bodies[b].solid,
-            self.placed(model, b),
-        )
-        .distance
+        let [(a, at_a), (b, at_b)] = self.sides(model, pair);
+        query::nearly_closest(&a.solid, at_a, &b.solid, at_b).distance
     }
 
     /// Closest points of a pair that is apart where the bodies were placed last, exact, in the
     /// world, and the rate at which the distance grows along the segment (m per unit t).
     pub fn apart(&self, model: &CollisionModel, pair: &BodyPair) -> (Contact, f64) {
-        let bodies = model.bodies();
-        let [(body_a, at_a), (body_b, at_b)] =
-            [pair.a, pair.b].map(|body| (&bodies[body], self.placed(model, body)));
-        let contact = query::between_surfaces(&body_a.solid, at_a, &body_b.solid, at_b);
-        let velocity = |link: Option<usize>, point| {
-            link.map_or(Vec3::ZERO, |link| self.twists[link].at(point))
-        };
-        let apart = velocity(body_a.link, contact.point_a) - velocity(body_b.link, contact.point_b);
+        let [(a, at_a), (b, at_b)] = self.sides(model, pair);
+        let contact = query::between_surfaces(&a.solid, at_a, &b.solid, at_b);
+        let apart = self.velocity(a, contact.point_a) - self.velocity(b, contact.point_b);
         (contact, contact.normal.dot(apart))
+    }
+
+    /// Velocity of a point of a body, in the world.
+    fn velocity(&self, body: &Body, point: Vec3) -> Vec3 {
+        body.link
+            .map_or(Vec3::ZERO, |link| self.twists[link].at(point))
     }
 }

@@ -1,6 +1,7 @@
 //! Segments, their intervals, and the pairs that are undecided on each.
 
 use super::SegmentProof;
+use crate::lanes::LANES;
 use crate::robot::lane_kinematics::LaneSegments;
 
 /// `[middle − half, middle + half]` of a segment, and the pairs that are undecided there.
@@ -29,6 +30,17 @@ pub(super) struct Undecided {
     pub(super) parts: usize,
 }
 
+impl Undecided {
+    /// On an interval that is `excess` times too wide for these pairs.
+    ///
+    /// The displacement is nearly proportional to the width, so that as many parts should settle
+    /// them; also of what is no number, two.
+    pub(super) fn new(pairs: List, excess: f32) -> Self {
+        let parts = excess.ceil().max(2.0).min(LANES as f32) as usize;
+        Self { pairs, parts }
+    }
+}
+
 impl List {
     pub(super) fn is_all(&self) -> bool {
         matches!(self, Self::All)
@@ -40,26 +52,70 @@ impl List {
 }
 
 impl Interval {
+    /// The first half, which looks at these pairs.
+    pub(super) fn first_half(&self, pairs: List) -> Self {
+        let half = self.half / 2.0;
+        Self {
+            middle: self.middle - half,
+            half,
+            pairs,
+            ..*self
+        }
+    }
     /// Equal parts from left to right, which look at what is undecided; none where nothing is.
     pub(super) fn split(
         &self,
         undecided: &Undecided,
     ) -> impl DoubleEndedIterator<Item = Self> + use<> {
-        let parts = if undecided.pairs.is_empty() {
-            0
-        } else {
-            undecided.parts
-        };
-        let interval = *self;
-        let pairs = undecided.pairs;
+        let Undecided { pairs, parts } = *undecided;
+        let parts = if pairs.is_empty() { 0 } else { parts };
+        let whole = Self { pairs, ..*self };
         let half = self.half / parts.max(1) as f64;
+        (0..parts).map(move |part| whole.part_of(part, half))
+    }
+
+    /// The part of this half width and number, from the left.
+    fn part_of(&self, part: usize, half: f64) -> Self {
         let start = self.middle - self.half;
-        (0..parts).map(move |part| Self {
+        Self {
             middle: start + half * (2 * part + 1) as f64,
             half,
-            pairs,
-            ..interval
-        })
+            ..*self
+        }
+    }
+
+    /// The part of a whole segment of this half width and number, which looks at all pairs.
+    pub(super) fn part(segment: usize, part: usize, half: f64) -> Self {
+        Self {
+            segment,
+            middle: half * (2 * part + 1) as f64,
+            half,
+            pairs: List::All,
+        }
+    }
+}
+
+impl Segments {
+    /// Forgets all.
+    pub(super) fn clear(&mut self) {
+        self.ends.clear();
+        self.lanes.clear();
+        self.proofs.clear();
+        self.numbers.clear();
+        self.in_order.clear();
+        self.is_unconfined = false;
+        self.exact = None;
+    }
+
+    /// Both ends of a segment, of configurations of so many numbers.
+    pub(super) fn ends(&self, segment: usize, nq: usize) -> (&[f64], &[f64]) {
+        self.ends[2 * nq * segment..][..2 * nq].split_at(nq)
+    }
+
+    /// What is kept on a segment, at most this (m).
+    pub(super) fn keep(&mut self, segment: usize, clearance_m: f64) {
+        let proof = &mut self.proofs[segment];
+        proof.clearance_m = proof.clearance_m.min(clearance_m);
     }
 }
 

@@ -3,8 +3,9 @@
 //! it finds is a collision, if not the first; what it does not find, the proof does.
 
 use super::continuous::Validator;
+use super::filter::Unproved;
 use super::interval::IntervalVerdict;
-use super::undecided::{Interval, List};
+use super::undecided::Interval;
 use crate::lanes::LANES;
 use crate::path::Path;
 
@@ -21,6 +22,19 @@ pub(super) struct Colliding {
 struct Suspect {
     at: Colliding,
     gap: f32,
+}
+
+/// Takes in where the filter sees a pair at these waypoints.
+fn note_nearest(known: &mut Option<Suspect>, unproved: &Unproved, numbers: &[usize; LANES]) {
+    let pair = unproved.pair as usize;
+    for lane in (0..LANES).filter(|lane| unproved.is_in(*lane)) {
+        let gap = unproved.gap[lane];
+        if known.is_none_or(|known| gap < known.gap) {
+            let waypoint = numbers[lane];
+            let at = Colliding { waypoint, pair };
+            *known = Some(Suspect { at, gap });
+        }
+    }
 }
 
 impl Validator<'_> {
@@ -57,11 +71,7 @@ impl Validator<'_> {
             if first.is_some_and(|first| first.waypoint <= at.waypoint) {
                 continue;
             }
-            match if stop() {
-                IntervalVerdict::Stopped
-            } else {
-                self.look_exactly(path, at, stop)
-            } {
+            match self.look_exactly(path, at, stop) {
                 IntervalVerdict::Stopped => return first.map(Some),
                 IntervalVerdict::Collision => first = Some(at),
                 IntervalVerdict::Proved(_) | IntervalVerdict::TooClose | IntervalVerdict::Split => {
@@ -77,15 +87,13 @@ impl Validator<'_> {
         at: Colliding,
         stop: &mut dyn FnMut() -> bool,
     ) -> IntervalVerdict {
+        if stop() {
+            return IntervalVerdict::Stopped;
+        }
         let waypoint = path.waypoint(at.waypoint);
         self.begin();
         self.add(waypoint, waypoint);
-        self.place(&Interval {
-            segment: 0,
-            middle: 0.0,
-            half: 0.0,
-            pairs: List::All,
-        });
+        self.place(&Interval::default());
         self.decide(at.pair, 0.0, stop)
     }
 
@@ -103,30 +111,31 @@ impl Validator<'_> {
             if stop() {
                 return None;
             }
-            let mut numbers = [0; LANES];
-            let mut batch = [Interval::default(); LANES];
-            let mut count = 0;
-            self.begin();
-            for number in waypoints.by_ref().take(LANES) {
-                self.add(path.waypoint(number), path.waypoint(number));
-                (numbers[count], batch[count].segment) = (number, count);
-                count += 1;
-            }
-            self.filter(&batch[..count]);
+            let numbers = self.filter_waypoints(path, &mut waypoints);
             for unproved in &self.scratch.filter.unproved {
-                let known = &mut nearest[unproved.pair as usize];
-                for lane in (0..LANES).filter(|lane| unproved.lanes >> lane & 1 == 1) {
-                    let gap = unproved.gap[lane];
-                    if known.is_none_or(|known| gap < known.gap) {
-                        let at = Colliding {
-                            waypoint: numbers[lane],
-                            pair: unproved.pair as usize,
-                        };
-                        *known = Some(Suspect { at, gap });
-                    }
-                }
+                note_nearest(&mut nearest[unproved.pair as usize], unproved, &numbers);
             }
         }
         Some(nearest.into_iter().flatten().collect())
+    }
+
+    /// Runs the filter at the next eight waypoints; which they are.
+    fn filter_waypoints(
+        &mut self,
+        path: &Path,
+        waypoints: &mut impl Iterator<Item = usize>,
+    ) -> [usize; LANES] {
+        let mut numbers = [0; LANES];
+        let mut batch = [Interval::default(); LANES];
+        let mut count = 0;
+        self.begin();
+        for number in waypoints.take(LANES) {
+            self.add(path.waypoint(number), path.waypoint(number));
+            numbers[count] = number;
+            batch[count].segment = count;
+            count += 1;
+        }
+        self.filter(&batch[..count]);
+        numbers
     }
 }

@@ -39,14 +39,19 @@ fn filled(kind: &str, data: &str) -> String {
     let mut page = String::with_capacity(HEAD.len() + STYLE.len() + SCRIPT.len() + data.len());
     let mut rest = HEAD;
     for (mark, text) in parts {
-        let (before, after) = rest
-            .split_once(mark)
-            .expect("page.html has every mark, in this order");
-        page.push_str(before);
-        page.push_str(text);
-        rest = after;
+        rest = fill(&mut page, rest, mark, text);
     }
     page + rest
+}
+
+/// Adds what stands before a mark, and the text in its place; gives what stands after it.
+fn fill<'a>(page: &mut String, rest: &'a str, mark: &str, text: &str) -> &'a str {
+    let (before, after) = rest
+        .split_once(mark)
+        .expect("page.html has every mark, in this order");
+    page.push_str(before);
+    page.push_str(text);
+    after
 }
 
 #[cfg(test)]

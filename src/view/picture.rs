@@ -3,8 +3,8 @@
 use serde::Serialize;
 use taut::files::ResultFile;
 use taut::robot::urdf::Visual;
-use taut::robot::{Component, Drive, Joint, RobotModel};
-use taut::scene::{Obstacle, Scene};
+use taut::robot::{Component, Drive, HeldVariable, Joint, RobotModel};
+use taut::scene::{AttachedObject, Obstacle, Scene};
 
 use super::shapes::{MeshBytes, Meshes, Place, Solid, place};
 use super::urdf_text::urdf_text;
@@ -85,26 +85,13 @@ impl Picture {
         } = sight;
         let mut meshes = Meshes::default();
         let urdf = urdf_text(robot, &visuals, &mut meshes);
-        let standing = scene.obstacles().iter().map(|object| (object, None));
-        let carried = scene
-            .attached()
-            .iter()
-            .map(|attached| (&attached.object, Some(attached.link_name.clone())));
-        let objects = standing
-            .chain(carried)
-            .map(|(object, link)| Object::of(object, link, &mut meshes))
-            .collect();
-        let space = if result.subject.unwrapped {
-            robot.space().unwrapped()
-        } else {
-            robot.space().clone()
-        };
+        let objects = objects(scene, &mut meshes);
         // It is drawn already.
         result.subject.scene.content = None;
         Self {
             driven: robot.joints().iter().filter_map(driven).collect(),
             held: held(robot, &result),
-            factors: space.components().iter().map(factor).collect(),
+            factors: factors(robot, result.subject.unwrapped),
             result,
             urdf,
             meshes: meshes.into_bytes(),
@@ -114,18 +101,37 @@ impl Picture {
     }
 }
 
+fn objects(scene: &Scene, meshes: &mut Meshes) -> Vec<Object> {
+    let standing = scene.obstacles().iter().map(|object| (object, None));
+    let carried = scene.attached().iter().map(carried);
+    standing
+        .chain(carried)
+        .map(|(object, link)| Object::of(object, link, meshes))
+        .collect()
+}
+
+/// An object and the link that carries it.
+fn carried(attached: &AttachedObject) -> (&Obstacle, Option<String>) {
+    (&attached.object, Some(attached.link_name.clone()))
+}
+
+fn factors(robot: &RobotModel, unwrapped: bool) -> Vec<Factor> {
+    let space = if unwrapped {
+        robot.space().unwrapped()
+    } else {
+        robot.space().clone()
+    };
+    space.components().iter().map(factor).collect()
+}
+
 impl Object {
     fn of(object: &Obstacle, link: Option<String>, meshes: &mut Meshes) -> Self {
-        let solids = object
-            .shapes
-            .iter()
-            .map(|shape| Solid::of(shape, meshes))
-            .collect();
+        let shapes = object.shapes.iter();
         Self {
             name: object.id.clone(),
             link,
             pose: place(&object.pose),
-            solids,
+            solids: shapes.map(|shape| Solid::of(shape, meshes)).collect(),
         }
     }
 }
@@ -142,27 +148,31 @@ fn driven(joint: &Joint) -> Option<DrivenJoint> {
 }
 
 fn held(robot: &RobotModel, result: &ResultFile) -> Vec<HeldJoint> {
-    let value = |variable: &taut::robot::HeldVariable| {
-        result
-            .subject
-            .held
-            .get(&variable.name)
-            .copied()
-            .unwrap_or(variable.default)
+    let held = robot.held().iter();
+    let values: Vec<f64> = held.map(|variable| value(variable, result)).collect();
+    let joints = robot.joints().iter();
+    joints
+        .filter_map(|joint| held_joint(joint, &values))
+        .collect()
+}
+
+/// Where a variable stands that is no column of the path.
+fn value(variable: &HeldVariable, result: &ResultFile) -> f64 {
+    let held = &result.subject.held;
+    held.get(&variable.name)
+        .copied()
+        .unwrap_or(variable.default)
+}
+
+fn held_joint(joint: &Joint, values: &[f64]) -> Option<HeldJoint> {
+    let Drive::Held { first } = joint.drive else {
+        return None;
     };
-    let values: Vec<f64> = robot.held().iter().map(value).collect();
-    let of = |joint: &Joint| {
-        let Drive::Held { first } = joint.drive else {
-            return None;
-        };
-        let values = values[first..first + joint.kind.nq()].to_vec();
-        Some(HeldJoint {
-            joint: joint.name.clone(),
-            kind: joint.kind.name(),
-            values,
-        })
-    };
-    robot.joints().iter().filter_map(of).collect()
+    Some(HeldJoint {
+        joint: joint.name.clone(),
+        kind: joint.kind.name(),
+        values: values[first..first + joint.kind.nq()].to_vec(),
+    })
 }
 
 fn factor(component: &Component) -> Factor {

@@ -45,21 +45,34 @@ pub(super) struct MeshBytes {
     triangles: String,
 }
 
+impl MeshBytes {
+    fn of(mesh: &Mesh) -> Self {
+        Self {
+            vertices: STANDARD.encode(vertices(mesh)),
+            triangles: STANDARD.encode(triangles(mesh)),
+        }
+    }
+}
+
+fn vertices(mesh: &Mesh) -> Vec<u8> {
+    let vertices = mesh.vertices().iter();
+    vertices
+        .flat_map(|vertex| vertex.to_array())
+        .flat_map(|number| (number as f32).to_le_bytes())
+        .collect()
+}
+
+fn triangles(mesh: &Mesh) -> Vec<u8> {
+    let corners = mesh.triangles().iter().flatten();
+    corners.flat_map(|corner| corner.to_le_bytes()).collect()
+}
+
 impl Meshes {
     /// The number of a mesh.
     pub(super) fn number(&mut self, mesh: &Mesh) -> usize {
         let Self { numbers, meshes } = self;
         *numbers.entry(mesh.hash()).or_insert_with(|| {
-            let vertices = mesh.vertices().iter().flat_map(|vertex| vertex.to_array());
-            let vertices: Vec<u8> = vertices
-                .flat_map(|number| (number as f32).to_le_bytes())
-                .collect();
-            let corners = mesh.triangles().iter().flatten();
-            let triangles: Vec<u8> = corners.flat_map(|corner| corner.to_le_bytes()).collect();
-            meshes.push(MeshBytes {
-                vertices: STANDARD.encode(vertices),
-                triangles: STANDARD.encode(triangles),
-            });
+            meshes.push(MeshBytes::of(mesh));
             meshes.len() - 1
         })
     }

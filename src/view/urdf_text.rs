@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 use taut::math::{Pose, Quat};
 use taut::robot::urdf::Visual;
-use taut::robot::{Drive, RobotModel};
+use taut::robot::{Drive, Joint, Link, RobotModel};
 use taut::shape::{Drawn, PlacedShape};
 
 use super::shapes::Meshes;
@@ -18,54 +18,65 @@ const PLAIN: [f64; 4] = [0.72, 0.74, 0.78, 1.0];
 
 /// The text. A link without a visual shape shows its collision shapes.
 pub(super) fn urdf_text(robot: &RobotModel, visuals: &[Visual], meshes: &mut Meshes) -> String {
-    let mut text = format!(
-        "<robot name=\"{}\"><link name=\"{WORLD}\"/>",
-        escaped(robot.name())
-    );
+    let name = escaped(robot.name());
+    let mut text = format!("<robot name=\"{name}\"><link name=\"{WORLD}\"/>");
     for (link, joint) in robot.links().iter().zip(robot.joints()) {
-        let _ = write!(text, "<link name=\"{}\">", escaped(&link.name));
-        let mut own = visuals
-            .iter()
-            .filter(|visual| visual.link == link.name)
-            .peekable();
-        if own.peek().is_none() {
-            link.shapes
-                .iter()
-                .for_each(|shape| visual(&mut text, shape, PLAIN, meshes));
-        }
-        own.for_each(|own| visual(&mut text, &own.shape, own.color.unwrap_or(PLAIN), meshes));
-        for shape in &link.shapes {
-            let _ = write!(text, "<collision>{}</collision>", geometry(shape, meshes));
-        }
-        let parent = joint
-            .parent
-            .map_or(WORLD, |parent| &robot.links()[parent].name);
-        let _ = write!(
-            text,
-            "</link><joint name=\"{}\" type=\"{}\"><parent link=\"{}\"/><child link=\"{}\"/>{}",
-            escaped(&joint.name),
-            joint.kind.name(),
-            escaped(parent),
-            escaped(&link.name),
-            origin(&joint.origin)
-        );
-        let [x, y, z] = joint.axis.to_array();
-        let _ = write!(text, "<axis xyz=\"{x} {y} {z}\"/>");
-        if let Drive::Mimic {
-            master,
-            multiplier,
-            offset,
-        } = joint.drive
-        {
-            let master = escaped(&robot.joints()[master].name);
-            let _ = write!(
-                text,
-                "<mimic joint=\"{master}\" multiplier=\"{multiplier}\" offset=\"{offset}\"/>"
-            );
-        }
-        text.push_str("</joint>");
+        write_link(&mut text, link, visuals, meshes);
+        write_joint(&mut text, robot, joint, &link.name);
     }
     text + "</robot>"
+}
+
+fn write_link(text: &mut String, link: &Link, visuals: &[Visual], meshes: &mut Meshes) {
+    let _ = write!(text, "<link name=\"{}\">", escaped(&link.name));
+    let own = visuals.iter().filter(|visual| visual.link == link.name);
+    let own: Vec<&Visual> = own.collect();
+    if own.is_empty() {
+        let shapes = link.shapes.iter();
+        shapes.for_each(|shape| visual(text, shape, PLAIN, meshes));
+    }
+    for own in own {
+        visual(text, &own.shape, own.color.unwrap_or(PLAIN), meshes);
+    }
+    for shape in &link.shapes {
+        let _ = write!(text, "<collision>{}</collision>", geometry(shape, meshes));
+    }
+    text.push_str("</link>");
+}
+
+/// The joint that carries this link.
+fn write_joint(text: &mut String, robot: &RobotModel, joint: &Joint, child: &str) {
+    let parent = joint
+        .parent
+        .map_or(WORLD, |parent| &robot.links()[parent].name);
+    let [x, y, z] = joint.axis.to_array();
+    let _ = write!(
+        text,
+        "<joint name=\"{}\" type=\"{}\"><parent link=\"{}\"/><child link=\"{}\"/>{}<axis xyz=\"{x} {y} {z}\"/>",
+        escaped(&joint.name),
+        joint.kind.name(),
+        escaped(parent),
+        escaped(child),
+        origin(&joint.origin)
+    );
+    write_mimic(text, robot, joint);
+    text.push_str("</joint>");
+}
+
+/// What a joint copies, if it does.
+fn write_mimic(text: &mut String, robot: &RobotModel, joint: &Joint) {
+    if let Drive::Mimic {
+        master,
+        multiplier,
+        offset,
+    } = joint.drive
+    {
+        let master = escaped(&robot.joints()[master].name);
+        let _ = write!(
+            text,
+            "<mimic joint=\"{master}\" multiplier=\"{multiplier}\" offset=\"{offset}\"/>"
+        );
+    }
 }
 
 fn visual(text: &mut String, shape: &PlacedShape, [r, g, b, a]: [f64; 4], meshes: &mut Meshes) {
@@ -75,7 +86,13 @@ fn visual(text: &mut String, shape: &PlacedShape, [r, g, b, a]: [f64; 4], meshes
 }
 
 fn geometry(placed: &PlacedShape, meshes: &mut Meshes) -> String {
-    let shape = match placed.shape.drawn() {
+    let origin = origin(&placed.pose);
+    let shape = shape(placed, meshes);
+    format!("{origin}<geometry>{shape}</geometry>")
+}
+
+fn shape(placed: &PlacedShape, meshes: &mut Meshes) -> String {
+    match placed.shape.drawn() {
         Drawn::Box { size } => {
             let [x, y, z] = size.to_array();
             format!("<box size=\"{x} {y} {z}\"/>")
@@ -89,8 +106,7 @@ fn geometry(placed: &PlacedShape, meshes: &mut Meshes) -> String {
             format!("<mesh filename=\"capsule:{radius}:{length}\"/>")
         }
         Drawn::Mesh(mesh) => format!("<mesh filename=\"mesh:{}\"/>", meshes.number(&mesh)),
-    };
-    format!("{}<geometry>{shape}</geometry>", origin(&placed.pose))
+    }
 }
 
 fn origin(pose: &Pose) -> String {
@@ -104,15 +120,22 @@ fn origin(pose: &Pose) -> String {
 fn rpy(q: Quat) -> [f64; 3] {
     let sine = 2.0 * (q.w * q.y - q.z * q.x);
     if sine.abs() > 1.0 - 1e-12 {
-        return [
-            0.0,
-            std::f64::consts::FRAC_PI_2.copysign(sine),
-            -2.0 * q.x.atan2(q.w) * sine.signum(),
-        ];
+        return locked(q, sine);
     }
-    let roll = (2.0 * (q.w * q.x + q.y * q.z)).atan2(1.0 - 2.0 * (q.x * q.x + q.y * q.y));
-    let yaw = (2.0 * (q.w * q.z + q.x * q.y)).atan2(1.0 - 2.0 * (q.y * q.y + q.z * q.z));
-    [roll, sine.asin(), yaw]
+    [roll(q), sine.asin(), yaw(q)]
+}
+
+fn locked(q: Quat, sine: f64) -> [f64; 3] {
+    let yaw = -2.0 * q.x.atan2(q.w) * sine.signum();
+    [0.0, std::f64::consts::FRAC_PI_2.copysign(sine), yaw]
+}
+
+fn roll(q: Quat) -> f64 {
+    (2.0 * (q.w * q.x + q.y * q.z)).atan2(1.0 - 2.0 * (q.x * q.x + q.y * q.y))
+}
+
+fn yaw(q: Quat) -> f64 {
+    (2.0 * (q.w * q.z + q.x * q.y)).atan2(1.0 - 2.0 * (q.y * q.y + q.z * q.z))
 }
 
 fn escaped(text: &str) -> String {

@@ -1,6 +1,6 @@
 //! Flags of requests and responses.
 
-use super::{RequestHeader, WireError};
+use super::WireError;
 
 /// Flags of a request.
 pub struct RequestFlags;
@@ -26,15 +26,6 @@ macro_rules! request_flags {
             pub(crate) const LISTED: &'static [(u32, &'static str, &'static str)] = &[
                 $( ($bit, stringify!($name), concat!($($doc),+)), )*
             ];
-        }
-
-        impl RequestHeader {
-            $(
-                $(#[doc = $doc])+
-                pub fn $field(&self) -> bool {
-                    (self.flags & RequestFlags::$name != 0) != $default
-                }
-            )*
         }
     };
 }

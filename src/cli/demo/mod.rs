@@ -26,8 +26,8 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use taut_ipc::own_daemon::{OwnDaemon, OwnDaemonError};
 
 use super::error::CliError;
-use super::format::print;
-use super::{Format, quantity, report};
+use super::format::{Format, print};
+use super::{quantity, report};
 use fleet::Fleet;
 use progress::Progress;
 use row::Row;

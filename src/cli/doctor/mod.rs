@@ -1,5 +1,6 @@
 //! `taut doctor`: looks at everything a daemon and its clients depend on, a line each.
 
+mod check;
 mod checks;
 
 use std::path::PathBuf;
@@ -10,6 +11,7 @@ use super::error::CliError;
 use super::format::{Format, print_line};
 use super::instance::InstanceChoice;
 use crate::daemon::config::Config;
+use check::{Check, Verdict};
 
 /// Check what the daemon and its clients depend on, and say what to do about it
 ///
@@ -25,24 +27,6 @@ pub(super) struct Arguments {
     /// Format on standard output
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-}
-
-/// How something is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "UPPERCASE")]
-enum Verdict {
-    Ok,
-    Warn,
-    Fail,
-}
-
-/// One thing that was looked at.
-#[derive(Debug, Serialize)]
-struct Check {
-    what: &'static str,
-    verdict: Verdict,
-    /// What was seen, and the next step where there is one.
-    seen: String,
 }
 
 #[derive(Serialize)]

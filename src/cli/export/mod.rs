@@ -2,20 +2,18 @@
 
 mod mcap;
 mod picture;
+mod surroundings;
 mod text;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use taut::files::{Packages, Reader, ResultFile};
-use taut::robot::RobotModel;
-use taut::scene::Scene;
+use taut::files::ResultFile;
 use taut::validation::Certificate;
 use taut::validation::certificate::FIRST_BY_NUMBERS;
 
 use super::error::CliError;
-use super::load;
 use super::source::Source;
+use surroundings::Surroundings;
 
 /// Write an answer of `taut shorten -o RESULT.json` in another form, without computing it again
 ///
@@ -56,12 +54,6 @@ pub(super) enum Form {
     Csv,
     Yaml,
     Mcap,
-}
-
-/// Robot and scene around a path.
-struct Surroundings {
-    robot: Arc<RobotModel>,
-    scene: Arc<Scene>,
 }
 
 impl Form {
@@ -209,36 +201,4 @@ fn check_version(certificate: &Certificate) -> Result<(), String> {
 
 fn save(file: &Path, bytes: &[u8]) -> Result<(), CliError> {
     std::fs::write(file, bytes).map_err(CliError::output(file))
-}
-
-impl Surroundings {
-    /// Those that the arguments name, for the path in an answer.
-    fn given(answer: &Path, source: &Source) -> Result<Self, CliError> {
-        let loaded = load::load(&mut load::reader(source), answer, source, false)?;
-        Ok(Self {
-            robot: loaded.robot,
-            scene: loaded.scene,
-        })
-    }
-
-    /// Those that an answer tells of; `None`, and a warning, where only a daemon has them.
-    fn of(result: &ResultFile) -> Result<Option<Self>, CliError> {
-        let subject = &result.subject;
-        let (Some(files), Some(content)) = (&subject.robot.files, &subject.scene.content) else {
-            eprintln!(
-                "warning: the answer has no files of robot and scene, so that they are not in the recording"
-            );
-            return Ok(None);
-        };
-        let mut reader = Reader::new(Packages::with_environment(files.packages.clone()));
-        let robot = load::robot_in(&mut reader, files)?;
-        let file = subject.scene.file.as_deref();
-        let text =
-            serde_json::to_string(content).expect("a scene holds only names and finite numbers");
-        let scene = reader.scene_of_text(&text, file.unwrap_or(Path::new("scene")))?;
-        Ok(Some(Self {
-            robot: Arc::new(robot),
-            scene: Arc::new(scene),
-        }))
-    }
 }

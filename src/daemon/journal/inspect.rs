@@ -1,8 +1,9 @@
 //! Looking at a journal without touching it, also while a daemon writes it.
 
+use std::fs::DirEntry;
 use std::path::Path;
 
-use super::{Content, JournalError, read};
+use super::{Content, JournalError, State, read};
 
 /// What a state folder holds.
 #[derive(Debug, Default)]
@@ -25,19 +26,29 @@ pub fn inspect(folder: &Path) -> Result<Found, JournalError> {
     let kept = read::look(folder)?;
     let mut found = Found::default();
     for ((_, label), state) in kept.states {
+        found.count(label, state);
+    }
+    found.bytes = bytes_in(folder) + bytes_in(&read::meshes(folder));
+    Ok(found)
+}
+
+impl Found {
+    fn count(&mut self, label: String, state: Result<State, String>) {
         match state.map(|state| state.content) {
-            Ok(Content::Robot(..)) => found.robots += 1,
-            Ok(Content::Scene(..)) => found.scenes += 1,
+            Ok(Content::Robot(..)) => self.robots += 1,
+            Ok(Content::Scene(..)) => self.scenes += 1,
             Ok(Content::Gone) => {}
-            Err(why) => found.wrong.push((label, why)),
+            Err(why) => self.wrong.push((label, why)),
         }
     }
-    for folder in [folder.to_owned(), read::meshes(folder)] {
-        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        found.bytes += entries
-            .filter_map(|entry| entry.metadata().ok())
-            .map(|meta| meta.len())
-            .sum::<u64>();
-    }
-    Ok(found)
+}
+
+/// Bytes of the files of a folder; none where there is no such folder.
+fn bytes_in(folder: &Path) -> u64 {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    entries.flatten().map(|entry| bytes_of(&entry)).sum()
+}
+
+fn bytes_of(entry: &DirEntry) -> u64 {
+    entry.metadata().map_or(0, |meta| meta.len())
 }

@@ -2,7 +2,7 @@
 //! nobody.
 
 use std::fs::{File, OpenOptions};
-use std::io::{Read, Write};
+use std::io::Write;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
@@ -43,18 +43,21 @@ pub(super) type Contents = record_log::Contents<Record>;
 
 /// Reads a journal; one that is not there is empty.
 pub(super) fn read(path: &Path) -> Result<Contents, LogError> {
-    let mut bytes = Vec::new();
-    match File::open(path).and_then(|mut file| file.read_to_end(&mut bytes)) {
-        Ok(_) => JOURNAL.parse(&bytes).map_err(|place| LogError::Damaged {
-            path: path.to_owned(),
-            place,
-        }),
+    match std::fs::read(path) {
+        Ok(bytes) => parse(path, &bytes),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Contents::default()),
         Err(source) => Err(LogError::File {
             path: path.to_owned(),
             source,
         }),
     }
+}
+
+fn parse(path: &Path, bytes: &[u8]) -> Result<Contents, LogError> {
+    JOURNAL.parse(bytes).map_err(|place| LogError::Damaged {
+        path: path.to_owned(),
+        place,
+    })
 }
 
 /// The file while it is written.
@@ -96,11 +99,7 @@ impl Log {
     /// Whether everything has to be written, not only what changed.
     pub(super) fn needs_all(&mut self) -> bool {
         // A file that somebody removed takes records all the same, and nobody would find them.
-        if self
-            .file
-            .as_ref()
-            .is_some_and(|file| file.metadata().is_ok_and(|metadata| metadata.nlink() == 0))
-        {
+        if self.file.as_ref().is_some_and(is_removed) {
             self.file = None;
         }
         self.file.is_none() || self.bytes > SMALL.max(GROWTH * self.least)
@@ -125,21 +124,27 @@ impl Log {
 
     /// Puts a file with these records only in the place of the old one.
     pub(super) fn replace(&mut self, records: &[u8]) -> std::io::Result<()> {
-        let start = JOURNAL.start();
         let new = self.path.with_extension("new");
-        let written = File::create(&new).and_then(|mut file| {
-            file.write_all(&start)?;
-            file.write_all(records)
-        });
+        let written = write_new(&new, records);
         if let Err(error) = written.and_then(|()| std::fs::rename(&new, &self.path)) {
             let _ = std::fs::remove_file(&new);
             return Err(error);
         }
         self.file = Some(OpenOptions::new().append(true).open(&self.path)?);
-        self.bytes = (start.len() + records.len()) as u64;
+        self.bytes = (JOURNAL.start().len() + records.len()) as u64;
         self.least = self.bytes;
         Ok(())
     }
+}
+
+fn write_new(path: &Path, records: &[u8]) -> std::io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(&JOURNAL.start())?;
+    file.write_all(records)
+}
+
+fn is_removed(file: &File) -> bool {
+    file.metadata().is_ok_and(|metadata| metadata.nlink() == 0)
 }
 
 #[cfg(test)]

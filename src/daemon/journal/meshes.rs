@@ -1,7 +1,8 @@
 //! Meshes on disk, each in a file under its content hash.
 
 use std::collections::{BTreeSet, HashMap};
-use std::path::PathBuf;
+use std::fs::DirEntry;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Weak};
 
 use taut::shape::Mesh;
@@ -43,10 +44,13 @@ impl Meshes {
         if self.written.contains(&mesh.hash()) {
             return Ok(());
         }
-        let bytes =
-            bincode::serde::encode_to_vec(MeshRecord::from(mesh), bincode::config::standard());
-        let bytes = bytes.map_err(|error| error.to_string())?;
-        let file = self.file(mesh.hash());
+        self.write(mesh.hash(), &encoded(mesh)?)?;
+        self.written.insert(mesh.hash());
+        Ok(())
+    }
+
+    fn write(&self, hash: u64, bytes: &[u8]) -> Result<(), String> {
+        let file = self.file(hash);
         let new = self.folder.join("new");
         let written = self
             .make_folder()
@@ -55,9 +59,7 @@ impl Meshes {
         written.map_err(|error| {
             let _ = std::fs::remove_file(&new);
             format!("{}: {error}", file.display())
-        })?;
-        self.written.insert(mesh.hash());
-        Ok(())
+        })
     }
 
     /// Reads a mesh; one that is not what its name says is refused.
@@ -66,12 +68,8 @@ impl Meshes {
             return Ok(mesh);
         }
         let file = self.file(hash);
-        let refuse = |reason: String| format!("{}: {reason}", file.display());
-        let bytes = std::fs::read(&file).map_err(|error| refuse(error.to_string()))?;
-        let record =
-            bincode::serde::decode_from_slice::<MeshRecord, _>(&bytes, bincode::config::standard());
-        let (record, _) = record.map_err(|error| refuse(error.to_string()))?;
-        let mesh = Arc::new(record.restore(hash).map_err(refuse)?);
+        let mesh = read(&file, hash).map_err(|reason| format!("{}: {reason}", file.display()))?;
+        let mesh = Arc::new(mesh);
         self.written.insert(hash);
         self.read.insert(hash, Arc::downgrade(&mesh));
         Ok(mesh)
@@ -83,11 +81,7 @@ impl Meshes {
             return;
         };
         for entry in entries.flatten() {
-            let name = entry.file_name();
-            let hash = name
-                .to_str()
-                .and_then(|name| u64::from_str_radix(name, 16).ok());
-            if hash.is_none_or(|hash| !used.contains(&hash)) {
+            if hash_of(&entry).is_none_or(|hash| !used.contains(&hash)) {
                 // One that stays takes room and does no harm.
                 let _ = std::fs::remove_file(entry.path());
             }
@@ -95,4 +89,22 @@ impl Meshes {
         self.written.retain(|hash| used.contains(hash));
         self.read.retain(|hash, _| used.contains(hash));
     }
+}
+
+fn encoded(mesh: &Mesh) -> Result<Vec<u8>, String> {
+    let record = MeshRecord::from(mesh);
+    let bytes = bincode::serde::encode_to_vec(record, bincode::config::standard());
+    bytes.map_err(|error| error.to_string())
+}
+
+fn read(file: &Path, hash: u64) -> Result<Mesh, String> {
+    let bytes = std::fs::read(file).map_err(|error| error.to_string())?;
+    let record = bincode::serde::decode_from_slice(&bytes, bincode::config::standard());
+    let (record, _): (MeshRecord, usize) = record.map_err(|error| error.to_string())?;
+    record.restore(hash)
+}
+
+/// The hash that names a file.
+fn hash_of(entry: &DirEntry) -> Option<u64> {
+    u64::from_str_radix(entry.file_name().to_str()?, 16).ok()
 }

@@ -29,6 +29,8 @@ pub use read::JournalError;
 pub(super) use read::{Kept, open};
 use write::Writer;
 
+use super::threads::spawn;
+
 /// What has labels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
@@ -106,11 +108,8 @@ impl Journal {
             configured,
             ..self.writer
         };
-        let thread = std::thread::Builder::new().name("taut-journal".into());
-        Ok((
-            entries,
-            thread.spawn(move || work(writer, &receiver, &told))?,
-        ))
+        let thread = spawn("taut-journal", move || work(writer, &receiver, &told))?;
+        Ok((entries, thread))
     }
 }
 
@@ -120,23 +119,42 @@ fn work(mut writer: Writer, entries: &Receiver<Entry>, told: &Told) {
         tracing::error!("what is loaded is not kept yet: {reason}");
     }
     while let Ok(first) = entries.recv() {
-        let mut last = 0;
-        let mut ends = false;
-        for entry in std::iter::once(first).chain(entries.try_iter()) {
-            match entry {
-                Entry::Changed(ticket, key, state) => {
-                    last = last.max(ticket);
-                    writer.take(key, state);
-                }
-                Entry::End => ends = true,
-            }
-        }
-        let failure = writer.write(ends).err();
-        if let Some(reason) = &failure {
-            tracing::error!("changes are made but not kept: {reason}");
-        }
-        told(last, failure);
+        let waiting = std::iter::once(first).chain(entries.try_iter());
+        let taken = take(&mut writer, waiting);
+        told(taken.last, failure(&mut writer, taken.ends));
     }
+}
+
+/// Writes what was taken; why it is not kept, if it is not.
+fn failure(writer: &mut Writer, ends: bool) -> Option<String> {
+    let failure = writer.write(ends).err();
+    if let Some(reason) = &failure {
+        tracing::error!("changes are made but not kept: {reason}");
+    }
+    failure
+}
+
+/// What was taken to be written at once.
+#[derive(Default)]
+struct Taken {
+    /// The last ticket.
+    last: u64,
+    /// Whether the daemon ends in order.
+    ends: bool,
+}
+
+fn take(writer: &mut Writer, entries: impl Iterator<Item = Entry>) -> Taken {
+    let mut taken = Taken::default();
+    for entry in entries {
+        match entry {
+            Entry::Changed(ticket, key, state) => {
+                taken.last = taken.last.max(ticket);
+                writer.take(key, state);
+            }
+            Entry::End => taken.ends = true,
+        }
+    }
+    taken
 }
 
 /// Where the journal is.

@@ -1,6 +1,6 @@
 //! Reading: what the labels named when the daemon that wrote it ended.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs::{DirBuilder, File};
 use std::io::ErrorKind;
 use std::os::unix::fs::DirBuilderExt;
@@ -16,7 +16,7 @@ use super::meshes::Meshes;
 use super::record::Record;
 use super::write::Writer;
 use super::{Content, Journal, Key, Kind, State};
-use crate::daemon::persisted::{RobotRecord, SceneRecord};
+use crate::daemon::persisted::{Moves, RobotRecord, SceneRecord};
 
 /// How long a folder may still be locked by a daemon that was killed.
 const LOCK_PATIENCE: Duration = Duration::from_secs(1);
@@ -77,37 +77,39 @@ pub(in crate::daemon) struct Kept {
 /// # Errors
 /// A folder that cannot be used, that another daemon uses, or whose file is damaged.
 pub(in crate::daemon) fn open(folder: &Path) -> Result<(Journal, Kept), JournalError> {
-    let refuse = |source| JournalError::Folder {
+    let lock = lock_file(folder).map_err(|source| JournalError::Folder {
         folder: folder.to_owned(),
         source,
-    };
-    DirBuilder::new()
-        .recursive(true)
-        .mode(0o700)
-        .create(folder)
-        .map_err(refuse)?;
-    let lock = File::create(folder.join("lock")).map_err(refuse)?;
+    })?;
+    if !is_locked(&lock) {
+        return Err(JournalError::Locked(folder.to_owned()));
+    }
+    let (meshes, kept) = replayed(folder)?;
+    let writer = Writer::new(Log::new(super::file(folder)), meshes, lock);
+    Ok((Journal { writer }, kept))
+}
+
+/// The file whose lock a daemon holds, in a folder that is made where there is none.
+fn lock_file(folder: &Path) -> std::io::Result<File> {
+    let mut builder = DirBuilder::new();
+    builder.recursive(true).mode(0o700).create(folder)?;
+    File::create(folder.join("lock"))
+}
+
+/// Locks a file; false where another daemon holds it and does not end.
+fn is_locked(lock: &File) -> bool {
     let end = Instant::now() + LOCK_PATIENCE;
-    while flock(&lock, FlockOperation::NonBlockingLockExclusive).is_err() {
+    while !try_lock(lock) {
         if Instant::now() > end {
-            return Err(JournalError::Locked(folder.to_owned()));
+            return false;
         }
         std::thread::sleep(Duration::from_millis(2));
     }
-    let (meshes, kept) = replayed(folder)?;
-    let log = Log::new(super::file(folder));
-    let live = BTreeMap::new();
-    let before = BTreeMap::new();
-    let configured = BTreeSet::new();
-    let writer = Writer {
-        log,
-        meshes,
-        live,
-        before,
-        configured,
-        _lock: lock,
-    };
-    Ok((Journal { writer }, kept))
+    true
+}
+
+fn try_lock(lock: &File) -> bool {
+    flock(lock, FlockOperation::NonBlockingLockExclusive).is_ok()
 }
 
 /// What is kept in a folder, whoever writes it.
@@ -126,166 +128,161 @@ pub(super) fn meshes(folder: &Path) -> PathBuf {
 fn replayed(folder: &Path) -> Result<(Meshes, Kept), JournalError> {
     let contents = log::read(&super::file(folder))?;
     let mut meshes = Meshes::new(meshes(folder));
-    let (states, ended) = replay(contents.records, &mut meshes);
-    Ok((
-        meshes,
-        Kept {
-            states,
-            ended,
-            torn: contents.torn,
-        },
-    ))
+    let ended = matches!(contents.records.last(), Some(Record::Ended));
+    let states = replay(contents.records, &mut meshes);
+    let kept = Kept {
+        states,
+        ended,
+        torn: contents.torn,
+    };
+    Ok((meshes, kept))
 }
 
 /// What a label names, before it is checked.
 enum Unchecked {
-    Robot {
-        hash: u64,
-        weights: Vec<f64>,
-        configured: bool,
-        robot: RobotRecord,
-    },
-    Scene {
-        version: u64,
-        hash: u64,
-        configured: bool,
-        scene: SceneRecord,
-    },
+    Robot(UncheckedRobot),
+    Scene(UncheckedScene),
     Gone,
     Wrong(String),
 }
 
-fn replay(
-    records: Vec<Record>,
-    meshes: &mut Meshes,
-) -> (BTreeMap<Key, Result<State, String>>, bool) {
-    let mut named = BTreeMap::<Key, Unchecked>::new();
-    let mut ended = false;
+struct UncheckedRobot {
+    hash: u64,
+    weights: Vec<f64>,
+    configured: bool,
+    robot: RobotRecord,
+}
+
+struct UncheckedScene {
+    version: u64,
+    hash: u64,
+    configured: bool,
+    scene: SceneRecord,
+}
+
+fn replay(records: Vec<Record>, meshes: &mut Meshes) -> BTreeMap<Key, Result<State, String>> {
+    let mut named = BTreeMap::new();
     for record in records {
-        ended = matches!(record, Record::Ended);
-        match record {
-            Record::Robot {
-                label,
+        take(&mut named, record);
+    }
+    let states = named.into_iter();
+    states
+        .map(|(key, unchecked)| (key, unchecked.check(meshes)))
+        .collect()
+}
+
+fn take(named: &mut BTreeMap<Key, Unchecked>, record: Record) {
+    match record {
+        Record::Robot {
+            label,
+            hash,
+            weights,
+            configured,
+            robot,
+        } => {
+            let robot = UncheckedRobot {
                 hash,
                 weights,
                 configured,
                 robot,
-            } => {
-                named.insert(
-                    (Kind::Robot, label),
-                    Unchecked::Robot {
-                        hash,
-                        weights,
-                        configured,
-                        robot,
-                    },
-                );
-            }
-            Record::Scene {
-                label,
+            };
+            named.insert((Kind::Robot, label), Unchecked::Robot(robot));
+        }
+        Record::Scene {
+            label,
+            version,
+            hash,
+            configured,
+            scene,
+        } => {
+            let scene = UncheckedScene {
                 version,
                 hash,
                 configured,
                 scene,
-            } => {
-                named.insert(
-                    (Kind::Scene, label),
-                    Unchecked::Scene {
-                        version,
-                        hash,
-                        configured,
-                        scene,
-                    },
-                );
-            }
-            Record::Moved {
-                label,
-                version,
-                hash,
-                moves,
-            } => {
-                let named = named.entry((Kind::Scene, label)).or_insert(Unchecked::Gone);
-                let moved = match named {
-                    Unchecked::Scene {
-                        version: old,
-                        hash: before,
-                        scene,
-                        ..
-                    } => {
-                        *old = version;
-                        *before = hash;
-                        scene.apply(&moves)
-                    }
-                    Unchecked::Wrong(reason) => Err(std::mem::take(reason)),
-                    _ => Err("it moves, and is not there".to_owned()),
-                };
-                if let Err(reason) = moved {
-                    *named = Unchecked::Wrong(reason);
-                }
-            }
-            Record::RobotGone { label } => {
-                drop(named.insert((Kind::Robot, label), Unchecked::Gone))
-            }
-            Record::SceneGone { label } => {
-                drop(named.insert((Kind::Scene, label), Unchecked::Gone))
-            }
-            Record::Ended => {}
+            };
+            named.insert((Kind::Scene, label), Unchecked::Scene(scene));
         }
+        Record::Moved {
+            label,
+            version,
+            hash,
+            moves,
+        } => {
+            let named = named.entry((Kind::Scene, label)).or_insert(Unchecked::Gone);
+            named.moved(version, hash, &moves);
+        }
+        Record::RobotGone { label } => {
+            named.insert((Kind::Robot, label), Unchecked::Gone);
+        }
+        Record::SceneGone { label } => {
+            named.insert((Kind::Scene, label), Unchecked::Gone);
+        }
+        Record::Ended => {}
     }
-    (
-        named
-            .into_iter()
-            .map(|(key, unchecked)| (key, unchecked.check(meshes)))
-            .collect(),
-        ended,
-    )
 }
 
 impl Unchecked {
     /// The content, if it is what it was.
     fn check(self, meshes: &mut Meshes) -> Result<State, String> {
-        let mut find = |hash| meshes.find(hash);
-        let differs =
-            |found: u64, hash: u64| Err(format!("it has hash {found:016x}, it had {hash:016x}"));
         match self {
-            Self::Robot {
-                hash,
-                weights,
-                configured,
-                robot,
-            } => {
-                let robot = robot.restore(&mut find)?;
-                match robot.hash() {
-                    found if found != hash => differs(found, hash),
-                    _ if weights.len() != robot.space().nv() => {
-                        Err("its weights are not as many as it needs".to_owned())
-                    }
-                    _ => Ok(State {
-                        content: Content::Robot(Arc::new(robot), weights.into()),
-                        configured,
-                    }),
-                }
-            }
-            Self::Scene {
-                version,
-                hash,
-                configured,
-                scene,
-            } => {
-                let scene = scene.restore(&mut find)?;
-                match scene.hash() {
-                    found if found != hash => differs(found, hash),
-                    _ => Ok(State {
-                        content: Content::Scene(version, Arc::new(scene)),
-                        configured,
-                    }),
-                }
-            }
+            Self::Robot(robot) => robot.check(meshes),
+            Self::Scene(scene) => scene.check(meshes),
             Self::Gone => Ok(State {
                 content: Content::Gone,
                 configured: false,
             }),
             Self::Wrong(reason) => Err(reason),
         }
+    }
+
+    /// A scene of which only something moved.
+    fn moved(&mut self, version: u64, hash: u64, moves: &Moves) {
+        let moved = match self {
+            Self::Scene(scene) => scene.moved(version, hash, moves),
+            Self::Wrong(reason) => Err(std::mem::take(reason)),
+            Self::Robot(_) | Self::Gone => Err("it moves, and is not there".to_owned()),
+        };
+        if let Err(reason) = moved {
+            *self = Self::Wrong(reason);
+        }
+    }
+}
+
+impl UncheckedRobot {
+    fn check(self, meshes: &mut Meshes) -> Result<State, String> {
+        let robot = self.robot.restore(&mut |hash| meshes.find(hash))?;
+        same(robot.hash(), self.hash)?;
+        if self.weights.len() != robot.space().nv() {
+            return Err("its weights are not as many as it needs".to_owned());
+        }
+        Ok(State {
+            content: Content::Robot(Arc::new(robot), self.weights.into()),
+            configured: self.configured,
+        })
+    }
+}
+
+impl UncheckedScene {
+    fn check(self, meshes: &mut Meshes) -> Result<State, String> {
+        let scene = self.scene.restore(&mut |hash| meshes.find(hash))?;
+        same(scene.hash(), self.hash)?;
+        Ok(State {
+            content: Content::Scene(self.version, Arc::new(scene)),
+            configured: self.configured,
+        })
+    }
+
+    fn moved(&mut self, version: u64, hash: u64, moves: &Moves) -> Result<(), String> {
+        self.version = version;
+        self.hash = hash;
+        self.scene.apply(moves)
+    }
+}
+
+fn same(found: u64, hash: u64) -> Result<(), String> {
+    match found == hash {
+        true => Ok(()),
+        false => Err(format!("it has hash {found:016x}, it had {hash:016x}")),
     }
 }

@@ -27,15 +27,26 @@ pub(super) struct Writer {
 }
 
 impl Writer {
+    /// Nothing is to be written yet.
+    pub(super) fn new(log: Log, meshes: Meshes, lock: File) -> Self {
+        Self {
+            log,
+            meshes,
+            live: BTreeMap::new(),
+            before: BTreeMap::new(),
+            configured: BTreeSet::new(),
+            _lock: lock,
+        }
+    }
+
     /// Takes a state, to be written next.
     pub(super) fn take(&mut self, key: Key, state: State) {
         let held = self.live.get(&key);
         if held.is_some_and(|held| held.content.is_same(&state.content)) {
             return;
         }
-        self.before
-            .entry(key.clone())
-            .or_insert_with(|| held.cloned());
+        let before = self.before.entry(key.clone());
+        before.or_insert_with(|| held.cloned());
         self.live.insert(key, state);
     }
 
@@ -58,44 +69,68 @@ impl Writer {
                 written => return written,
             }
         }
+        self.write_changes(ends)
+    }
+
+    fn write_changes(&mut self, ends: bool) -> Result<(), String> {
         let mut bytes = Vec::new();
         for (key, before) in &self.before {
             let state = &self.live[key];
-            persisted::meshes(shapes(&state.content))
-                .try_for_each(|mesh| self.meshes.keep(mesh))?;
+            keep_meshes(&mut self.meshes, &state.content)?;
             record_log::encode(&change(key, before.as_ref(), state), &mut bytes)?;
         }
-        if ends {
-            record_log::encode(&Record::Ended, &mut bytes)?;
-        }
-        self.log
-            .append(&bytes)
-            .map_err(|error| self.log.error(&error))
+        end_if(ends, &mut bytes)?;
+        self.append(&bytes)
+    }
+
+    fn append(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let written = self.log.append(bytes);
+        written.map_err(|error| self.log.error(&error))
     }
 
     fn write_all(&mut self, ends: bool) -> Result<(), String> {
+        self.forget_gone();
+        let mut bytes = Vec::new();
+        for (key, state) in &self.live {
+            keep_meshes(&mut self.meshes, &state.content)?;
+            record_log::encode(&whole(key, state), &mut bytes)?;
+        }
+        end_if(ends, &mut bytes)?;
+        self.replace(&bytes)?;
+        self.remove_unused_meshes();
+        Ok(())
+    }
+
+    fn replace(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let written = self.log.replace(bytes);
+        written.map_err(|error| self.log.error(&error))
+    }
+
+    /// That a label is gone is worth a record only where the configuration names it, or where its
+    /// client waits for that.
+    fn forget_gone(&mut self) {
         self.live.retain(|key, state| {
             let is_there = !matches!(state.content, Content::Gone) || self.configured.contains(key);
             is_there || self.before.contains_key(key)
         });
-        let mut bytes = Vec::new();
-        for (key, state) in &self.live {
-            persisted::meshes(shapes(&state.content))
-                .try_for_each(|mesh| self.meshes.keep(mesh))?;
-            record_log::encode(&whole(key, state), &mut bytes)?;
-        }
-        if ends {
-            record_log::encode(&Record::Ended, &mut bytes)?;
-        }
-        self.log
-            .replace(&bytes)
-            .map_err(|error| self.log.error(&error))?;
-        let used = self
-            .live
-            .values()
-            .flat_map(|state| persisted::meshes(shapes(&state.content)));
+    }
+
+    fn remove_unused_meshes(&mut self) {
+        let contents = self.live.values().map(|state| &state.content);
+        let used = contents.flat_map(|content| persisted::meshes(shapes(content)));
         self.meshes.retain(&used.map(|mesh| mesh.hash()).collect());
-        Ok(())
+    }
+}
+
+fn keep_meshes(meshes: &mut Meshes, content: &Content) -> Result<(), String> {
+    persisted::meshes(shapes(content)).try_for_each(|mesh| meshes.keep(mesh))
+}
+
+/// Writes that the daemon ends in order, if it does.
+fn end_if(ends: bool, bytes: &mut Vec<u8>) -> Result<(), String> {
+    match ends {
+        true => record_log::encode(&Record::Ended, bytes),
+        false => Ok(()),
     }
 }
 
@@ -113,30 +148,20 @@ fn whole((kind, label): &Key, state: &State) -> Record {
     let label = label.clone();
     let configured = state.configured;
     match (&state.content, kind) {
-        (Content::Robot(robot, weights), _) => {
-            let hash = robot.hash();
-            let weights = weights.to_vec();
-            let robot = RobotRecord::from(&**robot);
-            Record::Robot {
-                label,
-                hash,
-                weights,
-                configured,
-                robot,
-            }
-        }
-        (Content::Scene(version, scene), _) => {
-            let hash = scene.hash();
-            let version = *version;
-            let scene = SceneRecord::from(&**scene);
-            Record::Scene {
-                label,
-                version,
-                hash,
-                configured,
-                scene,
-            }
-        }
+        (Content::Robot(robot, weights), _) => Record::Robot {
+            label,
+            hash: robot.hash(),
+            weights: weights.to_vec(),
+            configured,
+            robot: RobotRecord::from(&**robot),
+        },
+        (Content::Scene(version, scene), _) => Record::Scene {
+            label,
+            version: *version,
+            hash: scene.hash(),
+            configured,
+            scene: SceneRecord::from(&**scene),
+        },
         (Content::Gone, Kind::Robot) => Record::RobotGone { label },
         (Content::Gone, Kind::Scene) => Record::SceneGone { label },
     }
@@ -145,22 +170,24 @@ fn whole((kind, label): &Key, state: &State) -> Record {
 /// What only moved is written as that: a large scene of which one thing moves is not written again
 /// and again.
 fn change(key: &Key, before: Option<&State>, state: &State) -> Record {
-    if let (
-        Some(State {
-            content: Content::Scene(_, before),
-            configured,
-        }),
-        Content::Scene(version, scene),
-    ) = (before, &state.content)
-        && *configured == state.configured
-        && let Some(moves) = moves_between(before, scene)
-    {
-        return Record::Moved {
-            label: key.1.clone(),
-            version: *version,
-            hash: scene.hash(),
-            moves,
-        };
+    let moved = before.and_then(|before| moved(&key.1, before, state));
+    moved.unwrap_or_else(|| whole(key, state))
+}
+
+/// The record of a scene of which only something moved.
+fn moved(label: &str, before: &State, state: &State) -> Option<Record> {
+    let (Content::Scene(_, base), Content::Scene(version, scene)) =
+        (&before.content, &state.content)
+    else {
+        return None;
+    };
+    if before.configured != state.configured {
+        return None;
     }
-    whole(key, state)
+    Some(Record::Moved {
+        label: label.to_owned(),
+        version: *version,
+        hash: scene.hash(),
+        moves: moves_between(base, scene)?,
+    })
 }

@@ -1,5 +1,6 @@
 //! The page: on this machine's own address, and to this machine's own name only.
 
+use std::io::Cursor;
 use std::net::SocketAddr;
 
 use tiny_http::{Header, Method, Request, Response};
@@ -23,56 +24,107 @@ pub fn check_address(what: &str, address: SocketAddr) -> Result<(), String> {
 
 /// Answers what the page asks for.
 pub(in crate::daemon) fn answer(request: Request, live: &Live) {
-    let host = request
-        .headers()
-        .iter()
-        .find(|header| header.field.equiv("Host"));
-    let (status, kind, body) = if !host.is_some_and(|host| is_own_name(host.value.as_str())) {
+    let page = if !is_to_own_name(&request) {
         // A foreign page whose name was made to lead here sends that name.
-        (
-            403,
-            "text/plain",
-            "this page is for 127.0.0.1, ::1 and localhost only\n".to_owned(),
-        )
+        Page::text(403, "this page is for 127.0.0.1, ::1 and localhost only\n")
     } else if *request.method() != Method::Get {
-        (405, "text/plain", "only GET\n".to_owned())
+        Page::text(405, "only GET\n")
     } else {
-        match request.url() {
-            "/" => (200, "text/html", live_page()),
-            "/state" => (200, "application/json", live.json()),
-            other => match other
-                .strip_prefix("/answer/")
-                .and_then(|number| live.picture(number.parse().ok()?))
-            {
-                Some(picture) => (200, "application/json", picture),
-                None => (
-                    404,
-                    "text/plain",
-                    "no such page, or an answer that is not kept any more; see /\n".to_owned(),
-                ),
-            },
-        }
+        found(request.url(), live)
     };
-    let header = |text: &str| text.parse::<Header>().expect("a header");
-    let response = Response::from_string(body)
-        .with_status_code(status)
-        .with_header(header(&format!("Content-Type: {kind}; charset=utf-8")))
-        .with_header(header("Cache-Control: no-store"))
-        .with_header(header("X-Content-Type-Options: nosniff"))
-        .with_header(header("X-Frame-Options: DENY"));
     // A reader that went away needs no answer.
-    let _ = request.respond(response);
+    let _ = request.respond(page.response());
+}
+
+/// What a request is answered with.
+struct Page {
+    status: u16,
+    kind: &'static str,
+    body: String,
+}
+
+impl Page {
+    fn text(status: u16, text: &str) -> Self {
+        Self {
+            status,
+            kind: "text/plain",
+            body: text.to_owned(),
+        }
+    }
+
+    fn json(body: String) -> Self {
+        Self {
+            status: 200,
+            kind: "application/json",
+            body,
+        }
+    }
+
+    fn html(body: String) -> Self {
+        Self {
+            status: 200,
+            kind: "text/html",
+            body,
+        }
+    }
+
+    fn missing() -> Self {
+        Self::text(
+            404,
+            "no such page, or an answer that is not kept any more; see /\n",
+        )
+    }
+
+    fn response(self) -> Response<Cursor<Vec<u8>>> {
+        let kind = format!("Content-Type: {}; charset=utf-8", self.kind);
+        Response::from_string(self.body)
+            .with_status_code(self.status)
+            .with_header(header(&kind))
+            .with_header(header("Cache-Control: no-store"))
+            .with_header(header("X-Content-Type-Options: nosniff"))
+            .with_header(header("X-Frame-Options: DENY"))
+    }
+}
+
+fn header(text: &str) -> Header {
+    text.parse().expect("a header")
+}
+
+fn found(url: &str, live: &Live) -> Page {
+    match url {
+        "/" => Page::html(live_page()),
+        "/state" => Page::json(live.json()),
+        other => picture(other, live).map_or_else(Page::missing, Page::json),
+    }
+}
+
+fn picture(url: &str, live: &Live) -> Option<String> {
+    let number = url.strip_prefix("/answer/")?;
+    live.picture(number.parse().ok()?)
+}
+
+fn is_to_own_name(request: &Request) -> bool {
+    let mut headers = request.headers().iter();
+    let host = headers.find(|header| header.field.equiv("Host"));
+    host.is_some_and(|host| is_own_name(host.value.as_str()))
 }
 
 /// Whether a `Host` header names this machine by a name that nobody else can give.
 fn is_own_name(host: &str) -> bool {
-    let name = match host.rsplit_once(':') {
-        Some((name, port)) if port.chars().all(|digit| digit.is_ascii_digit()) => name,
+    let name = without_port(host);
+    let own = ["127.0.0.1", "[::1]", "localhost"];
+    own.iter().any(|own| name.eq_ignore_ascii_case(own))
+}
+
+fn without_port(host: &str) -> &str {
+    match host.rsplit_once(':') {
+        Some((name, port)) if is_number(port) => name,
         _ => host,
-    };
-    ["127.0.0.1", "[::1]", "localhost"]
-        .iter()
-        .any(|own| name.eq_ignore_ascii_case(own))
+    }
+}
+
+fn is_number(text: &str) -> bool {
+    text.chars().all(|digit| digit.is_ascii_digit())
 }
 
 #[cfg(test)]

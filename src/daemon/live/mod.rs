@@ -125,65 +125,32 @@ impl Live {
 
     /// A worker begins with a job.
     pub(super) fn begin(&self, job: &Job) {
-        let asked = job.asked.clone();
-        let mode = job.settings.mode.name();
-        let received_ns = job.received_ns;
-        let run = Run {
-            asked,
-            mode,
-            received_ns,
-            length_before: 0.0,
-            lengths: Vec::new(),
-        };
-        self.lock().running.insert(job.id, run);
+        self.lock().running.insert(job.id, Run::of(job));
     }
 
     /// It found a shorter path.
     pub(super) fn improved(&self, job: u64, length_before: f64, length: f64) {
-        let now_ns = monotonic_ns();
         if let Some(run) = self.lock().running.get_mut(&job) {
             run.length_before = length_before;
-            run.lengths
-                .push((now_ns.saturating_sub(run.received_ns) as f64 * 1e-9, length));
-            if run.lengths.len() > LENGTHS {
-                let mut index = 0;
-                run.lengths.retain(|_| (index % 2 == 0, index += 1).0);
-            }
+            run.improved(monotonic_ns(), length);
         }
     }
 
     /// It has an answer.
     pub(super) fn answered(&self, job: &Job, outcome: &Outcome, code: Code) {
-        let Ok(model) = job.snapshot.model.get() else {
-            return;
-        };
-        let lengths = self
-            .lock()
-            .running
-            .get_mut(&job.id)
-            .map(|run| std::mem::take(&mut run.lengths));
-        let answer = Arc::new(Answer {
-            number: job.id,
-            request_id: job.request_id,
-            asked: job.asked.clone(),
-            mode: job.settings.mode.name(),
-            code,
-            time_s: monotonic_ns().saturating_sub(job.received_ns) as f64 * 1e-9,
-            lengths: lengths.unwrap_or_default(),
-            input: Path::clone(&job.path),
-            outcome: outcome.clone(),
-            robot: job.snapshot.robot.clone(),
-            scene: model.scene().clone(),
-            scene_version: job.snapshot.scene_version,
-            unwrapped: job.settings.unwrapped,
-            held: job.settings.held.clone(),
-        });
-        let mut state = self.lock();
-        state.answers.push_back(answer);
-        while state.answers.len() > ANSWERS
-            || (state.answers.len() > 1 && numbers(&state.answers) > NUMBERS)
-        {
-            state.answers.pop_front();
+        if let Ok(model) = job.snapshot.model.get() {
+            let lengths = self.take_lengths(job.id);
+            let mut answer = Answer::of(job, model.scene().clone(), outcome, code);
+            answer.lengths = lengths;
+            self.lock().keep(Arc::new(answer));
+        }
+    }
+
+    /// Times and lengths of a run that ends.
+    fn take_lengths(&self, job: u64) -> Vec<(f64, f64)> {
+        match self.lock().running.get_mut(&job) {
+            Some(run) => std::mem::take(&mut run.lengths),
+            None => Vec::new(),
         }
     }
 
@@ -194,36 +161,21 @@ impl Live {
 
     /// What is shown of everything, as JSON.
     fn json(&self) -> String {
-        let now_ns = monotonic_ns();
         let state = self.lock();
-        let shown = Shown {
-            instance: &self.instance,
-            stats: &state.stats,
-            clients: &state.clients,
-            running: state
-                .running
-                .values()
-                .map(|run| run.shown(now_ns))
-                .collect(),
-            answers: state
-                .answers
-                .iter()
-                .rev()
-                .map(|answer| answer.shown())
-                .collect(),
-        };
+        let shown = state.shown(&self.instance, monotonic_ns());
         serde_json::to_string(&shown).expect("only strings and numbers")
     }
 
     /// The picture of an answer, as JSON; `None` where it is not kept any more.
     fn picture(&self, number: u64) -> Option<String> {
-        let answer = self
-            .lock()
-            .answers
-            .iter()
-            .find(|answer| answer.number == number)?
-            .clone();
+        let answer = self.answer(number)?;
         Some(serde_json::to_string(&answer.picture()).expect("only strings and numbers"))
+    }
+
+    fn answer(&self, number: u64) -> Option<Arc<Answer>> {
+        let state = self.lock();
+        let mut answers = state.answers.iter();
+        answers.find(|answer| answer.number == number).cloned()
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
@@ -231,19 +183,69 @@ impl Live {
     }
 }
 
-fn numbers(answers: &VecDeque<Arc<Answer>>) -> usize {
-    answers
-        .iter()
-        .map(|answer| answer.input.as_flat().len() + answer.outcome.path.as_flat().len())
-        .sum()
+impl State {
+    /// Keeps an answer; the oldest make room.
+    fn keep(&mut self, answer: Arc<Answer>) {
+        self.answers.push_back(answer);
+        while self.is_overfull() {
+            self.answers.pop_front();
+        }
+    }
+
+    fn is_overfull(&self) -> bool {
+        let count = self.answers.len();
+        count > ANSWERS || (count > 1 && self.numbers() > NUMBERS)
+    }
+
+    /// Numbers in the paths of all answers.
+    fn numbers(&self) -> usize {
+        let answers = self.answers.iter();
+        answers.map(|answer| answer.numbers()).sum()
+    }
+
+    fn shown<'a>(&'a self, instance: &'a str, now_ns: u64) -> Shown<'a> {
+        let running = self.running.values();
+        let answers = self.answers.iter().rev();
+        Shown {
+            instance,
+            stats: &self.stats,
+            clients: &self.clients,
+            running: running.map(|run| run.shown(now_ns)).collect(),
+            answers: answers.map(|answer| answer.shown()).collect(),
+        }
+    }
 }
 
 impl Run {
+    /// Of many lengths every second is left out.
+    fn improved(&mut self, now_ns: u64, length: f64) {
+        let time_s = seconds(self.received_ns, now_ns);
+        self.lengths.push((time_s, length));
+        if self.lengths.len() > LENGTHS {
+            self.thin_out();
+        }
+    }
+
+    fn thin_out(&mut self) {
+        let mut index = 0;
+        self.lengths.retain(|_| (index % 2 == 0, index += 1).0);
+    }
+
+    fn of(job: &Job) -> Self {
+        Self {
+            asked: job.asked.clone(),
+            mode: job.settings.mode.name(),
+            received_ns: job.received_ns,
+            length_before: 0.0,
+            lengths: Vec::new(),
+        }
+    }
+
     fn shown(&self, now_ns: u64) -> ShownRun<'_> {
         ShownRun {
             asked: &self.asked,
             mode: self.mode,
-            age_s: now_ns.saturating_sub(self.received_ns) as f64 * 1e-9,
+            age_s: seconds(self.received_ns, now_ns),
             length_before: self.length_before,
             length: self.lengths.last().map(|(_, length)| *length),
         }
@@ -251,8 +253,33 @@ impl Run {
 }
 
 impl Answer {
+    fn of(job: &Job, scene: Arc<Scene>, outcome: &Outcome, code: Code) -> Self {
+        Self {
+            number: job.id,
+            request_id: job.request_id,
+            asked: job.asked.clone(),
+            mode: job.settings.mode.name(),
+            code,
+            time_s: seconds(job.received_ns, monotonic_ns()),
+            lengths: Vec::new(),
+            input: Path::clone(&job.path),
+            outcome: outcome.clone(),
+            robot: job.snapshot.robot.clone(),
+            scene,
+            scene_version: job.snapshot.scene_version,
+            unwrapped: job.settings.unwrapped,
+            held: job.settings.held.clone(),
+        }
+    }
+
+    /// Numbers in its paths.
+    fn numbers(&self) -> usize {
+        self.input.as_flat().len() + self.outcome.path.as_flat().len()
+    }
+
     fn shown(&self) -> ShownAnswer<'_> {
         let outcome = &self.outcome;
+        let certificate = outcome.certificate.as_ref();
         ShownAnswer {
             asked: &self.asked,
             number: self.number,
@@ -261,38 +288,23 @@ impl Answer {
             proved: outcome.proved,
             length_before: outcome.length_before,
             length_after: outcome.length_after,
-            clearance_m: outcome
-                .certificate
-                .as_ref()
-                .and_then(|certificate| certificate.clearance_m()),
+            clearance_m: certificate.and_then(|certificate| certificate.clearance_m()),
         }
     }
 
     fn picture(&self) -> Picture {
-        let robot = &*self.robot;
-        let scene = &*self.scene;
-        let held = self
-            .held
-            .iter()
-            .flatten()
-            .zip(robot.held())
-            .map(|(value, of)| (of.name.clone(), *value));
-        let subject = ResultSubject {
-            robot: RobotSource {
-                label: Some(self.asked.robot.clone()),
-                hash: format!("{:016x}", robot.hash()),
-                files: None,
-            },
-            scene: SceneSource {
-                label: Some(self.asked.scene.clone()),
-                version: Some(self.scene_version),
-                hash: format!("{:016x}", scene.hash()),
-                ..SceneSource::default()
-            },
-            unwrapped: self.unwrapped,
-            held: held.collect(),
-        };
-        let result = ResultFile {
+        Picture::of(Sight {
+            result: self.result(),
+            robot: &self.robot,
+            scene: &self.scene,
+            visuals: Vec::new(),
+            notes: Vec::new(),
+        })
+    }
+
+    fn result(&self) -> ResultFile {
+        let variables = self.robot.variables().iter();
+        ResultFile {
             name: format!("{} in {}", self.asked.robot, self.asked.scene),
             mode: self.mode.to_owned(),
             geometry: "loaded".to_owned(),
@@ -301,21 +313,47 @@ impl Answer {
             request_id: Some(format!("{:016x}", self.request_id)),
             time_s: self.time_s,
             lengths_over_time: self.lengths.clone(),
-            variables: robot
-                .variables()
-                .iter()
-                .map(|variable| variable.name.clone())
-                .collect(),
+            variables: variables.map(|variable| variable.name.clone()).collect(),
             path_before: rows(&self.input),
-            subject,
+            subject: self.subject(),
             ..ResultFile::of(&self.outcome)
-        };
-        Picture::of(Sight {
-            result,
-            robot,
-            scene,
-            visuals: Vec::new(),
-            notes: Vec::new(),
-        })
+        }
     }
+
+    fn subject(&self) -> ResultSubject {
+        ResultSubject {
+            robot: self.robot_source(),
+            scene: self.scene_source(),
+            unwrapped: self.unwrapped,
+            held: self.held_by_name(),
+        }
+    }
+
+    fn robot_source(&self) -> RobotSource {
+        RobotSource {
+            label: Some(self.asked.robot.clone()),
+            hash: format!("{:016x}", self.robot.hash()),
+            files: None,
+        }
+    }
+
+    fn scene_source(&self) -> SceneSource {
+        SceneSource {
+            label: Some(self.asked.scene.clone()),
+            version: Some(self.scene_version),
+            hash: format!("{:016x}", self.scene.hash()),
+            ..SceneSource::default()
+        }
+    }
+
+    fn held_by_name(&self) -> BTreeMap<String, f64> {
+        let values = self.held.iter().flatten();
+        let held = values.zip(self.robot.held());
+        held.map(|(value, of)| (of.name.clone(), *value)).collect()
+    }
+}
+
+/// Seconds from one time to another.
+fn seconds(from_ns: u64, to_ns: u64) -> f64 {
+    to_ns.saturating_sub(from_ns) as f64 * 1e-9
 }

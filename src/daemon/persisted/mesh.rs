@@ -23,17 +23,21 @@ impl MeshRecord {
     /// # Errors
     /// What is wrong with it.
     pub fn restore(self, hash: u64) -> Result<Mesh, String> {
-        let vertices = self.vertices.into_iter().map(Vec3::from_array).collect();
-        let warnings = WarningRecord::restored(self.warnings);
-        let mesh = Mesh::restore(self.name, vertices, self.triangles, warnings)
-            .map_err(|error| error.to_string())?;
-        match mesh.hash() == hash {
+        let mesh = self.mesh()?;
+        let found = mesh.hash();
+        match found == hash {
             true => Ok(mesh),
             false => Err(format!(
-                "its content has hash {:016x}, not {hash:016x}",
-                mesh.hash()
+                "its content has hash {found:016x}, not {hash:016x}"
             )),
         }
+    }
+
+    fn mesh(self) -> Result<Mesh, String> {
+        let vertices = self.vertices.into_iter().map(Vec3::from_array).collect();
+        let warnings = WarningRecord::restored(self.warnings);
+        Mesh::restore(self.name, vertices, self.triangles, warnings)
+            .map_err(|error| error.to_string())
     }
 }
 

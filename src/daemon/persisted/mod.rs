@@ -19,7 +19,7 @@ mod tests;
 pub(super) use mesh::{MeshRecord, meshes};
 pub(super) use moves::{Moves, moves_between};
 pub(super) use plain::PoseRecord;
-pub(super) use request::{SettingsRecord, WayRecord};
+pub(super) use request::{RUN, SettingsRecord, WayRecord};
 pub(super) use robot::RobotRecord;
 pub(super) use scene::SceneRecord;
 
@@ -29,11 +29,5 @@ use super::record_log::Format;
 pub(super) const JOURNAL: Format = Format {
     what: "journal",
     name: "journal",
-    version: 2,
-};
-/// A recorded run's file.
-pub(super) const RUN: Format = Format {
-    what: "run",
-    name: "recorded run",
     version: 2,
 };

@@ -6,6 +6,15 @@ use taut::validation::Layers;
 
 use crate::daemon::event::Way;
 use crate::daemon::job::{StopCause, Stopped};
+use crate::daemon::record_log::Format;
+
+/// A recorded run's file. In version 2 a run that was told to end says after how many questions
+/// whether to; since version 3 the core asks at other places.
+pub(in crate::daemon) const RUN: Format = Format {
+    what: "run",
+    name: "recorded run",
+    version: 3,
+};
 
 /// The settings of a request.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -204,5 +213,34 @@ impl From<CauseRecord> for StopCause {
             CauseRecord::FinishedEarly => Self::FinishedEarly,
             CauseRecord::Shutdown => Self::Shutdown,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{hex, read};
+    use super::*;
+
+    /// Settings that name weights and fixed waypoints.
+    const SETTINGS: &str = "0500fca9f1d24d62503f0000000101000000000000f03f000101010000010001010100";
+    /// An answer whose client went away when the core had asked three times.
+    const WAY: &str = "00010301";
+
+    #[test]
+    fn bytes_are_those_of_the_version() {
+        let settings = Settings {
+            weights: Some(vec![1.0]),
+            fixed_waypoints: Some(vec![true]),
+            ..Settings::default()
+        };
+        let way = Way::Computed(Some(Stopped {
+            asked: 3,
+            cause: StopCause::Cancelled,
+        }));
+        let advice = "readers of this version's files would not understand these: raise it";
+        assert_eq!(hex(&SettingsRecord::from(&settings)), SETTINGS, "{advice}");
+        assert_eq!(hex(&WayRecord::from(way)), WAY, "{advice}");
+        assert_eq!(Settings::from(read::<SettingsRecord>(SETTINGS)), settings);
+        assert_eq!(Way::from(read::<WayRecord>(WAY)), way);
     }
 }

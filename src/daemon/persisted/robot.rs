@@ -105,15 +105,17 @@ impl RobotRecord {
     /// # Errors
     /// What is wrong with it.
     pub fn restore(self, find: &mut FindMesh) -> Result<RobotModel, String> {
-        let found = WarningRecord::restored(self.found);
-        let link = |(name, shapes): (String, Vec<ShapeRecord>)| {
-            Ok(LinkDescription {
-                name,
-                collision: restored(&shapes, find)?,
-            })
-        };
-        let links = self.links.into_iter().map(link);
-        let model = RobotModel::new(RobotDescription {
+        let found = WarningRecord::restored(self.found.clone());
+        let model = RobotModel::new(self.description(find)?).map_err(|error| error.to_string())?;
+        let known = model.warnings().to_vec();
+        let more = found.into_iter().filter(|found| !known.contains(found));
+        Ok(model.with_warnings(more.collect()))
+    }
+
+    fn description(self, find: &mut FindMesh) -> Result<RobotDescription, String> {
+        let links = self.links.into_iter();
+        let links = links.map(|(name, shapes)| link(name, &shapes, find));
+        Ok(RobotDescription {
             name: self.name,
             links: links.collect::<Result<_, String>>()?,
             joints: self.joints.into_iter().map(JointRecord::restore).collect(),
@@ -122,12 +124,17 @@ impl RobotRecord {
             semantics: self.semantics.map(SemanticsRecord::restore),
             allowed_collisions: self.allowed_collisions,
             warnings: WarningRecord::restored(self.warnings),
-        });
-        let model = model.map_err(|error| error.to_string())?;
-        let known = model.warnings().to_vec();
-        let more = found.into_iter().filter(|found| !known.contains(found));
-        Ok(model.with_warnings(more.collect()))
+        })
     }
+}
+
+fn link(
+    name: String,
+    shapes: &[ShapeRecord],
+    find: &mut FindMesh,
+) -> Result<LinkDescription, String> {
+    let collision = restored(shapes, find)?;
+    Ok(LinkDescription { name, collision })
 }
 
 impl From<&JointDescription> for JointRecord {

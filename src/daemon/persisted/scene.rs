@@ -63,10 +63,6 @@ pub(in crate::daemon) struct SceneRecord {
 
 impl From<&Scene> for SceneRecord {
     fn from(scene: &Scene) -> Self {
-        let framed = |(name, pose): (&str, &Pose)| (name.to_owned(), PoseRecord::from(*pose));
-        let subframed = |(object, name, pose): (&str, &str, &Pose)| {
-            (pair((object, name)), PoseRecord::from(*pose))
-        };
         Self {
             name: scene.name().to_owned(),
             obstacles: scene.obstacles().iter().map(ObjectRecord::from).collect(),
@@ -114,11 +110,7 @@ impl SceneRecord {
     /// # Errors
     /// An object that is not there.
     pub fn apply(&mut self, moves: &Moves) -> Result<(), String> {
-        let attached = self
-            .attached
-            .iter_mut()
-            .map(|attached| &mut attached.object);
-        let mut objects: Vec<_> = self.obstacles.iter_mut().chain(attached).collect();
+        let mut objects = self.objects();
         for &(index, pose) in moves {
             let object = objects.get_mut(index as usize);
             let object =
@@ -128,18 +120,37 @@ impl SceneRecord {
         Ok(())
     }
 
+    /// All objects, those that stand first.
+    fn objects(&mut self) -> Vec<&mut ObjectRecord> {
+        let attached = self.attached.iter_mut();
+        let attached = attached.map(|attached| &mut attached.object);
+        self.obstacles.iter_mut().chain(attached).collect()
+    }
+
     /// The scene, checked as when it was first made.
     ///
     /// # Errors
     /// What is wrong with it.
-    pub fn restore(self, find: &mut FindMesh) -> Result<Scene, String> {
-        let found = WarningRecord::restored(self.found);
+    pub fn restore(mut self, find: &mut FindMesh) -> Result<Scene, String> {
+        let found = WarningRecord::restored(std::mem::take(&mut self.found));
+        let mut description = self.description(find)?;
+        let scene = made(description.clone())?;
+        let known = scene.warnings();
+        let more = found.into_iter().filter(|found| !known.contains(found));
+        description.warnings = more.collect();
+        match description.warnings.is_empty() {
+            true => Ok(scene),
+            false => made(description),
+        }
+    }
+
+    fn description(self, find: &mut FindMesh) -> Result<SceneDescription, String> {
         let obstacles = self.obstacles.into_iter();
         let obstacles = obstacles.map(|object| object.restore(find));
         let obstacles = obstacles.collect::<Result<_, String>>()?;
         let attached = self.attached.into_iter();
         let attached = attached.map(|attached| attached.restore(find));
-        let mut description = SceneDescription {
+        Ok(SceneDescription {
             name: self.name,
             obstacles,
             attached: attached.collect::<Result<_, String>>()?,
@@ -151,16 +162,12 @@ impl SceneRecord {
             allowed: self.allowed,
             forbidden: self.forbidden,
             warnings: Vec::new(),
-        };
-        let scene = Scene::of(description.clone()).map_err(|error| error.to_string())?;
-        let known = scene.warnings();
-        let more = found.into_iter().filter(|found| !known.contains(found));
-        description.warnings = more.collect();
-        match description.warnings.is_empty() {
-            true => Ok(scene),
-            false => Scene::of(description).map_err(|error| error.to_string()),
-        }
+        })
     }
+}
+
+fn made(description: SceneDescription) -> Result<Scene, String> {
+    Scene::of(description).map_err(|error| error.to_string())
 }
 
 fn placed<K: Ord>(records: BTreeMap<K, PoseRecord>) -> BTreeMap<K, Pose> {
@@ -174,4 +181,12 @@ fn named<T>((name, value): (&str, T)) -> (String, T) {
 
 fn pair((a, b): (&str, &str)) -> (String, String) {
     (a.to_owned(), b.to_owned())
+}
+
+fn framed((name, pose): (&str, &Pose)) -> (String, PoseRecord) {
+    (name.to_owned(), PoseRecord::from(*pose))
+}
+
+fn subframed((object, name, pose): (&str, &str, &Pose)) -> ((String, String), PoseRecord) {
+    (pair((object, name)), PoseRecord::from(*pose))
 }

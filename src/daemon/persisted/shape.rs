@@ -82,11 +82,25 @@ impl Kind {
 
 /// The records of shapes.
 pub(super) fn records<'a>(shapes: impl IntoIterator<Item = &'a PlacedShape>) -> Vec<ShapeRecord> {
-    let record = |placed: &PlacedShape| ShapeRecord {
-        pose: placed.pose.into(),
-        shape: Kind::from(&placed.shape),
-    };
-    shapes.into_iter().map(record).collect()
+    shapes.into_iter().map(ShapeRecord::from).collect()
+}
+
+impl From<&PlacedShape> for ShapeRecord {
+    fn from(placed: &PlacedShape) -> Self {
+        Self {
+            pose: placed.pose.into(),
+            shape: Kind::from(&placed.shape),
+        }
+    }
+}
+
+impl ShapeRecord {
+    fn restore(&self, find: &mut FindMesh) -> Result<PlacedShape, String> {
+        Ok(PlacedShape {
+            pose: self.pose.into(),
+            shape: self.shape.restore(find)?,
+        })
+    }
 }
 
 /// The shapes of records.
@@ -97,11 +111,6 @@ pub(super) fn restored(
     shapes: &[ShapeRecord],
     find: &mut FindMesh,
 ) -> Result<Vec<PlacedShape>, String> {
-    let shape = |record: &ShapeRecord| {
-        Ok(PlacedShape {
-            pose: record.pose.into(),
-            shape: record.shape.restore(find)?,
-        })
-    };
-    shapes.iter().map(shape).collect()
+    let shapes = shapes.iter();
+    shapes.map(|record| record.restore(find)).collect()
 }

@@ -1,6 +1,6 @@
 //! Control messages about recordings.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use taut_ipc::control::{ControlReply, Refusal};
 use taut_ipc::monotonic_ns;
@@ -8,20 +8,21 @@ use taut_ipc::server::IncomingControl;
 use taut_ipc::wire::Code;
 
 use super::Recorder;
+use crate::daemon::control::check_absolute;
 use crate::daemon::event_loop::EventLoop;
-use crate::daemon::keep::reply;
+use crate::daemon::keep::{refuse, reply};
 
 impl EventLoop {
     /// Begins to record, or tells how it goes.
     pub(in crate::daemon) fn record(&mut self, control: IncomingControl, file: PathBuf) {
-        if let Err(refusal) = absolute(&file) {
-            return reply(control, &ControlReply::Refused(refusal));
+        if let Err(refusal) = check_absolute(&file) {
+            return refuse(control, refusal);
         }
         let token = self.next_number();
         match self.recorder.record(file, token, monotonic_ns()) {
             Ok(Some(state)) => reply(control, &ControlReply::Recording(state)),
-            Ok(None) => self.wait_for_thread(control, token),
-            Err(refusal) => reply(control, &ControlReply::Refused(refusal)),
+            Ok(None) => self.loading.wait(control, token),
+            Err(refusal) => refuse(control, refusal),
         }
     }
 
@@ -33,18 +34,11 @@ impl EventLoop {
     /// Writes one request to a file of its own.
     pub(in crate::daemon) fn bundle(&mut self, control: IncomingControl, id: &str, file: PathBuf) {
         let stories = self.stories.find(id);
-        let known = stories
-            .first()
-            .map(|story| story.request_id)
-            .ok_or_else(|| {
-                let text = format!(
-                    "no request {id} among the last ones; `taut why` without an id lists the newest"
-                );
-                Refusal::new(Code::InvalidObjectName, text)
-            });
+        let known = stories.first().map(|story| story.request_id);
+        let known = known.ok_or_else(|| unknown(id));
         let story = serde_json::to_string(&stories).expect("stories hold only plain values");
         self.ask_recorder(control, |recorder, token| {
-            absolute(&file)?;
+            check_absolute(&file)?;
             recorder.bundle(known?, file, story, token)
         });
     }
@@ -56,18 +50,14 @@ impl EventLoop {
     ) {
         let token = self.next_number();
         match ask(&mut self.recorder, token) {
-            Ok(()) => self.wait_for_thread(control, token),
-            Err(refusal) => reply(control, &ControlReply::Refused(refusal)),
+            Ok(()) => self.loading.wait(control, token),
+            Err(refusal) => refuse(control, refusal),
         }
     }
 }
 
-fn absolute(file: &Path) -> Result<(), Refusal> {
-    match file.is_absolute() {
-        true => Ok(()),
-        false => {
-            let text = format!("{}: name files by absolute paths", file.display());
-            Err(Refusal::new(Code::MalformedRequest, text))
-        }
-    }
+fn unknown(id: &str) -> Refusal {
+    let text =
+        format!("no request {id} among the last ones; `taut why` without an id lists the newest");
+    Refusal::new(Code::InvalidObjectName, text)
 }

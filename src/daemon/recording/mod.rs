@@ -59,22 +59,34 @@ pub(super) struct Answer {
 }
 
 impl Answer {
+    pub(super) fn new(reply: &Reply, way: Way) -> Self {
+        Self {
+            reply: reply.clone(),
+            way,
+        }
+    }
+
     /// Header and sections, as on the wire; one that is too large for the wire comes without
     /// sections, as nobody got them.
     fn encoded(&self) -> (ResponseHeader, Vec<u8>) {
         let mut header = self.reply.header;
-        let mut body = self.reply.body();
         header.wire_version = WIRE_VERSION;
         header.header_len = size_of::<ResponseHeader>() as u32;
-        let bytes = body.lay_out(&mut header).unwrap_or_else(|_| {
-            body = ResponseBody::default();
-            header.waypoints = 0;
-            body.lay_out(&mut header).expect("nothing fits a payload")
-        });
+        let mut body = self.reply.body();
+        let bytes = laid_out(&mut body, &mut header);
         let mut payload = vec![0; bytes];
         body.write(&header, &mut payload);
         (header, payload)
     }
+}
+
+/// Lays sections out, and gives their bytes; of those that are too large there are none then.
+fn laid_out(body: &mut ResponseBody<'_>, header: &mut ResponseHeader) -> usize {
+    body.lay_out(header).unwrap_or_else(|_| {
+        *body = ResponseBody::default();
+        header.waypoints = 0;
+        body.lay_out(header).expect("nothing fits a payload")
+    })
 }
 
 impl Question {

@@ -12,7 +12,7 @@ use taut_ipc::wire::{Code, ResponseHeader, ResponseView};
 use super::Question;
 use super::record::{AnswerRecord, RequestRecord, RunRecord};
 use crate::daemon::event::Way;
-use crate::daemon::persisted::RUN;
+use crate::daemon::persisted::{PoseRecord, RUN, RobotRecord};
 
 /// Why a run cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -108,39 +108,34 @@ impl Recording {
     /// # Errors
     /// A file that cannot be read, or is damaged.
     pub fn read(file: &Path) -> Result<Self, RecordingError> {
+        let name = || file.to_owned();
         let bytes = std::fs::read(file).map_err(|source| RecordingError::Unreadable {
-            file: file.to_owned(),
+            file: name(),
             source,
         })?;
-        parse(&bytes).map_err(|text| RecordingError::Content {
-            file: file.to_owned(),
-            text,
-        })
+        parse(&bytes).map_err(|text| RecordingError::Content { file: name(), text })
+    }
+
+    fn new(torn: usize) -> Self {
+        Self {
+            written: BTreeMap::new(),
+            story: String::new(),
+            requests: Vec::new(),
+            missed: None,
+            torn,
+        }
     }
 }
 
 /// A run from the bytes of its file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Recording, String> {
     let contents = RUN
-        .parse::<RunRecord>(bytes)
+        .parse(bytes)
         .map_err(|place| format!("damaged {place}"))?;
-    let mut reading = Reading {
-        meshes: HashMap::new(),
-        robots: HashMap::new(),
-        scenes: HashMap::new(),
-        newest: HashMap::new(),
-        run: Recording {
-            written: BTreeMap::new(),
-            story: String::new(),
-            requests: Vec::new(),
-            missed: None,
-            torn: contents.torn,
-        },
-    };
-    contents
-        .records
-        .into_iter()
-        .try_for_each(|record| reading.take(record))?;
+    let mut reading = Reading::new(Recording::new(contents.torn));
+    for record in contents.records {
+        reading.take(record)?;
+    }
     Ok(reading.run)
 }
 
@@ -154,6 +149,16 @@ struct Reading {
 }
 
 impl Reading {
+    fn new(run: Recording) -> Self {
+        Self {
+            meshes: HashMap::new(),
+            robots: HashMap::new(),
+            scenes: HashMap::new(),
+            newest: HashMap::new(),
+            run,
+        }
+    }
+
     fn take(&mut self, record: RunRecord) -> Result<(), String> {
         match record {
             RunRecord::Written(facts) => self.run.written = facts,
@@ -161,27 +166,12 @@ impl Reading {
             RunRecord::Mesh { hash, mesh } => {
                 self.meshes.insert(hash, Arc::new(mesh.restore(hash)?));
             }
-            RunRecord::Robot { hash, robot } => {
-                let model = robot.restore(&mut |mesh| found(&self.meshes, "mesh", mesh))?;
-                same("robot", hash, model.hash())?;
-                self.robots.insert(hash, Arc::new(model));
-            }
+            RunRecord::Robot { hash, robot } => self.robot(hash, robot)?,
             RunRecord::Scene { hash, scene } => {
                 let scene = scene.restore(&mut |mesh| found(&self.meshes, "mesh", mesh))?;
-                same("scene", hash, scene.hash())?;
-                self.scenes.insert(hash, Arc::new(scene));
+                self.scene(hash, scene)?;
             }
-            RunRecord::Moved { hash, base, moved } => {
-                let moves = moved.into_iter().map(|(id, pose)| SceneChange::Move {
-                    id,
-                    pose: pose.into(),
-                });
-                let scene = found(&self.scenes, "scene", base)?
-                    .with(moves)
-                    .map_err(|error| error.to_string())?;
-                same("scene", hash, scene.hash())?;
-                self.scenes.insert(hash, Arc::new(scene));
-            }
+            RunRecord::Moved { hash, base, moved } => self.scene(hash, self.moved(base, moved)?)?,
             RunRecord::Request(request) => self.request(*request)?,
             RunRecord::Answer(answer) => self.answer(*answer)?,
             RunRecord::Abandoned { number } => self.asked(number)?.abandoned = true,
@@ -190,10 +180,46 @@ impl Reading {
         Ok(())
     }
 
+    fn robot(&mut self, hash: u64, robot: RobotRecord) -> Result<(), String> {
+        let model = robot.restore(&mut |mesh| found(&self.meshes, "mesh", mesh))?;
+        same("robot", hash, model.hash())?;
+        self.robots.insert(hash, Arc::new(model));
+        Ok(())
+    }
+
+    fn scene(&mut self, hash: u64, scene: Scene) -> Result<(), String> {
+        same("scene", hash, scene.hash())?;
+        self.scenes.insert(hash, Arc::new(scene));
+        Ok(())
+    }
+
+    /// The scene that is another one but for where some objects are.
+    fn moved(&self, base: u64, moved: Vec<(String, PoseRecord)>) -> Result<Scene, String> {
+        let moves = moved.into_iter().map(|(id, pose)| SceneChange::Move {
+            id,
+            pose: pose.into(),
+        });
+        let base = found(&self.scenes, "scene", base)?;
+        base.with(moves).map_err(|error| error.to_string())
+    }
+
     fn request(&mut self, request: RequestRecord) -> Result<(), String> {
+        let question = self.question(request)?;
+        self.newest.insert(question.number, self.run.requests.len());
+        self.run.requests.push(Recorded {
+            question,
+            answer: None,
+            abandoned: false,
+        });
+        Ok(())
+    }
+
+    fn question(&self, request: RequestRecord) -> Result<Question, String> {
+        let number = request.number;
         let path = taut::path::Path::from_rows(request.columns, request.path);
-        let question = Question {
-            number: request.number,
+        let path = path.ok_or_else(|| format!("request {number} has no whole rows"));
+        Ok(Question {
+            number,
             request_id: request.request_id,
             client: request.client,
             received_ns: request.received_ns,
@@ -204,36 +230,22 @@ impl Reading {
             scene_id: request.scene_id,
             scene_version: request.scene_version,
             settings: Arc::new(request.settings.into()),
-            path: Arc::new(
-                path.ok_or_else(|| format!("request {} has no whole rows", request.number))?,
-            ),
+            path: Arc::new(path?),
             is_recorded: true,
-        };
-        self.newest.insert(question.number, self.run.requests.len());
-        self.run.requests.push(Recorded {
-            question,
-            answer: None,
-            abandoned: false,
-        });
-        Ok(())
+        })
     }
 
     fn answer(&mut self, answer: AnswerRecord) -> Result<(), String> {
-        let AnswerRecord {
-            number,
-            way,
-            header,
-            payload,
-        } = answer;
-        let header: ResponseHeader = bytemuck::try_pod_read_unaligned(&header)
+        let number = answer.number;
+        let header: ResponseHeader = bytemuck::try_pod_read_unaligned(&answer.header)
             .map_err(|error| format!("the answer to request {number} has no header: {error}"))?;
         // Sections are read in place; they start at multiples of their alignment.
-        ResponseView::parse(header, &payload)
+        ResponseView::parse(header, &answer.payload)
             .map_err(|error| format!("the answer to request {number}: {error}"))?;
         self.asked(number)?.answer = Some(RecordedAnswer {
-            way: way.into(),
+            way: answer.way.into(),
             header,
-            payload,
+            payload: answer.payload,
         });
         Ok(())
     }

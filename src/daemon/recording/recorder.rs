@@ -15,6 +15,7 @@ use super::write::RunWriter;
 use super::{Answer, Question};
 use crate::daemon::event::{Event, EventSender};
 use crate::daemon::job::Job;
+use crate::daemon::threads::spawn;
 
 /// Answers that are remembered for a bundle, and the bytes of their paths and answers together.
 const REMEMBERED: usize = 256;
@@ -64,6 +65,19 @@ struct Running {
     asked_about_ns: u64,
 }
 
+impl Running {
+    fn new(file: PathBuf, now_ns: u64) -> Self {
+        Self {
+            file,
+            asked_about_ns: now_ns,
+        }
+    }
+
+    fn is_forgotten(&self, now_ns: u64) -> bool {
+        now_ns > self.asked_about_ns + PATIENCE_NS
+    }
+}
+
 /// What the I/O thread owns.
 pub(in crate::daemon) struct Recorder {
     /// Gone once the daemon ends.
@@ -78,24 +92,24 @@ impl Recorder {
     /// Starts the thread; it ends when the recorder is closed.
     pub(in crate::daemon) fn start(events: EventSender) -> std::io::Result<(Self, JoinHandle<()>)> {
         let (lines, receiver) = unbounded();
-        let counts = Arc::<Counts>::default();
+        let recorder = Self::new(lines);
         let mut thread = Writing {
             events,
             run: None,
-            counts: counts.clone(),
+            counts: recorder.counts.clone(),
         };
-        let named = std::thread::Builder::new().name("taut-recorder".into());
-        let joined = named.spawn(move || thread.work(&receiver))?;
-        Ok((
-            Self {
-                lines: Some(lines),
-                running: None,
-                kept: VecDeque::new(),
-                kept_bytes: 0,
-                counts,
-            },
-            joined,
-        ))
+        let joined = spawn("taut-recorder", move || thread.work(&receiver))?;
+        Ok((recorder, joined))
+    }
+
+    fn new(lines: Sender<Line>) -> Self {
+        Self {
+            lines: Some(lines),
+            running: None,
+            kept: VecDeque::new(),
+            kept_bytes: 0,
+            counts: Arc::default(),
+        }
     }
 
     fn send(&self, line: Line) {
@@ -106,7 +120,7 @@ impl Recorder {
     }
 
     fn is_running(&self) -> bool {
-        self.running.is_some() && !self.counts.has_failed.load(Relaxed)
+        self.running.is_some() && !self.counts.has_failed()
     }
 
     /// Begins to record to a file, or tells how that goes; `None` where the thread answers the
@@ -120,33 +134,34 @@ impl Recorder {
         token: u64,
         now_ns: u64,
     ) -> Result<Option<RecordingState>, Refusal> {
-        let has_failed = self.counts.has_failed.load(Relaxed);
-        if let Some(running) = self
-            .running
-            .as_mut()
-            .filter(|running| !has_failed || running.file == file)
-        {
-            if running.file != file {
-                let text = format!(
-                    "this daemon records to {} already; end that `taut record` first",
-                    running.file.display()
-                );
-                return Err(Refusal::new(Code::LabelTaken, text));
+        let has_failed = self.counts.has_failed();
+        let running = self.running.as_mut();
+        match running.filter(|running| !has_failed || running.file == file) {
+            Some(running) if running.file != file => Err(taken(&running.file)),
+            Some(running) => {
+                running.asked_about_ns = now_ns;
+                self.state(&file).map(Some)
             }
-            running.asked_about_ns = now_ns;
-            let state = self.counts.state(&file).map(Some);
-            if has_failed {
-                self.running = None;
+            None => {
+                self.begin(file, token, now_ns);
+                Ok(None)
             }
-            return state;
         }
+    }
+
+    /// How the recording to a file goes; one that has failed runs no longer.
+    fn state(&mut self, file: &Path) -> Result<RecordingState, Refusal> {
+        let state = self.counts.state(file);
+        if state.is_err() {
+            self.running = None;
+        }
+        state
+    }
+
+    fn begin(&mut self, file: PathBuf, token: u64, now_ns: u64) {
         self.counts.begin();
-        self.running = Some(Running {
-            file: file.clone(),
-            asked_about_ns: now_ns,
-        });
+        self.running = Some(Running::new(file.clone(), now_ns));
         self.send(Line::Begin { file, token });
-        Ok(None)
     }
 
     /// Ends the recording; the thread answers the control request once all is written.
@@ -154,58 +169,53 @@ impl Recorder {
     /// # Errors
     /// None runs.
     pub(in crate::daemon) fn end(&mut self, token: Option<u64>) -> Result<(), Refusal> {
-        if self.running.take().is_none() {
-            return Err(Refusal::new(
-                Code::MalformedRequest,
-                "nothing is being recorded",
-            ));
+        match self.running.take() {
+            Some(_) => {
+                self.send(Line::End { token });
+                Ok(())
+            }
+            None => {
+                let text = "nothing is being recorded";
+                Err(Refusal::new(Code::MalformedRequest, text))
+            }
         }
-        self.send(Line::End { token });
-        Ok(())
     }
 
     /// Ends a recording of which nobody has asked how it goes for too long: who wanted it is gone.
     pub(in crate::daemon) fn end_forgotten(&mut self, now_ns: u64) {
-        let forgotten = self
-            .running
-            .as_ref()
-            .filter(|running| now_ns > running.asked_about_ns + PATIENCE_NS);
-        if let Some(running) = forgotten {
-            tracing::info!(
-                "recording to {} ends: who asked for it is gone",
-                running.file.display()
-            );
+        let running = self.running.as_ref();
+        if let Some(forgotten) = running.filter(|running| running.is_forgotten(now_ns)) {
+            let file = forgotten.file.display();
+            tracing::info!("recording to {file} ends: who asked for it is gone");
             let _ = self.end(None);
+        }
+    }
+
+    /// Has a request written that is to be recorded.
+    fn record_question(&self, question: &Arc<Question>) {
+        if question.is_recorded {
+            self.counts.requests.fetch_add(1, Relaxed);
+            self.send(Line::Asked(question.clone()));
         }
     }
 
     /// A job is given to the workers.
     pub(in crate::daemon) fn asked(&mut self, job: &Job) -> Arc<Question> {
-        let bytes = size_of_val(job.path.as_flat()) as u64;
-        let takes = self.is_running() && self.takes(bytes);
+        let takes = self.takes(size_of_val(job.path.as_flat()));
         let question = Arc::new(Question::of(job, takes));
-        if takes {
-            self.counts.requests.fetch_add(1, Relaxed);
-            self.send(Line::Asked(question.clone()));
-        }
+        self.record_question(&question);
         question
     }
 
-    /// Whether so many bytes more may wait to be written; what may not is counted as missed.
-    fn takes(&self, bytes: u64) -> bool {
-        let takes = self.counts.waiting.load(Relaxed) + bytes <= WAITING_BYTES;
-        match takes {
-            true => self.counts.waiting.fetch_add(bytes, Relaxed),
-            false => self.counts.missed.fetch_add(1, Relaxed),
-        };
-        takes
+    /// Whether a recording runs to which so many bytes more may be written.
+    fn takes(&self, bytes: usize) -> bool {
+        self.is_running() && self.counts.takes(bytes as u64)
     }
 
     /// It has its answer.
     pub(in crate::daemon) fn answered(&mut self, question: &Arc<Question>, answer: Answer) {
-        let bytes = answer.bytes();
         let answer = Arc::new(answer);
-        if question.is_recorded && self.is_running() && self.takes(bytes as u64) {
+        if question.is_recorded && self.takes(answer.bytes()) {
             self.counts.answers.fetch_add(1, Relaxed);
             self.send(Line::Answered(question.clone(), answer.clone()));
         }
@@ -226,10 +236,17 @@ impl Recorder {
         }
         self.kept_bytes += bytes;
         self.kept.push_back(kept);
-        while self.kept.len() > REMEMBERED || self.kept_bytes > REMEMBERED_BYTES {
-            let Some(oldest) = self.kept.pop_front() else {
-                break;
-            };
+        while self.is_overfull() {
+            self.forget_oldest();
+        }
+    }
+
+    fn is_overfull(&self) -> bool {
+        self.kept.len() > REMEMBERED || self.kept_bytes > REMEMBERED_BYTES
+    }
+
+    fn forget_oldest(&mut self) {
+        if let Some(oldest) = self.kept.pop_front() {
             self.kept_bytes -= bytes_of(&oldest);
         }
     }
@@ -246,17 +263,9 @@ impl Recorder {
         story: String,
         token: u64,
     ) -> Result<(), Refusal> {
-        let meant = self
-            .kept
-            .iter()
-            .filter(|(question, _)| question.request_id == request_id);
-        let kept: Vec<Kept> = meant.cloned().collect();
+        let kept = self.kept_of(request_id);
         if kept.is_empty() {
-            let text = format!(
-                "request {request_id:016x} is not remembered whole: it was refused before it was let in, runs still, is larger than {} MiB, or {REMEMBERED} others ended since; `taut record` keeps all that come",
-                REMEMBERED_BYTES >> 20
-            );
-            return Err(Refusal::new(Code::InvalidObjectName, text));
+            return Err(not_remembered(request_id));
         }
         self.send(Line::Bundle {
             file,
@@ -265,6 +274,13 @@ impl Recorder {
             token,
         });
         Ok(())
+    }
+
+    fn kept_of(&self, request_id: u64) -> Vec<Kept> {
+        let kept = self.kept.iter();
+        kept.filter(|(question, _)| question.request_id == request_id)
+            .cloned()
+            .collect()
     }
 
     /// Lets the thread end once all is written.
@@ -288,6 +304,20 @@ fn bytes_of((question, answer): &Kept) -> usize {
         + size_of::<Answer>()
 }
 
+fn taken(file: &Path) -> Refusal {
+    let file = file.display();
+    let text = format!("this daemon records to {file} already; end that `taut record` first");
+    Refusal::new(Code::LabelTaken, text)
+}
+
+fn not_remembered(request_id: u64) -> Refusal {
+    let text = format!(
+        "request {request_id:016x} is not remembered whole: it was refused before it was let in, runs still, is larger than {} MiB, or {REMEMBERED} others ended since; `taut record` keeps all that come",
+        REMEMBERED_BYTES >> 20
+    );
+    Refusal::new(Code::InvalidObjectName, text)
+}
+
 impl Counts {
     fn begin(&self) {
         for count in [&self.requests, &self.answers, &self.missed, &self.bytes] {
@@ -304,21 +334,43 @@ impl Counts {
 
     /// How the recording goes.
     fn state(&self, file: &Path) -> Result<RecordingState, Refusal> {
-        if self.has_failed.load(Relaxed) {
-            let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
-            return Err(Refusal::new(
+        match self.failure() {
+            Some(failure) => Err(Refusal::new(
                 Code::ResourceExhausted,
                 format!("not recorded: {failure}"),
-            ));
+            )),
+            None => Ok(RecordingState {
+                file: file.to_owned(),
+                requests: self.requests.load(Relaxed),
+                answers: self.answers.load(Relaxed),
+                missed: self.missed.load(Relaxed),
+                bytes: self.bytes.load(Relaxed),
+            }),
         }
-        let of = |count: &AtomicU64| count.load(Relaxed);
-        Ok(RecordingState {
-            file: file.to_owned(),
-            requests: of(&self.requests),
-            answers: of(&self.answers),
-            missed: of(&self.missed),
-            bytes: of(&self.bytes),
-        })
+    }
+
+    fn has_failed(&self) -> bool {
+        self.has_failed.load(Relaxed)
+    }
+
+    fn failure(&self) -> Option<String> {
+        let text = || self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        self.has_failed().then(|| text().clone())
+    }
+
+    /// Whether so many bytes more may wait to be written; what may not is counted as missed.
+    fn takes(&self, bytes: u64) -> bool {
+        let takes = self.waiting.load(Relaxed) + bytes <= WAITING_BYTES;
+        match takes {
+            true => self.waiting.fetch_add(bytes, Relaxed),
+            false => self.missed.fetch_add(1, Relaxed),
+        };
+        takes
+    }
+
+    /// So many bytes wait no longer.
+    fn came(&self, bytes: usize) {
+        self.waiting.fetch_sub(bytes as u64, Relaxed);
     }
 }
 
@@ -331,62 +383,47 @@ struct Writing {
 
 impl Writing {
     fn work(&mut self, lines: &Receiver<Line>) {
-        for line in lines {
-            match line {
-                Line::Begin { file, token } => {
-                    let created = RunWriter::create(&file)
-                        .map_err(|error| format!("{}: {error}", file.display()));
-                    let refuse = |text: String| {
-                        self.counts.fail(text.clone());
-                        Refusal::new(Code::UnreadableFile, format!("cannot record to {text}"))
-                    };
-                    let begun = created.map_err(refuse).and_then(|run| {
-                        self.run = Some((file.clone(), run));
-                        self.counts.state(&file)
-                    });
-                    self.answer(Some(token), begun);
-                }
-                Line::Asked(question) => {
-                    self.counts
-                        .waiting
-                        .fetch_sub(size_of_val(question.path.as_flat()) as u64, Relaxed);
-                    self.write(|run| run.request(&question));
-                }
-                Line::Answered(question, answer) => {
-                    self.counts
-                        .waiting
-                        .fetch_sub(answer.bytes() as u64, Relaxed);
-                    self.write(|run| run.answer(question.number, &answer));
-                }
-                Line::Abandoned(number) => {
-                    self.write(|run| run.write(&RunRecord::Abandoned { number }))
-                }
-                Line::End { token } => self.end(token),
-                Line::Bundle {
-                    file,
-                    story,
-                    kept,
-                    token,
-                } => {
-                    let written = write_bundle(&file, story, &kept);
-                    let failed = |error| {
-                        Refusal::new(
-                            Code::ResourceExhausted,
-                            format!("cannot write {}: {error}", file.display()),
-                        )
-                    };
-                    let count = kept.len() as u64;
-                    let state = written.map_err(failed).map(|bytes| RecordingState {
-                        file: file.clone(),
-                        requests: count,
-                        answers: count,
-                        missed: 0,
-                        bytes,
-                    });
-                    self.answer(Some(token), state);
-                }
+        lines.iter().for_each(|line| self.take(line));
+    }
+
+    fn take(&mut self, line: Line) {
+        match line {
+            Line::Begin { file, token } => {
+                let begun = self.begin(&file);
+                self.answer(Some(token), begun);
             }
+            Line::Asked(question) => {
+                self.counts.came(size_of_val(question.path.as_flat()));
+                self.write(|run| run.request(&question));
+            }
+            Line::Answered(question, answer) => {
+                self.counts.came(answer.bytes());
+                self.write(|run| run.answer(question.number, &answer));
+            }
+            Line::Abandoned(number) => {
+                self.write(|run| run.write(&RunRecord::Abandoned { number }))
+            }
+            Line::End { token } => self.end(token),
+            Line::Bundle {
+                file,
+                story,
+                kept,
+                token,
+            } => self.answer(Some(token), bundled(&file, story, &kept)),
         }
+    }
+
+    fn begin(&mut self, file: &Path) -> Result<RecordingState, Refusal> {
+        let created = RunWriter::create(file);
+        let run = created.map_err(|error| self.not_created(file, &error))?;
+        self.run = Some((file.to_owned(), run));
+        self.counts.state(file)
+    }
+
+    fn not_created(&self, file: &Path, error: &str) -> Refusal {
+        let text = format!("{}: {error}", file.display());
+        self.counts.fail(text.clone());
+        Refusal::new(Code::UnreadableFile, format!("cannot record to {text}"))
     }
 
     /// Writes to the file that is open; after a failure there is none.
@@ -426,4 +463,23 @@ fn write_bundle(file: &Path, story: String, kept: &[Kept]) -> Result<u64, String
     }
     run.write(&RunRecord::Ended { missed: 0 })?;
     Ok(run.bytes)
+}
+
+/// Writes such a file, and tells of it as of a recording.
+fn bundled(file: &Path, story: String, kept: &[Kept]) -> Result<RecordingState, Refusal> {
+    let written = write_bundle(file, story, kept);
+    let bytes = written.map_err(|error| not_written(file, &error))?;
+    let count = kept.len() as u64;
+    Ok(RecordingState {
+        file: file.to_owned(),
+        requests: count,
+        answers: count,
+        missed: 0,
+        bytes,
+    })
+}
+
+fn not_written(file: &Path, error: &str) -> Refusal {
+    let text = format!("cannot write {}: {error}", file.display());
+    Refusal::new(Code::ResourceExhausted, text)
 }

@@ -6,8 +6,9 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
+use taut::robot::RobotModel;
 use taut::scene::Scene;
-use taut::shape::PlacedShape;
+use taut::shape::{Mesh, PlacedShape};
 
 use super::record::{AnswerRecord, RequestRecord, RunRecord};
 use super::{Answer, Question};
@@ -35,19 +36,13 @@ impl RunWriter {
         let mut file = File::create(path).map_err(|error| error.to_string())?;
         let start = RUN.start();
         file.write_all(&start).map_err(|error| error.to_string())?;
-        let bytes = start.len() as u64;
         let mut writer = Self {
             file,
-            bytes,
+            bytes: start.len() as u64,
             written: HashSet::new(),
             scenes: HashMap::new(),
         };
-        let facts = [
-            ("taut", env!("CARGO_PKG_VERSION")),
-            ("machine", std::env::consts::ARCH),
-        ];
-        let facts = facts.map(|(name, value)| (name.to_owned(), value.to_owned()));
-        writer.write(&RunRecord::Written(BTreeMap::from(facts)))?;
+        writer.write(&RunRecord::Written(facts()))?;
         Ok(writer)
     }
 
@@ -67,32 +62,22 @@ impl RunWriter {
         let robot = &question.robot;
         let scene = &question.scene;
         if self.written.insert(robot.hash()) {
-            self.meshes(robot.links().iter().flat_map(|link| &link.shapes))?;
-            self.write(&RunRecord::Robot {
-                hash: robot.hash(),
-                robot: RobotRecord::from(&**robot),
-            })?;
+            self.robot(robot)?;
         }
         if self.written.insert(scene.hash()) {
             self.meshes(scene.objects().flat_map(|object| object.shapes.iter()))?;
             self.scene(question.scene_id, scene)?;
         }
         self.scenes.insert(question.scene_id, scene.clone());
-        self.write(&RunRecord::Request(Box::new(RequestRecord {
-            number: question.number,
-            request_id: question.request_id,
-            client: question.client,
-            received_ns: question.received_ns,
-            deadline_ns: question.deadline_ns.unwrap_or(0),
-            priority: question.priority,
-            robot_hash: robot.hash(),
-            scene_hash: scene.hash(),
-            scene_id: question.scene_id,
-            scene_version: question.scene_version,
-            settings: SettingsRecord::from(&*question.settings),
-            columns: question.path.nq(),
-            path: question.path.as_flat().to_vec(),
-        })))
+        self.write(&RunRecord::Request(Box::new(question.into())))
+    }
+
+    fn robot(&mut self, robot: &RobotModel) -> Result<(), String> {
+        self.meshes(robot.links().iter().flat_map(|link| &link.shapes))?;
+        self.write(&RunRecord::Robot {
+            hash: robot.hash(),
+            robot: RobotRecord::from(robot),
+        })
     }
 
     /// A scene of which only something moved is written as that.
@@ -114,44 +99,68 @@ impl RunWriter {
     fn meshes<'a>(&mut self, shapes: impl Iterator<Item = &'a PlacedShape>) -> Result<(), String> {
         for mesh in meshes(shapes) {
             if self.written.insert(mesh.hash()) {
-                self.write(&RunRecord::Mesh {
-                    hash: mesh.hash(),
-                    mesh: MeshRecord::from(&**mesh),
-                })?;
+                self.mesh(mesh)?;
             }
         }
         Ok(())
     }
 
+    fn mesh(&mut self, mesh: &Mesh) -> Result<(), String> {
+        self.write(&RunRecord::Mesh {
+            hash: mesh.hash(),
+            mesh: MeshRecord::from(mesh),
+        })
+    }
+
     /// Writes an answer.
     pub(super) fn answer(&mut self, number: u64, answer: &Answer) -> Result<(), String> {
         let (header, payload) = answer.encoded();
-        let header = bytemuck::bytes_of(&header).to_vec();
-        self.write(&RunRecord::Answer(Box::new(AnswerRecord {
+        let record = AnswerRecord {
             number,
             way: answer.way.into(),
-            header,
+            header: bytemuck::bytes_of(&header).to_vec(),
             payload,
-        })))
+        };
+        self.write(&RunRecord::Answer(Box::new(record)))
+    }
+}
+
+/// Who writes.
+fn facts() -> BTreeMap<String, String> {
+    let facts = [
+        ("taut", env!("CARGO_PKG_VERSION")),
+        ("machine", std::env::consts::ARCH),
+    ];
+    BTreeMap::from(facts.map(|(name, value)| (name.to_owned(), value.to_owned())))
+}
+
+impl From<&Question> for RequestRecord {
+    fn from(question: &Question) -> Self {
+        Self {
+            number: question.number,
+            request_id: question.request_id,
+            client: question.client,
+            received_ns: question.received_ns,
+            deadline_ns: question.deadline_ns.unwrap_or(0),
+            priority: question.priority,
+            robot_hash: question.robot.hash(),
+            scene_hash: question.scene.hash(),
+            scene_id: question.scene_id,
+            scene_version: question.scene_version,
+            settings: SettingsRecord::from(&*question.settings),
+            columns: question.path.nq(),
+            path: question.path.as_flat().to_vec(),
+        }
     }
 }
 
 /// Objects of the world that are elsewhere in `after`, if nothing else differs.
 fn moved_between(before: &Scene, after: &Scene) -> Option<Vec<(String, PoseRecord)>> {
     let moves = moves_between(before, after)?;
-    let standing = after.obstacles().len();
-    if moves.iter().any(|(index, _)| *index as usize >= standing) {
-        return None;
-    }
-    let ids: Vec<&str> = after
-        .obstacles()
-        .iter()
-        .map(|object| object.id.as_str())
-        .collect();
-    Some(
-        moves
-            .into_iter()
-            .map(|(index, pose)| (ids[index as usize].to_owned(), pose))
-            .collect(),
-    )
+    let ids: Vec<&String> = after.obstacles().iter().map(|object| &object.id).collect();
+    let moved = moves.into_iter().map(|(index, pose)| {
+        let id = *ids.get(index as usize)?;
+        Some((id.clone(), pose))
+    });
+    moved.collect()
 }

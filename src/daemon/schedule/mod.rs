@@ -110,6 +110,48 @@ pub(super) struct Turn {
 }
 
 impl Turn {
+    /// The turn of a thread that gets a slot for a job.
+    fn new(thread: usize, job: &Job) -> Self {
+        let now_ns = monotonic_ns();
+        Self {
+            job: job.id,
+            computed_ns: 0,
+            pauses: 0,
+            thread,
+            client: job.client,
+            class: job.priority,
+            deadline_ns: job.deadline_ns.unwrap_or(u64::MAX),
+            begun_ns: now_ns,
+            since_ns: now_ns,
+            has_slot: true,
+        }
+    }
+
+    /// How long it has had its slot.
+    fn lasts_ns(&self) -> u64 {
+        self.since_ns.saturating_sub(self.begun_ns)
+    }
+
+    /// Counts what was computed since it was last counted, and gives that.
+    fn charged_until(&mut self, now_ns: u64) -> u64 {
+        let used_ns = now_ns.saturating_sub(self.since_ns);
+        self.since_ns = now_ns;
+        self.computed_ns += used_ns;
+        used_ns
+    }
+
+    /// Time until its deadline.
+    fn left(&self) -> Duration {
+        Duration::from_nanos(self.deadline_ns.saturating_sub(monotonic_ns()))
+    }
+
+    /// It has a slot again.
+    fn goes_on(&mut self) {
+        self.has_slot = true;
+        self.since_ns = monotonic_ns();
+        self.begun_ns = self.since_ns;
+    }
+
     fn standing(&self, clients: &HashMap<u128, Share>) -> Standing {
         standing(
             clients,
@@ -161,20 +203,23 @@ impl State {
     /// Those whose model is made, by index.
     fn ready_jobs(&self) -> impl Iterator<Item = (usize, &Job)> + Clone {
         let is_of_use = !self.idle.is_empty();
-        self.waiting
-            .iter()
-            .enumerate()
-            .filter(move |(_, job)| is_of_use && job.snapshot.model.is_ready())
+        let waiting = self.waiting.iter().enumerate();
+        waiting.filter(move |(_, job)| is_of_use && job.snapshot.model.is_ready())
     }
 
     fn charge(&mut self, turn: &mut Turn, now_ns: u64) {
         self.forget(now_ns);
-        let used_ns = now_ns.saturating_sub(turn.since_ns);
-        turn.since_ns = now_ns;
-        turn.computed_ns += used_ns;
+        let used_ns = turn.charged_until(now_ns);
         if let Some(share) = self.clients.get_mut(&turn.client) {
             share.used_ns += used_ns;
         }
+    }
+
+    /// A turn is over, and its slot free.
+    fn end(&mut self, turn: &mut Turn, now_ns: u64) {
+        self.charge(turn, now_ns);
+        self.leave(turn.client);
+        self.free_slots += usize::from(turn.has_slot);
     }
 
     /// A client has one job more.
@@ -185,14 +230,17 @@ impl State {
 
     fn forget(&mut self, now_ns: u64) {
         let passed_ns = now_ns.saturating_sub(self.forgotten_ns);
-        if passed_ns < FORGET_NS {
-            return;
+        if passed_ns >= FORGET_NS {
+            self.forgotten_ns = now_ns;
+            self.keep_part(0.5_f64.powf(passed_ns as f64 / HALF_LIFE_NS));
         }
-        self.forgotten_ns = now_ns;
-        let left = 0.5_f64.powf(passed_ns as f64 / HALF_LIFE_NS);
-        self.clients
-            .values_mut()
-            .for_each(|share| share.used_ns = (share.used_ns as f64 * left) as u64);
+    }
+
+    /// Of what clients have had, only a part counts from now on.
+    fn keep_part(&mut self, part: f64) {
+        for share in self.clients.values_mut() {
+            share.used_ns = (share.used_ns as f64 * part) as u64;
+        }
         self.clients
             .retain(|_, share| share.jobs > 0 || share.used_ns > 0);
     }
@@ -208,12 +256,32 @@ impl State {
         self.leave(job.client);
         job
     }
-}
 
-impl Schedule {
-    /// A schedule with this many slots and [`threads`] threads.
-    pub(super) fn new(slots: usize) -> Self {
-        let state = State {
+    fn take_waiting(&mut self, job: u64) -> Option<Job> {
+        let index = self.waiting.iter().position(|waiting| waiting.id == job)?;
+        Some(self.take_job(index))
+    }
+
+    /// The highest class of those that can be computed now.
+    fn highest_class(&self) -> u32 {
+        let classes = self.standings().map(|standing| standing.class);
+        classes.max().unwrap_or(0)
+    }
+
+    /// The next to be computed.
+    fn best(&self) -> Option<Standing> {
+        let standings: Vec<Standing> = self.standings().collect();
+        order::next(standings.iter().copied()).map(|index| standings[index])
+    }
+
+    /// Jobs that wait and would be taken before this one.
+    fn ahead_of(&self, standing: &Standing) -> usize {
+        let waiting = self.waiting.iter().map(|job| self.standing_of(job));
+        waiting.filter(|job| !job.goes_after(standing)).count()
+    }
+
+    fn new(slots: usize) -> Self {
+        Self {
             free_slots: slots,
             slots,
             idle: Vec::new(),
@@ -224,9 +292,75 @@ impl Schedule {
             forgotten_ns: 0,
             begun: Begun::default(),
             closed: false,
+        }
+    }
+
+    /// The job that a thread was given.
+    fn take_handed(&mut self, thread: usize) -> Option<Job> {
+        let index = self.handed.iter().position(|(to, _)| *to == thread)?;
+        Some(self.handed.swap_remove(index).1)
+    }
+
+    fn paused_index(&self, job: u64) -> Option<usize> {
+        self.paused.iter().position(|paused| paused.job == job)
+    }
+
+    /// Whether a job has to let another one go first.
+    fn yields(&self, turn: &Turn) -> bool {
+        self.best().is_some_and(|best| {
+            let own = turn.standing(&self.clients);
+            self.may_pause(best.class > own.class) && own.yields_to(&best, turn.lasts_ns())
+        })
+    }
+
+    fn may_pause(&self, for_higher_class: bool) -> bool {
+        let factor = if for_higher_class { 2 } else { 1 };
+        self.paused.len() < self.slots * PAUSED_PER_SLOT * factor
+    }
+
+    /// Gives a slot to whoever is next; gives their thread.
+    fn fill_slot(&mut self) -> Option<usize> {
+        let next = order::next(self.standings())?;
+        let ready: Vec<usize> = self.ready_jobs().map(|(index, _)| index).collect();
+        self.free_slots -= 1;
+        match ready.get(next) {
+            Some(&index) => Some(self.begin(index)),
+            None => Some(self.paused.swap_remove(next - ready.len()).thread),
+        }
+    }
+
+    /// Hands a job that waits to an idle thread.
+    fn begin(&mut self, index: usize) -> usize {
+        let Some(thread) = self.idle.pop() else {
+            unreachable!("jobs are ready only for idle threads")
         };
+        let job = self.waiting.swap_remove(index);
+        self.begun.one(self.waiting.len());
+        self.handed.push((thread, job));
+        thread
+    }
+
+    /// Takes out those that were not begun and are meant, in order of arrival.
+    fn take_where(&mut self, is_meant: impl Fn(&Job) -> bool) -> Vec<Job> {
+        let meant = self.indices_where(is_meant).into_iter();
+        // From the last on: taking one out moves only what stands after it.
+        let mut taken: Vec<Job> = meant.rev().map(|index| self.take_job(index)).collect();
+        taken.sort_by_key(|job| job.id);
+        taken
+    }
+
+    fn indices_where(&self, is_meant: impl Fn(&Job) -> bool) -> Vec<usize> {
+        let waiting = self.waiting.iter().enumerate();
+        let meant = waiting.filter(|(_, job)| is_meant(job));
+        meant.map(|(index, _)| index).collect()
+    }
+}
+
+impl Schedule {
+    /// A schedule with this many slots and [`threads`] threads.
+    pub(super) fn new(slots: usize) -> Self {
         Self {
-            state: Mutex::new(state),
+            state: Mutex::new(State::new(slots)),
             seats: (0..threads(slots)).map(|_| Condvar::new()).collect(),
             ready: AtomicUsize::new(0),
             urgent: AtomicU32::new(0),
@@ -252,101 +386,87 @@ impl Schedule {
         state.idle.push(thread);
         self.fill_slots(&mut state);
         loop {
-            if let Some(index) = state.handed.iter().position(|(to, _)| *to == thread) {
-                let (_, job) = state.handed.swap_remove(index);
-                let now_ns = monotonic_ns();
-                let turn = Turn {
-                    job: job.id,
-                    computed_ns: 0,
-                    pauses: 0,
-                    thread,
-                    client: job.client,
-                    class: job.priority,
-                    deadline_ns: job.deadline_ns.unwrap_or(u64::MAX),
-                    begun_ns: now_ns,
-                    since_ns: now_ns,
-                    has_slot: true,
-                };
+            if let Some(job) = state.take_handed(thread) {
+                let turn = Turn::new(thread, &job);
                 return Some((job, turn));
             }
             if state.closed && state.waiting.is_empty() {
                 return None;
             }
-            state = self.seats[thread]
-                .wait(state)
-                .unwrap_or_else(PoisonError::into_inner);
+            let woken = self.seats[thread].wait(state);
+            state = woken.unwrap_or_else(PoisonError::into_inner);
         }
     }
 
     /// Where a job may make room for another; returns when it is to go on. `is_over` tells that it
     /// has to end, which needs no slot. Costs two reads where nobody waits.
     pub(super) fn make_room(&self, turn: &mut Turn, now_ns: u64, is_over: impl Fn() -> bool) {
-        if self.ready.load(Ordering::Relaxed) == 0 || !turn.has_slot {
-            return;
-        }
-        let is_urgent = self.urgent.load(Ordering::Relaxed) > turn.class;
-        if !is_urgent && now_ns < turn.since_ns + LOOK_NS {
+        if !self.is_time_to_look(turn, now_ns) {
             return;
         }
         let mut state = self.lock();
         state.charge(turn, now_ns);
-        if !self.yields(&state, turn) {
-            return;
+        if state.yields(turn) {
+            self.pause(&mut state, turn);
+            self.wait_for_slot(state, turn, is_over);
         }
+    }
+
+    fn is_time_to_look(&self, turn: &Turn, now_ns: u64) -> bool {
+        let somebody_waits = self.ready.load(Ordering::Relaxed) != 0;
+        let has_lasted = now_ns >= turn.since_ns + LOOK_NS;
+        somebody_waits && turn.has_slot && (has_lasted || self.is_urgent(turn))
+    }
+
+    /// Whether a job of a higher class waits.
+    fn is_urgent(&self, turn: &Turn) -> bool {
+        self.urgent.load(Ordering::Relaxed) > turn.class
+    }
+
+    fn pause(&self, state: &mut State, turn: &mut Turn) {
         turn.has_slot = false;
         turn.pauses += 1;
         state.paused.push(*turn);
         state.free_slots += 1;
-        self.fill_slots(&mut state);
+        self.fill_slots(state);
+    }
+
+    fn wait_for_slot(
+        &self,
+        mut state: MutexGuard<'_, State>,
+        turn: &mut Turn,
+        is_over: impl Fn() -> bool,
+    ) {
         // Whoever gives a paused job a slot takes it from the list.
-        let is_paused = |state: &State| {
-            state
-                .paused
-                .iter()
-                .position(|paused| paused.job == turn.job)
-        };
-        while let Some(index) = is_paused(&state) {
+        while let Some(index) = state.paused_index(turn.job) {
             if is_over() {
                 state.paused.swap_remove(index);
                 self.fill_slots(&mut state);
                 turn.since_ns = monotonic_ns();
                 return;
             }
-            let left = Duration::from_nanos(turn.deadline_ns.saturating_sub(monotonic_ns()));
-            let woken = self.seats[turn.thread].wait_timeout(state, left);
-            state = woken.unwrap_or_else(PoisonError::into_inner).0;
+            state = self.sleep(state, turn);
         }
-        turn.has_slot = true;
-        turn.since_ns = monotonic_ns();
-        turn.begun_ns = turn.since_ns;
+        turn.goes_on();
     }
 
-    fn yields(&self, state: &State, turn: &Turn) -> bool {
-        let standings: Vec<Standing> = state.standings().collect();
-        let Some(best) = order::next(standings.iter().copied()).map(|index| standings[index])
-        else {
-            return false;
-        };
-        let own = turn.standing(&state.clients);
-        let most = state.slots * PAUSED_PER_SLOT * if best.class > own.class { 2 } else { 1 };
-        state.paused.len() < most
-            && own.yields_to(&best, turn.since_ns.saturating_sub(turn.begun_ns))
+    /// Sleeps until somebody wakes the turn's thread, or its deadline comes.
+    fn sleep<'a>(&self, state: MutexGuard<'a, State>, turn: &Turn) -> MutexGuard<'a, State> {
+        let woken = self.seats[turn.thread].wait_timeout(state, turn.left());
+        woken.unwrap_or_else(PoisonError::into_inner).0
     }
 
     /// Ends a turn, whose job is answered.
     pub(super) fn finish(&self, turn: &mut Turn) {
         let mut state = self.lock();
-        state.charge(turn, monotonic_ns());
-        state.leave(turn.client);
-        state.free_slots += usize::from(turn.has_slot);
+        state.end(turn, monotonic_ns());
         self.fill_slots(&mut state);
     }
 
     /// Takes a job out, if it was not begun.
     pub(super) fn remove(&self, job: u64) -> Option<Job> {
         let mut state = self.lock();
-        let index = state.waiting.iter().position(|waiting| waiting.id == job)?;
-        let job = state.take_job(index);
+        let job = state.take_waiting(job)?;
         self.fill_slots(&mut state);
         Some(job)
     }
@@ -354,8 +474,8 @@ impl Schedule {
     /// Lets a job look whether it is over, if it has made room.
     pub(super) fn wake(&self, job: u64) {
         let state = self.lock();
-        if let Some(turn) = state.paused.iter().find(|turn| turn.job == job) {
-            self.seats[turn.thread].notify_one();
+        if let Some(index) = state.paused_index(job) {
+            self.seats[state.paused[index].thread].notify_one();
         }
     }
 
@@ -371,15 +491,7 @@ impl Schedule {
 
     fn take_where(&self, is_meant: impl Fn(&Job) -> bool) -> Vec<Job> {
         let mut state = self.lock();
-        let meant: Vec<usize> = (0..state.waiting.len())
-            .rev()
-            .filter(|&index| is_meant(&state.waiting[index]))
-            .collect();
-        let mut taken: Vec<Job> = meant
-            .into_iter()
-            .map(|index| state.take_job(index))
-            .collect();
-        taken.sort_by_key(|job| job.id);
+        let taken = state.take_where(is_meant);
         self.fill_slots(&mut state);
         taken
     }
@@ -399,12 +511,7 @@ impl Schedule {
     pub(super) fn wait_ns(&self, client: u128, class: u32, deadline_ns: Option<u64>) -> u64 {
         let state = self.lock();
         let new = standing(&state.clients, client, class, deadline_ns, u64::MAX, 0);
-        let ahead = state
-            .waiting
-            .iter()
-            .filter(|job| !state.standing_of(job).goes_after(&new))
-            .count();
-        (ahead as f64 * state.begun.interval_ns) as u64
+        (state.ahead_of(&new) as f64 * state.begun.interval_ns) as u64
     }
 
     /// Ends the threads once nothing waits.
@@ -416,37 +523,19 @@ impl Schedule {
     /// Gives every free slot to whoever is next. The one place where jobs get slots.
     fn fill_slots(&self, state: &mut State) {
         while state.free_slots > 0 {
-            let Some(next) = order::next(state.standings()) else {
+            let Some(thread) = state.fill_slot() else {
                 break;
             };
-            let ready: Vec<usize> = state.ready_jobs().map(|(index, _)| index).collect();
-            state.free_slots -= 1;
-            match ready.get(next) {
-                Some(&index) => {
-                    let Some(thread) = state.idle.pop() else {
-                        unreachable!("jobs are ready only for idle threads")
-                    };
-                    let job = state.waiting.swap_remove(index);
-                    state.begun.one(state.waiting.len());
-                    state.handed.push((thread, job));
-                    self.seats[thread].notify_one();
-                }
-                None => {
-                    let turn = state.paused.swap_remove(next - ready.len());
-                    self.seats[turn.thread].notify_one();
-                }
-            }
+            self.seats[thread].notify_one();
         }
-        self.ready
-            .store(state.standings().count(), Ordering::Relaxed);
-        self.urgent.store(
-            state
-                .standings()
-                .map(|standing| standing.class)
-                .max()
-                .unwrap_or(0),
-            Ordering::Relaxed,
-        );
+        self.show_ready(state);
+    }
+
+    /// Lets the threads that compute see whether somebody waits.
+    fn show_ready(&self, state: &State) {
+        let count = state.standings().count();
+        self.ready.store(count, Ordering::Relaxed);
+        self.urgent.store(state.highest_class(), Ordering::Relaxed);
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {

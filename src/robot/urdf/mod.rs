@@ -9,7 +9,7 @@
 mod check;
 mod essentials;
 #[cfg(test)]
-mod oddities;
+mod oddities_tests;
 mod shape;
 #[cfg(test)]
 mod tests;
@@ -47,53 +47,29 @@ pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> 
 /// none (with its link).
 pub fn parse(text: &str, meshes: &mut MeshSource<'_>) -> Result<RobotDescription, RobotError> {
     let (text, odd) = xml::tidy(text);
-    let warnings = odd
-        .into_iter()
-        .map(|text| Warning::cosmetic("text", text))
-        .collect();
     let document = xml::document(&text, "URDF")?;
     let root = document.root_element();
     let version = version(root);
     children(root, "link").try_for_each(|node| check::link(node, version))?;
     children(root, "joint").try_for_each(|node| check::joint(node, version))?;
-    let mut reading = Reading {
+    let odd = odd.into_iter().map(|text| Warning::cosmetic("text", text));
+    let reading = Reading {
         meshes,
         version,
-        warnings,
+        warnings: odd.chain(unread::warnings(root)?).collect(),
     };
-    reading.warnings.extend(unread::warnings(root)?);
     let robot = urdf_rs::read_from_string(&essentials::of_robot(root))
         .map_err(|error| RobotError::Syntax(format!("not a URDF: {error}")))?;
-
-    let links = robot.links.iter().zip(children(root, "link"));
-    let links: Vec<LinkDescription> = links
-        .map(|(link, node)| reading.link(link, node))
-        .collect::<Result<_, _>>()?;
-    let joints = robot.joints.iter().zip(children(root, "joint"));
-    let joints = joints
-        .map(|(joint, node)| reading.joint(joint, node))
-        .collect::<Result<_, _>>()?;
-    let mut warnings = reading.warnings;
-    mesh_warnings(&links, &mut warnings);
-    Ok(RobotDescription {
-        name: robot.name,
-        links,
-        joints,
-        warnings,
-        ..RobotDescription::default()
-    })
+    reading.robot(robot, root)
 }
 
 /// What is odd about the meshes, each mesh once.
 fn mesh_warnings(links: &[LinkDescription], warnings: &mut Vec<Warning>) {
-    for shape in links.iter().flat_map(|link| &link.collision) {
-        let Some(mesh) = shape.shape.mesh() else {
-            continue;
-        };
-        for warning in mesh.warnings() {
-            if !warnings.contains(warning) {
-                warnings.push(warning.clone());
-            }
+    let shapes = links.iter().flat_map(|link| &link.collision);
+    let meshes = shapes.filter_map(|placed| placed.shape.mesh());
+    for warning in meshes.flat_map(|mesh| mesh.warnings()) {
+        if !warnings.contains(warning) {
+            warnings.push(warning.clone());
         }
     }
 }
@@ -129,29 +105,48 @@ impl Reading<'_, '_> {
         })
     }
 
+    fn robot(mut self, robot: urdf_rs::Robot, root: Node) -> Result<RobotDescription, RobotError> {
+        let links = self.links(&robot, root)?;
+        let joints = self.joints(&robot, root)?;
+        mesh_warnings(&links, &mut self.warnings);
+        Ok(RobotDescription {
+            name: robot.name,
+            links,
+            joints,
+            warnings: self.warnings,
+            ..RobotDescription::default()
+        })
+    }
+
+    fn links(
+        &mut self,
+        robot: &urdf_rs::Robot,
+        root: Node,
+    ) -> Result<Vec<LinkDescription>, RobotError> {
+        let links = robot.links.iter().zip(children(root, "link"));
+        links.map(|(link, node)| self.link(link, node)).collect()
+    }
+
+    fn joints(
+        &mut self,
+        robot: &urdf_rs::Robot,
+        root: Node,
+    ) -> Result<Vec<JointDescription>, RobotError> {
+        let joints = robot.joints.iter().zip(children(root, "joint"));
+        joints
+            .map(|(joint, node)| self.joint(joint, node))
+            .collect()
+    }
+
     fn joint(
         &mut self,
         joint: &urdf_rs::Joint,
         node: Node,
     ) -> Result<JointDescription, RobotError> {
-        let kind = match joint.joint_type {
-            urdf_rs::JointType::Revolute => JointKind::Revolute,
-            urdf_rs::JointType::Continuous => JointKind::Continuous,
-            urdf_rs::JointType::Prismatic => JointKind::Prismatic,
-            urdf_rs::JointType::Planar => JointKind::Planar,
-            urdf_rs::JointType::Floating => JointKind::Floating,
-            // `check` has refused spherical joints.
-            urdf_rs::JointType::Fixed | urdf_rs::JointType::Spherical => JointKind::Fixed,
-        };
+        let kind = kind_of(&joint.joint_type);
         let axis = Vec3::from_array(*joint.axis.xyz);
         if kind == JointKind::Planar && axis.cross(Vec3::Z) != Vec3::ZERO {
-            let given = match children(node, "axis").next() {
-                Some(_) => "the axis given is ignored",
-                None => "it gives no axis, which URDF takes for x",
-            };
-            let text = format!("moves in its x-y plane, as in MoveIt; {given}");
-            let text = format!("line {}: planar joint {:?} {text}", line(node), joint.name);
-            self.warnings.push(Warning::cosmetic("planar axis", text));
+            self.warn_of_planar_axis(&joint.name, node);
         }
         let limits = self.limits(kind, node);
         Ok(JointDescription {
@@ -163,12 +158,18 @@ impl Reading<'_, '_> {
             axis,
             limits,
             soft_limits: limits.and_then(|limits| self.soft_limits(limits, node)),
-            mimic: joint.mimic.as_ref().map(|mimic| Mimic {
-                joint: mimic.joint.clone(),
-                multiplier: mimic.multiplier.unwrap_or(1.0),
-                offset: mimic.offset.unwrap_or(0.0),
-            }),
+            mimic: joint.mimic.as_ref().map(mimic_of),
         })
+    }
+
+    fn warn_of_planar_axis(&mut self, name: &str, node: Node) {
+        let given = match children(node, "axis").next() {
+            Some(_) => "the axis given is ignored",
+            None => "it gives no axis, which URDF takes for x",
+        };
+        let text = format!("moves in its x-y plane, as in MoveIt; {given}");
+        let text = format!("line {}: planar joint {name:?} {text}", line(node));
+        self.warnings.push(Warning::cosmetic("planar axis", text));
     }
 
     /// Limits of a bounded joint. A missing end is 0 before URDF 1.2, unbounded since; no `<limit>`
@@ -181,25 +182,30 @@ impl Reading<'_, '_> {
         let lower = number(limit, "lower");
         let upper = number(limit, "upper");
         if self.version >= (1, 2) {
-            return Some((
-                lower.unwrap_or(f64::NEG_INFINITY),
-                upper.unwrap_or(f64::INFINITY),
-            ));
+            let open = f64::INFINITY;
+            return Some((lower.unwrap_or(-open), upper.unwrap_or(open)));
         }
-        if lower.is_none() || upper.is_none() {
-            let which = match (lower, upper) {
-                (None, None) => "neither lower nor upper, so it cannot move: both are",
-                (None, _) => "no lower, which is",
-                _ => "no upper, which is",
-            };
-            let name = joint.attribute("name").unwrap_or_default();
-            let text = format!(
-                "line {}: <limit> of joint {name:?} gives {which} 0 by default",
-                line(limit)
-            );
-            self.warnings.push(Warning::cosmetic("default limit", text));
-        }
+        self.warn_of_missing_ends(lower, upper, joint, limit);
         Some((lower.unwrap_or(0.0), upper.unwrap_or(0.0)))
+    }
+
+    fn warn_of_missing_ends(
+        &mut self,
+        lower: Option<f64>,
+        upper: Option<f64>,
+        joint: Node,
+        limit: Node,
+    ) {
+        let which = match (lower, upper) {
+            (Some(_), Some(_)) => return,
+            (None, None) => "neither lower nor upper, so it cannot move: both are",
+            (None, Some(_)) => "no lower, which is",
+            (Some(_), None) => "no upper, which is",
+        };
+        let name = joint.attribute("name").unwrap_or_default();
+        let text = format!("<limit> of joint {name:?} gives {which} 0 by default");
+        let text = format!("line {}: {text}", line(limit));
+        self.warnings.push(Warning::cosmetic("default limit", text));
     }
 
     /// The soft limits of a bounded joint, whatever its gains are, and 0 where one is missing: as
@@ -306,4 +312,24 @@ impl Reading<'_, '_> {
 fn number(node: Node, name: &str) -> Option<f64> {
     node.attribute(name)
         .and_then(|text| text.trim().parse().ok())
+}
+
+fn kind_of(joint_type: &urdf_rs::JointType) -> JointKind {
+    match joint_type {
+        urdf_rs::JointType::Revolute => JointKind::Revolute,
+        urdf_rs::JointType::Continuous => JointKind::Continuous,
+        urdf_rs::JointType::Prismatic => JointKind::Prismatic,
+        urdf_rs::JointType::Planar => JointKind::Planar,
+        urdf_rs::JointType::Floating => JointKind::Floating,
+        // `check` has refused spherical joints.
+        urdf_rs::JointType::Fixed | urdf_rs::JointType::Spherical => JointKind::Fixed,
+    }
+}
+
+fn mimic_of(mimic: &urdf_rs::Mimic) -> Mimic {
+    Mimic {
+        joint: mimic.joint.clone(),
+        multiplier: mimic.multiplier.unwrap_or(1.0),
+        offset: mimic.offset.unwrap_or(0.0),
+    }
 }

@@ -135,7 +135,11 @@ fn core_points(a: &Core, b: &Core) -> (Vec3, Vec3) {
             boxes::to_solid(center, axes, half, b)
         }
         (Cylinder { .. }, Cylinder { .. }) => cylinders::closest(a, b),
-        _ => {
+        // Every pair by name: one that is left out would ask for itself without end.
+        (Segment(..), Point(_))
+        | (Triangle(..), Point(_) | Segment(..))
+        | (Box { .. }, Point(_) | Segment(..) | Triangle(..))
+        | (Cylinder { .. }, Point(_) | Segment(..) | Triangle(..) | Box { .. }) => {
             let (on_b, on_a) = core_points(b, a);
             (on_a, on_b)
         }

@@ -14,6 +14,7 @@ mod tests;
 
 use super::continuous::Validator;
 use super::interval::ROUNDING_M;
+use super::path_proof::ends;
 use super::reach::{Ranges, Reach};
 use super::{Certificate, SegmentProof, SegmentVerdict};
 use crate::collision::CollisionModel;
@@ -46,15 +47,11 @@ pub struct Corridor {
 impl Corridor {
     /// The corridor that a certificate of this model and path gives.
     pub fn new(model: &CollisionModel, path: &Path, certificate: &Certificate) -> Self {
-        let defaults = || {
-            model
-                .robot()
-                .held()
-                .iter()
-                .map(|variable| variable.default)
-                .collect()
-        };
-        let held: Vec<f64> = certificate.held.clone().unwrap_or_else(defaults);
+        let defaults = model.robot().held().iter().map(|variable| variable.default);
+        let held: Vec<f64> = certificate
+            .held
+            .clone()
+            .unwrap_or_else(|| defaults.collect());
         let mut ranges = Ranges::none(path.nq());
         path.waypoints().for_each(|waypoint| ranges.add(waypoint));
         Self {
@@ -68,14 +65,15 @@ impl Corridor {
 /// What each segment of a certificate keeps above its least floor (m), in [0, [`WIDEST_M`]].
 pub fn slack_m(certificate: &Certificate) -> Vec<f64> {
     let floor = certificate.floor_m() + ROUNDING_M;
-    let slack = |clearance: Option<f64>| {
-        clearance.map_or(WIDEST_M, |kept| (kept - floor).clamp(0.0, WIDEST_M))
-    };
-    certificate
-        .segments
-        .iter()
-        .map(|segment| slack(segment.clearance_m))
+    let segments = certificate.segments.iter();
+    segments
+        .map(|segment| slack(segment.clearance_m, floor))
         .collect()
+}
+
+/// What a clearance leaves above a floor; all of it where nothing is near.
+fn slack(clearance: Option<f64>, floor: f64) -> f64 {
+    clearance.map_or(WIDEST_M, |kept| (kept - floor).clamp(0.0, WIDEST_M))
 }
 
 impl Validator<'_> {
@@ -94,9 +92,7 @@ impl Validator<'_> {
         let most_work = self.work() + 500_000 + 100_000 * path.len() as u64;
         let directions = std::mem::take(&mut self.scratch.directions);
         for (segment, proof) in proofs.iter_mut().enumerate() {
-            let ends = [segment, (segment + 1).min(path.len() - 1)]
-                .map(|waypoint| path.waypoint(waypoint));
-            if !self.widen_segment(ends, proof, most_work, stop) {
+            if !self.widen_segment(ends(path, segment), proof, most_work, stop) {
                 break;
             }
         }
@@ -118,14 +114,14 @@ impl Validator<'_> {
             }
             match self.prove_keeping(from, to, clearance, stop) {
                 SegmentVerdict::Proved(wider) => {
+                    let clearance_m = wider.clearance_m.max(clearance);
                     *proof = SegmentProof {
-                        clearance_m: wider.clearance_m.max(clearance),
+                        clearance_m,
                         ..wider
                     };
                     return true;
                 }
-                // The bodies that refused it come as near as this: what is wider is refused there
-                // too.
+                // The bodies that refused it come as near as this: what is wider is refused there too.
                 SegmentVerdict::Refused(hit) => {
                     clearance = (hit.contact.distance / MARGIN).min(SHRINK * clearance)
                 }
@@ -143,18 +139,14 @@ impl Validator<'_> {
         clearance: f64,
         stop: &mut dyn FnMut() -> bool,
     ) -> SegmentVerdict {
-        let mut wide = std::mem::take(&mut self.scratch.wide);
-        wide.reset(self.model.pairs().len(), clearance);
-        let floors = std::mem::replace(&mut self.scratch.floors, wide);
         let reuse = self.layers.reuse;
         let margin = self.margin;
+        // What is remembered was proved at lower floors, and what is proved here at higher ones.
         self.layers.reuse = false;
         self.margin = MARGIN;
-        let verdict = self.segment(from, to, stop);
+        let verdict = self.with_floor(clearance, |validator, _| validator.segment(from, to, stop));
         self.layers.reuse = reuse;
         self.margin = margin;
-        self.begin();
-        self.scratch.wide = std::mem::replace(&mut self.scratch.floors, floors);
         verdict
     }
 }

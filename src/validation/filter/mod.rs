@@ -32,6 +32,14 @@ pub struct Unproved {
     pub excess: [f32; LANES],
 }
 
+impl Unproved {
+    /// Whether the pair is undecided in a lane.
+    #[inline]
+    pub fn is_in(&self, lane: usize) -> bool {
+        self.lanes >> lane & 1 == 1
+    }
+}
+
 /// Pairs that a batch looks at.
 #[derive(Clone, Copy, Debug)]
 pub enum Pairs<'a> {
@@ -99,26 +107,14 @@ impl FilterScratch {
     pub fn reset(&mut self, filter: &Filter, space: &ConfigurationSpace, held: &[f64]) {
         self.input.reset(space, held);
         self.bodies.clear();
-        let unknown = PlacedBall {
-            batch: 0,
-            center: [ZERO; 3],
-            velocity: [ZERO; 3],
-            speed: ZERO,
-        };
         let mut first = 0;
         let mut first_bend = 0;
         for body in &*filter.bodies {
-            self.bodies.push(PlacedBody {
-                bent_batch: 0,
-                first,
-                first_bend,
-                bend: ZERO,
-                blur: ZERO,
-            });
+            self.bodies.push(PlacedBody::unknown(first, first_bend));
             first += 1 + body.clusters.len() + body.balls.len();
             first_bend += body.hops.len();
         }
-        self.balls.resize(first, unknown);
+        self.balls.resize(first, PlacedBall::UNKNOWN);
         self.bends.resize(first_bend, ZERO);
         self.far = 0;
         self.near = 0;
@@ -192,10 +188,24 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
 
     #[inline(always)]
     fn all(mut self) {
+        self.place_frames();
+        let mut near = std::mem::take(&mut self.batch.scratch.pairs);
+        near.clear();
+        match self.batch.pairs {
+            Pairs::Of(pairs) => near.extend_from_slice(pairs),
+            Pairs::All { with_remote } => self.near(with_remote, &mut near),
+        }
+        self.test(&near);
+        self.batch.scratch.pairs = near;
+        self.batch.scratch.kept = pulp::cast(self.kept.packed);
+    }
+
+    /// Where the frames are in the middles, and how they move.
+    #[inline(always)]
+    fn place_frames(&mut self) {
         let simd = self.simd;
-        let filter = self.batch.filter;
-        let lanes = self.batch.lanes;
         let Batch {
+            filter,
             space,
             segments,
             intervals,
@@ -211,32 +221,37 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
             &mut scratch.frames,
             &mut scratch.motions,
         );
-        let mut near = std::mem::take(&mut scratch.pairs);
-        near.clear();
-        match self.batch.pairs {
-            Pairs::Of(pairs) => near.extend_from_slice(pairs),
-            Pairs::All { with_remote } => {
-                if !with_remote && filter.remote.iter().any(|remote| !remote.is_empty()) {
-                    self.kept = Lanes::splat(simd, REMOTE_M as f32);
-                }
-                for body in 0..filter.bodies.len() {
-                    self.near_objects(body, &filter.near[body], lanes, &mut near);
-                    if with_remote {
-                        self.near_objects(body, &filter.remote[body], lanes, &mut near);
-                    }
-                }
-                self.near_bodies(lanes, &mut near);
+    }
+
+    /// The broad phase: pairs that may come near.
+    #[inline(always)]
+    fn near(&mut self, with_remote: bool, near: &mut Vec<(u32, u8)>) {
+        let filter = self.batch.filter;
+        let lanes = self.batch.lanes;
+        // What is left out keeps at least this within the limits.
+        if !with_remote && filter.remote.iter().any(|remote| !remote.is_empty()) {
+            self.kept = Lanes::splat(self.simd, REMOTE_M as f32);
+        }
+        for body in 0..filter.bodies.len() {
+            self.near_objects(body, &filter.near[body], lanes, near);
+            if with_remote {
+                self.near_objects(body, &filter.remote[body], lanes, near);
             }
         }
-        for &(pair, lanes) in &near {
+        self.near_bodies(lanes, near);
+    }
+
+    /// The narrow phase.
+    #[inline(always)]
+    fn test(&mut self, near: &[(u32, u8)]) {
+        let filter = self.batch.filter;
+        for &(pair, lanes) in near {
             let entry = filter.pairs[pair as usize];
             match entry.partner {
                 Partner::Object(object) => self.object(entry.body, pair, object, lanes),
                 Partner::Body { body, hops } => self.own(pair, [entry.body, body], hops, lanes),
             }
         }
-        self.batch.scratch.pairs = near;
-        self.batch.scratch.kept = pulp::cast(self.kept.packed);
     }
 
     /// The broad phase of one body: obstacles that the ball around all of it may come near. Lanes

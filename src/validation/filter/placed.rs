@@ -26,6 +26,29 @@ pub(super) struct PlacedBall {
     pub(super) speed: Packed,
 }
 
+impl PlacedBody {
+    /// Nothing is computed yet.
+    pub(super) fn unknown(first: usize, first_bend: usize) -> Self {
+        Self {
+            bent_batch: 0,
+            first,
+            first_bend,
+            bend: ZERO,
+            blur: ZERO,
+        }
+    }
+}
+
+impl PlacedBall {
+    /// Nothing is computed yet.
+    pub(super) const UNKNOWN: Self = Self {
+        batch: 0,
+        center: [ZERO; 3],
+        velocity: [ZERO; 3],
+        speed: ZERO,
+    };
+}
+
 /// A ball in all lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Moving<S: Eight> {

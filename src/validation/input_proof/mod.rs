@@ -9,6 +9,8 @@
 //! any pair ([`first_contact`](super::first_contact)). A stop leaves the collision that is known by
 //! then, which need not be the first, or no verdict.
 
+use std::ops::Range;
+
 use super::continuous::{Attempt, FINEST};
 use super::first_contact::{FirstContact, Touch};
 use super::path_proof::{PathVerdict, ends, lowered_floor, segments};
@@ -41,7 +43,9 @@ pub fn prove_input<'p>(
 ) -> PathVerdict<'p> {
     match validator.enclosed_at(path.waypoint(0), stop) {
         Enclosed::Nothing => {}
-        Enclosed::Pair(pair, contact) => return refused_at_start(pair, contact),
+        Enclosed::Pair(pair, contact) => {
+            return PathVerdict::refused(0, collision(0.0, pair, contact));
+        }
         Enclosed::Stopped => return PathVerdict::Stopped,
     }
     let mut proof = InputProof {
@@ -56,18 +60,13 @@ pub fn prove_input<'p>(
     proof.verdict(is_finished)
 }
 
-fn refused_at_start(pair: usize, contact: Contact) -> PathVerdict<'static> {
-    let hit = Hit {
+fn collision(t: f64, pair: usize, contact: Contact) -> Hit {
+    Hit {
         reason: HitReason::Collision,
-        t: 0.0,
+        t,
         pair,
         contact,
         proved_until: 0.0,
-    };
-    PathVerdict::Refused {
-        segment: 0,
-        hit,
-        proved_prefix: 0.0,
     }
 }
 
@@ -76,6 +75,23 @@ fn refused_at_start(pair: usize, contact: Contact) -> PathVerdict<'static> {
 struct Collision {
     segment: usize,
     touch: Touch,
+}
+
+impl Collision {
+    /// Whether it is strictly before another on the path.
+    fn is_before(&self, other: &Self) -> bool {
+        let place = |it: &Self| (it.segment, it.touch.t);
+        place(other) > place(self)
+    }
+}
+
+/// What a refused pair is found to be.
+enum Weighed {
+    /// Its floor is lowered: the segment may be provable now.
+    Lowered,
+    Touching,
+    /// Apart, but closer than can be proved.
+    Apart,
 }
 
 struct InputProof<'v, 'm, 'p> {
@@ -106,10 +122,7 @@ impl<'p> InputProof<'_, '_, 'p> {
         match self.collision {
             None => self.prove_up_to(segments(self.path), stop),
             // What stands at the start needs no proof of anything.
-            Some(Collision {
-                touch: Touch { t: 0.0, .. },
-                ..
-            }) => Some(()),
+            Some(collision) if collision.touch.t == 0.0 => Some(()),
             Some(Collision { segment, .. }) => self.prove_up_to(segment + 1, stop),
         }
     }
@@ -128,21 +141,13 @@ impl<'p> InputProof<'_, '_, 'p> {
                     self.validator
                         .prove_runs(runs, next..end, most, &mut self.proofs, stop)?
                 }
-                None => {
-                    let batch = end.min(next + BATCH);
-                    let reached = self.validator.prove_in_order(
-                        self.path,
-                        next..batch,
-                        &mut self.proofs,
-                        stop,
-                    )?;
-                    (reached, reached < batch)
-                }
+                None => self.prove_batch(next..end, stop)?,
             };
             next = reached;
             if !is_refused {
                 most = longest.min(2 * most);
             } else if most > 1 {
+                // A run is refused more easily than its segments: shorter ones stray less.
                 most /= 4.min(most);
             } else if self.is_settled_by(next, stop)? {
                 return Some(());
@@ -151,6 +156,20 @@ impl<'p> InputProof<'_, '_, 'p> {
             }
         }
         Some(())
+    }
+
+    /// Proves the next segments together; where that ended, and whether by a refusal.
+    fn prove_batch(
+        &mut self,
+        segments: Range<usize>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<(usize, bool)> {
+        let batch = segments.start..segments.end.min(segments.start + BATCH);
+        let end = batch.end;
+        let reached = self
+            .validator
+            .prove_in_order(self.path, batch, &mut self.proofs, stop)?;
+        Some((reached, reached < end))
     }
 
     /// Where all is well this is all that a proof costs.
@@ -169,14 +188,19 @@ impl<'p> InputProof<'_, '_, 'p> {
         waypoints: impl Iterator<Item = usize>,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<()> {
-        if let Some(Colliding { waypoint, pair }) = self
+        let colliding = self
             .validator
-            .colliding_waypoint(self.path, waypoints, stop)?
-        {
-            let t = if waypoint == 0 { 0.0 } else { 1.0 };
-            self.meet(waypoint.saturating_sub(1), Touch { t, pair });
-        }
+            .colliding_waypoint(self.path, waypoints, stop)?;
+        colliding
+            .into_iter()
+            .for_each(|colliding| self.meet_at(colliding));
         Some(())
+    }
+
+    /// Takes note of a collision at a waypoint: at the end of the segment before it.
+    fn meet_at(&mut self, Colliding { waypoint, pair }: Colliding) {
+        let t = if waypoint == 0 { 0.0 } else { 1.0 };
+        self.meet(waypoint.saturating_sub(1), Touch { t, pair });
     }
 
     /// A segment that is refused as it stands: lowers floors, or looks for what collides on it.
@@ -185,66 +209,90 @@ impl<'p> InputProof<'_, '_, 'p> {
         if self.proves_lowering(segment, stop)? {
             return Some(false);
         }
-        match self.validator.first_contact(ends(self.path, segment), stop) {
-            FirstContact::Nothing => {}
-            FirstContact::At(touch) => self.meet(segment, touch),
-            FirstContact::Stopped(found) => {
-                found
-                    .into_iter()
-                    .for_each(|touch| self.meet(segment, touch));
-                return None;
-            }
-        }
+        self.find_contact(segment, stop)?;
         if self.unproved.is_none() {
             self.find_first_refusal(segment, stop)?;
         }
-        Some(
-            self.collision
-                .is_some_and(|collision| collision.segment == segment && collision.touch.t < 1.0),
-        )
+        let here = self
+            .collision
+            .filter(|collision| collision.segment == segment);
+        Some(here.is_some_and(|collision| collision.touch.t < 1.0))
+    }
+
+    /// Looks for what collides first on a segment; `None` where stopped.
+    fn find_contact(&mut self, segment: usize, stop: &mut dyn FnMut() -> bool) -> Option<()> {
+        let found = self.validator.first_contact(ends(self.path, segment), stop);
+        let (touch, is_finished) = match found {
+            FirstContact::Nothing => (None, true),
+            FirstContact::At(touch) => (Some(touch), true),
+            FirstContact::Stopped(touch) => (touch, false),
+        };
+        touch
+            .into_iter()
+            .for_each(|touch| self.meet(segment, touch));
+        is_finished.then_some(())
     }
 
     /// Takes note of a contact, if none before it is known.
     fn meet(&mut self, segment: usize, mut touch: Touch) {
-        if segment == 0
-            && touch.t <= FINEST
-            && self.validator.touches(touch.pair, self.path.waypoint(0))
-        {
+        if segment == 0 && touch.t <= FINEST && self.stands_in(touch.pair) {
             touch.t = 0.0;
         }
-        let is_later = |known: Collision| (known.segment, known.touch.t) > (segment, touch.t);
-        if self.collision.is_none_or(is_later) {
-            self.collision = Some(Collision { segment, touch });
+        let met = Collision { segment, touch };
+        if self.collision.is_none_or(|known| met.is_before(&known)) {
+            self.collision = Some(met);
         }
+    }
+
+    /// Whether a pair touches where the path begins.
+    fn stands_in(&mut self, pair: usize) -> bool {
+        self.validator.touches(pair, self.path.waypoint(0))
     }
 
     /// Lowers floors until the segment is proved; false where it is refused for good.
     fn proves_lowering(&mut self, segment: usize, stop: &mut dyn FnMut() -> bool) -> Option<bool> {
-        let [from, to] = ends(self.path, segment);
+        let ends = ends(self.path, segment);
         loop {
-            let (t, pair, reason) = match self.validator.attempt([from, to], stop) {
+            match self.validator.attempt(ends, stop) {
                 Attempt::Stopped => return None,
-                Attempt::Refused { t, pair, reason } => (t, pair, reason),
                 Attempt::Proved(proof) => {
                     self.proofs.push(proof);
                     return Some(true);
                 }
-            };
-            let touches = match reason {
-                HitReason::Collision => true,
-                HitReason::Uncertified => false,
-                HitReason::TooClose => {
-                    let distance = self.validator.contact_between(pair, from, to, t).distance;
-                    if distance > TOUCHING_M && self.may_lower && self.lower(pair, distance) {
-                        continue;
+                Attempt::Refused { t, pair, reason } => {
+                    match self.weigh(ends, Touch { t, pair }, reason) {
+                        Weighed::Lowered => {}
+                        Weighed::Apart => return Some(false),
+                        Weighed::Touching => {
+                            self.meet(segment, Touch { t, pair });
+                            return Some(false);
+                        }
                     }
-                    distance <= TOUCHING_M
                 }
-            };
-            if touches {
-                self.meet(segment, Touch { t, pair });
             }
-            return Some(false);
+        }
+    }
+
+    /// Looks at a pair that was refused: lowers its floor where that is allowed and may help.
+    fn weigh(
+        &mut self,
+        [from, to]: [&[f64]; 2],
+        Touch { t, pair }: Touch,
+        reason: HitReason,
+    ) -> Weighed {
+        match reason {
+            HitReason::Collision => Weighed::Touching,
+            HitReason::Uncertified => Weighed::Apart,
+            HitReason::TooClose => {
+                let distance = self.validator.contact_between(pair, from, to, t).distance;
+                if distance <= TOUCHING_M {
+                    Weighed::Touching
+                } else if self.may_lower && self.lower(pair, distance) {
+                    Weighed::Lowered
+                } else {
+                    Weighed::Apart
+                }
+            }
         }
     }
 
@@ -261,27 +309,27 @@ impl<'p> InputProof<'_, '_, 'p> {
                     self.unproved = None;
                     return Some(());
                 }
+                SegmentVerdict::Refused(hit) if self.lowers_for(&hit) => {}
                 SegmentVerdict::Refused(hit) => {
-                    if hit.reason == HitReason::TooClose
-                        && self.may_lower
-                        && self.lower(hit.pair, self.hope(&hit))
-                    {
-                        continue;
-                    }
-                    if hit.reason == HitReason::Collision {
-                        self.meet(
-                            segment,
-                            Touch {
-                                t: hit.t,
-                                pair: hit.pair,
-                            },
-                        );
-                    }
-                    self.unproved = Some((segment, Some(hit)));
+                    self.note_refusal(segment, hit);
                     return Some(());
                 }
             }
         }
+    }
+
+    /// Lowers the floor of a pair that is too close, if that is allowed and may help.
+    fn lowers_for(&mut self, hit: &Hit) -> bool {
+        let is_too_close = hit.reason == HitReason::TooClose && self.may_lower;
+        is_too_close && self.lower(hit.pair, self.hope(hit))
+    }
+
+    fn note_refusal(&mut self, segment: usize, hit: Hit) {
+        if hit.reason == HitReason::Collision {
+            let Hit { t, pair, .. } = hit;
+            self.meet(segment, Touch { t, pair });
+        }
+        self.unproved = Some((segment, Some(hit)));
     }
 
     /// The distance that a pair which is too close may keep: none, if it is known to collide.
@@ -301,17 +349,12 @@ impl<'p> InputProof<'_, '_, 'p> {
     }
 
     fn verdict(mut self, is_finished: bool) -> PathVerdict<'p> {
-        let proved_prefix = match self.unproved {
-            Some((segment, hit)) => segment as f64 + hit.map_or(0.0, |hit| hit.proved_until),
-            None => self.proofs.len() as f64,
-        };
+        let proved_prefix = self.proved_prefix();
         if let Some(Collision { segment, touch }) = self.collision {
-            let hit = self.contact(segment, touch);
-            let proved_prefix = proved_prefix.min(segment as f64 + touch.t);
             return PathVerdict::Refused {
                 segment,
-                hit,
-                proved_prefix,
+                hit: self.contact(segment, touch),
+                proved_prefix: proved_prefix.min(segment as f64 + touch.t),
             };
         }
         match self.unproved {
@@ -326,16 +369,17 @@ impl<'p> InputProof<'_, '_, 'p> {
         }
     }
 
+    /// Segment + ratio up to which the path is proved.
+    fn proved_prefix(&self) -> f64 {
+        match self.unproved {
+            Some((segment, hit)) => segment as f64 + hit.map_or(0.0, |hit| hit.proved_until),
+            None => self.proofs.len() as f64,
+        }
+    }
+
     fn contact(&mut self, segment: usize, Touch { t, pair }: Touch) -> Hit {
         let [from, to] = ends(self.path, segment);
-        let contact = self.validator.contact_between(pair, from, to, t);
-        Hit {
-            reason: HitReason::Collision,
-            t,
-            pair,
-            contact,
-            proved_until: 0.0,
-        }
+        collision(t, pair, self.validator.contact_between(pair, from, to, t))
     }
 }
 

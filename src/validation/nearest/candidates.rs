@@ -6,7 +6,7 @@ use super::super::continuous::{ASKED_EVERY, Validator};
 use super::super::path_proof::{ends, segments};
 use super::super::undecided::{Interval, List, Undecided};
 use super::{FINEST_M, Near};
-use crate::lanes::LANES;
+
 use crate::path::Path;
 
 /// A pair that is near in the middle of an interval.
@@ -35,14 +35,7 @@ impl Validator<'_> {
         most_work: u64,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Vec<Candidate>> {
-        self.begin();
-        for segment in 0..segments(path) {
-            if segment % ASKED_EVERY == 0 && stop() {
-                return None;
-            }
-            let [from, to] = ends(path, segment);
-            self.add(from, to);
-        }
+        self.add_all(path, stop)?;
         let mut found = Vec::new();
         while !self.scratch.queue.is_empty() {
             if stop() || self.work() > most_work {
@@ -58,6 +51,19 @@ impl Validator<'_> {
         Some(found)
     }
 
+    /// Takes all segments of a path in hand; `None` where stopped.
+    fn add_all(&mut self, path: &Path, stop: &mut dyn FnMut() -> bool) -> Option<()> {
+        self.begin();
+        for segment in 0..segments(path) {
+            if segment % ASKED_EVERY == 0 && stop() {
+                return None;
+            }
+            let [from, to] = ends(path, segment);
+            self.add(from, to);
+        }
+        Some(())
+    }
+
     /// Settles what the filter leaves of one interval.
     fn settle_lane(
         &mut self,
@@ -69,29 +75,21 @@ impl Validator<'_> {
         let first = self.scratch.lists.len();
         let mut excess = 0.0_f32;
         for entry in 0..self.scratch.filter.unproved.len() {
-            if self.scratch.filter.unproved[entry].lanes >> lane & 1 == 0 {
+            let unproved = &self.scratch.filter.unproved[entry];
+            if !unproved.is_in(lane) {
                 continue;
             }
-            let refused = self.settle(interval, entry, lane, stop)?;
-            let unproved = &self.scratch.filter.unproved[entry];
             let pair = unproved.pair as usize;
-            match refused {
+            match self.settle(interval, entry, lane, stop)? {
                 Some(_) => found.push(Candidate {
                     pair,
                     interval: *interval,
                 }),
-                None if unproved.lanes >> lane & 1 == 1 => {
-                    self.scratch.lists.push(unproved.pair);
-                    excess = excess.max(unproved.excess[lane]);
-                }
-                None => {}
+                None => excess = excess.max(self.list(entry, lane)),
             }
         }
-        let parts = excess.ceil().max(2.0).min(LANES as f32) as usize;
-        Some(Undecided {
-            pairs: List::Of(first, self.scratch.lists.len()),
-            parts,
-        })
+        let pairs = List::Of(first, self.scratch.lists.len());
+        Some(Undecided::new(pairs, excess))
     }
 
     /// What is nearest of the candidates' middles, followed to where it is nearest: what is farther
@@ -101,6 +99,20 @@ impl Validator<'_> {
         candidates: &[Candidate],
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Option<Near>> {
+        let nearest = self.nearest_in_the_middle(candidates, stop)?;
+        Some(
+            nearest.map(|Candidate { pair, interval }| {
+                self.follow(pair, &interval, [0.0, 1.0], FINEST_M)
+            }),
+        )
+    }
+
+    /// The candidate whose bodies are nearest in the middle; of equals, the first.
+    fn nearest_in_the_middle(
+        &mut self,
+        candidates: &[Candidate],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Option<Candidate>> {
         let mut nearest: Option<(f64, Candidate)> = None;
         for candidate in candidates {
             if stop() {
@@ -111,8 +123,6 @@ impl Validator<'_> {
                 nearest = Some((distance, *candidate));
             }
         }
-        Some(nearest.map(|(_, candidate)| {
-            self.follow(candidate.pair, &candidate.interval, [0.0, 1.0], FINEST_M)
-        }))
+        Some(nearest.map(|(_, candidate)| candidate))
     }
 }

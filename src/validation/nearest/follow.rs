@@ -10,18 +10,17 @@ impl Validator<'_> {
     /// A pair at ratio `t` of an interval's segment, exactly, and the rate at which its distance
     /// grows there (m per unit t).
     pub(super) fn near(&mut self, pair: usize, interval: &Interval, t: f64) -> (Near, f64) {
+        let segment = interval.segment;
         self.place(&Interval {
             middle: t,
             ..*interval
         });
         self.exact += 1;
-        let (contact, rate) = self
-            .scratch
-            .motion
-            .apart(self.model, &self.model.pairs()[pair]);
+        let bodies = &self.model.pairs()[pair];
+        let (contact, rate) = self.scratch.motion.apart(self.model, bodies);
         (
             Near {
-                segment: interval.segment,
+                segment,
                 t,
                 pair,
                 contact,
@@ -46,36 +45,21 @@ impl Validator<'_> {
         &mut self,
         pair: usize,
         interval: &Interval,
-        [low, high]: [f64; 2],
+        range: [f64; 2],
         settled: f64,
     ) -> Near {
         let (mut best, rate) = self.near(pair, interval, interval.middle);
-        let direction = -rate.signum();
-        let mut falling = (interval.middle, rate);
-        let mut growing = None::<(f64, f64)>;
-        let mut step = interval.half;
+        let mut descent = Descent::new(interval, rate);
         for number in 0..STEPS {
-            let t = match growing {
-                None => (falling.0 + direction * step).clamp(low, high),
-                // Where two pieces take turns the rate jumps, and even changes tell little: every
-                // other time, halve.
-                Some(growing) if number % 2 == 0 => (falling.0 + growing.0) / 2.0,
-                Some(growing) => evenly_between(falling, growing),
-            };
-            if t == falling.0 {
+            let t = descent.next(number, range);
+            if t == descent.falling.0 {
                 break;
             }
             let (next, rate) = self.near(pair, interval, t);
             if next.contact.distance < best.contact.distance {
                 best = next;
             }
-            match rate * direction < 0.0 {
-                true => falling = (t, rate),
-                false => growing = Some((t, rate)),
-            }
-            step *= 2.0;
-            let width = growing.map_or(f64::INFINITY, |(t, _)| (t - falling.0).abs());
-            if falling.1.abs() * width < settled {
+            if descent.is_settled_at(t, rate, settled) {
                 break;
             }
         }
@@ -86,11 +70,66 @@ impl Validator<'_> {
 /// The place between one where the distance still falls and one where it grows again, each with its
 /// rate, where the rate would be zero if it changed evenly.
 fn evenly_between(falling: (f64, f64), growing: (f64, f64)) -> f64 {
-    let ratio = falling.1.abs() / (falling.1.abs() + growing.1.abs());
-    let ratio = if ratio.is_finite() {
+    let ratio = inner_ratio(falling.1.abs() / (falling.1.abs() + growing.1.abs()));
+    falling.0 + ratio * (growing.0 - falling.0)
+}
+
+/// Never at an end: that would tell nothing new.
+fn inner_ratio(ratio: f64) -> f64 {
+    if ratio.is_finite() {
         ratio.clamp(0.01, 0.99)
     } else {
         0.5
-    };
-    falling.0 + ratio * (growing.0 - falling.0)
+    }
+}
+
+/// A search along a segment for the place where a distance stops falling.
+struct Descent {
+    /// Along which it falls: 1 or −1.
+    direction: f64,
+    /// The last place where it still falls, and the rate there.
+    falling: (f64, f64),
+    /// The nearest beyond where it grows again, once it is known.
+    growing: Option<(f64, f64)>,
+    step: f64,
+}
+
+impl Descent {
+    /// From the middle of an interval, where the distance has this rate.
+    fn new(interval: &Interval, rate: f64) -> Self {
+        Self {
+            direction: -rate.signum(),
+            falling: (interval.middle, rate),
+            growing: None,
+            step: interval.half,
+        }
+    }
+
+    /// Where to look next.
+    fn next(&self, number: u32, [low, high]: [f64; 2]) -> f64 {
+        match self.growing {
+            None => (self.falling.0 + self.direction * self.step).clamp(low, high),
+            // Where two pieces take turns the rate jumps, and even changes tell little: every other
+            // time, halve.
+            Some(growing) if number.is_multiple_of(2) => (self.falling.0 + growing.0) / 2.0,
+            Some(growing) => evenly_between(self.falling, growing),
+        }
+    }
+
+    /// Takes in a rate; whether the distance cannot fall by more than `settled` (m) any more.
+    fn is_settled_at(&mut self, t: f64, rate: f64, settled: f64) -> bool {
+        match rate * self.direction < 0.0 {
+            true => self.falling = (t, rate),
+            false => self.growing = Some((t, rate)),
+        }
+        self.step *= 2.0;
+        self.falling.1.abs() * self.width() < settled
+    }
+
+    /// Between the two places that it lies between.
+    fn width(&self) -> f64 {
+        let falling = self.falling.0;
+        self.growing
+            .map_or(f64::INFINITY, |(t, _)| (t - falling).abs())
+    }
 }

@@ -13,6 +13,8 @@ mod stretch;
 #[cfg(test)]
 mod tests;
 
+use std::cmp::Ordering;
+
 use super::Contact;
 use super::continuous::Validator;
 use super::floors::Floors;
@@ -58,6 +60,42 @@ pub struct Nearest {
     pub contacts: Vec<Near>,
 }
 
+impl Near {
+    fn along_the_path(&self, other: &Self) -> Ordering {
+        self.segment
+            .cmp(&other.segment)
+            .then(self.t.total_cmp(&other.t))
+            .then(self.pair.cmp(&other.pair))
+    }
+}
+
+impl Nearest {
+    /// What is looked for of a pair with this floor: what holds the path, or is nearer than all that
+    /// was found.
+    fn sought(&self, pair: usize, floor: f64, most_work: u64) -> Sought {
+        let smallest = self.smallest.as_ref();
+        let least = smallest.map_or(self.searched_m, |near| near.contact.distance);
+        Sought {
+            pair,
+            within: (CONTACT_FLOORS * floor).max(least),
+            resolution: (RESOLUTION * floor).max(FINEST_M),
+            most_work,
+        }
+    }
+
+    /// Takes in a place; it is a contact where the bodies are within this distance (m).
+    fn take_in(&mut self, near: Near, within: f64) {
+        let distance = near.contact.distance;
+        let smallest = self.smallest.as_ref();
+        let is_least = smallest.is_none_or(|least| distance < least.contact.distance);
+        if distance < self.searched_m && is_least {
+            self.smallest = Some(near);
+        }
+        self.contacts
+            .extend(Some(near).filter(|_| distance < within));
+    }
+}
+
 impl Validator<'_> {
     /// Looks for what is nearest along a path that is proved.
     ///
@@ -86,13 +124,9 @@ impl Validator<'_> {
         most_work: u64,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Nearest> {
-        let mut wide = std::mem::take(&mut self.scratch.wide);
-        wide.reset(self.model.pairs().len(), searched_m);
-        let floors = std::mem::replace(&mut self.scratch.floors, wide);
-        let found = self.search_nearest(path, &floors, searched_m, most_work, stop);
-        self.begin();
-        self.scratch.wide = std::mem::replace(&mut self.scratch.floors, floors);
-        found
+        self.with_floor(searched_m, |validator, floors| {
+            validator.search_nearest(path, floors, searched_m, most_work, stop)
+        })
     }
 
     fn search_nearest(
@@ -105,43 +139,22 @@ impl Validator<'_> {
     ) -> Option<Nearest> {
         let mut candidates = self.candidates(path, most_work, stop)?;
         candidates.sort_by(Candidate::along_the_path);
-        let mut smallest = self
-            .rough_smallest(&candidates, stop)?
-            .filter(|near| near.contact.distance < searched_m);
-        let mut contacts = Vec::new();
+        let rough = self.rough_smallest(&candidates, stop)?;
+        let mut found = Nearest {
+            searched_m,
+            smallest: rough.filter(|near| near.contact.distance < searched_m),
+            contacts: Vec::new(),
+        };
         for of_pair in candidates.chunk_by(|a, b| a.pair == b.pair) {
             let pair = of_pair[0].pair;
             let floor = floors.all()[pair];
-            let within = CONTACT_FLOORS * floors.all()[pair];
-            let least = smallest.map_or(searched_m, |near: Near| near.contact.distance);
-            let resolution = (RESOLUTION * floor).max(FINEST_M);
-            let sought = Sought {
-                pair,
-                within: within.max(least),
-                resolution,
-                most_work,
-            };
+            let sought = found.sought(pair, floor, most_work);
             for near in self.stretches(&sought, of_pair, stop)? {
-                let distance = near.contact.distance;
-                if distance < searched_m
-                    && smallest.is_none_or(|least| distance < least.contact.distance)
-                {
-                    smallest = Some(near);
-                }
-                contacts.extend(Some(near).filter(|_| distance < within));
+                found.take_in(near, CONTACT_FLOORS * floor);
             }
         }
-        contacts.sort_by(|a, b| {
-            a.segment
-                .cmp(&b.segment)
-                .then(a.t.total_cmp(&b.t))
-                .then(a.pair.cmp(&b.pair))
-        });
-        Some(Nearest {
-            searched_m,
-            smallest,
-            contacts,
-        })
+        found.contacts.sort_by(Near::along_the_path);
+        Some(found)
     }
 }
 

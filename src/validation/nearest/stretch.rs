@@ -1,7 +1,7 @@
 //! Stretches of a path on which a pair is near, and the least distance on each.
 
 use super::super::continuous::Validator;
-use super::super::interval::{IntervalVerdict, Looks};
+use super::super::interval::{IntervalVerdict, Looks, PairInterval};
 use super::super::undecided::Interval;
 use super::Near;
 use super::candidates::Candidate;
@@ -43,6 +43,37 @@ struct Along {
     reached: f64,
 }
 
+impl Sought {
+    /// Distance to which the least is followed (m).
+    fn settled(&self) -> f64 {
+        SETTLED * self.resolution
+    }
+}
+
+impl Along {
+    /// The middle of what lies between what is looked at and an interval, if anything does: the pair
+    /// is far there.
+    fn gap_before(&self, interval: &Interval) -> Option<f64> {
+        let start = interval.along(interval.ends()[0]);
+        (start > self.reached + FINEST_HALF).then_some((start + self.reached) / 2.0)
+    }
+
+    /// Whether a waypoint lies between the stretch and an interval.
+    fn turns_at(&self, interval: &Interval) -> bool {
+        let last = self.stretch.last();
+        last.is_some_and(|cell| cell.interval.segment != interval.segment)
+    }
+}
+
+/// Whether the pair is farther apart than is sought somewhere between two places.
+fn are_parted(first: &Near, second: &Near, partings: &[f64]) -> bool {
+    let [first, second] = [first, second].map(|near| near.segment as f64 + near.t);
+    let next = partings.partition_point(|parting| *parting <= first.min(second));
+    partings
+        .get(next)
+        .is_some_and(|parting| *parting < first.max(second))
+}
+
 impl Interval {
     fn halves(&self) -> [Self; 2] {
         let half = self.half / 2.0;
@@ -73,28 +104,38 @@ impl Validator<'_> {
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Vec<Near>> {
         let mut along = Along::default();
-        let mut open: Vec<Interval> = candidates
-            .iter()
-            .rev()
-            .map(|candidate| candidate.interval)
-            .collect();
+        let intervals = candidates.iter().rev().map(|candidate| candidate.interval);
+        let mut open: Vec<Interval> = intervals.collect();
         while let Some(interval) = open.pop() {
             if self.is_over(sought, stop) {
                 return None;
             }
-            let near = Some(self.nearly_apart(sought.pair, &interval))
-                .filter(|distance| *distance < sought.within);
-            // What is hardly nearer anywhere than what is sought is not near.
-            let is_settled = near.is_some()
-                || self.keeps(sought, &interval, sought.within - sought.resolution, stop)?;
-            if !is_settled && interval.half > FINEST_HALF {
+            let near = self.distance_within(sought, &interval);
+            let is_settled = near.is_some() || self.is_hardly_nearer(sought, &interval, stop)?;
+            if is_settled || interval.half <= FINEST_HALF {
+                self.append(sought, &mut along, &interval, near, stop)?;
+            } else {
                 open.extend(interval.halves().into_iter().rev());
-                continue;
             }
-            self.append(sought, &mut along, &interval, near, stop)?;
         }
         self.close(sought, &mut along, stop)?;
         Some(self.merged(&along))
+    }
+
+    /// About the distance in the middle of an interval, where it is less than is sought.
+    fn distance_within(&mut self, sought: &Sought, interval: &Interval) -> Option<f64> {
+        let distance = self.nearly_apart(sought.pair, interval);
+        (distance < sought.within).then_some(distance)
+    }
+
+    /// What is hardly nearer anywhere than what is sought is not near.
+    fn is_hardly_nearer(
+        &mut self,
+        sought: &Sought,
+        interval: &Interval,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<bool> {
+        self.keeps(sought, interval, sought.within - sought.resolution, stop)
     }
 
     /// Goes on along the path by an interval that is looked at enough; `near` is about the distance
@@ -107,22 +148,18 @@ impl Validator<'_> {
         near: Option<f64>,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<()> {
-        let [start, end] = interval.ends().map(|t| interval.along(t));
-        let before = (start > along.reached + FINEST_HALF).then_some((start + along.reached) / 2.0);
+        let before = along.gap_before(interval);
         let inside = near.is_none().then_some(interval.along(interval.middle));
-        let turns = along
-            .stretch
-            .last()
-            .is_some_and(|cell| cell.interval.segment != interval.segment);
-        if turns || before.or(inside).is_some() {
+        let parting = before.or(inside).is_some();
+        if parting || along.turns_at(interval) {
             self.close(sought, along, stop)?;
         }
         along.partings.extend(before.into_iter().chain(inside));
-        along.reached = end;
-        along.stretch.extend(near.map(|distance| Cell {
-            interval: *interval,
-            distance,
-        }));
+        along.reached = interval.along(interval.ends()[1]);
+        let interval = *interval;
+        along
+            .stretch
+            .extend(near.map(|distance| Cell { interval, distance }));
         Some(())
     }
 
@@ -133,11 +170,9 @@ impl Validator<'_> {
         along: &mut Along,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<()> {
-        if let Some(near) = self.least(sought, &along.stretch, stop)? {
-            along
-                .found
-                .extend(Some(near).filter(|near| near.contact.distance < sought.within));
-        }
+        let least = self.least(sought, &along.stretch, stop)?;
+        let near = least.filter(|near| near.contact.distance < sought.within);
+        along.found.extend(near);
         along.stretch.clear();
         Some(())
     }
@@ -156,8 +191,7 @@ impl Validator<'_> {
             return Some(None);
         };
         let reach = reach(stretch);
-        let settled = SETTLED * sought.resolution;
-        let mut best = self.follow(sought.pair, &start.interval, reach, settled);
+        let mut best = self.follow(sought.pair, &start.interval, reach, sought.settled());
         let mut open: Vec<Interval> = stretch.iter().map(|cell| cell.interval).collect();
         while let Some(interval) = open.pop() {
             if self.is_over(sought, stop) {
@@ -168,18 +202,21 @@ impl Validator<'_> {
                 continue;
             }
             for half in interval.halves() {
-                if self.nearly_apart(sought.pair, &half) < best.contact.distance {
-                    let near = self.follow(sought.pair, &half, reach, settled);
-                    best = if near.contact.distance < best.contact.distance {
-                        near
-                    } else {
-                        best
-                    };
-                }
+                self.better(sought, &half, reach, &mut best);
                 open.push(half);
             }
         }
         Some(Some(best))
+    }
+
+    /// Follows the distance from the middle of an interval, if it is less there than the best.
+    fn better(&mut self, sought: &Sought, interval: &Interval, reach: [f64; 2], best: &mut Near) {
+        if self.nearly_apart(sought.pair, interval) < best.contact.distance {
+            let near = self.follow(sought.pair, interval, reach, sought.settled());
+            if near.contact.distance < best.contact.distance {
+                *best = near;
+            }
+        }
     }
 
     fn is_over(&self, sought: &Sought, stop: &mut dyn FnMut() -> bool) -> bool {
@@ -190,13 +227,11 @@ impl Validator<'_> {
     fn merged(&mut self, along: &Along) -> Vec<Near> {
         let mut merged: Vec<Near> = Vec::new();
         for near in &along.found {
-            match merged.last_mut() {
-                Some(last) if self.are_one(last, near, &along.partings) => {
-                    if near.contact.distance < last.contact.distance {
-                        *last = *near;
-                    }
-                }
-                _ => merged.push(*near),
+            let last = merged.last_mut();
+            match last.filter(|last| self.are_one(last, near, &along.partings)) {
+                None => merged.push(*near),
+                Some(last) if near.contact.distance < last.contact.distance => *last = *near,
+                Some(_) => {}
             }
         }
         merged
@@ -206,32 +241,23 @@ impl Validator<'_> {
     /// waypoint lies between them, one of the two is at the waypoint and the distance falls from
     /// there towards the other.
     fn are_one(&mut self, first: &Near, second: &Near, partings: &[f64]) -> bool {
-        let along = |near: &Near| near.segment as f64 + near.t;
-        let low = along(first).min(along(second));
-        let high = along(first).max(along(second));
-        let next = partings.partition_point(|parting| *parting <= low);
-        if second.segment > first.segment + 1
-            || partings.get(next).is_some_and(|parting| *parting < high)
-        {
+        if second.segment > first.segment + 1 || are_parted(first, second, partings) {
             return false;
         }
-        let rate_at = |validator: &mut Self, segment: usize, t: f64| {
-            validator
-                .near(
-                    first.pair,
-                    &Interval {
-                        segment,
-                        ..Interval::default()
-                    },
-                    t,
-                )
-                .1
-        };
         let ends_at = first.t > 1.0 - FINEST_HALF;
         let begins_at = second.t < FINEST_HALF;
         first.segment == second.segment
-            || ends_at && (begins_at || rate_at(self, second.segment, 0.0) < 0.0)
-            || begins_at && rate_at(self, first.segment, 1.0) > 0.0
+            || ends_at && (begins_at || self.rate(first.pair, second.segment, 0.0) < 0.0)
+            || begins_at && self.rate(first.pair, first.segment, 1.0) > 0.0
+    }
+
+    /// The rate at which a pair's distance grows at a ratio of a segment (m per unit t).
+    fn rate(&mut self, pair: usize, segment: usize, t: f64) -> f64 {
+        let interval = Interval {
+            segment,
+            ..Interval::default()
+        };
+        self.near(pair, &interval, t).1
     }
 
     /// Whether the pair is proved to keep this distance (m) on the whole interval. `None` where
@@ -244,23 +270,13 @@ impl Validator<'_> {
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<bool> {
         self.place(interval);
-        let model = self.model;
-        let pair = sought.pair;
-        let mut bound =
-            self.scratch
-                .motion
-                .pair_interval(model, &model.pairs()[pair], interval.half, distance);
-        bound.too_close = distance;
-        if !self.layers.along_normal {
-            bound.bend = f64::INFINITY;
-        }
+        let bound = PairInterval {
+            too_close: distance,
+            ..self.bound(sought.pair, interval.half, distance)
+        };
         let mut looks = Looks::new(stop);
-        let mut direction = self.scratch.directions.get(&pair).copied();
-        let verdict = bound.decide(&mut direction, &mut looks);
+        let verdict = self.decide_along(sought.pair, &bound, &mut looks);
         self.exact += looks.count;
-        if let Some(direction) = direction {
-            self.scratch.directions.insert(pair, direction);
-        }
         match verdict {
             IntervalVerdict::Stopped => None,
             verdict => Some(matches!(verdict, IntervalVerdict::Proved(_))),
@@ -270,7 +286,12 @@ impl Validator<'_> {
 
 /// The part of its segment that a stretch covers.
 fn reach(stretch: &[Cell]) -> [f64; 2] {
-    let [first, last] = [stretch.first(), stretch.last()]
-        .map(|cell| cell.map_or([0.0, 1.0], |cell| cell.interval.ends()));
-    [first[0].max(0.0), last[1].min(1.0)]
+    let [low, _] = ends(stretch.first());
+    let [_, high] = ends(stretch.last());
+    [low.max(0.0), high.min(1.0)]
+}
+
+/// Where a cell begins and ends; the whole segment where there is none.
+fn ends(cell: Option<&Cell>) -> [f64; 2] {
+    cell.map_or([0.0, 1.0], |cell| cell.interval.ends())
 }

@@ -16,6 +16,7 @@
 //! always refused, one that is too high by less if a place is met where the pair is closer.
 
 use std::f64::consts::PI;
+use std::ops::RangeInclusive;
 
 mod cover;
 mod objection;
@@ -29,8 +30,8 @@ pub use objection::{Closeness, Objection};
 use super::Certificate;
 use super::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS, FIRST_WITH_DIGEST};
 use super::interval::ROUNDING_M;
-use super::path_proof::LEAST_FLOOR_M;
-use crate::collision::CollisionModel;
+use super::path_proof::{LEAST_FLOOR_M, ends};
+use crate::collision::{BodyPair, CollisionModel};
 use crate::path::Path;
 use crate::robot::configuration::{LONGEST_STEP_RAD, ROUNDED_RAD};
 use crate::robot::{Component, ConfigurationSpace, Kinematics};
@@ -79,28 +80,33 @@ pub fn verify(
     let held = held(model, certificate)?;
     let path = unit_quaternions(model, path);
     check_start(model, path.waypoint(0), &held)?;
-
-    let space = model.robot().space();
-    let space = if certificate.unwrapped {
-        space.unwrapped()
-    } else {
-        space.clone()
-    };
+    let space = space(model, certificate);
     check_steps(model, &path, &space, certificate.checker_version)?;
-    let covers: Vec<Cover> = model
-        .bodies()
-        .iter()
-        .map(|body| Cover::new(body.solid.tree.pieces(), &body.place))
-        .collect();
+    let covers = covers(model);
     let mut effort = Effort::default();
     for (index, claim) in certificate.segments.iter().enumerate() {
-        let ends = [index, (index + 1).min(path.len() - 1)].map(|waypoint| path.waypoint(waypoint));
         let claim = claim.clearance_m.unwrap_or(f64::INFINITY);
-        let mut segment = Segment::new(model, &covers, &space, &held, index, ends);
+        let mut segment = Segment::new(model, &covers, &space, &held, index, ends(&path, index));
         segment.verify(&floors, claim, &mut effort, stop)?;
         progress(index + 1);
     }
     Ok(effort)
+}
+
+/// The space whose steps the certificate is about.
+fn space(model: &CollisionModel, certificate: &Certificate) -> ConfigurationSpace {
+    let space = model.robot().space();
+    match certificate.unwrapped {
+        true => space.unwrapped(),
+        false => space.clone(),
+    }
+}
+
+fn covers(model: &CollisionModel) -> Vec<Cover> {
+    let bodies = model.bodies().iter();
+    bodies
+        .map(|body| Cover::new(body.solid.tree.pieces(), &body.place))
+        .collect()
 }
 
 /// Whether the certificate is whole, of a known kind, and about this robot, scene and path.
@@ -109,30 +115,39 @@ fn check_origin(
     path: &Path,
     certificate: &Certificate,
 ) -> Result<(), Objection> {
+    check_whole(certificate)?;
+    check_hashes(model, path, certificate)?;
+    let claims = (path.len() - 1).max(1);
+    check_count("columns", path.nq(), model.robot().space().nq())?;
+    check_count("claims", certificate.segments.len(), claims)
+}
+
+/// Whether it is of a known kind, and nothing was changed in it.
+fn check_whole(certificate: &Certificate) -> Result<(), Objection> {
     let version = certificate.checker_version;
     if version > CHECKER_VERSION || version == 0 {
         return Err(Objection::Version(version));
     }
+    let content = certificate.content();
     match certificate.digest {
-        None if version >= FIRST_WITH_DIGEST => return Err(Objection::NoDigest(version)),
-        Some(digest) if digest != certificate.content() => {
-            return Err(Objection::Edited {
-                digest,
-                content: certificate.content(),
-            });
-        }
-        _ => {}
+        None if version >= FIRST_WITH_DIGEST => Err(Objection::NoDigest(version)),
+        Some(digest) if digest != content => Err(Objection::Edited { digest, content }),
+        _ => Ok(()),
     }
-    let scene = model.scene();
-    let is_former = scene.former_hash() == Some(certificate.scene_hash);
-    let scene_hash = if is_former {
-        certificate.scene_hash
-    } else {
-        scene.hash()
-    };
+}
+
+fn check_hashes(
+    model: &CollisionModel,
+    path: &Path,
+    certificate: &Certificate,
+) -> Result<(), Objection> {
     for (kind, claimed, given) in [
         ("robot", certificate.robot_hash, model.robot().hash()),
-        ("scene", certificate.scene_hash, scene_hash),
+        (
+            "scene",
+            certificate.scene_hash,
+            scene_hash(model, certificate.scene_hash),
+        ),
         ("path", certificate.path_hash, path.hash()),
     ] {
         if claimed != given {
@@ -143,22 +158,27 @@ fn check_origin(
             });
         }
     }
-    let columns = ("columns", path.nq(), model.robot().space().nq());
-    let claims = (
-        "claims",
-        certificate.segments.len(),
-        (path.len() - 1).max(1),
-    );
-    for (what, got, expected) in [columns, claims] {
-        if got != expected {
-            return Err(Objection::Count {
-                what,
-                got,
-                expected,
-            });
-        }
-    }
     Ok(())
+}
+
+/// The scene's hash, or the one that it had in an older form of the same, where that is claimed.
+fn scene_hash(model: &CollisionModel, claimed: u64) -> u64 {
+    let scene = model.scene();
+    match scene.former_hash() == Some(claimed) {
+        true => claimed,
+        false => scene.hash(),
+    }
+}
+
+fn check_count(what: &'static str, got: usize, expected: usize) -> Result<(), Objection> {
+    match got == expected {
+        true => Ok(()),
+        false => Err(Objection::Count {
+            what,
+            got,
+            expected,
+        }),
+    }
 }
 
 /// Every step says by its numbers how it moves.
@@ -169,14 +189,8 @@ fn check_steps(
     version: u32,
 ) -> Result<(), Objection> {
     let name = |column: usize| model.robot().variables()[column].name.clone();
-    // Before, half a turn could be meant the other way.
-    let longest = if version < FIRST_BY_NUMBERS {
-        PI - ROUNDED_RAD
-    } else {
-        LONGEST_STEP_RAD
-    };
     for (segment, [from, to]) in path.segments().enumerate() {
-        if let Some(q) = space.circles().find(|&q| (to[q] - from[q]).abs() > longest) {
+        if let Some(q) = long_step(space, version, [from, to]) {
             return Err(Objection::LongStep {
                 segment,
                 variable: name(q),
@@ -186,96 +200,115 @@ fn check_steps(
             });
         }
         if let Some(q) = space.half_turn(from, to) {
-            return Err(Objection::HalfTurn {
-                segment,
-                variable: name(q),
-            });
+            let variable = name(q);
+            return Err(Objection::HalfTurn { segment, variable });
         }
     }
     Ok(())
 }
 
+/// A column of a circle that steps farther than a step may mean.
+fn long_step(space: &ConfigurationSpace, version: u32, [from, to]: [&[f64]; 2]) -> Option<usize> {
+    let longest = longest_step(version);
+    space.circles().find(|&q| (to[q] - from[q]).abs() > longest)
+}
+
+fn longest_step(version: u32) -> f64 {
+    match version < FIRST_BY_NUMBERS {
+        // Before, half a turn could be meant the other way.
+        true => PI - ROUNDED_RAD,
+        false => LONGEST_STEP_RAD,
+    }
+}
+
 /// The floor of every pair (m), by the certificate.
 fn floors(model: &CollisionModel, certificate: &Certificate) -> Result<Vec<f64>, Objection> {
     let highest = certificate.clearance_m;
-    let check = |what: String, floor: f64, range: std::ops::RangeInclusive<f64>| match range
-        .contains(&floor)
-    {
-        true => Ok(floor),
+    check_range("clearance_m".to_owned(), highest, LEAST_FLOOR_M..=f64::MAX)?;
+    let pairs = 0..model.pairs().len();
+    let names: Vec<[String; 2]> = pairs.map(|pair| model.pair_names(pair)).collect();
+    let mut floors = vec![highest; names.len()];
+    for (a, b, floor) in &certificate.lowered {
+        let what = format!("the floor of {a} × {b}");
+        check_range(what, *floor, LEAST_FLOOR_M..=highest)?;
+        lower(&mut floors, &names, [a, b], *floor)?;
+    }
+    check_clearances(certificate)?;
+    Ok(floors)
+}
+
+/// Gives the pairs of this name a floor.
+fn lower(
+    floors: &mut [f64],
+    names: &[[String; 2]],
+    [a, b]: [&String; 2],
+    floor: f64,
+) -> Result<(), Objection> {
+    let mut known = false;
+    let pairs = floors.iter_mut().zip(names);
+    for (own, _) in pairs.filter(|(_, [x, y])| (x, y) == (a, b)) {
+        *own = floor;
+        known = true;
+    }
+    let unknown = || Objection::UnknownPair {
+        a: a.clone(),
+        b: b.clone(),
+    };
+    known.then_some(()).ok_or_else(unknown)
+}
+
+/// A claim below the lowest floor says nothing.
+fn check_clearances(certificate: &Certificate) -> Result<(), Objection> {
+    for (index, claim) in certificate.segments.iter().enumerate() {
+        if let Some(clearance) = claim.clearance_m {
+            let what = format!("the clearance of segment {}", index + 1);
+            check_range(what, clearance, certificate.floor_m()..=f64::MAX)?;
+        }
+    }
+    Ok(())
+}
+
+fn check_range(what: String, value: f64, range: RangeInclusive<f64>) -> Result<(), Objection> {
+    match range.contains(&value) {
+        true => Ok(()),
         false => Err(Objection::Number {
             what,
-            value: floor,
+            value,
             least: *range.start(),
             most: *range.end(),
         }),
-    };
-    check("clearance_m".to_owned(), highest, LEAST_FLOOR_M..=f64::MAX)?;
-    let names: Vec<[String; 2]> = (0..model.pairs().len())
-        .map(|pair| model.pair_names(pair))
-        .collect();
-    let mut floors = vec![highest; names.len()];
-    for (a, b, floor) in &certificate.lowered {
-        check(
-            format!("the floor of {a} × {b}"),
-            *floor,
-            LEAST_FLOOR_M..=highest,
-        )?;
-        let mut known = false;
-        for (pair, _) in names
-            .iter()
-            .enumerate()
-            .filter(|(_, [x, y])| (x, y) == (a, b))
-        {
-            floors[pair] = *floor;
-            known = true;
-        }
-        if !known {
-            return Err(Objection::UnknownPair {
-                a: a.clone(),
-                b: b.clone(),
-            });
-        }
     }
-    for (index, claim) in certificate.segments.iter().enumerate() {
-        let Some(clearance) = claim.clearance_m else {
-            continue;
-        };
-        check(
-            format!("the clearance of segment {}", index + 1),
-            clearance,
-            certificate.floor_m()..=f64::MAX,
-        )?;
-    }
-    Ok(floors)
 }
 
 /// Values of the held variables.
 fn held(model: &CollisionModel, certificate: &Certificate) -> Result<Vec<f64>, Objection> {
     let variables = model.robot().held();
-    match &certificate.held {
-        None => Ok(variables.iter().map(|variable| variable.default).collect()),
-        Some(held) if held.len() == variables.len() => Ok(held.clone()),
-        Some(held) => Err(Objection::Count {
-            what: "values of held variables",
-            got: held.len(),
-            expected: variables.len(),
-        }),
-    }
+    let defaults = || variables.iter().map(|variable| variable.default).collect();
+    let held = certificate.held.clone().unwrap_or_else(defaults);
+    check_count("values of held variables", held.len(), variables.len())?;
+    Ok(held)
 }
 
 /// The path with quaternions of unit length: a path may have them a little off.
 fn unit_quaternions(model: &CollisionModel, path: &Path) -> Path {
     let mut path = path.clone();
     for waypoint in 0..path.len() {
-        for component in model.robot().space().components() {
-            if let Component::Rotation { q, .. } = *component {
-                let quaternion = &mut path.waypoint_mut(waypoint)[q..q + 4];
-                let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
-                quaternion.iter_mut().for_each(|x| *x /= norm);
-            }
-        }
+        normalise_rotations(model.robot().space(), path.waypoint_mut(waypoint));
     }
     path
+}
+
+fn normalise_rotations(space: &ConfigurationSpace, waypoint: &mut [f64]) {
+    for component in space.components() {
+        if let Component::Rotation { q, .. } = *component {
+            normalise(&mut waypoint[q..q + 4]);
+        }
+    }
+}
+
+fn normalise(quaternion: &mut [f64]) {
+    let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
+    quaternion.iter_mut().for_each(|x| *x /= norm);
 }
 
 /// What intervals do not see: links that no joint moves, and bodies wholly inside a mesh. Nothing
@@ -287,21 +320,25 @@ fn check_start(model: &CollisionModel, start: &[f64], held: &[f64]) -> Result<()
         return Err(Objection::StandsIn { bodies });
     }
     for (index, pair) in model.pairs().iter().enumerate() {
-        let a = &model.bodies()[pair.a];
-        let b = &model.bodies()[pair.b];
-        if (a.solid.hollow || b.solid.hollow)
-            && query::enclosed(
-                &a.solid,
-                &a.placed(&kinematics),
-                &b.solid,
-                &b.placed(&kinematics),
-            )
-            .is_some()
-        {
-            return Err(Objection::StandsIn {
-                bodies: model.pair_names(index),
-            });
+        if is_enclosed(model, pair, &kinematics) {
+            let bodies = model.pair_names(index);
+            return Err(Objection::StandsIn { bodies });
         }
     }
     Ok(())
+}
+
+/// Whether a body of a pair has a part wholly inside a mesh of the other.
+fn is_enclosed(model: &CollisionModel, pair: &BodyPair, kinematics: &Kinematics) -> bool {
+    let a = &model.bodies()[pair.a];
+    let b = &model.bodies()[pair.b];
+    let enclosed = || {
+        query::enclosed(
+            &a.solid,
+            &a.placed(kinematics),
+            &b.solid,
+            &b.placed(kinematics),
+        )
+    };
+    (a.solid.hollow || b.solid.hollow) && enclosed().is_some()
 }

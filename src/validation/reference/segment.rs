@@ -47,6 +47,24 @@ struct Interval {
     depth: u32,
 }
 
+impl Interval {
+    const WHOLE: Self = Self {
+        middle: 0.5,
+        half: 0.5,
+        depth: 0,
+    };
+
+    fn halves(&self) -> [Self; 2] {
+        let half = self.half / 2.0;
+        let depth = self.depth + 1;
+        [self.middle - half, self.middle + half].map(|middle| Self {
+            middle,
+            half,
+            depth,
+        })
+    }
+}
+
 impl<'a> Segment<'a> {
     /// The straight segment between two configurations.
     pub fn new(
@@ -59,8 +77,6 @@ impl<'a> Segment<'a> {
     ) -> Self {
         let mut velocity = vec![0.0; space.nv()];
         space.difference(to, from, &mut velocity);
-        let kinematics = Kinematics::default();
-        let configuration = from.to_vec();
         Self {
             index,
             model,
@@ -69,8 +85,8 @@ impl<'a> Segment<'a> {
             held,
             from,
             velocity,
-            kinematics,
-            configuration,
+            kinematics: Kinematics::default(),
+            configuration: from.to_vec(),
             placed: Vec::new(),
         }
     }
@@ -85,16 +101,7 @@ impl<'a> Segment<'a> {
     ) -> Result<(), Objection> {
         let tasks = self.tasks(floors, claim);
         self.look_at_ends(&tasks, effort)?;
-        self.bisect(
-            Interval {
-                middle: 0.5,
-                half: 0.5,
-                depth: 0,
-            },
-            &tasks,
-            effort,
-            stop,
-        )
+        self.bisect(Interval::WHOLE, &tasks, effort, stop)
     }
 
     fn tasks(&mut self, floors: &[f64], claim: f64) -> Vec<Task> {
@@ -103,39 +110,36 @@ impl<'a> Segment<'a> {
             self.kinematics.clone()
         });
         let travel = Travel::new(self.model.robot(), &self.velocity, [&ends[0], &ends[1]]);
-        let speed = |body: usize, ancestor: Option<usize>| {
-            travel.speed(
-                self.model.bodies()[body].link,
-                ancestor,
-                self.covers[body].reach,
-            )
-        };
-        let task = |(pair, &floor): (usize, &f64)| {
-            let bodies = &self.model.pairs()[pair];
-            let speed = speed(bodies.a, bodies.ancestor) + speed(bodies.b, bodies.ancestor);
-            Task {
-                pair,
-                speed,
-                claimed: claim.max(floor),
-                slack: slack(floor),
-            }
+        let task = |(pair, &floor): (usize, &f64)| Task {
+            pair,
+            speed: self.speed(&travel, pair),
+            claimed: claim.max(floor),
+            slack: slack(floor),
         };
         floors.iter().enumerate().map(task).collect()
     }
 
+    /// V of a pair: each body's, seen from the link that carries both.
+    fn speed(&self, travel: &Travel, pair: usize) -> f64 {
+        let bodies = &self.model.pairs()[pair];
+        let speed = |body: usize| {
+            let link = self.model.bodies()[body].link;
+            travel.speed(link, bodies.ancestor, self.covers[body].reach)
+        };
+        speed(bodies.a) + speed(bodies.b)
+    }
+
     /// Puts all bodies where they are at ratio `t`.
     fn place(&mut self, t: f64) {
+        let configuration = &mut self.configuration;
         self.space
-            .integrate(self.from, &self.velocity, t, &mut self.configuration);
+            .integrate(self.from, &self.velocity, t, configuration);
         self.kinematics
-            .update(self.model.robot(), &self.configuration, self.held);
+            .update(self.model.robot(), configuration, self.held);
+        let bodies = self.model.bodies().iter();
         self.placed.clear();
-        self.placed.extend(
-            self.model
-                .bodies()
-                .iter()
-                .map(|body| body.placed(&self.kinematics)),
-        );
+        self.placed
+            .extend(bodies.map(|body| body.placed(&self.kinematics)));
     }
 
     /// Pairs are often closest at a waypoint, where no interval has its middle.
@@ -162,30 +166,30 @@ impl<'a> Segment<'a> {
         }
         effort.intervals += 1;
         self.place(interval.middle);
+        let left = self.not_kept(interval, tasks, effort)?;
+        if left.is_empty() {
+            return Ok(());
+        }
+        for half in interval.halves() {
+            self.bisect(half, &left, effort, stop)?;
+        }
+        Ok(())
+    }
+
+    /// The pairs that the middle of an interval does not prove on all of it.
+    fn not_kept(
+        &self,
+        interval: Interval,
+        tasks: &[Task],
+        effort: &mut Effort,
+    ) -> Result<Vec<Task>, Objection> {
         let mut left = Vec::new();
         for task in tasks {
             if !self.is_kept(task, interval, effort)? {
                 left.push(*task);
             }
         }
-        if left.is_empty() {
-            return Ok(());
-        }
-        let half = interval.half / 2.0;
-        let depth = interval.depth + 1;
-        for middle in [interval.middle - half, interval.middle + half] {
-            self.bisect(
-                Interval {
-                    middle,
-                    half,
-                    depth,
-                },
-                &left,
-                effort,
-                stop,
-            )?;
-        }
-        Ok(())
+        Ok(left)
     }
 
     /// Whether the distance in the middle shows that the pair keeps its claim on the whole
@@ -198,27 +202,17 @@ impl<'a> Segment<'a> {
     ) -> Result<bool, Objection> {
         let travelled = task.speed * interval.half;
         let enough = task.claimed - task.slack + travelled;
-        // In a wide interval that is to be halved anyway the closest of all is not worth its
-        // search.
-        let until = if travelled > task.slack {
-            Until::AnyCloser
-        } else {
-            Until::Closest
+        // In a wide interval that is to be halved anyway the closest of all is not worth its search.
+        let until = match travelled > task.slack {
+            true => Until::AnyCloser,
+            false => Until::Closest,
         };
-        let near = self.measure(
-            task,
-            interval.middle,
-            enough.max(task.claimed),
-            until,
-            effort,
-        )?;
+        let t = interval.middle;
+        let near = self.measure(task, t, enough.max(task.claimed), until, effort)?;
         let is_kept = near.gap >= enough;
         if !is_kept && interval.depth == DEEPEST {
-            return Err(Objection::NotProved(self.place_of(
-                task,
-                interval.middle,
-                near.distance,
-            )));
+            let place = self.place_of(task, t, near.distance);
+            return Err(Objection::NotProved(place));
         }
         Ok(is_kept)
     }
@@ -236,25 +230,19 @@ impl<'a> Segment<'a> {
         effort.distances += 1;
         let pair = &self.model.pairs()[task.pair];
         let relative = self.placed[pair.b].inverse_of(&self.placed[pair.a]);
-        let near = near(
-            &self.covers[pair.a],
-            &self.covers[pair.b],
-            &relative,
-            within,
-            until,
-        );
-        if near.distance < task.claimed - ROUNDING_M {
-            return Err(Objection::Closer(self.place_of(task, t, near.distance)));
+        let [a, b] = [pair.a, pair.b].map(|body| &self.covers[body]);
+        let near = near(a, b, &relative, within, until);
+        match near.distance < task.claimed - ROUNDING_M {
+            true => Err(Objection::Closer(self.place_of(task, t, near.distance))),
+            false => Ok(near),
         }
-        Ok(near)
     }
 
     fn place_of(&self, task: &Task, t: f64, distance_m: f64) -> Closeness {
-        let bodies = self.model.pair_names(task.pair);
         Closeness {
             segment: self.index,
             t,
-            bodies,
+            bodies: self.model.pair_names(task.pair),
             distance_m,
             claimed_m: task.claimed,
         }

@@ -18,26 +18,28 @@ pub struct Travel<'a> {
     arms: Vec<f64>,
 }
 
+/// The farthest that a link's origin gets from its parent's; 0 for a root, which stands.
+fn arm(parent: Option<usize>, link: usize, ends: [&Kinematics; 2]) -> f64 {
+    let Some(parent) = parent else {
+        return 0.0;
+    };
+    let [first, last] = ends.map(|at| {
+        let origin = |link: usize| at.poses()[link].translation;
+        origin(link).distance(origin(parent))
+    });
+    first.max(last)
+}
+
 impl<'a> Travel<'a> {
     /// The motion by `velocity` between two configurations at which the robot was placed.
     ///
     /// Seen from its parent a link's origin goes straight, so it is farthest at one of the ends.
     pub fn new(robot: &'a RobotModel, velocity: &'a [f64], ends: [&Kinematics; 2]) -> Self {
-        let arm = |link: usize| {
-            let parent = robot.joints()[link].parent?;
-            let length = |at: &Kinematics| {
-                at.poses()[link]
-                    .translation
-                    .distance(at.poses()[parent].translation)
-            };
-            Some(length(ends[0]).max(length(ends[1])))
-        };
+        let arm = |link: usize| arm(robot.joints()[link].parent, link, ends);
         Self {
             robot,
             velocity,
-            arms: (0..robot.joints().len())
-                .map(|link| arm(link).unwrap_or(0.0))
-                .collect(),
+            arms: (0..robot.joints().len()).map(arm).collect(),
         }
     }
 
@@ -67,15 +69,14 @@ impl<'a> Travel<'a> {
             return (0.0, 0.0);
         };
         let rate = |index: usize| factor * self.velocity[first + index];
+        let length =
+            |index: usize| Vec3::new(rate(index), rate(index + 1), rate(index + 2)).length();
         match joint.kind {
             JointKind::Fixed => (0.0, 0.0),
             JointKind::Revolute | JointKind::Continuous => (0.0, rate(0).abs()),
             JointKind::Prismatic => (rate(0).abs(), 0.0),
             JointKind::Planar => (rate(0).hypot(rate(1)), rate(2).abs()),
-            JointKind::Floating => (
-                Vec3::new(rate(0), rate(1), rate(2)).length(),
-                Vec3::new(rate(3), rate(4), rate(5)).length(),
-            ),
+            JointKind::Floating => (length(0), length(3)),
         }
     }
 }

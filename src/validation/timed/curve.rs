@@ -4,6 +4,8 @@
 //! no velocities, cubic where both have velocities, quintic where both have accelerations too.
 //! Columns are taken as they stand: a controller does not know which joints turn all the way round.
 
+use std::ops::Range;
+
 use super::polynomial::{Knot, Polynomial};
 use crate::robot::{Component, RobotModel, Variable};
 
@@ -134,16 +136,18 @@ impl Curve {
                 }
                 Component::Rotation { q, .. } => {
                     check_still(robot, points, q)?;
-                    let standing = unit(robot, &points[0].positions, q)?;
-                    curve
-                        .polynomials
-                        .iter_mut()
-                        .for_each(|columns| columns[q..q + 4].copy_from_slice(&standing));
-                    curve.coordinates[q..q + 4].fill(None);
+                    curve.stand_still(q, &unit(robot, &points[0].positions, q)?);
                 }
             }
         }
         Ok(curve)
+    }
+
+    /// The quaternion that starts at a column stands still.
+    fn stand_still(&mut self, q: usize, standing: &[Polynomial; 4]) {
+        let segments = self.polynomials.iter_mut();
+        segments.for_each(|columns| columns[q..q + 4].copy_from_slice(standing));
+        self.coordinates[q..q + 4].fill(None);
     }
 
     /// The curve through points whose columns are all joints of one value.
@@ -154,27 +158,16 @@ impl Curve {
         if points.len() < 2 {
             return Err(CurveError::Points(points.len()));
         }
+        let mut before_s = f64::NEG_INFINITY;
         for (index, point) in points.iter().enumerate() {
             check(index, point, columns)?;
-            let before_s = index
-                .checked_sub(1)
-                .map_or(f64::NEG_INFINITY, |before| points[before].time_s);
-            if point.time_s <= before_s {
-                return Err(CurveError::Time {
-                    point: index,
-                    time_s: point.time_s,
-                    before_s,
-                });
-            }
+            check_time(index, point.time_s, before_s)?;
+            before_s = point.time_s;
         }
-        let times = points.iter().map(|point| point.time_s).collect();
-        let polynomials = points
-            .windows(2)
-            .map(|ends| between(&ends[0], &ends[1]))
-            .collect();
+        let segments = points.windows(2);
         Ok(Self {
-            times,
-            polynomials,
+            times: points.iter().map(|point| point.time_s).collect(),
+            polynomials: segments.map(|ends| between(&ends[0], &ends[1])).collect(),
             coordinates: (0..columns).map(Some).collect(),
             nv: columns,
         })
@@ -203,23 +196,24 @@ impl Curve {
 
     /// The configuration so many seconds after a point.
     pub fn at(&self, point: usize, t: f64) -> Vec<f64> {
-        self.polynomials[point]
-            .iter()
-            .map(|polynomial| polynomial.at(t))
-            .collect()
+        let columns = self.polynomials[point].iter();
+        columns.map(|polynomial| polynomial.at(t)).collect()
     }
 
     /// Least and greatest value of each column on the whole curve.
     pub fn ranges(&self) -> Vec<[f64; 2]> {
-        let of_column = |column: usize| {
-            let extremes = (0..self.segments())
-                .map(|point| self.polynomials[point][column].extremes(0.0, self.duration(point)));
-            extremes.fold(
-                [f64::INFINITY, f64::NEG_INFINITY],
-                |[low, high], [(least, _), (most, _)]| [low.min(least), high.max(most)],
-            )
-        };
-        (0..self.columns()).map(of_column).collect()
+        (0..self.columns())
+            .map(|column| self.range(column))
+            .collect()
+    }
+
+    fn range(&self, column: usize) -> [f64; 2] {
+        let extremes = (0..self.segments())
+            .map(|point| self.polynomials[point][column].extremes(0.0, self.duration(point)));
+        extremes.fold(
+            [f64::INFINITY, f64::NEG_INFINITY],
+            |[low, high], [(least, _), (most, _)]| [low.min(least), high.max(most)],
+        )
     }
 
     /// e_j of a piece between two times after a point, for each velocity coordinate (m or rad).
@@ -264,59 +258,45 @@ impl Curve {
         limits: impl Fn(&Variable) -> (f64, f64),
     ) -> Option<Outside> {
         let mut worst: Option<Outside> = None;
-        for (point, polynomials) in self.polynomials.iter().enumerate() {
-            for (column, (polynomial, variable)) in
-                polynomials.iter().zip(robot.variables()).enumerate()
-            {
-                let (lower, upper) = limits(variable);
-                for (value, t) in polynomial.extremes(0.0, self.duration(point)) {
-                    let by = (lower - value).max(value - upper);
-                    if by > worst.as_ref().map_or(0.0, |worst| worst.by) {
-                        worst = Some(Outside {
-                            point,
-                            time_s: self.times[point] + t,
-                            column,
-                            value,
-                            by,
-                        });
+        for point in 0..self.segments() {
+            for (column, variable) in robot.variables().iter().enumerate() {
+                for outside in self.outside_of(point, column, limits(variable)) {
+                    if outside.by > worst.as_ref().map_or(0.0, |worst| worst.by) {
+                        worst = Some(outside);
                     }
                 }
             }
         }
         worst
     }
+
+    /// Where a column is least and greatest after a point, and how far outside of limits that is.
+    fn outside_of(&self, point: usize, column: usize, limits: (f64, f64)) -> [Outside; 2] {
+        let (lower, upper) = limits;
+        let polynomial = &self.polynomials[point][column];
+        polynomial
+            .extremes(0.0, self.duration(point))
+            .map(|(value, t)| Outside {
+                point,
+                time_s: self.times[point] + t,
+                column,
+                value,
+                by: (lower - value).max(value - upper),
+            })
+    }
 }
 
 fn check(index: usize, point: &Point, expected: usize) -> Result<(), CurveError> {
-    let lists = [
-        ("positions", &point.positions, false),
-        ("velocities", &point.velocities, true),
-        ("accelerations", &point.accelerations, true),
-    ];
-    for (what, list, may_be_empty) in lists {
-        if list.len() != expected && !(may_be_empty && list.is_empty()) {
-            return Err(CurveError::Count {
-                point: index,
-                what,
-                got: list.len(),
-                expected,
-            });
-        }
-        if let Some(&value) = list.iter().find(|value| !value.is_finite()) {
-            return Err(CurveError::NotFinite {
-                point: index,
-                what,
-                value,
-            });
+    check_list(index, "positions", &point.positions, expected)?;
+    for (what, list) in [
+        ("velocities", &point.velocities),
+        ("accelerations", &point.accelerations),
+    ] {
+        if !list.is_empty() {
+            check_list(index, what, list, expected)?;
         }
     }
-    if !point.time_s.is_finite() {
-        return Err(CurveError::NotFinite {
-            point: index,
-            what: "times",
-            value: point.time_s,
-        });
-    }
+    check_finite(index, "times", point.time_s)?;
     let says_nothing = point.velocities.is_empty() && !point.accelerations.is_empty();
     if says_nothing {
         Err(CurveError::Accelerations(index))
@@ -325,17 +305,46 @@ fn check(index: usize, point: &Point, expected: usize) -> Result<(), CurveError>
     }
 }
 
+fn check_list(
+    point: usize,
+    what: &'static str,
+    list: &[f64],
+    expected: usize,
+) -> Result<(), CurveError> {
+    let got = list.len();
+    if got != expected {
+        return Err(CurveError::Count {
+            point,
+            what,
+            got,
+            expected,
+        });
+    }
+    list.iter()
+        .try_for_each(|value| check_finite(point, what, *value))
+}
+
+fn check_finite(point: usize, what: &'static str, value: f64) -> Result<(), CurveError> {
+    match value.is_finite() {
+        true => Ok(()),
+        false => Err(CurveError::NotFinite { point, what, value }),
+    }
+}
+
+fn check_time(point: usize, time_s: f64, before_s: f64) -> Result<(), CurveError> {
+    match time_s <= before_s {
+        true => Err(CurveError::Time {
+            point,
+            time_s,
+            before_s,
+        }),
+        false => Ok(()),
+    }
+}
+
 /// A quaternion is no joint of one value: what lies between two of them a controller does not say.
 fn check_still(robot: &RobotModel, points: &[Point], q: usize) -> Result<(), CurveError> {
-    let columns = q..q + 4;
-    let is_still = |point: &Point| {
-        let rates = [&point.velocities, &point.accelerations];
-        point.positions[columns.clone()] == points[0].positions[columns.clone()]
-            && rates.iter().all(|list| {
-                list.get(columns.clone())
-                    .is_none_or(|list| list.iter().all(|rate| *rate == 0.0))
-            })
-    };
+    let is_still = |point: &Point| stands_at(point, &points[0].positions, q);
     match points.iter().position(|point| !is_still(point)) {
         None => Ok(()),
         Some(point) => Err(CurveError::Rotation {
@@ -345,41 +354,64 @@ fn check_still(robot: &RobotModel, points: &[Point], q: usize) -> Result<(), Cur
     }
 }
 
+/// Whether the quaternion that starts at a column stands where it does in `positions`.
+fn stands_at(point: &Point, positions: &[f64], q: usize) -> bool {
+    let columns = q..q + 4;
+    point.positions[columns.clone()] == positions[columns.clone()]
+        && says_still(&point.velocities, columns.clone())
+        && says_still(&point.accelerations, columns)
+}
+
+/// Whether a list of rates says 0 of these columns, or nothing.
+fn says_still(rates: &[f64], columns: Range<usize>) -> bool {
+    let rates = rates.get(columns);
+    rates.is_none_or(|rates| rates.iter().all(|rate| *rate == 0.0))
+}
+
 /// The quaternion that starts at a column, as four columns that stand still.
 fn unit(robot: &RobotModel, positions: &[f64], q: usize) -> Result<[Polynomial; 4], CurveError> {
-    let norm = positions[q..q + 4]
-        .iter()
-        .map(|x| x * x)
-        .sum::<f64>()
-        .sqrt();
+    let quaternion = &positions[q..q + 4];
+    let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
     if (norm - 1.0).abs() > NORM_TOLERANCE {
-        return Err(CurveError::Quaternion {
-            variable: robot.variables()[q].name.clone(),
-            norm,
-        });
+        let variable = robot.variables()[q].name.clone();
+        return Err(CurveError::Quaternion { variable, norm });
     }
     Ok(std::array::from_fn(|k| {
-        Polynomial::constant(positions[q + k] / norm)
+        Polynomial::constant(quaternion[k] / norm)
     }))
 }
 
 fn between(a: &Point, b: &Point) -> Vec<Polynomial> {
-    let both = |list: fn(&Point) -> &Vec<f64>| !list(a).is_empty() && !list(b).is_empty();
-    let make = match (
-        both(|point| &point.velocities),
-        both(|point| &point.accelerations),
-    ) {
-        (false, _) => Polynomial::linear,
-        (true, false) => Polynomial::cubic,
-        (true, true) => Polynomial::quintic,
-    };
-    let knot = |point: &Point, column: usize| Knot {
-        position: point.positions[column],
-        velocity: point.velocities.get(column).copied().unwrap_or(0.0),
-        acceleration: point.accelerations.get(column).copied().unwrap_or(0.0),
-    };
+    let make = interpolation(a, b);
     let duration = b.time_s - a.time_s;
-    (0..a.positions.len())
-        .map(|column| make(knot(a, column), knot(b, column), duration))
+    let columns = 0..a.positions.len();
+    columns
+        .map(|column| make(a.knot(column), b.knot(column), duration))
         .collect()
+}
+
+/// What a controller interpolates two points by, after what both of them say.
+fn interpolation(a: &Point, b: &Point) -> fn(Knot, Knot, f64) -> Polynomial {
+    if !both_say([&a.velocities, &b.velocities]) {
+        Polynomial::linear
+    } else if !both_say([&a.accelerations, &b.accelerations]) {
+        Polynomial::cubic
+    } else {
+        Polynomial::quintic
+    }
+}
+
+fn both_say(lists: [&Vec<f64>; 2]) -> bool {
+    lists.iter().all(|list| !list.is_empty())
+}
+
+impl Point {
+    /// What it says of a column; 0 of what it says nothing of.
+    fn knot(&self, column: usize) -> Knot {
+        Knot {
+            position: self.positions[column],
+            velocity: self.velocities.get(column).copied().unwrap_or(0.0),
+            acceleration: self.accelerations.get(column).copied().unwrap_or(0.0),
+        }
+    }
 }

@@ -4,11 +4,13 @@
 //! which is convex. So the chord of a piece of the curve is inside if both its ends are, and the
 //! curve is if they are inside by the curve's deviation from the chord, Σ_j reach_j e_j.
 
-use super::Piece;
 use super::curve::Curve;
+use super::{Piece, whole};
 use crate::path::Path;
 use crate::validation::Corridor;
 use crate::validation::interval::ROUNDING_M;
+use crate::validation::path_proof::ends;
+use crate::validation::reach::cost;
 
 /// A piece is not halved below this width (s).
 const FINEST_S: f64 = 1e-6;
@@ -44,46 +46,21 @@ pub fn stays_inside(
     let tube = Tube { path, corridor };
     let mut hint = 0;
     let mut most_used = 0.0_f64;
-    let whole = |point| Piece {
-        point,
-        from: 0.0,
-        to: curve.duration(point),
-    };
-    let mut open: Vec<Piece> = (0..curve.segments()).rev().map(whole).collect();
+    let mut open = whole(curve);
     while let Some(piece) = open.pop() {
         if stop() {
             return Inside::Stopped;
         }
-        let deviation = cost(
-            &corridor.reach,
-            curve
-                .deviations(piece.point, piece.from, piece.to)
-                .into_iter(),
-        );
         let ends = [piece.from, piece.to].map(|t| curve.at(piece.point, t));
-        let both = tube.nearest(&ends, hint);
-        if both.excess + deviation <= 0.0 {
-            hint = both.segment;
-            let slack = corridor.slack_m[hint];
-            most_used = most_used.max(1.0 + (both.excess + deviation) / (slack + ROUNDING_M));
+        if let Some((segment, used)) = tube.keeps(curve, &piece, &ends, hint) {
+            hint = segment;
+            most_used = most_used.max(used);
             continue;
         }
         // Pieces come in the order of time: what is outside at its beginning is so nowhere before.
         let first = tube.nearest(&ends[..1], hint);
         if first.excess > 0.0 || piece.width() < FINEST_S {
-            let point = piece.point;
-            let time_s = curve.time(piece.point) + piece.from;
-            let after =
-                (point..curve.segments()).map(|point| curve.at(point, curve.duration(point)));
-            let excess_m = after
-                .map(|q| tube.nearest(&[q], hint).excess)
-                .fold(first.excess.max(0.0), f64::max);
-            return Inside::No {
-                point,
-                time_s,
-                segment: first.segment,
-                excess_m,
-            };
+            return tube.left_at(curve, &piece, first, hint);
         }
         open.extend(piece.halves());
     }
@@ -102,67 +79,99 @@ struct Place {
     excess: f64,
 }
 
+impl Place {
+    /// Of two, the one that is exceeded less; of equals, the first.
+    fn less(self, other: Self) -> Self {
+        if other.excess < self.excess {
+            other
+        } else {
+            self
+        }
+    }
+}
+
 impl Tube<'_> {
     /// The segment whose corridor is exceeded least by all of these configurations; that of the
     /// hint if it is not.
     fn nearest(&self, configurations: &[Vec<f64>], hint: usize) -> Place {
-        let excess = |segment: usize| {
-            let farthest = configurations
-                .iter()
-                .map(|q| self.distance(segment, q))
-                .fold(0.0, f64::max);
-            Place {
-                segment,
-                excess: farthest - self.corridor.slack_m[segment] - ROUNDING_M,
-            }
-        };
-        let hinted = excess(hint);
+        let hinted = self.excess(configurations, hint);
         if hinted.excess <= 0.0 {
             return hinted;
         }
-        (0..self.corridor.slack_m.len())
-            .map(excess)
-            .fold(hinted, |best, other| {
-                if other.excess < best.excess {
-                    other
-                } else {
-                    best
-                }
-            })
+        let segments = 0..self.corridor.slack_m.len();
+        let places = segments.map(|segment| self.excess(configurations, segment));
+        places.fold(hinted, Place::less)
+    }
+
+    /// How far these configurations exceed the corridor of a segment.
+    fn excess(&self, configurations: &[Vec<f64>], segment: usize) -> Place {
+        let farthest = self.farthest(configurations, segment);
+        Place {
+            segment,
+            excess: farthest - self.corridor.slack_m[segment] - ROUNDING_M,
+        }
+    }
+
+    fn farthest(&self, configurations: &[Vec<f64>], segment: usize) -> f64 {
+        let distances = configurations.iter().map(|q| self.distance(segment, q));
+        distances.fold(0.0, f64::max)
+    }
+
+    /// The segment in whose corridor all of a piece with these ends stays, and which part of the slack
+    /// it uses.
+    fn keeps(
+        &self,
+        curve: &Curve,
+        piece: &Piece,
+        ends: &[Vec<f64>; 2],
+        hint: usize,
+    ) -> Option<(usize, f64)> {
+        let deviations = curve.deviations(piece.point, piece.from, piece.to);
+        let deviation = cost(&self.corridor.reach, deviations.into_iter());
+        let Place { segment, excess } = self.nearest(ends, hint);
+        // The corridor is convex: the chord is inside where its ends are.
+        let is_inside = excess + deviation <= 0.0;
+        let slack = self.corridor.slack_m[segment];
+        is_inside.then(|| (segment, 1.0 + (excess + deviation) / (slack + ROUNDING_M)))
+    }
+
+    /// What is said of a curve that leaves the corridor where a piece begins.
+    fn left_at(&self, curve: &Curve, piece: &Piece, first: Place, hint: usize) -> Inside {
+        let after = piece.point..curve.segments();
+        let points = after.map(|point| curve.at(point, curve.duration(point)));
+        let excesses = points.map(|q| self.nearest(&[q], hint).excess);
+        Inside::No {
+            point: piece.point,
+            time_s: curve.time(piece.point) + piece.from,
+            segment: first.segment,
+            excess_m: excesses.fold(first.excess.max(0.0), f64::max),
+        }
     }
 
     /// min_p Σ_j reach_j |q_j − p_j| over a segment (m): convex in the ratio along it and straight
     /// between the ratios at which a column agrees.
     fn distance(&self, segment: usize, q: &[f64]) -> f64 {
-        let [from, to] =
-            [segment, (segment + 1).min(self.path.len() - 1)].map(|k| self.path.waypoint(k));
+        let [from, to] = ends(self.path, segment);
         let at = |ratio: f64| {
-            let gaps = q
+            let places = from
                 .iter()
-                .zip(from.iter().zip(to))
-                .map(|(q, (from, to))| q - (from + ratio * (to - from)));
-            cost(&self.corridor.reach, gaps)
+                .zip(to)
+                .map(|(from, to)| from + ratio * (to - from));
+            cost(
+                &self.corridor.reach,
+                q.iter().zip(places).map(|(q, place)| q - place),
+            )
         };
-        let agrees =
-            |(q, (from, to)): (&f64, (&f64, &f64))| ((q - from) / (to - from)).clamp(0.0, 1.0);
-        let ratios = q
-            .iter()
-            .zip(from.iter().zip(to))
-            .map(agrees)
-            .filter(|ratio| ratio.is_finite());
-        ratios
-            .chain([0.0, 1.0])
-            .map(at)
-            .fold(f64::INFINITY, f64::min)
+        let ratios = agreements(q, from, to).chain([0.0, 1.0]);
+        ratios.map(at).fold(f64::INFINITY, f64::min)
     }
 }
 
-fn cost(reach: &[f64], deviations: impl Iterator<Item = f64>) -> f64 {
-    // Far above what the sum loses.
-    reach
-        .iter()
-        .zip(deviations)
-        .map(|(reach, deviation)| reach * deviation.abs())
-        .sum::<f64>()
-        * (1.0 + 1e-12)
+/// The ratios along a segment at which its columns agree with a configuration.
+fn agreements(q: &[f64], from: &[f64], to: &[f64]) -> impl Iterator<Item = f64> {
+    let columns = q.iter().zip(from.iter().zip(to));
+    let ratios = columns.map(|(q, (from, to))| (q - from) / (to - from));
+    ratios
+        .map(|ratio| ratio.clamp(0.0, 1.0))
+        .filter(|ratio| ratio.is_finite())
 }

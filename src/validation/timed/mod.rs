@@ -24,7 +24,7 @@ pub use curve::{Curve, CurveError, Outside, Point};
 use super::continuous::Validator;
 use super::path_proof::lowered_floor;
 use super::reach::{Ranges, Reach};
-use super::{Contact, Enclosed, Hit, HitReason, SegmentProof, SegmentVerdict};
+use super::{Contact, Enclosed, Hit, HitReason, SegmentProof, SegmentVerdict, SegmentsVerdict};
 
 /// E of a piece is at most this part of the floor that it is proved at.
 const DEVIATION: f64 = 1.0 / 8.0;
@@ -103,8 +103,9 @@ impl Piece {
     }
 }
 
-/// What becomes of a piece that is refused as it stands.
-enum Refused {
+/// What becomes of a piece.
+enum Settled {
+    Proved,
     /// To be looked at, in parts or with a floor lowered; the later first.
     Again(Vec<Piece>),
     /// The bodies touch on the curve.
@@ -113,6 +114,31 @@ enum Refused {
     Unprovable(TimedHit),
     /// `stop` said so.
     Stopped,
+}
+
+/// The pieces of a curve between points, the last first.
+fn whole(curve: &Curve) -> Vec<Piece> {
+    let piece = |point| Piece {
+        point,
+        from: 0.0,
+        to: curve.duration(point),
+    };
+    (0..curve.segments()).rev().map(piece).collect()
+}
+
+impl TimedHit {
+    /// Bodies are in each other when the curve begins.
+    fn at_start(curve: &Curve, pair: usize, contact: Contact) -> Self {
+        let time_s = curve.time(0);
+        Self {
+            reason: HitReason::Collision,
+            point: 0,
+            time_s,
+            pair,
+            seen_s: time_s,
+            contact,
+        }
+    }
 }
 
 /// What a proof needs.
@@ -139,45 +165,18 @@ pub fn prove(
     strict: bool,
     stop: &mut dyn FnMut() -> bool,
 ) -> TimedVerdict {
-    let mut ranges = Ranges::none(curve.columns());
-    for (column, [low, high]) in curve.ranges().into_iter().enumerate() {
-        ranges.add_value(column, low);
-        ranges.add_value(column, high);
-    }
     match validator.enclosed_at(&curve.at(0, 0.0), stop) {
         Enclosed::Nothing => {}
         Enclosed::Stopped => return TimedVerdict::Stopped,
         Enclosed::Pair(pair, contact) => {
-            let reason = HitReason::Collision;
-            let time_s = curve.time(0);
-            let hit = TimedHit {
-                reason,
-                point: 0,
-                time_s,
-                pair,
-                seen_s: time_s,
-                contact,
-            };
+            let hit = TimedHit::at_start(curve, pair, contact);
             return with_depth(validator, curve, TimedVerdict::Refused(hit));
         }
     }
     let reuse = validator.layers.reuse;
-    let clearance = validator.scratch.floors.common();
     // A remembered segment was proved at whatever floors there were.
     validator.layers.reuse = false;
-    let reach = Reach::new(validator.model, validator.held, &ranges, 0.0);
-    let pieces = 0;
-    let kept = f64::INFINITY;
-    let mut prover = Prover {
-        curve,
-        validator,
-        reach,
-        clearance,
-        lowered: Vec::new(),
-        strict,
-        pieces,
-        kept,
-    };
+    let mut prover = Prover::new(curve, validator, strict);
     let verdict = match prover.all_at_once(stop) {
         Some(verdict) => verdict,
         None => prover.one_by_one(stop),
@@ -185,6 +184,21 @@ pub fn prove(
     prover.set_floors(0.0);
     prover.validator.layers.reuse = reuse;
     with_depth(validator, curve, verdict)
+}
+
+/// The reach of the columns' deviations from chords between values that the curve takes.
+fn reach(validator: &Validator, curve: &Curve) -> Reach {
+    Reach::new(validator.model, validator.held, &ranges(curve), 0.0)
+}
+
+/// What each column is between.
+fn ranges(curve: &Curve) -> Ranges {
+    let mut ranges = Ranges::none(curve.columns());
+    for (column, [low, high]) in curve.ranges().into_iter().enumerate() {
+        ranges.add_value(column, low);
+        ranges.add_value(column, high);
+    }
+    ranges
 }
 
 /// A collision with its penetration depth, which the search for it does without.
@@ -199,42 +213,71 @@ fn with_depth(validator: &mut Validator, curve: &Curve, verdict: TimedVerdict) -
     }
 }
 
+impl<'c, 'v, 'm> Prover<'c, 'v, 'm> {
+    fn new(curve: &'c Curve, validator: &'v mut Validator<'m>, strict: bool) -> Self {
+        Self {
+            curve,
+            reach: reach(validator, curve),
+            clearance: validator.scratch.floors.common(),
+            validator,
+            lowered: Vec::new(),
+            strict,
+            pieces: 0,
+            kept: f64::INFINITY,
+        }
+    }
+}
+
 impl Prover<'_, '_, '_> {
     /// All pieces together at floors that are an eighth higher, which is cheap and mostly enough;
     /// `None` where not.
     fn all_at_once(&mut self, stop: &mut dyn FnMut() -> bool) -> Option<TimedVerdict> {
         let most = DEVIATION * self.clearance;
-        let mut chords = Vec::new();
-        let mut open = self.whole();
-        while let Some(piece) = open.pop() {
-            if self.deviation(&piece) <= most {
-                chords.push(self.chord(&piece));
-            } else if chords.len() as u64 + open.len() as u64 > MOST_PIECES
-                || piece.width() < FINEST_S
-                || stop()
-            {
-                return None;
-            } else {
-                open.extend(piece.halves());
-            }
-        }
+        let chords = self.chords_within(most, stop)?;
         self.set_floors(most);
         let segments = chords
             .iter()
             .map(|[from, to]| [from.as_slice(), to.as_slice()]);
         match self.validator.segments(segments, stop) {
-            super::SegmentsVerdict::Refused(_) => None,
-            super::SegmentsVerdict::Stopped => Some(TimedVerdict::Stopped),
-            super::SegmentsVerdict::Proved => {
-                let proofs = self.validator.scratch.segments.proofs.iter();
-                let kept = proofs
-                    .map(|proof| proof.clearance_m)
-                    .fold(f64::INFINITY, f64::min);
+            SegmentsVerdict::Refused(_) => None,
+            SegmentsVerdict::Stopped => Some(TimedVerdict::Stopped),
+            SegmentsVerdict::Proved => {
                 self.pieces = chords.len() as u64;
-                self.kept = kept - most;
+                self.kept = self.least_kept() - most;
                 Some(self.proved())
             }
         }
+    }
+
+    /// The chords of pieces that are halved until none deviates farther than this (m); `None` where they
+    /// would be too many, or too narrow.
+    fn chords_within(
+        &self,
+        most: f64,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Vec<[Vec<f64>; 2]>> {
+        let mut chords = Vec::new();
+        let mut open = self.whole();
+        while let Some(piece) = open.pop() {
+            if self.deviation(&piece) <= most {
+                chords.push(self.chord(&piece));
+                continue;
+            }
+            let are_too_many = chords.len() as u64 + open.len() as u64 > MOST_PIECES;
+            if are_too_many || piece.width() < FINEST_S || stop() {
+                return None;
+            }
+            open.extend(piece.halves());
+        }
+        Some(chords)
+    }
+
+    /// The least clearance of the segments that were proved last.
+    fn least_kept(&self) -> f64 {
+        let proofs = self.validator.scratch.segments.proofs.iter();
+        proofs
+            .map(|proof| proof.clearance_m)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// Piece by piece in the order of time, so that what is refused is refused where it is first.
@@ -242,31 +285,38 @@ impl Prover<'_, '_, '_> {
         let mut open = self.whole();
         let mut unprovable = None;
         while let Some(piece) = open.pop() {
-            if stop() {
-                return TimedVerdict::Stopped;
-            }
-            let deviation = self.deviation(&piece);
-            if deviation > DEVIATION * self.clearance && self.can_be_halved(&piece) {
-                open.extend(piece.halves());
-                continue;
-            }
-            self.set_floors(deviation);
-            let [from, to] = self.chord(&piece);
-            match self.validator.segment(&from, &to, stop) {
-                SegmentVerdict::Stopped => return TimedVerdict::Stopped,
-                SegmentVerdict::Proved(SegmentProof { clearance_m, .. }) => {
-                    self.pieces += 1;
-                    self.kept = self.kept.min(clearance_m - deviation);
-                }
-                SegmentVerdict::Refused(hit) => match self.refused(&piece, &hit, deviation, stop) {
-                    Refused::Again(pieces) => open.extend(pieces),
-                    Refused::Collision(touch) => return TimedVerdict::Refused(touch),
-                    Refused::Unprovable(seen) => unprovable = unprovable.or(Some(seen)),
-                    Refused::Stopped => return TimedVerdict::Stopped,
-                },
+            match self.settle(&piece, stop) {
+                Settled::Proved => {}
+                Settled::Again(pieces) => open.extend(pieces),
+                Settled::Collision(touch) => return TimedVerdict::Refused(touch),
+                // The first: pieces come in the order of time.
+                Settled::Unprovable(seen) => unprovable = unprovable.or(Some(seen)),
+                Settled::Stopped => return TimedVerdict::Stopped,
             }
         }
         unprovable.map_or_else(|| self.proved(), TimedVerdict::Refused)
+    }
+
+    /// Proves a piece by its chord, or finds what becomes of it.
+    fn settle(&mut self, piece: &Piece, stop: &mut dyn FnMut() -> bool) -> Settled {
+        if stop() {
+            return Settled::Stopped;
+        }
+        let deviation = self.deviation(piece);
+        if deviation > DEVIATION * self.clearance && self.can_be_halved(piece) {
+            return Settled::Again(piece.halves().to_vec());
+        }
+        self.set_floors(deviation);
+        let [from, to] = self.chord(piece);
+        match self.validator.segment(&from, &to, stop) {
+            SegmentVerdict::Stopped => Settled::Stopped,
+            SegmentVerdict::Proved(SegmentProof { clearance_m, .. }) => {
+                self.pieces += 1;
+                self.kept = self.kept.min(clearance_m - deviation);
+                Settled::Proved
+            }
+            SegmentVerdict::Refused(hit) => self.refused(piece, &hit, deviation, stop),
+        }
     }
 
     /// What becomes of a piece that is refused as it stands.
@@ -276,44 +326,43 @@ impl Prover<'_, '_, '_> {
         hit: &Hit,
         deviation: f64,
         stop: &mut dyn FnMut() -> bool,
-    ) -> Refused {
+    ) -> Settled {
         let touch = self.touch(piece, hit);
-        if touch.is_none() {
-            if deviation > DEVIATION * self.floor(hit.pair) && self.can_be_halved(piece) {
-                return Refused::Again(piece.halves().to_vec());
-            }
-            if !self.strict && self.lower(hit, deviation) {
-                return Refused::Again(vec![*piece]);
-            }
+        if touch.is_none()
+            && let Some(pieces) = self.again(piece, hit, deviation)
+        {
+            return Settled::Again(pieces);
         }
         let seen = touch.unwrap_or_else(|| self.refusal(piece, hit));
         let known = Some(&seen).filter(|seen| seen.reason == HitReason::Collision);
         match self.first_collision(piece, known, stop) {
-            Some(Some(touch)) => Refused::Collision(touch),
-            Some(None) => Refused::Unprovable(seen),
-            None => Refused::Stopped,
+            Some(Some(touch)) => Settled::Collision(touch),
+            Some(None) => Settled::Unprovable(seen),
+            None => Settled::Stopped,
         }
     }
 
+    /// What may still be provable of a refused piece: its halves, or itself at a lower floor.
+    fn again(&mut self, piece: &Piece, hit: &Hit, deviation: f64) -> Option<Vec<Piece>> {
+        let is_wide = deviation > DEVIATION * self.floor(hit.pair);
+        if is_wide && self.can_be_halved(piece) {
+            return Some(piece.halves().to_vec());
+        }
+        let is_lowered = !self.strict && self.lower(hit, deviation);
+        is_lowered.then(|| vec![*piece])
+    }
+
     fn proved(&self) -> TimedVerdict {
-        let clearance_m = self.kept;
-        let lowered = self.lowered.clone();
-        let pieces = self.pieces;
         TimedVerdict::Proved(TimedProof {
-            clearance_m,
-            lowered,
-            pieces,
+            clearance_m: self.kept,
+            lowered: self.lowered.clone(),
+            pieces: self.pieces,
         })
     }
 
     /// The pieces between points, the last first.
     fn whole(&self) -> Vec<Piece> {
-        let piece = |point| Piece {
-            point,
-            from: 0.0,
-            to: self.curve.duration(point),
-        };
-        (0..self.curve.segments()).rev().map(piece).collect()
+        whole(self.curve)
     }
 
     fn can_be_halved(&self, piece: &Piece) -> bool {
@@ -332,19 +381,16 @@ impl Prover<'_, '_, '_> {
 
     /// The floor that a pair keeps on the curve (m).
     fn floor(&self, pair: usize) -> f64 {
-        self.lowered
-            .iter()
-            .find(|(lowered, _)| *lowered == pair)
-            .map_or(self.clearance, |(_, floor)| *floor)
+        let mut lowered = self.lowered.iter();
+        let own = lowered.find(|(lowered, _)| *lowered == pair);
+        own.map_or(self.clearance, |(_, floor)| *floor)
     }
 
     /// Gives every pair the floor that it must keep on a chord with this deviation (m).
     fn set_floors(&mut self, deviation: f64) {
+        let pairs = self.validator.model.pairs().len();
         let floors = &mut self.validator.scratch.floors;
-        floors.reset(
-            self.validator.model.pairs().len(),
-            self.clearance + deviation,
-        );
+        floors.reset(pairs, self.clearance + deviation);
         for &(pair, floor) in &self.lowered {
             floors.set(pair, floor + deviation);
         }
@@ -352,8 +398,9 @@ impl Prover<'_, '_, '_> {
 
     /// Lowers the floor of the pair that was too close on a chord with this deviation.
     fn lower(&mut self, hit: &Hit, deviation: f64) -> bool {
-        let Some(floor) = lowered_floor(self.floor(hit.pair), hit.contact.distance - deviation)
-        else {
+        // On the curve the pair may be nearer than on the chord by as much.
+        let distance = hit.contact.distance - deviation;
+        let Some(floor) = lowered_floor(self.floor(hit.pair), distance) else {
             return false;
         };
         self.lowered.retain(|(pair, _)| *pair != hit.pair);

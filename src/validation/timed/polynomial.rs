@@ -78,16 +78,22 @@ impl Polynomial {
 
     /// Least and greatest value between two times, each with when it is taken (s).
     pub fn extremes(&self, from: f64, to: f64) -> [(f64, f64); 2] {
-        let mut turns = Vec::with_capacity(6);
-        self.derivative().roots(from, to, &mut turns);
-        let values = turns.into_iter().chain([from, to]).map(|t| (self.at(t), t));
-        let least = [(f64::INFINITY, from), (f64::NEG_INFINITY, from)];
-        values.fold(least, |[low, high], value| {
+        let turns = self.turns(from, to).into_iter().chain([from, to]);
+        let values = turns.map(|t| (self.at(t), t));
+        let none = [(f64::INFINITY, from), (f64::NEG_INFINITY, from)];
+        values.fold(none, |[low, high], value| {
             [
                 if value.0 < low.0 { value } else { low },
                 if value.0 > high.0 { value } else { high },
             ]
         })
+    }
+
+    /// Where it turns between two times.
+    fn turns(&self, from: f64, to: f64) -> Vec<f64> {
+        let mut turns = Vec::with_capacity(6);
+        self.derivative().roots(from, to, &mut turns);
+        turns
     }
 
     /// The largest |value| between two times.
@@ -102,13 +108,9 @@ impl Polynomial {
         if self.0[1..].iter().all(|c| *c == 0.0) {
             return;
         }
-        let mut turns = Vec::with_capacity(6);
-        self.derivative().roots(from, to, &mut turns);
         let mut left = from;
-        for right in turns.into_iter().chain([to]) {
-            if let Some(root) = self.root_between(left, right) {
-                found.push(root);
-            }
+        for right in self.turns(from, to).into_iter().chain([to]) {
+            found.extend(self.root_between(left, right));
             left = right;
         }
     }

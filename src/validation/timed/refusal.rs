@@ -10,78 +10,79 @@ const STEP: f64 = 1.0 / 1024.0;
 /// Parts of a piece that are searched for contact before those that are left are taken as they are.
 const MOST_PARTS: u32 = 4096;
 
+/// A touch, with the closest points of a later look at a collision: the bodies are deeper in each
+/// other there.
+fn deeper(touch: TimedHit, seen: &TimedHit) -> TimedHit {
+    match seen.reason {
+        HitReason::Collision => TimedHit {
+            time_s: touch.time_s,
+            ..seen.clone()
+        },
+        _ => touch,
+    }
+}
+
 impl Prover<'_, '_, '_> {
     /// The collision of a pair on the curve of a piece, where it touches at the time at which the
     /// chord was refused.
     pub(super) fn touch(&mut self, piece: &Piece, hit: &Hit) -> Option<TimedHit> {
         let seen = self.seen(piece, hit);
-        (seen.contact.distance <= TOUCHING_M).then(|| {
-            self.first_touch(piece, hit.pair, seen.clone())
-                .unwrap_or(seen)
-        })
+        let touches = seen.contact.distance <= TOUCHING_M;
+        touches.then(|| self.traced_back(piece, seen))
     }
 
     /// The refusal of a piece that is not provable: where the pair touches after all, or where the
     /// chord was refused.
     pub(super) fn refusal(&mut self, piece: &Piece, hit: &Hit) -> TimedHit {
         let seen = self.seen(piece, hit);
-        self.first_touch(piece, hit.pair, seen.clone())
-            .unwrap_or(seen)
+        self.traced_back(piece, seen)
+    }
+
+    /// Where the pair first touches on the piece, if it does: it may do so before it was seen.
+    fn traced_back(&mut self, piece: &Piece, seen: TimedHit) -> TimedHit {
+        self.first_touch(piece, &seen).unwrap_or(seen)
+    }
+
+    /// A pair at a time after the piece's point.
+    fn hit_at(&mut self, piece: &Piece, pair: usize, at: f64, reason: HitReason) -> TimedHit {
+        let time_s = self.curve.time(piece.point) + at;
+        TimedHit {
+            reason,
+            point: piece.point,
+            time_s,
+            pair,
+            seen_s: time_s,
+            contact: self
+                .validator
+                .contact(pair, &self.curve.at(piece.point, at)),
+        }
     }
 
     /// The curve when the chord was refused.
     fn seen(&mut self, piece: &Piece, hit: &Hit) -> TimedHit {
         let at = piece.from + hit.t * piece.width();
-        let time_s = self.curve.time(piece.point) + at;
-        let contact = self
-            .validator
-            .contact(hit.pair, &self.curve.at(piece.point, at));
+        let seen = self.hit_at(piece, hit.pair, at, hit.reason);
         let reason = match hit.reason {
-            _ if contact.distance <= TOUCHING_M => HitReason::Collision,
+            _ if seen.contact.distance <= TOUCHING_M => HitReason::Collision,
             // Only the chord touches.
             HitReason::Collision => HitReason::TooClose,
             reason => reason,
         };
-        TimedHit {
-            reason,
-            point: piece.point,
-            time_s,
-            pair: hit.pair,
-            seen_s: time_s,
-            contact,
-        }
+        TimedHit { reason, ..seen }
     }
 
     /// Goes along the curve, each step as long as the pair cannot touch before its end, but no
     /// shorter than [`STEP`].
-    fn first_touch(&mut self, piece: &Piece, pair: usize, seen: TimedHit) -> Option<TimedHit> {
-        let speed = self
-            .reach
-            .cost(&self.curve.speeds(piece.point, piece.from, piece.to));
+    fn first_touch(&mut self, piece: &Piece, seen: &TimedHit) -> Option<TimedHit> {
+        let speeds = self.curve.speeds(piece.point, piece.from, piece.to);
+        let speed = self.reach.cost(&speeds);
         let mut at = piece.from;
         while at <= piece.to {
-            let contact = self
-                .validator
-                .contact(pair, &self.curve.at(piece.point, at));
-            if contact.distance <= TOUCHING_M {
-                let time_s = self.curve.time(piece.point) + at;
-                let touching = TimedHit {
-                    reason: HitReason::Collision,
-                    time_s,
-                    ..seen.clone()
-                };
-                let is_seen = seen.reason == HitReason::Collision;
-                return Some(if is_seen {
-                    touching
-                } else {
-                    TimedHit {
-                        seen_s: time_s,
-                        contact,
-                        ..touching
-                    }
-                });
+            let hit = self.hit_at(piece, seen.pair, at, HitReason::Collision);
+            if hit.contact.distance <= TOUCHING_M {
+                return Some(deeper(hit, seen));
             }
-            at += (contact.distance / speed).max(STEP * piece.width());
+            at += (hit.contact.distance / speed).max(STEP * piece.width());
         }
         None
     }
@@ -106,45 +107,35 @@ impl Prover<'_, '_, '_> {
                 open.extend(part.halves());
                 continue;
             }
-            let [from, to] = self.chord(&part);
-            let touch = match self.validator.first_contact([&from, &to], stop) {
-                FirstContact::Nothing => continue,
+            match self.contact_on(&part, stop) {
+                FirstContact::Nothing => {}
                 FirstContact::At(touch) | FirstContact::Stopped(Some(touch)) => {
-                    self.touch_at(&part, touch)
+                    if let Some(touch) = self.touch_at(&part, touch) {
+                        return Some(Some(touch).filter(is_before).or_else(|| known.cloned()));
+                    }
+                    // Only the chord touches.
+                    if can_be_halved {
+                        open.extend(part.halves());
+                    }
                 }
                 // What is known is a collision, if perhaps not the first.
                 FirstContact::Stopped(None) => return known.cloned().map(Some),
-            };
-            if let Some(touch) = touch {
-                return Some(Some(touch).filter(is_before).or_else(|| known.cloned()));
-            }
-            // Only the chord touches.
-            if can_be_halved {
-                open.extend(part.halves());
             }
         }
         Some(known.cloned())
     }
 
+    /// The first contact on the chord of a piece.
+    fn contact_on(&mut self, piece: &Piece, stop: &mut dyn FnMut() -> bool) -> FirstContact {
+        let [from, to] = self.chord(piece);
+        self.validator.first_contact([&from, &to], stop)
+    }
+
     /// A contact on the chord of a piece, where it is one on the curve.
     fn touch_at(&mut self, piece: &Piece, Touch { t, pair }: Touch) -> Option<TimedHit> {
         let at = piece.from + t * piece.width();
-        let contact = self
-            .validator
-            .contact(pair, &self.curve.at(piece.point, at));
-        let time_s = self.curve.time(piece.point) + at;
-        let reason = HitReason::Collision;
-        let touch = TimedHit {
-            reason,
-            point: piece.point,
-            time_s,
-            pair,
-            seen_s: time_s,
-            contact,
-        };
-        (contact.distance <= TOUCHING_M).then(|| {
-            self.first_touch(piece, pair, touch.clone())
-                .unwrap_or(touch)
-        })
+        let touch = self.hit_at(piece, pair, at, HitReason::Collision);
+        let touches = touch.contact.distance <= TOUCHING_M;
+        touches.then(|| self.traced_back(piece, touch))
     }
 }

@@ -1,0 +1,34 @@
+//! When the next status message is due.
+
+use taut_ipc::monotonic_ns;
+
+/// Ticks once a period.
+pub(super) struct StatusClock {
+    period_ns: u64,
+    next_ns: u64,
+}
+
+impl StatusClock {
+    /// Due at once, then at this rate.
+    pub(super) fn new(rate_hz: f64) -> Self {
+        Self {
+            period_ns: (1e9 / rate_hz) as u64,
+            next_ns: monotonic_ns(),
+        }
+    }
+
+    /// When the next one is due.
+    pub(super) fn next_ns(&self) -> u64 {
+        self.next_ns
+    }
+
+    /// Whether one is due; the next is then due a period later.
+    pub(super) fn ticks(&mut self) -> bool {
+        let now_ns = monotonic_ns();
+        let is_due = now_ns >= self.next_ns;
+        if is_due {
+            self.next_ns = now_ns + self.period_ns;
+        }
+        is_due
+    }
+}
