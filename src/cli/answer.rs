@@ -4,6 +4,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use taut::files::Reader;
+use taut::files::result::ResultCorridor;
+use taut::optimize::Outcome;
 use taut_ipc::ClientError;
 use taut_ipc::control::RobotDescription;
 use taut_ipc::planner::{Best, Request};
@@ -84,18 +86,28 @@ pub(super) fn told(
 ) -> Result<Answered, AnswerError> {
     let view = best.view().map_err(AnswerError::Wire)?;
     let (outcome, code) = translate::outcome(&view, request, robot)?;
-    let corridor = outcome.corridor.as_ref();
-    let corridor =
-        corridor.map(|corridor| translate::result_corridor(corridor, robot, request.unwrapped));
     Ok(Answered {
+        corridor: corridor(&outcome, request, robot),
         outcome,
         code,
-        corridor,
         cpu_s: view.header.compute_ns as f64 * 1e-9,
         time_s: time.as_secs_f64(),
         request_id: Some(view.header.request_id),
         lengths_over_time: Vec::new(),
     })
+}
+
+fn corridor(
+    outcome: &Outcome,
+    request: &Request,
+    robot: &RobotDescription,
+) -> Option<ResultCorridor> {
+    let corridor = outcome.corridor.as_ref()?;
+    Some(translate::result_corridor(
+        corridor,
+        robot,
+        request.unwrapped,
+    ))
 }
 
 fn refused(place: &Place, name: &str, error: AnswerError) -> CliError {

@@ -44,14 +44,18 @@ impl Asked {
 
     /// What lengths are measured in, for people.
     pub(super) fn metric(&self, is_given: bool) -> String {
-        let base = match self.weights {
+        let joints = self.request.joint_weights.iter();
+        let joints = joints.map(|(name, weight)| format!(", {name} {weight}"));
+        self.base(is_given).to_owned() + &joints.collect::<String>()
+    }
+
+    /// What lengths are measured in but for joints with weights of their own.
+    fn base(&self, is_given: bool) -> &'static str {
+        match self.weights {
             None if is_given => "the problem's weights",
             None | Some(Weights::Reach) => "metres of reach",
             Some(Weights::Metric) => "the problem's weights",
             Some(Weights::Ones) => "weights of one",
-        };
-        let joints = self.request.joint_weights.iter();
-        let joints = joints.map(|(name, weight)| format!(", {name} {weight}"));
-        joints.fold(base.to_owned(), |text, joint| text + &joint)
+        }
     }
 }

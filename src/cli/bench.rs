@@ -22,12 +22,14 @@ pub(super) struct Arguments {
     arguments: Vec<OsString>,
 }
 
+const NOT_INSTALLED: CliError = CliError::NoProgram {
+    name: PROGRAM,
+    install: "cargo install --path benches",
+};
+
 /// Becomes that program; comes back only where there is none, or it cannot be started.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
-    let program = find_program(PROGRAM).ok_or(CliError::NoProgram {
-        name: PROGRAM,
-        install: "cargo install --path benches",
-    })?;
+    let program = find_program(PROGRAM).ok_or(NOT_INSTALLED)?;
     let source = Command::new(&program)
         .arg("bench")
         .args(&arguments.arguments)

@@ -3,10 +3,11 @@
 
 use std::fmt::Write;
 
-use taut::optimize::{NearestBodies, Outcome, PathContact};
+use taut::optimize::{Outcome, PathContact, Stage, StageShare};
+use taut::validation::Corridor;
 
 use super::answered::Answered;
-use super::report::length;
+use super::report::{length, listed};
 use super::subject::Subject;
 
 /// Contacts that are listed one by one.
@@ -22,26 +23,28 @@ pub(super) fn of_shortening(subject: &Subject, answered: &Answered) -> String {
     line(&mut text, "bound", &bound(outcome, &subject.metric));
     nearest(&mut text, outcome);
     corridor(&mut text, outcome);
-    if !outcome.pinched.is_empty() {
-        let pairs = outcome.pinched.iter().map(|[a, b]| format!("{a} × {b}"));
-        line(
-            &mut text,
-            "pinched",
-            &format!("between {}", pairs.collect::<Vec<_>>().join(", ")),
-        );
-    }
+    pinched(&mut text, outcome);
     if !outcome.stages.is_empty() {
         line(&mut text, "stages", &stages(outcome));
     }
     line(&mut text, "ended", &ended(outcome));
-    if let Some(id) = answered.request_id {
-        line(
-            &mut text,
-            "request",
-            &format!("{id:016x}   taut why tells how it went"),
-        );
-    }
+    request(&mut text, answered);
     text
+}
+
+fn pinched(text: &mut String, outcome: &Outcome) {
+    let pairs = outcome.pinched.iter().map(|[a, b]| format!("{a} × {b}"));
+    let between = listed("between ", pairs);
+    if !between.is_empty() {
+        line(text, "pinched", &between);
+    }
+}
+
+fn request(text: &mut String, answered: &Answered) {
+    if let Some(id) = answered.request_id {
+        let hint = format!("{id:016x}   taut why tells how it went");
+        line(text, "request", &hint);
+    }
 }
 
 /// Below a path that was checked.
@@ -68,29 +71,23 @@ fn bound(outcome: &Outcome, metric: &str) -> String {
 }
 
 fn nearest(text: &mut String, outcome: &Outcome) {
-    let Some(NearestBodies {
-        searched_m,
-        smallest,
-        contacts,
-    }) = &outcome.nearest
-    else {
+    let Some(nearest) = &outcome.nearest else {
         return;
     };
     let segments = outcome.path.len().saturating_sub(1).max(1);
-    match smallest {
-        Some(contact) => line(text, "nearest", &place(contact, segments)),
-        None => line(
-            text,
-            "nearest",
-            &format!("nothing within {}", length(*searched_m)),
-        ),
-    }
+    let smallest = match &nearest.smallest {
+        Some(contact) => place(contact, segments),
+        None => format!("nothing within {}", length(nearest.searched_m)),
+    };
+    line(text, "nearest", &smallest);
+    held_by(text, &nearest.contacts, segments);
+}
+
+/// What holds the path.
+fn held_by(text: &mut String, contacts: &[PathContact], segments: usize) {
     for (index, contact) in contacts.iter().take(LISTED).enumerate() {
-        line(
-            text,
-            if index == 0 { "held by" } else { "" },
-            &place(contact, segments),
-        );
+        let head = if index == 0 { "held by" } else { "" };
+        line(text, head, &place(contact, segments));
     }
     if contacts.len() > LISTED {
         line(text, "", &format!("and {} more", contacts.len() - LISTED));
@@ -98,22 +95,23 @@ fn nearest(text: &mut String, outcome: &Outcome) {
 }
 
 fn corridor(text: &mut String, outcome: &Outcome) {
-    let Some(corridor) = &outcome.corridor else {
-        return;
-    };
+    let slack = outcome.corridor.as_ref().and_then(slack);
+    if let Some(slack) = slack {
+        line(text, "corridor", &slack);
+    }
+}
+
+/// The least slack of a corridor; `None` of one without segments.
+fn slack(corridor: &Corridor) -> Option<String> {
     let slack = &corridor.slack_m;
-    let Some(narrowest) = (0..slack.len()).min_by(|&i, &j| slack[i].total_cmp(&slack[j])) else {
-        return;
-    };
-    let least = length(slack[narrowest]);
-    let segment = narrowest + 1;
-    let of = slack.len();
-    let floor = length(corridor.floor_m);
-    line(
-        text,
-        "corridor",
-        &format!("slack {least} or more, least on segment {segment} of {of}, keeps {floor}"),
-    );
+    let narrowest = (0..slack.len()).min_by(|&i, &j| slack[i].total_cmp(&slack[j]))?;
+    Some(format!(
+        "slack {} or more, least on segment {} of {}, keeps {}",
+        length(slack[narrowest]),
+        narrowest + 1,
+        slack.len(),
+        length(corridor.floor_m)
+    ))
 }
 
 fn place(contact: &PathContact, segments: usize) -> String {
@@ -127,29 +125,30 @@ fn place(contact: &PathContact, segments: usize) -> String {
 }
 
 fn stages(outcome: &Outcome) -> String {
-    let share = |share: &taut::optimize::StageShare| {
-        let name = share.stage.name();
-        let gain = share.gain;
-        format!(
-            "{name} −{gain:.4} ({} iterations, {} work)",
-            share.iterations, share.work
-        )
-    };
-    outcome
-        .stages
-        .iter()
-        .map(share)
-        .collect::<Vec<_>>()
-        .join(", ")
+    let shares: Vec<String> = outcome.stages.iter().map(share).collect();
+    shares.join(", ")
+}
+
+fn share(share: &StageShare) -> String {
+    let name = share.stage.name();
+    let gain = share.gain;
+    format!(
+        "{name} −{gain:.4} ({} iterations, {} work)",
+        share.iterations, share.work
+    )
 }
 
 fn ended(outcome: &Outcome) -> String {
     let why = outcome.termination.name();
     let iterations = outcome.iterations;
     let work = outcome.work;
-    let found = match outcome.stage {
-        taut::optimize::Stage::Input => "nothing shorter found".to_owned(),
-        stage => format!("found by {}", stage.name()),
-    };
+    let found = found(outcome.stage);
     format!("{why}, {found}, {iterations} iterations, {work} work")
+}
+
+fn found(stage: Stage) -> String {
+    match stage {
+        Stage::Input => "nothing shorter found".to_owned(),
+        stage => format!("found by {}", stage.name()),
+    }
 }

@@ -1,6 +1,7 @@
 //! Why a command ended without an answer, and the exit code that says so.
 
 use std::io::ErrorKind;
+use std::path::Path;
 
 use taut::collision::CollisionModelError;
 use taut::files::FileError;
@@ -111,11 +112,7 @@ impl From<PlannerError> for CliError {
             PlannerError::Invalid {
                 code: code @ Code::ResourceExhausted,
                 message,
-            } => Self::Refused {
-                code,
-                message,
-                retry_after_ms: 0,
-            },
+            } => Self::refused(code, message),
             PlannerError::Invalid { message, .. } => Self::Choice(message),
             PlannerError::Refused(refused) => Self::Refused {
                 code: refused.code,
@@ -145,11 +142,7 @@ impl From<AnswerError> for CliError {
                 message,
                 retry_after_ms,
             },
-            other => Self::Refused {
-                code: Code::Crash,
-                message: other.to_string(),
-                retry_after_ms: 0,
-            },
+            other => Self::refused(Code::Crash, other.to_string()),
         }
     }
 }
@@ -163,6 +156,23 @@ fn next_step(retry_after_ms: u32) -> String {
 }
 
 impl CliError {
+    /// What cannot be had, however often it is asked for.
+    pub(super) fn refused(code: Code, message: String) -> Self {
+        Self::Refused {
+            code,
+            message,
+            retry_after_ms: 0,
+        }
+    }
+
+    /// A file that cannot be written.
+    pub(super) fn output(file: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        move |source| Self::Output {
+            file: file.display().to_string(),
+            source,
+        }
+    }
+
     /// The exit code.
     pub(super) fn exit_code(&self) -> u8 {
         match self {
@@ -206,6 +216,14 @@ pub(super) fn is_lost(error: &CliError) -> bool {
         error,
         CliError::Client(ClientError::DaemonLost { .. } | ClientError::NoAnswer)
     )
+}
+
+/// A file whose content cannot be used.
+pub(super) fn content(file: &Path, text: String) -> FileError {
+    FileError::Content {
+        file: file.to_owned(),
+        text,
+    }
 }
 
 /// Standard output that cannot be written.

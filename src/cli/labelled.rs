@@ -11,7 +11,7 @@ use taut_ipc::control::{ControlRequest, RobotDescription, SceneSummary, Variable
 use taut_ipc::planner::{Columns, Planner};
 use taut_ipc::wire::Code;
 
-use super::error::CliError;
+use super::error::{CliError, content};
 use super::subject::Subject;
 
 /// What was read.
@@ -40,18 +40,13 @@ pub(super) fn read(
     let whole = planner.robot(label)?;
     let scene = scene_named(planner, scene)?;
     let table = PathTable::read(file)?.for_variables(&variables_of(&whole), &whole.fixed_joints)?;
-    let columns = Columns::new(&whole.variables, table.variables(), held);
-    let columns = columns.map_err(|error| FileError::Content {
-        file: file.to_owned(),
-        text: error.to_string(),
-    })?;
+    let columns = columns_of(&table, file, &whole, held)?;
     let robot = match columns.width() < columns.robot_width() {
         true => selected(planner, label, table.variables())?,
         false => whole,
     };
     table.check_held(where_held(&robot, held))?;
-    let notes = columns.note().map(Warning::uncovered).into_iter();
-    let notes = notes.chain(table.warnings().iter().cloned()).collect();
+    let notes = notes_of(&columns, &table);
     let path = table.into_path(&variables_of(&robot))?;
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     Ok(Labelled {
@@ -60,6 +55,24 @@ pub(super) fn read(
         scene,
         path,
     })
+}
+
+fn columns_of(
+    table: &PathTable,
+    file: &FilePath,
+    robot: &RobotDescription,
+    held: &[(String, f64)],
+) -> Result<Columns, FileError> {
+    Columns::new(&robot.variables, table.variables(), held)
+        .map_err(|error| content(file, error.to_string()))
+}
+
+fn notes_of(columns: &Columns, table: &PathTable) -> Vec<Warning> {
+    let uncovered = columns.note().map(Warning::uncovered);
+    uncovered
+        .into_iter()
+        .chain(table.warnings().iter().cloned())
+        .collect()
 }
 
 fn scene_named(planner: &Planner, name: Option<&FilePath>) -> Result<SceneSummary, CliError> {
@@ -75,15 +88,14 @@ fn scene_named(planner: &Planner, name: Option<&FilePath>) -> Result<SceneSummar
 /// An unknown label, with those that are loaded.
 pub(super) fn scene(planner: &Planner, label: &str) -> Result<SceneSummary, CliError> {
     let scenes = planner.list()?.scenes;
-    if let Some(scene) = scenes.iter().find(|scene| scene.label == label) {
-        return Ok(scene.clone());
-    }
+    let known = scenes.iter().find(|scene| scene.label == label);
+    known.cloned().ok_or_else(|| not_loaded(label, &scenes))
+}
+
+fn not_loaded(label: &str, scenes: &[SceneSummary]) -> CliError {
     let known: Vec<&str> = scenes.iter().map(|scene| scene.label.as_str()).collect();
-    Err(CliError::Refused {
-        code: Code::UnknownScene,
-        message: format!("no scene {label:?} is loaded; loaded: {}", known.join(", ")),
-        retry_after_ms: 0,
-    })
+    let text = format!("no scene {label:?} is loaded; loaded: {}", known.join(", "));
+    CliError::refused(Code::UnknownScene, text)
 }
 
 /// The robot of a label with these columns only: as for a file, joints without a column are held,

@@ -14,7 +14,7 @@ use taut::scene::Scene;
 use taut::scene::scene_file::SceneFile;
 use taut::warning::Warning;
 
-use super::error::CliError;
+use super::error::{CliError, content};
 use super::quantity;
 use super::source::{GeometryChoice, Source};
 
@@ -70,24 +70,26 @@ impl Loaded {
 
     /// Where robot and scene come from, with the packages of the command line.
     pub(super) fn source(&self, packages: &[(String, PathBuf)]) -> ResultSubject {
-        let files = Some(self.robot_files.absolute(&quantity::packages(packages)));
+        let files = self.robot_files.absolute(&quantity::packages(packages));
         ResultSubject {
             robot: RobotSource {
                 label: None,
                 hash: format!("{:016x}", self.robot.hash()),
-                files,
+                files: Some(files),
             },
-            scene: SceneSource {
-                label: None,
-                version: None,
-                hash: format!("{:016x}", self.scene.hash()),
-                file: self
-                    .scene_file
-                    .as_ref()
-                    .and_then(|file| std::path::absolute(file).ok()),
-                content: Some(SceneFile::of(&self.scene, true)),
-            },
+            scene: self.scene_source(),
             ..ResultSubject::default()
+        }
+    }
+
+    fn scene_source(&self) -> SceneSource {
+        let file = self.scene_file.as_ref();
+        SceneSource {
+            label: None,
+            version: None,
+            hash: format!("{:016x}", self.scene.hash()),
+            file: file.and_then(|file| std::path::absolute(file).ok()),
+            content: Some(SceneFile::of(&self.scene, true)),
         }
     }
 }
@@ -121,41 +123,67 @@ pub(super) fn load_holding(
     held: &[(String, f64)],
 ) -> Result<Loaded, CliError> {
     if let Kind::Problem { .. } = Kind::of(file)? {
-        if source.robot.is_some() || source.problem.is_some() {
-            let text = "is a problem file and brings its own robot and scene; leave out --robot and --problem";
-            return Err(CliError::Usage(format!("{} {text}", file.display())));
-        }
+        check_alone(file, source)?;
         return of_problem(
             problem(reader, file, source.geometry, prefer_spheres)?,
             None,
         );
     }
-    let several = Kind::of(file)? == Kind::Several;
-    let table = if several {
-        PathTable::of_vamp(file, source.select.as_deref())?
-    } else {
-        PathTable::read(file)?
-    };
-    // One of several problems is in its own scene unless another is given.
-    let scene_file = source
-        .scene
-        .clone()
-        .or_else(|| several.then(|| file.to_owned()));
-    let name = file
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
+    let given = GivenPath::read(file, source)?;
     match (&source.problem, &source.robot) {
         (Some(file), _) => of_problem(
             problem(reader, file, source.geometry, prefer_spheres)?,
-            Some((name, table)),
+            Some(given),
         ),
-        (None, Some(urdf)) => bare(reader, urdf, source, scene_file, held, name, table),
-        (None, None) => {
-            let text = "is a bare path; give --robot ROBOT.urdf and --scene SCENE.json, or --problem PROBLEM.json";
-            Err(CliError::Usage(format!("{} {text}", file.display())))
-        }
+        (None, Some(urdf)) => bare(reader, urdf, source, held, given),
+        (None, None) => Err(without_robot(file)),
+    }
+}
+
+/// Checks that nothing besides a problem file says which robot it is.
+fn check_alone(file: &FilePath, source: &Source) -> Result<(), CliError> {
+    if source.robot.is_none() && source.problem.is_none() {
+        return Ok(());
+    }
+    Err(CliError::Usage(format!(
+        "{} is a problem file and brings its own robot and scene; leave out --robot and --problem",
+        file.display()
+    )))
+}
+
+fn without_robot(file: &FilePath) -> CliError {
+    CliError::Usage(format!(
+        "{} is a bare path; give --robot ROBOT.urdf and --scene SCENE.json, or --problem PROBLEM.json",
+        file.display()
+    ))
+}
+
+/// A path that comes without its robot.
+struct GivenPath {
+    /// The file's name.
+    name: String,
+    table: PathTable,
+    /// The scene of the arguments; one of several problems is in its own unless another is given.
+    scene_file: Option<PathBuf>,
+}
+
+impl GivenPath {
+    fn read(file: &FilePath, source: &Source) -> Result<Self, FileError> {
+        let name = file.file_stem().unwrap_or_default().to_string_lossy();
+        let given = source.scene.clone();
+        let is_one_of_several = Kind::of(file)? == Kind::Several;
+        let (table, scene_file) = match is_one_of_several {
+            true => (
+                PathTable::of_vamp(file, source.select.as_deref())?,
+                given.or_else(|| Some(file.to_owned())),
+            ),
+            false => (PathTable::read(file)?, given),
+        };
+        Ok(Self {
+            name: name.into_owned(),
+            table,
+            scene_file,
+        })
     }
 }
 
@@ -165,34 +193,24 @@ fn problem(
     choice: GeometryChoice,
     prefer_spheres: bool,
 ) -> Result<Problem, CliError> {
-    let spheres = match choice {
-        GeometryChoice::Given => false,
-        GeometryChoice::Spheres => true,
-        GeometryChoice::Auto => {
-            prefer_spheres && Kind::of(file)? == Kind::Problem { has_spheres: true }
-        }
+    let has_spheres = || Ok::<_, FileError>(Kind::of(file)? == Kind::Problem { has_spheres: true });
+    let geometry = match choice {
+        GeometryChoice::Spheres => Geometry::Spheres,
+        GeometryChoice::Auto if prefer_spheres && has_spheres()? => Geometry::Spheres,
+        GeometryChoice::Given | GeometryChoice::Auto => Geometry::Given,
     };
-    Ok(reader.problem(
-        file,
-        if spheres {
-            Geometry::Spheres
-        } else {
-            Geometry::Given
-        },
-    )?)
+    Ok(reader.problem(file, geometry)?)
 }
 
 /// The problem's own path, or another one for its robot and scene.
-fn of_problem(problem: Problem, other: Option<(String, PathTable)>) -> Result<Loaded, CliError> {
+fn of_problem(problem: Problem, other: Option<GivenPath>) -> Result<Loaded, CliError> {
     let robot = problem.model()?;
     let (name, path) = match other {
         None => (problem.name, problem.path),
-        Some((name, table)) => (
-            name,
-            table
-                .for_robot(&problem.robot)?
-                .into_path(robot.variables())?,
-        ),
+        Some(GivenPath { name, table, .. }) => {
+            let table = table.for_robot(&problem.robot)?;
+            (name, table.into_path(robot.variables())?)
+        }
     };
     Ok(Loaded {
         robot: Arc::new(robot),
@@ -214,29 +232,27 @@ fn bare(
     reader: &mut Reader,
     urdf: &FilePath,
     source: &Source,
-    scene_file: Option<PathBuf>,
     held: &[(String, f64)],
-    name: String,
-    table: PathTable,
+    given: GivenPath,
 ) -> Result<Loaded, CliError> {
     let mut files = robot_files(urdf, source);
     let description = reader.robot_of(&files)?;
-    let table = table.for_robot(&description)?;
+    let table = given.table.for_robot(&description)?;
     files.variables = Some(table.variables().to_vec());
     let robot = robot_of(description, &files)?;
-    let scene = scene_of(reader, scene_file.as_deref(), source)?;
+    let scene = scene_of(reader, given.scene_file.as_deref(), source)?;
     let mut notes = table.warnings().to_vec();
     notes.extend(srdf_elsewhere(&files, source));
-    notes.extend(held_at_zero(&robot, held, &name)?);
+    notes.extend(held_at_zero(&robot, held, &given.name)?);
     check_held(&table, &robot, held)?;
     let path = table.into_path(robot.variables())?;
     Ok(Loaded {
         robot: Arc::new(robot),
         robot_files: files,
         scene: Arc::new(scene),
-        scene_file,
+        scene_file: given.scene_file,
         selected: source.select.clone(),
-        name,
+        name: given.name,
         geometry: Geometry::Given,
         path,
         weights: None,
@@ -254,16 +270,24 @@ fn robot_files(urdf: &FilePath, source: &Source) -> RobotFiles {
 }
 
 /// The robot with the columns of a path only.
-fn robot_of(description: RobotDescription, files: &RobotFiles) -> Result<RobotModel, CliError> {
-    let description = RobotDescription {
-        variables: files.variables.clone(),
-        ..description
-    };
-    let robot = RobotModel::new(description).map_err(|source| FileError::Robot {
-        file: files.urdf.clone(),
+fn robot_of(
+    mut description: RobotDescription,
+    files: &RobotFiles,
+) -> Result<RobotModel, FileError> {
+    description.variables = files.variables.clone();
+    model_of(description, &files.urdf)
+}
+
+/// The robot of these files.
+pub(super) fn robot_in(reader: &mut Reader, files: &RobotFiles) -> Result<RobotModel, FileError> {
+    model_of(reader.robot_of(files)?, &files.urdf)
+}
+
+fn model_of(description: RobotDescription, urdf: &FilePath) -> Result<RobotModel, FileError> {
+    RobotModel::new(description).map_err(|source| FileError::Robot {
+        file: urdf.to_owned(),
         source,
-    })?;
-    Ok(robot)
+    })
 }
 
 fn scene_of(
@@ -293,21 +317,17 @@ fn held_at_zero(
     held: &[(String, f64)],
     name: &str,
 ) -> Result<Option<Warning>, FileError> {
-    let is_given = |variable: &HeldVariable| held.iter().any(|(name, _)| *name == variable.name);
-    let at_zero: Vec<&HeldVariable> = robot
-        .held()
-        .iter()
-        .filter(|variable| !is_given(variable))
-        .collect();
-    let cannot = |variable: &HeldVariable| variable.hard_lower > 0.0 || variable.hard_upper < 0.0;
-    if let Some(variable) = at_zero.iter().find(|variable| cannot(variable)) {
+    let is_given = |variable: &&HeldVariable| held.iter().any(|(name, _)| *name == variable.name);
+    let at_zero = robot.held().iter().filter(|variable| !is_given(variable));
+    if let Some(variable) = at_zero.clone().find(|variable| !reaches_zero(variable)) {
         return Err(never_at_zero(variable, name));
     }
-    let names: Vec<&str> = at_zero
-        .iter()
-        .map(|variable| variable.name.as_str())
-        .collect();
+    let names: Vec<&str> = at_zero.map(|variable| variable.name.as_str()).collect();
     Ok(taut_ipc::planner::held_at_zero(&names).map(Warning::uncovered))
+}
+
+fn reaches_zero(variable: &HeldVariable) -> bool {
+    variable.hard_lower <= 0.0 && variable.hard_upper >= 0.0
 }
 
 fn never_at_zero(variable: &HeldVariable, name: &str) -> FileError {
@@ -317,10 +337,7 @@ fn never_at_zero(variable: &HeldVariable, name: &str) -> FileError {
     let text = format!(
         "column {missing:?} is missing, and the joint cannot be held at 0, outside [{lower}, {upper}]; add it, or give --hold {missing}=VALUE"
     );
-    FileError::Content {
-        file: name.into(),
-        text,
-    }
+    content(name.as_ref(), text)
 }
 
 /// Checks what the path's file says of held joints by where these stand.
@@ -329,10 +346,18 @@ fn check_held(
     robot: &RobotModel,
     held: &[(String, f64)],
 ) -> Result<(), FileError> {
-    let given = |name: &str| held.iter().rev().find(|(known, _)| known == name);
-    let stands = |variable: &HeldVariable| {
-        given(&variable.name).map_or(variable.default, |(_, value)| *value)
-    };
-    let held = robot.held().iter();
-    table.check_held(held.map(|variable| (variable.name.as_str(), stands(variable))))
+    let stands = robot
+        .held()
+        .iter()
+        .map(|variable| (variable.name.as_str(), where_held(variable, held)));
+    table.check_held(stands)
+}
+
+/// Where a held joint stands: where the last that names it says, else at its default.
+fn where_held(variable: &HeldVariable, given: &[(String, f64)]) -> f64 {
+    given
+        .iter()
+        .rev()
+        .find(|(known, _)| *known == variable.name)
+        .map_or(variable.default, |(_, value)| *value)
 }

@@ -130,18 +130,18 @@ fn unread(error: &clap::Error) -> ExitCode {
 /// What clap says on several lines, as one with the next step at its end.
 fn one_line(error: &clap::Error) -> String {
     let text = error.to_string();
-    let said = text
+    let said: Vec<&str> = text
         .lines()
         .map(str::trim)
-        .take_while(|line| !line.starts_with("Usage:"));
-    let said: Vec<&str> = said
+        .take_while(|line| !line.starts_with("Usage:"))
         .filter(|line| !line.is_empty() && !line.starts_with("tip: to pass"))
         .collect();
-    format!(
-        "{}; see --help",
-        said.join(" ")
-            .trim_start_matches("error: ")
-            .trim_end_matches("For more information, try '--help'.")
-            .trim_end()
-    )
+    format!("{}; see --help", without_frame(&said.join(" ")))
+}
+
+/// What clap says, without how it begins and ends every message.
+fn without_frame(said: &str) -> &str {
+    said.trim_start_matches("error: ")
+        .trim_end_matches("For more information, try '--help'.")
+        .trim_end()
 }

@@ -1,18 +1,18 @@
 //! `taut load-robot`, `load-scene`, `unload-…`, `list`, `describe`, `stop`: what the daemon keeps
 //! loaded.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use taut::files::{self, Geometry, Packages, Reader, RobotFiles};
-use taut_ipc::control::{ControlRequest, Listing, RobotDescription, SceneSummary};
-use taut_ipc::{DaemonState, daemon_state};
+use taut_ipc::control::{
+    ControlRequest, Listing, RobotDescription, SceneSummary, VariableDescription,
+};
+use taut_ipc::{DaemonState, Instance, daemon_state};
 
-use super::error::is_lost;
-use super::error::{CliError, stdout};
-use super::format::Format;
+use super::error::{CliError, is_lost};
+use super::format::{Format, print_line};
 use super::instance::InstanceChoice;
 use super::progress::Progress;
 use super::quantity;
@@ -120,47 +120,57 @@ pub(super) struct Stop {
 /// Loads a robot.
 pub(super) fn load_robot(arguments: &LoadRobot) -> Result<u8, CliError> {
     let planner = arguments.instance.connect()?;
-    let packages = quantity::packages(&arguments.packages);
-    let files = match (&arguments.urdf, &arguments.problem) {
-        (Some(urdf), _) => {
-            let srdf = arguments.srdf.clone().or_else(|| files::srdf_of(urdf));
-            RobotFiles {
-                urdf: urdf.clone(),
-                srdf,
-                packages,
-                ..RobotFiles::default()
-            }
-        }
-        (None, Some(problem)) => {
-            let geometry = if arguments.spheres {
-                Geometry::Spheres
-            } else {
-                Geometry::Given
-            };
-            Reader::new(Packages::with_environment(packages))
-                .problem(problem, geometry)?
-                .robot_files
-        }
-        (None, None) => return Err(CliError::Usage("give --urdf or --problem".to_owned())),
-    };
+    let files = arguments.files()?;
     let progress = Progress::start(&files.urdf);
     let source = translate::robot_source(&files);
     let robot = planner.load_robot(&arguments.label, &source, arguments.replace)?;
     drop(progress);
-    for warning in &robot.warnings {
-        eprintln!("warning: {warning}");
-    }
+    warn(&robot.warnings);
     print(arguments.format, &*robot, || {
         robot_line(&robot.label, robot.nq, robot.robot_hash)
     })
 }
 
+impl LoadRobot {
+    /// The files that are named.
+    fn files(&self) -> Result<RobotFiles, CliError> {
+        let packages = quantity::packages(&self.packages);
+        match (&self.urdf, &self.problem) {
+            (Some(urdf), _) => Ok(RobotFiles {
+                urdf: urdf.clone(),
+                srdf: self.srdf.clone().or_else(|| files::srdf_of(urdf)),
+                packages,
+                ..RobotFiles::default()
+            }),
+            (None, Some(problem)) => {
+                let mut reader = Reader::new(Packages::with_environment(packages));
+                Ok(reader.problem(problem, self.geometry())?.robot_files)
+            }
+            (None, None) => Err(CliError::Usage("give --urdf or --problem".to_owned())),
+        }
+    }
+
+    fn geometry(&self) -> Geometry {
+        match self.spheres {
+            true => Geometry::Spheres,
+            false => Geometry::Given,
+        }
+    }
+}
+
+fn warn(warnings: &[String]) {
+    for warning in warnings {
+        eprintln!("warning: {warning}");
+    }
+}
+
 /// Loads a scene.
 pub(super) fn load_scene(arguments: &LoadScene) -> Result<u8, CliError> {
     let planner = arguments.instance.connect()?;
-    let json = files::selected_scene_text(&arguments.file, arguments.select.as_deref())?;
-    let folder = folder_of(&arguments.file);
-    let progress = Progress::start(&arguments.file);
+    let file = &arguments.file;
+    let json = files::selected_scene_text(file, arguments.select.as_deref())?;
+    let folder = folder_of(file);
+    let progress = Progress::start(file);
     let scene = planner.load_scene(
         &arguments.label,
         &json,
@@ -169,9 +179,7 @@ pub(super) fn load_scene(arguments: &LoadScene) -> Result<u8, CliError> {
     );
     drop(progress);
     let scene = scene?;
-    for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
-    }
+    warn(&scene.warnings);
     print(arguments.format, &scene, || scene_line(&scene))
 }
 
@@ -205,17 +213,21 @@ pub(super) fn describe(arguments: &Describe) -> Result<u8, CliError> {
 pub(super) fn stop(arguments: &Stop) -> Result<u8, CliError> {
     let instance = arguments.instance.instance()?;
     let planner = arguments.instance.connect()?;
-    match planner
-        .control_once(&ControlRequest::Shutdown)
-        .map_err(CliError::from)
-    {
+    let reply = planner.control_once(&ControlRequest::Shutdown);
+    match reply.map_err(CliError::from) {
         // It may be gone before its reply is read.
         Err(error) if !is_lost(&error) => return Err(error),
         _ => {}
     }
     drop(planner);
+    wait_for_end(&instance)?;
+    taut_ipc::server::tidy(&instance);
+    Ok(0)
+}
+
+fn wait_for_end(instance: &Instance) -> Result<(), CliError> {
     let end = Instant::now() + STOP_PATIENCE;
-    while daemon_state(&instance)? != DaemonState::Absent {
+    while daemon_state(instance)? != DaemonState::Absent {
         if Instant::now() > end {
             let text =
                 format!("the daemon has not ended within {STOP_PATIENCE:?}; end its process");
@@ -223,8 +235,7 @@ pub(super) fn stop(arguments: &Stop) -> Result<u8, CliError> {
         }
         std::thread::sleep(Duration::from_millis(5));
     }
-    taut_ipc::server::tidy(&instance);
-    Ok(0)
+    Ok(())
 }
 
 pub(super) fn print<T: Serialize>(
@@ -233,16 +244,18 @@ pub(super) fn print<T: Serialize>(
     table: impl Fn() -> String,
 ) -> Result<u8, CliError> {
     let text = match format {
-        // Infinite limits become null, which JSON has.
-        Format::Json => {
-            serde_json::to_string(value).expect("control replies hold only plain values")
-        }
+        Format::Json => json(value),
         Format::Table => table(),
     };
-    let mut out = std::io::stdout().lock();
-    let end = if text.is_empty() { "" } else { "\n" };
-    write!(out, "{text}{end}").map_err(stdout)?;
+    if !text.is_empty() {
+        print_line(&text)?;
+    }
     Ok(0)
+}
+
+/// What a daemon answered, as JSON. Infinite limits become null, which JSON has.
+pub(super) fn json<T: Serialize>(value: &T) -> String {
+    serde_json::to_string(value).expect("control replies hold only plain values")
 }
 
 fn robot_line(label: &str, nq: u32, hash: u64) -> String {
@@ -257,52 +270,50 @@ pub(super) fn scene_line(scene: &SceneSummary) -> String {
 }
 
 fn list_lines(listing: &Listing) -> String {
-    let robots = listing
-        .robots
-        .iter()
-        .map(|robot| robot_line(&robot.label, robot.nq, robot.robot_hash));
+    let robots = listing.robots.iter();
     robots
+        .map(|robot| robot_line(&robot.label, robot.nq, robot.robot_hash))
         .chain(listing.scenes.iter().map(scene_line))
         .collect::<Vec<_>>()
         .join("\n")
 }
 
 fn description(robot: &RobotDescription) -> String {
+    let names = robot.variables.iter().map(|variable| variable.name.len());
+    let width = names.max().unwrap_or(0);
     let mut lines = vec![robot_line(&robot.label, robot.nq, robot.robot_hash)];
-    let width = robot
-        .variables
-        .iter()
-        .map(|variable| variable.name.len())
-        .max()
-        .unwrap_or(0);
     for variable in &robot.variables {
-        let limits = if variable.continuous {
-            "continuous".to_owned()
-        } else {
-            format!("{:.4} to {:.4}", variable.lower, variable.upper)
-        };
-        lines.push(format!("  {:<width$}  {limits}", variable.name));
+        lines.push(format!("  {:<width$}  {}", variable.name, limits(variable)));
     }
     for held in &robot.held_variables {
         lines.push(format!("  {held:<width$}  held"));
     }
-    for (index, group) in robot.groups.iter().enumerate() {
-        let names: Vec<&str> = group
-            .variables
-            .iter()
-            .map(|&v| robot.variables[v as usize].name.as_str())
-            .collect();
-        lines.push(format!(
-            "  group {index} {}: {}",
-            group.name,
-            names.join(", ")
-        ));
+    lines.extend(groups(robot));
+    for warning in &robot.warnings {
+        lines.push(format!("  warning: {warning}"));
     }
-    lines.extend(
-        robot
-            .warnings
-            .iter()
-            .map(|warning| format!("  warning: {warning}")),
-    );
     lines.join("\n")
+}
+
+fn limits(variable: &VariableDescription) -> String {
+    match variable.continuous {
+        true => "continuous".to_owned(),
+        false => format!("{:.4} to {:.4}", variable.lower, variable.upper),
+    }
+}
+
+/// A line for each group of joints.
+fn groups(robot: &RobotDescription) -> impl Iterator<Item = String> {
+    let groups = robot.groups.iter().enumerate();
+    groups.map(|(index, group)| {
+        let names = names(robot, &group.variables);
+        format!("  group {index} {}: {}", group.name, names.join(", "))
+    })
+}
+
+fn names<'a>(robot: &'a RobotDescription, variables: &[u32]) -> Vec<&'a str> {
+    variables
+        .iter()
+        .map(|&variable| robot.variables[variable as usize].name.as_str())
+        .collect()
 }

@@ -65,16 +65,15 @@ impl<const CHECK: bool> clap::Args for Options<CHECK> {
 fn argument(row: &'static Row) -> Arg {
     let flag = row.flag().unwrap_or_default();
     let argument = Arg::new(row.field).long(flag).help(help(row));
-    if row.kind == Kind::Flag {
-        return argument.action(ArgAction::SetTrue);
+    match row.kind {
+        Kind::Flag => argument.action(ArgAction::SetTrue),
+        Kind::Named => with_value(argument, row).action(ArgAction::Append),
+        _ => with_value(argument, row).action(ArgAction::Set),
     }
-    let argument = argument
-        .value_name(row.metavar())
-        .value_parser(parser(row))
-        .action(match row.kind {
-            Kind::Named => ArgAction::Append,
-            _ => ArgAction::Set,
-        });
+}
+
+fn with_value(argument: Arg, row: &'static Row) -> Arg {
+    let argument = argument.value_name(row.metavar()).value_parser(parser(row));
     match row.default {
         Default::Is(value) => argument.default_value(value),
         Default::Unset(_) => argument,
@@ -83,29 +82,25 @@ fn argument(row: &'static Row) -> Arg {
 
 fn help(row: &Row) -> String {
     let doc = row.given_doc();
-    let unit = match row.unit {
-        "" => String::new(),
-        unit => format!(" ({unit})"),
-    };
     match row.kind {
         Kind::Metres => format!("{doc}: 0.1mm, 1cm, or metres"),
         Kind::Seconds => format!("{doc}: 20ms, 1.5s"),
-        Kind::Named => format!("{doc}{unit}; repeatable"),
+        Kind::Named => format!("{doc}{}; repeatable", unit(row)),
         Kind::Indices => format!("{doc}: 0,3,7-9"),
         _ => doc,
     }
 }
 
+fn unit(row: &Row) -> String {
+    match row.unit {
+        "" => String::new(),
+        unit => format!(" ({unit})"),
+    }
+}
+
 fn parser(row: &'static Row) -> ValueParser {
-    let least = match row.default {
-        Default::Is(_) => 0,
-        // 0 says on the wire that it is not given.
-        Default::Unset(_) => 1,
-    };
     match row.kind {
-        Kind::Count(bits) => RangedU64ValueParser::<u64>::new()
-            .range(least..=u64::MAX >> (64 - bits))
-            .into(),
+        Kind::Count(bits) => count(row, bits),
         Kind::Metres => ValueParser::new(quantity::metres),
         Kind::Seconds => ValueParser::new(quantity::duration),
         Kind::Mode => modes(),
@@ -116,10 +111,22 @@ fn parser(row: &'static Row) -> ValueParser {
     }
 }
 
+/// Numbers of so many bits.
+fn count(row: &Row, bits: u32) -> ValueParser {
+    let least = match row.default {
+        Default::Is(_) => 0,
+        // 0 says on the wire that it is not given.
+        Default::Unset(_) => 1,
+    };
+    RangedU64ValueParser::<u64>::new()
+        .range(least..=u64::MAX >> (64 - bits))
+        .into()
+}
+
 fn modes() -> ValueParser {
     let names = Mode::ALL.iter().map(|(mode, _)| mode.name());
-    let named = |name: String| Mode::named(&name).unwrap_or(Mode::Hybrid);
-    ValueParser::new(PossibleValuesParser::new(names).map(named))
+    let parser = PossibleValuesParser::new(names);
+    ValueParser::new(parser.map(|name: String| Mode::named(&name).unwrap_or(Mode::Hybrid)))
 }
 
 /// What was given for an option, or is its default.

@@ -37,13 +37,8 @@ impl Place {
         if choice.local {
             return Ok(Self::Here);
         }
-        match choice.instance.connect() {
-            Ok(planner) => Ok(Self::Daemon(planner)),
-            Err(CliError::Client(ClientError::DaemonLost { root, reason })) => {
-                Err(CliError::NoDaemon { root, reason })
-            }
-            Err(error) => Err(error),
-        }
+        let planner = choice.instance.connect().map_err(without_daemon)?;
+        Ok(Self::Daemon(planner))
     }
 
     /// Who has robots and scenes that were loaded before, and watches paths.
@@ -67,16 +62,7 @@ impl Place {
     ) -> Result<Planner, CliError> {
         match self {
             Self::Daemon(planner) => Ok(planner.clone()),
-            Self::Here => {
-                let service = Arc::new(LocalService::default());
-                service
-                    .insert((robot, &loaded.robot), (scene, &loaded.scene))
-                    .map_err(|refusal| CliError::Here {
-                        name: loaded.name.clone(),
-                        message: refusal.message,
-                    })?;
-                Ok(Planner::in_process(service))
-            }
+            Self::Here => in_process(loaded, robot, scene),
         }
     }
 
@@ -95,4 +81,25 @@ impl Place {
     pub(super) fn known_id(&self, request_id: u64) -> Option<u64> {
         self.daemon().map(|_| request_id)
     }
+}
+
+/// The error of who found no daemon where a daemon is not the only way.
+fn without_daemon(error: CliError) -> CliError {
+    match error {
+        CliError::Client(ClientError::DaemonLost { root, reason }) => {
+            CliError::NoDaemon { root, reason }
+        }
+        error => error,
+    }
+}
+
+fn in_process(loaded: &Loaded, robot: &str, scene: &str) -> Result<Planner, CliError> {
+    let service = Arc::new(LocalService::default());
+    service
+        .insert((robot, &loaded.robot), (scene, &loaded.scene))
+        .map_err(|refusal| CliError::Here {
+            name: loaded.name.clone(),
+            message: refusal.message,
+        })?;
+    Ok(Planner::in_process(service))
 }

@@ -56,33 +56,41 @@ pub(super) fn prepare(
     if let Some(planner) = place.daemon()
         && let Some(label) = label(source)?
     {
-        return labelled::read(planner, file, label, source.scene.as_deref(), held)
-            .map(|labelled| Prepared::of_labels(planner.clone(), labelled));
+        let labelled = labelled::read(planner, file, label, source.scene.as_deref(), held)?;
+        return Ok(Prepared::of_labels(planner.clone(), labelled));
     }
-    let loaded = load::load_holding(reader, file, source, false, held)?;
-    Prepared::of_files(place, loaded)
+    Prepared::of_files(
+        place,
+        load::load_holding(reader, file, source, false, held)?,
+    )
 }
 
 /// The label of a robot that the daemon has loaded.
 fn label(source: &Source) -> Result<Option<&str>, CliError> {
-    if let Some(label) = source.robot.as_deref().and_then(name_of_no_file) {
-        return Ok(Some(label));
+    let robot = source.robot.as_deref().and_then(name_of_no_file);
+    let scene = source.scene.as_deref().and_then(name_of_no_file);
+    match (robot, scene) {
+        (None, Some(label)) => Err(scene_without_robot(label)),
+        (robot, _) => Ok(robot),
     }
-    match source.scene.as_deref().and_then(name_of_no_file) {
-        None => Ok(None),
-        Some(label) => Err(CliError::Usage(format!(
-            "--scene {label} is a label; name the robot by its label too, or give a scene file"
-        ))),
-    }
+}
+
+fn scene_without_robot(label: &str) -> CliError {
+    CliError::Usage(format!(
+        "--scene {label} is a label; name the robot by its label too, or give a scene file"
+    ))
 }
 
 /// A name on the command line that is no file's.
 fn name_of_no_file(name: &FilePath) -> Option<&str> {
-    const ENDS: [&str; 6] = [".urdf", ".xml", ".json", ".scene", ".yaml", ".yml"];
     let text = name.to_str()?;
-    let looks_like_a_file =
-        text.contains('/') || name.is_file() || ENDS.iter().any(|end| text.ends_with(end));
-    (!looks_like_a_file).then_some(text)
+    let is_a_files = text.contains('/') || name.is_file() || ends_like_a_file(text);
+    (!is_a_files).then_some(text)
+}
+
+fn ends_like_a_file(name: &str) -> bool {
+    const ENDS: [&str; 6] = [".urdf", ".xml", ".json", ".scene", ".yaml", ".yml"];
+    ENDS.iter().any(|end| name.ends_with(end))
 }
 
 impl Prepared {
@@ -127,19 +135,23 @@ impl Prepared {
     pub(super) fn request(&self, asked: &Asked) -> Result<Request, CliError> {
         let nv = self.robot.nv as usize;
         let metric = weights(asked.weights, self.weights.as_ref(), nv).map_err(CliError::Usage)?;
-        let scene_hash = match asked.request.scene_version {
-            0 => self.scene.scene_hash,
-            // Of another version than the one that is known here.
-            _ => 0,
-        };
         Ok(Request {
             robot: self.robot.label.clone(),
             robot_hash: self.robot.robot_hash,
             scene: Some(self.scene.label.clone()),
-            scene_hash,
+            scene_hash: self.hash_of_version(asked.request.scene_version),
             metric: metric.unwrap_or_default(),
             ..asked.request.clone()
         })
+    }
+
+    /// The hash that a version of the scene has to have; 0 for another than the one that is known
+    /// here.
+    fn hash_of_version(&self, version: u64) -> u64 {
+        match version {
+            0 => self.scene.scene_hash,
+            _ => 0,
+        }
     }
 
     /// Where robot and scene of an answer come from: from what was read here, else the daemon is
@@ -149,30 +161,39 @@ impl Prepared {
         request: &Request,
         packages: &[(String, PathBuf)],
     ) -> ResultSubject {
-        if let Some(loaded) = &self.loaded {
-            return loaded.source(packages);
+        match &self.loaded {
+            Some(loaded) => loaded.source(packages),
+            None => ResultSubject {
+                robot: self.robot_source(),
+                scene: self.scene_source(request.scene_version),
+                ..ResultSubject::default()
+            },
         }
-        let version = match request.scene_version {
+    }
+
+    fn robot_source(&self) -> RobotSource {
+        RobotSource {
+            label: Some(self.robot.label.clone()),
+            hash: format!("{:016x}", self.robot.robot_hash),
+            files: None,
+        }
+    }
+
+    /// A version of the scene, as the daemon tells it.
+    fn scene_source(&self, version: u64) -> SceneSource {
+        let version = match version {
             0 => self.scene.version,
             version => version,
         };
-        let text = self.planner.show_scene(&self.scene.label, version, 0).ok();
-        let hash = text.as_ref().map(|text| text.scene_hash);
-        let hash = hash.unwrap_or(self.scene.scene_hash);
-        ResultSubject {
-            robot: RobotSource {
-                label: Some(self.robot.label.clone()),
-                hash: format!("{:016x}", self.robot.robot_hash),
-                files: None,
-            },
-            scene: SceneSource {
-                label: Some(self.scene.label.clone()),
-                version: Some(version),
-                hash: format!("{hash:016x}"),
-                file: None,
-                content: text.and_then(|text| serde_json::from_str(&text.json).ok()),
-            },
-            ..ResultSubject::default()
+        let label = &self.scene.label;
+        let told = self.planner.show_scene(label, version, 0).ok();
+        let hash = told.as_ref().map(|text| text.scene_hash);
+        SceneSource {
+            label: Some(label.clone()),
+            version: Some(version),
+            hash: format!("{:016x}", hash.unwrap_or(self.scene.scene_hash)),
+            file: None,
+            content: told.and_then(|text| serde_json::from_str(&text.json).ok()),
         }
     }
 }
@@ -189,12 +210,20 @@ fn robot(
     label: &str,
 ) -> Result<Arc<RobotDescription>, CliError> {
     let hash = loaded.robot.hash();
-    if let Some(robot) = listing.robots.iter().find(|robot| robot.robot_hash == hash) {
-        return Ok(planner.robot(&robot.label)?);
+    match listing.robots.iter().find(|robot| robot.robot_hash == hash) {
+        Some(robot) => Ok(planner.robot(&robot.label)?),
+        None => robot_of_files(planner, loaded, label),
     }
+}
+
+fn robot_of_files(
+    planner: &Planner,
+    loaded: &Loaded,
+    label: &str,
+) -> Result<Arc<RobotDescription>, CliError> {
     let source = translate::robot_source(&loaded.robot_files);
     let robot = planner.load_robot(label, &source, false)?;
-    check_same("robot", &robot.label, robot.robot_hash, hash)?;
+    check_same("robot", &robot.label, robot.robot_hash, loaded.robot.hash())?;
     Ok(robot)
 }
 
@@ -209,14 +238,21 @@ fn scene(
         return Ok(scene.clone());
     }
     let scene = match &loaded.scene_file {
-        Some(file) => {
-            let text = files::selected_scene_text(file, loaded.selected.as_deref())?;
-            planner.load_scene(label, &text, folder_of(file).as_deref(), false)?
-        }
+        Some(file) => scene_of_file(planner, file, loaded.selected.as_deref(), label)?,
         None => empty_scene(planner)?,
     };
     check_same("scene", &scene.label, scene.scene_hash, hash)?;
     Ok(scene)
+}
+
+fn scene_of_file(
+    planner: &Planner,
+    file: &FilePath,
+    selected: Option<&str>,
+    label: &str,
+) -> Result<SceneSummary, CliError> {
+    let text = files::selected_scene_text(file, selected)?;
+    Ok(planner.load_scene(label, &text, folder_of(file).as_deref(), false)?)
 }
 
 /// The scene with nothing in it.
@@ -233,9 +269,5 @@ fn check_same(kind: &str, label: &str, daemon: u64, own: u64) -> Result<(), CliE
     let message = format!(
         "the daemon reads {kind} {label} with hash {daemon:016x}, this process with {own:016x}; name packages with --package NAME=FOLDER, or load it under a label"
     );
-    Err(CliError::Refused {
-        code: Code::VersionConflict,
-        message,
-        retry_after_ms: 0,
-    })
+    Err(CliError::refused(Code::VersionConflict, message))
 }

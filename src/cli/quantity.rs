@@ -5,39 +5,34 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Duration;
 
+/// Units of a length, and how many of each make a metre.
+const LENGTHS: [(&str, f64); 4] = [("mm", 1e3), ("cm", 1e2), ("m", 1.0), ("", 1.0)];
+/// Units of a time, and how many of each make a second.
+const TIMES: [(&str, f64); 3] = [("ms", 1e3), ("us", 1e6), ("s", 1.0)];
+
 /// A length: `0.1mm`, `1cm`, `0.001m`, or `0.001` in metres.
 pub(super) fn metres(text: &str) -> Result<f64, String> {
-    let expected = "give a length of at least 0 such as 0.1mm, 1cm or 0.001 (metres)";
-    let (number, per_metre) = match text {
-        _ if text.ends_with("mm") => (&text[..text.len() - 2], 1e3),
-        _ if text.ends_with("cm") => (&text[..text.len() - 2], 1e2),
-        _ => (text.strip_suffix('m').unwrap_or(text), 1.0),
-    };
-    // Dividing by 1000 rounds once; multiplying by 0.001 would round twice.
-    let value = number
-        .trim()
-        .parse::<f64>()
-        .ok()
-        .map(|value| value / per_metre);
-    value
+    in_base_unit(text, &LENGTHS)
         .filter(|value| value.is_finite() && *value >= 0.0)
-        .ok_or_else(|| expected.to_owned())
+        .ok_or_else(|| {
+            "give a length of at least 0 such as 0.1mm, 1cm or 0.001 (metres)".to_owned()
+        })
 }
 
 /// A time: `20ms`, `1.5s` or `500us`.
 pub(super) fn duration(text: &str) -> Result<Duration, String> {
-    let expected = "give a time such as 20ms, 1.5s or 500us";
-    let (number, per_second) = match text {
-        _ if text.ends_with("ms") => (&text[..text.len() - 2], 1e3),
-        _ if text.ends_with("us") => (&text[..text.len() - 2], 1e6),
-        _ => (text.strip_suffix('s').ok_or(expected)?, 1.0),
-    };
-    let seconds = number
-        .trim()
-        .parse::<f64>()
-        .map_err(|_| expected.to_owned())?
-        / per_second;
-    Duration::try_from_secs_f64(seconds).map_err(|_| expected.to_owned())
+    in_base_unit(text, &TIMES)
+        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
+        .ok_or_else(|| "give a time such as 20ms, 1.5s or 500us".to_owned())
+}
+
+/// A number and its unit, the first one that its text ends with; `None` where it has no such.
+fn in_base_unit(text: &str, units: &[(&str, f64)]) -> Option<f64> {
+    let (number, per_base) = units
+        .iter()
+        .find_map(|(unit, per_base)| Some((text.strip_suffix(*unit)?, per_base)))?;
+    // Dividing by 1000 rounds once; multiplying by 0.001 would round twice.
+    Some(number.trim().parse::<f64>().ok()? / per_base)
 }
 
 /// `NAME=FOLDER`.
@@ -55,16 +50,17 @@ pub(super) type Numbers = Vec<RangeInclusive<usize>>;
 
 /// `0,3,7-9`.
 pub(super) fn numbers(text: &str) -> Result<Numbers, String> {
-    let number = |text: &str| text.trim().parse::<usize>().ok();
-    let range = |part: &str| {
-        let (first, last) = part.split_once('-').unwrap_or((part, part));
-        Some(number(first)?..=number(last)?).filter(|range| !range.is_empty())
-    };
-    let expected = "give numbers and ranges from 0 on such as 0,3,7-9";
     text.split(',')
         .map(range)
         .collect::<Option<_>>()
-        .ok_or_else(|| expected.to_owned())
+        .ok_or_else(|| "give numbers and ranges from 0 on such as 0,3,7-9".to_owned())
+}
+
+/// `3` or `7-9`.
+fn range(part: &str) -> Option<RangeInclusive<usize>> {
+    let number = |text: &str| text.trim().parse::<usize>().ok();
+    let (first, last) = part.split_once('-').unwrap_or((part, part));
+    Some(number(first)?..=number(last)?).filter(|range| !range.is_empty())
 }
 
 /// `NAME=VALUE`.

@@ -1,6 +1,6 @@
 //! `taut record`: the requests of a daemon, with their robots, scenes and answers, in one file.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,9 +10,10 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use taut_ipc::control::{ControlReply, ControlRequest, RecordingState};
 use taut_ipc::planner::Planner;
 
-use super::error::{CliError, stdout, unexpected};
-use super::format::Format;
+use super::error::{CliError, unexpected};
+use super::format::{Format, print_line};
 use super::instance::InstanceChoice;
+use super::models::json;
 use super::quantity;
 
 /// Time between two looks at whether to end.
@@ -42,26 +43,47 @@ pub(super) struct Arguments {
 
 /// Records.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
-    let ends = Arc::new(AtomicBool::new(false));
-    let failed = |source| CliError::Output {
-        file: "signal handler".to_owned(),
-        source,
-    };
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, ends.clone()).map_err(failed)?;
-    }
+    let ends = ends_on_signals()?;
     let planner = arguments.instance.connect()?;
     let file = absolute(&arguments.out)?;
     let start = Instant::now();
-    let mut asked = ask(&planner, &file).map(|_| start)?;
-    let is_terminal = std::io::stderr().is_terminal();
+    ask(&planner, &file)?;
     eprintln!("recording to {}; end with Ctrl-C", file.display());
-    let is_over = |start: Instant| arguments.time.is_some_and(|time| start.elapsed() >= time);
-    while !ends.load(Ordering::Relaxed) && !is_over(start) {
+    let is_over = || arguments.time.is_some_and(|time| start.elapsed() >= time);
+    keep_asking(&planner, &file, start, || {
+        ends.load(Ordering::Relaxed) || is_over()
+    })?;
+    let state = recording(planner.control_once(&ControlRequest::EndRecording)?)?;
+    print_line(&match arguments.format {
+        Format::Json => json(&state),
+        Format::Table => format!("{}   {}", file.display(), words(&state)),
+    })?;
+    Ok(0)
+}
+
+/// What Ctrl-C and `kill` set.
+fn ends_on_signals() -> Result<Arc<AtomicBool>, CliError> {
+    let ends = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, ends.clone())
+            .map_err(CliError::output("signal handler".as_ref()))?;
+    }
+    Ok(ends)
+}
+
+/// Asks how the recording goes until it is to end, and shows it on a terminal.
+fn keep_asking(
+    planner: &Planner,
+    file: &Path,
+    mut asked: Instant,
+    is_to_end: impl Fn() -> bool,
+) -> Result<(), CliError> {
+    let is_terminal = std::io::stderr().is_terminal();
+    while !is_to_end() {
         std::thread::sleep(LOOK_UP);
         if asked.elapsed() >= ASK_EVERY {
             asked = Instant::now();
-            let state = ask(&planner, &file)?;
+            let state = ask(planner, file)?;
             if is_terminal {
                 eprint!("\r{}  ", words(&state));
             }
@@ -70,15 +92,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     if is_terminal {
         eprintln!();
     }
-    let state = recording(planner.control_once(&ControlRequest::EndRecording)?)?;
-    let text = match arguments.format {
-        Format::Json => {
-            serde_json::to_string(&state).expect("control replies hold only plain values")
-        }
-        Format::Table => format!("{}   {}", file.display(), words(&state)),
-    };
-    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
-    Ok(0)
+    Ok(())
 }
 
 fn ask(planner: &Planner, file: &Path) -> Result<RecordingState, CliError> {
@@ -97,27 +111,22 @@ pub(super) fn recording(reply: ControlReply) -> Result<RecordingState, CliError>
 
 /// A file as the daemon, which has another working folder, has to call it.
 pub(super) fn absolute(file: &Path) -> Result<PathBuf, CliError> {
-    std::path::absolute(file).map_err(|source| CliError::Output {
-        file: file.display().to_string(),
-        source,
-    })
+    std::path::absolute(file).map_err(CliError::output(file))
 }
 
 fn words(state: &RecordingState) -> String {
-    let RecordingState {
-        requests,
-        answers,
-        missed,
-        bytes,
-        ..
-    } = state;
-    let missed = if *missed == 0 {
-        String::new()
-    } else {
-        format!(", {missed} left out: the disk is too slow")
-    };
     format!(
-        "{requests} requests, {answers} answers, {:.1} MB{missed}",
-        *bytes as f64 / 1e6
+        "{} requests, {} answers, {:.1} MB{}",
+        state.requests,
+        state.answers,
+        state.bytes as f64 / 1e6,
+        left_out(state.missed)
     )
+}
+
+fn left_out(missed: u64) -> String {
+    match missed {
+        0 => String::new(),
+        missed => format!(", {missed} left out: the disk is too slow"),
+    }
 }

@@ -1,16 +1,16 @@
 //! `taut replay`: a recorded run computed again.
 
-use std::io::Write;
 use std::path::PathBuf;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+use indicatif::ProgressBar;
 use serde::Serialize;
 use taut::optimize::Workspace;
 
-use super::error::{CliError, stdout};
-use super::format::Format;
+use super::error::CliError;
+use super::format::{Format, print};
 use super::progress::progress_bar;
 use super::report;
 use crate::daemon::recording::{Recorded, Recording, Replay, Verdict};
@@ -75,35 +75,9 @@ struct Report<'a> {
 /// Replays.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let run = Recording::read(&arguments.file)?;
-    let id = arguments.only.trim_start_matches("0x").to_ascii_lowercase();
-    let is_meant = |recorded: &Recorded| {
-        let full = format!("{:016x}", recorded.request_id());
-        full.starts_with(&id) || full.ends_with(&id)
-    };
-    let meant: Vec<usize> = (0..run.requests.len())
-        .filter(|&index| is_meant(&run.requests[index]))
-        .collect();
-    if meant.is_empty() && !id.is_empty() {
-        let text = format!(
-            "no request {id} in {}; without --only all are replayed",
-            arguments.file.display()
-        );
-        return Err(CliError::Choice(text));
-    }
-    let mut lines = replayed(&run, &meant, arguments.threads.map(Into::into));
-    let count = |kind: fn(&Verdict) -> bool| lines.iter().filter(|line| kind(&line.kind)).count();
-    let equal = count(|verdict| *verdict == Verdict::Equal);
-    let different = count(|verdict| matches!(verdict, Verdict::Differs(_)));
-    let report = Report {
-        written: &run.written,
-        requests: lines.len(),
-        equal,
-        different,
-        not_compared: lines.len() - equal - different,
-        missed: run.missed,
-        torn_bytes: run.torn,
-        answers: std::mem::take(&mut lines),
-    };
+    let meant = meant(arguments, &run)?;
+    let lines = replayed(&run, &meant, arguments.threads.map(Into::into));
+    let report = Report::of(&run, lines);
     for warning in warnings(&run) {
         eprintln!("warning: {warning}");
     }
@@ -113,64 +87,143 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         }
         Format::Table => table(&report, arguments.verify),
     };
-    std::io::stdout()
-        .lock()
-        .write_all(text.as_bytes())
-        .map_err(stdout)?;
-    Ok(u8::from(arguments.verify && different > 0))
+    print(&text)?;
+    Ok(u8::from(arguments.verify && report.different > 0))
+}
+
+/// Which requests are to be computed.
+///
+/// # Errors
+/// An id that none has.
+fn meant(arguments: &Arguments, run: &Recording) -> Result<Vec<usize>, CliError> {
+    let id = arguments.only.trim_start_matches("0x").to_ascii_lowercase();
+    let meant = named(&run.requests, &id);
+    match meant.is_empty() && !id.is_empty() {
+        true => Err(CliError::Choice(format!(
+            "no request {id} in {}; without --only all are replayed",
+            arguments.file.display()
+        ))),
+        false => Ok(meant),
+    }
+}
+
+/// The numbers of the requests with such an id.
+fn named(requests: &[Recorded], id: &str) -> Vec<usize> {
+    let numbered = requests.iter().enumerate();
+    numbered
+        .filter(|(_, recorded)| is_named(recorded, id))
+        .map(|(index, _)| index)
+        .collect()
+}
+
+/// Whether a request's id starts or ends like this.
+fn is_named(recorded: &Recorded, id: &str) -> bool {
+    let full = format!("{:016x}", recorded.request_id());
+    full.starts_with(id) || full.ends_with(id)
+}
+
+impl<'a> Report<'a> {
+    fn of(run: &'a Recording, answers: Vec<Line>) -> Self {
+        let equal = count(&answers, |verdict| *verdict == Verdict::Equal);
+        let different = count(&answers, |verdict| matches!(verdict, Verdict::Differs(_)));
+        Self {
+            written: &run.written,
+            requests: answers.len(),
+            equal,
+            different,
+            not_compared: answers.len() - equal - different,
+            missed: run.missed,
+            torn_bytes: run.torn,
+            answers,
+        }
+    }
+}
+
+fn count(lines: &[Line], is_such: fn(&Verdict) -> bool) -> usize {
+    lines.iter().filter(|line| is_such(&line.kind)).count()
 }
 
 /// What the reader has to know of the file.
 fn warnings(run: &Recording) -> Vec<String> {
-    let mut warnings = Vec::new();
+    other_release(run).into_iter().chain(missing(run)).collect()
+}
+
+fn other_release(run: &Recording) -> Option<String> {
     let release = run.written.get("taut").map_or("?", String::as_str);
-    if release != env!("CARGO_PKG_VERSION") {
-        let now = env!("CARGO_PKG_VERSION");
-        warnings.push(format!(
+    let now = env!("CARGO_PKG_VERSION");
+    (release != now).then(|| {
+        format!(
             "recorded by taut {release}, replayed by {now}: only the same release has to give the same bits"
-        ));
-    }
+        )
+    })
+}
+
+fn missing(run: &Recording) -> Option<String> {
     match run.missed {
-        None => warnings.push(format!(
+        None => Some(format!(
             "the recording did not end in order; {} bytes at its end are no record",
             run.torn
         )),
-        Some(0) => {}
-        Some(missed) => warnings.push(format!(
+        Some(0) => None,
+        Some(missed) => Some(format!(
             "{missed} requests and answers were left out when it was recorded"
         )),
     }
-    warnings
 }
 
 fn replayed(run: &Recording, meant: &[usize], threads: Option<usize>) -> Vec<Line> {
     let cores = std::thread::available_parallelism().map_or(1, Into::into);
-    let replay = Replay::new(run);
-    let next = AtomicUsize::new(0);
-    let bar = progress_bar(meant.len() as u64);
-    let lines = Mutex::new(Vec::with_capacity(meant.len()));
-    let work = || {
-        let mut workspace = Workspace::default();
-        while let Some(&index) = meant.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let line = line(&run.requests[index], &replay, index, &mut workspace);
-            bar.inc(1);
-            lines
-                .lock()
-                .unwrap_or_else(std::sync::PoisonError::into_inner)
-                .push((index, line));
-        }
+    let work = Work {
+        run,
+        replay: Replay::new(run),
+        meant,
+        next: AtomicUsize::new(0),
+        bar: progress_bar(meant.len() as u64),
+        lines: Mutex::new(Vec::with_capacity(meant.len())),
     };
     std::thread::scope(|scope| {
         for _ in 0..threads.unwrap_or(cores).min(meant.len()) {
-            scope.spawn(work);
+            scope.spawn(|| work.take());
         }
     });
-    bar.finish_and_clear();
-    let mut lines = lines
-        .into_inner()
-        .unwrap_or_else(std::sync::PoisonError::into_inner);
-    lines.sort_by_key(|(index, _)| *index);
-    lines.into_iter().map(|(_, line)| line).collect()
+    work.done()
+}
+
+/// What the threads share.
+struct Work<'a> {
+    run: &'a Recording,
+    replay: Replay<'a>,
+    /// Requests to compute.
+    meant: &'a [usize],
+    /// How many of them are taken.
+    next: AtomicUsize,
+    bar: ProgressBar,
+    /// Those that are done, each with its number.
+    lines: Mutex<Vec<(usize, Line)>>,
+}
+
+impl Work<'_> {
+    /// Computes requests until all are taken.
+    fn take(&self) {
+        let mut workspace = Workspace::default();
+        while let Some(&index) = self.meant.get(self.next.fetch_add(1, Ordering::Relaxed)) {
+            let recorded = &self.run.requests[index];
+            let line = line(recorded, &self.replay, index, &mut workspace);
+            self.bar.inc(1);
+            let lines = self.lines.lock();
+            let mut lines = lines.unwrap_or_else(PoisonError::into_inner);
+            lines.push((index, line));
+        }
+    }
+
+    /// All of them in the order of their numbers.
+    fn done(self) -> Vec<Line> {
+        self.bar.finish_and_clear();
+        let lines = self.lines.into_inner();
+        let mut lines = lines.unwrap_or_else(PoisonError::into_inner);
+        lines.sort_by_key(|(index, _)| *index);
+        lines.into_iter().map(|(_, line)| line).collect()
+    }
 }
 
 fn line(recorded: &Recorded, replay: &Replay, index: usize, workspace: &mut Workspace) -> Line {
@@ -193,11 +246,7 @@ fn line(recorded: &Recorded, replay: &Replay, index: usize, workspace: &mut Work
             .header()
             .map(|header| header.compute_ns as f64 * 1e-9),
         compute_s,
-        verdict: match &replayed.verdict {
-            Verdict::Equal => "equal".to_owned(),
-            Verdict::Differs(what) => what.clone(),
-            Verdict::NotCompared(why) => format!("not compared: {why}"),
-        },
+        verdict: in_words(&replayed.verdict),
         text: recorded.to_string(),
         kind: replayed.verdict,
     }
@@ -205,39 +254,46 @@ fn line(recorded: &Recorded, replay: &Replay, index: usize, workspace: &mut Work
 
 /// With --verify what is not equal, else every request; then the sum.
 fn table(report: &Report, verify: bool) -> String {
-    let mut text = String::new();
-    for line in &report.answers {
-        match &line.kind {
-            Verdict::Differs(what) if verify => text += &format!("DIFFERS {}: {what}\n", line.text),
-            _ if verify => {}
-            _ => {
-                let code = line.code.unwrap_or("-");
-                let lengths = lengths(line);
-                let now = line.compute_s.map_or_else(|| "-".to_owned(), report::time);
-                let then = line
-                    .recorded_compute_s
-                    .map_or_else(|| "-".to_owned(), report::time);
-                text += &format!(
-                    "{}   {code}   {lengths}   {now} (recorded: {then})\n",
-                    line.text
-                );
-            }
-        }
+    let line = if verify { difference } else { line_of };
+    let lines: String = report.answers.iter().filter_map(line).collect();
+    lines + &sum(report, verify)
+}
+
+fn in_words(verdict: &Verdict) -> String {
+    match verdict {
+        Verdict::Equal => "equal".to_owned(),
+        Verdict::Differs(what) => what.clone(),
+        Verdict::NotCompared(why) => format!("not compared: {why}"),
     }
-    let Report {
-        requests,
-        equal,
-        different,
-        not_compared,
-        ..
-    } = report;
+}
+
+fn difference(line: &Line) -> Option<String> {
+    match &line.kind {
+        Verdict::Differs(what) => Some(format!("DIFFERS {}: {what}\n", line.text)),
+        _ => None,
+    }
+}
+
+fn line_of(line: &Line) -> Option<String> {
+    let time = |seconds: Option<f64>| seconds.map_or_else(|| "-".to_owned(), report::time);
+    Some(format!(
+        "{}   {}   {}   {} (recorded: {})\n",
+        line.text,
+        line.code.unwrap_or("-"),
+        lengths(line),
+        time(line.compute_s),
+        time(line.recorded_compute_s)
+    ))
+}
+
+fn sum(report: &Report, verify: bool) -> String {
+    let requests = report.requests;
     match verify {
-        true => {
-            text + &format!(
-                "{requests} requests: {equal} bit-equal, {different} different, {not_compared} not compared\n"
-            )
-        }
-        false => text + &format!("{requests} requests; --verify compares the answers\n"),
+        true => format!(
+            "{requests} requests: {} bit-equal, {} different, {} not compared\n",
+            report.equal, report.different, report.not_compared
+        ),
+        false => format!("{requests} requests; --verify compares the answers\n"),
     }
 }
 

@@ -2,8 +2,9 @@
 
 use taut::files::ResultFile;
 use taut::files::result::texts;
-use taut::optimize::{ColumnTurns, Outcome, Refusal};
+use taut::optimize::{ColumnTurns, LoweredFloor, Outcome, Refusal};
 use taut::solid::TOUCHING_M;
+use taut::validation::Certificate;
 use taut::warning::{self, Warning};
 use taut_ipc::wire::Mode;
 
@@ -61,48 +62,56 @@ pub(super) const NOTHING_TO_CHECK: &str = ", nothing to check: 0 pairs";
 /// What was proved or refused, in one line.
 pub(super) fn verdict(answered: &Answered) -> String {
     let outcome = &answered.outcome;
+    let code = answered.code.name();
     if let Some(refusal) = &outcome.refusal {
-        let read = if outcome.turned.is_empty() {
-            String::new()
-        } else {
-            format!("   read{}", turned(outcome))
-        };
-        return format!("{}{read}", refused(refusal, outcome.path.len()));
+        return refused(refusal, outcome.path.len()) + &read_as(outcome);
     }
     if let Some(why) = &outcome.uncheckable {
-        return format!("{}   {why}", answered.code.name());
+        return format!("{code}   {why}");
     }
     match &outcome.certificate {
-        Some(_) if outcome.pairs == 0 => format!("proved{}{NOTHING_TO_CHECK}", turned(outcome)),
-        Some(certificate) => {
-            let clearance = clearance(certificate.clearance_m());
-            format!("proved{}   {clearance}{}", turned(outcome), floors(outcome))
-        }
+        Some(certificate) => proved(outcome, certificate),
         None if answered.code == Code::Preempted => {
-            format!(
-                "{}   ended before the path was proved",
-                answered.code.name()
-            )
+            format!("{code}   ended before the path was proved")
         }
-        None => format!(
-            "{}   the deadline passed before the path was proved",
-            answered.code.name()
-        ),
+        None => format!("{code}   the deadline passed before the path was proved"),
     }
+}
+
+/// Which columns of a refused path were read otherwise than they stand.
+fn read_as(outcome: &Outcome) -> String {
+    match outcome.turned.is_empty() {
+        true => String::new(),
+        false => format!("   read{}", turned(outcome)),
+    }
+}
+
+fn proved(outcome: &Outcome, certificate: &Certificate) -> String {
+    let turned = turned(outcome);
+    if outcome.pairs == 0 {
+        return format!("proved{turned}{NOTHING_TO_CHECK}");
+    }
+    let clearance = clearance(certificate.clearance_m());
+    format!("proved{turned}   {clearance}{}", floors(outcome))
 }
 
 /// Which columns the numbers that were proved are whole turns away in.
 fn turned(outcome: &Outcome) -> String {
-    let column = |turned: &ColumnTurns| match turned.turns {
-        0 => format!(", column {} between its ends", turned.variable),
-        turns @ (1 | -1) => format!(", column {} {} turn", turned.variable, signed(turns)),
-        turns => format!(", column {} {} turns", turned.variable, signed(turns)),
-    };
-    let columns: String = outcome.turned.iter().map(column).collect();
-    if columns.is_empty() {
-        columns
-    } else {
-        format!(" as unrolled{columns}")
+    match outcome.turned.is_empty() {
+        true => String::new(),
+        false => format!(
+            " as unrolled{}",
+            outcome.turned.iter().map(column).collect::<String>()
+        ),
+    }
+}
+
+fn column(turned: &ColumnTurns) -> String {
+    let variable = &turned.variable;
+    match turned.turns {
+        0 => format!(", column {variable} between its ends"),
+        turns @ (1 | -1) => format!(", column {variable} {} turn", signed(turns)),
+        turns => format!(", column {variable} {} turns", signed(turns)),
     }
 }
 
@@ -127,56 +136,61 @@ fn refused(refusal: &Refusal, waypoints: usize) -> String {
     let [a, b] = &refusal.bodies;
     // A path of one waypoint has no segment; the place is then the waypoint itself.
     let segments = waypoints.saturating_sub(1).max(1);
-    let place = format!(
-        "segment {} of {segments}, t = {:.3}",
-        refusal.segment + 1,
-        refusal.t
-    );
-    let depth = match refusal.depth_m {
-        depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
-        depth if depth > 0.0 => format!("depth ≥ {}", length(depth)),
-        depth => format!("distance {}", length(-depth)),
-    };
-    let hint = if refusal.hint.is_empty() {
-        String::new()
-    } else {
-        format!(" ({})", refusal.hint)
-    };
     format!(
-        "{} {place}: {a} × {b}, {depth}{hint}",
-        refusal.reason.name()
+        "{} segment {} of {segments}, t = {:.3}: {a} × {b}, {}{}",
+        refusal.reason.name(),
+        refusal.segment + 1,
+        refusal.t,
+        depth(refusal.depth_m),
+        hint(&refusal.hint)
     )
 }
 
-fn floors(outcome: &Outcome) -> String {
-    let lowered = outcome.floors_lowered.iter();
-    let named: Vec<String> = lowered
-        .map(|floor| {
-            format!(
-                "{} × {} {}",
-                floor.bodies[0],
-                floor.bodies[1],
-                length(floor.floor_m)
-            )
-        })
-        .collect();
-    if named.is_empty() {
-        String::new()
-    } else {
-        format!("   lowered: {}", named.join(", "))
+fn depth(metres: f64) -> String {
+    match metres {
+        depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
+        depth if depth > 0.0 => format!("depth ≥ {}", length(depth)),
+        depth => format!("distance {}", length(-depth)),
     }
+}
+
+fn hint(hint: &str) -> String {
+    match hint {
+        "" => String::new(),
+        hint => format!(" ({hint})"),
+    }
+}
+
+fn floors(outcome: &Outcome) -> String {
+    listed(LOWERED, outcome.floors_lowered.iter().map(floor))
+}
+
+/// What stands before pairs whose floor was lowered.
+pub(super) const LOWERED: &str = "   lowered: ";
+
+/// Items after what stands before them; nothing where there is none.
+pub(super) fn listed(before: &str, items: impl Iterator<Item = String>) -> String {
+    let items: Vec<String> = items.collect();
+    match items.is_empty() {
+        true => String::new(),
+        false => format!("{before}{}", items.join(", ")),
+    }
+}
+
+fn floor(floor: &LoweredFloor) -> String {
+    let [a, b] = &floor.bodies;
+    format!("{a} × {b} {}", length(floor.floor_m))
 }
 
 /// Lengths before and after, in one line.
 pub(super) fn lengths(outcome: &Outcome) -> String {
     let before = outcome.length_before;
     let after = outcome.length_after;
-    let change = if before > 0.0 {
-        format!(" (−{:.1} %)", 100.0 * (1.0 - after / before))
-    } else {
-        String::new()
-    };
-    format!("length {before:.4} → {after:.4}{change}")
+    let lengths = format!("length {before:.4} → {after:.4}");
+    match before > 0.0 {
+        true => format!("{lengths} (−{:.1} %)", 100.0 * (1.0 - after / before)),
+        false => lengths,
+    }
 }
 
 /// A distance with a fitting unit.

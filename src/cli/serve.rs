@@ -54,31 +54,11 @@ pub(super) struct Arguments {
 
 /// Serves.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
-    let mut config = arguments
-        .config
-        .as_deref()
-        .map_or_else(|| Ok(Config::default()), Config::read)?;
-    config.workers = arguments.workers.unwrap_or(config.workers);
-    if arguments.no_state {
-        config.state = Some(PathBuf::new());
-    } else if let Some(folder) = &arguments.state {
-        config.state = Some(folder.clone());
-    }
-    if let Some(address) = arguments.http {
-        check_address("--http", address).map_err(CliError::Usage)?;
-        config.http = Some(address);
-    }
+    let config = configuration(arguments)?;
     let instance = instance(&arguments.instance, &config)?;
     if arguments.supervise {
-        let own = std::env::args_os()
-            .skip(1)
-            .filter(|argument| argument != "--supervise");
-        let own: Vec<OsString> = own.collect();
-        return Ok(supervise(
-            &instance,
-            &own,
-            Duration::from_secs_f64(config.watchdog_s),
-        )?);
+        let patience = Duration::from_secs_f64(config.watchdog_s);
+        return Ok(supervise(&instance, &arguments_of_child(), patience)?);
     }
     if let Some(pid) = arguments.supervised_by {
         bind_to_supervisor(pid)?;
@@ -88,14 +68,47 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     Ok(0)
 }
 
+/// The configuration of the file, as the arguments change it.
+fn configuration(arguments: &Arguments) -> Result<Config, CliError> {
+    let mut config = arguments
+        .config
+        .as_deref()
+        .map_or_else(|| Ok(Config::default()), Config::read)?;
+    config.workers = arguments.workers.unwrap_or(config.workers);
+    config.state = state(arguments).or(config.state);
+    if let Some(address) = arguments.http {
+        check_address("--http", address).map_err(CliError::Usage)?;
+        config.http = Some(address);
+    }
+    Ok(config)
+}
+
+/// The state folder that the arguments name, an empty name where nothing is to be kept.
+fn state(arguments: &Arguments) -> Option<PathBuf> {
+    match arguments.no_state {
+        true => Some(PathBuf::new()),
+        false => arguments.state.clone(),
+    }
+}
+
+/// The arguments of this process, but for the one that it supervises.
+fn arguments_of_child() -> Vec<OsString> {
+    std::env::args_os()
+        .skip(1)
+        .filter(|argument| argument != "--supervise")
+        .collect()
+}
+
 /// The option, else the environment, else the configuration, else the default.
 pub(super) fn instance(choice: &InstanceChoice, config: &Config) -> Result<Instance, CliError> {
-    let named =
-        choice.instance.is_some() || std::env::var_os(taut_ipc::INSTANCE_VARIABLE).is_some();
-    if named || config.instance.is_empty() {
+    if is_named(choice) || config.instance.is_empty() {
         return choice.instance();
     }
     Instance::parse(&config.instance).map_err(|error| CliError::Usage(error.to_string()))
+}
+
+fn is_named(choice: &InstanceChoice) -> bool {
+    choice.instance.is_some() || std::env::var_os(taut_ipc::INSTANCE_VARIABLE).is_some()
 }
 
 fn start_log() {

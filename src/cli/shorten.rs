@@ -1,6 +1,5 @@
 //! `taut shorten`: pull one path taut.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -10,9 +9,9 @@ use super::answer::answer;
 use super::answered::Answered;
 use super::asked::Asked;
 use super::details;
-use super::error::{CliError, stdout};
+use super::error::CliError;
 use super::export;
-use super::format::Format;
+use super::format::{Format, print_line};
 use super::load;
 use super::options::Options;
 use super::place::{self, Place};
@@ -55,27 +54,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     if let Some(file) = &arguments.out {
         export::Form::of(file)?;
     }
-    let mut reader = load::reader(&arguments.source);
-    let mut watch = |time: Duration, length: f64| {
-        if arguments.watch {
-            // On standard error, so that standard output holds the answer alone.
-            eprintln!(
-                "{:>10}  length {length:.4}",
-                report::time(time.as_secs_f64())
-            );
-        }
-    };
     let place = Place::open(&arguments.place)?;
     let asked = Asked::new(&arguments.options, arguments.weights)?;
-    let (subject, answered) = answer(
-        &place,
-        &mut reader,
-        &arguments.file,
-        &arguments.source,
-        &asked,
-        arguments.out.is_some() || arguments.format == Format::Json,
-        &mut watch,
-    )?;
+    let (subject, answered) = answered(arguments, &place, &asked)?;
     let result = report::result(&subject, asked.request.mode, &answered);
     if let Some(file) = &arguments.out {
         write(file, &result, answered.outcome.proved)?;
@@ -84,18 +65,45 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         Format::Json => result.json(),
         Format::Table => table(&subject, &answered),
     };
-    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
+    print_line(&text)?;
     Ok(answered.code.exit_code())
+}
+
+fn answered(
+    arguments: &Arguments,
+    place: &Place,
+    asked: &Asked,
+) -> Result<(Subject, Answered), CliError> {
+    let mut watch = |time: Duration, length: f64| {
+        if arguments.watch {
+            tell(time, length);
+        }
+    };
+    answer(
+        place,
+        &mut load::reader(&arguments.source),
+        &arguments.file,
+        &arguments.source,
+        asked,
+        arguments.out.is_some() || arguments.format == Format::Json,
+        &mut watch,
+    )
+}
+
+/// Tells of a shorter path on standard error, so that standard output holds the answer alone.
+fn tell(time: Duration, length: f64) {
+    eprintln!(
+        "{:>10}  length {length:.4}",
+        report::time(time.as_secs_f64())
+    );
 }
 
 fn write(file: &Path, result: &ResultFile, is_proved: bool) -> Result<(), CliError> {
     if is_proved || export::Form::of(file)? == export::Form::Json {
         return export::write(file, result);
     }
-    eprintln!(
-        "taut: {} is not written: only .json says that its path is not proved",
-        file.display()
-    );
+    let name = file.display();
+    eprintln!("taut: {name} is not written: only .json says that its path is not proved");
     Ok(())
 }
 

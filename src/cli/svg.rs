@@ -18,20 +18,31 @@ impl Svg {
             text: String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"),
             open: Vec::new(),
         };
-        let view = format!("0 0 {width} {height}");
         svg.begin(
             "svg",
             &[
                 ("xmlns", &"http://www.w3.org/2000/svg"),
                 ("width", &width),
                 ("height", &height),
-                ("viewBox", &view),
+                ("viewBox", &format!("0 0 {width} {height}")),
             ],
         );
-        svg.begin("style", &[]);
-        svg.text.push_str(&escaped(style));
-        svg.end();
+        svg.style(style);
         svg
+    }
+
+    fn style(&mut self, style: &str) {
+        self.begin("style", &[]);
+        self.text.push_str(&escaped(style));
+        self.end();
+    }
+
+    /// An upright rectangle at the origin.
+    pub(super) fn rectangle(&mut self, class: &str, [width, height]: [f64; 2]) {
+        self.element(
+            "rect",
+            &[("class", &class), ("width", &width), ("height", &height)],
+        );
     }
 
     /// Opens an element.
@@ -66,17 +77,18 @@ impl Svg {
 
     /// An open line through points, with a name that a pointer over it shows.
     pub(super) fn line(&mut self, points: &[Point], class: &str, title: &str) {
-        self.start(
-            "polyline",
-            &[("class", &class), ("points", &joined(points))],
-        );
-        let _ = writeln!(self.text, "><title>{}</title></polyline>", escaped(title));
+        self.titled("polyline", points, class, title);
     }
 
     /// A closed outline, with a name that a pointer over it shows.
     pub(super) fn outline(&mut self, points: &[Point], class: &str, title: &str) {
-        self.start("polygon", &[("class", &class), ("points", &joined(points))]);
-        let _ = writeln!(self.text, "><title>{}</title></polygon>", escaped(title));
+        self.titled("polygon", points, class, title);
+    }
+
+    fn titled(&mut self, tag: &str, points: &[Point], class: &str, title: &str) {
+        self.start(tag, &[("class", &class), ("points", &joined(points))]);
+        let title = escaped(title);
+        let _ = writeln!(self.text, "><title>{title}</title></{tag}>");
     }
 
     /// A dot.
@@ -114,12 +126,13 @@ fn number(value: f64) -> String {
 }
 
 fn joined(points: &[Point]) -> String {
-    let mut pairs: Vec<String> = points
-        .iter()
-        .map(|[x, y]| format!("{},{}", number(*x), number(*y)))
-        .collect();
+    let mut pairs: Vec<String> = points.iter().map(pair).collect();
     pairs.dedup();
     pairs.join(" ")
+}
+
+fn pair([x, y]: &Point) -> String {
+    format!("{},{}", number(*x), number(*y))
 }
 
 /// Text as XML has it, in content and in attributes; characters that XML cannot have are left out.

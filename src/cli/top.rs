@@ -10,6 +10,7 @@ use taut_ipc::planner::Planner;
 use super::error::{CliError, is_lost, stdout, unexpected};
 use super::format::Format;
 use super::instance::InstanceChoice;
+use super::models::json;
 use super::{quantity, report};
 
 /// Puts the cursor at the top of an empty screen.
@@ -46,10 +47,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         match look(&planner) {
             Ok(view) => show(arguments, &view)?,
             Err(error) if arguments.once || !is_lost(&error) => return Err(error),
-            Err(_) => {
-                eprintln!("the daemon is gone; waiting for the next one");
-                planner = wait_for_daemon(arguments)?;
-            }
+            Err(_) => planner = wait_for_daemon(arguments)?,
         }
         if arguments.once {
             return Ok(0);
@@ -59,6 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 }
 
 fn wait_for_daemon(arguments: &Arguments) -> Result<Planner, CliError> {
+    eprintln!("the daemon is gone; waiting for the next one");
     loop {
         std::thread::sleep(arguments.interval);
         match arguments.instance.connect() {
@@ -69,12 +68,22 @@ fn wait_for_daemon(arguments: &Arguments) -> Result<Planner, CliError> {
 }
 
 fn look(planner: &Planner) -> Result<View, CliError> {
-    let daemon = match planner.control(&ControlRequest::Stats)? {
-        ControlReply::Stats(stats) => stats,
-        other => return Err(unexpected(&other)),
-    };
+    Ok(View {
+        daemon: stats(planner)?,
+        clients: clients(planner)?,
+    })
+}
+
+fn stats(planner: &Planner) -> Result<Stats, CliError> {
+    match planner.control(&ControlRequest::Stats)? {
+        ControlReply::Stats(stats) => Ok(stats),
+        other => Err(unexpected(&other)),
+    }
+}
+
+fn clients(planner: &Planner) -> Result<Vec<ClientSummary>, CliError> {
     match planner.control(&ControlRequest::Clients)? {
-        ControlReply::Clients(clients) => Ok(View { daemon, clients }),
+        ControlReply::Clients(clients) => Ok(clients),
         other => Err(unexpected(&other)),
     }
 }
@@ -82,9 +91,7 @@ fn look(planner: &Planner) -> Result<View, CliError> {
 fn show(arguments: &Arguments, view: &View) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
     let text = match arguments.format {
-        Format::Json => {
-            serde_json::to_string(view).expect("control replies hold only plain values") + "\n"
-        }
+        Format::Json => json(view) + "\n",
         Format::Table if !arguments.once && out.is_terminal() => format!("{CLEAR}{}", table(view)),
         Format::Table => table(view),
     };
@@ -98,28 +105,38 @@ fn time(ns: f64) -> String {
 }
 
 fn table(view: &View) -> String {
-    let Stats {
-        pid,
-        daemon_version,
-        uptime_ns,
-        numbers,
-        ..
-    } = &view.daemon;
-    let number = |name: &str| numbers.get(name).copied().unwrap_or(0.0);
-    let per_second: u64 = view
-        .clients
-        .iter()
-        .map(|client| client.answered_per_second)
-        .sum();
-    let mut text = format!(
-        "taut {daemon_version}   pid {pid}   up {}   {} workers   {} running   {} waiting   {} clients\n",
-        time(*uptime_ns as f64),
-        number("workers"),
-        number("requests_running"),
-        number("requests_queued"),
-        number("clients"),
-    );
-    text += &format!(
+    let mut text = state(&view.daemon) + &counts(view);
+    for what in ["latency", "queue", "compute"] {
+        text += &percentiles(&view.daemon, what);
+    }
+    text += "\n\n     pid  flight      /s    served   refused  quota  cancelled   computed       p50       p99\n";
+    text.extend(view.clients.iter().map(line));
+    text
+}
+
+/// A number of the daemon, 0 where it does not tell it.
+fn number(daemon: &Stats, name: &str) -> f64 {
+    daemon.numbers.get(name).copied().unwrap_or(0.0)
+}
+
+fn state(daemon: &Stats) -> String {
+    format!(
+        "taut {}   pid {}   up {}   {} workers   {} running   {} waiting   {} clients\n",
+        daemon.daemon_version,
+        daemon.pid,
+        time(daemon.uptime_ns as f64),
+        number(daemon, "workers"),
+        number(daemon, "requests_running"),
+        number(daemon, "requests_queued"),
+        number(daemon, "clients"),
+    )
+}
+
+fn counts(view: &View) -> String {
+    let number = |name: &str| number(&view.daemon, name);
+    let clients = view.clients.iter();
+    let per_second: u64 = clients.map(|client| client.answered_per_second).sum();
+    format!(
         "{per_second} answers/s   served {}   refused {}   overloaded {}   timed out {}   cancelled {}   crashed {}\n",
         number("requests_answered"),
         number("requests_refused"),
@@ -127,26 +144,26 @@ fn table(view: &View) -> String {
         number("requests_timed_out"),
         number("requests_cancelled"),
         number("worker_panics"),
-    );
-    for what in ["latency", "queue", "compute"] {
-        let at = |percentile: &str| time(number(&format!("{what}_{percentile}_ns")));
-        text += &format!("{what} p50 {} p99 {}   ", at("p50"), at("p99"));
-    }
-    text += "\n\n     pid  flight      /s    served   refused  quota  cancelled   computed       p50       p99\n";
-    for client in &view.clients {
-        text += &format!(
-            "{:>8}  {:>6}  {:>6}  {:>8}  {:>8}  {:>5}  {:>9}  {:>9}  {:>8}  {:>8}\n",
-            client.pid,
-            format!("{}/{}", client.in_flight, client.in_flight_quota),
-            client.answered_per_second,
-            client.served,
-            client.refused,
-            client.over_quota,
-            client.cancelled,
-            time(client.computed_ns as f64),
-            time(client.latency_p50_ns as f64),
-            time(client.latency_p99_ns as f64),
-        );
-    }
-    text
+    )
+}
+
+fn percentiles(daemon: &Stats, what: &str) -> String {
+    let at = |percentile: &str| time(number(daemon, &format!("{what}_{percentile}_ns")));
+    format!("{what} p50 {} p99 {}   ", at("p50"), at("p99"))
+}
+
+fn line(client: &ClientSummary) -> String {
+    format!(
+        "{:>8}  {:>6}  {:>6}  {:>8}  {:>8}  {:>5}  {:>9}  {:>9}  {:>8}  {:>8}\n",
+        client.pid,
+        format!("{}/{}", client.in_flight, client.in_flight_quota),
+        client.answered_per_second,
+        client.served,
+        client.refused,
+        client.over_quota,
+        client.cancelled,
+        time(client.computed_ns as f64),
+        time(client.latency_p50_ns as f64),
+        time(client.latency_p99_ns as f64),
+    )
 }

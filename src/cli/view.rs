@@ -1,14 +1,15 @@
 //! `taut view`: an answer as a page to look at.
 
-use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use taut::files::{self, FileError, Packages, Reader, ResultFile, RobotFiles};
 use taut::robot::RobotModel;
 use taut::scene::Scene;
 use taut::shape::MeshError;
 
-use super::error::{CliError, stdout};
+use super::error::CliError;
+use super::format::print_line;
+use super::load::robot_in;
 use super::quantity;
 use crate::view::{Picture, Sight, page};
 
@@ -39,59 +40,73 @@ pub(super) struct Arguments {
 
 /// Writes the page.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    let text = page(&picture(arguments)?);
+    let file = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| arguments.file.with_extension("html"));
+    std::fs::write(&file, &text).map_err(CliError::output(&file))?;
+    tell(&file, text.len())?;
+    Ok(0)
+}
+
+fn tell(file: &Path, bytes: usize) -> Result<(), CliError> {
+    let size = bytes as f64 / 1e6;
+    print_line(&format!(
+        "{}   {size:.1} MB   open it in a browser",
+        file.display()
+    ))
+}
+
+/// The answer with its robot and its scene; warns of what is not shown as it was.
+fn picture(arguments: &Arguments) -> Result<Picture, CliError> {
     let result = ResultFile::read(&arguments.file)?;
     let mut reader = Reader::new(Packages::with_environment(quantity::packages(
         &arguments.packages,
     )));
     let files = robot_files(arguments, &result)?;
     let (visuals, missing) = reader.visuals(&files)?;
-    let mut notes = Vec::from_iter(missing.first().map(|first| {
-        let count = missing.len();
-        format!("{count} links show their collision shapes, since visual ones are missing; the first: {first}")
-    }));
-    let robot = RobotModel::new(reader.robot_of(&files)?).map_err(|source| FileError::Robot {
-        file: files.urdf.clone(),
-        source,
-    })?;
+    let robot = robot_in(&mut reader, &files)?;
     let scene = scene(arguments, &result, &mut reader)?;
-    for (kind, own, wanted) in [
-        ("robot", robot.hash(), &result.subject.robot.hash),
-        ("scene", scene.hash(), &result.subject.scene.hash),
-    ] {
-        let own = format!("{own:016x}");
-        if own != *wanted {
-            notes.push(format!(
-                "this {kind} has hash {own}, the answer is about {wanted}: it is not the same one"
-            ));
-        }
-    }
+    let mut notes = Vec::from_iter(missing_visuals(&missing));
+    notes.extend(other_models(&result, &robot, &scene));
     for note in &notes {
         eprintln!("warning: {note}");
     }
-    let picture = Picture::of(Sight {
+    Ok(Picture::of(Sight {
         result,
         robot: &robot,
         scene: &scene,
         visuals,
         notes,
-    });
-    let file = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| arguments.file.with_extension("html"));
-    let text = page(&picture);
-    std::fs::write(&file, &text).map_err(|source| CliError::Output {
-        file: file.display().to_string(),
-        source,
-    })?;
-    let size = text.len() as f64 / 1e6;
-    writeln!(
-        std::io::stdout(),
-        "{}   {size:.1} MB   open it in a browser",
-        file.display()
-    )
-    .map_err(stdout)?;
-    Ok(0)
+    }))
+}
+
+fn missing_visuals(missing: &[String]) -> Option<String> {
+    let first = missing.first()?;
+    let count = missing.len();
+    Some(format!(
+        "{count} links show their collision shapes, since visual ones are missing; the first: {first}"
+    ))
+}
+
+/// Which of robot and scene are not those that the answer is about.
+fn other_models(result: &ResultFile, robot: &RobotModel, scene: &Scene) -> Vec<String> {
+    let subject = &result.subject;
+    [
+        other_model("robot", robot.hash(), &subject.robot.hash),
+        other_model("scene", scene.hash(), &subject.scene.hash),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+fn other_model(kind: &str, own: u64, wanted: &str) -> Option<String> {
+    let own = format!("{own:016x}");
+    (own != wanted).then(|| {
+        format!("this {kind} has hash {own}, the answer is about {wanted}: it is not the same one")
+    })
 }
 
 fn robot_files(arguments: &Arguments, result: &ResultFile) -> Result<RobotFiles, CliError> {
@@ -104,14 +119,15 @@ fn robot_files(arguments: &Arguments, result: &ResultFile) -> Result<RobotFiles,
         });
     }
     let robot = &result.subject.robot;
-    robot.files.clone().ok_or_else(|| {
-        let label = robot.label.as_deref().unwrap_or_default();
-        let text =
-            format!("the answer names its robot by the daemon's label {label:?}, not by files");
-        CliError::Usage(format!(
-            "{text}; give --robot ROBOT.urdf, or look at it on the page of `taut serve --http`"
-        ))
-    })
+    let label = robot.label.as_deref().unwrap_or_default();
+    robot.files.clone().ok_or_else(|| no_files(label))
+}
+
+fn no_files(label: &str) -> CliError {
+    CliError::Usage(format!(
+        "the answer names its robot by the daemon's label {label:?}, not by files; \
+         give --robot ROBOT.urdf, or look at it on the page of `taut serve --http`"
+    ))
 }
 
 fn scene(
@@ -125,16 +141,17 @@ fn scene(
     let content = result.subject.scene.content.clone().ok_or_else(|| {
         CliError::Usage("the answer does not hold its scene; give --scene SCENE.json".to_owned())
     })?;
-    let mut none = |name: &str, _| {
-        let reason = "the answer holds no such mesh; give --scene SCENE.json".to_owned();
-        Err(MeshError::Unreadable {
-            name: name.to_owned(),
-            reason,
-        })
-    };
     let refuse = |source| FileError::Scene {
         file: arguments.file.clone(),
         source,
     };
-    Ok(content.build(&mut none).map_err(refuse)?)
+    let mut no_mesh = |name: &str, _| Err(mesh_not_held(name));
+    Ok(content.build(&mut no_mesh).map_err(refuse)?)
+}
+
+fn mesh_not_held(name: &str) -> MeshError {
+    MeshError::Unreadable {
+        name: name.to_owned(),
+        reason: "the answer holds no such mesh; give --scene SCENE.json".to_owned(),
+    }
 }

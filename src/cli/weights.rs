@@ -22,12 +22,11 @@ pub(super) fn weights(
     nv: usize,
 ) -> Result<Option<Vec<f64>>, String> {
     match choice {
-        None => Ok(metric.cloned()),
         Some(Weights::Reach) => Ok(None),
         Some(Weights::Ones) => Ok(Some(vec![1.0; nv])),
-        Some(Weights::Metric) => {
-            let none = "--weights metric needs a problem with a metric; use reach or ones";
-            Ok(Some(metric.cloned().ok_or(none)?))
+        Some(Weights::Metric) if metric.is_none() => {
+            Err("--weights metric needs a problem with a metric; use reach or ones".to_owned())
         }
+        None | Some(Weights::Metric) => Ok(metric.cloned()),
     }
 }

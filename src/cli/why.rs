@@ -1,14 +1,15 @@
 //! `taut why`: what happened to a request.
 
-use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use taut_ipc::control::{ControlReply, ControlRequest, Story};
+use taut_ipc::control::{ControlReply, ControlRequest, Story, StoryEvent};
+use taut_ipc::planner::Planner;
 use taut_ipc::wire::Code;
 
-use super::error::{CliError, stdout, unexpected};
-use super::format::Format;
+use super::error::{CliError, unexpected};
+use super::format::{Format, print};
 use super::instance::InstanceChoice;
+use super::models::json;
 use super::record::{absolute, recording};
 use super::report;
 
@@ -35,54 +36,68 @@ pub(super) struct Arguments {
 
 /// Tells it.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    let id = id_of(arguments)?;
+    let planner = arguments.instance.connect()?;
+    let stories = stories(&planner, &id)?;
+    if let Some(file) = &arguments.bundle {
+        bundle(&planner, id, file)?;
+    }
+    print(&match arguments.format {
+        Format::Json => json(&stories) + "\n",
+        Format::Table if arguments.id.is_empty() => stories.iter().map(line).collect(),
+        Format::Table => stories.iter().map(tell).collect::<Vec<_>>().join("\n"),
+    })?;
+    Ok(0)
+}
+
+/// The digits of the id.
+///
+/// # Errors
+/// What is no digit; no id where one is needed.
+fn id_of(arguments: &Arguments) -> Result<String, CliError> {
     let id = arguments.id.trim_start_matches("0x").to_ascii_lowercase();
     if let Some(other) = id.chars().find(|c| !c.is_ascii_hexdigit()) {
-        return Err(CliError::Usage(format!(
-            "request id {:?} has {other:?}; valid: hexadecimal digits",
-            arguments.id
-        )));
+        return Err(no_digit(&arguments.id, other));
     }
     if id.is_empty() && arguments.bundle.is_some() {
         return Err(CliError::Usage(
             "--bundle needs the id of a request; `taut why` lists the newest".to_owned(),
         ));
     }
-    let planner = arguments.instance.connect()?;
-    let stories = match planner.control(&ControlRequest::Stories { id: id.clone() })? {
-        ControlReply::Stories(stories) => stories,
-        other => return Err(unexpected(&other)),
-    };
-    if stories.is_empty() && !id.is_empty() {
-        let text = format!(
-            "no request {id} among the last ones; `taut why` without an id lists the newest"
-        );
-        return Err(CliError::Choice(text));
-    }
-    if let Some(file) = &arguments.bundle {
-        let file = absolute(file)?;
-        let state = recording(planner.control(&ControlRequest::Bundle {
-            id,
-            file: file.clone(),
-        })?)?;
-        let name = file.display();
-        let kilobytes = state.bytes.div_ceil(1000);
-        eprintln!(
-            "{name}: {} request, {kilobytes} kB; try it with `taut replay {name} --verify`",
-            state.requests
-        );
-    }
-    let text = match arguments.format {
-        Format::Json => {
-            serde_json::to_string(&stories).expect("control replies hold only plain values") + "\n"
+    Ok(id)
+}
+
+fn no_digit(id: &str, other: char) -> CliError {
+    CliError::Usage(format!(
+        "request id {id:?} has {other:?}; valid: hexadecimal digits"
+    ))
+}
+
+/// What the daemon remembers of requests with such an id.
+fn stories(planner: &Planner, id: &str) -> Result<Vec<Story>, CliError> {
+    let message = ControlRequest::Stories { id: id.to_owned() };
+    match planner.control(&message)? {
+        ControlReply::Stories(stories) if stories.is_empty() && !id.is_empty() => {
+            Err(CliError::Choice(format!(
+                "no request {id} among the last ones; `taut why` without an id lists the newest"
+            )))
         }
-        Format::Table if arguments.id.is_empty() => stories.iter().map(line).collect(),
-        Format::Table => stories.iter().map(tell).collect::<Vec<_>>().join("\n"),
-    };
-    std::io::stdout()
-        .lock()
-        .write_all(text.as_bytes())
-        .map_err(stdout)?;
-    Ok(0)
+        ControlReply::Stories(stories) => Ok(stories),
+        other => Err(unexpected(&other)),
+    }
+}
+
+/// Has the daemon write a request to a file.
+fn bundle(planner: &Planner, id: String, file: &Path) -> Result<(), CliError> {
+    let file = absolute(file)?;
+    let name = file.display().to_string();
+    let state = recording(planner.control(&ControlRequest::Bundle { id, file })?)?;
+    eprintln!(
+        "{name}: {} request, {} kB; try it with `taut replay {name} --verify`",
+        state.requests,
+        state.bytes.div_ceil(1000)
+    );
+    Ok(())
 }
 
 fn result(story: &Story) -> String {
@@ -110,6 +125,24 @@ fn line(story: &Story) -> String {
 }
 
 fn tell(story: &Story) -> String {
+    let mut text = head(story);
+    let middle = story.events.len() / 2;
+    for (index, event) in story.events.iter().enumerate() {
+        if index == middle && story.left_out > 0 {
+            text += &format!("  {:>12}  {} more\n", "…", story.left_out);
+        }
+        text += &step(event);
+    }
+    text
+}
+
+fn step(event: &StoryEvent) -> String {
+    let after_ms = event.after_ns as f64 / 1e6;
+    format!("  {after_ms:>9.3} ms  {}\n", event.what)
+}
+
+/// Whose request it was, and what for.
+fn head(story: &Story) -> String {
     let Story {
         request_id,
         pid,
@@ -121,29 +154,24 @@ fn tell(story: &Story) -> String {
         priority,
         ..
     } = story;
-    let version = if story.scene_version == 0 {
-        String::new()
-    } else {
-        format!(" v{}", story.scene_version)
-    };
-    let deadline = match story.deadline_ns {
+    format!(
+        "request {request_id:016x} of process {pid}   {}\n  {mode} of {waypoints} × {variables} for {robot} in {scene}{}, priority {priority}, {}\n",
+        result(story),
+        version(story),
+        deadline(story)
+    )
+}
+
+fn version(story: &Story) -> String {
+    match story.scene_version {
+        0 => String::new(),
+        version => format!(" v{version}"),
+    }
+}
+
+fn deadline(story: &Story) -> String {
+    match story.deadline_ns {
         0 => "no deadline".to_owned(),
         ns => format!("deadline after {}", report::time(ns as f64 * 1e-9)),
-    };
-    let mut text = format!(
-        "request {request_id:016x} of process {pid}   {}\n  {mode} of {waypoints} × {variables} for {robot} in {scene}{version}, priority {priority}, {deadline}\n",
-        result(story)
-    );
-    let middle = story.events.len() / 2;
-    for (index, event) in story.events.iter().enumerate() {
-        if index == middle && story.left_out > 0 {
-            text += &format!("  {:>12}  {} more\n", "…", story.left_out);
-        }
-        text += &format!(
-            "  {:>9.3} ms  {}\n",
-            event.after_ns as f64 / 1e6,
-            event.what
-        );
     }
-    text
 }

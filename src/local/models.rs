@@ -1,5 +1,6 @@
 //! Control messages of this process.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -7,7 +8,7 @@ use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, RobotSou
 use taut_ipc::wire::Code;
 
 use crate::scene::Scene;
-use crate::store::{ModelStore, Snapshot, StoreError, Wanted};
+use crate::store::{ModelStore, SceneEntry, Snapshot, StoreError, Wanted};
 use crate::translate::{self, ReadRobot, store_refusal};
 
 type Answer = Result<ControlReply, Refusal>;
@@ -158,15 +159,9 @@ impl Models {
 
     fn list(&self) -> ControlReply {
         let store = self.store();
-        let robots = store.robots().iter();
-        let scenes = store.scenes().iter();
         ControlReply::Listing(Listing {
-            robots: robots
-                .map(|(label, entry)| translate::robot_summary(label, entry))
-                .collect(),
-            scenes: scenes
-                .map(|(label, entry)| translate::scene_summary(label, entry))
-                .collect(),
+            robots: summaries(store.robots(), translate::robot_summary),
+            scenes: summaries(store.scenes(), translate::scene_summary),
         })
     }
 
@@ -179,8 +174,8 @@ impl Models {
     pub(super) fn take_scene(&self, label: &str, scene: Arc<Scene>, replace: bool) -> Answer {
         let mut store = self.store();
         store.insert_scene(label, scene, replace).map_err(refuse)?;
-        let entry = store.scene(label).map_err(refuse)?;
-        Ok(ControlReply::Scene(translate::scene_summary(label, entry)))
+        let entry = store.scene(label);
+        entry.map(|entry| summary(label, entry)).map_err(refuse)
     }
 
     fn change_scene(&self, text: &Text, base_version: u64) -> Answer {
@@ -210,8 +205,7 @@ impl Models {
             true => store.pin_scene(label, version),
             false => store.unpin_scene(label, version),
         };
-        let entry = entry.map_err(refuse)?;
-        Ok(ControlReply::Scene(translate::scene_summary(label, entry)))
+        entry.map(|entry| summary(label, entry)).map_err(refuse)
     }
 
     fn show(&self, label: String, version: u64, base_version: u64) -> Answer {
@@ -234,6 +228,18 @@ impl Models {
         let store = self.store();
         store.scene_at(label, version).cloned().map_err(refuse)
     }
+}
+
+fn summary(label: &str, entry: &SceneEntry) -> ControlReply {
+    ControlReply::Scene(translate::scene_summary(label, entry))
+}
+
+/// What a listing says of each entry.
+fn summaries<T, S>(entries: &BTreeMap<String, T>, summary: fn(&str, &T) -> S) -> Vec<S> {
+    let entries = entries.iter();
+    entries
+        .map(|(label, entry)| summary(label, entry))
+        .collect()
 }
 
 fn of_daemon(message: &ControlRequest) -> Refusal {

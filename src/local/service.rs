@@ -46,13 +46,7 @@ impl LocalService {
         let read = translate::read_robot(robot.clone())?;
         self.models.take_robot(robot_label, read, false)?;
         self.models.take_scene(scene_label, scene.clone(), false)?;
-        let snapshot = self.models.snapshot(&Wanted {
-            robot_id: label_id(robot_label),
-            robot_hash: 0,
-            scene_id: label_id(scene_label),
-            scene_hash: 0,
-            scene_version: 0,
-        })?;
+        let snapshot = self.models.snapshot(&newest(robot_label, scene_label))?;
         let model = snapshot.model.get();
         let model = model.map_err(|error| translate::model_refusal(error, robot));
         model.map(drop)
@@ -66,10 +60,7 @@ impl LocalService {
         tell: &Tell<'_>,
     ) -> Result<Reply, Refusal> {
         let header = &request.header;
-        if header.watch() {
-            let text = "a path is watched by a daemon only; check it again after each change";
-            return Err(Refusal::new(Code::MalformedRequest, text));
-        }
+        check_watch(header)?;
         let snapshot = self.models.snapshot(&translate::wanted(header))?;
         translate::check_layout(header, &snapshot)?;
         let (settings, path) =
@@ -119,6 +110,25 @@ impl Service for LocalService {
         let mut reply = reply.unwrap_or_else(translate::refused);
         reply.header.compute_ns = monotonic_ns().saturating_sub(received_ns);
         tell(&reply.header, &reply.body());
+    }
+}
+
+fn check_watch(header: &RequestHeader) -> Result<(), Refusal> {
+    if !header.watch() {
+        return Ok(());
+    }
+    let text = "a path is watched by a daemon only; check it again after each change";
+    Err(Refusal::new(Code::MalformedRequest, text))
+}
+
+/// Whatever robot and scene have these labels.
+fn newest(robot: &str, scene: &str) -> Wanted {
+    Wanted {
+        robot_id: label_id(robot),
+        robot_hash: 0,
+        scene_id: label_id(scene),
+        scene_hash: 0,
+        scene_version: 0,
     }
 }
 

@@ -49,6 +49,13 @@ struct Sections {
 }
 
 impl Reply {
+    fn new(header: ResponseHeader, sections: Sections) -> Self {
+        Self {
+            header,
+            sections: Arc::new(sections),
+        }
+    }
+
     /// The sections.
     pub fn body(&self) -> ResponseBody<'_> {
         let sections = &*self.sections;
@@ -92,36 +99,47 @@ pub enum StopCause {
 pub fn code_of(outcome: &Outcome, cause: Option<StopCause>) -> Code {
     match &outcome.refusal {
         _ if outcome.proved => Code::Success,
-        Some(hit) if hit.reason == HitReason::Collision => match hit.place {
-            RefusalPlace::Start => Code::StartStateInCollision,
-            RefusalPlace::Goal => Code::GoalInCollision,
-            RefusalPlace::Between => Code::InvalidMotionPlan,
-        },
+        Some(hit) if hit.reason == HitReason::Collision => code_of_collision(hit.place),
         None if outcome.uncheckable.is_some() => Code::Uncertified,
         // Nor is it known of an input that is not provable whether the optimizer would have found a
         // path that is.
-        _ if outcome.termination == Termination::Stopped => match cause {
-            None | Some(StopCause::Deadline) => Code::TimedOut,
-            Some(_) => Code::Preempted,
-        },
+        _ if outcome.termination == Termination::Stopped => code_of_stop(cause),
         _ => Code::Uncertified,
     }
 }
 
+fn code_of_collision(place: RefusalPlace) -> Code {
+    match place {
+        RefusalPlace::Start => Code::StartStateInCollision,
+        RefusalPlace::Goal => Code::GoalInCollision,
+        RefusalPlace::Between => Code::InvalidMotionPlan,
+    }
+}
+
+fn code_of_stop(cause: Option<StopCause>) -> Code {
+    match cause {
+        None | Some(StopCause::Deadline) => Code::TimedOut,
+        Some(_) => Code::Preempted,
+    }
+}
+
 fn termination(outcome: &Outcome, cause: Option<StopCause>) -> wire::Termination {
+    let is_refused = outcome.refusal.is_some() || outcome.uncheckable.is_some();
     match outcome.termination {
-        Termination::Done if outcome.refusal.is_some() || outcome.uncheckable.is_some() => {
-            wire::Termination::Refused
-        }
+        Termination::Done if is_refused => wire::Termination::Refused,
         Termination::Done => wire::Termination::Checked,
         Termination::Converged => wire::Termination::Converged,
         Termination::IterationLimit => wire::Termination::IterationLimit,
         Termination::WorkBudget => wire::Termination::WorkBudget,
-        Termination::Stopped => match cause {
-            None | Some(StopCause::Deadline) => wire::Termination::Deadline,
-            Some(StopCause::FinishedEarly) => wire::Termination::FinishedEarly,
-            Some(StopCause::Cancelled | StopCause::Shutdown) => wire::Termination::Cancelled,
-        },
+        Termination::Stopped => termination_of_stop(cause),
+    }
+}
+
+fn termination_of_stop(cause: Option<StopCause>) -> wire::Termination {
+    match cause {
+        None | Some(StopCause::Deadline) => wire::Termination::Deadline,
+        Some(StopCause::FinishedEarly) => wire::Termination::FinishedEarly,
+        Some(StopCause::Cancelled | StopCause::Shutdown) => wire::Termination::Cancelled,
     }
 }
 
@@ -162,10 +180,10 @@ pub fn progress(
 
 /// The final response of a job that was computed.
 pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>) -> Reply {
-    Reply {
-        header: final_header(snapshot, outcome, cause),
-        sections: Arc::new(sections(snapshot, outcome)),
-    }
+    Reply::new(
+        final_header(snapshot, outcome, cause),
+        sections(snapshot, outcome),
+    )
 }
 
 fn final_header(
@@ -289,16 +307,14 @@ fn untouched(
         termination: termination.into(),
         ..header(snapshot, path)
     };
-    let path = path.as_flat().to_vec();
-    let message = message.to_owned();
-    Reply {
+    Reply::new(
         header,
-        sections: Arc::new(Sections {
-            path,
-            message,
+        Sections {
+            path: path.as_flat().to_vec(),
+            message: message.to_owned(),
             ..Sections::default()
-        }),
-    }
+        },
+    )
 }
 
 /// The final response that only says why not.
@@ -310,24 +326,19 @@ pub fn refused(refusal: Refusal) -> Reply {
         termination: wire::Termination::Refused.into(),
         ..ResponseHeader::default()
     };
-    Reply {
-        header,
-        sections: Arc::new(Sections {
-            message: refusal.message,
-            ..Sections::default()
-        }),
-    }
+    let sections = Sections {
+        message: refusal.message,
+        ..Sections::default()
+    };
+    Reply::new(header, sections)
 }
 
 /// What a person should know of robot, scene and request.
 fn told(snapshot: &Snapshot, outcome: &Outcome) -> Vec<Warning> {
-    let of_files = snapshot
-        .robot
-        .warnings()
-        .iter()
-        .chain(snapshot.scene.warnings());
+    let robot = snapshot.robot.warnings().iter();
+    let scene = snapshot.scene.warnings();
     let shared = shared_names(&snapshot.robot, &snapshot.scene);
-    warning::told(of_files.chain(&shared).chain(&outcome.warnings))
+    warning::told(robot.chain(scene).chain(&shared).chain(&outcome.warnings))
 }
 
 /// The hint of a refusal, or why nothing can be proved.

@@ -4,9 +4,9 @@ use crate::files::result::{ResultCoordinate, ResultCorridor};
 use crate::optimize::{LoweredFloor, Outcome, Settings, Termination};
 use crate::path::Path;
 use crate::validation::Corridor;
-use taut_ipc::control::RobotDescription;
+use taut_ipc::control::{RobotDescription, VariableDescription};
 use taut_ipc::planner::Request;
-use taut_ipc::wire::{self, Code, ResponseView};
+use taut_ipc::wire::{self, Code, ResponseView, WireError};
 
 use super::error::AnswerError;
 use super::{number, sections};
@@ -21,20 +21,9 @@ pub fn outcome(
     robot: &RobotDescription,
 ) -> Result<(Outcome, Code), AnswerError> {
     let header = &view.header;
-    let Some(path) = Path::from_rows((header.variables as usize).max(1), view.path.to_vec()) else {
-        let message = view.message.to_owned();
-        let retry_after_ms = header.retry_after_ms;
-        return Err(AnswerError::Refused {
-            code: view.code,
-            message,
-            retry_after_ms,
-        });
-    };
-    let lowered: Vec<LoweredFloor> = view
-        .lowered_pairs
-        .iter()
-        .map(|pair| sections::lowered(pair, view))
-        .collect::<Result<_, _>>()?;
+    let path = Path::from_rows((header.variables as usize).max(1), view.path.to_vec());
+    let path = path.ok_or_else(|| refusal(view))?;
+    let lowered = lowered(view)?;
     let turned = sections::turned(view, robot)?;
     let certificate = sections::certificate(view, request, robot, &path, &lowered)?;
     let corridor = certificate
@@ -68,6 +57,20 @@ pub fn outcome(
     Ok((outcome, view.code))
 }
 
+/// A response without a path.
+fn refusal(view: &ResponseView) -> AnswerError {
+    AnswerError::Refused {
+        code: view.code,
+        message: view.message.to_owned(),
+        retry_after_ms: view.header.retry_after_ms,
+    }
+}
+
+fn lowered(view: &ResponseView) -> Result<Vec<LoweredFloor>, WireError> {
+    let pairs = view.lowered_pairs.iter();
+    pairs.map(|pair| sections::lowered(pair, view)).collect()
+}
+
 /// Weights of the request's metric.
 fn weights(request: &Request, robot: &RobotDescription) -> Result<Vec<f64>, AnswerError> {
     let weights = request.weights(robot)?;
@@ -84,15 +87,17 @@ pub fn result_corridor(
     robot: &RobotDescription,
     unwrapped: bool,
 ) -> ResultCorridor {
-    let coordinate = |((variable, kind), reach_m): ((String, &str), &f64)| ResultCoordinate {
-        variable,
-        kind: kind.to_owned(),
-        reach_m: *reach_m,
-    };
     let coordinates = coordinates(robot, unwrapped).into_iter();
     ResultCorridor {
         floor_m: corridor.floor_m,
-        coordinates: coordinates.zip(&corridor.reach).map(coordinate).collect(),
+        coordinates: coordinates
+            .zip(&corridor.reach)
+            .map(|((variable, kind), reach_m)| ResultCoordinate {
+                variable,
+                kind: kind.to_owned(),
+                reach_m: *reach_m,
+            })
+            .collect(),
         slack_m: corridor.slack_m.clone(),
     }
 }
@@ -104,15 +109,18 @@ fn coordinates(robot: &RobotDescription, unwrapped: bool) -> Vec<(String, &'stat
     for variable in &robot.variables {
         // The fourth variable of a quaternion has none of its own.
         if coordinates.len() < (variable.coordinate + variable.coordinates) as usize {
-            let kind = match variable.coordinates {
-                3 => "rotation",
-                _ if variable.continuous && !unwrapped => "circle",
-                _ => "line",
-            };
-            coordinates.push((variable.name.clone(), kind));
+            coordinates.push((variable.name.clone(), kind(variable, unwrapped)));
         }
     }
     coordinates
+}
+
+fn kind(variable: &VariableDescription, unwrapped: bool) -> &'static str {
+    match variable.coordinates {
+        3 => "rotation",
+        _ if variable.continuous && !unwrapped => "circle",
+        _ => "line",
+    }
 }
 
 fn termination(termination: wire::Termination) -> Termination {

@@ -9,10 +9,11 @@ use taut_ipc::wire::{Code, label_id};
 use super::models::{file_refusal, model_refusal, scene_refusal};
 use crate::collision::{CollisionModel, neutral_warnings, reach_weights};
 use crate::files::{FileError, Packages, Reader, RobotFiles};
-use crate::robot::{RobotDescription, RobotError, RobotModel};
+use crate::robot::{RobotDescription, RobotModel};
 use crate::scene::diff_file::SceneDiff;
 use crate::scene::{Scene, diff_file, scene_file};
 use crate::store::PreparedModel;
+use crate::warning::Warning;
 
 /// A reader of its own each time: it keeps meshes, and nobody may ask for these again.
 fn reader() -> Reader {
@@ -78,16 +79,20 @@ pub fn selected(alone: &PreparedModel, variables: Vec<String>) -> Result<ReadRob
     let model = alone
         .get()
         .map_err(|error| model_refusal(error, alone.robot()))?;
-    let description = RobotDescription {
-        variables: Some(variables),
-        ..alone.robot().description().clone()
-    };
-    let refuse = |error: RobotError| Refusal::new(Code::InvalidRobotState, error.to_string());
-    let robot = Arc::new(RobotModel::new(description).map_err(refuse)?);
+    let robot = Arc::new(with_variables(alone.robot(), variables)?);
     let alone = model
         .with_robot(robot.clone())
         .map_err(|error| model_refusal(&error, &robot))?;
     Ok(looked_at(robot, alone))
+}
+
+fn with_variables(robot: &RobotModel, variables: Vec<String>) -> Result<RobotModel, Refusal> {
+    let description = RobotDescription {
+        variables: Some(variables),
+        ..robot.description().clone()
+    };
+    RobotModel::new(description)
+        .map_err(|error| Refusal::new(Code::InvalidRobotState, error.to_string()))
 }
 
 /// The label of a robot of which these are the variables, by that of the whole one.
@@ -96,18 +101,18 @@ pub fn selected_label(label: &str, variables: &[String]) -> String {
 }
 
 fn looked_at(robot: Arc<RobotModel>, alone: CollisionModel) -> ReadRobot {
-    let weights = reach_weights(&robot, alone.bodies()).into();
-    let more = neutral_warnings(&alone);
-    let robot = if more.is_empty() {
-        robot
-    } else {
-        Arc::new(RobotModel::clone(&robot).with_warnings(more))
-    };
     ReadRobot {
-        robot,
-        weights,
+        weights: reach_weights(&robot, alone.bodies()).into(),
+        robot: with_warnings(robot, neutral_warnings(&alone)),
         alone: Arc::new(alone),
         is_new: false,
+    }
+}
+
+fn with_warnings(robot: Arc<RobotModel>, more: Vec<Warning>) -> Arc<RobotModel> {
+    match more.is_empty() {
+        true => robot,
+        false => Arc::new(RobotModel::clone(&robot).with_warnings(more)),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::optimize::{Settings, lower_bound};
 use crate::path::{Metric, Path};
+use crate::robot::ConfigurationSpace;
 use crate::store::Snapshot;
 
 /// Lengths of the input for the headers of improvements, worked out with the first of them.
@@ -33,14 +34,17 @@ impl<'a> Lengths<'a> {
 }
 
 fn input_lengths(snapshot: &Snapshot, settings: &Settings, path: &Path) -> Option<[f64; 2]> {
-    let space = snapshot.robot.space();
-    let space = if settings.unwrapped {
-        space.unwrapped()
-    } else {
-        space.clone()
-    };
+    let space = space(snapshot.robot.space(), settings.unwrapped);
     let metric = Metric::new(&space, settings.weights.clone()?).ok()?;
     let mut scratch = vec![0.0; space.nv()];
     let bound = lower_bound(&space, &metric, path, settings.keep_goal);
     Some([metric.length(&space, path.as_flat(), &mut scratch), bound])
+}
+
+/// The space of the robot as a request takes it.
+fn space(space: &ConfigurationSpace, unwrapped: bool) -> ConfigurationSpace {
+    match unwrapped {
+        true => space.unwrapped(),
+        false => space.clone(),
+    }
 }

@@ -1,12 +1,13 @@
 //! Robots and scenes: what clients say about them, and what they are told.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::PathBuf;
 
 use crate::collision::{CollisionModelError, check_frames};
 use crate::files::result::texts;
 use crate::files::{FileError, RobotFiles, RootJoint};
-use crate::robot::{Component, JointKind, RobotModel, VirtualJoint};
+use crate::robot::{Component, JointKind, RobotModel, Variable, VirtualJoint};
 use crate::scene::diff_file::SceneDiff;
 use crate::scene::{Scene, SceneError};
 use crate::store::{ModelStore, RobotEntry, SceneEntry, StoreError};
@@ -55,7 +56,6 @@ fn root_joint(joint: control::VirtualJoint) -> RootJoint {
 
 /// The control message's part that names these files; relative names are made absolute.
 pub fn robot_source(files: &RobotFiles) -> RobotSource {
-    let absolute = |path: &PathBuf| std::path::absolute(path).unwrap_or_else(|_| path.clone());
     RobotSource {
         urdf: absolute(&files.urdf),
         srdf: files.srdf.as_ref().map(absolute),
@@ -64,59 +64,63 @@ pub fn robot_source(files: &RobotFiles) -> RobotSource {
             .iter()
             .map(|(name, folder)| (name.clone(), absolute(folder)))
             .collect(),
-        virtual_joint: match &files.root {
-            RootJoint::OfSrdf => None,
-            RootJoint::Given(joint) => Some(virtual_joint(joint.as_ref())),
-        },
+        virtual_joint: given_joint(&files.root),
         variables: files.variables.clone().unwrap_or_default(),
         allowed_collisions: files.allowed_collisions.clone(),
         ..RobotSource::default()
     }
 }
 
-fn virtual_joint(joint: Option<&VirtualJoint>) -> control::VirtualJoint {
-    let kind = match joint.map(|joint| joint.kind) {
-        Some(JointKind::Planar) => VirtualJointKind::Planar,
-        Some(JointKind::Floating) => VirtualJointKind::Floating,
+fn absolute(path: &PathBuf) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.clone())
+}
+
+fn given_joint(root: &RootJoint) -> Option<control::VirtualJoint> {
+    match root {
+        RootJoint::OfSrdf => None,
+        RootJoint::Given(None) => Some(no_joint()),
+        RootJoint::Given(Some(joint)) => Some(virtual_joint(joint)),
+    }
+}
+
+/// What says that the root stands in the world.
+fn no_joint() -> control::VirtualJoint {
+    control::VirtualJoint {
+        name: String::new(),
+        kind: VirtualJointKind::Fixed,
+        parent_frame: String::new(),
+        position_bounds: Vec::new(),
+    }
+}
+
+fn virtual_joint(joint: &VirtualJoint) -> control::VirtualJoint {
+    let kind = match joint.kind {
+        JointKind::Planar => VirtualJointKind::Planar,
+        JointKind::Floating => VirtualJointKind::Floating,
         _ => VirtualJointKind::Fixed,
     };
     control::VirtualJoint {
-        name: joint.map(|joint| joint.name.clone()).unwrap_or_default(),
+        name: joint.name.clone(),
         kind,
-        parent_frame: joint
-            .map(|joint| joint.parent_frame.clone())
-            .unwrap_or_default(),
-        position_bounds: joint
-            .map(|joint| joint.position_bounds.clone())
-            .unwrap_or_default(),
+        parent_frame: joint.parent_frame.clone(),
+        position_bounds: joint.position_bounds.clone(),
     }
 }
 
 /// What a client has to know of a robot.
 pub fn describe(label: &str, entry: &RobotEntry) -> RobotDescription {
     let robot = &entry.robot;
+    let held = robot.held().iter();
     RobotDescription {
         label: label.to_owned(),
         robot_id: entry.id,
         robot_hash: robot.hash(),
         layout_hash: robot.layout_hash(),
         variables: variables(robot),
-        held_variables: robot
-            .held()
-            .iter()
-            .map(|variable| variable.name.clone())
-            .collect(),
-        held_values: robot
-            .held()
-            .iter()
-            .map(|variable| variable.default)
-            .collect(),
+        held_variables: held.clone().map(|variable| variable.name.clone()).collect(),
+        held_values: held.map(|variable| variable.default).collect(),
         fixed_joints: fixed_joints(robot),
-        groups: robot
-            .groups()
-            .iter()
-            .map(|(name, moving)| group(robot, name, moving))
-            .collect(),
+        groups: groups(robot),
         nq: robot.space().nq() as u32,
         nv: robot.space().nv() as u32,
         weights: entry.weights.to_vec(),
@@ -124,52 +128,69 @@ pub fn describe(label: &str, entry: &RobotEntry) -> RobotDescription {
     }
 }
 
+fn groups(robot: &RobotModel) -> Vec<GroupDescription> {
+    let groups = robot.groups().iter();
+    groups
+        .map(|(name, moving)| group(robot, name, moving))
+        .collect()
+}
+
 fn fixed_joints(robot: &RobotModel) -> Vec<String> {
     // Joint 0 holds the root in the world; it is nobody's but ours.
-    let fixed = robot
-        .joints()
-        .iter()
-        .skip(1)
-        .filter(|joint| joint.kind == JointKind::Fixed);
-    fixed.map(|joint| joint.name.clone()).collect()
+    let joints = robot.joints().iter().skip(1);
+    joints
+        .filter(|joint| joint.kind == JointKind::Fixed)
+        .map(|joint| joint.name.clone())
+        .collect()
 }
 
 fn variables(robot: &RobotModel) -> Vec<VariableDescription> {
-    let described = |variable: &crate::robot::Variable| VariableDescription {
-        name: variable.name.clone(),
-        lower: variable.lower,
-        upper: variable.upper,
-        ..VariableDescription::default()
-    };
-    let mut variables: Vec<_> = robot.variables().iter().map(described).collect();
+    let mut variables: Vec<_> = robot.variables().iter().map(without_coordinate).collect();
     for component in robot.space().components() {
-        let (columns, first, coordinates) = match *component {
-            Component::Line { q, v } | Component::Circle { q, v } => (q..q + 1, v, 1),
-            Component::Rotation { q, v } => (q..q + 4, v, 3),
-        };
-        for variable in &mut variables[columns] {
-            variable.continuous = matches!(component, Component::Circle { .. });
-            variable.coordinate = first as u32;
-            variable.coordinates = coordinates;
-        }
+        enter_coordinates(component, &mut variables);
     }
     variables
 }
 
-fn group(robot: &RobotModel, name: &str, moving: &[bool]) -> GroupDescription {
-    let mut variables = Vec::new();
-    for component in robot.space().components() {
-        match *component {
-            Component::Line { q, v } | Component::Circle { q, v } if moving[v] => {
-                variables.push(q as u32)
-            }
-            Component::Rotation { q, v } if moving[v] => variables.extend(q as u32..q as u32 + 4),
-            _ => {}
-        }
+/// Says of a component's variables which velocity coordinates are theirs.
+fn enter_coordinates(component: &Component, variables: &mut [VariableDescription]) {
+    let (columns, first, coordinates) = match *component {
+        Component::Line { q, v } | Component::Circle { q, v } => (q..q + 1, v, 1),
+        Component::Rotation { q, v } => (q..q + 4, v, 3),
+    };
+    for variable in &mut variables[columns] {
+        variable.continuous = matches!(component, Component::Circle { .. });
+        variable.coordinate = first as u32;
+        variable.coordinates = coordinates;
     }
+}
+
+fn without_coordinate(variable: &Variable) -> VariableDescription {
+    VariableDescription {
+        name: variable.name.clone(),
+        lower: variable.lower,
+        upper: variable.upper,
+        ..VariableDescription::default()
+    }
+}
+
+fn group(robot: &RobotModel, name: &str, moving: &[bool]) -> GroupDescription {
+    let components = robot.space().components().iter();
     GroupDescription {
         name: name.to_owned(),
-        variables,
+        variables: components
+            .flat_map(|component| moved_columns(component, moving))
+            .map(|column| column as u32)
+            .collect(),
+    }
+}
+
+/// The columns of a component, none where it does not move.
+fn moved_columns(component: &Component, moving: &[bool]) -> Range<usize> {
+    match *component {
+        Component::Line { q, v } | Component::Circle { q, v } if moving[v] => q..q + 1,
+        Component::Rotation { q, v } if moving[v] => q..q + 4,
+        _ => 0..0,
     }
 }
 
@@ -186,22 +207,19 @@ pub fn robot_summary(label: &str, entry: &RobotEntry) -> RobotSummary {
 
 /// A scene in a listing.
 pub fn scene_summary(label: &str, entry: &SceneEntry) -> SceneSummary {
-    let worlds = entry.scene.worlds().map(|(id, frame)| {
-        let text = format!("object {id:?}: its frame {frame:?} is none of the scene's");
-        Warning::uncovered(format!("{text}; robots in it have to call the world so"))
-    });
-    let warnings: Vec<Warning> = entry
-        .scene
-        .warnings()
-        .iter()
-        .cloned()
-        .chain(worlds)
-        .collect();
-    let warnings = texts(&warning::told(&warnings), |_| true);
+    let scene = &entry.scene;
+    let worlds = scene.worlds().map(|(id, frame)| other_world(id, frame));
+    let warnings: Vec<Warning> = scene.warnings().iter().cloned().chain(worlds).collect();
     SceneSummary {
-        warnings,
+        warnings: texts(&warning::told(&warnings), |_| true),
         ..scene_state(label, entry)
     }
+}
+
+fn other_world(id: &str, frame: &str) -> Warning {
+    Warning::uncovered(format!(
+        "object {id:?}: its frame {frame:?} is none of the scene's; robots in it have to call the world so"
+    ))
 }
 
 /// The same without a look at what is odd about its objects.
@@ -237,34 +255,51 @@ pub fn store_refusal(error: &StoreError) -> Refusal {
 /// # Errors
 /// The refusal.
 pub fn name_refusal(diff: &SceneDiff, scene: &Scene, store: &ModelStore) -> Result<(), Refusal> {
-    let robots = || store.robots().values().map(|entry| &entry.robot);
     if store.robots().is_empty() {
         return Ok(());
     }
-    let is_link = |name: &str| robots().any(|robot| robot.link_index(name).is_some());
-    let is_object =
-        |name: &str| scene.obstacles().get(name).is_some() || scene.attached().get(name).is_some();
-    let links = || {
-        let names: BTreeSet<&str> = robots()
-            .flat_map(|robot| robot.links())
-            .map(|link| link.name.as_str())
-            .collect();
-        listed(names.into_iter())
-    };
-    if let Some(name) = diff.links().find(|name| !is_link(name)) {
-        let text = format!("{name:?} is no link of a loaded robot; links: {}", links());
-        return Err(Refusal::new(Code::InvalidLinkName, text));
+    if let Some(name) = diff.links().find(|name| !is_link(name, store)) {
+        return Err(no_link(name, store));
     }
-    if let Some(name) = diff.names().find(|name| !is_link(name) && !is_object(name)) {
-        let objects = listed(scene.objects().map(|object| object.id.as_str()));
-        let text =
-            format!("{name:?} is neither an object of the scene nor a link of a loaded robot");
-        return Err(Refusal::new(
-            Code::InvalidObjectName,
-            format!("{text}; objects: {objects}; links: {}", links()),
-        ));
+    let is_known = |name: &str| is_link(name, store) || is_object(name, scene);
+    match diff.names().find(|name| !is_known(name)) {
+        None => Ok(()),
+        Some(name) => Err(neither(name, scene, store)),
     }
-    Ok(())
+}
+
+fn is_link(name: &str, store: &ModelStore) -> bool {
+    let mut robots = store.robots().values();
+    robots.any(|entry| entry.robot.link_index(name).is_some())
+}
+
+fn is_object(name: &str, scene: &Scene) -> bool {
+    scene.obstacles().get(name).is_some() || scene.attached().get(name).is_some()
+}
+
+fn no_link(name: &str, store: &ModelStore) -> Refusal {
+    let links = links(store);
+    let text = format!("{name:?} is no link of a loaded robot; links: {links}");
+    Refusal::new(Code::InvalidLinkName, text)
+}
+
+fn neither(name: &str, scene: &Scene, store: &ModelStore) -> Refusal {
+    let objects = listed(scene.objects().map(|object| object.id.as_str()));
+    let links = links(store);
+    let text = format!(
+        "{name:?} is neither an object of the scene nor a link of a loaded robot; objects: {objects}; links: {links}"
+    );
+    Refusal::new(Code::InvalidObjectName, text)
+}
+
+/// The links of all robots, for a message.
+fn links(store: &ModelStore) -> String {
+    let robots = store.robots().values();
+    let names: BTreeSet<&str> = robots
+        .flat_map(|entry| entry.robot.links())
+        .map(|link| link.name.as_str())
+        .collect();
+    listed(names.into_iter())
 }
 
 /// What robots call the world.
@@ -283,21 +318,24 @@ pub fn worlds(store: &ModelStore) -> Vec<String> {
 /// # Errors
 /// The refusal.
 pub fn frame_refusal(scene: &Scene, store: &ModelStore) -> Result<(), Refusal> {
-    let mut refused: Option<(bool, Refusal)> = None;
-    for entry in store.robots().values() {
-        let Err(error) = check_frames(&entry.robot, scene) else {
+    let robots = store.robots().values().map(|entry| &*entry.robot);
+    let mut refused: Option<(CollisionModelError, &RobotModel)> = None;
+    for robot in robots {
+        let Err(error) = check_frames(robot, scene) else {
             return Ok(());
         };
-        // The robot that has a link of that name is the one that was meant.
-        let is_meant = matches!(error, CollisionModelError::FrameOfLink { .. });
-        if refused
-            .as_ref()
-            .is_none_or(|(was_meant, _)| is_meant && !was_meant)
-        {
-            refused = Some((is_meant, model_refusal(&error, &entry.robot)));
+        let is_better =
+            |(known, _): &(CollisionModelError, _)| is_meant(&error) && !is_meant(known);
+        if refused.as_ref().is_none_or(is_better) {
+            refused = Some((error, robot));
         }
     }
-    refused.map_or(Ok(()), |(_, refusal)| Err(refusal))
+    refused.map_or(Ok(()), |(error, robot)| Err(model_refusal(&error, robot)))
+}
+
+/// The robot that has a link of that name is the one that was meant.
+fn is_meant(error: &CollisionModelError) -> bool {
+    matches!(error, CollisionModelError::FrameOfLink { .. })
 }
 
 /// Names for a message, cut where there are many.
@@ -338,15 +376,14 @@ pub fn file_refusal(error: &FileError) -> Refusal {
 /// The refusal of a robot and a scene that do not go together: a pair of names one of which does
 /// not exist. Beside a link the missing one is taken for an object, beside an object for a link.
 pub fn model_refusal(error: &CollisionModelError, robot: &RobotModel) -> Refusal {
+    let is_link = |name: &str| robot.link_index(name).is_some();
     let code = match error {
-        CollisionModelError::UnknownName { beside, .. } => {
-            if robot.link_index(beside).is_some() {
-                Code::InvalidObjectName
-            } else {
-                Code::InvalidLinkName
-            }
+        CollisionModelError::UnknownName { beside, .. } if is_link(beside) => {
+            Code::InvalidObjectName
         }
-        CollisionModelError::UnknownLink { .. } => Code::InvalidLinkName,
+        CollisionModelError::UnknownName { .. } | CollisionModelError::UnknownLink { .. } => {
+            Code::InvalidLinkName
+        }
         _ => Code::InvalidModel,
     };
     Refusal::new(code, error.to_string())

@@ -27,16 +27,20 @@ pub fn wanted(header: &RequestHeader) -> Wanted {
 /// # Errors
 /// The refusal.
 pub fn check_layout(header: &RequestHeader, snapshot: &Snapshot) -> Result<(), Refusal> {
-    let layout = snapshot.robot.layout_hash();
-    if header.layout_hash == layout {
-        return Ok(());
+    let robot = &snapshot.robot;
+    match header.layout_hash == robot.layout_hash() {
+        true => Ok(()),
+        false => Err(other_layout(header.layout_hash, robot)),
     }
+}
+
+fn other_layout(given: u64, robot: &RobotModel) -> Refusal {
     let text = format!(
-        "the request has layout hash {:016x}, the robot {layout:016x}: columns {}; describe the robot and send in its order",
-        header.layout_hash,
-        columns(&snapshot.robot)
+        "the request has layout hash {given:016x}, the robot {:016x}: columns {}; describe the robot and send in its order",
+        robot.layout_hash(),
+        columns(robot)
     );
-    Err(Refusal::new(Code::InvalidRobotState, text))
+    Refusal::new(Code::InvalidRobotState, text)
 }
 
 /// Copies a request out of shared memory, once, and translates the copy. The path's numbers are not
@@ -56,18 +60,23 @@ pub fn settings_and_path(
 
 fn path(view: &RequestView, robot: &RobotModel) -> Result<Path, Refusal> {
     let nq = robot.space().nq();
-    if view.header.variables as usize != nq {
-        let text = format!(
-            "the path has {} columns, the robot has {nq}: {}",
-            view.header.variables,
-            columns(robot)
-        );
-        return Err(Refusal::new(Code::InvalidRobotState, text));
+    let given = view.header.variables;
+    if given as usize != nq {
+        return Err(other_width(given, robot));
     }
     Path::from_rows(nq, view.path.to_vec()).ok_or_else(|| {
         let text = "the path is empty; it needs a waypoint";
         Refusal::new(Code::MalformedRequest, text)
     })
+}
+
+fn other_width(given: u32, robot: &RobotModel) -> Refusal {
+    let text = format!(
+        "the path has {given} columns, the robot has {}: {}",
+        robot.space().nq(),
+        columns(robot)
+    );
+    Refusal::new(Code::InvalidRobotState, text)
 }
 
 fn columns(robot: &RobotModel) -> String {
@@ -114,20 +123,23 @@ fn mask(name: &str, bytes: &[u8]) -> Result<Option<Vec<bool>>, Refusal> {
     if bytes.is_empty() {
         return Ok(None);
     }
-    let entry = |(index, byte): (usize, &u8)| match *byte {
+    let entries = bytes.iter().enumerate();
+    entries
+        .map(|(index, byte)| entry(name, index, *byte))
+        .collect::<Result<_, _>>()
+        .map(Some)
+}
+
+/// An entry of the mask of that name.
+fn entry(name: &str, index: usize, byte: u8) -> Result<bool, Refusal> {
+    match byte {
         0 => Ok(false),
         1 => Ok(true),
         other => {
             let text = format!("section {name} has {other} at entry {index}; valid: 0, 1");
             Err(Refusal::new(Code::MalformedRequest, text))
         }
-    };
-    bytes
-        .iter()
-        .enumerate()
-        .map(entry)
-        .collect::<Result<_, _>>()
-        .map(Some)
+    }
 }
 
 /// Which velocity coordinates may move: the mask of variables, else the group, else all.
@@ -135,29 +147,30 @@ fn moving(view: &RequestView, robot: &RobotModel) -> Result<Option<Vec<bool>>, R
     if let Some(columns) = mask("group_mask", view.group_mask)? {
         return coordinates(robot, &columns).map(Some);
     }
-    let group = view.header.group;
-    if group == NO_GROUP {
-        return Ok(None);
+    match view.header.group {
+        NO_GROUP => Ok(None),
+        group => of_group(robot, group).map(Some),
     }
-    let groups = robot.groups();
-    match groups.get(group as usize) {
-        Some((_, moving)) => Ok(Some(moving.clone())),
-        None => {
-            let names: Vec<String> = groups
-                .iter()
-                .enumerate()
-                .map(|(i, (name, _))| format!("{name} {i}"))
-                .collect();
-            let valid = if names.is_empty() {
-                "none".to_owned()
-            } else {
-                names.join(", ")
-            };
-            Err(Refusal::new(
-                Code::InvalidGroupName,
-                format!("the robot has no group {group}; valid: {valid}"),
-            ))
-        }
+}
+
+/// What a group moves.
+fn of_group(robot: &RobotModel, group: u32) -> Result<Vec<bool>, Refusal> {
+    match robot.groups().get(group as usize) {
+        Some((_, moving)) => Ok(moving.clone()),
+        None => Err(Refusal::new(
+            Code::InvalidGroupName,
+            format!("the robot has no group {group}; valid: {}", groups(robot)),
+        )),
+    }
+}
+
+/// The groups by name and number.
+fn groups(robot: &RobotModel) -> String {
+    let groups = robot.groups().iter().enumerate();
+    let names: Vec<String> = groups.map(|(i, (name, _))| format!("{name} {i}")).collect();
+    match names.is_empty() {
+        true => "none".to_owned(),
+        false => names.join(", "),
     }
 }
 
@@ -169,17 +182,20 @@ fn coordinates(robot: &RobotModel, columns: &[bool]) -> Result<Vec<bool>, Refusa
             Component::Line { q, v } | Component::Circle { q, v } => moving[v] = columns[q],
             Component::Rotation { q, v } => {
                 if columns[q..q + 4].iter().any(|column| *column != columns[q]) {
-                    let name = &robot.variables()[q].name;
-                    let text = format!(
-                        "group_mask splits the quaternion that starts at {name}; its four move together"
-                    );
-                    return Err(Refusal::new(Code::MalformedRequest, text));
+                    return Err(split_quaternion(robot, q));
                 }
                 moving[v..v + 3].fill(columns[q]);
             }
         }
     }
     Ok(moving)
+}
+
+fn split_quaternion(robot: &RobotModel, q: usize) -> Refusal {
+    let name = &robot.variables()[q].name;
+    let text =
+        format!("group_mask splits the quaternion that starts at {name}; its four move together");
+    Refusal::new(Code::MalformedRequest, text)
 }
 
 /// The refusal of a request that the core cannot compute.

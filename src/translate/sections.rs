@@ -22,9 +22,9 @@ fn vector([x, y, z]: [f64; 3]) -> Vec3 {
     Vec3::new(x, y, z)
 }
 
-fn names(view: &ResponseView, spans: [TextSpan; 2]) -> Result<[String; 2], WireError> {
-    let [a, b] = spans;
-    Ok([a.of(view.names)?.to_owned(), b.of(view.names)?.to_owned()])
+fn names(view: &ResponseView, [a, b]: [TextSpan; 2]) -> Result<[String; 2], WireError> {
+    let name = |span: TextSpan| span.of(view.names).map(str::to_owned);
+    Ok([name(a)?, name(b)?])
 }
 
 /// A pair with a lowered floor.
@@ -43,20 +43,12 @@ pub(super) fn refusal(view: &ResponseView, hint: String) -> Result<Option<Refusa
     let Some(record) = view.refusal else {
         return Ok(None);
     };
-    let reason = match RefusalReason::try_from(view.header.refusal_reason)? {
-        RefusalReason::None | RefusalReason::NoGeometry => return Ok(None),
-        RefusalReason::Collision => HitReason::Collision,
-        RefusalReason::TooClose => HitReason::TooClose,
-        RefusalReason::Uncertified => HitReason::Uncertified,
-    };
-    let place = match view.code {
-        Code::StartStateInCollision => RefusalPlace::Start,
-        Code::GoalInCollision => RefusalPlace::Goal,
-        _ => RefusalPlace::Between,
+    let Some(reason) = reason(view)? else {
+        return Ok(None);
     };
     Ok(Some(Refusal {
         reason,
-        place,
+        place: place(view.code),
         segment: record.segment as usize,
         t: record.t,
         bodies: names(view, [record.body_a, record.body_b])?,
@@ -66,6 +58,24 @@ pub(super) fn refusal(view: &ResponseView, hint: String) -> Result<Option<Refusa
         proved_prefix: f64::from(record.proved_segments) + record.proved_t,
         hint,
     }))
+}
+
+/// Why the motion is refused; `None` where it is not the motion that is.
+fn reason(view: &ResponseView) -> Result<Option<HitReason>, WireError> {
+    Ok(match RefusalReason::try_from(view.header.refusal_reason)? {
+        RefusalReason::None | RefusalReason::NoGeometry => None,
+        RefusalReason::Collision => Some(HitReason::Collision),
+        RefusalReason::TooClose => Some(HitReason::TooClose),
+        RefusalReason::Uncertified => Some(HitReason::Uncertified),
+    })
+}
+
+fn place(code: Code) -> RefusalPlace {
+    match code {
+        Code::StartStateInCollision => RefusalPlace::Start,
+        Code::GoalInCollision => RefusalPlace::Goal,
+        _ => RefusalPlace::Between,
+    }
 }
 
 /// The certificate, after comparing its hash with the path that came.
@@ -83,17 +93,6 @@ pub(super) fn certificate(
         return Err(AnswerError::OtherPath);
     }
     let held = request.held_values(robot)?;
-    let claim = |segment: &wire::CertificateSegment| SegmentClaim {
-        clearance_m: Some(segment.clearance_m).filter(|clearance| clearance.is_finite()),
-        intervals: segment.intervals,
-    };
-    let named = |floor: &LoweredFloor| {
-        (
-            floor.bodies[0].clone(),
-            floor.bodies[1].clone(),
-            floor.floor_m,
-        )
-    };
     let certificate = Certificate {
         checker_version: head.checker_version,
         path_hash: path.hash(),
@@ -109,14 +108,25 @@ pub(super) fn certificate(
     Ok(Some(certificate.sealed()))
 }
 
+fn claim(segment: &wire::CertificateSegment) -> SegmentClaim {
+    SegmentClaim {
+        clearance_m: Some(segment.clearance_m).filter(|clearance| clearance.is_finite()),
+        intervals: segment.intervals,
+    }
+}
+
+/// A lowered floor as certificates have it.
+fn named(floor: &LoweredFloor) -> (String, String, f64) {
+    let [a, b] = floor.bodies.clone();
+    (a, b, floor.floor_m)
+}
+
 /// The corridor; `None` where it was not asked for.
 pub(super) fn corridor(view: &ResponseView, certificate: &Certificate) -> Option<Corridor> {
-    let reach = view.reach.to_vec();
-    let slack_m = corridor::slack_m(certificate);
-    (!reach.is_empty()).then(|| Corridor {
+    (!view.reach.is_empty()).then(|| Corridor {
         floor_m: certificate.floor_m(),
-        reach,
-        slack_m,
+        reach: view.reach.to_vec(),
+        slack_m: corridor::slack_m(certificate),
     })
 }
 
@@ -126,41 +136,41 @@ pub(super) fn nearest(view: &ResponseView) -> Result<Option<NearestBodies>, Wire
     if searched_m == 0.0 {
         return Ok(None);
     }
-    let contact = |record: &ActiveContact| -> Result<PathContact, WireError> {
-        Ok(PathContact {
-            segment: record.segment as usize,
-            t: record.t,
-            bodies: names(view, [record.body_a, record.body_b])?,
-            distance_m: record.distance_m,
-            points: [vector(record.point_a), vector(record.point_b)],
-            normal: vector(record.normal),
-        })
-    };
-    let smallest = view.active_contacts.first().map(contact).transpose()?;
-    let contacts = view
+    let mut contacts = view
         .active_contacts
         .iter()
-        .skip(1)
-        .map(contact)
-        .collect::<Result<_, _>>()?;
+        .map(|record| contact(view, record));
     Ok(Some(NearestBodies {
         searched_m,
-        smallest,
-        contacts,
+        smallest: contacts.next().transpose()?,
+        contacts: contacts.collect::<Result<_, _>>()?,
     }))
+}
+
+fn contact(view: &ResponseView, record: &ActiveContact) -> Result<PathContact, WireError> {
+    Ok(PathContact {
+        segment: record.segment as usize,
+        t: record.t,
+        bodies: names(view, [record.body_a, record.body_b])?,
+        distance_m: record.distance_m,
+        points: [vector(record.point_a), vector(record.point_b)],
+        normal: vector(record.normal),
+    })
 }
 
 /// What a person should know beside the verdict. Each stands for itself: who sent it has counted
 /// the others like it.
 pub(super) fn warnings(view: &ResponseView) -> Result<Vec<Warning>, WireError> {
-    let warning = |record: &WarningRecord| -> Result<Warning, WireError> {
-        let text = record.text.of(view.names)?;
-        Ok(match WarningKind::try_from(record.kind)? {
-            WarningKind::Uncovered => Warning::uncovered(text),
-            WarningKind::Cosmetic => Warning::cosmetic(text, text),
-        })
-    };
-    view.warnings.iter().map(warning).collect()
+    let records = view.warnings.iter();
+    records.map(|record| warning(view, record)).collect()
+}
+
+fn warning(view: &ResponseView, record: &WarningRecord) -> Result<Warning, WireError> {
+    let text = record.text.of(view.names)?;
+    Ok(match WarningKind::try_from(record.kind)? {
+        WarningKind::Uncovered => Warning::uncovered(text),
+        WarningKind::Cosmetic => Warning::cosmetic(text, text),
+    })
 }
 
 /// Why nothing can be proved of the robot.
@@ -183,29 +193,32 @@ pub(super) fn turned(
     view: &ResponseView,
     robot: &RobotDescription,
 ) -> Result<Vec<ColumnTurns>, WireError> {
-    let column = |record: &TurnedColumn| match robot.variables.get(record.column as usize) {
-        Some(variable) => Ok(ColumnTurns {
-            variable: variable.name.clone(),
-            turns: record.turns.into(),
-        }),
-        None => Err(WireError::UnknownValue {
-            field: "column",
-            value: record.column.into(),
-        }),
-    };
-    view.turned_columns.iter().map(column).collect()
+    let records = view.turned_columns.iter();
+    records.map(|record| column_turns(record, robot)).collect()
+}
+
+fn column_turns(record: &TurnedColumn, robot: &RobotDescription) -> Result<ColumnTurns, WireError> {
+    let variable = robot.variables.get(record.column as usize);
+    let variable = variable.ok_or(WireError::UnknownValue {
+        field: "column",
+        value: record.column.into(),
+    })?;
+    Ok(ColumnTurns {
+        variable: variable.name.clone(),
+        turns: record.turns.into(),
+    })
 }
 
 /// What each stage did.
 pub(super) fn stages(view: &ResponseView) -> Result<Vec<StageShare>, WireError> {
-    let share = |record: &StageRecord| {
-        let stage = number::stage(Stage::try_from(record.stage)?);
-        Ok(StageShare {
-            stage,
-            gain: record.gain,
-            work: record.work,
-            iterations: record.iterations,
-        })
-    };
     view.stages.iter().map(share).collect()
+}
+
+fn share(record: &StageRecord) -> Result<StageShare, WireError> {
+    Ok(StageShare {
+        stage: number::stage(Stage::try_from(record.stage)?),
+        gain: record.gain,
+        work: record.work,
+        iterations: record.iterations,
+    })
 }

@@ -2,7 +2,6 @@
 //! robot and scene.
 
 use std::f64::consts::TAU;
-use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -14,17 +13,17 @@ use taut::robot::Variable;
 use taut::validation::certificate::FIRST_BY_NUMBERS;
 use taut::validation::timed::inside::{Inside, stays_inside};
 use taut::validation::timed::{Curve, Point};
-use taut::validation::{Corridor, corridor};
+use taut::validation::{Certificate, Corridor, corridor};
 
 use super::arguments::Arguments;
 use super::timed::timed_points;
-use crate::cli::error::{CliError, stdout};
-use crate::cli::format::Format;
+use crate::cli::error::{CliError, content};
+use crate::cli::format::{Format, print_line};
 use crate::cli::report;
 use taut_ipc::wire::Code;
 
 /// What was found, as JSON has it.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct Finding<'a> {
     name: &'a str,
     timed: bool,
@@ -51,72 +50,74 @@ pub(super) fn run(arguments: &Arguments, file: &Path, answer: &Path) -> Result<u
     let trajectory = Trajectory::read(file)?;
     let result = ResultFile::read(answer)?;
     let (path, corridor) = corridor_of(answer, &result)?;
-    let named = |name: &String| Variable::within(name, f64::NEG_INFINITY, f64::INFINITY);
-    let variables: Vec<Variable> = result.variables.iter().map(named).collect();
-    let mut points = timed_points(&trajectory, trajectory.ordered(&variables)?)?;
-    shift_whole_turns(&result, &path, &mut points);
-    let refuse = |error: taut::validation::timed::CurveError| FileError::Content {
-        file: file.to_owned(),
-        text: error.to_string(),
-    };
-    let curve = Curve::of_lines(variables.len(), &points).map_err(refuse)?;
+    let points = points_of(&trajectory, &result, &path)?;
+    let curve = Curve::of_lines(result.variables.len(), &points)
+        .map_err(|error| content(file, error.to_string()))?;
     let start = Instant::now();
     let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
     let inside = stays_inside(&curve, &path, &corridor, &mut stop);
-    tell(
+    let looked_at = LookedAt {
         file,
-        &corridor,
-        points.len(),
-        inside,
-        start.elapsed(),
-        arguments.format,
-    )
+        floor_m: corridor.floor_m,
+        points: points.len(),
+        time: start.elapsed(),
+    };
+    tell(&looked_at, inside, arguments.format)
+}
+
+/// The points of a trajectory, in the columns and the turns of the answer's path.
+fn points_of(
+    trajectory: &Trajectory,
+    result: &ResultFile,
+    path: &path::Path,
+) -> Result<Vec<Point>, FileError> {
+    let named = |name: &String| Variable::within(name, f64::NEG_INFINITY, f64::INFINITY);
+    let variables: Vec<Variable> = result.variables.iter().map(named).collect();
+    let mut points = timed_points(trajectory, trajectory.ordered(&variables)?)?;
+    shift_whole_turns(result, path, &mut points);
+    Ok(points)
 }
 
 /// The path of an answer, whose numbers say how it moves, and its corridor, which the certificate
 /// must bear out.
 fn corridor_of(answer: &Path, result: &ResultFile) -> Result<(path::Path, Corridor), FileError> {
-    let refuse = |text: String| FileError::content(answer, text);
-    let none = "the answer has no corridor; ask for it: taut shorten … --corridor -o RESULT.json";
-    let file = result
-        .corridor
-        .as_ref()
-        .ok_or_else(|| refuse(none.to_owned()))?;
-    if let Some(rotation) = file
-        .coordinates
-        .iter()
-        .find(|coordinate| coordinate.kind == "rotation")
-    {
-        let text = format!(
-            "{} is part of a quaternion, which no trajectory of joints moves",
-            rotation.variable
-        );
-        return Err(refuse(text));
-    }
-    let columns = file
-        .coordinates
-        .iter()
-        .map(|coordinate| &coordinate.variable);
-    if !columns.eq(&result.variables) {
-        return Err(refuse(
-            "the coordinates of its corridor are not the columns of its path".to_owned(),
-        ));
-    }
-    let rows = result.path.concat();
-    let path = path::Path::from_rows(result.variables.len(), rows)
+    let refuse = |text: String| content(answer, text);
+    let file = result.corridor.as_ref().ok_or_else(|| {
+        refuse(
+            "the answer has no corridor; ask for it: taut shorten … --corridor -o RESULT.json"
+                .to_owned(),
+        )
+    })?;
+    check_coordinates(file, &result.variables).map_err(refuse)?;
+    let path = path::Path::from_rows(result.variables.len(), result.path.concat())
         .ok_or_else(|| refuse("its path is empty".into()))?;
     check_certificate(result, file, &path).map_err(refuse)?;
-    let reach = file
-        .coordinates
-        .iter()
-        .map(|coordinate| coordinate.reach_m)
-        .collect();
+    let reach = file.coordinates.iter().map(|coordinate| coordinate.reach_m);
     let corridor = Corridor {
         floor_m: file.floor_m,
-        reach,
+        reach: reach.collect(),
         slack_m: file.slack_m.clone(),
     };
     Ok((path, corridor))
+}
+
+/// Checks that the coordinates of a corridor are columns of a trajectory.
+fn check_coordinates(file: &ResultCorridor, variables: &[String]) -> Result<(), String> {
+    let mut coordinates = file.coordinates.iter();
+    if let Some(rotation) = coordinates.find(|coordinate| coordinate.kind == "rotation") {
+        return Err(format!(
+            "{} is part of a quaternion, which no trajectory of joints moves",
+            rotation.variable
+        ));
+    }
+    let coordinates = file.coordinates.iter();
+    match coordinates
+        .map(|coordinate| &coordinate.variable)
+        .eq(variables)
+    {
+        true => Ok(()),
+        false => Err("the coordinates of its corridor are not the columns of its path".to_owned()),
+    }
 }
 
 /// A corridor is as good as the certificate that it was made of.
@@ -129,22 +130,26 @@ fn check_certificate(
         .certificate
         .as_ref()
         .ok_or("it has a corridor, but no certificate")?;
-    if certificate.checker_version < FIRST_BY_NUMBERS {
-        let version = certificate.checker_version;
+    let version = certificate.checker_version;
+    if version < FIRST_BY_NUMBERS {
         return Err(format!(
             "its certificate is of checker version {version}, whose steps may mean other numbers; ask again"
         ));
     }
-    let is_whole =
-        certificate.digest == Some(certificate.content()) && certificate.path_hash == path.hash();
-    let is_same =
-        file.floor_m == certificate.floor_m() && file.slack_m == corridor::slack_m(certificate);
-    match is_whole && is_same {
+    match is_whole(certificate, path) && bears_out(certificate, file) {
         true => Ok(()),
         false => Err(
             "its certificate does not bear out its corridor: one of the two was changed".to_owned(),
         ),
     }
+}
+
+fn is_whole(certificate: &Certificate, path: &path::Path) -> bool {
+    certificate.digest == Some(certificate.content()) && certificate.path_hash == path.hash()
+}
+
+fn bears_out(certificate: &Certificate, file: &ResultCorridor) -> bool {
+    file.floor_m == certificate.floor_m() && file.slack_m == corridor::slack_m(certificate)
 }
 
 /// Takes whole turns from the columns of circles, so that the trajectory starts where the path
@@ -153,92 +158,107 @@ fn shift_whole_turns(result: &ResultFile, path: &path::Path, points: &mut [Point
     let Some(corridor) = &result.corridor else {
         return;
     };
-    let Some(first) = points.first().map(|point| point.positions.clone()) else {
-        return;
-    };
-    for (column, coordinate) in corridor.coordinates.iter().enumerate() {
-        if coordinate.kind == "circle" {
-            let turns = ((first[column] - path.waypoint(0)[column]) / TAU).round();
-            points
-                .iter_mut()
-                .for_each(|point| point.positions[column] -= turns * TAU);
-        }
+    let coordinates = corridor.coordinates.iter().enumerate();
+    for (column, _) in coordinates.filter(|(_, coordinate)| coordinate.kind == "circle") {
+        shift_column(column, path.waypoint(0)[column], points);
     }
 }
 
-fn tell(
-    file: &Path,
-    corridor: &Corridor,
-    points: usize,
-    inside: Inside,
-    time: Duration,
-    format: Format,
-) -> Result<u8, CliError> {
+/// Takes whole turns from a column, so that it starts at most half a turn from `start`.
+fn shift_column(column: usize, start: f64, points: &mut [Point]) {
+    let Some(first) = points.first() else {
+        return;
+    };
+    let turns = ((first.positions[column] - start) / TAU).round();
+    for point in points {
+        point.positions[column] -= turns * TAU;
+    }
+}
+
+fn tell(looked_at: &LookedAt, inside: Inside, format: Format) -> Result<u8, CliError> {
     let code = match inside {
         Inside::Yes(_) => Code::Success,
         Inside::No { .. } => Code::Uncertified,
         Inside::Stopped => Code::TimedOut,
     };
-    let name = file.file_stem().unwrap_or_default().to_string_lossy();
-    let took = report::time(time.as_secs_f64());
     let text = match format {
-        Format::Json => {
-            let mut finding = Finding {
-                name: &name,
-                timed: true,
-                inside: code == Code::Success,
-                code: code.into(),
-                code_name: code.name(),
-                floor_m: corridor.floor_m,
-                used: None,
-                point: None,
-                at_s: None,
-                segment: None,
-                excess_m: None,
-                time_s: time.as_secs_f64(),
-            };
-            match inside {
-                Inside::Yes(used) => finding.used = Some(used),
-                Inside::No {
-                    point,
-                    time_s,
-                    segment,
-                    excess_m,
-                } => {
-                    finding.point = Some(point);
-                    finding.at_s = Some(time_s);
-                    finding.segment = Some(segment);
-                    finding.excess_m = Some(excess_m);
-                }
-                Inside::Stopped => {}
-            }
-            serde_json::to_string(&finding)
-                .expect("a finding holds only strings, booleans and numbers")
-        }
-        Format::Table => match inside {
-            Inside::Yes(used) => {
-                let floor = report::length(corridor.floor_m);
-                format!(
-                    "inside   every pair keeps {floor}, {:.0} % of the corridor used   {took}",
-                    100.0 * used
-                )
-            }
+        Format::Json => looked_at.json(&inside, code),
+        Format::Table => looked_at.line(&inside, code),
+    };
+    print_line(&text)?;
+    Ok(code.exit_code())
+}
+
+/// What was looked at, and for how long.
+struct LookedAt<'a> {
+    file: &'a Path,
+    /// What the corridor keeps (m).
+    floor_m: f64,
+    /// Points of the trajectory.
+    points: usize,
+    time: Duration,
+}
+
+impl LookedAt<'_> {
+    fn json(&self, inside: &Inside, code: Code) -> String {
+        let name = self.file.file_stem().unwrap_or_default();
+        let finding = Finding {
+            name: &name.to_string_lossy(),
+            timed: true,
+            inside: code == Code::Success,
+            code: code.into(),
+            code_name: code.name(),
+            floor_m: self.floor_m,
+            time_s: self.time.as_secs_f64(),
+            ..place_of(inside)
+        };
+        serde_json::to_string(&finding).expect("a finding holds only strings, booleans and numbers")
+    }
+
+    fn line(&self, inside: &Inside, code: Code) -> String {
+        let took = report::time(self.time.as_secs_f64());
+        match inside {
+            Inside::Yes(used) => format!(
+                "inside   every pair keeps {}, {:.0} % of the corridor used   {took}",
+                report::length(self.floor_m),
+                100.0 * used
+            ),
             Inside::No {
                 point,
                 time_s,
                 segment,
                 excess_m,
-            } => {
-                let excess = report::length(excess_m);
-                let point = point + 1;
-                let segment = segment + 1;
-                format!(
-                    "OUTSIDE at {time_s:.4} s, after point {point} of {points}: beyond the corridor of segment {segment} by {excess}; check it with the robot and the scene   {took}"
-                )
-            }
+            } => format!(
+                "OUTSIDE at {time_s:.4} s, after point {} of {}: beyond the corridor of segment {} by {}; check it with the robot and the scene   {took}",
+                point + 1,
+                self.points,
+                segment + 1,
+                report::length(*excess_m)
+            ),
             Inside::Stopped => format!("{}   the deadline passed   {took}", code.name()),
+        }
+    }
+}
+
+/// Where a trajectory leaves the corridor, or how much of it is used.
+fn place_of<'a>(inside: &Inside) -> Finding<'a> {
+    match *inside {
+        Inside::Yes(used) => Finding {
+            used: Some(used),
+            ..Finding::default()
         },
-    };
-    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
-    Ok(code.exit_code())
+        Inside::No {
+            point,
+            time_s,
+            segment,
+            excess_m,
+        } => Finding {
+            point: Some(point),
+            at_s: Some(time_s),
+            segment: Some(segment),
+            excess_m: Some(excess_m),
+            ..Finding::default()
+        },
+        Inside::Stopped => Finding::default(),
+    }
 }

@@ -96,25 +96,22 @@ impl Arguments {
     pub(super) fn check_counts(&self) -> Result<(), CliError> {
         let count = self.files.len();
         let certificate = self.certificate.as_ref();
-        let text = match certificate.or(self.write_certificate.as_ref()) {
+        let what = match certificate.or(self.write_certificate.as_ref()) {
             _ if count == 1 => return Ok(()),
-            Some(file) => format!(
-                "{} is the certificate of one path, {count} files given; give one",
-                file.display()
-            ),
-            None if self.watch => {
-                format!("--watch is about one path, {count} files given; give one")
-            }
+            Some(file) => format!("{} is the certificate of one path", file.display()),
+            None if self.watch => "--watch is about one path".to_owned(),
             None => return Ok(()),
         };
-        Err(CliError::Usage(text))
+        Err(CliError::Usage(format!(
+            "{what}, {count} files given; give one"
+        )))
     }
 
     /// The highest exit code of all files; one that cannot be read is reported and does not keep
     /// the others from being checked.
     pub(super) fn highest(&self, mut check: impl FnMut(&Path) -> Result<u8, CliError>) -> u8 {
-        self.files
-            .iter()
+        let files = self.files.iter();
+        files
             .map(|file| check(file).unwrap_or_else(|error| error.report()))
             .fold(0, u8::max)
     }

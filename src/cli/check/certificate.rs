@@ -1,7 +1,6 @@
 //! `taut check --certificate`: verify a proof by the reference checker, in this process.
 
 use std::f64::consts::TAU;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -16,8 +15,8 @@ use taut::validation::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS};
 use taut::validation::reference::{self, Effort, Objection};
 
 use super::arguments::Arguments;
-use crate::cli::error::{CliError, stdout};
-use crate::cli::format::Format;
+use crate::cli::error::{CliError, content};
+use crate::cli::format::{Format, print_line};
 use crate::cli::load::{self, Loaded};
 use crate::cli::progress::progress_bar;
 use crate::cli::report;
@@ -39,7 +38,7 @@ struct Finding<'a> {
     verified: bool,
     code: i32,
     code_name: &'static str,
-    reason: Option<String>,
+    reason: Option<&'a str>,
     checker_version: u32,
     verified_by: u32,
     segments: usize,
@@ -67,39 +66,25 @@ pub(super) fn run(arguments: &Arguments, proof: &Path) -> Result<u8, CliError> {
         Ok(path) => proof.verify(&model, &path, &mut stop),
         Err(reason) => Err((Code::Uncertified, reason)),
     };
-    let time = start.elapsed();
-    tell(&loaded, &proof.certificate, result, time, arguments.format)
+    let verdict = Verdict::of(result, start.elapsed());
+    let text = match arguments.format {
+        Format::Json => json(&loaded, &proof.certificate, &verdict),
+        Format::Table => line(&proof.certificate, &verdict),
+    };
+    print_line(&text)?;
+    Ok(verdict.code.exit_code())
 }
 
 impl Proof {
     fn read(file: &Path) -> Result<Self, FileError> {
-        #[derive(Deserialize)]
-        struct Answer {
-            mode: Option<String>,
-            certificate: Option<Certificate>,
-        }
         let text = std::fs::read_to_string(file).map_err(|error| FileError::Unreadable {
             file: file.to_owned(),
             reason: error.to_string(),
         })?;
-        let refuse = |text: String| FileError::content(file, text);
-        let expected = "not a certificate, nor an answer of `taut check` or `taut shorten` as JSON";
-        let bad = |error: serde_json::Error| refuse(format!("{expected}: {error}"));
-        let value: serde_json::Value = serde_json::from_str(&text).map_err(bad)?;
-        if value.get("certificate").is_none() {
-            let certificate = serde_json::from_value(value).map_err(bad)?;
-            return Ok(Self {
-                file: file.to_owned(),
-                certificate,
-                has_path: false,
-            });
-        }
-        let Answer { mode, certificate } = serde_json::from_value(value).map_err(bad)?;
-        let none = || refuse("the answer has no certificate: its path was not proved".to_owned());
-        let has_path = mode.is_some_and(|mode| mode != Mode::Check.name());
+        let (certificate, has_path) = certificate_in(&text).map_err(|text| content(file, text))?;
         Ok(Self {
             file: file.to_owned(),
-            certificate: certificate.ok_or_else(none)?,
+            certificate,
             has_path,
         })
     }
@@ -126,13 +111,12 @@ impl Proof {
             return Ok(Ok(self.as_proved(loaded)));
         }
         let answer = PathTable::read(&self.file)?.into_path(loaded.robot.variables())?;
-        if !self.has_the_ends(&answer, loaded) {
-            return Ok(Err(
-                "the answer's path has other ends than the problem's; give the problem it answers"
-                    .into(),
-            ));
-        }
-        Ok(Ok(answer))
+        let other_ends =
+            "the answer's path has other ends than the problem's; give the problem it answers";
+        Ok(match self.has_the_ends(&answer, loaded) {
+            true => Ok(answer),
+            false => Err(other_ends.to_owned()),
+        })
     }
 
     /// The given path as its certificate means it: angles that step by more than half a turn are
@@ -148,24 +132,49 @@ impl Proof {
     /// Whether an answer starts and ends where the given path does: an angle may end whole turns
     /// away.
     fn has_the_ends(&self, answer: &path::Path, loaded: &Loaded) -> bool {
-        let is_angle = |q: usize| {
-            !self.certificate.unwrapped && loaded.robot.space().circles().any(|circle| circle == q)
-        };
-        let is_same = |(q, (a, b)): (usize, (&f64, &f64))| match is_angle(q) {
+        let given = &loaded.path;
+        let last = answer.waypoint(answer.len() - 1);
+        self.is_end(answer.waypoint(0), given.waypoint(0), loaded)
+            && self.is_end(last, given.waypoint(given.len() - 1), loaded)
+    }
+
+    fn is_end(&self, answer: &[f64], given: &[f64], loaded: &Loaded) -> bool {
+        let mut columns = answer.iter().zip(given).enumerate();
+        columns.all(|(q, (a, b))| match self.is_angle(q, loaded) {
             true => *a == b + turns_between(*b, *a) as f64 * TAU,
             false => a == b,
-        };
-        [(0, 0), (answer.len() - 1, loaded.path.len() - 1)]
-            .into_iter()
-            .all(|(end, given)| {
-                answer
-                    .waypoint(end)
-                    .iter()
-                    .zip(loaded.path.waypoint(given))
-                    .enumerate()
-                    .all(is_same)
-            })
+        })
     }
+
+    /// Whether whole turns in a column are the same place.
+    fn is_angle(&self, q: usize, loaded: &Loaded) -> bool {
+        let mut circles = loaded.robot.space().circles();
+        !self.certificate.unwrapped && circles.any(|circle| circle == q)
+    }
+}
+
+/// An answer that may hold a certificate.
+#[derive(Deserialize)]
+struct Answer {
+    mode: Option<String>,
+    certificate: Option<Certificate>,
+}
+
+/// A certificate that stands alone or in an answer, and whether that has a path of its own.
+fn certificate_in(text: &str) -> Result<(Certificate, bool), String> {
+    let value: serde_json::Value = serde_json::from_str(text).map_err(no_certificate)?;
+    if value.get("certificate").is_none() {
+        let certificate = serde_json::from_value(value).map_err(no_certificate)?;
+        return Ok((certificate, false));
+    }
+    let answer: Answer = serde_json::from_value(value).map_err(no_certificate)?;
+    let has_path = answer.mode.is_some_and(|mode| mode != Mode::Check.name());
+    let none = "the answer has no certificate: its path was not proved";
+    Ok((answer.certificate.ok_or(none)?, has_path))
+}
+
+fn no_certificate(error: serde_json::Error) -> String {
+    format!("not a certificate, nor an answer of `taut check` or `taut shorten` as JSON: {error}")
 }
 
 fn code(objection: &Objection) -> Code {
@@ -190,56 +199,61 @@ fn refusal(objection: &Objection, proof: &Proof) -> String {
     }
 }
 
-fn tell(
-    loaded: &Loaded,
-    certificate: &Certificate,
-    result: Result<Effort, (Code, String)>,
+/// What came of a certificate.
+struct Verdict {
+    code: Code,
+    /// Why it is refused.
+    reason: Option<String>,
+    effort: Effort,
     time: Duration,
-    format: Format,
-) -> Result<u8, CliError> {
-    let (code, reason, effort) = match result {
-        Ok(effort) => (Code::Success, None, effort),
-        Err((code, reason)) => (code, Some(reason), Effort::default()),
-    };
-    let mut out = std::io::stdout().lock();
-    match format {
-        Format::Json => {
-            let finding = Finding {
-                name: &loaded.name,
-                geometry: loaded.geometry_name(),
-                verified: reason.is_none(),
-                code: code.into(),
-                code_name: code.name(),
-                reason,
-                checker_version: certificate.checker_version,
-                verified_by: CHECKER_VERSION,
-                segments: certificate.segments.len(),
-                clearance_m: certificate.clearance_m(),
-                floor_m: certificate.floor_m(),
-                intervals: effort.intervals,
-                distances: effort.distances,
-                time_s: time.as_secs_f64(),
-            };
-            let text = serde_json::to_string(&finding)
-                .expect("a finding holds only strings, booleans and numbers");
-            writeln!(out, "{text}")
-        }
-        Format::Table => {
-            let time = report::time(time.as_secs_f64());
-            match reason {
-                None => {
-                    let clearance = report::clearance(certificate.clearance_m());
-                    let segments = certificate.segments.len();
-                    let plural = if segments == 1 { "" } else { "s" };
-                    writeln!(
-                        out,
-                        "verified   {segments} segment{plural}, {clearance}   {time}"
-                    )
-                }
-                Some(reason) => writeln!(out, "{}   {reason}   {time}", code.name()),
-            }
+}
+
+impl Verdict {
+    fn of(result: Result<Effort, (Code, String)>, time: Duration) -> Self {
+        let (code, reason, effort) = match result {
+            Ok(effort) => (Code::Success, None, effort),
+            Err((code, reason)) => (code, Some(reason), Effort::default()),
+        };
+        Self {
+            code,
+            reason,
+            effort,
+            time,
         }
     }
-    .map_err(stdout)?;
-    Ok(code.exit_code())
+}
+
+fn json(loaded: &Loaded, certificate: &Certificate, verdict: &Verdict) -> String {
+    let finding = Finding {
+        name: &loaded.name,
+        geometry: loaded.geometry_name(),
+        verified: verdict.reason.is_none(),
+        code: verdict.code.into(),
+        code_name: verdict.code.name(),
+        reason: verdict.reason.as_deref(),
+        checker_version: certificate.checker_version,
+        verified_by: CHECKER_VERSION,
+        segments: certificate.segments.len(),
+        clearance_m: certificate.clearance_m(),
+        floor_m: certificate.floor_m(),
+        intervals: verdict.effort.intervals,
+        distances: verdict.effort.distances,
+        time_s: verdict.time.as_secs_f64(),
+    };
+    serde_json::to_string(&finding).expect("a finding holds only strings, booleans and numbers")
+}
+
+fn line(certificate: &Certificate, verdict: &Verdict) -> String {
+    let time = report::time(verdict.time.as_secs_f64());
+    match &verdict.reason {
+        Some(reason) => format!("{}   {reason}   {time}", verdict.code.name()),
+        None => format!("verified   {}   {time}", claim(certificate)),
+    }
+}
+
+fn claim(certificate: &Certificate) -> String {
+    let clearance = report::clearance(certificate.clearance_m());
+    let segments = certificate.segments.len();
+    let plural = if segments == 1 { "" } else { "s" };
+    format!("{segments} segment{plural}, {clearance}")
 }

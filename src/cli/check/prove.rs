@@ -1,6 +1,5 @@
 //! `taut check`: prove paths, change nothing.
 
-use std::io::Write;
 use std::path::Path;
 
 use taut::files::Reader;
@@ -11,8 +10,8 @@ use crate::cli::answer::answer;
 use crate::cli::answered::Answered;
 use crate::cli::asked::Asked;
 use crate::cli::details;
-use crate::cli::error::{CliError, stdout};
-use crate::cli::format::Format;
+use crate::cli::error::CliError;
+use crate::cli::format::{Format, print_line};
 use crate::cli::load;
 use crate::cli::place::Place;
 use crate::cli::report;
@@ -41,7 +40,7 @@ fn check(
         Format::Json => report::result(&subject, Mode::Check, &answered).json(),
         Format::Table => table(arguments, &subject, &answered),
     };
-    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
+    print_line(&text)?;
     Ok(answered.code.exit_code())
 }
 
@@ -52,22 +51,29 @@ fn write_certificate(arguments: &Arguments, answered: &Answered) -> Result<(), C
     };
     let text =
         serde_json::to_string(certificate).expect("a certificate holds only strings and numbers");
-    std::fs::write(file, text + "\n").map_err(|source| CliError::Output {
-        file: file.display().to_string(),
-        source,
-    })
+    std::fs::write(file, text + "\n").map_err(CliError::output(file))
 }
 
 /// The verdict for people, its warnings on standard error. A list of many files stays a line each.
 fn table(arguments: &Arguments, subject: &Subject, answered: &Answered) -> String {
-    let (several, details) = match arguments.files.len() {
-        1 => (String::new(), details::of_check(answered)),
-        _ => (format!("{}: ", subject.name), String::new()),
-    };
-    report::warn(&report::told(subject, answered), &several);
-    format!(
-        "{several}{}   {}{details}",
-        report::verdict(answered),
-        report::time(answered.time_s)
-    )
+    match arguments.files.len() {
+        1 => of_one(subject, answered),
+        _ => of_several(subject, answered),
+    }
+}
+
+fn of_one(subject: &Subject, answered: &Answered) -> String {
+    report::warn(&report::told(subject, answered), "");
+    line(answered) + &details::of_check(answered)
+}
+
+fn of_several(subject: &Subject, answered: &Answered) -> String {
+    let name = format!("{}: ", subject.name);
+    report::warn(&report::told(subject, answered), &name);
+    name + &line(answered)
+}
+
+fn line(answered: &Answered) -> String {
+    let time = report::time(answered.time_s);
+    format!("{}   {time}", report::verdict(answered))
 }

@@ -4,12 +4,13 @@ use std::io::Write;
 use std::time::Duration;
 
 use taut_ipc::ClientError;
-use taut_ipc::planner::{Best, PlannerError, Request};
+use taut_ipc::planner::{Answers, Best, PlannerError, Request};
 use taut_ipc::wire::Mode;
 
 use super::arguments::Arguments;
 use crate::cli::answer::told;
 use crate::cli::answered::Answered;
+use crate::cli::asked::Asked;
 use crate::cli::error::{CliError, stdout};
 use crate::cli::format::Format;
 use crate::cli::load;
@@ -24,13 +25,8 @@ const LOOK_UP: Duration = Duration::from_secs(1);
 /// Prints the first verdict of a path and every other one, until there were so many or the scene is
 /// gone.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
-    let place = Place::open(&arguments.place)?;
     let asked = arguments.asked()?;
-    let mut reader = load::reader(&arguments.source);
-    let held = &asked.request.held;
-    let file = &arguments.files[0];
-    let mut prepared = prepare::prepare(&place, &mut reader, file, &arguments.source, held)?;
-    prepared.subject.metric = asked.metric(prepared.weights.is_some());
+    let prepared = prepared(arguments, &asked)?;
     let request = Request {
         watch: true,
         ..prepared.request(&asked)?
@@ -38,15 +34,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     follow(arguments, &prepared, &request)
 }
 
+fn prepared(arguments: &Arguments, asked: &Asked) -> Result<Prepared, CliError> {
+    let place = Place::open(&arguments.place)?;
+    let mut reader = load::reader(&arguments.source);
+    let held = &asked.request.held;
+    let file = &arguments.files[0];
+    let mut prepared = prepare::prepare(&place, &mut reader, file, &arguments.source, held)?;
+    prepared.subject.metric = asked.metric(prepared.weights.is_some());
+    Ok(prepared)
+}
+
 fn follow(arguments: &Arguments, prepared: &Prepared, request: &Request) -> Result<u8, CliError> {
     let mut answers = prepared.planner.ask(request, prepared.path.as_flat())?;
     let mut exit = 0;
     let mut shown = 0;
     while arguments.count.is_none_or(|count| shown < count) {
-        let best = match answers.next(LOOK_UP) {
-            Err(PlannerError::Client(ClientError::Timeout(_))) => continue,
-            best => best?.ok_or(ClientError::NoAnswer)?,
-        };
+        let best = next(&mut answers)?;
         exit = show(arguments, prepared, request, &best)?;
         shown += 1;
         if best.is_final() {
@@ -54,6 +57,16 @@ fn follow(arguments: &Arguments, prepared: &Prepared, request: &Request) -> Resu
         }
     }
     Ok(exit)
+}
+
+/// Waits for the next verdict.
+fn next(answers: &mut Answers) -> Result<Best, CliError> {
+    loop {
+        match answers.next(LOOK_UP) {
+            Err(PlannerError::Client(ClientError::Timeout(_))) => {}
+            best => return Ok(best?.ok_or(ClientError::NoAnswer)?),
+        }
+    }
 }
 
 fn show(
@@ -74,18 +87,21 @@ fn print(
     version: u64,
     format: Format,
 ) -> std::io::Result<()> {
-    let mut out = std::io::stdout().lock();
-    match format {
-        Format::Json => {
-            let result = report::result(subject, Mode::Check, answered);
-            let mut answer = serde_json::to_value(&result)?;
-            answer["scene_version"] = version.into();
-            writeln!(out, "{answer}")?;
-        }
+    let line = match format {
+        Format::Json => json(subject, answered, version)?,
         Format::Table => {
             report::warn(&report::told(subject, answered), "");
-            writeln!(out, "scene v{version}   {}", report::verdict(answered))?;
+            format!("scene v{version}   {}", report::verdict(answered))
         }
-    }
+    };
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{line}")?;
     out.flush()
+}
+
+fn json(subject: &Subject, answered: &Answered, version: u64) -> serde_json::Result<String> {
+    let result = report::result(subject, Mode::Check, answered);
+    let mut answer = serde_json::to_value(&result)?;
+    answer["scene_version"] = version.into();
+    Ok(answer.to_string())
 }

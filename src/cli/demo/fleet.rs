@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
-use std::process::{Child, ChildStdout, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -39,14 +39,7 @@ impl Fleet {
             said,
         };
         for (index, row) in rows.iter().enumerate() {
-            let mut command = own_daemon::command(&this_program()?, daemon.instance());
-            command
-                .arg("demo-planner")
-                .arg(world::problem_file(daemon.folder(), &row.problem));
-            command.args(["--seed", &row.seed.to_string()]);
-            command.args(["--deadline", &format!("{}us", deadline.as_micros())]);
-            command.stdin(Stdio::null()).stdout(Stdio::piped());
-            let mut child = own_daemon::spawn(command)?;
+            let mut child = own_daemon::spawn(planner(daemon, row, deadline)?)?;
             let out = child.stdout.take();
             fleet.children.push(child);
             if let Some(out) = out {
@@ -83,9 +76,7 @@ impl Fleet {
             }
         }
         self.end();
-        for row in rows.iter_mut().filter(|row| !row.is_done()) {
-            row.error = Some("the planner ended without an answer".to_owned());
-        }
+        rows.iter_mut().for_each(Row::end);
         Ok(())
     }
 
@@ -103,12 +94,24 @@ impl Fleet {
 }
 
 /// The file of this program.
-pub(super) fn this_program() -> Result<PathBuf, CliError> {
-    let file = std::env::current_exe().map_err(|source| OwnDaemonError::Start {
+pub(super) fn this_program() -> Result<PathBuf, OwnDaemonError> {
+    std::env::current_exe().map_err(|source| OwnDaemonError::Start {
         program: "taut".into(),
         source,
-    })?;
-    Ok(file)
+    })
+}
+
+/// The command that plans for a row.
+fn planner(daemon: &OwnDaemon, row: &Row, deadline: Duration) -> Result<Command, OwnDaemonError> {
+    let mut command = own_daemon::command(&this_program()?, daemon.instance());
+    command
+        .arg("demo-planner")
+        .arg(world::problem_file(daemon.folder(), &row.problem))
+        .args(["--seed", &row.seed.to_string()])
+        .args(["--deadline", &format!("{}us", deadline.as_micros())])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped());
+    Ok(command)
 }
 
 /// A planner that closed its pipe is about to end.
@@ -134,12 +137,14 @@ impl Drop for Fleet {
 
 fn listen(index: usize, out: ChildStdout, say: &Sender<(usize, Option<Message>)>) {
     for line in BufReader::new(out).lines().map_while(Result::ok) {
-        let message = serde_json::from_str(&line);
-        let message = message.unwrap_or_else(|_| Message::Failed {
-            error: format!("unreadable: {line}"),
-        });
         // The demo may have ended meanwhile.
-        let _ = say.send((index, Some(message)));
+        let _ = say.send((index, Some(message(&line))));
     }
     let _ = say.send((index, None));
+}
+
+fn message(line: &str) -> Message {
+    serde_json::from_str(line).unwrap_or_else(|_| Message::Failed {
+        error: format!("unreadable: {line}"),
+    })
 }

@@ -16,7 +16,6 @@ mod table;
 mod view;
 mod world;
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -26,8 +25,8 @@ use serde::Serialize;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use taut_ipc::own_daemon::{OwnDaemon, OwnDaemonError};
 
-use super::error::{CliError, stdout};
-use super::format::Format;
+use super::error::CliError;
+use super::format::{Format, print};
 use super::{quantity, report};
 use fleet::Fleet;
 use progress::Progress;
@@ -75,39 +74,44 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let stop = stop_on_signals()?;
     let daemon = OwnDaemon::start(&fleet::this_program()?, "demo", &[], world::unpack)?;
     let (mut rows, worlds) = read_worlds(arguments, &daemon)?;
-    let mut progress = Progress::new(&rows);
-    let fleet = Fleet::start(&daemon, &rows, arguments.deadline)?;
-    let watched = fleet.watch(&mut rows, arguments.deadline, &stop, &mut progress);
-    progress.clear();
-    watched?;
+    plan(arguments, &daemon, &mut rows, &stop)?;
     daemon.stop()?;
-
     let picture = picture::draw(&rows, &worlds);
     let written = std::fs::write(&arguments.svg, picture);
     // The table is worth having even where the picture cannot be written.
-    show(arguments, &rows, start.elapsed())?;
-    written.map_err(|source| CliError::Output {
-        file: arguments.svg.display().to_string(),
-        source,
-    })?;
-    Ok(if rows.iter().all(|row| row.proved) {
-        0
-    } else {
-        NOT_PROVED
-    })
+    let is_proved = show(arguments, &rows, start.elapsed())?;
+    written.map_err(CliError::output(&arguments.svg))?;
+    Ok(if is_proved { 0 } else { NOT_PROVED })
+}
+
+/// Runs a planner for each row and fills the rows.
+fn plan(
+    arguments: &Arguments,
+    daemon: &OwnDaemon,
+    rows: &mut [Row],
+    stop: &Arc<AtomicBool>,
+) -> Result<(), CliError> {
+    let mut progress = Progress::new(rows);
+    let fleet = Fleet::start(daemon, rows, arguments.deadline)?;
+    let watched = fleet.watch(rows, arguments.deadline, stop, &mut progress);
+    progress.clear();
+    watched
 }
 
 /// What Ctrl-C, a closed terminal and `kill` ask for.
-fn stop_on_signals() -> Result<Arc<AtomicBool>, CliError> {
+fn stop_on_signals() -> Result<Arc<AtomicBool>, OwnDaemonError> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM, SIGHUP] {
-        let registered = signal_hook::flag::register(signal, Arc::clone(&stop));
-        registered.map_err(|source| OwnDaemonError::Start {
-            program: "signal handler".into(),
-            source,
-        })?;
+        signal_hook::flag::register(signal, Arc::clone(&stop)).map_err(no_handler)?;
     }
     Ok(stop)
+}
+
+fn no_handler(source: std::io::Error) -> OwnDaemonError {
+    OwnDaemonError::Start {
+        program: "signal handler".into(),
+        source,
+    }
 }
 
 /// A row and a world for each planner, over and over through the shipped problems.
@@ -117,15 +121,12 @@ fn read_worlds(
 ) -> Result<(Vec<Row>, Vec<World>), CliError> {
     let mut rows = Vec::new();
     let mut worlds = Vec::new();
-    let names = world::PROBLEMS
-        .iter()
-        .cycle()
-        .take(arguments.planners.into());
-    for (index, name) in names.enumerate() {
+    let names = world::PROBLEMS.into_iter().cycle();
+    for (index, name) in names.take(arguments.planners.into()).enumerate() {
         let world = World::read(&world::problem_file(daemon.folder(), name))?;
         rows.push(Row {
             planner: index + 1,
-            problem: (*name).to_owned(),
+            problem: name.to_owned(),
             robot: world.robot_name.clone(),
             seed: arguments.seed.wrapping_add(index as u64),
             ..Row::default()
@@ -135,33 +136,35 @@ fn read_worlds(
     Ok((rows, worlds))
 }
 
-fn show(arguments: &Arguments, rows: &[Row], time: Duration) -> Result<(), CliError> {
-    let proved = rows.iter().filter(|row| row.proved).count();
-    let text = match arguments.format {
-        Format::Json => {
-            let all = proved == rows.len();
-            let report = Report {
-                planners: rows,
-                proved: all,
-                svg: &arguments.svg,
-                time_s: time.as_secs_f64(),
-            };
-            serde_json::to_string(&report)
-                .expect("a report holds only strings, booleans and numbers")
-                + "\n"
-        }
-        Format::Table => {
-            let count = rows.len();
-            let svg = arguments.svg.display();
-            let time = report::time(time.as_secs_f64());
-            format!(
-                "{}{proved} of {count} proved   {time}   picture: {svg}\n",
-                table::table(rows)
-            )
-        }
+/// Prints what came of it; says whether all answers are proved.
+fn show(arguments: &Arguments, rows: &[Row], time: Duration) -> Result<bool, CliError> {
+    let report = Report {
+        planners: rows,
+        proved: rows.iter().all(|row| row.proved),
+        svg: &arguments.svg,
+        time_s: time.as_secs_f64(),
     };
-    std::io::stdout()
-        .lock()
-        .write_all(text.as_bytes())
-        .map_err(stdout)
+    print(&match arguments.format {
+        Format::Json => report.json(),
+        Format::Table => report.table(),
+    })?;
+    Ok(report.proved)
+}
+
+impl Report<'_> {
+    fn json(&self) -> String {
+        serde_json::to_string(self).expect("a report holds only strings, booleans and numbers")
+            + "\n"
+    }
+    fn table(&self) -> String {
+        let rows = self.planners;
+        format!(
+            "{}{} of {} proved   {}   picture: {}\n",
+            table::table(rows),
+            rows.iter().filter(|row| row.proved).count(),
+            rows.len(),
+            report::time(self.time_s),
+            self.svg.display()
+        )
+    }
 }

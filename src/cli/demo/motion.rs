@@ -29,21 +29,11 @@ pub(super) struct Track {
 impl<'a> Mover<'a> {
     /// A robot, nowhere yet.
     pub(super) fn new(robot: &'a RobotModel) -> Self {
-        let carries = |link: usize| {
-            robot
-                .joints()
-                .iter()
-                .any(|joint| joint.parent == Some(link))
-        };
-        let tips = (0..robot.links().len())
-            .filter(|link| !carries(*link))
-            .collect();
-        let held = robot.held().iter().map(|held| held.default).collect();
         Self {
             robot,
-            held,
+            held: robot.held().iter().map(|held| held.default).collect(),
             kinematics: Kinematics::default(),
-            tips,
+            tips: tips(robot),
         }
     }
 
@@ -71,19 +61,23 @@ impl<'a> Mover<'a> {
 
     /// The middle of what the last links carry: between the fingers of a gripper.
     fn tool(&self) -> Vec3 {
-        let poses = self.kinematics.poses();
         let mut sum = Vec3::ZERO;
         let mut count = 0.0;
-        for &tip in &self.tips {
-            for shape in &self.robot.links()[tip].shapes {
-                sum += (poses[tip] * shape.pose).translation;
-                count += 1.0;
-            }
+        for place in self.tips.iter().flat_map(|tip| self.carried(*tip)) {
+            sum += place;
+            count += 1.0;
         }
         match self.tips.last() {
-            Some(&tip) if count == 0.0 => poses[tip].translation,
+            Some(&tip) if count == 0.0 => self.kinematics.poses()[tip].translation,
             _ => sum / count,
         }
+    }
+
+    /// Where the shapes of a link are.
+    fn carried(&self, link: usize) -> impl Iterator<Item = Vec3> {
+        let pose = self.kinematics.poses()[link];
+        let shapes = self.robot.links()[link].shapes.iter();
+        shapes.map(move |shape| (pose * shape.pose).translation)
     }
 
     /// The tool's track along a path of rows laid end to end.
@@ -110,21 +104,37 @@ impl<'a> Mover<'a> {
         steps: usize,
         visit: &mut dyn FnMut(&Self, usize),
     ) {
-        let space = self.robot.space();
-        let mut row = vec![0.0; space.nq()];
-        let mut velocity = vec![0.0; space.nv()];
-        let rows: Vec<&[f64]> = rows.chunks_exact(space.nq()).collect();
+        let rows: Vec<&[f64]> = rows.chunks_exact(self.robot.space().nq()).collect();
         for pair in rows.windows(2) {
-            space.difference(pair[1], pair[0], &mut velocity);
-            for step in 0..steps {
-                space.integrate(pair[0], &velocity, step as f64 / steps as f64, &mut row);
-                self.place(&row);
-                visit(self, step);
-            }
+            self.along_segment(pair[0], pair[1], steps, visit);
         }
         if let Some(last) = rows.last() {
             self.place(last);
             visit(self, 0);
         }
     }
+
+    /// Puts it at `steps` places of one segment, the first at its start.
+    fn along_segment(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        steps: usize,
+        visit: &mut dyn FnMut(&Self, usize),
+    ) {
+        for step in 0..steps {
+            let ratio = step as f64 / steps as f64;
+            self.place(&self.robot.space().between(from, to, ratio));
+            visit(self, step);
+        }
+    }
+}
+
+/// The links that no joint hangs from.
+fn tips(robot: &RobotModel) -> Vec<usize> {
+    let parents: Vec<Option<usize>> = robot.joints().iter().map(|joint| joint.parent).collect();
+    let links = 0..robot.links().len();
+    links
+        .filter(|link| !parents.contains(&Some(*link)))
+        .collect()
 }

@@ -1,5 +1,7 @@
 //! One planner's robot, obstacles and paths, drawn in one view.
 
+use taut::math::Vec3;
+
 use super::motion::{Mover, STEPS, Track};
 use super::view::{Bounds, Frame, View};
 use super::world::World;
@@ -28,67 +30,50 @@ impl<'a> Panel<'a> {
     /// From the rows of both paths; either may be empty where there is no path.
     pub(super) fn new(world: &'a World, before: &'a [f64], after: &'a [f64]) -> Self {
         let mut mover = Mover::new(&world.robot);
-        let before = mover.track(before);
-        let shortened = mover.track(after);
         Self {
             world,
-            before,
-            after: shortened,
+            before: mover.track(before),
+            after: mover.track(after),
             rows: after,
             start: &world.start,
             goal: &world.goal,
         }
     }
 
+    /// Places of the tool on both paths.
+    fn places(&self) -> impl Iterator<Item = Vec3> {
+        let before = self.before.places.iter();
+        before.chain(&self.after.places).copied()
+    }
+
     /// Whether all of the motion stays in one horizontal plane.
     pub(super) fn is_flat(&self) -> bool {
-        let mut heights = self
-            .before
-            .places
-            .iter()
-            .chain(&self.after.places)
-            .map(|place| place.z);
+        let mut heights = self.places().map(|place| place.z);
         heights
             .next()
             .is_some_and(|first| heights.all(|height| (height - first).abs() < FLAT_M))
     }
 
     /// Draws it, seen in a direction, into a part of the picture.
-    pub(super) fn draw(&self, svg: &mut Svg, view: View, [x, y]: Point, [width, height]: [f64; 2]) {
-        let mut mover = Mover::new(&self.world.robot);
-        let robots = [("start", self.start), ("goal", self.goal)].map(|(class, row)| {
-            mover.place(row);
-            (class, mover.outlines(view))
-        });
-        let tracks = self
-            .before
-            .places
-            .iter()
-            .chain(&self.after.places)
-            .map(|place| view.point(*place));
-        let corners = robots
-            .iter()
-            .flat_map(|(_, outlines)| outlines.iter().flatten().copied());
-        let Some(bounds) = Bounds::around(tracks.chain(corners)) else {
+    pub(super) fn draw(&self, svg: &mut Svg, view: View, [x, y]: Point, size: [f64; 2]) {
+        let [width, height] = size;
+        let robots = self.robots(view);
+        let tracks = self.places().map(|place| view.point(place));
+        let corners = robots.iter().flat_map(|(_, outlines)| outlines.iter());
+        let Some(bounds) = Bounds::around(tracks.chain(corners.flatten().copied())) else {
             return;
         };
         let frame = Frame::new(bounds.widened(ROOM), width, height);
-
         // A picture within the picture cuts off what lies outside.
         svg.begin(
             "svg",
             &[("x", &x), ("y", &y), ("width", &width), ("height", &height)],
         );
-        svg.element(
-            "rect",
-            &[("class", &"view"), ("width", &width), ("height", &height)],
-        );
-        self.obstacles(svg, view, &frame, [width, height]);
+        svg.rectangle("view", size);
+        self.obstacles(svg, view, &frame, size);
         self.swept(svg, view, &frame);
         for (class, outlines) in &robots {
-            outlines
-                .iter()
-                .for_each(|outline| svg.outline(&frame.pixels(outline), class, class));
+            draw_outlines(svg, &frame, outlines, class);
         }
         path(svg, view, &frame, &self.before, "before", "as planned");
         path(svg, view, &frame, &self.after, "after", "shortened");
@@ -97,15 +82,22 @@ impl<'a> Panel<'a> {
         ruler(svg, &frame, [x + width, y + height + 19.0]);
     }
 
+    /// Outlines of the robot at both ends of its path.
+    fn robots(&self, view: View) -> [(&'static str, Vec<Vec<Point>>); 2] {
+        let mut mover = Mover::new(&self.world.robot);
+        [("start", self.start), ("goal", self.goal)].map(|(class, row)| {
+            mover.place(row);
+            (class, mover.outlines(view))
+        })
+    }
+
     fn obstacles(&self, svg: &mut Svg, view: View, frame: &Frame, [width, height]: [f64; 2]) {
         let shown = frame.shown(width, height);
         for obstacle in self.world.scene.obstacles() {
             for shape in obstacle.shapes.iter() {
                 let outline = view.outline(&obstacle.pose, shape);
                 // A floor seen from above fills everything and shows nothing.
-                let fills = Bounds::around(outline.iter().copied())
-                    .is_some_and(|bounds| shown.is_inside(bounds));
-                if !fills {
+                if !shown.is_filled_by(&outline) {
                     svg.outline(&frame.pixels(&outline), "obstacle", &obstacle.id);
                 }
             }
@@ -125,28 +117,37 @@ impl<'a> Panel<'a> {
             let ghost = place * GHOSTS / places;
             place += 1;
             if place * GHOSTS / places > ghost {
-                for outline in mover.outlines(view) {
-                    svg.outline(&frame.pixels(&outline), "swept", "the robot on its way");
-                }
+                draw_ghost(svg, frame, &mover.outlines(view));
             }
         });
     }
 }
 
+fn draw_ghost(svg: &mut Svg, frame: &Frame, outlines: &[Vec<Point>]) {
+    for outline in outlines {
+        svg.outline(&frame.pixels(outline), "swept", "the robot on its way");
+    }
+}
+
+fn draw_outlines(svg: &mut Svg, frame: &Frame, outlines: &[Vec<Point>], class: &str) {
+    for outline in outlines {
+        svg.outline(&frame.pixels(outline), class, class);
+    }
+}
+
 fn path(svg: &mut Svg, view: View, frame: &Frame, track: &Track, class: &str, title: &str) {
-    let pixels = |places: &[taut::math::Vec3]| -> Vec<Point> {
-        places
-            .iter()
-            .map(|place| frame.pixel(view.point(*place)))
-            .collect()
-    };
     if track.places.is_empty() {
         return;
     }
-    svg.line(&pixels(&track.places), class, title);
-    for dot in pixels(&track.waypoints) {
+    svg.line(&pixels(view, frame, &track.places), class, title);
+    for dot in pixels(view, frame, &track.waypoints) {
         svg.dot(dot, 2.4, &format!("{class}-dot"));
     }
+}
+
+fn pixels(view: View, frame: &Frame, places: &[Vec3]) -> Vec<Point> {
+    let seen: Vec<Point> = places.iter().map(|place| view.point(*place)).collect();
+    frame.pixels(&seen)
 }
 
 /// How long a round length is.

@@ -33,23 +33,17 @@ const COLUMNS: usize = 2;
 pub(super) fn draw(rows: &[Row], worlds: &[World]) -> String {
     let columns = rows.len().clamp(1, COLUMNS);
     let lines = rows.len().div_ceil(columns);
-    let width = MARGIN + columns as f64 * (CARD[0] + MARGIN);
-    let height = HEAD + lines as f64 * (CARD[1] + MARGIN);
+    let [width, height] = corner(columns, lines);
     let mut svg = Svg::new(width, height, STYLE);
-    svg.element(
-        "rect",
-        &[("class", &"page"), ("width", &width), ("height", &height)],
-    );
+    svg.rectangle("page", [width, height]);
     head(&mut svg, rows);
     for (index, (row, world)) in rows.iter().zip(worlds).enumerate() {
-        let x = MARGIN + (index % columns) as f64 * (CARD[0] + MARGIN);
-        let y = HEAD + (index / columns) as f64 * (CARD[1] + MARGIN);
-        let place = format!("translate({x} {y})");
+        let [x, y] = corner(index % columns, index / columns);
         svg.begin(
             "g",
             &[
                 ("id", &format!("planner-{}", row.planner)),
-                ("transform", &place),
+                ("transform", &format!("translate({x} {y})")),
             ],
         );
         card(&mut svg, row, world);
@@ -58,44 +52,43 @@ pub(super) fn draw(rows: &[Row], worlds: &[World]) -> String {
     svg.finish()
 }
 
+/// The upper left corner of the card at a column and a line, from 0.
+fn corner(column: usize, line: usize) -> [f64; 2] {
+    [
+        MARGIN + column as f64 * (CARD[0] + MARGIN),
+        HEAD + line as f64 * (CARD[1] + MARGIN),
+    ]
+}
+
 fn head(svg: &mut Svg, rows: &[Row]) {
+    let count = rows.len();
     let proved = rows.iter().filter(|row| row.proved).count();
-    let planners = if rows.len() == 1 {
-        "one planner".to_owned()
-    } else {
-        format!("{} planners", rows.len())
+    let title = match count {
+        1 => "taut: one daemon, one planner".to_owned(),
+        _ => format!("taut: one daemon, {count} planners"),
     };
-    svg.label(
-        [MARGIN, 42.0],
-        "title",
-        &format!("taut: one daemon, {planners}"),
-    );
+    svg.label([MARGIN, 42.0], "title", &title);
     let text = "free of collisions at every instant of the motion. Lengths say how many metres the joints move the robot's farthest points.";
     svg.label(
         [MARGIN, 66.0],
         "small",
-        &format!(
-            "{proved} of {} shortened paths are proved {text}",
-            rows.len()
-        ),
+        &format!("{proved} of {count} shortened paths are proved {text}"),
     );
+    legend(svg);
+}
+
+/// What each line and each colour means.
+fn legend(svg: &mut Svg) {
     let mut x = MARGIN;
     for (class, text) in [("before", "as planned"), ("after", "shortened")] {
         svg.line(&[[x, 90.0], [x + 34.0, 90.0]], class, text);
         svg.label([x + 42.0, 94.0], "small", text);
         x += 132.0;
     }
-    for (class, text) in [
-        ("start", "start"),
-        ("goal", "goal"),
-        ("obstacle", "obstacle"),
-    ] {
-        svg.outline(
-            &[[x, 83.0], [x + 22.0, 83.0], [x + 22.0, 97.0], [x, 97.0]],
-            class,
-            text,
-        );
-        svg.label([x + 30.0, 94.0], "small", text);
+    for class in ["start", "goal", "obstacle"] {
+        let corners = [[x, 83.0], [x + 22.0, 83.0], [x + 22.0, 97.0], [x, 97.0]];
+        svg.outline(&corners, class, class);
+        svg.label([x + 30.0, 94.0], "small", class);
         x += 82.0;
     }
 }
@@ -111,42 +104,42 @@ fn card(svg: &mut Svg, row: &Row, world: &World) {
             ("rx", &10),
         ],
     );
-    svg.label(
-        [20.0, 30.0],
-        "name",
-        &format!("Planner {}: {}", row.planner, row.problem),
-    );
-    let right = width - 20.0;
-    match &row.error {
-        None if row.proved => svg.label([right, 30.0], "proved", "✓ proved"),
-        None => svg.label(
-            [right, 30.0],
-            "failed",
-            &format!("not proved: {}", row.code),
-        ),
-        Some(error) => svg.label([right, 30.0], "failed", error),
-    }
+    labels(svg, row, width - 20.0);
+    views(svg, &Panel::new(world, &row.before, &row.after));
+}
+
+/// What is said of a planner, up to the right border.
+fn labels(svg: &mut Svg, row: &Row, right: f64) {
+    let name = format!("Planner {}: {}", row.planner, row.problem);
+    let robot = format!("{}, seed {}", row.robot, row.seed);
+    let (class, verdict) = verdict(row);
+    svg.label([20.0, 30.0], "name", &name);
+    svg.label([right, 30.0], class, &verdict);
     svg.label([20.0, 52.0], "small", &figures(row));
-    svg.label(
-        [right, 52.0],
-        "small right",
-        &format!("{}, seed {}", row.robot, row.seed),
-    );
-    let scene = Panel::new(world, &row.before, &row.after);
-    let views: &[View] = if scene.is_flat() {
-        &[View::TOP]
-    } else {
-        &[View::SIDE, View::TOP]
+    svg.label([right, 52.0], "small right", &robot);
+}
+
+/// How it is drawn, and in words.
+fn verdict(row: &Row) -> (&'static str, String) {
+    match &row.error {
+        None if row.proved => ("proved", "✓ proved".to_owned()),
+        None => ("failed", format!("not proved: {}", row.code)),
+        Some(error) => ("failed", error.clone()),
+    }
+}
+
+/// The panel from the side and from above, or only from above where that shows it all.
+fn views(svg: &mut Svg, panel: &Panel) {
+    let views: &[View] = match panel.is_flat() {
+        true => &[View::TOP],
+        false => &[View::SIDE, View::TOP],
     };
+    let [width, height] = CARD;
     let gap = 12.0;
     let wide = (width - 40.0 - gap * (views.len() - 1) as f64) / views.len() as f64;
     for (index, view) in views.iter().enumerate() {
-        scene.draw(
-            svg,
-            *view,
-            [20.0 + index as f64 * (wide + gap), 66.0],
-            [wide, height - 102.0],
-        );
+        let corner = [20.0 + index as f64 * (wide + gap), 66.0];
+        panel.draw(svg, *view, corner, [wide, height - 102.0]);
     }
 }
 
@@ -155,9 +148,7 @@ fn figures(row: &Row) -> String {
         return String::new();
     };
     let percent = row.saved_percent().unwrap_or(0.0);
-    let clearance = row.clearance_m.map_or("nothing near".to_owned(), |m| {
-        format!("clearance ≥ {}", report::length(m))
-    });
+    let clearance = report::clearance(row.clearance_m);
     let time = row.time_s.map_or(String::new(), report::time);
     format!("length {before:.2} → {after:.2} (−{percent:.1} %)  ·  {clearance}  ·  {time}")
 }

@@ -1,5 +1,6 @@
 //! `taut demo-planner`, hidden: one planner process, which writes what happens as lines of JSON.
 
+use std::error::Error;
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -7,7 +8,7 @@ use std::time::Duration;
 use taut_ipc::{Client, Instance};
 
 use super::row::Message;
-use super::session::{self, Query, Step};
+use super::session::{self, Answer, Query, Step};
 use crate::cli::error::CliError;
 use crate::cli::quantity;
 
@@ -26,42 +27,44 @@ pub(in crate::cli) struct Arguments {
 
 /// Plans, has the path shortened and says so.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    let (last, exit) = match answer(arguments) {
+        Ok(answer) => {
+            let exit = answer.code.exit_code();
+            (answered(answer), exit)
+        }
+        Err(error) => (failed(&*error), 1),
+    };
+    say(&last);
+    Ok(exit)
+}
+
+fn answer(arguments: &Arguments) -> Result<Answer, Box<dyn Error>> {
     let query = Query {
         problem: arguments.problem.clone(),
         seed: arguments.seed,
         deadline: arguments.deadline,
     };
-    let connected = Instance::from_environment()
-        .map_err(Into::into)
-        .and_then(|instance| {
-            Client::connect(&instance).map_err(Into::<Box<dyn std::error::Error>>::into)
-        });
-    let answer =
-        connected.and_then(|client| session::run(&client, &query, &mut |step| say(&message(step))));
-    let (last, exit) = match answer {
-        Ok(answer) => {
-            let exit = answer.code.exit_code();
-            let answered = Message::Answered {
-                code: answer.code.name().to_owned(),
-                message: answer.message,
-                proved: answer.proved,
-                length_before: answer.length_before,
-                length_after: answer.length_after,
-                clearance_m: answer.clearance_m,
-                time_s: answer.time.as_secs_f64(),
-                rows: answer.path.as_flat().to_vec(),
-            };
-            (answered, exit)
-        }
-        Err(error) => (
-            Message::Failed {
-                error: error.to_string(),
-            },
-            1,
-        ),
-    };
-    say(&last);
-    Ok(exit)
+    let client = Client::connect(&Instance::from_environment()?)?;
+    session::run(&client, &query, &mut |step| say(&message(step)))
+}
+
+fn answered(answer: Answer) -> Message {
+    Message::Answered {
+        code: answer.code.name().to_owned(),
+        message: answer.message,
+        proved: answer.proved,
+        length_before: answer.length_before,
+        length_after: answer.length_after,
+        clearance_m: answer.clearance_m,
+        time_s: answer.time.as_secs_f64(),
+        rows: answer.path.as_flat().to_vec(),
+    }
+}
+
+fn failed(error: &dyn Error) -> Message {
+    Message::Failed {
+        error: error.to_string(),
+    }
 }
 
 fn message(step: Step) -> Message {

@@ -124,9 +124,16 @@ impl Row {
         }
     }
 
-    /// Whether nothing more will come.
-    pub(super) fn is_done(&self) -> bool {
-        self.time_s.is_some() || self.error.is_some()
+    /// Nothing more will come.
+    pub(super) fn end(&mut self) {
+        if self.time_s.is_none() && self.error.is_none() {
+            self.error = Some("the planner ended without an answer".to_owned());
+        }
+    }
+
+    /// Why there is no answer, or what the daemon had to say.
+    pub(super) fn reason(&self) -> &str {
+        self.error.as_deref().unwrap_or(&self.message)
     }
 
     /// What is saved [%].

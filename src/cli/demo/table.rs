@@ -19,57 +19,55 @@ const HEAD: [&str; 9] = [
 
 /// The rows for people: a planner each.
 pub(super) fn table(rows: &[Row]) -> String {
-    let lines: Vec<[String; 9]> = rows.iter().map(cells).collect();
-    let head = HEAD.map(str::to_owned);
+    let mut lines = vec![(HEAD.map(str::to_owned), "")];
+    lines.extend(rows.iter().map(|row| (cells(row), row.reason())));
     let width = |column: usize| {
-        let cells = lines
-            .iter()
-            .chain([&head])
-            .map(|cells| cells[column].chars().count());
+        let cells = lines.iter().map(|(cells, _)| cells[column].chars().count());
         cells.max().unwrap_or(0)
     };
-    let widths: [usize; 9] = std::array::from_fn(width);
+    let widths = std::array::from_fn(width);
     let mut text = String::new();
-    for (cells, row) in
-        std::iter::once((&head, None)).chain(lines.iter().zip(rows.iter().map(Some)))
-    {
-        let mut line = String::new();
-        for (column, (cell, width)) in cells.iter().zip(widths).enumerate() {
-            // Names to the left, figures to the right.
-            let _ = if column < 2 {
-                write!(line, "{cell:<width$}   ")
-            } else {
-                write!(line, "{cell:>width$}   ")
-            };
-        }
+    for (cells, reason) in &lines {
         // Why there is no answer stands behind the row.
-        let reason = row.and_then(|row| {
-            row.error
-                .as_deref()
-                .or((!row.message.is_empty()).then_some(&row.message))
-        });
-        line.push_str(reason.unwrap_or(""));
+        let line = aligned(cells, widths) + reason;
         let _ = writeln!(text, "{}", line.trim_end());
     }
     text
 }
 
+/// The cells of a line: names to the left, figures to the right.
+fn aligned(cells: &[String; 9], widths: [usize; 9]) -> String {
+    let mut line = String::new();
+    for (column, (cell, width)) in cells.iter().zip(widths).enumerate() {
+        let _ = match column < 2 {
+            true => write!(line, "{cell:<width$}   "),
+            false => write!(line, "{cell:>width$}   "),
+        };
+    }
+    line
+}
+
 fn cells(row: &Row) -> [String; 9] {
-    let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
-    let length = |length: Option<f64>| or_dash(length.map(|length| format!("{length:.3}")));
-    let clearance = match row.clearance_m {
-        Some(metres) => format!("≥ {}", report::length(metres)),
-        None => "-".to_owned(),
-    };
+    let clearance_m = row.clearance_m;
     [
         format!("{} {}", row.planner, row.problem),
         row.robot.clone(),
-        or_dash(row.planned_s.map(report::time)),
-        length(row.length_before),
-        length(row.length_after),
-        or_dash(row.saved_percent().map(|percent| format!("{percent:.1}"))),
+        or_dash(row.planned_s, report::time),
+        or_dash(row.length_before, length),
+        or_dash(row.length_after, length),
+        or_dash(row.saved_percent(), |percent| format!("{percent:.1}")),
         if row.proved { "yes" } else { "no" }.to_owned(),
-        clearance,
-        or_dash(row.time_s.map(report::time)),
+        or_dash(clearance_m, |metres| {
+            format!("≥ {}", report::length(metres))
+        }),
+        or_dash(row.time_s, report::time),
     ]
+}
+
+fn or_dash(value: Option<f64>, text: fn(f64) -> String) -> String {
+    value.map_or_else(|| "-".to_owned(), text)
+}
+
+fn length(length: f64) -> String {
+    format!("{length:.3}")
 }

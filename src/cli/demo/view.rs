@@ -45,14 +45,17 @@ impl View {
         let pose = *at * placed.pose;
         let mut pieces = Vec::new();
         Piece::append_of(&PlacedShape { pose, shape }, &mut pieces);
-        let seen = |step: usize| {
-            // Half a step aside, so that a box that stands straight has no direction with two
-            // farthest corners.
-            let angle = (step as f64 + 0.5) / DIRECTIONS as f64 * std::f64::consts::TAU;
-            let direction = self.right * angle.cos() + self.up * angle.sin();
-            self.point(farthest(&pieces, direction))
-        };
-        (0..DIRECTIONS).map(seen).collect()
+        let directions = (0..DIRECTIONS).map(|step| self.direction(step));
+        directions
+            .map(|direction| self.point(farthest(&pieces, direction)))
+            .collect()
+    }
+
+    /// A direction of this plane. Half a step aside, so that a box that stands straight has no
+    /// direction with two farthest corners.
+    fn direction(&self, step: usize) -> Vec3 {
+        let angle = (step as f64 + 0.5) / DIRECTIONS as f64 * std::f64::consts::TAU;
+        self.right * angle.cos() + self.up * angle.sin()
     }
 }
 
@@ -81,24 +84,39 @@ impl Bounds {
                 low: point,
                 high: point,
             })
-            .reduce(|a, b| Self {
-                low: [a.low[0].min(b.low[0]), a.low[1].min(b.low[1])],
-                high: [a.high[0].max(b.high[0]), a.high[1].max(b.high[1])],
-            })
+            .reduce(Self::with)
+    }
+
+    /// Around both.
+    fn with(self, other: Self) -> Self {
+        Self {
+            low: std::array::from_fn(|i| self.low[i].min(other.low[i])),
+            high: std::array::from_fn(|i| self.high[i].max(other.high[i])),
+        }
+    }
+
+    fn size(self) -> [f64; 2] {
+        std::array::from_fn(|i| self.high[i] - self.low[i])
     }
 
     /// With room on all sides, as a part of its longer side.
     pub(super) fn widened(self, part: f64) -> Self {
-        let room = part * (self.high[0] - self.low[0]).max(self.high[1] - self.low[1]);
+        let [width, height] = self.size();
+        let room = part * width.max(height);
         Self {
             low: self.low.map(|low| low - room),
             high: self.high.map(|high| high + room),
         }
     }
 
-    /// Whether an upright rectangle fills it, which then shows nothing.
-    pub(super) fn is_inside(self, other: Self) -> bool {
+    /// Whether another one is all around it.
+    fn is_inside(self, other: Self) -> bool {
         (0..2).all(|i| other.low[i] <= self.low[i] && self.high[i] <= other.high[i])
+    }
+
+    /// Whether the upright rectangle around an outline fills it, which then shows nothing.
+    pub(super) fn is_filled_by(self, outline: &[Point]) -> bool {
+        Self::around(outline.iter().copied()).is_some_and(|bounds| self.is_inside(bounds))
     }
 }
 
@@ -113,14 +131,11 @@ pub(super) struct Frame {
 impl Frame {
     /// All of `bounds` within `width` × `height` pixels.
     pub(super) fn new(bounds: Bounds, width: f64, height: f64) -> Self {
-        let low = bounds.low;
-        let high = bounds.high;
         let fit = |pixels: f64, metres: f64| pixels / metres.max(1e-6);
-        let scale = fit(width, high[0] - low[0]).min(fit(height, high[1] - low[1]));
-        let world = [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0];
+        let [wide, high] = bounds.size();
         Self {
-            scale,
-            world,
+            scale: fit(width, wide).min(fit(height, high)),
+            world: std::array::from_fn(|i| (bounds.low[i] + bounds.high[i]) / 2.0),
             middle: [width / 2.0, height / 2.0],
         }
     }
@@ -154,11 +169,8 @@ impl Frame {
     pub(super) fn ruler(&self, pixels: f64) -> (f64, f64) {
         let most = pixels / self.scale;
         let decade = 10.0_f64.powf(most.log10().floor());
-        let metres = [5.0, 2.0, 1.0]
-            .into_iter()
-            .map(|step| step * decade)
-            .find(|metres| *metres <= most);
-        let metres = metres.unwrap_or(decade);
+        let mut steps = [5.0, 2.0, 1.0].into_iter().map(|step| step * decade);
+        let metres = steps.find(|metres| *metres <= most).unwrap_or(decade);
         (metres, metres * self.scale)
     }
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use rustix::fs::{Access, access, statvfs};
 use rustix::process::{PidfdFlags, Resource, getpid, getrlimit, pidfd_open};
-use taut_ipc::control::{ControlReply, ControlRequest};
+use taut_ipc::control::{ControlReply, ControlRequest, Stats};
 use taut_ipc::limits::SHM_RESERVE;
 use taut_ipc::memory::{self, SHM_FOLDER, shared_files};
 use taut_ipc::server::FILES_WANTED;
@@ -36,7 +36,22 @@ pub(super) fn all(instance: &Instance, config: &Config) -> Vec<Check> {
     ]
 }
 
-fn check(what: &'static str, (verdict, seen): (Verdict, String)) -> Check {
+/// How something is, and what was seen of it.
+type Finding = (Verdict, String);
+
+fn fine(seen: impl Into<String>) -> Finding {
+    (Verdict::Ok, seen.into())
+}
+
+fn warn(seen: impl Into<String>) -> Finding {
+    (Verdict::Warn, seen.into())
+}
+
+fn fail(seen: impl Into<String>) -> Finding {
+    (Verdict::Fail, seen.into())
+}
+
+fn check(what: &'static str, (verdict, seen): Finding) -> Check {
     Check {
         what,
         verdict,
@@ -44,212 +59,187 @@ fn check(what: &'static str, (verdict, seen): (Verdict, String)) -> Check {
     }
 }
 
-fn kernel() -> (Verdict, String) {
+fn kernel() -> Finding {
     let release = std::fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
     let release = release.trim();
     match pidfd_open(getpid(), PidfdFlags::empty()) {
-        Ok(_) => (
-            Verdict::Ok,
-            format!("Linux {release}, tells of the death of processes (pidfd)"),
-        ),
-        Err(error) => {
-            let text = format!(
-                "Linux {release} has no pidfd ({error}): --supervise does not work; use Linux 5.3 or newer"
-            );
-            (Verdict::Fail, text)
-        }
+        Ok(_) => fine(format!(
+            "Linux {release}, tells of the death of processes (pidfd)"
+        )),
+        Err(error) => fail(format!(
+            "Linux {release} has no pidfd ({error}): --supervise does not work; use Linux 5.3 or newer"
+        )),
     }
 }
 
-fn processors(config: &Config) -> (Verdict, String) {
+fn processors(config: &Config) -> Finding {
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     match config.worker_count() {
-        workers if workers > cores => {
-            let text = format!(
-                "{workers} workers on {cores} cores wait for each other; set workers to {cores} or 0"
-            );
-            (Verdict::Warn, text)
-        }
-        workers => (Verdict::Ok, format!("{cores} cores, {workers} workers")),
+        workers if workers > cores => warn(format!(
+            "{workers} workers on {cores} cores wait for each other; set workers to {cores} or 0"
+        )),
+        workers => fine(format!("{cores} cores, {workers} workers")),
     }
 }
 
-fn shared_memory() -> (Verdict, String) {
-    let mib = |bytes: u64| bytes >> 20;
+fn shared_memory() -> Finding {
     let Ok(stat) = statvfs(SHM_FOLDER) else {
-        return (
-            Verdict::Fail,
-            format!("{SHM_FOLDER} is not there; mount a tmpfs on it"),
-        );
+        return fail(format!("{SHM_FOLDER} is not there; mount a tmpfs on it"));
     };
-    let size = stat.f_blocks * stat.f_frsize;
     let free = memory::free_bytes();
-    let seen = format!(
+    let seen = memory_seen(stat.f_blocks * stat.f_frsize, free);
+    let step = "remove files there, or enlarge it: mount -o remount,size=1G /dev/shm";
+    match free {
+        0 => fail(format!("{seen}: requests are refused; {step}")),
+        free if free < LITTLE => warn(format!("{seen}; {step}")),
+        _ => fine(seen),
+    }
+}
+
+/// Shared memory of so many bytes, of which so many are free.
+fn memory_seen(size: u64, free: u64) -> String {
+    let mib = |bytes: u64| bytes >> 20;
+    format!(
         "{SHM_FOLDER} has {} MiB, {} MiB free beside the reserve of {} MiB",
         mib(size),
         mib(free),
         mib(SHM_RESERVE.min(size / 8))
-    );
-    let step = "remove files there, or enlarge it: mount -o remount,size=1G /dev/shm";
-    match free {
-        0 => (
-            Verdict::Fail,
-            format!("{seen}: requests are refused; {step}"),
-        ),
-        free if free < LITTLE => (Verdict::Warn, format!("{seen}; {step}")),
-        _ => (Verdict::Ok, seen),
+    )
+}
+
+fn open_files() -> Finding {
+    match getrlimit(Resource::Nofile).maximum {
+        Some(most) if most < FILES_WANTED => warn(format!(
+            "a process may have {most}, a daemon with all its clients wants {FILES_WANTED}; raise it with ulimit -Hn or LimitNOFILE"
+        )),
+        Some(most) => fine(format!(
+            "a process may have {most}, a daemon wants {FILES_WANTED}"
+        )),
+        None => fine(format!("no limit, a daemon wants {FILES_WANTED}")),
     }
 }
 
-fn open_files() -> (Verdict, String) {
-    let most = getrlimit(Resource::Nofile).maximum;
-    match most {
-        Some(most) if most < FILES_WANTED => {
-            let text = format!(
-                "a process may have {most}, a daemon with all its clients wants {FILES_WANTED}; raise it with ulimit -Hn or LimitNOFILE"
-            );
-            (Verdict::Warn, text)
-        }
-        Some(most) => (
-            Verdict::Ok,
-            format!("a process may have {most}, a daemon wants {FILES_WANTED}"),
-        ),
-        None => (
-            Verdict::Ok,
-            format!("no limit, a daemon wants {FILES_WANTED}"),
-        ),
-    }
-}
-
-fn root(root: &Path) -> (Verdict, String) {
+fn root(root: &Path) -> Finding {
     let seen = root.display();
     let Ok(meta) = std::fs::metadata(root) else {
-        return (Verdict::Ok, format!("{seen} is made when a daemon starts"));
+        return fine(format!("{seen} is made when a daemon starts"));
     };
     let uid = meta.uid();
     let mode = meta.permissions().mode() & 0o777;
     let me = rustix::process::geteuid().as_raw();
     if uid != me || mode & 0o077 != 0 {
-        let text = format!(
+        return fail(format!(
             "{seen} belongs to user {uid} with mode {mode:o}, not to user {me} with mode 700; remove it"
-        );
-        return (Verdict::Fail, text);
+        ));
     }
-    (Verdict::Ok, format!("{seen} is private"))
+    fine(format!("{seen} is private"))
 }
 
-fn daemon(instance: &Instance, state: DaemonState) -> (Verdict, String) {
-    let (pid, boot_id) = match state {
-        DaemonState::Running { pid, boot_id } => (pid, boot_id),
-        DaemonState::Starting => {
-            return (Verdict::Warn, "it is starting; look again soon".to_owned());
+fn daemon(instance: &Instance, state: DaemonState) -> Finding {
+    match state {
+        DaemonState::Running { pid, boot_id } => {
+            running(instance, &format!("process {pid}, boot {boot_id:016x}"))
         }
-        DaemonState::Absent => {
-            return (
-                Verdict::Warn,
-                "none is running; start one with `taut serve`".to_owned(),
-            );
-        }
-    };
-    let own = env!("CARGO_PKG_VERSION");
-    let seen = format!("process {pid}, boot {boot_id:016x}");
+        DaemonState::Starting => warn("it is starting; look again soon"),
+        DaemonState::Absent => warn("none is running; start one with `taut serve`"),
+    }
+}
+
+/// What a daemon that runs says of itself.
+fn running(instance: &Instance, seen: &str) -> Finding {
     let reply = Client::connect(instance)
         .and_then(|client| client.control(&ControlRequest::Stats, PATIENCE));
     match reply {
-        Ok(ControlReply::Stats(stats)) if stats.daemon_version == own => {
-            let clients = stats.numbers.get("clients");
-            let panics = stats.numbers.get("worker_panics");
-            let number = |value: Option<&f64>| value.copied().unwrap_or_default();
-            let seen = format!("{seen}, release {own}, {} clients", number(clients));
-            match number(panics) {
-                0.0 => (Verdict::Ok, seen),
-                panics => (
-                    Verdict::Warn,
-                    format!("{seen}, {panics} panics of workers; report what its messages say"),
-                ),
-            }
-        }
-        Ok(ControlReply::Stats(stats)) => {
-            let text = format!(
-                "{seen} is of release {}, this program of {own}; restart it",
-                stats.daemon_version
-            );
-            (Verdict::Fail, text)
-        }
-        Ok(other) => (
-            Verdict::Fail,
-            format!("{seen} answers {other:?}; restart it with this release"),
-        ),
-        Err(error) => (Verdict::Fail, format!("{seen} does not answer: {error}")),
+        Ok(ControlReply::Stats(stats)) => release(seen, &stats),
+        Ok(other) => fail(format!(
+            "{seen} answers {other:?}; restart it with this release"
+        )),
+        Err(error) => fail(format!("{seen} does not answer: {error}")),
     }
 }
 
-fn left_behind(instance: &Instance, state: DaemonState) -> (Verdict, String) {
+/// Whether a daemon is of this release.
+fn release(seen: &str, stats: &Stats) -> Finding {
+    let own = env!("CARGO_PKG_VERSION");
+    if stats.daemon_version == own {
+        return panics(seen, stats);
+    }
+    fail(format!(
+        "{seen} is of release {}, this program of {own}; restart it",
+        stats.daemon_version
+    ))
+}
+
+/// Whether workers of a daemon of this release had panics.
+fn panics(seen: &str, stats: &Stats) -> Finding {
+    let number = |name: &str| stats.numbers.get(name).copied().unwrap_or_default();
+    let seen = format!(
+        "{seen}, release {}, {} clients",
+        stats.daemon_version,
+        number("clients")
+    );
+    match number("worker_panics") {
+        0.0 => fine(seen),
+        panics => warn(format!(
+            "{seen}, {panics} panics of workers; report what its messages say"
+        )),
+    }
+}
+
+fn left_behind(instance: &Instance, state: DaemonState) -> Finding {
     let files = shared_files(instance);
     let taken = files.iter().map(|file| file.taken).sum::<u64>() >> 20;
     let seen = format!("{} files with {taken} MiB in {SHM_FOLDER}", files.len());
     match state {
-        DaemonState::Absent if !files.is_empty() => (
-            Verdict::Warn,
-            format!("{seen} of a daemon or clients that died; the next `taut serve` removes them"),
-        ),
-        DaemonState::Absent => (Verdict::Ok, "nothing".to_owned()),
-        _ => (
-            Verdict::Ok,
-            format!("{seen}, of the daemon and its clients"),
-        ),
+        DaemonState::Absent if !files.is_empty() => warn(format!(
+            "{seen} of a daemon or clients that died; the next `taut serve` removes them"
+        )),
+        DaemonState::Absent => fine("nothing"),
+        _ => fine(format!("{seen}, of the daemon and its clients")),
     }
 }
 
-fn kept(instance: &Instance, config: &Config) -> (Verdict, String) {
-    let folder = match state::folder(config, instance) {
-        Ok(Some(folder)) => folder,
-        Ok(None) => {
-            return (
-                Verdict::Ok,
-                "nothing is kept: a daemon begins with its configuration".to_owned(),
-            );
-        }
-        Err(error) => return (Verdict::Fail, error.to_string()),
-    };
+fn kept(instance: &Instance, config: &Config) -> Finding {
+    match state::folder(config, instance) {
+        Ok(Some(folder)) => state_folder(&folder),
+        Ok(None) => fine("nothing is kept: a daemon begins with its configuration"),
+        Err(error) => fail(error.to_string()),
+    }
+}
+
+/// Whether a folder can hold what a daemon keeps.
+fn state_folder(folder: &Path) -> Finding {
     let seen = folder.display();
     if !folder.exists() {
-        return (Verdict::Ok, format!("{seen} is made when a daemon starts"));
+        return fine(format!("{seen} is made when a daemon starts"));
     }
-    if let Err(error) = access(&folder, Access::WRITE_OK | Access::EXEC_OK) {
-        return (
-            Verdict::Fail,
-            format!(
-                "{seen} cannot be written ({error}); set its owner, or name another with --state"
-            ),
-        );
+    if let Err(error) = access(folder, Access::WRITE_OK | Access::EXEC_OK) {
+        return fail(format!(
+            "{seen} cannot be written ({error}); set its owner, or name another with --state"
+        ));
     }
-    match inspect(&folder) {
-        Err(error) => (Verdict::Fail, error.to_string()),
-        Ok(found) if !found.wrong.is_empty() => {
-            let wrong: Vec<String> = found
-                .wrong
-                .iter()
-                .map(|(label, why)| format!("{label}: {why}"))
-                .collect();
-            (
-                Verdict::Fail,
-                format!(
-                    "{seen} does not give back {}; load it again",
-                    wrong.join("; ")
-                ),
-            )
-        }
-        Ok(found) => {
-            let robots = found.robots;
-            let scenes = found.scenes;
-            let kib = found.bytes >> 10;
-            (
-                Verdict::Ok,
-                format!(
-                    "{seen} has {robots} robots and {scenes} scenes in {kib} KiB, each with its hash"
-                ),
-            )
-        }
+    state_content(folder)
+}
+
+/// Whether a folder gives back what a daemon kept in it.
+fn state_content(folder: &Path) -> Finding {
+    let seen = folder.display();
+    match inspect(folder) {
+        Err(error) => fail(error.to_string()),
+        Ok(found) if !found.wrong.is_empty() => fail(format!(
+            "{seen} does not give back {}; load it again",
+            listed(&found.wrong)
+        )),
+        Ok(found) => fine(format!(
+            "{seen} has {} robots and {} scenes in {} KiB, each with its hash",
+            found.robots,
+            found.scenes,
+            found.bytes >> 10
+        )),
     }
+}
+
+fn listed(wrong: &[(String, String)]) -> String {
+    let each = wrong.iter().map(|(label, why)| format!("{label}: {why}"));
+    each.collect::<Vec<_>>().join("; ")
 }

@@ -3,17 +3,15 @@
 mod check;
 mod checks;
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use serde::Serialize;
 
-use check::{Check, Verdict};
-
-use super::error::{CliError, stdout};
-use super::format::Format;
+use super::error::CliError;
+use super::format::{Format, print_line};
 use super::instance::InstanceChoice;
 use crate::daemon::config::Config;
+use check::{Check, Verdict};
 
 /// Check what the daemon and its clients depend on, and say what to do about it
 ///
@@ -41,40 +39,44 @@ struct Report {
 
 /// Checks.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    let report = report(arguments)?;
+    let text = match arguments.format {
+        Format::Json => serde_json::to_string(&report).expect("a report holds only strings"),
+        Format::Table => table(&report),
+    };
+    print_line(&text)?;
+    Ok(u8::from(!report.healthy))
+}
+
+fn report(arguments: &Arguments) -> Result<Report, CliError> {
     let config = arguments
         .config
         .as_deref()
         .map_or_else(|| Ok(Config::default()), Config::read)?;
     let instance = super::serve::instance(&arguments.instance, &config)?;
     let checks = checks::all(&instance, &config);
-    let healthy = checks.iter().all(|check| check.verdict != Verdict::Fail);
-    let report = Report {
+    Ok(Report {
         instance: instance.name().to_owned(),
         root: instance.root().to_owned(),
-        healthy,
+        healthy: checks.iter().all(|check| check.verdict != Verdict::Fail),
         checks,
-    };
-    let text = match arguments.format {
-        Format::Json => serde_json::to_string(&report).expect("a report holds only strings"),
-        Format::Table => table(&report),
-    };
-    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
-    Ok(u8::from(!healthy))
+    })
 }
 
 fn table(report: &Report) -> String {
-    let line = |check: &Check| {
-        let verdict = match check.verdict {
-            Verdict::Ok => "OK",
-            Verdict::Warn => "WARN",
-            Verdict::Fail => "FAIL",
-        };
-        format!("{verdict:<4}  {:<14}  {}", check.what, check.seen)
-    };
     report
         .checks
         .iter()
         .map(line)
         .collect::<Vec<_>>()
         .join("\n")
+}
+
+fn line(check: &Check) -> String {
+    let verdict = match check.verdict {
+        Verdict::Ok => "OK",
+        Verdict::Warn => "WARN",
+        Verdict::Fail => "FAIL",
+    };
+    format!("{verdict:<4}  {:<14}  {}", check.what, check.seen)
 }

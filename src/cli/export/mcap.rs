@@ -9,6 +9,7 @@ use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use serde_json::{Value, json};
 use taut::files::ResultFile;
+use taut::files::result::ResultCorridor;
 use taut::path::Path;
 use taut::robot::{Kinematics, RobotModel};
 
@@ -26,17 +27,18 @@ pub(super) fn bytes(
     result: &ResultFile,
     around: Option<&Surroundings>,
 ) -> Result<Vec<u8>, CliError> {
-    let picture = around
-        .map(|around| scene(&around.robot, &around.scene))
-        .transpose()?;
-    let mut recording = Recording::new().map_err(failed)?;
-    recording.joints_and_corridor(result).map_err(failed)?;
-    if let (Some(around), Some(picture)) = (around, picture) {
-        recording
-            .moving_robot(result, &around.robot, &picture)
-            .map_err(failed)?;
+    recorded(result, around).map_err(failed)
+}
+
+/// The recording of an answer, with the robot and the picture of the scene where both are known.
+fn recorded(result: &ResultFile, around: Option<&Surroundings>) -> mcap::McapResult<Vec<u8>> {
+    let mut recording = Recording::new()?;
+    recording.joints_and_corridor(result)?;
+    if let Some(around) = around {
+        let picture = scene(&around.robot, &around.scene);
+        recording.moving_robot(result, &around.robot, &picture)?;
     }
-    recording.finish().map_err(failed)
+    recording.finish()
 }
 
 fn failed(error: mcap::McapError) -> CliError {
@@ -64,21 +66,23 @@ impl Recording {
     }
 
     fn joints_and_corridor(&mut self, result: &ResultFile) -> mcap::McapResult<()> {
-        let after = self.channel("/joints", "taut.JointState", &joint_state_schema())?;
-        self.joints(after, result, &result.path)?;
-        let before = self.channel("/joints/before", "taut.JointState", &joint_state_schema())?;
-        self.joints(before, result, &result.path_before)?;
-        if let Some(corridor) = &result.corridor {
-            let channel = self.channel("/corridor", "taut.Corridor", &corridor_schema())?;
-            let times = times(&result.path);
-            for (segment, slack) in corridor.slack_m.iter().enumerate() {
-                let time = times[segment];
-                let floor = corridor.floor_m;
-                let message = json!({
-                    "timestamp": timestamp(time), "segment": segment, "slack_m": slack, "floor_m": floor
-                });
-                self.write(channel, time, &message)?;
-            }
+        self.joints("/joints", result, &result.path)?;
+        self.joints("/joints/before", result, &result.path_before)?;
+        match &result.corridor {
+            Some(corridor) => self.corridor(corridor, &times(&result.path)),
+            None => Ok(()),
+        }
+    }
+
+    fn corridor(&mut self, corridor: &ResultCorridor, times: &[u64]) -> mcap::McapResult<()> {
+        let channel = self.channel("/corridor", "taut.Corridor", &corridor_schema())?;
+        for (segment, slack) in corridor.slack_m.iter().enumerate() {
+            let time = times[segment];
+            let floor = corridor.floor_m;
+            let message = json!({
+                "timestamp": timestamp(time), "segment": segment, "slack_m": slack, "floor_m": floor
+            });
+            self.write(channel, time, &message)?;
         }
         Ok(())
     }
@@ -91,41 +95,15 @@ impl Recording {
     ) -> mcap::McapResult<()> {
         let channel = self.channel("/scene", "foxglove.SceneUpdate", &scene_schema())?;
         self.write(channel, 0, picture)?;
-        let Some(path) = Path::from_rows(result.variables.len(), in_order(result, robot)) else {
+        let Some(motion) = Motion::of(result, robot) else {
             return Ok(());
         };
-        let channel = self.channel(
-            "/transforms",
-            "foxglove.FrameTransforms",
-            &transforms_schema(),
-        )?;
-        let given = |name: &String| result.subject.held.get(name).copied();
-        let held = robot
-            .held()
-            .iter()
-            .map(|variable| given(&variable.name).unwrap_or(variable.default));
-        let held: Vec<f64> = held.collect();
+        let schema = transforms_schema();
+        let channel = self.channel("/transforms", "foxglove.FrameTransforms", &schema)?;
         let mut kinematics = Kinematics::default();
-        let times = times(&result.path);
         for frame in 0..=FRAMES {
             let time = (SHOWN_S * 1e9 * f64::from(frame) / f64::from(FRAMES)) as u64;
-            let next = times
-                .partition_point(|known| *known <= time)
-                .clamp(1, times.len().max(2) - 1);
-            let from = path.waypoint(next - 1);
-            let to = path.waypoint(next.min(path.len() - 1));
-            let begin = times[next - 1];
-            let end = times[next.min(times.len() - 1)];
-            let ratio = if end > begin {
-                (time - begin) as f64 / (end - begin) as f64
-            } else {
-                0.0
-            };
-            kinematics.update(
-                robot,
-                &robot.space().between(from, to, ratio.min(1.0)),
-                &held,
-            );
+            kinematics.update(robot, &motion.at(time), &motion.held);
             self.write(channel, time, &transforms(robot, &kinematics, time))?;
         }
         Ok(())
@@ -133,10 +111,11 @@ impl Recording {
 
     fn joints(
         &mut self,
-        channel: u16,
+        topic: &str,
         result: &ResultFile,
         rows: &[Vec<f64>],
     ) -> mcap::McapResult<()> {
+        let channel = self.channel(topic, "taut.JointState", &joint_state_schema())?;
         for (row, time) in rows.iter().zip(times(rows)) {
             let message =
                 json!({ "timestamp": timestamp(time), "name": result.variables, "position": row });
@@ -171,15 +150,67 @@ impl Recording {
     }
 }
 
+/// A robot on its path, as it is shown.
+struct Motion<'a> {
+    robot: &'a RobotModel,
+    path: Path,
+    /// When each waypoint is shown (ns).
+    times: Vec<u64>,
+    /// Where each held joint stands.
+    held: Vec<f64>,
+}
+
+impl<'a> Motion<'a> {
+    /// `None` where the path is empty.
+    fn of(result: &ResultFile, robot: &'a RobotModel) -> Option<Self> {
+        Some(Self {
+            path: Path::from_rows(result.variables.len(), in_order(result, robot))?,
+            times: times(&result.path),
+            held: held(result, robot),
+            robot,
+        })
+    }
+
+    /// Where the robot is at a time (ns).
+    fn at(&self, time: u64) -> Vec<f64> {
+        let times = &self.times;
+        let next = times
+            .partition_point(|known| *known <= time)
+            .clamp(1, times.len().max(2) - 1);
+        let from = self.path.waypoint(next - 1);
+        let to = self.path.waypoint(next.min(self.path.len() - 1));
+        let ratio = part_of(time, times[next - 1], times[next.min(times.len() - 1)]);
+        self.robot.space().between(from, to, ratio)
+    }
+}
+
+/// The part of an interval of time that is over at `time`, 1 after its end.
+fn part_of(time: u64, begin: u64, end: u64) -> f64 {
+    if end > begin {
+        ((time - begin) as f64 / (end - begin) as f64).min(1.0)
+    } else {
+        0.0
+    }
+}
+
+/// Where each held joint of an answer stands.
+fn held(result: &ResultFile, robot: &RobotModel) -> Vec<f64> {
+    let given = &result.subject.held;
+    robot
+        .held()
+        .iter()
+        .map(|variable| {
+            given
+                .get(&variable.name)
+                .copied()
+                .unwrap_or(variable.default)
+        })
+        .collect()
+}
+
 /// The path's rows end to end, columns in the robot's order: the robot was made for them.
 fn in_order(result: &ResultFile, robot: &RobotModel) -> Vec<f64> {
-    let column = |variable: &taut::robot::Variable| {
-        result
-            .variables
-            .iter()
-            .position(|name| *name == variable.name)
-    };
-    let columns: Vec<usize> = robot.variables().iter().filter_map(column).collect();
+    let columns = columns_of(robot, &result.variables);
     result
         .path
         .iter()
@@ -187,19 +218,20 @@ fn in_order(result: &ResultFile, robot: &RobotModel) -> Vec<f64> {
         .collect()
 }
 
+/// Where each variable of the robot stands among these.
+fn columns_of(robot: &RobotModel, variables: &[String]) -> Vec<usize> {
+    robot
+        .variables()
+        .iter()
+        .filter_map(|variable| variables.iter().position(|name| *name == variable.name))
+        .collect()
+}
+
 /// When each waypoint is shown (ns).
 fn times(rows: &[Vec<f64>]) -> Vec<u64> {
-    let step = |ends: &[Vec<f64>]| {
-        ends[0]
-            .iter()
-            .zip(&ends[1])
-            .map(|(a, b)| (b - a).powi(2))
-            .sum::<f64>()
-            .sqrt()
-    };
     let mut reached = vec![0.0];
     reached.extend(rows.windows(2).scan(0.0, |sum, ends| {
-        *sum += step(ends);
+        *sum += distance(&ends[0], &ends[1]);
         Some(*sum)
     }));
     let whole = reached[reached.len() - 1].max(f64::MIN_POSITIVE);
@@ -207,6 +239,14 @@ fn times(rows: &[Vec<f64>]) -> Vec<u64> {
         .iter()
         .map(|part| (SHOWN_S * 1e9 * part / whole) as u64)
         .collect()
+}
+
+fn distance(from: &[f64], to: &[f64]) -> f64 {
+    from.iter()
+        .zip(to)
+        .map(|(a, b)| (b - a).powi(2))
+        .sum::<f64>()
+        .sqrt()
 }
 
 fn object(properties: Value) -> Value {

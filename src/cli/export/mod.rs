@@ -8,6 +8,7 @@ mod text;
 use std::path::{Path, PathBuf};
 
 use taut::files::ResultFile;
+use taut::validation::Certificate;
 use taut::validation::certificate::FIRST_BY_NUMBERS;
 
 use super::error::CliError;
@@ -61,14 +62,12 @@ impl Form {
     /// # Errors
     /// Another ending, with the valid ones.
     pub(super) fn of(file: &Path) -> Result<Self, CliError> {
-        let ending = file
-            .extension()
-            .map(|ending| ending.to_string_lossy().to_lowercase());
-        match ending.as_deref() {
-            Some("json") => Ok(Self::Json),
-            Some("csv") => Ok(Self::Csv),
-            Some("yaml" | "yml") => Ok(Self::Yaml),
-            Some("mcap") => Ok(Self::Mcap),
+        let ending = file.extension().unwrap_or_default().to_string_lossy();
+        match ending.to_lowercase().as_str() {
+            "json" => Ok(Self::Json),
+            "csv" => Ok(Self::Csv),
+            "yaml" | "yml" => Ok(Self::Yaml),
+            "mcap" => Ok(Self::Mcap),
             _ => Err(CliError::Usage(format!(
                 "-o {}: its ending says no form; valid: .json, .csv, .yaml, .mcap",
                 file.display()
@@ -80,56 +79,60 @@ impl Form {
 /// Writes an answer in another form.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let form = Form::of(&arguments.out)?;
-    let file = &arguments.out;
     let result = ResultFile::read(&arguments.result)?;
-    let missing = |what: &str, next: &str| {
-        CliError::Choice(format!(
-            "{} has no {what}{next}",
-            arguments.result.display()
-        ))
+    let bytes = match arguments.what {
+        What::Path => path(arguments, form, &result)?,
+        What::Corridor => corridor(&arguments.result, form, &result)?,
+        What::Certificate => certificate(&arguments.result, form, &result)?,
     };
-    let bytes = match (arguments.what, form) {
-        (What::Path, Form::Json) => text::json(&result).into_bytes(),
-        (What::Path, _) => {
-            let is_given = arguments.source.robot.is_some() || arguments.source.problem.is_some();
-            let around = match form {
-                Form::Mcap if is_given => {
-                    Some(Surroundings::given(&arguments.result, &arguments.source)?)
-                }
-                Form::Mcap => Surroundings::of(&result)?,
-                _ => None,
-            };
-            bytes(&result, form, around.as_ref())?
-        }
-        (What::Corridor, Form::Csv | Form::Json) => {
-            let corridor = result.corridor.as_ref();
-            let corridor = corridor
-                .ok_or_else(|| missing("corridor", "; ask for it by taut shorten --corridor"))?;
-            match form {
-                Form::Csv => text::corridor_csv(corridor),
-                _ => text::corridor_json(corridor),
-            }
-            .into_bytes()
-        }
-        (What::Certificate, Form::Json) => {
-            let certificate = result.certificate.as_ref();
-            let certificate =
-                certificate.ok_or_else(|| missing("certificate", ": its path was not proved"))?;
-            format!("{}\n", serde_json::json!(certificate)).into_bytes()
-        }
-        (What::Corridor, _) => {
-            return Err(CliError::Usage(
-                "a corridor is written as .csv or .json".to_owned(),
-            ));
-        }
-        (What::Certificate, _) => {
-            return Err(CliError::Usage(
-                "a certificate is written as .json".to_owned(),
-            ));
-        }
-    };
-    save(file, &bytes)?;
+    save(&arguments.out, &bytes)?;
     Ok(0)
+}
+
+fn path(arguments: &Arguments, form: Form, result: &ResultFile) -> Result<Vec<u8>, CliError> {
+    let source = &arguments.source;
+    let is_given = source.robot.is_some() || source.problem.is_some();
+    let around = match form {
+        Form::Json => return Ok(text::json(result).into_bytes()),
+        Form::Mcap if is_given => Some(Surroundings::given(&arguments.result, source)?),
+        Form::Mcap => Surroundings::of(result)?,
+        Form::Csv | Form::Yaml => None,
+    };
+    bytes(result, form, around.as_ref())
+}
+
+fn corridor(answer: &Path, form: Form, result: &ResultFile) -> Result<Vec<u8>, CliError> {
+    let write = match form {
+        Form::Csv => text::corridor_csv,
+        Form::Json => text::corridor_json,
+        Form::Yaml | Form::Mcap => {
+            return Err(not_written("a corridor is written as .csv or .json"));
+        }
+    };
+    let corridor = result
+        .corridor
+        .as_ref()
+        .ok_or_else(|| has_no(answer, "corridor; ask for it by taut shorten --corridor"))?;
+    Ok(write(corridor).into_bytes())
+}
+
+fn certificate(answer: &Path, form: Form, result: &ResultFile) -> Result<Vec<u8>, CliError> {
+    if form != Form::Json {
+        return Err(not_written("a certificate is written as .json"));
+    }
+    let certificate = result
+        .certificate
+        .as_ref()
+        .ok_or_else(|| has_no(answer, "certificate: its path was not proved"))?;
+    Ok(format!("{}\n", serde_json::json!(certificate)).into_bytes())
+}
+
+fn not_written(why: &str) -> CliError {
+    CliError::Usage(why.to_owned())
+}
+
+fn has_no(answer: &Path, what: &str) -> CliError {
+    CliError::Choice(format!("{} has no {what}", answer.display()))
 }
 
 /// Writes an answer in the form that a file's ending says.
@@ -139,10 +142,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 /// written.
 pub(super) fn write(file: &Path, result: &ResultFile) -> Result<(), CliError> {
     let form = Form::of(file)?;
-    let around = if form == Form::Mcap {
-        Surroundings::of(result)?
-    } else {
-        None
+    let around = match form {
+        Form::Mcap => Surroundings::of(result)?,
+        _ => None,
     };
     save(file, &bytes(result, form, around.as_ref())?)
 }
@@ -152,33 +154,25 @@ fn bytes(
     form: Form,
     around: Option<&Surroundings>,
 ) -> Result<Vec<u8>, CliError> {
-    if form == Form::Json {
-        return Ok((result.json() + "\n").into_bytes());
+    if form != Form::Json {
+        check_proof(result).map_err(|text| CliError::Choice(format!("{}: {text}", result.name)))?;
     }
-    check_proof(result).map_err(|text| CliError::Choice(format!("{}: {text}", result.name)))?;
-    Ok(match form {
-        Form::Csv => text::csv(result).into_bytes(),
-        Form::Yaml => text::yaml(result).into_bytes(),
-        Form::Json | Form::Mcap => mcap::bytes(result, around)?,
-    })
+    match form {
+        Form::Json => Ok((result.json() + "\n").into_bytes()),
+        Form::Csv => Ok(text::csv(result).into_bytes()),
+        Form::Yaml => Ok(text::yaml(result).into_bytes()),
+        Form::Mcap => mcap::bytes(result, around),
+    }
 }
 
 /// Checks that the numbers of the path are those that were proved: what is written says so.
 fn check_proof(result: &ResultFile) -> Result<(), String> {
-    let Some(certificate) = &result.certificate else {
-        return Err(
-            "the path was not proved; only JSON, which says so, is written of it".to_owned(),
-        );
-    };
-    let version = certificate.checker_version;
-    if version < FIRST_BY_NUMBERS && !certificate.unwrapped {
-        return Err(format!(
-            "it was proved by checker version {version}, whose steps may mean other numbers; check its path again: \
-             taut check"
-        ));
-    }
-    let path = taut::path::Path::from_rows(result.variables.len(), result.path.concat());
-    match path.is_some_and(|path| path.hash() == certificate.path_hash) {
+    let certificate = result
+        .certificate
+        .as_ref()
+        .ok_or("the path was not proved; only JSON, which says so, is written of it")?;
+    check_version(certificate)?;
+    match is_about(certificate, result) {
         true => Ok(()),
         false => Err(
             "its path is not the one that its certificate is about; check it again: taut check"
@@ -187,9 +181,24 @@ fn check_proof(result: &ResultFile) -> Result<(), String> {
     }
 }
 
+/// Whether a certificate is about the path of an answer.
+fn is_about(certificate: &Certificate, result: &ResultFile) -> bool {
+    taut::path::Path::from_rows(result.variables.len(), result.path.concat())
+        .is_some_and(|path| path.hash() == certificate.path_hash)
+}
+
+/// Checks that a certificate is about numbers that mean what they say.
+fn check_version(certificate: &Certificate) -> Result<(), String> {
+    let version = certificate.checker_version;
+    if version >= FIRST_BY_NUMBERS || certificate.unwrapped {
+        return Ok(());
+    }
+    Err(format!(
+        "it was proved by checker version {version}, whose steps may mean other numbers; check its path again: \
+         taut check"
+    ))
+}
+
 fn save(file: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    std::fs::write(file, bytes).map_err(|source| CliError::Output {
-        file: file.display().to_string(),
-        source,
-    })
+    std::fs::write(file, bytes).map_err(CliError::output(file))
 }

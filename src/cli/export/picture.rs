@@ -4,9 +4,7 @@ use serde_json::{Value, json};
 use taut::math::{Pose, Vec3};
 use taut::robot::{Kinematics, RobotModel};
 use taut::scene::Scene;
-use taut::shape::{Drawn, PlacedShape};
-
-use crate::cli::error::CliError;
+use taut::shape::{Drawn, Mesh, PlacedShape};
 
 const OBSTACLE: [f64; 4] = [0.55, 0.55, 0.6, 1.0];
 const LINK: [f64; 4] = [0.25, 0.5, 0.85, 1.0];
@@ -37,102 +35,110 @@ fn color([r, g, b, a]: [f64; 4]) -> Value {
 
 /// `foxglove.SceneUpdate`: obstacles in the world, links and what they carry in their links'
 /// frames.
-///
-/// # Errors
-/// A shape of a kind that Foxglove has not.
-pub(super) fn scene(robot: &RobotModel, scene: &Scene) -> Result<Value, CliError> {
+pub(super) fn scene(robot: &RobotModel, scene: &Scene) -> Value {
     let mut entities = Vec::new();
     for object in scene.obstacles() {
-        entities.push(entity(
-            "world",
-            &object.id,
-            &object.pose,
-            &object.shapes,
-            OBSTACLE,
-        )?);
+        let solids = Solids::of(&object.pose, &object.shapes, OBSTACLE);
+        entities.push(solids.entity("world", &object.id));
     }
     for link in robot.links() {
-        entities.push(entity(
-            &link.name,
-            &link.name,
-            &Pose::identity(),
-            &link.shapes,
-            LINK,
-        )?);
+        let solids = Solids::of(&Pose::identity(), &link.shapes, LINK);
+        entities.push(solids.entity(&link.name, &link.name));
     }
     for attached in scene.attached() {
         let object = &attached.object;
-        entities.push(entity(
-            &attached.link_name,
-            &object.id,
-            &object.pose,
-            &object.shapes,
-            CARRIED,
-        )?);
+        let solids = Solids::of(&object.pose, &object.shapes, CARRIED);
+        entities.push(solids.entity(&attached.link_name, &object.id));
     }
-    Ok(json!({ "deletions": [], "entities": entities }))
+    json!({ "deletions": [], "entities": entities })
 }
 
-fn entity(
-    frame: &str,
-    id: &str,
-    own: &Pose,
-    shapes: &[PlacedShape],
-    tint: [f64; 4],
-) -> Result<Value, CliError> {
-    let mut cubes = Vec::new();
-    let mut spheres = Vec::new();
-    let mut cylinders = Vec::new();
-    let mut triangles = Vec::new();
-    let tint = color(tint);
-    let size = |x: f64, y: f64, z: f64| vector(Vec3::new(x, y, z));
-    for shape in shapes {
-        let pose = *own * shape.pose;
-        let ball = |at: Pose, radius: f64| json!({ "pose": placed(&at), "size": size(2.0 * radius, 2.0 * radius, 2.0 * radius), "color": tint });
-        let tube = |radius: f64, length: f64| {
-            let size = size(2.0 * radius, 2.0 * radius, length);
-            json!({ "pose": placed(&pose), "size": size, "bottom_scale": 1.0, "top_scale": 1.0, "color": tint })
+/// The shapes of an entity by what Foxglove has, all of one colour.
+struct Solids {
+    color: Value,
+    cubes: Vec<Value>,
+    spheres: Vec<Value>,
+    cylinders: Vec<Value>,
+    triangles: Vec<Value>,
+}
+
+impl Solids {
+    fn of(own: &Pose, shapes: &[PlacedShape], tint: [f64; 4]) -> Self {
+        let mut solids = Self {
+            color: color(tint),
+            cubes: Vec::new(),
+            spheres: Vec::new(),
+            cylinders: Vec::new(),
+            triangles: Vec::new(),
         };
-        match shape.shape.drawn() {
-            Drawn::Sphere { radius } => spheres.push(ball(pose, radius)),
-            Drawn::Box { size } => {
-                cubes.push(json!({ "pose": placed(&pose), "size": vector(size), "color": tint }));
-            }
-            Drawn::Cylinder { radius, length } => cylinders.push(tube(radius, length)),
+        for shape in shapes {
+            solids.add(*own * shape.pose, shape.shape.drawn());
+        }
+        solids
+    }
+
+    fn add(&mut self, pose: Pose, shape: Drawn) {
+        match shape {
+            Drawn::Sphere { radius } => self.sphere(pose, radius),
+            Drawn::Box { size } => self.cubes.push(self.sized(&pose, size)),
+            Drawn::Cylinder { radius, length } => self.cylinder(&pose, radius, length),
             Drawn::Capsule { radius, length } => {
-                cylinders.push(tube(radius, length));
+                self.cylinder(&pose, radius, length);
                 for end in [-length / 2.0, length / 2.0] {
-                    spheres.push(ball(pose * Pose::translation(0.0, 0.0, end), radius));
+                    self.sphere(pose * Pose::translation(0.0, 0.0, end), radius);
                 }
             }
-            Drawn::Mesh(mesh) => {
-                let points: Vec<_> = mesh
-                    .vertices()
-                    .iter()
-                    .map(|vertex| vector(*vertex))
-                    .collect();
-                let indices = mesh.triangles().concat();
-                triangles.push(json!({
-                    "pose": placed(&pose), "points": points, "color": tint, "colors": [], "indices": indices
-                }));
-            }
+            Drawn::Mesh(mesh) => self.mesh(&pose, &mesh),
         }
     }
-    Ok(json!({
-        "timestamp": timestamp(0), "frame_id": frame, "id": id, "lifetime": timestamp(0), "frame_locked": true,
-        "metadata": [], "arrows": [], "cubes": cubes, "spheres": spheres, "cylinders": cylinders, "lines": [],
-        "triangles": triangles, "texts": [], "models": [],
-    }))
+
+    fn sized(&self, pose: &Pose, size: Vec3) -> Value {
+        json!({ "pose": placed(pose), "size": vector(size), "color": self.color })
+    }
+
+    fn sphere(&mut self, at: Pose, radius: f64) {
+        let size = Vec3::new(2.0 * radius, 2.0 * radius, 2.0 * radius);
+        self.spheres.push(self.sized(&at, size));
+    }
+
+    fn cylinder(&mut self, pose: &Pose, radius: f64, length: f64) {
+        let size = vector(Vec3::new(2.0 * radius, 2.0 * radius, length));
+        self.cylinders.push(json!({
+            "pose": placed(pose), "size": size, "bottom_scale": 1.0, "top_scale": 1.0,
+            "color": self.color,
+        }));
+    }
+
+    fn mesh(&mut self, pose: &Pose, mesh: &Mesh) {
+        let points: Vec<Value> = mesh.vertices().iter().map(|at| vector(*at)).collect();
+        self.triangles.push(json!({
+            "pose": placed(pose), "points": points, "color": self.color, "colors": [],
+            "indices": mesh.triangles().concat(),
+        }));
+    }
+
+    fn entity(self, frame: &str, id: &str) -> Value {
+        json!({
+            "timestamp": timestamp(0), "frame_id": frame, "id": id, "lifetime": timestamp(0), "frame_locked": true,
+            "metadata": [], "arrows": [], "cubes": self.cubes, "spheres": self.spheres,
+            "cylinders": self.cylinders, "lines": [], "triangles": self.triangles, "texts": [], "models": [],
+        })
+    }
 }
 
 /// `foxglove.FrameTransforms`: where each link is in the world.
 pub(super) fn transforms(robot: &RobotModel, kinematics: &Kinematics, nanoseconds: u64) -> Value {
+    let time = timestamp(nanoseconds);
     let links = robot.links().iter().zip(kinematics.poses());
-    let transform = |(link, pose): (&taut::robot::Link, &Pose)| {
-        json!({
-            "timestamp": timestamp(nanoseconds), "parent_frame_id": "world", "child_frame_id": link.name,
-            "translation": vector(pose.translation), "rotation": rotation(pose),
-        })
-    };
-    json!({ "transforms": links.map(transform).collect::<Vec<_>>() })
+    let transforms: Vec<Value> = links
+        .map(|(link, pose)| transform(&link.name, pose, &time))
+        .collect();
+    json!({ "transforms": transforms })
+}
+
+fn transform(link: &str, pose: &Pose, time: &Value) -> Value {
+    json!({
+        "timestamp": time, "parent_frame_id": "world", "child_frame_id": link,
+        "translation": vector(pose.translation), "rotation": rotation(pose),
+    })
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use taut::files::{FileError, Packages, Reader, ResultFile};
+use taut::files::{Packages, Reader, ResultFile};
 use taut::robot::RobotModel;
 use taut::scene::Scene;
 
@@ -38,11 +38,7 @@ impl Surroundings {
             return Ok(None);
         };
         let mut reader = Reader::new(Packages::with_environment(files.packages.clone()));
-        let refuse = |source| FileError::Robot {
-            file: files.urdf.clone(),
-            source,
-        };
-        let robot = RobotModel::new(reader.robot_of(files)?).map_err(refuse)?;
+        let robot = load::robot_in(&mut reader, files)?;
         let text =
             serde_json::to_string(content).expect("a scene holds only names and finite numbers");
         let scene =

@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde_json::json;
 use taut_ipc::planner::Planner;
 use taut_ipc::wire::{SceneEvent, SceneEventKind, label_id};
-use taut_ipc::{Client, ClientError};
+use taut_ipc::{Client, ClientError, DaemonState};
 
 use crate::cli::error::{CliError, stdout};
 use crate::cli::format::Format;
@@ -22,38 +22,81 @@ pub(super) fn watch(
     count: Option<u64>,
     format: Format,
 ) -> Result<u8, CliError> {
-    let client = &Client::connect(&instance.instance()?)?;
-    let planner = Planner::new(client.clone());
-    let feed = client.scene_event_feed()?;
-    let boot = client.daemon_state();
-    let mut labels = labels(&planner)?;
+    let mut watched = Watched::connect(instance)?;
+    let feed = watched.client.scene_event_feed()?;
     let mut seen = 0;
     while count.is_none_or(|count| seen < count) {
-        let Some(event) = feed.next()? else {
-            if client.daemon_state() != boot {
-                let root = instance.instance()?.root().display().to_string();
-                let reason = "it went away";
-                return Err(CliError::Client(ClientError::DaemonLost { root, reason }));
-            }
-            std::thread::sleep(LOOK);
-            continue;
-        };
+        let event = watched.next(|| feed.next())?;
         if label.is_some_and(|label| label_id(label) != event.scene_id) {
             continue;
         }
-        if !labels.iter().any(|label| label_id(label) == event.scene_id) {
-            labels = self::labels(&planner)?;
-        }
-        let known = labels
-            .iter()
-            .find(|label| label_id(label) == event.scene_id);
-        let name = known
-            .cloned()
-            .unwrap_or_else(|| format!("{:016x}", event.scene_id));
-        print(&event, &name, format)?;
+        print(&event, &watched.name(event.scene_id)?, format)?;
         seen += 1;
     }
     Ok(0)
+}
+
+/// The scenes of a daemon as long as it lives.
+struct Watched {
+    client: Client,
+    planner: Planner,
+    /// The daemon that was found first.
+    daemon: DaemonState,
+    /// Where that daemon is.
+    root: String,
+    labels: Vec<String>,
+}
+
+impl Watched {
+    fn connect(instance: &InstanceChoice) -> Result<Self, CliError> {
+        let instance = instance.instance()?;
+        let client = Client::connect(&instance)?;
+        let planner = Planner::new(client.clone());
+        Ok(Self {
+            daemon: client.daemon_state(),
+            root: instance.root().display().to_string(),
+            labels: labels(&planner)?,
+            planner,
+            client,
+        })
+    }
+
+    /// Waits for what happens next.
+    fn next(
+        &self,
+        look: impl Fn() -> Result<Option<SceneEvent>, ClientError>,
+    ) -> Result<SceneEvent, CliError> {
+        loop {
+            if let Some(event) = look()? {
+                return Ok(event);
+            }
+            self.check_daemon()?;
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    fn check_daemon(&self) -> Result<(), CliError> {
+        if self.client.daemon_state() == self.daemon {
+            return Ok(());
+        }
+        Err(CliError::Client(ClientError::DaemonLost {
+            root: self.root.clone(),
+            reason: "it went away",
+        }))
+    }
+
+    /// The label of a scene, or its id where it is gone.
+    fn name(&mut self, scene_id: u64) -> Result<String, CliError> {
+        if self.label(scene_id).is_none() {
+            self.labels = labels(&self.planner)?;
+        }
+        let known = self.label(scene_id).cloned();
+        Ok(known.unwrap_or_else(|| format!("{scene_id:016x}")))
+    }
+
+    fn label(&self, scene_id: u64) -> Option<&String> {
+        self.labels.iter().find(|label| label_id(label) == scene_id)
+    }
 }
 
 fn labels(planner: &Planner) -> Result<Vec<String>, CliError> {
@@ -62,37 +105,56 @@ fn labels(planner: &Planner) -> Result<Vec<String>, CliError> {
 }
 
 fn print(event: &SceneEvent, label: &str, format: Format) -> Result<(), CliError> {
-    let what = match SceneEventKind::try_from(event.kind) {
+    let line = match format {
+        Format::Json => json_of(event, label).to_string(),
+        Format::Table => line_of(event, label),
+    };
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{line}")
+        .and_then(|()| out.flush())
+        .map_err(stdout)
+}
+
+fn kind_of(event: &SceneEvent) -> &'static str {
+    match SceneEventKind::try_from(event.kind) {
         Ok(SceneEventKind::Created) => "created",
         Ok(SceneEventKind::Changed) => "changed",
         Ok(SceneEventKind::Deleted) => "deleted",
         Ok(SceneEventKind::PathUnsafe) => "path unsafe",
         Err(_) => "unknown event",
-    };
-    let version = event.scene_version;
-    let hash = format!("{:016x}", event.scene_hash);
-    let is_path = event.kind == u32::from(SceneEventKind::PathUnsafe);
-    let mut out = std::io::stdout().lock();
-    match format {
-        Format::Json => {
-            let mut value =
-                json!({ "event": what, "scene": label, "version": version, "hash": hash });
-            if is_path {
-                value["request"] = format!("{:016x}", event.subscription).into();
-                value["segment"] = event.segment.into();
-            }
-            writeln!(out, "{value}")
-        }
-        Format::Table if is_path => {
-            let request = event.subscription;
-            let segment = event.segment + 1;
-            writeln!(
-                out,
-                "scene {label} v{version}   {what}: request {request:016x}, segment {segment}"
-            )
-        }
-        Format::Table => writeln!(out, "scene {label} v{version}   {what}   hash {hash}"),
     }
-    .and_then(|()| out.flush())
-    .map_err(stdout)
+}
+
+fn is_of_a_path(event: &SceneEvent) -> bool {
+    event.kind == u32::from(SceneEventKind::PathUnsafe)
+}
+
+fn json_of(event: &SceneEvent, label: &str) -> serde_json::Value {
+    let mut value = json!({
+        "event": kind_of(event),
+        "scene": label,
+        "version": event.scene_version,
+        "hash": format!("{:016x}", event.scene_hash),
+    });
+    if is_of_a_path(event) {
+        value["request"] = format!("{:016x}", event.subscription).into();
+        value["segment"] = event.segment.into();
+    }
+    value
+}
+
+fn line_of(event: &SceneEvent, label: &str) -> String {
+    let head = format!(
+        "scene {label} v{}   {}",
+        event.scene_version,
+        kind_of(event)
+    );
+    if is_of_a_path(event) {
+        let segment = event.segment + 1;
+        return format!(
+            "{head}: request {:016x}, segment {segment}",
+            event.subscription
+        );
+    }
+    format!("{head}   hash {:016x}", event.scene_hash)
 }

@@ -4,17 +4,17 @@ mod events;
 mod table;
 mod values;
 
-use std::io::{Read, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use taut::files::{FileError, diff_text};
 use taut_ipc::control::{SceneSummary, SceneText};
 use taut_ipc::planner::words;
 
-use super::error::{CliError, stdout};
-use super::format::Format;
+use super::error::CliError;
+use super::format::{Format, print_line};
 use super::instance::InstanceChoice;
 use super::models::{print, scene_line};
+use super::report::listed;
 use super::source::folder_of;
 use values::{Pose, version};
 
@@ -161,58 +161,29 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
             label,
             version,
             common,
-        } => {
-            let planner = common.instance.connect()?;
-            let text = planner.show_scene(label, version.unwrap_or(0), 0)?;
-            let objects = || {
-                format!(
-                    "scene {label} v{}   hash {:016x}{}",
-                    text.version,
-                    text.scene_hash,
-                    table::scene(&text.json)
-                )
-            };
-            print_text(common, &text, objects)
-        }
+        } => show(common, label, *version),
         Command::Diff {
             label,
             from,
             to,
             common,
-        } => {
-            let planner = common.instance.connect()?;
-            let text = planner.show_scene(label, to.unwrap_or(0), *from)?;
-            let changes = || {
-                format!(
-                    "scene {label} v{from} → v{}{}",
-                    text.version,
-                    table::diff(&text.json)
-                )
-            };
-            print_text(common, &text, changes)
-        }
+        } => diff(common, label, *from, *to),
         Command::Apply {
             label,
             file,
             base,
             common,
-        } => {
-            let (json, base_dir) = read(file)?;
-            change(common, label, json, base_dir, base.unwrap_or(0))
-        }
+        } => apply(common, label, file, *base),
         Command::Move {
             label,
             object,
             pose,
             link,
             common,
-        } => change(
-            common,
-            label,
-            words::moved(object, link.as_deref(), &pose.given()?),
-            None,
-            0,
-        ),
+        } => {
+            let diff = words::moved(object, link.as_deref(), &pose.given()?);
+            edit(common, label, diff)
+        }
         Command::Attach {
             label,
             object,
@@ -220,25 +191,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
             pose,
             touch,
             common,
-        } => change(
-            common,
-            label,
-            words::attached(object, link, &pose.given()?, touch),
-            None,
-            0,
-        ),
+        } => {
+            let diff = words::attached(object, link, &pose.given()?, touch);
+            edit(common, label, diff)
+        }
         Command::Detach {
             label,
             object,
             pose,
             common,
-        } => change(
-            common,
-            label,
-            words::detached(object, &pose.given()?),
-            None,
-            0,
-        ),
+        } => edit(common, label, words::detached(object, &pose.given()?)),
         Command::Pin {
             label,
             version,
@@ -257,30 +219,67 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     }
 }
 
+fn show(common: &Common, label: &str, version: Option<u64>) -> Result<u8, CliError> {
+    let planner = common.instance.connect()?;
+    let text = planner.show_scene(label, version.unwrap_or(0), 0)?;
+    print_text(common, &text, || content(label, &text))
+}
+
+fn content(label: &str, text: &SceneText) -> String {
+    format!(
+        "scene {label} v{}   hash {:016x}{}",
+        text.version,
+        text.scene_hash,
+        table::scene(&text.json)
+    )
+}
+
+fn diff(common: &Common, label: &str, from: u64, to: Option<u64>) -> Result<u8, CliError> {
+    let planner = common.instance.connect()?;
+    let text = planner.show_scene(label, to.unwrap_or(0), from)?;
+    print_text(common, &text, || changes(label, from, &text))
+}
+
+fn changes(label: &str, from: u64, text: &SceneText) -> String {
+    format!(
+        "scene {label} v{from} → v{}{}",
+        text.version,
+        table::diff(&text.json)
+    )
+}
+
+fn apply(common: &Common, label: &str, file: &Path, base: Option<u64>) -> Result<u8, CliError> {
+    let (json, base_dir) = read(file)?;
+    change(common, label, json, base_dir, base.unwrap_or(0))
+}
+
+/// Makes a change to whatever version is the newest.
+fn edit(common: &Common, label: &str, diff: String) -> Result<u8, CliError> {
+    change(common, label, diff, None, 0)
+}
+
 fn list(common: &Common) -> Result<u8, CliError> {
     let scenes = common.instance.connect()?.list()?.scenes;
-    print(common.format, &scenes, || {
-        let lines: Vec<String> = scenes.iter().map(versions_line).collect();
-        lines.join("\n")
-    })
+    print(common.format, &scenes, || lines(&scenes))
+}
+
+fn lines(scenes: &[SceneSummary]) -> String {
+    let lines: Vec<String> = scenes.iter().map(versions_line).collect();
+    lines.join("\n")
 }
 
 fn versions_line(scene: &SceneSummary) -> String {
-    let pinned: Vec<String> = scene
-        .pinned
-        .iter()
-        .map(|version| format!("v{version}"))
-        .collect();
-    let pinned = if pinned.is_empty() {
-        String::new()
-    } else {
-        format!("   pinned {}", pinned.join(", "))
-    };
     format!(
-        "{}   kept from v{}{pinned}",
+        "{}   kept from v{}{}",
         scene_line(scene),
-        scene.kept_from
+        scene.kept_from,
+        pinned(scene)
     )
+}
+
+fn pinned(scene: &SceneSummary) -> String {
+    let versions = scene.pinned.iter();
+    listed("   pinned ", versions.map(|version| format!("v{version}")))
 }
 
 fn print_text(
@@ -288,28 +287,28 @@ fn print_text(
     text: &SceneText,
     table: impl Fn() -> String,
 ) -> Result<u8, CliError> {
-    let mut out = std::io::stdout().lock();
     match common.format {
-        Format::Json => writeln!(out, "{}", text.json),
-        Format::Table => writeln!(out, "{}", table()),
+        Format::Json => print_line(&text.json)?,
+        Format::Table => print_line(&table())?,
     }
-    .map_err(stdout)?;
     Ok(0)
 }
 
 /// The text of a file or of standard input, and the folder that its meshes are found from.
-fn read(file: &std::path::Path) -> Result<(String, Option<PathBuf>), CliError> {
-    let refuse = |error: std::io::Error| FileError::Unreadable {
+fn read(file: &Path) -> Result<(String, Option<PathBuf>), CliError> {
+    let is_standard_input = file.as_os_str() == "-";
+    let (text, folder) = match is_standard_input {
+        true => (
+            std::io::read_to_string(std::io::stdin()),
+            std::env::current_dir().ok(),
+        ),
+        false => (std::fs::read_to_string(file), folder_of(file)),
+    };
+    let text = text.map_err(|error| FileError::Unreadable {
         file: file.to_owned(),
         reason: error.to_string(),
-    };
-    if file.as_os_str() == "-" {
-        let mut text = String::new();
-        std::io::stdin().read_to_string(&mut text).map_err(refuse)?;
-        return Ok((diff_text(text, file)?, std::env::current_dir().ok()));
-    }
-    let text = std::fs::read_to_string(file).map_err(refuse)?;
-    Ok((diff_text(text, file)?, folder_of(file)))
+    })?;
+    Ok((diff_text(text, file)?, folder))
 }
 
 fn change(

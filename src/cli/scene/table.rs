@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
+use crate::cli::report::listed;
 /// What is in a scene, a line each.
 pub(super) fn scene(json: &str) -> String {
     let scene: Value = serde_json::from_str(json).unwrap_or_default();
@@ -12,62 +13,71 @@ pub(super) fn scene(json: &str) -> String {
         line(&mut text, &name(object), &[&place(object), &shapes(object)]);
     }
     for attached in list(&scene, "attached_collision_objects") {
-        let object = &attached["object"];
-        let on = format!("on {}", name_of(&attached["link_name"]));
-        line(
-            &mut text,
-            &name(object),
-            &[&on, &place(object), &shapes(object), &touching(attached)],
-        );
+        carried(&mut text, attached);
     }
     rules(&mut text, &scene);
     text
+}
+
+/// An object that a link carries.
+fn carried(text: &mut String, attached: &Value) {
+    let object = &attached["object"];
+    let on = format!("on {}", name_of(&attached["link_name"]));
+    line(
+        text,
+        &name(object),
+        &[&on, &place(object), &shapes(object), &touching(attached)],
+    );
 }
 
 /// What a diff, or each of a list of them, does, a line each.
 pub(super) fn diff(json: &str) -> String {
     let diff: Value = serde_json::from_str(json).unwrap_or_default();
     let mut text = String::new();
-    let parts = match &diff {
-        Value::Array(parts) => parts.as_slice(),
-        part => std::slice::from_ref(part),
-    };
-    for part in parts {
-        for object in list(part, "objects") {
-            line(
-                &mut text,
-                operation(object),
-                &[&name(object), &place(object), &shapes(object)],
-            );
-        }
-        for attached in list(part, "attached_collision_objects") {
-            let object = &attached["object"];
-            let (what, on) = match (operation(object), attached["link_name"].as_str()) {
-                ("ADD", Some(link)) => ("ATTACH", format!("on {link}")),
-                ("REMOVE", _) => ("DETACH", String::new()),
-                (other, link) => (
-                    other,
-                    link.map_or_else(String::new, |link| format!("on {link}")),
-                ),
-            };
-            line(
-                &mut text,
-                what,
-                &[
-                    &name(object),
-                    &on,
-                    &place(object),
-                    &shapes(object),
-                    &touching(attached),
-                ],
-            );
-        }
-        rules(&mut text, part);
+    match &diff {
+        Value::Array(parts) => parts.iter().for_each(|part| changes(&mut text, part)),
+        part => changes(&mut text, part),
     }
     if text.is_empty() {
         "\n  the same".to_owned()
     } else {
         text
+    }
+}
+
+/// What one diff does.
+fn changes(text: &mut String, diff: &Value) {
+    for object in list(diff, "objects") {
+        let rest = [&*name(object), &place(object), &shapes(object)];
+        line(text, operation(object), &rest);
+    }
+    for attached in list(diff, "attached_collision_objects") {
+        attachment(text, attached);
+    }
+    rules(text, diff);
+}
+
+/// What a diff does to an object that a link carries.
+fn attachment(text: &mut String, attached: &Value) {
+    let object = &attached["object"];
+    let (what, on) = attaching(operation(object), attached["link_name"].as_str());
+    let rest = [
+        &*name(object),
+        &on,
+        &place(object),
+        &shapes(object),
+        &touching(attached),
+    ];
+    line(text, what, &rest);
+}
+
+/// The word for an operation on a carried object, and the link.
+fn attaching<'a>(operation: &'a str, link: Option<&str>) -> (&'a str, String) {
+    let on = link.map_or_else(String::new, |link| format!("on {link}"));
+    match (operation, link) {
+        ("ADD", Some(_)) => ("ATTACH", on),
+        ("REMOVE", _) => ("DETACH", String::new()),
+        (other, _) => (other, on),
     }
 }
 
@@ -82,6 +92,20 @@ fn line(text: &mut String, head: &str, rest: &[&str]) {
 
 /// Frames, pairs and sizes.
 fn rules(text: &mut String, scene: &Value) {
+    frames(text, scene);
+    for (field, head) in [
+        ("default_collisions", "default"),
+        ("allowed_collisions", "allowed"),
+        ("forbidden_collisions", "checked"),
+    ] {
+        pairs(text, list(scene, field), head);
+    }
+    for (field, head) in [("link_padding", "padding"), ("link_scale", "scale")] {
+        sizes(text, &scene[field], head);
+    }
+}
+
+fn frames(text: &mut String, scene: &Value) {
     for frame in list(scene, "fixed_frame_transforms") {
         let to = match &frame["transform"] {
             Value::Null => "gone".to_owned(),
@@ -89,23 +113,18 @@ fn rules(text: &mut String, scene: &Value) {
         };
         line(text, "frame", &[&name_of(&frame["child_frame_id"]), &to]);
     }
-    for (field, head) in [
-        ("default_collisions", "default"),
-        ("allowed_collisions", "allowed"),
-        ("forbidden_collisions", "checked"),
-    ] {
-        for pair in list(scene, field) {
-            line(
-                text,
-                head,
-                &[&format!("{} × {}", name_of(&pair[0]), name_of(&pair[1]))],
-            );
-        }
+}
+
+fn pairs(text: &mut String, pairs: &[Value], head: &str) {
+    for pair in pairs {
+        let names = format!("{} × {}", name_of(&pair[0]), name_of(&pair[1]));
+        line(text, head, &[&names]);
     }
-    for (field, head) in [("link_padding", "padding"), ("link_scale", "scale")] {
-        for (name, number) in scene[field].as_object().into_iter().flatten() {
-            line(text, head, &[name, &number.to_string()]);
-        }
+}
+
+fn sizes(text: &mut String, numbers: &Value, head: &str) {
+    for (name, number) in numbers.as_object().into_iter().flatten() {
+        line(text, head, &[name, &number.to_string()]);
     }
 }
 
@@ -136,82 +155,66 @@ fn place(object: &Value) -> String {
 }
 
 fn pose_text(pose: &Value) -> String {
-    let numbers = |value: &Value| {
-        value
-            .as_array()
-            .map_or_else(String::new, |numbers| joined(numbers.iter(), " "))
-    };
-    let position = format!("at {}", numbers(&pose["position"]));
+    let position = joined(list(pose, "position").iter(), " ");
     match &pose["orientation"] {
-        Value::Null => position,
-        q => format!(
-            "{position} turned {}",
-            joined(["x", "y", "z", "w"].iter().map(|axis| &q[axis]), " ")
-        ),
+        Value::Null => format!("at {position}"),
+        q => {
+            let axes = ["x", "y", "z", "w"].iter().map(|axis| &q[axis]);
+            format!("at {position} turned {}", joined(axes, " "))
+        }
     }
 }
 
 fn joined<'a>(numbers: impl Iterator<Item = &'a Value>, between: &str) -> String {
-    let short = |number: &Value| {
-        format!(
-            "{}",
-            (number.as_f64().unwrap_or(f64::NAN) * 1e6).round() / 1e6
-        )
-    };
     numbers.map(short).collect::<Vec<_>>().join(between)
 }
 
+/// A number to a millionth.
+fn short(number: &Value) -> String {
+    let number = number.as_f64().unwrap_or(f64::NAN);
+    ((number * 1e6).round() / 1e6).to_string()
+}
+
 fn shapes(object: &Value) -> String {
-    let primitive = |shape: &Value| {
-        let dimensions = shape["dimensions"]
-            .as_array()
-            .map_or_else(String::new, |all| joined(all.iter(), " × "));
-        format!("{} {dimensions}", name_of(&shape["type"]))
-    };
-    let mesh = |mesh: &Value| {
-        let triangles = list(mesh, "triangles").len();
-        format!("mesh {} of {triangles} triangles", name_of(&mesh["file"]))
-    };
-    let placed = |shapes: &str, poses: &str, text: &dyn Fn(&Value) -> String| {
-        let poses = list(object, poses)
-            .iter()
-            .map(Some)
-            .chain(std::iter::repeat(None));
-        let placed =
-            |(shape, pose): (&Value, Option<&Value>)| format!("{}{}", text(shape), within(pose));
-        list(object, shapes)
-            .iter()
-            .zip(poses)
-            .map(placed)
-            .collect::<Vec<_>>()
-    };
-    let primitives = placed("primitives", "primitive_poses", &primitive);
-    [primitives, placed("meshes", "mesh_poses", &mesh)]
-        .concat()
-        .join(", ")
+    let primitives = placed(object, "primitives", "primitive_poses", primitive);
+    let meshes = placed(object, "meshes", "mesh_poses", mesh);
+    [primitives, meshes].concat().join(", ")
+}
+
+fn primitive(shape: &Value) -> String {
+    let dimensions = joined(list(shape, "dimensions").iter(), " × ");
+    format!("{} {dimensions}", name_of(&shape["type"]))
+}
+
+fn mesh(mesh: &Value) -> String {
+    let triangles = list(mesh, "triangles").len();
+    format!("mesh {} of {triangles} triangles", name_of(&mesh["file"]))
+}
+
+/// Shapes of one kind, each with its pose where it has one.
+fn placed(object: &Value, shapes: &str, poses: &str, text: fn(&Value) -> String) -> Vec<String> {
+    let poses = list(object, poses).iter().map(Some);
+    list(object, shapes)
+        .iter()
+        .zip(poses.chain(std::iter::repeat(None)))
+        .map(|(shape, pose)| text(shape) + &within(pose))
+        .collect()
 }
 
 /// Where a shape is in its object's frame, unless it is that.
 fn within(pose: Option<&Value>) -> String {
-    let Some(pose) = pose else {
-        return String::new();
-    };
-    let position = list(pose, "position");
+    pose.filter(|pose| !is_identity(pose))
+        .map_or_else(String::new, |pose| format!(" {}", pose_text(pose)))
+}
+
+fn is_identity(pose: &Value) -> bool {
     let turn = &pose["orientation"];
-    let is_there = position.iter().all(|number| number.as_f64() == Some(0.0));
     let is_turned = turn.is_object() && turn["w"].as_f64() != Some(1.0);
-    if is_there && !is_turned {
-        String::new()
-    } else {
-        format!(" {}", pose_text(pose))
-    }
+    let mut position = list(pose, "position").iter();
+    position.all(|number| number.as_f64() == Some(0.0)) && !is_turned
 }
 
 fn touching(attached: &Value) -> String {
-    let names: Vec<String> = list(attached, "touch_links").iter().map(name_of).collect();
-    if names.is_empty() {
-        String::new()
-    } else {
-        format!("may touch {}", names.join(", "))
-    }
+    let names = list(attached, "touch_links").iter().map(name_of);
+    listed("may touch ", names)
 }

@@ -21,13 +21,10 @@ impl Pose {
                 position: [x, y, z],
                 orientation: [qx, qy, qz, qw],
             }),
-            _ => {
-                let text = format!(
-                    "{} numbers given for a pose; give x y z, or x y z qx qy qz qw",
-                    self.pose.len()
-                );
-                Err(CliError::Usage(text))
-            }
+            _ => Err(CliError::Usage(format!(
+                "{} numbers given for a pose; give x y z, or x y z qx qy qz qw",
+                self.pose.len()
+            ))),
         }
     }
 }

@@ -4,9 +4,9 @@ use std::time::Instant;
 
 use taut::collision::CollisionModel;
 use taut::optimize::{LIMIT_TOLERANCE, Settings};
-use taut::robot::Kinematics;
+use taut::robot::{Kinematics, RobotModel};
 use taut::validation::timed::{self, Curve, Outside, TimedHit, TimedProof, TimedVerdict};
-use taut::validation::{HitReason, Scratch, Validator};
+use taut::validation::{Contact, HitReason, Scratch, Validator};
 use taut::warning::Warning;
 use taut_ipc::planner::Request;
 
@@ -79,26 +79,27 @@ fn late_start(curve: &Curve) -> Option<Warning> {
 fn outside(loaded: &Loaded, curve: &Curve, warnings: &mut Vec<Warning>) -> Option<Verdict> {
     let robot = &loaded.robot;
     let Some(outside) = curve.outside(robot) else {
-        warnings.extend(
-            curve
-                .outside_soft(robot)
-                .map(|outside| soft(loaded, &outside)),
-        );
+        let soft_limits = curve.outside_soft(robot);
+        warnings.extend(soft_limits.map(|outside| soft(loaded, &outside)));
         return None;
     };
     let variable = &robot.variables()[outside.column];
-    if outside.by > LIMIT_TOLERANCE {
-        return Some(Verdict::Outside {
-            variable: variable.name.clone(),
-            limits: [variable.hard_lower, variable.hard_upper],
-            outside,
-        });
+    if outside.by <= LIMIT_TOLERANCE {
+        warnings.push(hardly_outside(&variable.name, &outside));
+        return None;
     }
-    warnings.push(Warning::uncovered(format!(
-        "{} leaves its limits by {:.1e} at {:.4} s",
-        variable.name, outside.by, outside.time_s
-    )));
-    None
+    Some(Verdict::Outside {
+        variable: variable.name.clone(),
+        limits: [variable.hard_lower, variable.hard_upper],
+        outside,
+    })
+}
+
+fn hardly_outside(name: &str, outside: &Outside) -> Warning {
+    Warning::uncovered(format!(
+        "{name} leaves its limits by {:.1e} at {:.4} s",
+        outside.by, outside.time_s
+    ))
 }
 
 fn soft(loaded: &Loaded, outside: &Outside) -> Warning {
@@ -119,16 +120,20 @@ fn standing(
     let mut kinematics = Kinematics::default();
     kinematics.update(&loaded.robot, &curve.at(0, 0.0), held);
     let (bodies, contact) = model.static_contact(&kinematics)?;
+    let hit = hit_at_start(curve, contact);
+    Some(Verdict::Refused { hit, bodies })
+}
+
+fn hit_at_start(curve: &Curve, contact: Contact) -> TimedHit {
     let time_s = curve.time(0);
-    let hit = TimedHit {
+    TimedHit {
         reason: HitReason::Collision,
         point: 0,
         time_s,
         pair: 0,
         seen_s: time_s,
         contact,
-    };
-    Some(Verdict::Refused { hit, bodies })
+    }
 }
 
 fn moving(
@@ -161,39 +166,33 @@ fn moving(
 
 /// Where each held joint stands.
 fn held(loaded: &Loaded, given: &[(String, f64)]) -> Result<Vec<f64>, CliError> {
-    let robot = &loaded.robot;
-    let mut held: Vec<f64> = robot
-        .held()
-        .iter()
-        .map(|variable| variable.default)
-        .collect();
+    let joints = loaded.robot.held();
+    let mut held: Vec<f64> = joints.iter().map(|joint| joint.default).collect();
     for (name, value) in given {
-        let index = robot.held().iter().position(|held| held.name == *name);
-        held[index.ok_or_else(|| no_held_joint(loaded, name))?] = *value;
+        let index = joints.iter().position(|joint| joint.name == *name);
+        held[index.ok_or_else(|| no_held_joint(&loaded.robot, name))?] = *value;
     }
     Ok(held)
 }
 
-fn no_held_joint(loaded: &Loaded, name: &str) -> CliError {
-    let robot = &loaded.robot;
-    let is_column = robot
-        .variables()
-        .iter()
-        .any(|variable| variable.name == name);
-    let column = if is_column {
-        " (it is a column of the path)"
-    } else {
-        ""
-    };
-    let known: Vec<&str> = robot.held().iter().map(|held| held.name.as_str()).collect();
-    let known = if known.is_empty() {
-        "none".to_owned()
-    } else {
-        known.join(", ")
+fn no_held_joint(robot: &RobotModel, name: &str) -> CliError {
+    let mut variables = robot.variables().iter();
+    let column = match variables.any(|variable| variable.name == name) {
+        true => " (it is a column of the path)",
+        false => "",
     };
     CliError::Choice(format!(
-        "{name:?} is no joint without a column{column}; valid: {known}"
+        "{name:?} is no joint without a column{column}; valid: {}",
+        held_names(robot)
     ))
+}
+
+fn held_names(robot: &RobotModel) -> String {
+    let names: Vec<&str> = robot.held().iter().map(|held| held.name.as_str()).collect();
+    match names.is_empty() {
+        true => "none".to_owned(),
+        false => names.join(", "),
+    }
 }
 
 /// What a verdict amounts to, and why.
@@ -203,11 +202,18 @@ pub(super) fn code(verdict: &Verdict) -> (Code, Option<&'static str>) {
         Verdict::Outside { .. } => (Code::Uncertified, Some("LIMIT")),
         Verdict::TimedOut => (Code::TimedOut, None),
         Verdict::NoGeometry(_) => (Code::Uncertified, Some("UNCERTIFIED")),
-        Verdict::Refused { hit, .. } => match hit.reason {
-            HitReason::Collision => (Code::InvalidMotionPlan, Some("COLLISION")),
-            HitReason::TooClose => (Code::Uncertified, Some("TOO_CLOSE")),
-            HitReason::Uncertified => (Code::Uncertified, Some("UNCERTIFIED")),
-        },
+        Verdict::Refused { hit, .. } => {
+            let (code, reason) = code_of_hit(hit.reason);
+            (code, Some(reason))
+        }
+    }
+}
+
+fn code_of_hit(reason: HitReason) -> (Code, &'static str) {
+    match reason {
+        HitReason::Collision => (Code::InvalidMotionPlan, "COLLISION"),
+        HitReason::TooClose => (Code::Uncertified, "TOO_CLOSE"),
+        HitReason::Uncertified => (Code::Uncertified, "UNCERTIFIED"),
     }
 }
 
@@ -220,9 +226,11 @@ pub(super) fn lowered(
         return Ok(Vec::new());
     }
     let model = loaded.model()?;
-    let named = |&(pair, floor): &(usize, f64)| {
-        let [a, b] = model.pair_names(pair);
-        (a, b, floor)
-    };
-    Ok(proof.lowered.iter().map(named).collect())
+    let floors = proof.lowered.iter();
+    Ok(floors.map(|floor| named(&model, *floor)).collect())
+}
+
+fn named(model: &CollisionModel, (pair, floor): (usize, f64)) -> (String, String, f64) {
+    let [a, b] = model.pair_names(pair);
+    (a, b, floor)
 }

@@ -6,21 +6,20 @@ mod judge;
 mod points;
 mod table;
 
-use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
 use taut::files::result::texts;
-use taut::files::{FileError, Reader, Trajectory};
-use taut::validation::timed::{Curve, CurveError};
+use taut::files::{Reader, Trajectory};
+use taut::validation::timed::Curve;
 use taut::warning::{self, Warning};
 use taut_ipc::planner::Request;
 
 pub(super) use points::timed_points;
 
 use super::arguments::Arguments;
-use crate::cli::error::{CliError, stdout};
-use crate::cli::format::Format;
+use crate::cli::error::{CliError, content};
+use crate::cli::format::{Format, print_line};
 use crate::cli::load::{self, Loaded};
 use crate::cli::report;
 use crate::cli::subject;
@@ -48,7 +47,7 @@ fn check(
     let loaded = load::load_holding(reader, file, &arguments.source, false, &request.held)?;
     let points = timed_points(&trajectory, trajectory.for_robot(&loaded.robot)?)?;
     let curve = Curve::new(&loaded.robot, &points);
-    let curve = curve.map_err(|error| bad_curve(file, &error))?;
+    let curve = curve.map_err(|error| content(file, error.to_string()))?;
     let start = Instant::now();
     let judged = judge(&loaded, &curve, request, start)?;
     let time_s = start.elapsed().as_secs_f64();
@@ -60,15 +59,8 @@ fn check(
             table::table(&loaded, &curve, &judged, time_s)?
         }
     };
-    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
+    print_line(&text)?;
     Ok(code(&judged.verdict).0.exit_code())
-}
-
-fn bad_curve(file: &Path, error: &CurveError) -> FileError {
-    FileError::Content {
-        file: file.to_owned(),
-        text: error.to_string(),
-    }
 }
 
 /// What a person should know beside the verdict.

@@ -1,7 +1,11 @@
 //! The points of a trajectory, each with its time.
 
+use std::path::Path;
+
 use taut::files::{FileError, Trajectory, TrajectoryPoint};
 use taut::validation::timed::Point;
+
+use crate::cli::error::content;
 
 /// The point as the core takes it; `None` where it has no time.
 fn point(point: TrajectoryPoint) -> Option<Point> {
@@ -28,11 +32,10 @@ pub(in crate::cli::check) fn timed_points(
     points: Vec<TrajectoryPoint>,
 ) -> Result<Vec<Point>, FileError> {
     let all: Option<Vec<Point>> = points.into_iter().map(point).collect();
-    all.ok_or_else(|| {
-        let text = "a point has no time_from_start; without times it is a path: leave out --timed";
-        FileError::Content {
-            file: trajectory.file.clone(),
-            text: text.to_owned(),
-        }
-    })
+    all.ok_or_else(|| without_time(&trajectory.file))
+}
+
+fn without_time(file: &Path) -> FileError {
+    let text = "a point has no time_from_start; without times it is a path: leave out --timed";
+    content(file, text.to_owned())
 }

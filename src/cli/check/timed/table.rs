@@ -39,41 +39,44 @@ pub(super) fn table(
 }
 
 fn proved(loaded: &Loaded, curve: &Curve, proof: &TimedProof) -> Result<String, CliError> {
-    let points = curve.segments() + 1;
-    let clearance = report::clearance(Some(proof.clearance_m).filter(|metres| metres.is_finite()));
-    let floors = lowered(loaded, proof)?;
-    let floors: Vec<String> = floors
-        .iter()
-        .map(|(a, b, floor)| format!("{a} × {b} {}", length(*floor)))
-        .collect();
-    let floors = match floors.is_empty() {
-        true => String::new(),
-        false => format!("   lowered: {}", floors.join(", ")),
-    };
-    let seconds = report::time(curve.total_s());
-    let pieces = proof.pieces;
+    let clearance_m = Some(proof.clearance_m).filter(|metres| metres.is_finite());
     Ok(format!(
-        "proved   {clearance}{floors}   {points} points, {seconds}, {pieces} pieces"
+        "proved   {}{}   {} points, {}, {} pieces",
+        report::clearance(clearance_m),
+        floors(&lowered(loaded, proof)?),
+        curve.segments() + 1,
+        report::time(curve.total_s()),
+        proof.pieces
     ))
 }
 
+fn floors(lowered: &[(String, String, f64)]) -> String {
+    let floors = lowered.iter();
+    let floors = floors.map(|(a, b, floor)| format!("{a} × {b} {}", length(*floor)));
+    report::listed(report::LOWERED, floors)
+}
+
 fn refused(reason: &str, hit: &TimedHit, [a, b]: &[String; 2], points: usize) -> String {
-    let depth = match -hit.contact.distance {
-        depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
-        depth if depth > 0.0 => format!("depth ≥ {} at {:.4} s", length(depth), hit.seen_s),
-        depth => format!("distance {}", length(-depth)),
-    };
     let time = hit.time_s;
     let point = hit.point + 1;
+    let depth = depth(hit);
     format!("{reason} at {time:.4} s, after point {point} of {points}: {a} × {b}, {depth}")
 }
 
+fn depth(hit: &TimedHit) -> String {
+    match -hit.contact.distance {
+        depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
+        depth if depth > 0.0 => format!("depth ≥ {} at {:.4} s", length(depth), hit.seen_s),
+        depth => format!("distance {}", length(-depth)),
+    }
+}
+
 fn outside(outside: &Outside, variable: &str, [lower, upper]: [f64; 2], points: usize) -> String {
-    let time_s = outside.time_s;
-    let value = outside.value;
-    let by = outside.by;
-    let point = outside.point + 1;
     format!(
-        "LIMIT at {time_s:.4} s, after point {point} of {points}: {variable} is {value:.6}, outside [{lower}, {upper}] by {by:.1e}"
+        "LIMIT at {:.4} s, after point {} of {points}: {variable} is {:.6}, outside [{lower}, {upper}] by {:.1e}",
+        outside.time_s,
+        outside.point + 1,
+        outside.value,
+        outside.by
     )
 }
