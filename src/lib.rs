@@ -2,6 +2,8 @@
 //!
 //! Pure: no clock, no thread, no disk, no log. Time comes in as a `stop` closure, files as bytes.
 
+#[cfg(feature = "wire")]
+pub mod answer;
 pub mod collision;
 pub mod files;
 pub(crate) mod hash;

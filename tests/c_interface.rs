@@ -265,6 +265,31 @@ int main(int, char **arguments) {
     );
 }
 
+/// The four lines that README.md and the guide of C and C++ begin with, in a function.
+#[test]
+fn the_lines_of_the_readmes_compile() {
+    let place = Place::new();
+    for page in ["README.md", "ipc/c/README.md"] {
+        let text = std::fs::read_to_string(source(page)).unwrap();
+        let (_, rest) = text.split_once("```cpp\n").expect(page);
+        let (lines, _) = rest.split_once("```").unwrap();
+        let whole = format!(
+            "#include \"taut.hpp\"\n\
+             template <class Rows> void use(double, const Rows &) {{}}\n\
+             void pull(const taut::path &path) {{\n{lines}}}\n"
+        );
+        let file = place.file("lines.cpp", &whole);
+        let mut command = Command::new("g++");
+        command
+            .args(["-std=c++17", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"])
+            .arg("-I")
+            .arg(source("ipc/c/include"))
+            .arg(&file);
+        let run = Run::of(command.output().unwrap());
+        assert_eq!(run.exit, 0, "{page}: {}", run.err);
+    }
+}
+
 #[test]
 fn the_commands_of_the_readme_build_the_examples() {
     let readme = std::fs::read_to_string(source("ipc/c/README.md")).unwrap();

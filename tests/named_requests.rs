@@ -99,6 +99,37 @@ fn this_process_answers_as_the_daemon_does() {
     assert_eq!(answers[0], answers[1]);
 }
 
+/// Asked by name, the corridor of an answer is the one that result files have.
+#[test]
+fn a_corridor_is_asked_for_and_told_by_name() {
+    let place = Place::new();
+    let _daemon = place.serve("");
+    let (columns, path) = path();
+    for planner in [
+        Planner::connect(&place.instance).unwrap(),
+        Planner::in_process(LocalService::default()),
+    ] {
+        load(&planner, &columns);
+        let plain = shortened(&planner, &request(), &path);
+        assert_eq!(plain.corridor().unwrap(), None);
+        let request = Request {
+            corridor: true,
+            ..request()
+        };
+        let best = shortened(&planner, &request, &path);
+        assert_eq!(best.path(), plain.path());
+        let told = best.corridor().unwrap().unwrap();
+        let robot = planner.robot("arm").unwrap();
+        let (outcome, _) =
+            taut::translate::outcome(&best.view().unwrap(), &request, &robot).unwrap();
+        let corridor = outcome.corridor.unwrap();
+        assert_eq!(told.floor_m, corridor.floor_m);
+        assert_eq!(told.reach, corridor.reach);
+        assert_eq!(told.slack_m, corridor.slack_m);
+        assert_eq!(told.slack_m.len() + 1, best.waypoints());
+    }
+}
+
 #[test]
 fn columns_keep_their_names_when_the_robot_changes_under_its_label() {
     let place = Place::new();

@@ -4,6 +4,9 @@
 //! little. The daemon uses [`Server`], planners use [`Client`]; both find each other by an
 //! [`Instance`].
 
+#[macro_use]
+mod option_table;
+
 pub mod client;
 pub mod control;
 mod instance;

@@ -107,3 +107,8 @@ const _: () = assert!(
     "an iterating client holds one response while it takes the next, and may copy that one out"
 );
 const _: () = assert!(SHM_RESERVE >= 4 * SHM_ALLOWANCE && SHM_ALLOWANCE >= MAX_PAYLOAD as u64);
+
+/// Widest corridor that an answer tells of, in metres.
+pub const WIDEST_CORRIDOR_M: f64 = 0.1;
+/// Part of a segment's clearance that pays for rounding and is no part of its corridor, in metres.
+pub const CORRIDOR_ROUNDING_M: f64 = 1e-9;

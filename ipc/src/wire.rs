@@ -9,6 +9,7 @@ pub(crate) mod body;
 mod code;
 pub mod document;
 mod error;
+mod flags;
 #[macro_use]
 mod layout;
 mod number;
@@ -21,11 +22,9 @@ mod status;
 pub use body::{RequestBody, ResponseBody};
 pub use code::Code;
 pub use error::WireError;
+pub use flags::{RequestFlags, ResponseFlags};
 pub use layout::{Field, Section};
-pub use number::{
-    Mode, RefusalReason, RequestFlags, ResponseFlags, SceneEventKind, Stage, Status, Termination,
-    WarningKind,
-};
+pub use number::{Mode, RefusalReason, SceneEventKind, Stage, Status, Termination, WarningKind};
 pub use record::{
     ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord,
     StageRecord, TextSpan, TurnedColumn, WarningRecord,

@@ -249,7 +249,7 @@ fn numbers_and_codes_convert_both_ways() {
     for (mode, _) in Mode::ALL {
         assert_eq!(Mode::try_from(u32::from(*mode)), Ok(*mode));
     }
-    assert!(Mode::try_from(6).is_err());
+    assert!(Mode::try_from(Mode::ALL.len() as u32).is_err());
 }
 
 #[test]
@@ -274,7 +274,7 @@ fn malformed_requests_get_their_code() {
         ),
         (
             RequestHeader {
-                mode: 6,
+                mode: Mode::ALL.len() as u32,
                 ..request()
             },
             Code::MalformedRequest,

@@ -5,15 +5,16 @@ use std::fmt::Write;
 
 use taut::optimize::{NearestBodies, Outcome, PathContact};
 
-use super::report::{Subject, length};
-use super::run::Timed;
+use super::answered::Answered;
+use super::report::length;
+use super::subject::Subject;
 
 /// Contacts that are listed one by one.
 const LISTED: usize = 8;
 
 /// Below a shortened path.
-pub(super) fn of_shortening(subject: &Subject, timed: &Timed) -> String {
-    let outcome = &timed.outcome;
+pub(super) fn of_shortening(subject: &Subject, answered: &Answered) -> String {
+    let outcome = &answered.outcome;
     if !outcome.proved {
         return String::new();
     }
@@ -33,7 +34,7 @@ pub(super) fn of_shortening(subject: &Subject, timed: &Timed) -> String {
         line(&mut text, "stages", &stages(outcome));
     }
     line(&mut text, "ended", &ended(outcome));
-    if let Some(id) = timed.request_id {
+    if let Some(id) = answered.request_id {
         line(
             &mut text,
             "request",
@@ -44,10 +45,10 @@ pub(super) fn of_shortening(subject: &Subject, timed: &Timed) -> String {
 }
 
 /// Below a path that was checked.
-pub(super) fn of_check(timed: &Timed) -> String {
+pub(super) fn of_check(answered: &Answered) -> String {
     let mut text = String::new();
-    nearest(&mut text, &timed.outcome);
-    corridor(&mut text, &timed.outcome);
+    nearest(&mut text, &answered.outcome);
+    corridor(&mut text, &answered.outcome);
     text
 }
 

@@ -4,23 +4,22 @@ use std::io::ErrorKind;
 
 use taut::collision::CollisionModelError;
 use taut::files::FileError;
-use taut::optimize::RequestError;
 use taut_ipc::ClientError;
-use taut_ipc::control::Refusal;
+use taut_ipc::control::ControlReply;
 use taut_ipc::own_daemon::OwnDaemonError;
+use taut_ipc::planner::PlannerError;
 
-use super::code::Code;
 use crate::daemon::DaemonError;
 use crate::daemon::recording::RecordingError;
 use crate::daemon::supervise::SuperviseError;
 use crate::daemon::translate::AnswerError;
+use taut_ipc::wire::Code;
 
 /// Exit code of a command line that cannot be read.
 pub(super) const USAGE: u8 = 64;
 const BAD_DATA: u8 = 65;
 const UNREADABLE: u8 = 66;
 const NO_PROGRAM: u8 = 67;
-const PANICKED: u8 = 70;
 
 /// Why a command has no answer.
 #[derive(Debug, thiserror::Error)]
@@ -42,21 +41,13 @@ pub(super) enum CliError {
     /// A name or number of a request that does not exist.
     #[error("{0}")]
     Choice(String),
-    /// A request that cannot be computed.
-    #[error("{name}: {source}")]
-    Request {
-        /// What was being run.
+    /// What this process cannot compute, or a defect of it.
+    #[error("{name}: {message}")]
+    Here {
+        /// What was being asked about.
         name: String,
         /// What is wrong.
-        source: RequestError,
-    },
-    /// A defect of this program.
-    #[error("{name}: the optimizer panicked: {text}")]
-    Panic {
-        /// What was being run.
-        name: String,
-        /// What it said.
-        text: String,
+        message: String,
     },
     /// A daemon of the command's own.
     #[error(transparent)]
@@ -112,21 +103,39 @@ pub(super) enum CliError {
     },
 }
 
-impl From<Refusal> for CliError {
-    fn from(refusal: Refusal) -> Self {
-        // A code of a newer daemon is a code all the same; the message says what it means.
-        let code = Code::try_from(refusal.code).unwrap_or(Code::MalformedRequest);
-        Self::Refused {
-            code,
-            message: refusal.message,
-            retry_after_ms: refusal.retry_after_ms,
+impl From<PlannerError> for CliError {
+    fn from(error: PlannerError) -> Self {
+        match error {
+            PlannerError::Client(error) => Self::Client(error),
+            // Of a size and not of a choice: it has an exit code of its own.
+            PlannerError::Invalid {
+                code: code @ Code::ResourceExhausted,
+                message,
+            } => Self::Refused {
+                code,
+                message,
+                retry_after_ms: 0,
+            },
+            PlannerError::Invalid { message, .. } => Self::Choice(message),
+            PlannerError::Refused(refused) => Self::Refused {
+                code: refused.code,
+                message: refused.message,
+                retry_after_ms: refused.retry_after_ms,
+            },
         }
+    }
+}
+
+impl From<taut_ipc::InstanceError> for CliError {
+    fn from(error: taut_ipc::InstanceError) -> Self {
+        Self::Daemon(DaemonError::Instance(error))
     }
 }
 
 impl From<AnswerError> for CliError {
     fn from(error: AnswerError) -> Self {
         match error {
+            AnswerError::Request(error) => error.into(),
             AnswerError::Refused {
                 code,
                 message,
@@ -159,8 +168,7 @@ impl CliError {
         match self {
             Self::Usage(_) => USAGE,
             Self::File(FileError::Unreadable { .. }) | Self::Output { .. } => UNREADABLE,
-            Self::File(_) | Self::Model { .. } | Self::Choice(_) | Self::Request { .. } => BAD_DATA,
-            Self::Panic { .. } => PANICKED,
+            Self::File(_) | Self::Model { .. } | Self::Choice(_) | Self::Here { .. } => BAD_DATA,
             Self::OwnDaemon(error) => error.exit_code(),
             Self::NoProgram { .. } => NO_PROGRAM,
             // What shells say of a program that Ctrl-C ended.
@@ -184,6 +192,20 @@ impl CliError {
         }
         self.exit_code()
     }
+}
+
+/// A reply of another kind than the message asks for: daemon and command of different releases.
+pub(super) fn unexpected(reply: &ControlReply) -> CliError {
+    let text = format!("the daemon answers {reply:?}; use client and daemon of the same release");
+    CliError::Usage(text)
+}
+
+/// Whether the daemon went away.
+pub(super) fn is_lost(error: &CliError) -> bool {
+    matches!(
+        error,
+        CliError::Client(ClientError::DaemonLost { .. } | ClientError::NoAnswer)
+    )
 }
 
 /// Standard output that cannot be written.

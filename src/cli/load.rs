@@ -3,22 +3,20 @@
 use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 
-use taut::collision::{CollisionModel, shared_names};
-use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
+use taut::collision::CollisionModel;
+use taut::files::result::{ResultSubject, RobotSource, SceneSource};
 use taut::files::{
     self, FileError, Geometry, Kind, Packages, PathTable, Problem, Reader, RobotFiles,
 };
 use taut::path::Path;
-use taut::robot::{HeldVariable, RobotModel};
+use taut::robot::{HeldVariable, RobotDescription, RobotModel};
 use taut::scene::Scene;
 use taut::scene::scene_file::SceneFile;
 use taut::warning::Warning;
 
 use super::error::CliError;
-use super::layout;
 use super::quantity;
-use super::report::{self, Subject};
-use super::request::{GeometryChoice, Source};
+use super::source::{GeometryChoice, Source};
 
 /// Everything that a run needs.
 pub(super) struct Loaded {
@@ -54,39 +52,19 @@ impl Loaded {
         })
     }
 
-    /// Triangles of robot and scene.
-    pub(super) fn triangles(&self) -> usize {
-        let links = self.robot.links().iter().flat_map(|link| &link.shapes);
-        let objects = self.scene.objects().flat_map(|object| &*object.shapes);
-        let count = |placed: &taut::shape::PlacedShape| {
-            let mesh = placed.shape.mesh();
-            mesh.map_or(0, |mesh| mesh.triangles().len())
-        };
-        links.chain(objects).map(count).sum()
+    /// Which of a problem's models of the robot it is, in results.
+    pub(super) fn geometry_name(&self) -> &'static str {
+        match self.geometry {
+            Geometry::Given => "given",
+            Geometry::Spheres => "spheres",
+        }
     }
 
-    /// What a report says about it.
-    pub(super) fn subject(&self) -> Subject {
-        Subject {
-            name: self.name.clone(),
-            geometry: report::geometry_name(self.geometry),
-            warnings: [
-                self.robot.warnings(),
-                self.scene.warnings(),
-                &shared_names(&self.robot, &self.scene),
-            ]
-            .concat(),
-            notes: self.notes.clone(),
-            variables: self
-                .robot
-                .variables()
-                .iter()
-                .map(|variable| variable.name.clone())
-                .collect(),
-            coordinates: layout::coordinates_of_model(&self.robot),
-            metric: String::new(),
-            path_before: rows(&self.path),
-            source: ResultSubject::default(),
+    /// What the scene is called: its name, else that of what it was read for.
+    pub(super) fn scene_name(&self) -> &str {
+        match self.scene.name() {
+            "" => &self.name,
+            name => name,
         }
     }
 
@@ -241,74 +219,20 @@ fn bare(
     name: String,
     table: PathTable,
 ) -> Result<Loaded, CliError> {
-    let srdf = source.srdf.clone().or_else(|| files::srdf_of(urdf));
-    let elsewhere = srdf
-        .iter()
-        .filter(|file| source.srdf.is_none() && file.parent() != urdf.parent());
-    let elsewhere: Vec<Warning> = elsewhere
-        .map(|file| Warning::cosmetic("SRDF", format!("the SRDF is {}", file.display())))
-        .collect();
-    let packages = quantity::packages(&source.packages);
-    let mut robot_files = RobotFiles {
-        urdf: urdf.to_owned(),
-        srdf,
-        packages,
-        ..RobotFiles::default()
-    };
-    let mut robot = reader.robot_of(&robot_files)?;
-    let table = table.for_robot(&robot)?;
-    robot_files.variables = Some(table.variables().to_vec());
-    robot.variables.clone_from(&robot_files.variables);
-    let robot = RobotModel::new(robot).map_err(|source| FileError::Robot {
-        file: urdf.to_owned(),
-        source,
-    })?;
-    let selected = source.select.as_deref();
-    let scene = scene_file.as_deref().map_or_else(
-        || Ok(Scene::default()),
-        |file| reader.selected_scene(file, selected),
-    )?;
-    let mut notes: Vec<Warning> = table.warnings().iter().cloned().chain(elsewhere).collect();
-    let at_zero = || {
-        robot
-            .held()
-            .iter()
-            .filter(|variable| held.iter().all(|(name, _)| *name != variable.name))
-    };
-    if let Some(variable) =
-        at_zero().find(|variable| variable.hard_lower > 0.0 || variable.hard_upper < 0.0)
-    {
-        let missing = &variable.name;
-        let lower = variable.hard_lower;
-        let upper = variable.hard_upper;
-        let text = format!(
-            "column {missing:?} is missing, and the joint cannot be held at 0, outside [{lower}, {upper}]; add it, or give --hold {missing}=VALUE"
-        );
-        return Err(FileError::Content {
-            file: name.into(),
-            text,
-        }
-        .into());
-    }
-    let given = |name: &str| {
-        held.iter()
-            .rev()
-            .find(|(known, _)| known == name)
-            .map(|(_, value)| *value)
-    };
-    let where_held = |variable: &HeldVariable| given(&variable.name).unwrap_or(variable.default);
-    table.check_held(
-        robot
-            .held()
-            .iter()
-            .map(|variable| (variable.name.as_str(), where_held(variable))),
-    )?;
+    let mut files = robot_files(urdf, source);
+    let description = reader.robot_of(&files)?;
+    let table = table.for_robot(&description)?;
+    files.variables = Some(table.variables().to_vec());
+    let robot = robot_of(description, &files)?;
+    let scene = scene_of(reader, scene_file.as_deref(), source)?;
+    let mut notes = table.warnings().to_vec();
+    notes.extend(srdf_elsewhere(&files, source));
+    notes.extend(held_at_zero(&robot, held, &name)?);
+    check_held(&table, &robot, held)?;
     let path = table.into_path(robot.variables())?;
-    let names: Vec<&str> = at_zero().map(|variable| variable.name.as_str()).collect();
-    notes.extend(taut_ipc::planner::held_at_zero(&names).map(Warning::uncovered));
     Ok(Loaded {
         robot: Arc::new(robot),
-        robot_files,
+        robot_files: files,
         scene: Arc::new(scene),
         scene_file,
         selected: source.select.clone(),
@@ -318,4 +242,97 @@ fn bare(
         weights: None,
         notes,
     })
+}
+
+fn robot_files(urdf: &FilePath, source: &Source) -> RobotFiles {
+    RobotFiles {
+        urdf: urdf.to_owned(),
+        srdf: source.srdf.clone().or_else(|| files::srdf_of(urdf)),
+        packages: quantity::packages(&source.packages),
+        ..RobotFiles::default()
+    }
+}
+
+/// The robot with the columns of a path only.
+fn robot_of(description: RobotDescription, files: &RobotFiles) -> Result<RobotModel, CliError> {
+    let description = RobotDescription {
+        variables: files.variables.clone(),
+        ..description
+    };
+    let robot = RobotModel::new(description).map_err(|source| FileError::Robot {
+        file: files.urdf.clone(),
+        source,
+    })?;
+    Ok(robot)
+}
+
+fn scene_of(
+    reader: &mut Reader,
+    file: Option<&FilePath>,
+    source: &Source,
+) -> Result<Scene, CliError> {
+    match file {
+        None => Ok(Scene::default()),
+        Some(file) => Ok(reader.selected_scene(file, source.select.as_deref())?),
+    }
+}
+
+/// That the SRDF was found in another folder than the URDF's.
+fn srdf_elsewhere(files: &RobotFiles, source: &Source) -> Option<Warning> {
+    let srdf = files.srdf.as_ref()?;
+    let is_elsewhere = source.srdf.is_none() && srdf.parent() != files.urdf.parent();
+    is_elsewhere.then(|| Warning::cosmetic("SRDF", format!("the SRDF is {}", srdf.display())))
+}
+
+/// That joints without a column stand at 0.
+///
+/// # Errors
+/// One that cannot.
+fn held_at_zero(
+    robot: &RobotModel,
+    held: &[(String, f64)],
+    name: &str,
+) -> Result<Option<Warning>, FileError> {
+    let is_given = |variable: &HeldVariable| held.iter().any(|(name, _)| *name == variable.name);
+    let at_zero: Vec<&HeldVariable> = robot
+        .held()
+        .iter()
+        .filter(|variable| !is_given(variable))
+        .collect();
+    let cannot = |variable: &HeldVariable| variable.hard_lower > 0.0 || variable.hard_upper < 0.0;
+    if let Some(variable) = at_zero.iter().find(|variable| cannot(variable)) {
+        return Err(never_at_zero(variable, name));
+    }
+    let names: Vec<&str> = at_zero
+        .iter()
+        .map(|variable| variable.name.as_str())
+        .collect();
+    Ok(taut_ipc::planner::held_at_zero(&names).map(Warning::uncovered))
+}
+
+fn never_at_zero(variable: &HeldVariable, name: &str) -> FileError {
+    let missing = &variable.name;
+    let lower = variable.hard_lower;
+    let upper = variable.hard_upper;
+    let text = format!(
+        "column {missing:?} is missing, and the joint cannot be held at 0, outside [{lower}, {upper}]; add it, or give --hold {missing}=VALUE"
+    );
+    FileError::Content {
+        file: name.into(),
+        text,
+    }
+}
+
+/// Checks what the path's file says of held joints by where these stand.
+fn check_held(
+    table: &PathTable,
+    robot: &RobotModel,
+    held: &[(String, f64)],
+) -> Result<(), FileError> {
+    let given = |name: &str| held.iter().rev().find(|(known, _)| known == name);
+    let stands = |variable: &HeldVariable| {
+        given(&variable.name).map_or(variable.default, |(_, value)| *value)
+    };
+    let held = robot.held().iter();
+    table.check_held(held.map(|variable| (variable.name.as_str(), stands(variable))))
 }

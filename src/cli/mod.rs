@@ -1,39 +1,38 @@
 //! The command line: one file per subcommand, stable exit codes, one-line errors with the next
 //! step.
 
-mod against;
+mod answer;
+mod answered;
+mod asked;
 mod bench;
 mod check;
-mod choices;
-mod code;
-mod connect;
 mod demo;
 mod details;
 mod doctor;
 mod error;
 mod export;
 mod format;
-mod layout;
+mod instance;
+mod labelled;
 mod load;
 mod models;
+mod options;
 mod place;
+mod prepare;
 mod progress;
 mod quantity;
 mod record;
-mod remote;
 mod replay;
 mod report;
-mod request;
-mod run;
 mod scene;
 mod serve;
 mod shorten;
+mod source;
+mod subject;
 mod svg;
-mod timed;
 mod top;
-mod verify;
 mod view;
-mod watch;
+mod weights;
 mod why;
 
 use std::process::ExitCode;
@@ -42,8 +41,6 @@ use clap::Parser;
 use clap::error::ErrorKind;
 
 use error::USAGE;
-use format::Format;
-use progress::progress_bar;
 
 /// Pulls planners' paths taut and proves every answer collision-free.
 #[derive(Parser)]
@@ -84,25 +81,14 @@ enum Command {
 /// Runs the command line and gives its exit code: 0 proved, 1 collision, 2 not provable, 64 and
 /// above an error.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
-        Err(error) => {
-            if matches!(
-                error.kind(),
-                ErrorKind::DisplayHelp | ErrorKind::DisplayVersion
-            ) {
-                // Where even this cannot be written there is nobody to tell.
-                let _ = error.print();
-                return ExitCode::SUCCESS;
-            }
-            match error.kind() {
-                ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => eprintln!("{error}"),
-                _ => eprintln!("taut: {}", one_line(&error)),
-            }
-            return ExitCode::from(USAGE);
-        }
-    };
-    let result = match cli.command {
+    match Cli::try_parse() {
+        Ok(cli) => ExitCode::from(run(cli.command).unwrap_or_else(|error| error.report())),
+        Err(error) => unread(&error),
+    }
+}
+
+fn run(command: Command) -> Result<u8, error::CliError> {
+    match command {
         Command::Check(arguments) => check::run(&arguments),
         Command::Shorten(arguments) => shorten::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
@@ -124,8 +110,21 @@ pub fn main() -> ExitCode {
         Command::Why(arguments) => why::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
-    };
-    ExitCode::from(result.unwrap_or_else(|error| error.report()))
+    }
+}
+
+/// Prints why there is no command to run: often because help was asked for.
+fn unread(error: &clap::Error) -> ExitCode {
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            // Where even this cannot be written there is nobody to tell.
+            let _ = error.print();
+            return ExitCode::SUCCESS;
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => eprintln!("{error}"),
+        _ => eprintln!("taut: {}", one_line(error)),
+    }
+    ExitCode::from(USAGE)
 }
 
 /// What clap says on several lines, as one with the next step at its end.

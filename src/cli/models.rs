@@ -7,15 +7,17 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use taut::files::{self, Geometry, Packages, Reader, RobotFiles};
-use taut_ipc::control::{ControlReply, ControlRequest, Listing, RobotDescription, SceneSummary};
+use taut_ipc::control::{ControlRequest, Listing, RobotDescription, SceneSummary};
 use taut_ipc::{DaemonState, daemon_state};
 
-use super::Format;
-use super::connect::{InstanceChoice, control, control_once, is_lost, unexpected};
+use super::error::is_lost;
 use super::error::{CliError, stdout};
+use super::format::Format;
+use super::instance::InstanceChoice;
 use super::progress::Progress;
 use super::quantity;
-use super::remote::{self, folder_of};
+use super::source::folder_of;
+use crate::daemon::translate;
 
 /// How long `stop` waits for the daemon's end.
 const STOP_PATIENCE: Duration = Duration::from_secs(30);
@@ -117,7 +119,7 @@ pub(super) struct Stop {
 
 /// Loads a robot.
 pub(super) fn load_robot(arguments: &LoadRobot) -> Result<u8, CliError> {
-    let client = arguments.instance.connect()?;
+    let planner = arguments.instance.connect()?;
     let packages = quantity::packages(&arguments.packages);
     let files = match (&arguments.urdf, &arguments.problem) {
         (Some(urdf), _) => {
@@ -142,97 +144,76 @@ pub(super) fn load_robot(arguments: &LoadRobot) -> Result<u8, CliError> {
         (None, None) => return Err(CliError::Usage("give --urdf or --problem".to_owned())),
     };
     let progress = Progress::start(&files.urdf);
-    let robot = remote::load_robot(&client, arguments.label.clone(), &files, arguments.replace)?;
+    let source = translate::robot_source(&files);
+    let robot = planner.load_robot(&arguments.label, &source, arguments.replace)?;
     drop(progress);
     for warning in &robot.warnings {
         eprintln!("warning: {warning}");
     }
-    print(arguments.format, &robot, || {
+    print(arguments.format, &*robot, || {
         robot_line(&robot.label, robot.nq, robot.robot_hash)
     })
 }
 
 /// Loads a scene.
 pub(super) fn load_scene(arguments: &LoadScene) -> Result<u8, CliError> {
-    let client = arguments.instance.connect()?;
-    let label = arguments.label.clone();
-    let replace = arguments.replace;
+    let planner = arguments.instance.connect()?;
     let json = files::selected_scene_text(&arguments.file, arguments.select.as_deref())?;
-    let base_dir = folder_of(&arguments.file);
+    let folder = folder_of(&arguments.file);
     let progress = Progress::start(&arguments.file);
-    let reply = control(
-        &client,
-        &ControlRequest::LoadScene {
-            label,
-            json,
-            base_dir,
-            replace,
-        },
+    let scene = planner.load_scene(
+        &arguments.label,
+        &json,
+        folder.as_deref(),
+        arguments.replace,
     );
     drop(progress);
-    match reply? {
-        ControlReply::Scene(scene) => {
-            for warning in &scene.warnings {
-                eprintln!("warning: {warning}");
-            }
-            print(arguments.format, &scene, || scene_line(&scene))
-        }
-        other => Err(unexpected(&other)),
+    let scene = scene?;
+    for warning in &scene.warnings {
+        eprintln!("warning: {warning}");
     }
+    print(arguments.format, &scene, || scene_line(&scene))
 }
 
 /// Forgets a robot.
 pub(super) fn unload_robot(arguments: &Unload) -> Result<u8, CliError> {
-    let label = arguments.label.clone();
-    control(
-        &arguments.instance.connect()?,
-        &ControlRequest::UnloadRobot { label },
-    )
-    .map(|_| 0)
+    let planner = arguments.instance.connect()?;
+    planner.unload_robot(&arguments.label)?;
+    Ok(0)
 }
 
 /// Forgets a scene.
 pub(super) fn unload_scene(arguments: &Unload) -> Result<u8, CliError> {
-    let label = arguments.label.clone();
-    control(
-        &arguments.instance.connect()?,
-        &ControlRequest::UnloadScene { label },
-    )
-    .map(|_| 0)
+    let planner = arguments.instance.connect()?;
+    planner.unload_scene(&arguments.label)?;
+    Ok(0)
 }
 
 /// Lists what is loaded.
 pub(super) fn list(arguments: &List) -> Result<u8, CliError> {
-    match control(&arguments.instance.connect()?, &ControlRequest::List)? {
-        ControlReply::Listing(listing) => {
-            print(arguments.format, &listing, || list_lines(&listing))
-        }
-        other => Err(unexpected(&other)),
-    }
+    let listing = arguments.instance.connect()?.list()?;
+    print(arguments.format, &listing, || list_lines(&listing))
 }
 
 /// Describes a robot.
 pub(super) fn describe(arguments: &Describe) -> Result<u8, CliError> {
-    let label = arguments.robot.clone();
-    match control(
-        &arguments.instance.connect()?,
-        &ControlRequest::Describe { label },
-    )? {
-        ControlReply::Robot(robot) => print(arguments.format, &robot, || description(&robot)),
-        other => Err(unexpected(&other)),
-    }
+    let robot = arguments.instance.connect()?.robot(&arguments.robot)?;
+    print(arguments.format, &*robot, || description(&robot))
 }
 
 /// Stops the daemon and waits until it has gone.
 pub(super) fn stop(arguments: &Stop) -> Result<u8, CliError> {
     let instance = arguments.instance.instance()?;
-    let client = arguments.instance.connect()?;
-    match control_once(&client, &ControlRequest::Shutdown) {
+    let planner = arguments.instance.connect()?;
+    match planner
+        .control_once(&ControlRequest::Shutdown)
+        .map_err(CliError::from)
+    {
         // It may be gone before its reply is read.
         Err(error) if !is_lost(&error) => return Err(error),
         _ => {}
     }
-    drop(client);
+    drop(planner);
     let end = Instant::now() + STOP_PATIENCE;
     while daemon_state(&instance)? != DaemonState::Absent {
         if Instant::now() > end {

@@ -1,21 +1,14 @@
-//! Where a request is computed: by the daemon, or in this process. Both give the same report.
+//! Where a request is computed: by the daemon, or in this process. Nothing else knows which.
 
-use std::path::Path;
-use std::time::Duration;
+use std::sync::Arc;
 
-use taut::collision::{neutral_warnings, reach_weights};
-use taut::files::Reader;
-use taut::optimize::Workspace;
-use taut_ipc::{Client, ClientError};
+use taut::local::LocalService;
+use taut_ipc::ClientError;
+use taut_ipc::planner::{Planner, PlannerError};
 
-use super::connect::InstanceChoice;
 use super::error::CliError;
-use super::layout::Layout;
-use super::progress::Progress;
-use super::report::Subject;
-use super::request::{Asked, Source};
-use super::run::{self as runner, Timed};
-use super::{load, remote};
+use super::instance::InstanceChoice;
+use super::load::Loaded;
 
 /// The choice on the command line.
 #[derive(clap::Args)]
@@ -30,9 +23,9 @@ pub(super) struct Choice {
 /// A place.
 pub(super) enum Place {
     /// This process.
-    Local(Box<Workspace>),
+    Here,
     /// The daemon.
-    Daemon(Client),
+    Daemon(Planner),
 }
 
 impl Place {
@@ -42,10 +35,10 @@ impl Place {
     /// Where there is no daemon.
     pub(super) fn open(choice: &Choice) -> Result<Self, CliError> {
         if choice.local {
-            return Ok(Self::Local(Box::default()));
+            return Ok(Self::Here);
         }
         match choice.instance.connect() {
-            Ok(client) => Ok(Self::Daemon(client)),
+            Ok(planner) => Ok(Self::Daemon(planner)),
             Err(CliError::Client(ClientError::DaemonLost { root, reason })) => {
                 Err(CliError::NoDaemon { root, reason })
             }
@@ -53,73 +46,53 @@ impl Place {
         }
     }
 
-    /// Answers the request about a file. `watch` gets the length of each improvement and when it
-    /// came. Only an answer that is kept as a file says where robot and scene come from.
+    /// Who has robots and scenes that were loaded before, and watches paths.
+    pub(super) fn daemon(&self) -> Option<&Planner> {
+        match self {
+            Self::Here => None,
+            Self::Daemon(planner) => Some(planner),
+        }
+    }
+
+    /// Who answers requests about what was read; where that is this process, it has robot and scene
+    /// under these labels already, and nothing of another file.
     ///
     /// # Errors
-    /// A file that cannot be used, a request that is refused, a daemon that went away.
-    pub(super) fn answer(
-        &mut self,
-        reader: &mut Reader,
-        file: &Path,
-        source: &Source,
-        asked: &Asked,
-        is_kept: bool,
-        watch: &mut dyn FnMut(Duration, f64),
-    ) -> Result<(Subject, Timed), CliError> {
+    /// A robot and a scene that do not go together.
+    pub(super) fn planner(
+        &self,
+        loaded: &Loaded,
+        robot: &str,
+        scene: &str,
+    ) -> Result<Planner, CliError> {
         match self {
-            Self::Local(workspace) => {
-                let progress = Progress::start(file);
-                let loaded = load::load_holding(reader, file, source, false, asked.choices.held())?;
-                progress.preparing(loaded.triangles());
-                let model = loaded.model()?;
-                let layout =
-                    Layout::of_model(&loaded.robot, reach_weights(&loaded.robot, model.bodies()));
-                let settings =
-                    asked.settings(loaded.weights.as_ref(), &layout, loaded.path.len())?;
-                let mut subject = loaded.subject();
-                subject.metric = asked.metric(loaded.weights.is_some());
-                let of_robot = loaded.robot.warnings().len();
-                subject
-                    .warnings
-                    .splice(of_robot..of_robot, neutral_warnings(&model));
-                drop(progress);
-                let timed = runner::run(
-                    &loaded,
-                    &model,
-                    &settings,
-                    asked.rules.deadline,
-                    workspace,
-                    watch,
-                )?;
-                if is_kept {
-                    subject.source = asked.source(loaded.source(&source.packages));
-                }
-                Ok((subject, timed))
-            }
-            Self::Daemon(client) => {
-                let progress = Progress::start(file);
-                let mut prepared =
-                    remote::prepare(client, reader, file, source, asked.choices.held())?;
-                drop(progress);
-                let layout = Layout::of_description(&prepared.robot);
-                let settings =
-                    asked.settings(prepared.weights.as_ref(), &layout, prepared.path.len())?;
-                prepared.subject.metric = asked.metric(prepared.weights.is_some());
-                let timed = remote::run(
-                    client,
-                    &prepared,
-                    &layout,
-                    &settings,
-                    asked.rules.deadline,
-                    watch,
-                )?;
-                if is_kept {
-                    prepared.subject.source =
-                        asked.source(remote::source(client, &prepared, &source.packages));
-                }
-                Ok((prepared.subject, timed))
+            Self::Daemon(planner) => Ok(planner.clone()),
+            Self::Here => {
+                let service = Arc::new(LocalService::default());
+                service
+                    .insert((robot, &loaded.robot), (scene, &loaded.scene))
+                    .map_err(|refusal| CliError::Here {
+                        name: loaded.name.clone(),
+                        message: refusal.message,
+                    })?;
+                Ok(Planner::in_process(service))
             }
         }
+    }
+
+    /// A refusal as this place tells it: this process says what it is about, the daemon its code.
+    pub(super) fn refusal(&self, name: &str, error: PlannerError) -> CliError {
+        match (self, error) {
+            (Self::Here, PlannerError::Refused(refused)) => CliError::Here {
+                name: name.to_owned(),
+                message: refused.message,
+            },
+            (_, error) => error.into(),
+        }
+    }
+
+    /// The id under which `taut why` knows a request.
+    pub(super) fn known_id(&self, request_id: u64) -> Option<u64> {
+        self.daemon().map(|_| request_id)
     }
 }

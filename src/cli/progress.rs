@@ -27,13 +27,6 @@ impl Progress {
         bar.enable_steady_tick(Duration::from_millis(80));
         Self(Some(bar))
     }
-
-    /// Says that what was read is being made ready.
-    pub(super) fn preparing(&self, triangles: usize) {
-        if let Some(bar) = &self.0 {
-            bar.set_message(format!("preparing {triangles} triangles"));
-        }
-    }
 }
 
 impl Drop for Progress {

@@ -7,12 +7,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use signal_hook::consts::{SIGINT, SIGTERM};
-use taut_ipc::Client;
 use taut_ipc::control::{ControlReply, ControlRequest, RecordingState};
+use taut_ipc::planner::Planner;
 
-use super::connect::{InstanceChoice, control_once, unexpected};
-use super::error::{CliError, stdout};
-use super::{Format, quantity};
+use super::error::{CliError, stdout, unexpected};
+use super::format::Format;
+use super::instance::InstanceChoice;
+use super::quantity;
 
 /// Time between two looks at whether to end.
 const LOOK_UP: Duration = Duration::from_millis(50);
@@ -49,10 +50,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, ends.clone()).map_err(failed)?;
     }
-    let client = arguments.instance.connect()?;
+    let planner = arguments.instance.connect()?;
     let file = absolute(&arguments.out)?;
     let start = Instant::now();
-    let mut asked = ask(&client, &file).map(|_| start)?;
+    let mut asked = ask(&planner, &file).map(|_| start)?;
     let is_terminal = std::io::stderr().is_terminal();
     eprintln!("recording to {}; end with Ctrl-C", file.display());
     let is_over = |start: Instant| arguments.time.is_some_and(|time| start.elapsed() >= time);
@@ -60,7 +61,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         std::thread::sleep(LOOK_UP);
         if asked.elapsed() >= ASK_EVERY {
             asked = Instant::now();
-            let state = ask(&client, &file)?;
+            let state = ask(&planner, &file)?;
             if is_terminal {
                 eprint!("\r{}  ", words(&state));
             }
@@ -69,7 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     if is_terminal {
         eprintln!();
     }
-    let state = recording(control_once(&client, &ControlRequest::EndRecording)?)?;
+    let state = recording(planner.control_once(&ControlRequest::EndRecording)?)?;
     let text = match arguments.format {
         Format::Json => {
             serde_json::to_string(&state).expect("control replies hold only plain values")
@@ -80,13 +81,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     Ok(0)
 }
 
-fn ask(client: &Client, file: &Path) -> Result<RecordingState, CliError> {
-    recording(control_once(
-        client,
-        &ControlRequest::Record {
-            file: file.to_owned(),
-        },
-    )?)
+fn ask(planner: &Planner, file: &Path) -> Result<RecordingState, CliError> {
+    recording(planner.control_once(&ControlRequest::Record {
+        file: file.to_owned(),
+    })?)
 }
 
 /// The state of a recording, or of a bundle.

@@ -9,10 +9,12 @@ use std::time::Instant;
 use serde::Serialize;
 use taut::optimize::Workspace;
 
-use super::code::Code;
 use super::error::{CliError, stdout};
-use super::{Format, progress_bar, report};
+use super::format::Format;
+use super::progress::progress_bar;
+use super::report;
 use crate::daemon::recording::{Recorded, Recording, Replay, Verdict};
+use taut_ipc::wire::Code;
 
 /// Compute a recorded run again, in this process
 ///

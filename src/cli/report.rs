@@ -1,69 +1,48 @@
 //! How an answer is shown: as a result file's one JSON object, or in lines for people.
 
-use taut::files::result::{ResultCoordinate, ResultCorridor, ResultSubject, texts};
-use taut::files::{Geometry, ResultFile};
-use taut::optimize::{ColumnTurns, Mode, Outcome, Refusal};
+use taut::files::ResultFile;
+use taut::files::result::texts;
+use taut::optimize::{ColumnTurns, Outcome, Refusal};
 use taut::solid::TOUCHING_M;
 use taut::warning::{self, Warning};
+use taut_ipc::wire::Mode;
 
-use super::code::Code;
-use super::layout::Coordinate;
-use super::run::Timed;
-
-/// What was answered about.
-pub(super) struct Subject {
-    /// Label of the problem, or the file's name.
-    pub name: String,
-    /// Which of the robot's models was taken.
-    pub geometry: &'static str,
-    /// What a person should know of robot and scene, where the answer itself does not tell.
-    pub warnings: Vec<Warning>,
-    /// What the request leaves to be known.
-    pub notes: Vec<Warning>,
-    /// Columns of the path.
-    pub variables: Vec<String>,
-    /// Velocity coordinates.
-    pub coordinates: Vec<Coordinate>,
-    /// What lengths are measured in.
-    pub metric: String,
-    /// The input's waypoints.
-    pub path_before: Vec<Vec<f64>>,
-    /// Where robot and scene come from; empty where no result file is wanted.
-    pub source: ResultSubject,
-}
+use super::answered::Answered;
+use super::subject::Subject;
+use taut_ipc::wire::Code;
 
 /// The answer to a request in `mode` as a file has it.
-pub(super) fn result(subject: &Subject, mode: Mode, timed: &Timed) -> ResultFile {
-    let outcome = &timed.outcome;
-    let told = told(subject, timed);
+pub(super) fn result(subject: &Subject, mode: Mode, answered: &Answered) -> ResultFile {
+    let outcome = &answered.outcome;
+    let told = told(subject, answered);
     ResultFile {
         name: subject.name.clone(),
         mode: mode.name().to_owned(),
         geometry: subject.geometry.to_owned(),
-        code: timed.code.into(),
-        code_name: timed.code.name().to_owned(),
+        code: answered.code.into(),
+        code_name: answered.code.name().to_owned(),
         metric: subject.metric.clone(),
-        request_id: timed.request_id.map(|id| format!("{id:016x}")),
-        cpu_s: timed.cpu_s,
-        time_s: timed.time_s,
-        lengths_over_time: timed.lengths_over_time.clone(),
+        request_id: answered.request_id.map(|id| format!("{id:016x}")),
+        cpu_s: answered.cpu_s,
+        time_s: answered.time_s,
+        lengths_over_time: answered.lengths_over_time.clone(),
         warnings: texts(&told, |_| true),
         uncovered: texts(&told, Warning::is_uncovered),
         variables: subject.variables.clone(),
         path_before: subject.path_before.clone(),
         subject: subject.source.clone(),
-        corridor: corridor(subject, outcome),
+        corridor: answered.corridor.clone(),
         ..ResultFile::of(outcome)
     }
 }
 
 /// What a person should know beside the answer.
-pub(super) fn told(subject: &Subject, timed: &Timed) -> Vec<Warning> {
+pub(super) fn told(subject: &Subject, answered: &Answered) -> Vec<Warning> {
     warning::told(
         subject
             .warnings
             .iter()
-            .chain(&timed.outcome.warnings)
+            .chain(&answered.outcome.warnings)
             .chain(&subject.notes),
     )
 }
@@ -75,45 +54,13 @@ pub(super) fn warn(warnings: &[Warning], before: &str) {
     }
 }
 
-/// How far what is executed may stray from the path.
-fn corridor(subject: &Subject, outcome: &Outcome) -> Option<ResultCorridor> {
-    let corridor = outcome.corridor.as_ref()?;
-    let unwrapped = outcome
-        .certificate
-        .as_ref()
-        .is_some_and(|certificate| certificate.unwrapped);
-    let coordinate = |(coordinate, reach_m): (&Coordinate, &f64)| ResultCoordinate {
-        variable: coordinate.variable.clone(),
-        kind: coordinate.kind(unwrapped).to_owned(),
-        reach_m: *reach_m,
-    };
-    Some(ResultCorridor {
-        floor_m: corridor.floor_m,
-        coordinates: subject
-            .coordinates
-            .iter()
-            .zip(&corridor.reach)
-            .map(coordinate)
-            .collect(),
-        slack_m: corridor.slack_m.clone(),
-    })
-}
-
-/// Name of a geometry in results.
-pub(super) fn geometry_name(geometry: Geometry) -> &'static str {
-    match geometry {
-        Geometry::Given => "given",
-        Geometry::Spheres => "spheres",
-    }
-}
-
 /// What a verdict says beside "proved" where the robot has geometry, and no two bodies that may not
 /// touch.
 pub(super) const NOTHING_TO_CHECK: &str = ", nothing to check: 0 pairs";
 
 /// What was proved or refused, in one line.
-pub(super) fn verdict(timed: &Timed) -> String {
-    let outcome = &timed.outcome;
+pub(super) fn verdict(answered: &Answered) -> String {
+    let outcome = &answered.outcome;
     if let Some(refusal) = &outcome.refusal {
         let read = if outcome.turned.is_empty() {
             String::new()
@@ -123,7 +70,7 @@ pub(super) fn verdict(timed: &Timed) -> String {
         return format!("{}{read}", refused(refusal, outcome.path.len()));
     }
     if let Some(why) = &outcome.uncheckable {
-        return format!("{}   {why}", timed.code.name());
+        return format!("{}   {why}", answered.code.name());
     }
     match &outcome.certificate {
         Some(_) if outcome.pairs == 0 => format!("proved{}{NOTHING_TO_CHECK}", turned(outcome)),
@@ -131,12 +78,15 @@ pub(super) fn verdict(timed: &Timed) -> String {
             let clearance = clearance(certificate.clearance_m());
             format!("proved{}   {clearance}{}", turned(outcome), floors(outcome))
         }
-        None if timed.code == Code::Preempted => {
-            format!("{}   ended before the path was proved", timed.code.name())
+        None if answered.code == Code::Preempted => {
+            format!(
+                "{}   ended before the path was proved",
+                answered.code.name()
+            )
         }
         None => format!(
             "{}   the deadline passed before the path was proved",
-            timed.code.name()
+            answered.code.name()
         ),
     }
 }

@@ -8,8 +8,8 @@ use std::time::Duration;
 use taut_ipc::Instance;
 use tracing_subscriber::EnvFilter;
 
-use super::connect::InstanceChoice;
 use super::error::CliError;
+use super::instance::InstanceChoice;
 use crate::daemon::config::Config;
 use crate::daemon::live::check_address;
 use crate::daemon::serve;

@@ -1,18 +1,25 @@
 //! `taut shorten`: pull one path taut.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use taut::optimize::Mode;
+use taut::files::ResultFile;
 
-use super::choices::Choices;
+use super::answer::answer;
+use super::answered::Answered;
+use super::asked::Asked;
 use super::details;
 use super::error::{CliError, stdout};
+use super::export;
+use super::format::Format;
+use super::load;
+use super::options::Options;
 use super::place::{self, Place};
 use super::report;
-use super::request::{self, Asked, Rules, Source};
-use super::{Format, export, load};
+use super::source::Source;
+use super::subject::Subject;
+use super::weights::Weights;
 
 /// Shorten a path and prove the answer collision-free
 ///
@@ -24,13 +31,11 @@ pub(super) struct Arguments {
     file: PathBuf,
     #[command(flatten)]
     source: Source,
-    /// Optimizer
-    #[arg(long, default_value = Mode::default().name(), value_parser = request::mode())]
-    mode: Mode,
     #[command(flatten)]
-    rules: Rules,
-    #[command(flatten)]
-    choices: Choices,
+    options: Options<false>,
+    /// Weights of the metric; the default is the problem's own, or reach where it has none
+    #[arg(long, value_enum)]
+    weights: Option<Weights>,
     /// Print each shorter path's length as it is found
     #[arg(long)]
     watch: bool,
@@ -60,47 +65,48 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
             );
         }
     };
-    let mut place = Place::open(&arguments.place)?;
-    let asked = Asked {
-        mode: arguments.mode,
-        rules: &arguments.rules,
-        choices: &arguments.choices,
-    };
-    let is_kept = arguments.out.is_some() || arguments.format == Format::Json;
-    let (subject, timed) = place.answer(
+    let place = Place::open(&arguments.place)?;
+    let asked = Asked::new(&arguments.options, arguments.weights)?;
+    let (subject, answered) = answer(
+        &place,
         &mut reader,
         &arguments.file,
         &arguments.source,
         &asked,
-        is_kept,
+        arguments.out.is_some() || arguments.format == Format::Json,
         &mut watch,
     )?;
-    let result = report::result(&subject, arguments.mode, &timed);
+    let result = report::result(&subject, asked.request.mode, &answered);
     if let Some(file) = &arguments.out {
-        match timed.outcome.proved || export::Form::of(file)? == export::Form::Json {
-            true => export::write(file, &result)?,
-            false => eprintln!(
-                "taut: {} is not written: only .json says that its path is not proved",
-                file.display()
-            ),
-        }
+        write(file, &result, answered.outcome.proved)?;
     }
-    let mut out = std::io::stdout().lock();
-    match arguments.format {
-        Format::Json => writeln!(out, "{}", result.json()),
-        Format::Table => {
-            report::warn(&report::told(&subject, &timed), "");
-            let outcome = &timed.outcome;
-            let time = report::time(timed.time_s);
-            let details = details::of_shortening(&subject, &timed);
-            writeln!(
-                out,
-                "{}   {}   {time}{details}",
-                report::lengths(outcome),
-                report::verdict(&timed)
-            )
-        }
+    let text = match arguments.format {
+        Format::Json => result.json(),
+        Format::Table => table(&subject, &answered),
+    };
+    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
+    Ok(answered.code.exit_code())
+}
+
+fn write(file: &Path, result: &ResultFile, is_proved: bool) -> Result<(), CliError> {
+    if is_proved || export::Form::of(file)? == export::Form::Json {
+        return export::write(file, result);
     }
-    .map_err(stdout)?;
-    Ok(timed.code.exit_code())
+    eprintln!(
+        "taut: {} is not written: only .json says that its path is not proved",
+        file.display()
+    );
+    Ok(())
+}
+
+/// The answer for people, its warnings on standard error.
+fn table(subject: &Subject, answered: &Answered) -> String {
+    report::warn(&report::told(subject, answered), "");
+    format!(
+        "{}   {}   {}{}",
+        report::lengths(&answered.outcome),
+        report::verdict(answered),
+        report::time(answered.time_s),
+        details::of_shortening(subject, answered)
+    )
 }

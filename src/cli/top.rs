@@ -4,12 +4,13 @@ use std::io::{IsTerminal, Write};
 use std::time::Duration;
 
 use serde::Serialize;
-use taut_ipc::Client;
 use taut_ipc::control::{ClientSummary, ControlReply, ControlRequest, Stats};
+use taut_ipc::planner::Planner;
 
-use super::connect::{InstanceChoice, control, is_lost, unexpected};
-use super::error::{CliError, stdout};
-use super::{Format, quantity, report};
+use super::error::{CliError, is_lost, stdout, unexpected};
+use super::format::Format;
+use super::instance::InstanceChoice;
+use super::{quantity, report};
 
 /// Puts the cursor at the top of an empty screen.
 const CLEAR: &str = "\x1b[H\x1b[2J";
@@ -40,14 +41,14 @@ struct View {
 
 /// Shows it.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
-    let mut client = arguments.instance.connect()?;
+    let mut planner = arguments.instance.connect()?;
     loop {
-        match look(&client) {
+        match look(&planner) {
             Ok(view) => show(arguments, &view)?,
             Err(error) if arguments.once || !is_lost(&error) => return Err(error),
             Err(_) => {
                 eprintln!("the daemon is gone; waiting for the next one");
-                client = wait_for_daemon(arguments)?;
+                planner = wait_for_daemon(arguments)?;
             }
         }
         if arguments.once {
@@ -57,7 +58,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     }
 }
 
-fn wait_for_daemon(arguments: &Arguments) -> Result<Client, CliError> {
+fn wait_for_daemon(arguments: &Arguments) -> Result<Planner, CliError> {
     loop {
         std::thread::sleep(arguments.interval);
         match arguments.instance.connect() {
@@ -67,12 +68,12 @@ fn wait_for_daemon(arguments: &Arguments) -> Result<Client, CliError> {
     }
 }
 
-fn look(client: &Client) -> Result<View, CliError> {
-    let daemon = match control(client, &ControlRequest::Stats)? {
+fn look(planner: &Planner) -> Result<View, CliError> {
+    let daemon = match planner.control(&ControlRequest::Stats)? {
         ControlReply::Stats(stats) => stats,
         other => return Err(unexpected(&other)),
     };
-    match control(client, &ControlRequest::Clients)? {
+    match planner.control(&ControlRequest::Clients)? {
         ControlReply::Clients(clients) => Ok(View { daemon, clients }),
         other => Err(unexpected(&other)),
     }

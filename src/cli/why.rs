@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use taut_ipc::control::{ControlReply, ControlRequest, Story};
 use taut_ipc::wire::Code;
 
-use super::Format;
-use super::connect::{InstanceChoice, control, unexpected};
-use super::error::{CliError, stdout};
+use super::error::{CliError, stdout, unexpected};
+use super::format::Format;
+use super::instance::InstanceChoice;
 use super::record::{absolute, recording};
 use super::report;
 
@@ -47,8 +47,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
             "--bundle needs the id of a request; `taut why` lists the newest".to_owned(),
         ));
     }
-    let client = arguments.instance.connect()?;
-    let stories = match control(&client, &ControlRequest::Stories { id: id.clone() })? {
+    let planner = arguments.instance.connect()?;
+    let stories = match planner.control(&ControlRequest::Stories { id: id.clone() })? {
         ControlReply::Stories(stories) => stories,
         other => return Err(unexpected(&other)),
     };
@@ -60,13 +60,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     }
     if let Some(file) = &arguments.bundle {
         let file = absolute(file)?;
-        let state = recording(control(
-            &client,
-            &ControlRequest::Bundle {
-                id,
-                file: file.clone(),
-            },
-        )?)?;
+        let state = recording(planner.control(&ControlRequest::Bundle {
+            id,
+            file: file.clone(),
+        })?)?;
         let name = file.display();
         let kilobytes = state.bytes.div_ceil(1000);
         eprintln!(

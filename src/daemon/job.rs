@@ -4,6 +4,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
+use taut::answer;
+pub use taut::answer::Stopped;
 use taut::optimize::Settings;
 use taut::path::Path;
 use taut::store::Snapshot;
@@ -70,6 +72,15 @@ impl Job {
         )
     }
 
+    /// What of it is computed.
+    pub(super) fn question(&self) -> answer::Job<'_> {
+        answer::Job {
+            snapshot: &self.snapshot,
+            path: &self.path,
+            settings: &self.settings,
+        }
+    }
+
     /// Whether its time is over.
     pub(super) fn is_expired(&self, now_ns: u64) -> bool {
         self.deadline_ns.is_some_and(|deadline| now_ns >= deadline)
@@ -85,15 +96,6 @@ pub(super) struct Asked {
     pub scene: String,
     /// The client's process; 0 = not known.
     pub pid: u32,
-}
-
-/// When and why a job was told to end. Its answer depends on nothing else besides the job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stopped {
-    /// How often the core had asked by then, that time included.
-    pub asked: u64,
-    /// Why.
-    pub cause: StopCause,
 }
 
 /// Set by the I/O thread, read by the worker.

@@ -6,7 +6,6 @@
 
 mod admission;
 mod clients;
-mod computing;
 pub mod config;
 mod control;
 mod error;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use taut::answer::{self, Answered as Computed};
 use taut::optimize::{Improvement, Workspace};
 use taut_ipc::monotonic_ns;
 
-use super::computing::{self, Computed};
 use super::event::{Answered, Event, EventSender, Way};
 use super::job::{Job, StopCause};
 use super::live::Live;
@@ -163,7 +163,7 @@ impl Worker {
                 std::thread::sleep(Duration::from_millis(1));
             }
         };
-        computing::compute(job, workspace, &mut stop, &mut publish)
+        answer::answer(job.question(), workspace, &mut stop, &mut publish)
     }
 }
 

@@ -1,131 +1,135 @@
 //! Control messages of this process.
 
 use std::path::PathBuf;
-use std::sync::PoisonError;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, SceneText};
+use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, RobotSource, SceneText};
 use taut_ipc::wire::Code;
 
-use super::LocalService;
+use crate::scene::Scene;
+use crate::store::{ModelStore, Snapshot, StoreError, Wanted};
 use crate::translate::{self, ReadRobot, store_refusal};
 
-impl LocalService {
-    pub(super) fn answer_control(&self, message: ControlRequest) -> Result<ControlReply, Refusal> {
-        let refuse = |error| store_refusal(&error);
+type Answer = Result<ControlReply, Refusal>;
+
+/// What a message says of a text: its label, the text, and the folder that its meshes start from.
+struct Text {
+    label: String,
+    json: String,
+    base_dir: Option<PathBuf>,
+}
+
+impl Text {
+    /// What messages call it: its label. Meshes are found beside it.
+    fn file(&self) -> PathBuf {
+        let folder = self.base_dir.clone();
+        folder
+            .unwrap_or_else(|| PathBuf::from("/"))
+            .join(&self.label)
+    }
+}
+
+fn refuse(error: StoreError) -> Refusal {
+    store_refusal(&error)
+}
+
+/// Robots and scenes of this process.
+#[derive(Debug)]
+pub(super) struct Models {
+    store: Mutex<ModelStore>,
+    /// Changes of scenes are made one after the other.
+    changing: Mutex<()>,
+}
+
+impl Models {
+    pub(super) fn new(store: ModelStore) -> Self {
+        Self {
+            store: Mutex::new(store),
+            changing: Mutex::default(),
+        }
+    }
+
+    fn store(&self) -> MutexGuard<'_, ModelStore> {
+        self.store.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Robot and scene of a request.
+    pub(super) fn snapshot(&self, wanted: &Wanted) -> Result<Snapshot, Refusal> {
+        self.store().snapshot(wanted).map_err(refuse)
+    }
+
+    pub(super) fn answer(&self, message: ControlRequest) -> Answer {
+        use ControlRequest as Message;
         match message {
-            ControlRequest::LoadRobot {
+            Message::LoadRobot {
                 label,
                 source,
                 replace,
-            } => {
-                let read = translate::robot_of(&translate::robot_files(source))?;
-                self.take_robot(&label, read, replace)
-            }
-            ControlRequest::SelectVariables { label, variables } => {
-                let alone = self.store().whole(&label).map_err(refuse)?;
-                let selected = translate::selected_label(&label, &variables);
-                self.take_robot(&selected, translate::selected(&alone, variables)?, true)
-            }
-            ControlRequest::LoadScene {
+            } => self.load_robot(&label, source, replace),
+            Message::SelectVariables { label, variables } => self.select(&label, variables),
+            Message::UnloadRobot { label } => self.unload_robot(&label),
+            Message::Describe { label } => self.describe(&label),
+            Message::List => Ok(self.list()),
+            other => self.answer_of_scene(other),
+        }
+    }
+
+    fn answer_of_scene(&self, message: ControlRequest) -> Answer {
+        use ControlRequest as Message;
+        match message {
+            Message::LoadScene {
                 label,
                 json,
                 base_dir,
                 replace,
-            } => {
-                let scene = translate::scene_of(&json, &file_of(&label, base_dir))?;
-                translate::frame_refusal(&scene, &self.store())?;
-                self.store()
-                    .insert_scene(&label, scene, replace)
-                    .map_err(refuse)?;
-                self.summary(&label)
-            }
-            ControlRequest::DiffScene {
+            } => self.load_scene(
+                &Text {
+                    label,
+                    json,
+                    base_dir,
+                },
+                replace,
+            ),
+            Message::DiffScene {
                 label,
                 json,
                 base_dir,
                 base_version,
-            } => {
-                let diff = translate::diff_of(&json, &file_of(&label, base_dir))?;
-                let _one_at_a_time = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
-                let base = self
-                    .store()
-                    .base_scene(&label, base_version)
-                    .map_err(refuse)?
-                    .clone();
-                let worlds = translate::worlds(&self.store());
-                let scene = diff
-                    .apply_among(&base, &worlds)
-                    .map_err(|error| translate::scene_refusal(&error))?;
-                translate::name_refusal(&diff, &scene, &self.store())?;
-                self.store()
-                    .insert_scene(&label, scene.into(), true)
-                    .map_err(refuse)?;
-                self.summary(&label)
-            }
-            ControlRequest::ShowScene {
+            } => self.change_scene(
+                &Text {
+                    label,
+                    json,
+                    base_dir,
+                },
+                base_version,
+            ),
+            Message::ShowScene {
                 label,
                 version,
                 base_version,
             } => self.show(label, version, base_version),
-            ControlRequest::UnloadRobot { label } => self
-                .store()
-                .remove_robot(&label)
-                .map(|_| ControlReply::Done)
-                .map_err(refuse),
-            ControlRequest::UnloadScene { label } => self
-                .store()
-                .remove_scene(&label)
-                .map(|_| ControlReply::Done)
-                .map_err(refuse),
-            ControlRequest::PinScene {
+            Message::UnloadScene { label } => self.unload_scene(&label),
+            Message::PinScene {
                 label,
                 version,
                 pinned,
-            } => {
-                let mut store = self.store();
-                let entry = match pinned {
-                    true => store.pin_scene(&label, version),
-                    false => store.unpin_scene(&label, version),
-                };
-                entry
-                    .map(|entry| ControlReply::Scene(translate::scene_summary(&label, entry)))
-                    .map_err(refuse)
-            }
-            ControlRequest::Describe { label } => {
-                let store = self.store();
-                let entry = store.robot(&label).map_err(refuse)?;
-                Ok(ControlReply::Robot(Box::new(translate::describe(
-                    &label, entry,
-                ))))
-            }
-            ControlRequest::List => {
-                let store = self.store();
-                let robots = store.robots().iter();
-                let scenes = store.scenes().iter();
-                Ok(ControlReply::Listing(Listing {
-                    robots: robots
-                        .map(|(label, entry)| translate::robot_summary(label, entry))
-                        .collect(),
-                    scenes: scenes
-                        .map(|(label, entry)| translate::scene_summary(label, entry))
-                        .collect(),
-                }))
-            }
-            other => {
-                let text = format!(
-                    "{other:?} is for a daemon; there is none, requests are answered in this process"
-                );
-                Err(Refusal::new(Code::MalformedRequest, text))
-            }
+            } => self.pin(&label, version, pinned),
+            other => Err(of_daemon(&other)),
         }
     }
 
-    fn take_robot(
-        &self,
-        label: &str,
-        read: ReadRobot,
-        replace: bool,
-    ) -> Result<ControlReply, Refusal> {
+    fn load_robot(&self, label: &str, source: RobotSource, replace: bool) -> Answer {
+        let read = translate::robot_of(&translate::robot_files(source))?;
+        self.take_robot(label, read, replace)
+    }
+
+    fn select(&self, label: &str, variables: Vec<String>) -> Answer {
+        let alone = self.store().whole(label).map_err(refuse)?;
+        let selected = translate::selected_label(label, &variables);
+        self.take_robot(&selected, translate::selected(&alone, variables)?, true)
+    }
+
+    pub(super) fn take_robot(&self, label: &str, read: ReadRobot, replace: bool) -> Answer {
         let ReadRobot {
             robot,
             weights,
@@ -135,40 +139,88 @@ impl LocalService {
         let mut store = self.store();
         store
             .insert_robot(label, robot, weights, replace)
-            .map_err(|error| store_refusal(&error))?;
+            .map_err(refuse)?;
         store.take_alone(alone, is_new);
-        let entry = store.robot(label).map_err(|error| store_refusal(&error))?;
-        Ok(ControlReply::Robot(Box::new(translate::describe(
-            label, entry,
-        ))))
+        drop(store);
+        self.describe(label)
     }
 
-    fn summary(&self, label: &str) -> Result<ControlReply, Refusal> {
+    fn unload_robot(&self, label: &str) -> Answer {
+        let removed = self.store().remove_robot(label);
+        removed.map(|_| ControlReply::Done).map_err(refuse)
+    }
+
+    fn describe(&self, label: &str) -> Answer {
         let store = self.store();
-        let entry = store.scene(label).map_err(|error| store_refusal(&error))?;
+        let robot = translate::describe(label, store.robot(label).map_err(refuse)?);
+        Ok(ControlReply::Robot(Box::new(robot)))
+    }
+
+    fn list(&self) -> ControlReply {
+        let store = self.store();
+        let robots = store.robots().iter();
+        let scenes = store.scenes().iter();
+        ControlReply::Listing(Listing {
+            robots: robots
+                .map(|(label, entry)| translate::robot_summary(label, entry))
+                .collect(),
+            scenes: scenes
+                .map(|(label, entry)| translate::scene_summary(label, entry))
+                .collect(),
+        })
+    }
+
+    fn load_scene(&self, text: &Text, replace: bool) -> Answer {
+        let scene = translate::scene_of(&text.json, &text.file())?;
+        translate::frame_refusal(&scene, &self.store())?;
+        self.take_scene(&text.label, scene, replace)
+    }
+
+    pub(super) fn take_scene(&self, label: &str, scene: Arc<Scene>, replace: bool) -> Answer {
+        let mut store = self.store();
+        store.insert_scene(label, scene, replace).map_err(refuse)?;
+        let entry = store.scene(label).map_err(refuse)?;
         Ok(ControlReply::Scene(translate::scene_summary(label, entry)))
     }
 
-    fn show(
-        &self,
-        label: String,
-        version: u64,
-        base_version: u64,
-    ) -> Result<ControlReply, Refusal> {
+    fn change_scene(&self, text: &Text, base_version: u64) -> Answer {
+        let diff = translate::diff_of(&text.json, &text.file())?;
+        let _one_at_a_time = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
+        let base = self.base(&text.label, base_version)?;
+        let worlds = translate::worlds(&self.store());
+        let scene = diff.apply_among(&base, &worlds);
+        let scene = scene.map_err(|error| translate::scene_refusal(&error))?;
+        translate::name_refusal(&diff, &scene, &self.store())?;
+        self.take_scene(&text.label, scene.into(), true)
+    }
+
+    fn base(&self, label: &str, version: u64) -> Result<Arc<Scene>, Refusal> {
         let store = self.store();
-        let at = |version| {
-            store
-                .scene_at(&label, version)
-                .cloned()
-                .map_err(|error| store_refusal(&error))
+        store.base_scene(label, version).cloned().map_err(refuse)
+    }
+
+    fn unload_scene(&self, label: &str) -> Answer {
+        let removed = self.store().remove_scene(label);
+        removed.map(|_| ControlReply::Done).map_err(refuse)
+    }
+
+    fn pin(&self, label: &str, version: u64, pinned: bool) -> Answer {
+        let mut store = self.store();
+        let entry = match pinned {
+            true => store.pin_scene(label, version),
+            false => store.unpin_scene(label, version),
         };
-        let newest = store
-            .scene(&label)
-            .map_err(|error| store_refusal(&error))?
-            .version;
-        let scene = at(version)?;
-        let base = (base_version != 0).then(|| at(base_version)).transpose()?;
-        drop(store);
+        let entry = entry.map_err(refuse)?;
+        Ok(ControlReply::Scene(translate::scene_summary(label, entry)))
+    }
+
+    fn show(&self, label: String, version: u64, base_version: u64) -> Answer {
+        let newest = self.store().scene(&label).map_err(refuse)?.version;
+        let scene = self.at(&label, version)?;
+        let base = match base_version {
+            0 => None,
+            base => Some(self.at(&label, base)?),
+        };
         Ok(ControlReply::SceneText(SceneText {
             version: if version == 0 { newest } else { version },
             scene_hash: scene.hash(),
@@ -177,9 +229,16 @@ impl LocalService {
             label,
         }))
     }
+
+    fn at(&self, label: &str, version: u64) -> Result<Arc<Scene>, Refusal> {
+        let store = self.store();
+        store.scene_at(label, version).cloned().map_err(refuse)
+    }
 }
 
-/// What messages call a text: its label. Meshes are found beside it.
-fn file_of(label: &str, base_dir: Option<PathBuf>) -> PathBuf {
-    base_dir.unwrap_or_else(|| PathBuf::from("/")).join(label)
+fn of_daemon(message: &ControlRequest) -> Refusal {
+    let text = format!(
+        "{message:?} is for a daemon; there is none, requests are answered in this process"
+    );
+    Refusal::new(Code::MalformedRequest, text)
 }

@@ -16,6 +16,7 @@ pub mod half_space;
 pub mod hybrid;
 mod input;
 pub mod limits;
+pub mod mode;
 mod nearest;
 pub mod outcome;
 pub mod progress;
@@ -37,10 +38,11 @@ mod testing;
 mod unroll;
 
 pub use input::{LIMIT_TOLERANCE, QUATERNION_TOLERANCE, RequestError, lower_bound};
+pub use mode::Mode;
 pub use outcome::{
     ColumnTurns, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal, RefusalPlace, Stage,
     StageShare, Termination,
 };
 pub use request::{Workspace, run};
-pub use settings::{Mode, Settings};
+pub use settings::Settings;
 pub use task::{Improvement, Task};

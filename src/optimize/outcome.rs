@@ -50,8 +50,17 @@ pub enum Stage {
 }
 
 impl Stage {
+    /// Every stage, in the order of the wire.
+    pub const ALL: [Self; 5] = [
+        Self::Input,
+        Self::Shortcut,
+        Self::PartialShortcut,
+        Self::Gradient,
+        Self::Contact,
+    ];
+
     /// Name in results.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Input => "input",
             Self::Shortcut => "shortcut",

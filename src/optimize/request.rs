@@ -3,13 +3,13 @@
 use super::answer::{Answer, Question};
 use super::best::Best;
 use super::input::{Input, RequestError};
+use super::mode::Mode;
 use super::outcome::{Outcome, Termination};
 use super::progress::Progress;
 use super::refused;
 use super::restorer::Restorer;
-use super::settings::{Mode, Settings};
+use super::settings::Settings;
 use super::task::{Improvement, Task};
-use super::{contact, gradient, hybrid, shortcut};
 use crate::collision::{CollisionModel, reach_weights};
 use crate::path::Path;
 use crate::robot::Kinematics;
@@ -159,7 +159,7 @@ fn optimize(
         None => Best::unproved(&task, input),
     };
     let mut progress = Progress::new(best, validator, stop, publish);
-    if let Some(optimizer) = optimizer(question.settings.mode) {
+    if let Some(optimizer) = question.settings.mode.optimizer() {
         answer.termination = optimizer(&mut progress);
         progress.prove_rest();
     }
@@ -189,17 +189,5 @@ fn task<'q>(question: &Question<'q>, work: u64) -> Task<'q> {
         keep_goal: settings.keep_goal,
         seed: settings.seed,
         work_budget: work.saturating_add(budget),
-    }
-}
-
-/// What betters a path in a mode; nothing where it is only checked.
-fn optimizer(mode: Mode) -> Option<fn(&mut Progress) -> Termination> {
-    match mode {
-        Mode::Check => None,
-        Mode::Gradient => Some(gradient::optimize),
-        Mode::RandomShortcut => Some(shortcut::random),
-        Mode::PartialShortcut => Some(shortcut::partial),
-        Mode::Contact => Some(contact::optimize),
-        Mode::Hybrid => Some(hybrid::optimize),
     }
 }

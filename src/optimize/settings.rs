@@ -1,48 +1,7 @@
 //! What a request may choose.
 
+use super::mode::Mode;
 use crate::validation::Layers;
-
-/// Optimizer of a request.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mode {
-    /// Prove the path, change nothing.
-    Check,
-    /// The gradient-based method of Campana, Lamiraux and Laumond.
-    Gradient,
-    /// Straight lines between random places of the path.
-    RandomShortcut,
-    /// The same for one joint at a time.
-    PartialShortcut,
-    /// The gradient with half-spaces from true closest points.
-    Contact,
-    /// Shortcuts and contact half-spaces in turns, scheduled by what they gain.
-    #[default]
-    Hybrid,
-}
-
-impl Mode {
-    /// Every mode, in the order of the wire.
-    pub const ALL: [Self; 6] = [
-        Self::Check,
-        Self::Gradient,
-        Self::RandomShortcut,
-        Self::PartialShortcut,
-        Self::Contact,
-        Self::Hybrid,
-    ];
-
-    /// Name on the command line and in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Check => "check",
-            Self::Gradient => "gradient",
-            Self::RandomShortcut => "random-shortcut",
-            Self::PartialShortcut => "partial-shortcut",
-            Self::Contact => "contact",
-            Self::Hybrid => "hybrid",
-        }
-    }
-}
 
 /// Settings of one request. `Settings::default()` is what a request gets that says nothing.
 #[derive(Clone, Debug, PartialEq)]

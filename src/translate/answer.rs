@@ -6,7 +6,7 @@ use crate::collision::shared_names;
 use crate::optimize::{Improvement, Outcome, RefusalPlace, Termination};
 use crate::path::Path;
 use crate::store::Snapshot;
-use crate::validation::HitReason;
+use crate::validation::{Certificate, HitReason};
 use crate::warning::{self, Warning};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{
@@ -15,7 +15,8 @@ use taut_ipc::wire::{
     TurnedColumn, WarningRecord,
 };
 
-use super::records::{self, Names, stage};
+use super::number;
+use super::records::{self, Names};
 
 /// Shortest and longest time (ms) after which a request is sent again that came too early.
 const LEAST_RETRY_MS: u64 = 100;
@@ -149,7 +150,7 @@ pub fn progress(
         code: Code::Success.into(),
         termination: wire::Termination::Running.into(),
         flags: ResponseFlags::PROVED,
-        stage: stage(improvement.stage).into(),
+        stage: number::wire_stage(improvement.stage).into(),
         length_before,
         length_after,
         lower_bound,
@@ -161,73 +162,74 @@ pub fn progress(
 
 /// The final response of a job that was computed.
 pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>) -> Reply {
-    let mut names = Names::default();
-    // First, so that however many pairs are named there is room for them.
-    let warnings = records::warnings(&told(snapshot, outcome), &mut names);
-    let refusal = outcome
-        .refusal
-        .as_ref()
-        .map(|hit| records::refusal(hit, outcome, &mut names));
-    let reason = match &outcome.refusal {
-        Some(hit) => records::reason(hit.reason),
-        None if outcome.uncheckable.is_some() => RefusalReason::NoGeometry,
-        None => RefusalReason::None,
-    };
-    let lowered = records::lowered(outcome, &mut names);
+    Reply {
+        header: final_header(snapshot, outcome, cause),
+        sections: Arc::new(sections(snapshot, outcome)),
+    }
+}
+
+fn final_header(
+    snapshot: &Snapshot,
+    outcome: &Outcome,
+    cause: Option<StopCause>,
+) -> ResponseHeader {
     let certificate = outcome.certificate.as_ref();
-    let header = ResponseHeader {
+    let claimed = |certificate: &Certificate| certificate.clearance_m().unwrap_or(f64::INFINITY);
+    let nearest = outcome.nearest.as_ref();
+    ResponseHeader {
         status: Status::Final.into(),
         code: code_of(outcome, cause).into(),
         termination: termination(outcome, cause).into(),
-        refusal_reason: reason.into(),
-        flags: if outcome.proved {
-            ResponseFlags::PROVED
-        } else {
-            0
-        },
-        stage: stage(outcome.stage).into(),
+        refusal_reason: reason(outcome).into(),
+        flags: u32::from(outcome.proved) * ResponseFlags::PROVED,
+        stage: number::wire_stage(outcome.stage).into(),
         length_before: outcome.length_before,
         length_after: outcome.length_after,
         lower_bound: outcome.lower_bound,
-        clearance_m: certificate.map_or(0.0, |certificate| {
-            certificate.clearance_m().unwrap_or(f64::INFINITY)
-        }),
+        clearance_m: certificate.map_or(0.0, claimed),
         floor_m: outcome.floor_m,
-        searched_m: outcome
-            .nearest
-            .as_ref()
-            .map_or(0.0, |nearest| nearest.searched_m),
+        searched_m: nearest.map_or(0.0, |nearest| nearest.searched_m),
         iterations: outcome.iterations,
         work: outcome.work,
         pairs: outcome.pairs as u64,
         ..header(snapshot, &outcome.path)
-    };
-    let sections = Sections {
+    }
+}
+
+fn reason(outcome: &Outcome) -> RefusalReason {
+    match &outcome.refusal {
+        Some(hit) => records::reason(hit.reason),
+        None if outcome.uncheckable.is_some() => RefusalReason::NoGeometry,
+        None => RefusalReason::None,
+    }
+}
+
+fn sections(snapshot: &Snapshot, outcome: &Outcome) -> Sections {
+    let mut names = Names::default();
+    // First, so that however many pairs are named there is room for them.
+    let warnings = records::warnings(&told(snapshot, outcome), &mut names);
+    let refusal = outcome.refusal.as_ref();
+    let refusal = refusal.map(|hit| records::refusal(hit, outcome, &mut names));
+    let lowered = records::lowered(outcome, &mut names);
+    let nearest = outcome.nearest.as_ref();
+    let contacts = nearest.map(|nearest| records::contacts(nearest, &mut names));
+    let pinched = records::pinched(outcome, &mut names);
+    let certificate = outcome.certificate.as_ref();
+    let corridor = outcome.corridor.as_ref();
+    Sections {
         path: outcome.path.as_flat().to_vec(),
         certificate: certificate.map(records::segments).unwrap_or_default(),
         head: certificate.map(|certificate| records::head(certificate, &outcome.path)),
         lowered,
-        contacts: outcome
-            .nearest
-            .as_ref()
-            .map(|nearest| records::contacts(nearest, &mut names))
-            .unwrap_or_default(),
+        contacts: contacts.unwrap_or_default(),
         stages: records::stages(outcome),
-        reach: outcome
-            .corridor
-            .as_ref()
-            .map(|corridor| corridor.reach.clone())
-            .unwrap_or_default(),
-        pinched: records::pinched(outcome, &mut names),
+        reach: corridor.map_or_else(Vec::new, |corridor| corridor.reach.clone()),
+        pinched,
         turned: records::turned(outcome, &snapshot.robot),
         refusal,
         warnings,
         names: names.text,
         message: message(outcome),
-    };
-    Reply {
-        header,
-        sections: Arc::new(sections),
     }
 }
 

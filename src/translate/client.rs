@@ -1,89 +1,24 @@
-//! The client's side: from settings to a request, and from a response back to an outcome.
+//! The client's side: from a response back to an outcome.
 
-use crate::optimize::{LoweredFloor, Mode, Outcome, Settings, Termination};
+use crate::files::result::{ResultCoordinate, ResultCorridor};
+use crate::optimize::{LoweredFloor, Outcome, Settings, Termination};
 use crate::path::Path;
+use crate::validation::Corridor;
 use taut_ipc::control::RobotDescription;
-use taut_ipc::wire::{self, Code, NO_GROUP, RequestFlags, RequestHeader, ResponseView, WireError};
+use taut_ipc::planner::Request;
+use taut_ipc::wire::{self, Code, ResponseView};
 
-use super::sections;
+use super::error::AnswerError;
+use super::{number, sections};
 
-/// Why a response cannot be taken.
-#[derive(Debug, thiserror::Error)]
-pub enum AnswerError {
-    /// It breaks the wire's rules.
-    #[error("the daemon's response cannot be read: {0}")]
-    Wire(#[from] WireError),
-    /// The daemon refused the request.
-    #[error("{message}")]
-    Refused {
-        /// Why.
-        code: Code,
-        /// In words.
-        message: String,
-        /// When to try again; 0 = never.
-        retry_after_ms: u32,
-    },
-    /// The path is another one than the certificate is about.
-    #[error("the daemon's certificate is about another path than it sent; report this as a defect")]
-    OtherPath,
-}
-
-/// Header of a request with these settings; ids, hashes and deadline are the caller's.
-pub fn request_header(settings: &Settings) -> RequestHeader {
-    let mode = match settings.mode {
-        Mode::Check => wire::Mode::Check,
-        Mode::Gradient => wire::Mode::Gradient,
-        Mode::RandomShortcut => wire::Mode::RandomShortcut,
-        Mode::PartialShortcut => wire::Mode::PartialShortcut,
-        Mode::Contact => wire::Mode::Contact,
-        Mode::Hybrid => wire::Mode::Hybrid,
-    };
-    let strict = if settings.strict {
-        RequestFlags::STRICT
-    } else {
-        0
-    };
-    let unwrapped = if settings.unwrapped {
-        RequestFlags::UNWRAPPED
-    } else {
-        0
-    };
-    let keep_goal = if settings.keep_goal {
-        RequestFlags::KEEP_GOAL
-    } else {
-        0
-    };
-    let without_contacts = if settings.contacts {
-        0
-    } else {
-        RequestFlags::WITHOUT_CONTACTS
-    };
-    let corridor = if settings.corridor {
-        RequestFlags::CORRIDOR
-    } else {
-        0
-    };
-    RequestHeader {
-        mode: mode.into(),
-        flags: strict | unwrapped | keep_goal | without_contacts | corridor,
-        group: NO_GROUP,
-        seed: settings.seed,
-        work_budget: settings.work_budget,
-        clearance_m: settings.clearance_m,
-        ..RequestHeader::default()
-    }
-}
-
-/// The outcome that a final response about a path of `robot` tells of. `weights` are those of the
-/// request's metric.
+/// The outcome that a final response to a request about a path of `robot` tells of.
 ///
 /// # Errors
 /// A refusal, or a response that contradicts itself.
 pub fn outcome(
     view: &ResponseView,
-    settings: &Settings,
+    request: &Request,
     robot: &RobotDescription,
-    weights: &[f64],
 ) -> Result<(Outcome, Code), AnswerError> {
     let header = &view.header;
     let Some(path) = Path::from_rows((header.variables as usize).max(1), view.path.to_vec()) else {
@@ -101,7 +36,7 @@ pub fn outcome(
         .map(|pair| sections::lowered(pair, view))
         .collect::<Result<_, _>>()?;
     let turned = sections::turned(view, robot)?;
-    let certificate = sections::certificate(view, settings, &path, &lowered)?;
+    let certificate = sections::certificate(view, request, robot, &path, &lowered)?;
     let corridor = certificate
         .as_ref()
         .and_then(|certificate| sections::corridor(view, certificate));
@@ -114,8 +49,8 @@ pub fn outcome(
         length_before: header.length_before,
         length_after: header.length_after,
         lower_bound: header.lower_bound,
-        weights: weights.to_vec(),
-        clearance_m: settings.clearance_m,
+        weights: weights(request, robot)?,
+        clearance_m: request.clearance_m.unwrap_or(Settings::DEFAULT_CLEARANCE_M),
         floor_m: header.floor_m,
         floors_lowered: lowered,
         turned,
@@ -123,7 +58,7 @@ pub fn outcome(
         nearest: sections::nearest(view)?,
         iterations: header.iterations,
         work: header.work,
-        stage: sections::stage(view.stage),
+        stage: number::stage(view.stage),
         stages: sections::stages(view)?,
         termination: termination(view.termination),
         warnings: sections::warnings(view)?,
@@ -131,6 +66,53 @@ pub fn outcome(
         certificate,
     };
     Ok((outcome, view.code))
+}
+
+/// Weights of the request's metric.
+fn weights(request: &Request, robot: &RobotDescription) -> Result<Vec<f64>, AnswerError> {
+    let weights = request.weights(robot)?;
+    Ok(if weights.is_empty() {
+        robot.weights.clone()
+    } else {
+        weights
+    })
+}
+
+/// A corridor as result files have it, with the velocity coordinates of a robot.
+pub fn result_corridor(
+    corridor: &Corridor,
+    robot: &RobotDescription,
+    unwrapped: bool,
+) -> ResultCorridor {
+    let coordinate = |((variable, kind), reach_m): ((String, &str), &f64)| ResultCoordinate {
+        variable,
+        kind: kind.to_owned(),
+        reach_m: *reach_m,
+    };
+    let coordinates = coordinates(robot, unwrapped).into_iter();
+    ResultCorridor {
+        floor_m: corridor.floor_m,
+        coordinates: coordinates.zip(&corridor.reach).map(coordinate).collect(),
+        slack_m: corridor.slack_m.clone(),
+    }
+}
+
+/// The velocity coordinates of a robot, each with its variable and what it is: `line`, `circle`, or
+/// one of the three of a `rotation`, which are the first three variables of the quaternion.
+fn coordinates(robot: &RobotDescription, unwrapped: bool) -> Vec<(String, &'static str)> {
+    let mut coordinates = Vec::new();
+    for variable in &robot.variables {
+        // The fourth variable of a quaternion has none of its own.
+        if coordinates.len() < (variable.coordinate + variable.coordinates) as usize {
+            let kind = match variable.coordinates {
+                3 => "rotation",
+                _ if variable.continuous && !unwrapped => "circle",
+                _ => "line",
+            };
+            coordinates.push((variable.name.clone(), kind));
+        }
+    }
+    coordinates
 }
 
 fn termination(termination: wire::Termination) -> Termination {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{Code, label_id};
 
-use super::{file_refusal, model_refusal, scene_refusal};
+use super::models::{file_refusal, model_refusal, scene_refusal};
 use crate::collision::{CollisionModel, neutral_warnings, reach_weights};
 use crate::files::{FileError, Packages, Reader, RobotFiles};
 use crate::robot::{RobotDescription, RobotError, RobotModel};
@@ -54,7 +54,14 @@ pub fn prepared(description: RobotDescription, urdf: &Path) -> Result<ReadRobot,
             source,
         })
     };
-    let robot = Arc::new(RobotModel::new(description).map_err(refuse)?);
+    read_robot(Arc::new(RobotModel::new(description).map_err(refuse)?))
+}
+
+/// The same of a robot that is made already.
+///
+/// # Errors
+/// A robot without which nothing can be put together.
+pub fn read_robot(robot: Arc<RobotModel>) -> Result<ReadRobot, Refusal> {
     let alone = CollisionModel::new(robot.clone(), Arc::new(Scene::default()));
     let alone = alone.map_err(|error| model_refusal(&error, &robot))?;
     Ok(ReadRobot {

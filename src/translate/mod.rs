@@ -4,8 +4,10 @@
 mod answer;
 mod client;
 mod contents;
+mod error;
 mod lengths;
 mod models;
+mod number;
 mod records;
 mod request;
 mod sections;
@@ -13,10 +15,12 @@ mod sections;
 pub use answer::{
     Reply, StopCause, answered, code_of, expired, loading, preempted, progress, refused,
 };
-pub use client::{AnswerError, outcome, request_header};
+pub use client::{outcome, result_corridor};
 pub use contents::{
-    ReadRobot, diff_of, prepared, robot_of, scene_of, scene_text, selected, selected_label,
+    ReadRobot, diff_of, prepared, read_robot, robot_of, scene_of, scene_text, selected,
+    selected_label,
 };
+pub use error::AnswerError;
 pub use lengths::Lengths;
 pub use models::{
     describe, file_refusal, frame_refusal, model_refusal, name_refusal, robot_files, robot_source,

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::number;
 use crate::optimize::{
     self, ColumnTurns, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal as Hit,
 };
@@ -12,7 +13,7 @@ use crate::warning::Warning;
 use taut_ipc::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_WARNINGS, MAX_WARNINGS_TEXT};
 use taut_ipc::wire::{
     ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalReason,
-    RefusalRecord, Stage, StageRecord, TextSpan, TurnedColumn, WarningKind, WarningRecord,
+    RefusalRecord, StageRecord, TextSpan, TurnedColumn, WarningKind, WarningRecord,
 };
 
 /// Collects names of bodies, each once, as far as the section holds them.
@@ -213,22 +214,11 @@ pub(super) fn turned(outcome: &Outcome, robot: &RobotModel) -> Vec<TurnedColumn>
 /// What each stage did.
 pub(super) fn stages(outcome: &Outcome) -> Vec<StageRecord> {
     let record = |share: &optimize::StageShare| StageRecord {
-        stage: stage(share.stage).into(),
+        stage: number::wire_stage(share.stage).into(),
         reserved: 0,
         gain: share.gain,
         work: share.work,
         iterations: share.iterations,
     };
     outcome.stages.iter().map(record).take(MAX_STAGES).collect()
-}
-
-/// The same stage on the wire.
-pub(super) fn stage(stage: optimize::Stage) -> Stage {
-    match stage {
-        optimize::Stage::Input => Stage::Input,
-        optimize::Stage::Shortcut => Stage::Shortcut,
-        optimize::Stage::PartialShortcut => Stage::PartialShortcut,
-        optimize::Stage::Gradient => Stage::Gradient,
-        optimize::Stage::Contact => Stage::Contact,
-    }
 }

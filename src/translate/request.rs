@@ -2,23 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::optimize::{Mode, RequestError, Settings};
+use super::number;
+use crate::optimize::{RequestError, Settings};
 use crate::path::Path;
 use crate::robot::{Component, RobotModel};
 use crate::store::{Snapshot, Wanted};
 use taut_ipc::control::Refusal;
-use taut_ipc::wire::{self, Code, NO_GROUP, RequestFlags, RequestHeader, RequestView};
-
-fn mode(mode: wire::Mode) -> Mode {
-    match mode {
-        wire::Mode::Check => Mode::Check,
-        wire::Mode::Gradient => Mode::Gradient,
-        wire::Mode::RandomShortcut => Mode::RandomShortcut,
-        wire::Mode::PartialShortcut => Mode::PartialShortcut,
-        wire::Mode::Contact => Mode::Contact,
-        wire::Mode::Hybrid => Mode::Hybrid,
-    }
-}
+use taut_ipc::wire::{Code, NO_GROUP, RequestHeader, RequestView};
 
 /// What a request wants to be computed with.
 pub fn wanted(header: &RequestHeader) -> Wanted {
@@ -41,16 +31,10 @@ pub fn check_layout(header: &RequestHeader, snapshot: &Snapshot) -> Result<(), R
     if header.layout_hash == layout {
         return Ok(());
     }
-    let names: Vec<&str> = snapshot
-        .robot
-        .variables()
-        .iter()
-        .map(|variable| variable.name.as_str())
-        .collect();
     let text = format!(
         "the request has layout hash {:016x}, the robot {layout:016x}: columns {}; describe the robot and send in its order",
         header.layout_hash,
-        names.join(", ")
+        columns(&snapshot.robot)
     );
     Err(Refusal::new(Code::InvalidRobotState, text))
 }
@@ -65,52 +49,64 @@ pub fn settings_and_path(
     snapshot: &Snapshot,
     default_clearance_m: f64,
 ) -> Result<(Arc<Settings>, Arc<Path>), Refusal> {
-    let header = &view.header;
-    let robot = &snapshot.robot;
+    let path = path(view, &snapshot.robot)?;
+    let settings = settings(view, snapshot, default_clearance_m)?;
+    Ok((Arc::new(settings), Arc::new(path)))
+}
+
+fn path(view: &RequestView, robot: &RobotModel) -> Result<Path, Refusal> {
     let nq = robot.space().nq();
-    if header.variables as usize != nq {
-        let names: Vec<&str> = robot
-            .variables()
-            .iter()
-            .map(|variable| variable.name.as_str())
-            .collect();
+    if view.header.variables as usize != nq {
         let text = format!(
             "the path has {} columns, the robot has {nq}: {}",
-            header.variables,
-            names.join(", ")
+            view.header.variables,
+            columns(robot)
         );
         return Err(Refusal::new(Code::InvalidRobotState, text));
     }
-    let path = Path::from_rows(nq, view.path.to_vec());
-    let path = path.ok_or_else(|| {
-        Refusal::new(
-            Code::MalformedRequest,
-            "the path is empty; it needs a waypoint",
-        )
-    })?;
-    let listed = |numbers: &[f64]| (!numbers.is_empty()).then(|| numbers.to_vec());
-    let settings = Settings {
-        mode: mode(view.mode),
+    Path::from_rows(nq, view.path.to_vec()).ok_or_else(|| {
+        let text = "the path is empty; it needs a waypoint";
+        Refusal::new(Code::MalformedRequest, text)
+    })
+}
+
+fn columns(robot: &RobotModel) -> String {
+    let variables = robot.variables().iter();
+    let names: Vec<&str> = variables.map(|variable| variable.name.as_str()).collect();
+    names.join(", ")
+}
+
+fn listed(numbers: &[f64]) -> Option<Vec<f64>> {
+    (!numbers.is_empty()).then(|| numbers.to_vec())
+}
+
+/// What each option of the header and each section is to the core.
+fn settings(
+    view: &RequestView,
+    snapshot: &Snapshot,
+    default_clearance_m: f64,
+) -> Result<Settings, Refusal> {
+    let header = &view.header;
+    Ok(Settings {
+        mode: number::mode(view.mode),
         seed: header.seed,
-        clearance_m: if header.clearance_m == 0.0 {
-            default_clearance_m
-        } else {
-            header.clearance_m
+        clearance_m: match header.clearance_m {
+            0.0 => default_clearance_m,
+            metres => metres,
         },
-        strict: header.flags & RequestFlags::STRICT != 0,
-        unwrapped: header.flags & RequestFlags::UNWRAPPED != 0,
-        keep_goal: header.flags & RequestFlags::KEEP_GOAL != 0,
+        strict: header.strict(),
+        unwrapped: header.unwrapped(),
+        keep_goal: header.keep_goal(),
         // Given here so that the core need not work them out for each request.
         weights: listed(view.weights).or_else(|| Some(snapshot.weights.to_vec())),
         work_budget: header.work_budget,
         fixed_waypoints: mask("fixed_waypoints", view.fixed_waypoints)?,
-        moving: moving(view, robot)?,
+        moving: moving(view, &snapshot.robot)?,
         held: listed(view.held_values),
-        corridor: header.flags & RequestFlags::CORRIDOR != 0,
-        contacts: header.flags & RequestFlags::WITHOUT_CONTACTS == 0,
+        corridor: header.corridor(),
+        contacts: header.contacts(),
         ..Settings::default()
-    };
-    Ok((Arc::new(settings), Arc::new(path)))
+    })
 }
 
 /// A mask of the wire, or none where it is absent.

@@ -2,20 +2,21 @@
 
 use crate::math::Vec3;
 use crate::optimize::{
-    self, ColumnTurns, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, Settings,
-    StageShare,
+    ColumnTurns, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, StageShare,
 };
 use crate::path::Path;
 use crate::validation::corridor;
 use crate::validation::{Certificate, Corridor, HitReason, SegmentClaim};
 use crate::warning::Warning;
 use taut_ipc::control::RobotDescription;
+use taut_ipc::planner::Request;
 use taut_ipc::wire::{
     self, ActiveContact, Code, RefusalReason, ResponseView, Stage, StageRecord, TextSpan,
     TurnedColumn, WarningKind, WarningRecord, WireError,
 };
 
-use super::client::AnswerError;
+use super::error::AnswerError;
+use super::number;
 
 fn vector([x, y, z]: [f64; 3]) -> Vec3 {
     Vec3::new(x, y, z)
@@ -70,7 +71,8 @@ pub(super) fn refusal(view: &ResponseView, hint: String) -> Result<Option<Refusa
 /// The certificate, after comparing its hash with the path that came.
 pub(super) fn certificate(
     view: &ResponseView,
-    settings: &Settings,
+    request: &Request,
+    robot: &RobotDescription,
     path: &Path,
     lowered: &[LoweredFloor],
 ) -> Result<Option<Certificate>, AnswerError> {
@@ -80,6 +82,7 @@ pub(super) fn certificate(
     if head.path_hash != path.digest() {
         return Err(AnswerError::OtherPath);
     }
+    let held = request.held_values(robot)?;
     let claim = |segment: &wire::CertificateSegment| SegmentClaim {
         clearance_m: Some(segment.clearance_m).filter(|clearance| clearance.is_finite()),
         intervals: segment.intervals,
@@ -98,8 +101,8 @@ pub(super) fn certificate(
         scene_hash: view.header.scene_hash,
         clearance_m: head.clearance_m,
         lowered: lowered.iter().map(named).collect(),
-        unwrapped: settings.unwrapped,
-        held: settings.held.clone(),
+        unwrapped: request.unwrapped,
+        held: (!held.is_empty()).then_some(held),
         segments: view.certificate.iter().map(claim).collect(),
         digest: None,
     };
@@ -196,7 +199,7 @@ pub(super) fn turned(
 /// What each stage did.
 pub(super) fn stages(view: &ResponseView) -> Result<Vec<StageShare>, WireError> {
     let share = |record: &StageRecord| {
-        let stage = stage(Stage::try_from(record.stage)?);
+        let stage = number::stage(Stage::try_from(record.stage)?);
         Ok(StageShare {
             stage,
             gain: record.gain,
@@ -205,15 +208,4 @@ pub(super) fn stages(view: &ResponseView) -> Result<Vec<StageShare>, WireError> 
         })
     };
     view.stages.iter().map(share).collect()
-}
-
-/// The stage that the wire means.
-pub(super) fn stage(stage: Stage) -> optimize::Stage {
-    match stage {
-        Stage::Input => optimize::Stage::Input,
-        Stage::Shortcut => optimize::Stage::Shortcut,
-        Stage::PartialShortcut => optimize::Stage::PartialShortcut,
-        Stage::Gradient => optimize::Stage::Gradient,
-        Stage::Contact => optimize::Stage::Contact,
-    }
 }

@@ -73,14 +73,13 @@ impl SegmentClaim {
             intervals: proof.intervals,
         }
     }
+
     /// The number of its intervals as text, closed by a zero byte, and the bits of its clearance.
-    fn content(&self) -> impl Iterator<Item = u8> + use<> {
+    fn write_content(&self, bytes: &mut Vec<u8>) {
         let clearance = self.clearance_m.unwrap_or(f64::INFINITY);
-        let mut intervals = self.intervals.to_string().into_bytes();
-        intervals.push(0);
-        intervals
-            .into_iter()
-            .chain(clearance.to_bits().to_le_bytes())
+        bytes.extend_from_slice(self.intervals.to_string().as_bytes());
+        bytes.push(0);
+        bytes.extend_from_slice(&clearance.to_bits().to_le_bytes());
     }
 }
 
@@ -156,7 +155,9 @@ impl Certificate {
 
     fn hash_claims(&self, hasher: &mut ContentHasher) {
         for claims in self.segments.chunks(PORTION) {
-            let bytes: Vec<u8> = claims.iter().flat_map(SegmentClaim::content).collect();
+            let mut bytes = Vec::new();
+            let claims = claims.iter();
+            claims.for_each(|claim| claim.write_content(&mut bytes));
             hasher.bytes(&bytes);
         }
     }

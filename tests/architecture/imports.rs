@@ -179,7 +179,20 @@ fn module_of(file: &Path) -> Option<Module> {
 fn code(text: &str) -> String {
     let text = text.split("#[cfg(test)]\nmod tests").next().unwrap();
     let lines = text.lines().map(|line| line.split("//").next().unwrap());
-    lines.map(|line| format!("{line}\n")).collect()
+    lines
+        .map(|line| format!("{}\n", without_visibility(line)))
+        .collect()
+}
+
+/// A line whose `pub(in …)` names no room: who may see something imports nothing.
+fn without_visibility(line: &str) -> String {
+    match line.split_once("pub(in ") {
+        Some((before, after)) => {
+            let after = after.split_once(')').map_or("", |(_, after)| after);
+            format!("{before}pub{after}")
+        }
+        None => line.to_owned(),
+    }
 }
 
 /// Paths that `use` brings: those that are handed on, and those that are imported. Each statement

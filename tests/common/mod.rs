@@ -1,6 +1,7 @@
 //! The real daemon and the real command line, each test in an instance of its own.
 #![allow(dead_code, missing_docs)]
 
+pub mod pages;
 pub mod python;
 
 use std::fs;

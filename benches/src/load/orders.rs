@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use taut::optimize::{self, Settings};
-use taut::translate::request_header;
+use taut::optimize;
 use taut_ipc::wire::{Mode, NO_GROUP, RequestHeader};
 
 use super::tally::Tally;
@@ -125,11 +124,7 @@ impl Window {
 
 /// Number of a mode on the wire.
 pub(super) fn wire_mode(mode: optimize::Mode) -> u32 {
-    let settings = Settings {
-        mode,
-        ..Settings::default()
-    };
-    request_header(&settings).mode
+    mode as u32
 }
 
 /// Where a client waits to be killed.

@@ -101,32 +101,33 @@
 // A robot or scene file cannot be read.
 #define TAUT_UNREADABLE_FILE -1013
 
-// `taut_options.mode`: only prove the path.
+// `taut_options.mode`: prove the path, change nothing.
 #define TAUT_MODE_CHECK 0
 
 // `taut_options.mode`: the gradient method.
 #define TAUT_MODE_GRADIENT 1
 
-// `taut_options.mode`: random shortcuts.
+// `taut_options.mode`: shortcuts between random configurations.
 #define TAUT_MODE_RANDOM_SHORTCUT 2
 
-// `taut_options.mode`: random shortcuts, one joint at a time.
+// `taut_options.mode`: shortcuts of single joints.
 #define TAUT_MODE_PARTIAL_SHORTCUT 3
 
-// `taut_options.mode`: the gradient with contacts as half-spaces.
+// `taut_options.mode`: the gradient method with contact half-spaces.
 #define TAUT_MODE_CONTACT 4
 
-// `taut_options.mode`: shortcuts and contacts in turns; the default.
+// `taut_options.mode`: shortcuts and contact half-spaces in turns, by what they gain.
 #define TAUT_MODE_HYBRID 5
 
-// One answer, in shared memory. Freed by `taut_answer_free`; it outlives its request and its connection.
+// One answer, in shared memory. Freed by `taut_answer_free`; it outlives its request and its
+// connection.
 typedef struct taut_answer taut_answer;
 
 // A request in flight: the stream of its answers. Freed, and so cancelled, by `taut_answers_free`.
 typedef struct taut_answers taut_answers;
 
-// A connection to a daemon. One per process is enough: every call on it may come from any thread, and
-// four requests can be in flight. It survives a restart of the daemon.
+// A connection to a daemon. One per process is enough: every call on it may come from any thread,
+// and four requests can be in flight. It survives a restart of the daemon.
 typedef struct taut_daemon taut_daemon;
 
 // Why a call failed: a code, a line for people, and, where a path is at fault, bodies and place.
@@ -202,44 +203,55 @@ typedef struct {
     double orientation[4];
 } taut_pose;
 
-// Options of a request; `taut_options_default` fills them in. Arrays and strings are read during the call that
-// they are given to, and not kept.
+// Options of a request; `taut_options_default` fills them in. Arrays and strings are read during
+// the call that they are given to, and not kept. `docs/options.md` has them in other languages.
 typedef struct {
     // sizeof(taut_options).
     size_t size;
-    // Time that the request may take, in seconds from the call; 0 = no limit.
+    // Time that the request may take, from when it is sent; the best path by then is the answer,
+    // in seconds; 0 = no limit.
     double deadline_s;
-    // Distance that every pair of bodies must keep, in metres; 0 = the daemon's default, 1 mm.
+    // Distance that every pair of bodies must keep, in metres; 0 = 1mm.
     double clearance_m;
-    // Counted work to spend, the same on every machine; 0 = the default.
+    // Most work to spend on a shorter path, in the units of the answer's `work`: the same on every
+    // machine; 0 = 200,000,000.
     uint64_t work_budget;
     // Seed of every random choice.
     uint64_t seed;
-    // Version of the scene; 0 = the newest.
+    // Version of the scene, of those that are kept; 0 = the newest.
     uint64_t scene_version;
-    // One of TAUT_MODE_*.
+    // Optimizer, one of TAUT_MODE_*.
     uint32_t mode;
-    // Higher is served first.
+    // Class of the request: one of a higher class is served first.
     uint32_t priority;
-    // Refuse a path that keeps less clearance, instead of lowering it for the pairs that come closer: 0 or 1.
+    // Refuse a path that keeps less, instead of lowering the clearance of the pairs that come
+    // closer: 0 or 1.
     uint8_t strict;
-    // Columns of continuous joints are real numbers, not angles on the circle: 0 or 1.
+    // Take the columns of continuous joints as they stand, as real numbers and not as angles on
+    // the circle: 0 or 1.
     uint8_t unwrapped;
-    // Only the proof, sooner; do not look for what is nearest along the answer: 0 or 1.
+    // Do not look for what is nearest along the path; without it the answer comes sooner: 0 or 1.
     uint8_t without_contacts;
-    // TAUT_MODE_CHECK of `taut_shorten` only: tell again when a change of the scene makes the path unsafe or safe: 0 or 1.
+    // Mode check only: tell again when a change of the scene makes the path unsafe or safe, until
+    // the request is dropped: 0 or 1.
     uint8_t watch;
-    // Keep the goal's numbers: a path whose angles lead there only by a step of more than half a turn is refused: 0 or 1.
+    // Keep the goal's numbers: refuse a path whose angles lead there only by a step of more than
+    // half a turn, and take no path that ends whole turns away: 0 or 1.
     uint8_t keep_goal;
+    // Prove each segment at the largest clearance that it keeps, up to 10 cm, and tell how far
+    // what is executed may stray from the path: 0 or 1.
+    uint8_t corridor;
     // 0; keeps what follows aligned.
-    uint8_t reserved[3];
-    // Names of the path's columns, in the path's order; NULL = all of the robot's variables, in its order.
+    uint8_t reserved[2];
+    // Names of the path's columns, in the path's order; joints of the robot that are missing stand
+    // still; NULL = all of the robot's, in its order.
     const char *const *columns;
     // How many.
     size_t column_count;
-    // Names of variables and held joints without a column.
+    // Where a joint stands that is no column of the path, instead of at 0: names, and a number for
+    // each; 0 of them = 0.
     const char *const *held_names;
-    // Where each stands (rad or m).
+    // The number of each.
     const double *held_values;
     // How many.
     size_t held_count;
@@ -247,17 +259,20 @@ typedef struct {
     const double *weights;
     // How many.
     size_t weight_count;
-    // Names of joints that get a weight of their own.
+    // Weight of a joint in the metric, by its name, instead of the one that it has: names, and a
+    // number for each; 0 of them = the metric's.
     const char *const *joint_weight_names;
-    // The weight of each.
+    // The number of each.
     const double *joint_weights;
     // How many.
     size_t joint_weight_count;
-    // Waypoints that stay as they are to the last bit, from 0; the ends always do.
+    // Waypoints that stay as they are to the last bit, counted from 0; the ends always do; NULL =
+    // the ends.
     const size_t *fixed_waypoints;
     // How many.
     size_t fixed_count;
-    // Group of the robot whose joints alone may leave their motion; NULL = all may.
+    // Group of the robot: only its joints may move otherwise than on the path given; NULL = all
+    // may.
     const char *group;
 } taut_options;
 
@@ -319,9 +334,26 @@ typedef struct {
 typedef struct {
     // One line; valid until the answer is freed.
     const char *text;
-    // Whether it says what the verdict does not cover, or rests on; else it takes nothing from the verdict.
+    // Whether it says what the verdict does not cover, or rests on; else it takes nothing from the
+    // verdict.
     bool uncovered;
 } taut_warning;
+
+// How far what is executed may stray from a proved path: around every configuration p of a
+// segment, every q with the sum of reach x |q - p| at most the segment's slack keeps the floor.
+typedef struct {
+    // Distance that every pair keeps within the corridor, in metres.
+    double floor_m;
+    // How far bodies move at most against each other, per unit of each velocity coordinate of the
+    // robot (m per rad or m); valid until the answer is freed.
+    const double *reach;
+    // How many.
+    size_t reach_count;
+    // Slack of each segment, in metres; valid until the answer is freed.
+    const double *slack_m;
+    // How many.
+    size_t slack_count;
+} taut_corridor;
 
 #ifdef __cplusplus
 extern "C" {
@@ -333,42 +365,45 @@ const char *taut_code_name(int32_t code);
 // The code of an error; TAUT_SUCCESS for NULL, TAUT_MALFORMED_REQUEST for one that is freed.
 int32_t taut_error_code(const taut_error *error);
 
-// What happened, in one line: the bad value, the valid ones and the next step. Valid until the error is freed.
+// What happened, in one line: the bad value, the valid ones and the next step. Valid until the
+// error is freed.
 const char *taut_error_message(const taut_error *error);
 
 // When the same call may succeed, in milliseconds; 0 = never.
 uint32_t taut_error_retry_after_ms(const taut_error *error);
 
-// Where on the path, if that is what is wrong: true and `*place` filled in, or false. `size` is sizeof *place.
+// Where on the path, if that is what is wrong: true and `*place` filled in, or false. `size` is
+// sizeof *place.
 //
 // # Safety
 // `place` points to `size` bytes, or is NULL.
-bool taut_error_place(const taut_error *error,
-                      taut_place *place,
-                      size_t size);
+bool taut_error_place(const taut_error *error, taut_place *place, size_t size);
 
 // Frees an error and its texts. NULL and errors that are freed are let be.
 void taut_error_free(taut_error *error);
 
-// Connects to a daemon. `instance` is NAME or NAME:ROOT; NULL = what the variable TAUT_INSTANCE says, or
-// the default. Closed by `taut_close`.
+// Connects to a daemon. `instance` is NAME or NAME:ROOT; NULL = what the variable TAUT_INSTANCE
+// says, or the default. Closed by `taut_close`.
 //
 // Codes: TAUT_DAEMON_LOST if there is none, TAUT_OVERLOADED if it is full.
 //
 // # Safety
-// `instance` is NULL or a string; `daemon` points to a place for the handle, `error` too or is NULL.
+// `instance` is NULL or a string; `daemon` points to a place for the handle, `error` too or is
+// NULL.
 int32_t taut_connect(const char *instance, taut_daemon **daemon, taut_error **error);
 
-// Closes a connection. Requests and answers that were made with it stay until they are freed. NULL and
-// connections that are closed are let be.
+// Closes a connection. Requests and answers that were made with it stay until they are freed. NULL
+// and connections that are closed are let be.
 void taut_close(taut_daemon *daemon);
 
-// Loads a robot under a label; with `replace`, even if the label names another one. `robot` may be NULL.
+// Loads a robot under a label; with `replace`, even if the label names another one. `robot` may be
+// NULL.
 //
 // Codes: TAUT_INVALID_MODEL, TAUT_UNREADABLE_FILE, TAUT_LABEL_TAKEN.
 //
 // # Safety
-// Strings and arrays are what `taut_robot_files` says; `robot` and `error` are NULL or places for handles.
+// Strings and arrays are what `taut_robot_files` says; `robot` and `error` are NULL or places for
+// handles.
 int32_t taut_load_robot(const taut_daemon *daemon,
                         const char *label,
                         const taut_robot_files *files,
@@ -390,7 +425,8 @@ int32_t taut_describe_robot(const taut_daemon *daemon,
 // How many variables a robot has; 0 for one that is freed.
 size_t taut_robot_variables(const taut_robot *robot);
 
-// One variable, in the robot's order: true and `*variable` filled in, or false for an index beyond the last.
+// One variable, in the robot's order: true and `*variable` filled in, or false for an index beyond
+// the last.
 //
 // # Safety
 // `variable` points to a `taut_variable`, or is NULL.
@@ -399,9 +435,9 @@ bool taut_robot_variable(const taut_robot *robot, size_t index, taut_variable *v
 // Frees a description; the robot stays loaded. NULL and descriptions that are freed are let be.
 void taut_robot_free(taut_robot *robot);
 
-// Loads a scene (JSON text, as scene files are) under a label; with `replace`, even if the label names
-// another one. Mesh files in it start from `folder`, which may be NULL. `info` may be NULL; `size` is
-// sizeof *info.
+// Loads a scene (JSON text, as scene files are) under a label; with `replace`, even if the label
+// names another one. Mesh files in it start from `folder`, which may be NULL. `info` may be NULL;
+// `size` is sizeof *info.
 //
 // # Safety
 // Strings are strings; places are NULL or the caller's, `info` of `size` bytes.
@@ -414,8 +450,8 @@ int32_t taut_load_scene(const taut_daemon *daemon,
                         size_t size,
                         taut_error **error);
 
-// Makes the changes of a diff (JSON with "is_diff": true), all or none: the scene's next version. The scene has to
-// have the version `base`; 0 = any.
+// Makes the changes of a diff (JSON with "is_diff": true), all or none: the scene's next version.
+// The scene has to have the version `base`; 0 = any.
 //
 // Codes: TAUT_VERSION_CONFLICT, TAUT_INVALID_OBJECT_NAME, TAUT_INVALID_LINK_NAME.
 //
@@ -430,7 +466,8 @@ int32_t taut_change_scene(const taut_daemon *daemon,
                           size_t size,
                           taut_error **error);
 
-// Moves an object of the world, or, with a `link`, one that the link carries, `pose` then being in the link's frame.
+// Moves an object of the world, or, with a `link`, one that the link carries, `pose` then being in
+// the link's frame.
 //
 // # Safety
 // As `taut_load_scene`; `link` is NULL or a string, `pose` points to a pose.
@@ -443,8 +480,8 @@ int32_t taut_move_object(const taut_daemon *daemon,
                          size_t size,
                          taut_error **error);
 
-// Lets a link carry an object of the world, its pose in the link's frame. It may touch the link and the
-// `touch_links`.
+// Lets a link carry an object of the world, its pose in the link's frame. It may touch the link
+// and the `touch_links`.
 //
 // # Safety
 // As `taut_move_object`; `touch_links` are `touch_count` strings.
@@ -494,30 +531,25 @@ void taut_options_default(taut_options *options, size_t size);
 // `info` points to `size` bytes; `error` is NULL or a place for a handle.
 int32_t taut_answer_info(const taut_answer *answer, taut_info *info, size_t size, taut_error **error);
 
-// Shows an answer's path where it lies, in shared memory: read-only, valid until the answer is freed. `size` is
-// sizeof *rows.
+// Shows an answer's path where it lies, in shared memory: read-only, valid until the answer is
+// freed. `size` is sizeof *rows.
 //
-// TAUT_INVALID_ROBOT_STATE if the request's columns are not a stretch of the robot's variables in its order: then
-// `taut_answer_copy` puts them in the request's order.
+// TAUT_INVALID_ROBOT_STATE if the request's columns are not a stretch of the robot's variables in
+// its order: then `taut_answer_copy` puts them in the request's order.
 //
 // # Safety
 // `rows` points to `size` bytes; `error` is NULL or a place for a handle.
-int32_t taut_answer_rows(const taut_answer *answer,
-                         taut_rows *rows,
-                         size_t size,
-                         taut_error **error);
+int32_t taut_answer_rows(const taut_answer *answer, taut_rows *rows, size_t size, taut_error **error);
 
-// Copies an answer's path, row by row, in the request's columns, into the `capacity` numbers at `numbers`. It has
-// `waypoints` x `columns` of them (`taut_answer_info`).
+// Copies an answer's path, row by row, in the request's columns, into the `capacity` numbers at
+// `numbers`. It has `waypoints` x `columns` of them (`taut_answer_info`).
 //
 // # Safety
 // `numbers` points to `capacity` numbers; `error` is NULL or a place for a handle.
-int32_t taut_answer_copy(const taut_answer *answer,
-                         double *numbers,
-                         size_t capacity,
-                         taut_error **error);
+int32_t taut_answer_copy(const taut_answer *answer, double *numbers, size_t capacity, taut_error **error);
 
-// How many warnings come with an answer, first those that say what the verdict does not cover; 0 for one that is freed.
+// How many warnings come with an answer, first those that say what the verdict does not cover; 0
+// for one that is freed.
 size_t taut_answer_warnings(const taut_answer *answer);
 
 // One warning of an answer: true and `*warning` filled in, or false for an index beyond the last.
@@ -526,18 +558,26 @@ size_t taut_answer_warnings(const taut_answer *answer);
 // `warning` points to a `taut_warning`, or is NULL.
 bool taut_answer_warning(const taut_answer *answer, size_t index, taut_warning *warning);
 
+// The corridor of a final answer whose request had `corridor`: true and `*corridor` filled in, or
+// false where there is none. `size` is sizeof *corridor.
+//
+// # Safety
+// `corridor` points to `size` bytes, or is NULL.
+bool taut_answer_corridor(const taut_answer *answer, taut_corridor *corridor, size_t size);
+
 // Frees an answer; its memory goes back. NULL and answers that are freed are let be.
 void taut_answer_free(taut_answer *answer);
 
-// Sends a path to be shortened. `path` is `waypoints` rows of `columns` numbers (rad, m, unit quaternions), which
-// are copied into shared memory once. `scene` may be NULL: nothing around the robot. `options` may be NULL.
+// Sends a path to be shortened. `path` is `waypoints` rows of `columns` numbers (rad, m, unit
+// quaternions), which are copied into shared memory once. `scene` may be NULL: nothing around the
+// robot. `options` may be NULL.
 //
-// Codes, before anything is sent: TAUT_UNKNOWN_ROBOT, TAUT_UNKNOWN_SCENE, TAUT_INVALID_ROBOT_STATE for columns,
-// TAUT_INVALID_GROUP_NAME, TAUT_QUOTA, TAUT_RESOURCE_EXHAUSTED, TAUT_DAEMON_LOST.
+// Codes, before anything is sent: TAUT_UNKNOWN_ROBOT, TAUT_UNKNOWN_SCENE, TAUT_INVALID_ROBOT_STATE
+// for columns, TAUT_INVALID_GROUP_NAME, TAUT_QUOTA, TAUT_RESOURCE_EXHAUSTED, TAUT_DAEMON_LOST.
 //
 // # Safety
-// Strings are strings, `path` has so many numbers, `options` is NULL or filled in; `answers` and `error` are places
-// for handles, `error` may be NULL.
+// Strings are strings, `path` has so many numbers, `options` is NULL or filled in; `answers` and
+// `error` are places for handles, `error` may be NULL.
 int32_t taut_shorten(const taut_daemon *daemon,
                      const char *robot,
                      const char *scene,
@@ -548,9 +588,9 @@ int32_t taut_shorten(const taut_daemon *daemon,
                      taut_answers **answers,
                      taut_error **error);
 
-// Proves a path as it is, and waits for the verdict: TAUT_SUCCESS if it is proved, otherwise the code of what is wrong
-// with it, with bodies and place in the error. The options' mode is not looked at. `info` may be NULL; `size` is
-// sizeof *info.
+// Proves a path as it is, and waits for the verdict: TAUT_SUCCESS if it is proved, otherwise the
+// code of what is wrong with it, with bodies and place in the error. The options' mode is not
+// looked at. `info` may be NULL; `size` is sizeof *info.
 //
 // # Safety
 // As `taut_shorten`; `info` is NULL or `size` bytes.
@@ -565,21 +605,20 @@ int32_t taut_check(const taut_daemon *daemon,
                    size_t size,
                    taut_error **error);
 
-// The next answer: each is shorter than the one before and proved, the last is final. Waits at most `timeout_s`
-// seconds (infinity is allowed).
+// The next answer: each is shorter than the one before and proved, the last is final. Waits at
+// most `timeout_s` seconds (infinity is allowed).
 //
-// Codes: TAUT_SUCCESS with `*answer`; TAUT_PENDING if nothing came in time (call again); TAUT_END after the final
-// one; what the daemon says against the path, with bodies and place; TAUT_PREEMPTED after `taut_cancel`;
-// TAUT_DAEMON_LOST within 100 ms of the daemon's death; TAUT_QUOTA if two answers of this request are not freed.
+// Codes: TAUT_SUCCESS with `*answer`; TAUT_PENDING if nothing came in time (call again); TAUT_END
+// after the final one; what the daemon says against the path, with bodies and place;
+// TAUT_PREEMPTED after `taut_cancel`; TAUT_DAEMON_LOST within 100 ms of the daemon's death;
+// TAUT_QUOTA if two answers of this request are not freed.
 //
 // # Safety
 // `answer` is a place for a handle, `error` too or NULL.
-int32_t taut_next(const taut_answers *answers,
-                  double timeout_s,
-                  taut_answer **answer,
-                  taut_error **error);
+int32_t taut_next(const taut_answers *answers, double timeout_s, taut_answer **answer, taut_error **error);
 
-// The final answer; those before it are skipped. Codes as `taut_next`, the timeout is for all of it.
+// The final answer; those before it are skipped. Codes as `taut_next`, the timeout is for all of
+// it.
 //
 // # Safety
 // As `taut_next`.
@@ -591,16 +630,15 @@ int32_t taut_result(const taut_answers *answers, double timeout_s, taut_answer *
 // `error` is NULL or a place for a handle.
 int32_t taut_finish_early(const taut_answers *answers, taut_error **error);
 
-// Cancels a request: a thread that waits for it gets TAUT_PREEMPTED within 10 ms. It stays to be freed. May come from
-// any thread.
+// Cancels a request: a thread that waits for it gets TAUT_PREEMPTED within 10 ms. It stays to be
+// freed. May come from any thread.
 //
 // # Safety
 // `error` is NULL or a place for a handle.
-int32_t taut_cancel(const taut_answers *answers,
-                    taut_error **error);
+int32_t taut_cancel(const taut_answers *answers, taut_error **error);
 
-// Frees a request, which cancels it if it runs; a thread that waits for it gets TAUT_PREEMPTED. Answers that it gave
-// stay. NULL and requests that are freed are let be.
+// Frees a request, which cancels it if it runs; a thread that waits for it gets TAUT_PREEMPTED.
+// Answers that it gave stay. NULL and requests that are freed are let be.
 void taut_answers_free(taut_answers *answers);
 
 #ifdef __cplusplus

@@ -140,57 +140,95 @@ class options {
 public:
     options() { taut_options_default(&plain, sizeof plain); }
 
+    // Setters, from the table of options:
+    // Time that the request may take, from when it is sent; the best path by then is the answer
     options &deadline(double seconds) { return plain.deadline_s = seconds, *this; }
+    // Distance that every pair of bodies must keep
     options &clearance(double metres) { return plain.clearance_m = metres, *this; }
-    options &mode(std::uint32_t mode) { return plain.mode = mode, *this; } // TAUT_MODE_*
-    options &seed(std::uint64_t seed) { return plain.seed = seed, *this; }
-    options &strict(bool strict) { return plain.strict = strict, *this; }
-    options &unwrapped(bool unwrapped) { return plain.unwrapped = unwrapped, *this; }
-    options &keep_goal(bool keep) { return plain.keep_goal = keep, *this; }
-    options &contacts(bool wanted) { return plain.without_contacts = !wanted, *this; }
+    // Most work to spend on a shorter path, in the units of the answer's `work`: the same on every machine
+    options &budget(std::uint64_t number) { return plain.work_budget = number, *this; }
+    // Seed of every random choice
+    options &seed(std::uint64_t number) { return plain.seed = number, *this; }
+    // Version of the scene, of those that are kept
+    options &scene_version(std::uint64_t number) { return plain.scene_version = number, *this; }
+    // Optimizer: TAUT_MODE_*
+    options &mode(std::uint32_t mode) { return plain.mode = mode, *this; }
+    // Class of the request: one of a higher class is served first
+    options &priority(std::uint32_t number) { return plain.priority = number, *this; }
+    // Refuse a path that keeps less, instead of lowering the clearance of the pairs that come closer
+    options &strict(bool set) { return plain.strict = set, *this; }
+    // Take the columns of continuous joints as they stand, as real numbers and not as angles on the circle
+    options &unwrapped(bool set) { return plain.unwrapped = set, *this; }
+    // Look for what is nearest along the path; without it the answer comes sooner
+    options &contacts(bool set) { return plain.without_contacts = !set, *this; }
+    // Mode check only: tell again when a change of the scene makes the path unsafe or safe, until the request is
+    // dropped
+    options &watch(bool set) { return plain.watch = set, *this; }
+    // Keep the goal's numbers: refuse a path whose angles lead there only by a step of more than half a turn, and
+    // take no path that ends whole turns away
+    options &keep_goal(bool set) { return plain.keep_goal = set, *this; }
+    // Prove each segment at the largest clearance that it keeps, up to 10 cm, and tell how far what is executed may
+    // stray from the path
+    options &corridor(bool set) { return plain.corridor = set, *this; }
+    // Names of the path's columns, in the path's order; joints of the robot that are missing stand still
     options &columns(std::vector<std::string> names) { return columns_ = std::move(names), *this; }
-    options &group(std::string name) { return group_ = std::move(name), *this; }
-    options &weights(std::vector<double> weights) { return weights_ = std::move(weights), *this; }
-    options &fixed(std::vector<std::size_t> waypoints) { return fixed_ = std::move(waypoints), *this; }
+    // Where a joint stands that is no column of the path, instead of at 0
     options &hold(std::string name, double value) {
-        held_names_.push_back(std::move(name));
-        held_values_.push_back(value);
+        hold_names_.push_back(std::move(name));
+        hold_values_.push_back(value);
         return *this;
     }
-    options &joint_weight(std::string name, double weight) {
-        weight_names_.push_back(std::move(name));
-        joint_weights_.push_back(weight);
+    // Weights of the metric, one per velocity coordinate of the robot
+    options &weights(std::vector<double> numbers) { return weights_ = std::move(numbers), *this; }
+    // Weight of a joint in the metric, by its name, instead of the one that it has
+    options &joint_weight(std::string name, double value) {
+        joint_weight_names_.push_back(std::move(name));
+        joint_weight_values_.push_back(value);
         return *this;
     }
+    // Waypoints that stay as they are to the last bit, counted from 0; the ends always do
+    options &fixed(std::vector<std::size_t> indices) { return fixed_ = std::move(indices), *this; }
+    // Group of the robot: only its joints may move otherwise than on the path given
+    options &group(std::string name) { return group_ = std::move(name), *this; }
+    // (end of the table)
 
     // Calls with what taut.h wants, which lives as long as the call.
     template <typename Call> auto with(Call call) const {
         taut_options given = plain;
-        const auto columns = detail::pointers(columns_), held = detail::pointers(held_names_);
-        const auto weighted = detail::pointers(weight_names_);
+        // Arrays, from the table of options:
+        const auto columns = detail::pointers(columns_);
         given.columns = columns.data();
         given.column_count = columns.size();
-        given.held_names = held.data();
-        given.held_values = held_values_.data();
-        given.held_count = held.size();
+        const auto hold = detail::pointers(hold_names_);
+        given.held_names = hold.data();
+        given.held_values = hold_values_.data();
+        given.held_count = hold.size();
         given.weights = weights_.data();
         given.weight_count = weights_.size();
-        given.joint_weight_names = weighted.data();
-        given.joint_weights = joint_weights_.data();
-        given.joint_weight_count = weighted.size();
+        const auto joint_weight = detail::pointers(joint_weight_names_);
+        given.joint_weight_names = joint_weight.data();
+        given.joint_weights = joint_weight_values_.data();
+        given.joint_weight_count = joint_weight.size();
         given.fixed_waypoints = fixed_.data();
         given.fixed_count = fixed_.size();
         given.group = group_ ? group_->c_str() : nullptr;
+        // (end of the table)
         return call(&given);
     }
 
-    taut_options plain; // what has no setter here; its arrays are those of the setters
+    taut_options plain; // its arrays are those of the setters
 
 private:
-    std::vector<std::string> columns_, held_names_, weight_names_;
-    std::vector<double> held_values_, weights_, joint_weights_;
+    // Their memory, from the table of options:
+    std::vector<std::string> columns_;
+    std::vector<std::string> hold_names_;
+    std::vector<double> hold_values_;
+    std::vector<double> weights_;
+    std::vector<std::string> joint_weight_names_;
+    std::vector<double> joint_weight_values_;
     std::vector<std::size_t> fixed_;
     std::optional<std::string> group_;
+    // (end of the table)
 };
 
 // A path of the caller's, row by row.
@@ -241,6 +279,18 @@ public:
         for (std::size_t index = 0; taut_answer_warning(handle_.get(), index, &one); ++index)
             found.push_back({one.text, one.uncovered});
         return found;
+    }
+    // How far what is executed may stray from the path; none unless options::corridor asked for it and it is proved.
+    struct corridor_data {
+        double floor;              // metres that every pair keeps within it
+        std::vector<double> reach; // metres per rad or m of each velocity coordinate
+        std::vector<double> slack; // metres, of each segment
+    };
+    std::optional<corridor_data> corridor() const {
+        taut_corridor found;
+        if (!taut_answer_corridor(handle_.get(), &found, sizeof found)) return std::nullopt;
+        return corridor_data{found.floor_m, {found.reach, found.reach + found.reach_count},
+            {found.slack_m, found.slack_m + found.slack_count}};
     }
     // To keep, in the request's columns.
     taut::path copy() const {

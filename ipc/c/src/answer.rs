@@ -7,7 +7,7 @@ use crate::handle::{Handle, Table, wrong};
 use std::ffi::{CString, c_char};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
-use taut_ipc::planner::{Best, PlannerError};
+use taut_ipc::planner::{self, Best, PlannerError};
 use taut_ipc::wire::{Code, ResponseFlags};
 
 /// One answer, in shared memory. Freed by `taut_answer_free`; it outlives its request and its
@@ -22,6 +22,8 @@ pub(crate) struct Held {
     best: Mutex<Best>,
     /// Made when first asked for; texts stay where they are until the answer is freed.
     warnings: OnceLock<Vec<(CString, bool)>>,
+    /// The same of its corridor, where it has one.
+    corridor: OnceLock<Option<planner::Corridor>>,
     count: Arc<AtomicUsize>,
 }
 
@@ -31,12 +33,19 @@ impl Held {
         Self {
             best: Mutex::new(best),
             warnings: OnceLock::new(),
+            corridor: OnceLock::new(),
             count: count.clone(),
         }
     }
 
     fn best(&self) -> MutexGuard<'_, Best> {
         self.best.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn corridor(&self) -> Option<&planner::Corridor> {
+        self.corridor
+            .get_or_init(|| self.best().corridor().unwrap_or_default())
+            .as_ref()
     }
 
     fn warnings(&self) -> &[(CString, bool)] {
@@ -132,6 +141,24 @@ pub struct Rows {
     pub columns: usize,
     /// Numbers from one row to the next.
     pub stride: usize,
+}
+
+/// How far what is executed may stray from a proved path: around every configuration p of a
+/// segment, every q with the sum of reach x |q - p| at most the segment's slack keeps the floor.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Corridor {
+    /// Distance that every pair keeps within the corridor, in metres.
+    pub floor_m: f64,
+    /// How far bodies move at most against each other, per unit of each velocity coordinate of the
+    /// robot (m per rad or m); valid until the answer is freed.
+    pub reach: *const f64,
+    /// How many.
+    pub reach_count: usize,
+    /// Slack of each segment, in metres; valid until the answer is freed.
+    pub slack_m: *const f64,
+    /// How many.
+    pub slack_count: usize,
 }
 
 pub(crate) fn info_of(best: &Best) -> Info {
@@ -290,6 +317,35 @@ pub unsafe extern "C" fn taut_answer_warning(
             },
         )
     };
+    true
+}
+
+/// The corridor of a final answer whose request had `corridor`: true and `*corridor` filled in, or
+/// false where there is none. `size` is sizeof *corridor.
+///
+/// # Safety
+/// `corridor` points to `size` bytes, or is NULL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn taut_answer_corridor(
+    answer: *const Answer,
+    corridor: *mut Corridor,
+    size: usize,
+) -> bool {
+    let Ok(held) = Answer::get(answer) else {
+        return false;
+    };
+    let Some(found) = held.corridor() else {
+        return false;
+    };
+    let shown = Corridor {
+        floor_m: found.floor_m,
+        reach: found.reach.as_ptr(),
+        reach_count: found.reach.len(),
+        slack_m: found.slack_m.as_ptr(),
+        slack_count: found.slack_m.len(),
+    };
+    // SAFETY: the caller promises that it is NULL or its own, and so large.
+    unsafe { give_sized(corridor, size, shown) };
     true
 }
 

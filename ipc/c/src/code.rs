@@ -60,19 +60,6 @@ pub const TAUT_INVALID_MODEL: i32 = -1012;
 /// A robot or scene file cannot be read.
 pub const TAUT_UNREADABLE_FILE: i32 = -1013;
 
-/// `taut_options.mode`: only prove the path.
-pub const TAUT_MODE_CHECK: u32 = 0;
-/// `taut_options.mode`: the gradient method.
-pub const TAUT_MODE_GRADIENT: u32 = 1;
-/// `taut_options.mode`: random shortcuts.
-pub const TAUT_MODE_RANDOM_SHORTCUT: u32 = 2;
-/// `taut_options.mode`: random shortcuts, one joint at a time.
-pub const TAUT_MODE_PARTIAL_SHORTCUT: u32 = 3;
-/// `taut_options.mode`: the gradient with contacts as half-spaces.
-pub const TAUT_MODE_CONTACT: u32 = 4;
-/// `taut_options.mode`: shortcuts and contacts in turns; the default.
-pub const TAUT_MODE_HYBRID: u32 = 5;
-
 /// The name of a code, such as "TIMED_OUT"; "UNKNOWN" for a number that is none. Valid for ever.
 #[unsafe(no_mangle)]
 pub extern "C" fn taut_code_name(code: i32) -> *const c_char {

@@ -12,5 +12,8 @@ pub mod daemon;
 pub mod error;
 mod handle;
 pub mod options;
+#[rustfmt::skip] // As it is made.
+pub mod options_table;
 pub mod robot;
 pub mod scene;
+mod values;

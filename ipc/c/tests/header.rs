@@ -10,7 +10,15 @@ fn the_header_is_up_to_date() {
     let mut builder = cbindgen::Builder::new().with_config(config);
     // In this order, whatever that of the folder is.
     for file in [
-        "code", "error", "daemon", "robot", "scene", "options", "answer", "answers",
+        "code",
+        "options_table",
+        "error",
+        "daemon",
+        "robot",
+        "scene",
+        "options",
+        "answer",
+        "answers",
     ] {
         builder = builder.with_src(folder.join(format!("src/{file}.rs")));
     }
@@ -25,6 +33,7 @@ fn the_header_is_up_to_date() {
         "{} is not what the sources say; TAUT_WRITE_HEADER=1 cargo test -p taut-c --test header writes it",
         committed.display()
     );
+    check_options(&String::from_utf8(made).unwrap());
 }
 
 #[test]
@@ -38,4 +47,19 @@ fn every_code_of_the_wire_has_its_name_and_number() {
             "no line {line:?}"
         );
     }
+}
+
+fn check_options(header: &str) {
+    let end = header.find("} taut_options;").unwrap();
+    let start = header[..end].rfind("typedef struct {").unwrap();
+    let fields: Vec<&str> = header[start..end]
+        .lines()
+        .filter(|line| !line.trim().starts_with("//"))
+        .filter_map(|line| line.strip_suffix(';')?.split([' ', '*']).next_back())
+        .map(|name| name.split('[').next().unwrap())
+        .filter(|name| !["size", "reserved"].contains(name))
+        .collect();
+    let table = taut_ipc::planner::options::TABLE;
+    let expected: Vec<String> = table.iter().map(|row| row.c()).collect();
+    assert_eq!(fields.join(" "), expected.join(" "));
 }

@@ -220,30 +220,14 @@ impl Improvement {
 
     #[getter]
     fn stage(&self) -> PyResult<&'static str> {
-        Ok(match Stage::try_from(self.best()?.header().stage) {
-            Ok(Stage::Shortcut) => "shortcut",
-            Ok(Stage::PartialShortcut) => "partial-shortcut",
-            Ok(Stage::Gradient) => "gradient",
-            Ok(Stage::Contact) => "contact",
-            Ok(Stage::Input) | Err(_) => "input",
-        })
+        let stage = Stage::try_from(self.best()?.header().stage).unwrap_or(Stage::Input);
+        Ok(stage.name())
     }
 
     #[getter]
     fn ended(&self) -> PyResult<&'static str> {
-        Ok(
-            match Termination::try_from(self.best()?.header().termination) {
-                Ok(Termination::Converged) => "converged",
-                Ok(Termination::WorkBudget) => "work-budget",
-                Ok(Termination::Deadline) => "deadline",
-                Ok(Termination::Cancelled) => "cancelled",
-                Ok(Termination::FinishedEarly) => "finished-early",
-                Ok(Termination::Checked) => "checked",
-                Ok(Termination::Refused) => "refused",
-                Ok(Termination::IterationLimit) => "iteration-limit",
-                Ok(Termination::Running) | Err(_) => "running",
-            },
-        )
+        let termination = Termination::try_from(self.best()?.header().termination);
+        Ok(termination.unwrap_or(Termination::Running).name())
     }
 
     /// Raises the error that a final answer is which is no success.

@@ -4,73 +4,24 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::time::Duration;
 use taut_ipc::planner::Request;
+use taut_ipc::planner::options::{Kind, TABLE, Value};
 use taut_ipc::wire::Mode;
 
 use super::errors;
 
-/// Names of the modes.
-pub const MODES: [(&str, Mode); 6] = [
-    ("check", Mode::Check),
-    ("gradient", Mode::Gradient),
-    ("random-shortcut", Mode::RandomShortcut),
-    ("partial-shortcut", Mode::PartialShortcut),
-    ("contact", Mode::Contact),
-    ("hybrid", Mode::Hybrid),
-];
-
-/// A request from the entries of a dictionary; the Python side has checked that it knows them all.
+/// A request from a dictionary of options by the names of their fields; the Python side has checked
+/// that it knows them all.
 pub fn request(robot: &str, scene: Option<&str>, options: &Bound<'_, PyDict>) -> PyResult<Request> {
     let mut request = Request::new(robot, scene);
     let mut known = 0;
-    let mut take = |name: &str| -> PyResult<Option<Bound<'_, PyAny>>> {
-        let value = options.get_item(name)?;
-        known += usize::from(value.is_some());
-        Ok(value.filter(|value| !value.is_none()))
-    };
-    if let Some(mode) = take("mode")? {
-        let name: String = mode.extract()?;
-        let found = MODES.iter().find(|(mode, _)| *mode == name);
-        let valid = || MODES.map(|(name, _)| name).join(", ");
-        request.mode = found
-            .ok_or_else(|| errors::invalid(format!("no mode {name:?}; valid: {}", valid())))?
-            .1;
-    }
-    if let Some(seconds) = take("deadline")? {
-        let seconds: f64 = seconds.extract()?;
-        let deadline = Duration::try_from_secs_f64(seconds)
-            .ok()
-            .filter(|deadline| !deadline.is_zero());
-        let refuse = || {
-            errors::invalid(format!(
-                "a deadline of {seconds} s; valid: more than 0, such as 0.02"
-            ))
+    for row in TABLE {
+        let given = options.get_item(row.field)?;
+        known += usize::from(given.is_some());
+        let Some(given) = given.filter(|given| !given.is_none()) else {
+            continue;
         };
-        request.deadline = Some(deadline.ok_or_else(refuse)?);
-    }
-    macro_rules! entries {
-        ($( $name:literal => $field:ident, )*) => { $(
-            if let Some(value) = take($name)? {
-                request.$field = value.extract()?;
-            }
-        )* };
-    }
-    entries! {
-        "scene_version" => scene_version,
-        "columns" => columns,
-        "held" => held,
-        "budget" => work_budget,
-        "seed" => seed,
-        "clearance" => clearance_m,
-        "strict" => strict,
-        "unwrapped" => unwrapped,
-        "keep_goal" => keep_goal,
-        "contacts" => contacts,
-        "watch" => watch,
-        "metric" => metric,
-        "weights" => joint_weights,
-        "fixed" => fixed_waypoints,
-        "group" => group,
-        "priority" => priority,
+        row.set(&mut request, value(row.kind, &given)?)
+            .map_err(|error| errors::of(&error))?;
     }
     if known != options.len() {
         return Err(errors::invalid(format!(
@@ -79,4 +30,37 @@ pub fn request(robot: &str, scene: Option<&str>, options: &Bound<'_, PyDict>) ->
         )));
     }
     Ok(request)
+}
+
+fn value(kind: Kind, given: &Bound<'_, PyAny>) -> PyResult<Value> {
+    Ok(match kind {
+        Kind::Flag => Value::Flag(given.extract()?),
+        Kind::Count(_) => Value::Count(given.extract()?),
+        Kind::Metres => Value::Metres(given.extract()?),
+        Kind::Seconds => Value::Seconds(deadline(given.extract()?)?),
+        Kind::Mode => Value::Mode(mode(&given.extract::<String>()?)?),
+        Kind::Name => Value::Name(given.extract()?),
+        Kind::Names => Value::Names(given.extract()?),
+        Kind::Named => Value::Named(given.extract()?),
+        Kind::Numbers => Value::Numbers(given.extract()?),
+        Kind::Indices => Value::Indices(given.extract()?),
+    })
+}
+
+fn deadline(seconds: f64) -> PyResult<Duration> {
+    let deadline = Duration::try_from_secs_f64(seconds)
+        .ok()
+        .filter(|deadline| !deadline.is_zero());
+    deadline.ok_or_else(|| {
+        errors::invalid(format!(
+            "a deadline of {seconds} s; valid: more than 0, such as 0.02"
+        ))
+    })
+}
+
+fn mode(name: &str) -> PyResult<Mode> {
+    Mode::named(name).ok_or_else(|| {
+        let valid: Vec<&str> = Mode::ALL.iter().map(|(mode, _)| mode.name()).collect();
+        errors::invalid(format!("no mode {name:?}; valid: {}", valid.join(", ")))
+    })
 }

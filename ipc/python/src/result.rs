@@ -4,14 +4,13 @@ use pyo3::prelude::*;
 use std::path::Path as FilePath;
 use taut::files::ResultFile;
 use taut::files::result::{ResultSubject, RobotSource, SceneSource};
-use taut::optimize::Settings;
 use taut::translate;
 use taut_ipc::control::RobotDescription;
 use taut_ipc::planner::{Best, EMPTY_SCENE, PlannerError, Request};
 use taut_ipc::wire::Code;
 
 use super::about::About;
-use super::{errors, options};
+use super::errors;
 
 /// What an answer says, with its own path in the robot's columns.
 fn result(
@@ -25,35 +24,20 @@ fn result(
         .get()?
         .robot(&request.robot)
         .map_err(|error| errors::of(&error))?;
-    let weights = match request
-        .weights(&robot)
-        .map_err(|error| errors::of(&error))?
-    {
-        weights if weights.is_empty() => robot.weights.clone(),
-        weights => weights,
-    };
-    let settings = Settings {
-        clearance_m: request.clearance_m.unwrap_or(Settings::DEFAULT_CLEARANCE_M),
-        strict: request.strict,
-        unwrapped: request.unwrapped,
-        keep_goal: request.keep_goal,
-        weights: Some(weights.clone()),
-        ..Settings::default()
-    };
     let view = best
         .view()
         .map_err(|error| errors::of(&PlannerError::from(error)))?;
-    let (outcome, code) = translate::outcome(&view, &settings, &robot, &weights)
+    let (outcome, code) = translate::outcome(&view, request, &robot)
         .map_err(|error| errors::raise(Code::MalformedRequest, &error.to_string()))?;
     let warnings = best
         .warnings()
         .map_err(|error| errors::of(&PlannerError::from(error)))?;
-    let mode = options::MODES
-        .iter()
-        .find(|(_, mode)| *mode == request.mode);
+    let corridor = outcome.corridor.as_ref();
+    let corridor =
+        corridor.map(|corridor| translate::result_corridor(corridor, &robot, request.unwrapped));
     let result = ResultFile {
         name: request.robot.clone(),
-        mode: mode.map(|(name, _)| *name).unwrap_or_default().to_owned(),
+        mode: request.mode.name().to_owned(),
         geometry: "loaded".to_owned(),
         code: code.into(),
         code_name: code.name().to_owned(),
@@ -75,6 +59,7 @@ fn result(
             .filter(|warning| warning.is_uncovered)
             .map(|warning| warning.text.clone())
             .collect(),
+        corridor,
         ..ResultFile::of(&outcome)
     };
     Ok((result, robot))

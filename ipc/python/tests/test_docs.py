@@ -13,7 +13,8 @@ import taut._planner
 import taut._scene
 
 HERE = Path(__file__).parents[1] / "README.md"
-PROJECT = Path(__file__).parents[3] / "README.md"
+PROJECT = Path(__file__).parents[3]
+MORE = [page for page in sorted(PROJECT.glob("docs/*.md")) if "```python\n" in page.read_text()]
 
 
 @pytest.mark.parametrize("module", [taut, taut._planner, taut._scene, taut._answers])
@@ -23,17 +24,17 @@ def test_docstrings(module):
     assert failed == 0 and (tried > 0 or module is taut._answers)
 
 
-@pytest.mark.parametrize("readme", [HERE, PROJECT])
-def test_every_block_of_the_readme_runs(readme, monkeypatch, tmp_path):
+@pytest.mark.parametrize("page", [HERE, PROJECT / "README.md", *MORE], ids=lambda page: page.name)
+def test_every_block_of_a_page_runs(page, monkeypatch, tmp_path):
     monkeypatch.chdir(CONFIG.parent)
     monkeypatch.setenv("TAUT_INSTANCE", __import__("conftest").INSTANCE)
-    blocks = re.findall(r"```python\n(.*?)```", readme.read_text(), re.S)
+    blocks = re.findall(r"```python\n(.*?)```", page.read_text(), re.S)
     assert blocks
     names = {"RESULT": str(tmp_path / "result.json")}
     for block in blocks:
         block = block.replace('"result.json"', "RESULT")
-        exec(compile(block, str(readme), "exec"), names)
-    assert (tmp_path / "result.json").is_file()
+        exec(compile(block, str(page), "exec"), names)
+    assert (tmp_path / "result.json").is_file() == ('"result.json"' in "".join(blocks))
 
 
 def test_everything_is_documented():

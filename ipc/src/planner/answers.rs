@@ -1,7 +1,10 @@
 //! The stream of answers to a request.
 
-use super::{Best, Columns, Link, Planner, PlannerError, Request, service};
-use crate::client::{ClientError, Pending};
+use super::connection::{Link, Planner};
+use super::request::Sections;
+use super::{Best, Columns, PlannerError, Request, service};
+use crate::Client;
+use crate::client::{ClientError, Pending, RequestBuilder};
 use crate::control::RobotDescription;
 use crate::wire::{Code, RequestHeader};
 use std::sync::Arc;
@@ -27,24 +30,35 @@ enum Stream {
     Here(service::Stream),
 }
 
+impl Planner {
+    /// Sends a path, row by row in the order of [`Request::columns`], and gives the stream of its
+    /// answers.
+    ///
+    /// The numbers are written into shared memory once, whatever their order.
+    ///
+    /// # Errors
+    /// [`PlannerError::Invalid`] for names and sizes that are none, with the valid ones; what
+    /// cannot be sent.
+    pub fn ask(&self, request: &Request, path: &[f64]) -> Result<Answers, PlannerError> {
+        Answers::ask(self, request, path)
+    }
+}
+
 impl Answers {
     pub(super) fn ask(
         planner: &Planner,
         request: &Request,
         path: &[f64],
     ) -> Result<Self, PlannerError> {
-        let robot = planner.robot(&request.robot)?;
-        let columns = Arc::new(request.columns_of(&robot)?);
-        let waypoints = request.waypoints(&columns, path.len())?;
         let start = Instant::now();
-        let stream = send(planner, request, &robot, &columns, waypoints, path)?;
-        let planner = planner.clone();
-        let request = request.clone();
+        let robot = planner.robot(&request.robot)?;
+        let prepared = Prepared::new(planner, request, robot, path.len())?;
+        let stream = send(planner, &prepared, path)?;
         Ok(Self {
-            planner,
-            request,
-            robot,
-            columns,
+            planner: planner.clone(),
+            request: request.clone(),
+            robot: prepared.robot,
+            columns: prepared.columns,
             stream,
             start,
             asked_again: false,
@@ -141,69 +155,96 @@ impl Answers {
         if robot.layout_hash == self.robot.layout_hash {
             return Ok(false);
         }
-        let columns = Arc::new(self.request.columns_of(&robot)?);
-        if columns.width() != self.columns.width() {
+        if self.request.columns_of(&robot)?.width() != self.columns.width() {
             // The caller named no columns and means others than the robot has now.
             return Ok(false);
         }
-        let mut path = Vec::new();
-        pending.sent_path(|sent| {
-            path.resize(
-                sent.len() / self.columns.robot_width() * self.columns.width(),
-                0.0,
-            );
-            self.columns.read(sent, &mut path);
-        });
-        let waypoints = self.request.waypoints(&columns, path.len())?;
+        let path = self.sent(pending);
         let mut request = self.request.clone();
         request.deadline = request
             .deadline
             .map(|deadline| deadline.saturating_sub(self.start.elapsed()));
-        self.stream = send(&self.planner, &request, &robot, &columns, waypoints, &path)?;
-        self.robot = robot;
-        self.columns = columns;
+        let prepared = Prepared::new(&self.planner, &request, robot, path.len())?;
+        self.stream = send(&self.planner, &prepared, &path)?;
+        self.robot = prepared.robot;
+        self.columns = prepared.columns;
         Ok(true)
+    }
+
+    /// The path that was sent, in the caller's columns.
+    fn sent(&self, pending: &Pending) -> Vec<f64> {
+        let columns = &self.columns;
+        let mut path = Vec::new();
+        pending.sent_path(|sent| {
+            path.resize(sent.len() / columns.robot_width() * columns.width(), 0.0);
+            columns.read(sent, &mut path);
+        });
+        path
     }
 }
 
-fn send(
-    planner: &Planner,
-    request: &Request,
-    robot: &RobotDescription,
-    columns: &Arc<Columns>,
-    waypoints: u32,
-    path: &[f64],
-) -> Result<Stream, PlannerError> {
-    let scene = match &request.scene {
-        Some(scene) => scene,
-        None => planner.empty_scene()?,
-    };
-    let sections = request.sections(robot, columns, waypoints)?;
-    let header = RequestHeader {
-        waypoints,
-        variables: robot.nq,
-        ..request.header(robot, scene)?
-    };
+fn send(planner: &Planner, prepared: &Prepared, path: &[f64]) -> Result<Stream, PlannerError> {
+    let columns = &prepared.columns;
     match &planner.link {
         Link::Daemon(client) => {
-            let mut builder = client
-                .request(waypoints, robot.nq)
-                .with_body(sections.body());
-            builder.header = header;
-            let mut loan = builder.loan()?;
+            let mut loan = prepared.builder(client).loan()?;
             columns.write(path, loan.path_mut());
             Ok(Stream::Daemon(Box::new(loan.send()?)))
         }
-        Link::Here(service) => {
-            let fill = |slots: &mut [f64]| columns.write(path, slots);
-            Ok(Stream::Here(service::Stream::start(
-                service,
-                header,
-                &sections.body(),
-                columns.clone(),
-                fill,
-            )?))
-        }
+        Link::Here(service) => Ok(Stream::Here(service::Stream::start(
+            service,
+            prepared.header,
+            &prepared.sections.body(),
+            columns.clone(),
+            |slots: &mut [f64]| columns.write(path, slots),
+        )?)),
+    }
+}
+
+/// A request in the order of its robot's variables, ready to be sent.
+pub(super) struct Prepared {
+    pub robot: Arc<RobotDescription>,
+    pub columns: Arc<Columns>,
+    pub header: RequestHeader,
+    pub sections: Sections,
+}
+
+impl Prepared {
+    /// About a path of so many numbers.
+    pub(super) fn new(
+        planner: &Planner,
+        request: &Request,
+        robot: Arc<RobotDescription>,
+        numbers: usize,
+    ) -> Result<Self, PlannerError> {
+        let columns = Arc::new(request.columns_of(&robot)?);
+        let waypoints = request.waypoints(&columns, numbers)?;
+        let scene = match &request.scene {
+            Some(scene) => scene,
+            None => planner.empty_scene()?,
+        };
+        let sections = request.sections(&robot, &columns, waypoints)?;
+        let header = RequestHeader {
+            waypoints,
+            variables: robot.nq,
+            ..request.header(&robot, scene)?
+        };
+        Ok(Self {
+            robot,
+            columns,
+            header,
+            sections,
+        })
+    }
+
+    /// The request to a daemon, without its path.
+    pub(super) fn builder(&self, client: &Client) -> RequestBuilder<'_> {
+        let header = self.header;
+        let mut builder = client
+            .request(header.waypoints, header.variables)
+            .with_body(self.sections.body());
+        builder.header = header;
+        builder
     }
 }
 

@@ -2,9 +2,11 @@
 
 use super::{Columns, PlannerError, Refused};
 use crate::client::Response;
+use crate::limits::{CORRIDOR_ROUNDING_M, WIDEST_CORRIDOR_M};
 use crate::wire::section::numbers;
 use crate::wire::{
-    Code, ResponseBody, ResponseHeader, ResponseView, Status, WarningKind, WarningRecord, WireError,
+    CertificateSegment, Code, ResponseBody, ResponseHeader, ResponseView, Status, WarningKind,
+    WarningRecord, WireError,
 };
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -16,6 +18,34 @@ pub struct Warning {
     pub is_uncovered: bool,
     /// The line.
     pub text: String,
+}
+
+/// How far what is executed may stray from a proved path: for every configuration p of a segment
+/// and every q with Σ reach |q − p| ≤ slack, every pair keeps the floor at q.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Corridor {
+    /// Distance that every pair keeps within the corridor, in metres.
+    pub floor_m: f64,
+    /// How far bodies move at most against each other, per unit of each velocity coordinate of the
+    /// robot (m per rad or m).
+    pub reach: Vec<f64>,
+    /// The slack of each segment, in metres.
+    pub slack_m: Vec<f64>,
+}
+
+impl Corridor {
+    /// That of a response; `None` where it was not asked for or nothing is proved.
+    pub fn of_view(view: &ResponseView<'_>) -> Option<Self> {
+        let floor_m = view.header.floor_m;
+        let slack = |segment: &CertificateSegment| {
+            (segment.clearance_m - (floor_m + CORRIDOR_ROUNDING_M)).clamp(0.0, WIDEST_CORRIDOR_M)
+        };
+        (!view.reach.is_empty()).then(|| Self {
+            floor_m,
+            reach: view.reach.to_vec(),
+            slack_m: view.certificate.iter().map(slack).collect(),
+        })
+    }
 }
 
 /// An answer to a request: an improvement, or the final one.
@@ -130,6 +160,14 @@ impl Best {
     /// The line for people, empty if there is none.
     pub fn message(&self) -> &str {
         self.view().map_or("", |view| view.message)
+    }
+
+    /// The corridor of a final answer; `None` where it was not asked for or nothing is proved.
+    ///
+    /// # Errors
+    /// [`WireError`] only if the daemon changed it after sending.
+    pub fn corridor(&self) -> Result<Option<Corridor>, WireError> {
+        Ok(Corridor::of_view(&self.view()?))
     }
 
     /// What a person should know beside the verdict, first what it does not cover: of robot, scene

@@ -1,6 +1,7 @@
 //! Robots and scenes of the daemon: load, change, look.
 
-use super::{Planner, PlannerError};
+use super::PlannerError;
+use super::connection::Planner;
 use crate::Client;
 use crate::control::{
     ControlReply, ControlRequest, Listing, RobotDescription, RobotSource, SceneSummary, SceneText,

@@ -25,6 +25,16 @@ pub trait Service: Send + Sync + std::fmt::Debug {
     fn answer(&self, request: &RequestView<'_>, ending: &Ending, tell: &Tell<'_>);
 }
 
+impl<S: Service> Service for Arc<S> {
+    fn control(&self, message: ControlRequest) -> ControlReply {
+        (**self).control(message)
+    }
+
+    fn answer(&self, request: &RequestView<'_>, ending: &Ending, tell: &Tell<'_>) {
+        (**self).answer(request, ending, tell);
+    }
+}
+
 /// Whether a request is to end before it is done.
 #[derive(Debug, Default)]
 pub struct Ending(AtomicU8);
@@ -184,10 +194,20 @@ fn work(
         answered.ended |= answer.status == u32::from(Status::Final);
         shared.came.notify_all();
     };
+    let _end = End(shared);
     match RequestView::parse(header, bytemuck::cast_slice(words)) {
         Ok(view) => service.answer(&view, &shared.ending, &tell),
         Err(error) => shared.lock().broken = Some(error),
     }
-    shared.lock().ended = true;
-    shared.came.notify_all();
+}
+
+/// Ends the stream when it is dropped, also by a panic of the service: who waits is not left
+/// waiting.
+struct End<'a>(&'a Shared);
+
+impl Drop for End<'_> {
+    fn drop(&mut self) {
+        self.0.lock().ended = true;
+        self.0.came.notify_all();
+    }
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::control::{GroupDescription, VariableDescription};
+use crate::control::{GroupDescription, RobotDescription, VariableDescription};
 use crate::wire::Code;
 
 fn names(names: &[&str]) -> Vec<String> {
@@ -208,7 +208,10 @@ fn names_of_a_request_are_looked_up() {
         held: held(&[("a", 1.0)]),
         ..base()
     });
-    assert_eq!(text, r#""a" is no joint without a column; valid: torso"#);
+    assert_eq!(
+        text,
+        r#""a" is no joint without a column (it is a column of the path); valid: torso"#
+    );
     let (_, text) = refused(&Request {
         fixed_waypoints: vec![0, 4],
         ..base()

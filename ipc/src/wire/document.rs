@@ -2,9 +2,9 @@
 
 use super::{
     ActiveContact, CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader,
-    Field, LoweredPair, Mode, PinchedPair, RefusalReason, RefusalRecord, RequestHeader,
-    ResponseHeader, SceneEvent, SceneEventKind, Stage, StageRecord, Status, StatusRecord,
-    Termination, TurnedColumn, WarningKind, WarningRecord,
+    Field, LoweredPair, Mode, PinchedPair, RefusalReason, RefusalRecord, RequestFlags,
+    RequestHeader, ResponseHeader, SceneEvent, SceneEventKind, Stage, StageRecord, Status,
+    StatusRecord, Termination, TurnedColumn, WarningKind, WarningRecord,
 };
 use crate::services;
 use std::fmt::Write;
@@ -126,14 +126,20 @@ fn number_tables(text: &mut String) {
     table!("Stages", Stage);
     table!("Warning kinds", WarningKind);
     table!("Scene event kinds", SceneEventKind);
+    request_flags(text);
     text.push_str(
-        "\n## Request flags\n\nbit 0 strict (never lower a floor), bit 1 unwrapped (continuous columns are real numbers), \
-         bit 2 without contacts (active contacts are not looked for), bit 3 watch (mode check without a deadline only: the \
-         verdict comes with status progress, and again whenever a change of the scene turns it; the scene's end is final), \
-         bit 4 corridor (each segment's clearance is the largest that could be proved, up to 10 cm, and `reach` comes too), bit 5 \
-         keep goal (the goal's numbers stay; a path whose angles do not lead there by their numbers is refused).\n\
-         \n## Response flags\n\nbit 0 proved, bit 1 superseded (the scene has a newer version).\n",
+        "\n## Response flags\n\nbit 0 proved, bit 1 superseded (the scene has a newer version).\n",
     );
+}
+
+fn request_flags(text: &mut String) {
+    text.push_str(
+        "\n## Request flags\n\nFrom the table of options; a bit that is not set is the default.\n\n\
+         | bit | name | option |\n|---|---|---|\n",
+    );
+    for (bit, name, meaning) in RequestFlags::LISTED {
+        let _ = writeln!(text, "| {bit} | {name} |{meaning} |");
+    }
 }
 
 fn code_table(text: &mut String) {

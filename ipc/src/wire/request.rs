@@ -185,3 +185,24 @@ fn optional<'a>(
         exactly(name, mask, expected)
     }
 }
+macro_rules! flag_getters {
+    (
+        scalars { $($scalars:tt)* }
+        flags { $(
+            $(#[doc = $doc:literal])+
+            $field:ident = $default:literal, $bit:literal $name:ident { $($row:tt)* };
+        )* }
+        sections { $($sections:tt)* }
+    ) => {
+        impl RequestHeader {
+            $(
+                $(#[doc = $doc])+
+                pub fn $field(&self) -> bool {
+                    (self.flags & RequestFlags::$name != 0) != $default
+                }
+            )*
+        }
+    };
+}
+
+option_table!(flag_getters);

@@ -27,7 +27,8 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use taut_ipc::own_daemon::{OwnDaemon, OwnDaemonError};
 
 use super::error::{CliError, stdout};
-use super::{Format, quantity, report};
+use super::format::Format;
+use super::{quantity, report};
 use fleet::Fleet;
 use progress::Progress;
 use row::Row;

@@ -12,7 +12,7 @@ use taut_ipc::memory::{self, SHM_FOLDER, shared_files};
 use taut_ipc::server::FILES_WANTED;
 use taut_ipc::{Client, DaemonState, Instance, daemon_state};
 
-use super::{Check, Verdict};
+use super::check::{Check, Verdict};
 use crate::daemon::config::Config;
 use crate::daemon::{inspect, state};
 

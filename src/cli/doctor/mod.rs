@@ -1,5 +1,6 @@
 //! `taut doctor`: looks at everything a daemon and its clients depend on, a line each.
 
+mod check;
 mod checks;
 
 use std::io::Write;
@@ -7,9 +8,11 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::Format;
-use super::connect::InstanceChoice;
+use check::{Check, Verdict};
+
 use super::error::{CliError, stdout};
+use super::format::Format;
+use super::instance::InstanceChoice;
 use crate::daemon::config::Config;
 
 /// Check what the daemon and its clients depend on, and say what to do about it
@@ -26,24 +29,6 @@ pub(super) struct Arguments {
     /// Format on standard output
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-}
-
-/// How something is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "UPPERCASE")]
-enum Verdict {
-    Ok,
-    Warn,
-    Fail,
-}
-
-/// One thing that was looked at.
-#[derive(Debug, Serialize)]
-struct Check {
-    what: &'static str,
-    verdict: Verdict,
-    /// What was seen, and the next step where there is one.
-    seen: String,
 }
 
 #[derive(Serialize)]

@@ -13,7 +13,8 @@ use taut::path::Path;
 use taut::robot::{Kinematics, RobotModel};
 
 use super::picture::{scene, timestamp, transforms};
-use super::{CliError, Surroundings};
+use super::surroundings::Surroundings;
+use crate::cli::error::CliError;
 
 /// How long a path is shown (s).
 const SHOWN_S: f64 = 10.0;

@@ -2,19 +2,17 @@
 
 mod mcap;
 mod picture;
+mod surroundings;
 mod text;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use taut::files::{FileError, Packages, Reader, ResultFile};
-use taut::robot::RobotModel;
-use taut::scene::Scene;
+use taut::files::ResultFile;
 use taut::validation::certificate::FIRST_BY_NUMBERS;
 
 use super::error::CliError;
-use super::load;
-use super::request::Source;
+use super::source::Source;
+use surroundings::Surroundings;
 
 /// Write an answer of `taut shorten -o RESULT.json` in another form, without computing it again
 ///
@@ -55,12 +53,6 @@ pub(super) enum Form {
     Csv,
     Yaml,
     Mcap,
-}
-
-/// Robot and scene around a path.
-struct Surroundings {
-    robot: Arc<RobotModel>,
-    scene: Arc<Scene>,
 }
 
 impl Form {
@@ -200,41 +192,4 @@ fn save(file: &Path, bytes: &[u8]) -> Result<(), CliError> {
         file: file.display().to_string(),
         source,
     })
-}
-
-impl Surroundings {
-    /// Those that the arguments name, for the path in an answer.
-    fn given(answer: &Path, source: &Source) -> Result<Self, CliError> {
-        let loaded = load::load(&mut load::reader(source), answer, source, false)?;
-        Ok(Self {
-            robot: loaded.robot,
-            scene: loaded.scene,
-        })
-    }
-
-    /// Those that an answer tells of; `None`, and a warning, where only a daemon has them.
-    fn of(result: &ResultFile) -> Result<Option<Self>, CliError> {
-        let robot = &result.subject.robot;
-        let scene = &result.subject.scene;
-        let (Some(files), Some(content)) = (&robot.files, &scene.content) else {
-            eprintln!(
-                "warning: the answer has no files of robot and scene, so that they are not in the recording"
-            );
-            return Ok(None);
-        };
-        let mut reader = Reader::new(Packages::with_environment(files.packages.clone()));
-        let refuse = |source| FileError::Robot {
-            file: files.urdf.clone(),
-            source,
-        };
-        let robot = RobotModel::new(reader.robot_of(files)?).map_err(refuse)?;
-        let text =
-            serde_json::to_string(content).expect("a scene holds only names and finite numbers");
-        let scene =
-            reader.scene_of_text(&text, scene.file.as_deref().unwrap_or(Path::new("scene")))?;
-        Ok(Some(Self {
-            robot: Arc::new(robot),
-            scene: Arc::new(scene),
-        }))
-    }
 }

@@ -4,13 +4,13 @@ use std::io::Write;
 use std::time::Duration;
 
 use serde_json::json;
-use taut_ipc::control::{ControlReply, ControlRequest};
+use taut_ipc::planner::Planner;
 use taut_ipc::wire::{SceneEvent, SceneEventKind, label_id};
 use taut_ipc::{Client, ClientError};
 
-use super::super::Format;
-use super::super::connect::{InstanceChoice, control, unexpected};
-use super::super::error::{CliError, stdout};
+use crate::cli::error::{CliError, stdout};
+use crate::cli::format::Format;
+use crate::cli::instance::InstanceChoice;
 
 /// How often it looks for events, which do not wake who listens; nothing is lost in between.
 const LOOK: Duration = Duration::from_millis(50);
@@ -22,10 +22,11 @@ pub(super) fn watch(
     count: Option<u64>,
     format: Format,
 ) -> Result<u8, CliError> {
-    let client = &instance.connect()?;
+    let client = &Client::connect(&instance.instance()?)?;
+    let planner = Planner::new(client.clone());
     let feed = client.scene_event_feed()?;
     let boot = client.daemon_state();
-    let mut labels = labels(client)?;
+    let mut labels = labels(&planner)?;
     let mut seen = 0;
     while count.is_none_or(|count| seen < count) {
         let Some(event) = feed.next()? else {
@@ -41,7 +42,7 @@ pub(super) fn watch(
             continue;
         }
         if !labels.iter().any(|label| label_id(label) == event.scene_id) {
-            labels = self::labels(client)?;
+            labels = self::labels(&planner)?;
         }
         let known = labels
             .iter()
@@ -55,15 +56,9 @@ pub(super) fn watch(
     Ok(0)
 }
 
-fn labels(client: &Client) -> Result<Vec<String>, CliError> {
-    match control(client, &ControlRequest::List)? {
-        ControlReply::Listing(listing) => Ok(listing
-            .scenes
-            .into_iter()
-            .map(|scene| scene.label)
-            .collect()),
-        other => Err(unexpected(&other)),
-    }
+fn labels(planner: &Planner) -> Result<Vec<String>, CliError> {
+    let scenes = planner.list()?.scenes;
+    Ok(scenes.into_iter().map(|scene| scene.label).collect())
 }
 
 fn print(event: &SceneEvent, label: &str, format: Format) -> Result<(), CliError> {

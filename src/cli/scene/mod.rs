@@ -8,15 +8,14 @@ use std::io::{Read, Write};
 use std::path::PathBuf;
 
 use taut::files::{FileError, diff_text};
-use taut_ipc::Client;
-use taut_ipc::control::{ControlReply, ControlRequest, SceneSummary, SceneText};
+use taut_ipc::control::{SceneSummary, SceneText};
 use taut_ipc::planner::words;
 
-use super::Format;
-use super::connect::{InstanceChoice, control, unexpected};
 use super::error::{CliError, stdout};
+use super::format::Format;
+use super::instance::InstanceChoice;
 use super::models::{print, scene_line};
-use super::remote::folder_of;
+use super::source::folder_of;
 use values::{Pose, version};
 
 /// Scenes of the daemon: list, show, compare and change them
@@ -163,7 +162,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
             version,
             common,
         } => {
-            let text = show(&common.instance.connect()?, label, version.unwrap_or(0), 0)?;
+            let planner = common.instance.connect()?;
+            let text = planner.show_scene(label, version.unwrap_or(0), 0)?;
             let objects = || {
                 format!(
                     "scene {label} v{}   hash {:016x}{}",
@@ -180,7 +180,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
             to,
             common,
         } => {
-            let text = show(&common.instance.connect()?, label, to.unwrap_or(0), *from)?;
+            let planner = common.instance.connect()?;
+            let text = planner.show_scene(label, to.unwrap_or(0), *from)?;
             let changes = || {
                 format!(
                     "scene {label} v{from} → v{}{}",
@@ -257,20 +258,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 }
 
 fn list(common: &Common) -> Result<u8, CliError> {
-    match control(&common.instance.connect()?, &ControlRequest::List)? {
-        ControlReply::Listing(listing) => {
-            let lines = || {
-                listing
-                    .scenes
-                    .iter()
-                    .map(versions_line)
-                    .collect::<Vec<_>>()
-                    .join("\n")
-            };
-            print(common.format, &listing.scenes, lines)
-        }
-        other => Err(unexpected(&other)),
-    }
+    let scenes = common.instance.connect()?.list()?.scenes;
+    print(common.format, &scenes, || {
+        let lines: Vec<String> = scenes.iter().map(versions_line).collect();
+        lines.join("\n")
+    })
 }
 
 fn versions_line(scene: &SceneSummary) -> String {
@@ -289,25 +281,6 @@ fn versions_line(scene: &SceneSummary) -> String {
         scene_line(scene),
         scene.kept_from
     )
-}
-
-fn show(
-    client: &Client,
-    label: &str,
-    version: u64,
-    base_version: u64,
-) -> Result<SceneText, CliError> {
-    match control(
-        client,
-        &ControlRequest::ShowScene {
-            label: label.to_owned(),
-            version,
-            base_version,
-        },
-    )? {
-        ControlReply::SceneText(text) => Ok(text),
-        other => Err(unexpected(&other)),
-    }
 }
 
 fn print_text(
@@ -346,27 +319,13 @@ fn change(
     base_dir: Option<PathBuf>,
     base_version: u64,
 ) -> Result<u8, CliError> {
-    let message = ControlRequest::DiffScene {
-        label: label.to_owned(),
-        json,
-        base_dir,
-        base_version,
-    };
-    summary(common, &message)
+    let planner = common.instance.connect()?;
+    let scene = planner.change_scene(label, &json, base_dir.as_deref(), base_version)?;
+    print(common.format, &scene, || versions_line(&scene))
 }
 
 fn pin(common: &Common, label: &str, version: Option<u64>, pinned: bool) -> Result<u8, CliError> {
-    let message = ControlRequest::PinScene {
-        label: label.to_owned(),
-        version: version.unwrap_or(0),
-        pinned,
-    };
-    summary(common, &message)
-}
-
-fn summary(common: &Common, message: &ControlRequest) -> Result<u8, CliError> {
-    match control(&common.instance.connect()?, message)? {
-        ControlReply::Scene(scene) => print(common.format, &scene, || versions_line(&scene)),
-        other => Err(unexpected(&other)),
-    }
+    let planner = common.instance.connect()?;
+    let scene = planner.pin_scene(label, version.unwrap_or(0), pinned)?;
+    print(common.format, &scene, || versions_line(&scene))
 }

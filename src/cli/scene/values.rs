@@ -2,7 +2,7 @@
 
 use taut_ipc::planner::words;
 
-use super::CliError;
+use crate::cli::error::CliError;
 
 /// A pose on the command line.
 #[derive(clap::Args)]

@@ -26,16 +26,10 @@ pub(in crate::daemon) struct SettingsRecord {
     layers: LayersRecord,
 }
 
-/// New modes stand last: files name a mode by its number.
+/// A mode by the number that it has on the wire, which is its place in the table of modes.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-enum ModeRecord {
-    Check,
-    Gradient,
-    RandomShortcut,
-    PartialShortcut,
-    Contact,
-    Hybrid,
-}
+#[serde(try_from = "u32", into = "u32")]
+struct ModeRecord(Mode);
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct LayersRecord {
@@ -65,7 +59,7 @@ impl From<&Settings> for SettingsRecord {
             layers,
         } = settings.clone();
         Self {
-            mode: mode.into(),
+            mode: ModeRecord(mode),
             seed,
             clearance_m,
             strict,
@@ -86,7 +80,7 @@ impl From<&Settings> for SettingsRecord {
 impl From<SettingsRecord> for Settings {
     fn from(record: SettingsRecord) -> Self {
         Self {
-            mode: record.mode.into(),
+            mode: record.mode.0,
             seed: record.seed,
             clearance_m: record.clearance_m,
             strict: record.strict,
@@ -104,29 +98,21 @@ impl From<SettingsRecord> for Settings {
     }
 }
 
-impl From<Mode> for ModeRecord {
-    fn from(mode: Mode) -> Self {
-        match mode {
-            Mode::Check => Self::Check,
-            Mode::Gradient => Self::Gradient,
-            Mode::RandomShortcut => Self::RandomShortcut,
-            Mode::PartialShortcut => Self::PartialShortcut,
-            Mode::Contact => Self::Contact,
-            Mode::Hybrid => Self::Hybrid,
-        }
+impl From<ModeRecord> for u32 {
+    fn from(record: ModeRecord) -> Self {
+        record.0 as Self
     }
 }
 
-impl From<ModeRecord> for Mode {
-    fn from(mode: ModeRecord) -> Self {
-        match mode {
-            ModeRecord::Check => Self::Check,
-            ModeRecord::Gradient => Self::Gradient,
-            ModeRecord::RandomShortcut => Self::RandomShortcut,
-            ModeRecord::PartialShortcut => Self::PartialShortcut,
-            ModeRecord::Contact => Self::Contact,
-            ModeRecord::Hybrid => Self::Hybrid,
-        }
+impl TryFrom<u32> for ModeRecord {
+    type Error = String;
+
+    fn try_from(number: u32) -> Result<Self, String> {
+        let known = Mode::ALL.get(number as usize);
+        let last = Mode::ALL.len() - 1;
+        known
+            .map(|mode| Self(*mode))
+            .ok_or_else(|| format!("mode {number}; modes are 0 to {last}"))
     }
 }
 

@@ -4,15 +4,14 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use taut::answer;
 use taut::optimize::Workspace;
 use taut::store::{PreparedModel, Snapshot};
-use taut_ipc::wire::{Code, ResponseFlags, ResponseHeader, ResponseView};
+use taut_ipc::wire::{ResponseFlags, ResponseHeader, ResponseView};
 
 use super::read::{Recorded, RecordedAnswer, Recording};
 use super::{Answer, Question};
-use crate::daemon::computing;
 use crate::daemon::event::Way;
-use crate::daemon::job::Job;
 
 /// What an answer is beside the recorded one.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,7 +66,13 @@ impl<'a> Replay<'a> {
         let Way::Computed(stopped) = answer.way else {
             return without("it was over before it was begun");
         };
-        let job = self.job(&recorded.question);
+        let question = &recorded.question;
+        let snapshot = self.snapshot(question);
+        let job = answer::Job {
+            snapshot: &snapshot,
+            path: &question.path,
+            settings: &question.settings,
+        };
         let mut asked = 0;
         let mut stop = || {
             asked += 1;
@@ -75,7 +80,7 @@ impl<'a> Replay<'a> {
                 .filter(|stopped| asked >= stopped.asked)
                 .map(|stopped| stopped.cause)
         };
-        let computed = computing::compute(&job, workspace, &mut stop, &mut |_| {});
+        let computed = answer::answer(job, workspace, &mut stop, &mut |_| {});
         let (header, payload) = Answer {
             reply: computed.reply,
             way: answer.way,
@@ -91,14 +96,14 @@ impl<'a> Replay<'a> {
         }
     }
 
-    fn job(&self, question: &Question) -> Job {
+    fn snapshot(&self, question: &Question) -> Snapshot {
         let Question {
             robot,
             scene,
             settings,
             ..
         } = question;
-        let snapshot = Snapshot {
+        Snapshot {
             robot: robot.clone(),
             weights: settings.weights.clone().unwrap_or_default().into(),
             scene: scene.clone(),
@@ -106,19 +111,6 @@ impl<'a> Replay<'a> {
             scene_id: question.scene_id,
             scene_hash: scene.hash(),
             scene_version: question.scene_version,
-        };
-        Job {
-            id: question.number,
-            request_id: question.request_id,
-            client: question.client,
-            snapshot,
-            path: question.path.clone(),
-            settings: settings.clone(),
-            deadline_ns: None,
-            received_ns: question.received_ns,
-            priority: question.priority,
-            stop: Arc::default(),
-            asked: Default::default(),
         }
     }
 
@@ -140,126 +132,100 @@ impl<'a> Replay<'a> {
 /// The first difference of two answers in what does not depend on when and where they were
 /// computed.
 fn difference(recorded: &RecordedAnswer, header: ResponseHeader, payload: &[u8]) -> Option<String> {
-    let views = [(recorded.header, &*recorded.payload), (header, payload)]
-        .map(|(h, p)| ResponseView::parse(h, p));
-    let [Ok(then), Ok(now)] = views else {
+    let then = ResponseView::parse(recorded.header, &recorded.payload);
+    let now = ResponseView::parse(header, payload);
+    let [Ok(then), Ok(now)] = [then, now] else {
         return Some("an answer that is none".to_owned());
     };
-    let code = |view: &ResponseView| Code::name(view.code);
-    let proved = |header: &ResponseHeader| u64::from(header.flags & ResponseFlags::PROVED);
-    let a = &then.header;
-    let b = &now.header;
-    let numbers = [
-        ("proved", proved(a), proved(b)),
-        ("waypoints", a.waypoints.into(), b.waypoints.into()),
-        ("iterations", a.iterations, b.iterations),
-        ("work", a.work, b.work),
-        ("pairs", a.pairs, b.pairs),
-        ("robot_hash", a.robot_hash, b.robot_hash),
-        ("scene_hash", a.scene_hash, b.scene_hash),
-    ];
-    let measures = [
-        ("length_before", a.length_before, b.length_before),
-        ("length_after", a.length_after, b.length_after),
-        ("lower_bound", a.lower_bound, b.lower_bound),
-        ("clearance_m", a.clearance_m, b.clearance_m),
-        ("floor_m", a.floor_m, b.floor_m),
-        ("searched_m", a.searched_m, b.searched_m),
-    ];
-    let sections = [
-        (
-            "certificate",
-            bytemuck::cast_slice(then.certificate),
-            bytemuck::cast_slice(now.certificate),
-        ),
-        (
-            "certificate_head",
-            bytes_of(then.certificate_head),
-            bytes_of(now.certificate_head),
-        ),
-        (
-            "lowered_pairs",
-            bytemuck::cast_slice(then.lowered_pairs),
-            bytemuck::cast_slice(now.lowered_pairs),
-        ),
-        (
-            "active_contacts",
-            bytemuck::cast_slice(then.active_contacts),
-            bytemuck::cast_slice(now.active_contacts),
-        ),
-        (
-            "reach",
-            bytemuck::cast_slice(then.reach),
-            bytemuck::cast_slice(now.reach),
-        ),
-        (
-            "stages",
-            bytemuck::cast_slice(then.stages),
-            bytemuck::cast_slice(now.stages),
-        ),
-        (
-            "turned_columns",
-            bytemuck::cast_slice(then.turned_columns),
-            bytemuck::cast_slice(now.turned_columns),
-        ),
-        (
-            "pinched_pairs",
-            bytemuck::cast_slice(then.pinched_pairs),
-            bytemuck::cast_slice(now.pinched_pairs),
-        ),
-        ("refusal", bytes_of(then.refusal), bytes_of(now.refusal)),
-        (
-            "warnings",
-            bytemuck::cast_slice(then.warnings),
-            bytemuck::cast_slice(now.warnings),
-        ),
-        ("names", then.names.as_bytes(), now.names.as_bytes()),
-        ("message", then.message.as_bytes(), now.message.as_bytes()),
-    ];
-    let differs = |name: &str, then: &dyn std::fmt::Display, now: &dyn std::fmt::Display| {
-        Some(format!("{name} was {then}, is {now}"))
-    };
+    of_verdicts(&then, &now)
+        .or_else(|| of_numbers(&then.header, &now.header))
+        .or_else(|| of_paths(&then, &now))
+        .or_else(|| of_measures(&then.header, &now.header))
+        .or_else(|| of_sections(&then, &now))
+}
+
+fn differs(name: &str, then: impl std::fmt::Display, now: impl std::fmt::Display) -> String {
+    format!("{name} was {then}, is {now}")
+}
+
+fn of_verdicts(then: &ResponseView, now: &ResponseView) -> Option<String> {
     if then.code != now.code {
-        return differs("code", &code(&then), &code(&now));
+        return Some(differs("code", then.code.name(), now.code.name()));
     }
-    if then.termination != now.termination {
-        return differs(
-            "termination",
-            &format!("{:?}", then.termination),
-            &format!("{:?}", now.termination),
-        );
-    }
-    let unequal = numbers.iter().find(|(_, then, now)| then != now);
-    let unequal = unequal.and_then(|(name, then, now)| differs(name, then, now));
-    let path = || {
-        let place = then
-            .path
-            .iter()
-            .zip(now.path)
-            .position(|(a, b)| a.to_bits() != b.to_bits())?;
-        let row = place / a.variables.max(1) as usize;
-        let column = place % a.variables.max(1) as usize;
-        differs(
-            &format!("waypoint {row}, column {column}"),
-            &then.path[place],
-            &now.path[place],
-        )
-    };
-    let measured = || {
-        let unequal = measures
-            .iter()
-            .find(|(_, then, now)| then.to_bits() != now.to_bits());
-        unequal.and_then(|(name, then, now)| differs(name, then, now))
-    };
-    let section = || {
-        let (name, then, now) = sections.iter().find(|(_, then, now)| then != now)?;
-        Some(format!(
-            "section {name} of {} bytes is another, of {} bytes",
-            then.len(),
-            now.len()
-        ))
-    };
-    unequal.or_else(path).or_else(measured).or_else(section)
+    (then.termination != now.termination).then(|| {
+        let then = format!("{:?}", then.termination);
+        differs("termination", then, format!("{:?}", now.termination))
+    })
+}
+
+fn of_numbers(then: &ResponseHeader, now: &ResponseHeader) -> Option<String> {
+    let proved = |header: &ResponseHeader| u64::from(header.flags & ResponseFlags::PROVED);
+    let numbers = [
+        ("proved", proved(then), proved(now)),
+        ("waypoints", then.waypoints.into(), now.waypoints.into()),
+        ("iterations", then.iterations, now.iterations),
+        ("work", then.work, now.work),
+        ("pairs", then.pairs, now.pairs),
+        ("robot_hash", then.robot_hash, now.robot_hash),
+        ("scene_hash", then.scene_hash, now.scene_hash),
+    ];
+    let (name, then, now) = numbers.into_iter().find(|(_, then, now)| then != now)?;
+    Some(differs(name, then, now))
+}
+
+fn of_paths(then: &ResponseView, now: &ResponseView) -> Option<String> {
+    let mut numbers = then.path.iter().zip(now.path);
+    let place = numbers.position(|(a, b)| a.to_bits() != b.to_bits())?;
+    let variables = then.header.variables.max(1) as usize;
+    let name = format!(
+        "waypoint {}, column {}",
+        place / variables,
+        place % variables
+    );
+    Some(differs(&name, then.path[place], now.path[place]))
+}
+
+fn of_measures(then: &ResponseHeader, now: &ResponseHeader) -> Option<String> {
+    let measures = [
+        ("length_before", then.length_before, now.length_before),
+        ("length_after", then.length_after, now.length_after),
+        ("lower_bound", then.lower_bound, now.lower_bound),
+        ("clearance_m", then.clearance_m, now.clearance_m),
+        ("floor_m", then.floor_m, now.floor_m),
+        ("searched_m", then.searched_m, now.searched_m),
+    ];
+    let is_other = |(_, then, now): &(&str, f64, f64)| then.to_bits() != now.to_bits();
+    let (name, then, now) = measures.into_iter().find(is_other)?;
+    Some(differs(name, then, now))
+}
+
+fn of_sections(then: &ResponseView, now: &ResponseView) -> Option<String> {
+    let sections = sections(then).into_iter().zip(sections(now));
+    let ((name, then), (_, now)) = sections.into_iter().find(|(then, now)| then != now)?;
+    Some(format!(
+        "section {name} of {} bytes is another, of {} bytes",
+        then.len(),
+        now.len()
+    ))
+}
+
+/// The bytes of every section but the path.
+fn sections<'a>(view: &ResponseView<'a>) -> [(&'static str, &'a [u8]); 12] {
+    use bytemuck::cast_slice as bytes;
+    [
+        ("certificate", bytes(view.certificate)),
+        ("certificate_head", bytes_of(view.certificate_head)),
+        ("lowered_pairs", bytes(view.lowered_pairs)),
+        ("active_contacts", bytes(view.active_contacts)),
+        ("reach", bytes(view.reach)),
+        ("stages", bytes(view.stages)),
+        ("turned_columns", bytes(view.turned_columns)),
+        ("pinched_pairs", bytes(view.pinched_pairs)),
+        ("refusal", bytes_of(view.refusal)),
+        ("warnings", bytes(view.warnings)),
+        ("names", view.names.as_bytes()),
+        ("message", view.message.as_bytes()),
+    ]
 }
 
 fn bytes_of<T: bytemuck::NoUninit>(record: Option<&T>) -> &[u8] {

@@ -13,9 +13,9 @@ use super::record::RunRecord;
 use super::replay::{Replay, Verdict};
 use super::write::RunWriter;
 use super::{Answer, Question};
-use crate::daemon::computing::{self, Computed};
 use crate::daemon::event::Way;
 use crate::daemon::job::{Job, StopCause};
+use taut::answer::{self, Answered};
 
 fn problem(name: &str) -> Problem {
     let file = FilePath::new(env!("CARGO_MANIFEST_DIR"))
@@ -69,8 +69,12 @@ fn answer(job: &Job, at: Option<u64>) -> Answer {
         asked += 1;
         at.filter(|at| asked >= *at).map(|_| StopCause::Deadline)
     };
-    let Computed { reply, stopped, .. } =
-        computing::compute(job, &mut Workspace::default(), &mut stop, &mut |_| {});
+    let Answered { reply, stopped, .. } = answer::answer(
+        job.question(),
+        &mut Workspace::default(),
+        &mut stop,
+        &mut |_| {},
+    );
     Answer {
         reply,
         way: Way::Computed(stopped),

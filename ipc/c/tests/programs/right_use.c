@@ -10,12 +10,14 @@ static void shortens(const test_path *path) {
     taut_answer *answer;
     taut_info info, last;
     taut_rows rows;
+    taut_corridor corridor;
     double *copy;
     int32_t code;
     int improvements = 0;
     memset(&last, 0, sizeof last);
     taut_options_default(&options, sizeof options);
     options.work_budget = 20000;
+    options.corridor = 1;
     EXPECT(TAUT_SUCCESS, taut_shorten(daemon_, "arm_window", "arm_window", path->numbers, path->waypoints,
                              path->columns, &options, &answers, &error));
     while ((code = taut_next(answers, INFINITY, &answer, &error)) == TAUT_SUCCESS) {
@@ -29,6 +31,11 @@ static void shortens(const test_path *path) {
             EXPECT(TAUT_SUCCESS, taut_answer_copy(answer, copy, info.waypoints * 7, &error));
             CHECK(memcmp(rows.first, copy, info.waypoints * 7 * sizeof(double)) == 0);
             free(copy);
+            CHECK(taut_answer_corridor(answer, &corridor, sizeof corridor));
+            CHECK(corridor.reach_count == 7 && corridor.slack_count == info.waypoints - 1);
+            CHECK(corridor.floor_m == info.floor_m && corridor.slack_m[0] >= 0 && corridor.reach[0] >= 0);
+        } else {
+            CHECK(!taut_answer_corridor(answer, &corridor, sizeof corridor));
         }
         last = info;
         ++improvements;

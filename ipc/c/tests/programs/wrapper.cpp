@@ -26,17 +26,24 @@ int main(int count, char **arguments) {
 
     // The improvements, in place, and the last one to keep.
     taut::options options;
-    options.plain.work_budget = 20000;
+    options.budget(20000).priority(2).scene_version(1).corridor(true);
     double length = std::numeric_limits<double>::infinity();
     taut::path kept;
     for (const taut::answer &best : daemon.shorten("arm_window", "arm_window", path, options)) {
         CHECK(best.proved() && best.length() <= length);
         CHECK(best.path().columns() == 7 && best.path()[0][0] == path[0][0]);
         length = best.length();
-        if (best.is_final()) kept = best.copy();
+        if (!best.is_final()) continue;
+        kept = best.copy();
+        const auto corridor = best.corridor();
+        CHECK(corridor && corridor->reach.size() == 7 && corridor->slack.size() == kept.size() - 1);
+        CHECK(corridor->floor > 0 && corridor->slack[0] >= 0);
     }
     CHECK(kept.size() > 1 && kept.columns == 7 && kept[0][3] == path[0][3]);
     CHECK(daemon.check("arm_window", "arm_window", kept).length_after == length);
+
+    options.corridor(false).scene_version(0);
+    CHECK(!daemon.shorten("arm_window", "arm_window", path, options).result().corridor());
 
     // Named columns, a group, a held waypoint; moved objects; half a loop.
     options.columns({"joint1", "joint2", "joint3", "joint4", "joint5", "joint6", "joint7"}).group("arm").fixed({1});

@@ -7,7 +7,7 @@
 ...         assert best.proved and best.length <= best.length_before
 """
 
-from ._answers import Answers, Check, Improvement, Result
+from ._answers import Answers, Check, Corridor, Improvement, Result
 from ._errors import (
     Cancelled,
     Crash,
@@ -30,6 +30,7 @@ __all__ = [
     "Answers",
     "Cancelled",
     "Check",
+    "Corridor",
     "Crash",
     "DaemonLost",
     "Error",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from os import PathLike
 from typing import Any, Dict, Iterator, List, Optional, Tuple, Union
 
@@ -13,6 +14,28 @@ from . import _taut
 from ._errors import Cancelled, Error
 
 Path = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Corridor:
+    """How far what is executed may stray from a proved path: for every configuration p of a segment and every q with
+    the sum of ``reach * abs(q - p)`` at most the segment's slack, every pair of bodies keeps the floor at q."""
+
+    #: Distance that every pair keeps within the corridor, in metres.
+    floor: float
+    #: How far bodies move at most against each other (m per rad or m), for each velocity coordinate in order: the
+    #: variable that it belongs to, and the number. The three of a rotation have the quaternion's first three variables.
+    reach: Tuple[Tuple[str, float], ...]
+    #: The slack of each segment, in metres.
+    slack: Tuple[float, ...]
+
+
+def _corridor(corridor: Dict[str, Any]) -> Corridor:
+    return Corridor(
+        floor=corridor["floor_m"],
+        reach=tuple((one["variable"], one["reach_m"]) for one in corridor["coordinates"]),
+        slack=tuple(corridor["slack_m"]),
+    )
 
 
 class Improvement:
@@ -200,6 +223,12 @@ class Result(Improvement):
             loaded: Dict[str, Any] = json.loads(self._best.details())
             self._details = loaded
         return self._details
+
+    @property
+    def corridor(self) -> Optional[Corridor]:
+        """How far what is executed may stray from the path; None unless `corridor` was asked for and it is proved."""
+        corridor = self.details.get("corridor")
+        return None if corridor is None else _corridor(corridor)
 
     @property
     def contacts(self) -> List[Dict[str, Any]]:

@@ -192,43 +192,62 @@ class Planner:
         robot: Union[str, Robot],
         scene: Union[str, Scene, None] = None,
         *,
+        # Keywords of shorten, from the table of options:
         deadline: Optional[float] = None,
-        mode: str = "hybrid",
-        columns: Optional[Sequence[str]] = None,
-        hold: Optional[Mapping[str, float]] = None,
-        group: Optional[str] = None,
-        fix: Sequence[int] = (),
-        weights: Optional[Mapping[str, float]] = None,
-        metric: Optional[Sequence[float]] = None,
         clearance: Optional[float] = None,
-        strict: bool = False,
-        unwrapped: bool = False,
-        keep_goal: bool = False,
-        contacts: bool = True,
         budget: int = 0,
         seed: int = 0,
-        priority: int = 0,
         scene_version: int = 0,
+        mode: str = "hybrid",
+        priority: int = 0,
+        strict: bool = False,
+        unwrapped: bool = False,
+        contacts: bool = True,
+        keep_goal: bool = False,
+        corridor: bool = False,
+        columns: Optional[Sequence[str]] = None,
+        hold: Optional[Mapping[str, float]] = None,
+        metric: Optional[Sequence[float]] = None,
+        weights: Optional[Mapping[str, float]] = None,
+        fix: Sequence[int] = (),
+        group: Optional[str] = None,
+        # (end of the table)
     ) -> Answers:
         """Shortens a path: gives its improvements as they are found, each proved; `.result()` gives the last.
 
         `path` has a row per waypoint. A C-contiguous float64 array is copied once, straight into shared memory; all
         else is converted first. Without `scene` there is nothing around the robot.
 
-        * `deadline`: seconds that it may take; the best path by then is the answer.
-        * `mode`: hybrid, contact, gradient, random-shortcut, partial-shortcut, or check.
-        * `columns`: names of the path's columns in any order, all of the robot's in its order by default. Answers have
-          the same. Joints of the robot that are missing stand where `hold` says.
-        * `hold`: values of joints without a column (rad or m).
-        * `group`: only its joints may leave their motion. `fix`: waypoints, from 0, that stay as they are.
-        * `weights`: what a joint's motion costs, by joint name; `metric`: all weights, one per velocity coordinate.
-        * `clearance`: metres that every pair of bodies must keep (1 mm by default); where the path itself comes closer
-          that pair keeps less and the answer says so, unless `strict`.
-        * A step of an angle column means its numbers up to half a turn, and beyond it the short way round: answers are
-          written that way, and `turned` says which columns end whole turns away. `keep_goal`: they do not, and a path
-          that needs it is refused. `unwrapped`: these columns are real numbers, not angles on the circle.
-        * `contacts`: look for what is nearest along the answer. `budget`: counted work, the same on every machine.
-        * `seed`, `priority`, `scene_version` (of those that are kept).
+        A step of an angle column means its numbers up to half a turn, and beyond it the short way round: answers are
+        written that way, and `turned` says which columns end whole turns away. Where the path itself comes closer than
+        `clearance`, that pair keeps less and the answer says so. Answers have the columns of the path.
+
+        Options, each with its default:
+        * `deadline`: Time that the request may take, from when it is sent; the best path by then is the answer, in s
+          (no limit).
+        * `clearance`: Distance that every pair of bodies must keep, in m (1mm).
+        * `budget`: Most work to spend on a shorter path, in the units of the answer's `work`: the same on every machine
+          (200,000,000).
+        * `seed`: Seed of every random choice (0).
+        * `scene_version`: Version of the scene, of those that are kept (the newest).
+        * `mode`: Optimizer: check, gradient, random-shortcut, partial-shortcut, contact, hybrid (hybrid).
+        * `priority`: Class of the request: one of a higher class is served first (0).
+        * `strict`: Refuse a path that keeps less, instead of lowering the clearance of the pairs that come closer
+          (False).
+        * `unwrapped`: Take the columns of continuous joints as they stand, as real numbers and not as angles on the
+          circle (False).
+        * `contacts`: Look for what is nearest along the path; without it the answer comes sooner (True).
+        * `keep_goal`: Keep the goal's numbers: refuse a path whose angles lead there only by a step of more than half a
+          turn, and take no path that ends whole turns away (False).
+        * `corridor`: Prove each segment at the largest clearance that it keeps, up to 10 cm, and tell how far what is
+          executed may stray from the path (False).
+        * `columns`: Names of the path's columns, in the path's order; joints of the robot that are missing stand still
+          (all of the robot's, in its order).
+        * `hold`: Where a joint stands that is no column of the path, instead of at 0, in rad or m (0).
+        * `metric`: Weights of the metric, one per velocity coordinate of the robot (metres of reach).
+        * `weights`: Weight of a joint in the metric, by its name, instead of the one that it has (the metric's).
+        * `fix`: Waypoints that stay as they are to the last bit, counted from 0; the ends always do (the ends).
+        * `group`: Group of the robot: only its joints may move otherwise than on the path given (all may).
 
         Raises, here or while iterating: `InCollision` with bodies and place where **the path that is sent collides**
         (`check` tells instead of raising), `NotProvable`, `TimedOut`, `UnknownName`, `InvalidInput`, `Overloaded`,
@@ -242,23 +261,26 @@ class Planner:
         (True, True)
         """
         options: Dict[str, Any] = {
+            # Values of shorten, from the table of options:
             "deadline": deadline,
+            "clearance_m": clearance,
+            "work_budget": budget,
+            "seed": seed,
+            "scene_version": scene_version,
             "mode": mode,
-            "columns": _names(columns),
-            "held": _pairs(hold),
-            "group": group,
-            "fixed": [_index(number) for number in fix],
-            "weights": _pairs(weights),
-            "metric": None if metric is None else [float(weight) for weight in metric],
-            "clearance": clearance,
+            "priority": priority,
             "strict": strict,
             "unwrapped": unwrapped,
-            "keep_goal": keep_goal,
             "contacts": contacts,
-            "budget": budget,
-            "seed": seed,
-            "priority": priority,
-            "scene_version": scene_version,
+            "keep_goal": keep_goal,
+            "corridor": corridor,
+            "columns": _names(columns),
+            "held": _pairs(hold),
+            "metric": _numbers(metric),
+            "joint_weights": _pairs(weights),
+            "fixed_waypoints": [_index(number) for number in fix],
+            "group": group,
+            # (end of the table)
         }
         return self._ask(path, robot, scene, options)
 
@@ -268,16 +290,21 @@ class Planner:
         robot: Union[str, Robot],
         scene: Union[str, Scene, None] = None,
         *,
+        # Keywords of check, from the table of options:
         deadline: Optional[float] = None,
-        columns: Optional[Sequence[str]] = None,
-        hold: Optional[Mapping[str, float]] = None,
         clearance: Optional[float] = None,
+        seed: int = 0,
+        scene_version: int = 0,
+        priority: int = 0,
         strict: bool = False,
         unwrapped: bool = False,
-        keep_goal: bool = False,
         contacts: bool = True,
-        priority: int = 0,
-        scene_version: int = 0,
+        keep_goal: bool = False,
+        corridor: bool = False,
+        columns: Optional[Sequence[str]] = None,
+        hold: Optional[Mapping[str, float]] = None,
+        metric: Optional[Sequence[float]] = None,
+        # (end of the table)
     ) -> Check:
         """Proves a path, or says where it collides: never raises for what is wrong with the path itself.
 
@@ -292,17 +319,22 @@ class Planner:
         (False, 'InCollision', 0)
         """
         options: Dict[str, Any] = {
-            "deadline": deadline,
             "mode": "check",
-            "columns": _names(columns),
-            "held": _pairs(hold),
-            "clearance": clearance,
+            # Values of check, from the table of options:
+            "deadline": deadline,
+            "clearance_m": clearance,
+            "seed": seed,
+            "scene_version": scene_version,
+            "priority": priority,
             "strict": strict,
             "unwrapped": unwrapped,
-            "keep_goal": keep_goal,
             "contacts": contacts,
-            "priority": priority,
-            "scene_version": scene_version,
+            "keep_goal": keep_goal,
+            "corridor": corridor,
+            "columns": _names(columns),
+            "held": _pairs(hold),
+            "metric": _numbers(metric),
+            # (end of the table)
         }
         answers = self._ask(path, robot, scene, options)
         best = answers._answers.next()
@@ -321,24 +353,28 @@ class Planner:
         robot: Union[str, Robot],
         scene: Union[str, Scene],
         *,
-        columns: Optional[Sequence[str]] = None,
-        hold: Optional[Mapping[str, float]] = None,
+        # Keywords of watch, from the table of options:
         clearance: Optional[float] = None,
         strict: bool = False,
         unwrapped: bool = False,
         keep_goal: bool = False,
+        columns: Optional[Sequence[str]] = None,
+        hold: Optional[Mapping[str, float]] = None,
+        # (end of the table)
     ) -> Watch:
         """Checks a path, and again whenever a change of its scene makes it unsafe or safe. Of a daemon only."""
         options: Dict[str, Any] = {
             "mode": "check",
             "watch": True,
             "contacts": False,
-            "columns": _names(columns),
-            "held": _pairs(hold),
-            "clearance": clearance,
+            # Values of watch, from the table of options:
+            "clearance_m": clearance,
             "strict": strict,
             "unwrapped": unwrapped,
             "keep_goal": keep_goal,
+            "columns": _names(columns),
+            "held": _pairs(hold),
+            # (end of the table)
         }
         return Watch(self._ask(path, robot, scene, options))
 
@@ -443,6 +479,10 @@ def _pairs(values: Optional[Mapping[str, float]]) -> Optional[List[Tuple[str, fl
         return [(str(name), float(value)) for name, value in values.items()]
     except (TypeError, ValueError) as error:
         raise InvalidInput(f"{values!r} is no dictionary of names and numbers: {error}") from None
+
+
+def _numbers(values: Optional[Sequence[float]]) -> Optional[List[float]]:
+    return None if values is None else [float(value) for value in values]
 
 
 def _index(number: int) -> int:

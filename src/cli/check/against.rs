@@ -16,10 +16,12 @@ use taut::validation::timed::inside::{Inside, stays_inside};
 use taut::validation::timed::{Curve, Point};
 use taut::validation::{Corridor, corridor};
 
-use super::code::Code;
-use super::error::{CliError, stdout};
+use super::arguments::Arguments;
 use super::timed::timed_points;
-use super::{Format, report};
+use crate::cli::error::{CliError, stdout};
+use crate::cli::format::Format;
+use crate::cli::report;
+use taut_ipc::wire::Code;
 
 /// What was found, as JSON has it.
 #[derive(Serialize)]
@@ -44,12 +46,8 @@ struct Finding<'a> {
 ///
 /// # Errors
 /// Files that cannot be used; a trajectory that leaves the corridor is no error but an exit code.
-pub(super) fn run(
-    file: &Path,
-    answer: &Path,
-    deadline: Option<Duration>,
-    format: Format,
-) -> Result<u8, CliError> {
+pub(super) fn run(arguments: &Arguments, file: &Path, answer: &Path) -> Result<u8, CliError> {
+    let deadline = arguments.asked()?.request.deadline;
     let trajectory = Trajectory::read(file)?;
     let result = ResultFile::read(answer)?;
     let (path, corridor) = corridor_of(answer, &result)?;
@@ -71,7 +69,7 @@ pub(super) fn run(
         points.len(),
         inside,
         start.elapsed(),
-        format,
+        arguments.format,
     )
 }
 

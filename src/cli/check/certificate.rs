@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
+use taut::collision::CollisionModel;
 use taut::files::{FileError, Kind, PathTable};
 use taut::optimize::Mode;
 use taut::path;
@@ -14,11 +15,13 @@ use taut::validation::Certificate;
 use taut::validation::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS};
 use taut::validation::reference::{self, Effort, Objection};
 
-use super::code::Code;
-use super::error::{CliError, stdout};
-use super::load::{self, Loaded};
-use super::request::Source;
-use super::{Format, progress_bar, report};
+use super::arguments::Arguments;
+use crate::cli::error::{CliError, stdout};
+use crate::cli::format::Format;
+use crate::cli::load::{self, Loaded};
+use crate::cli::progress::progress_bar;
+use crate::cli::report;
+use taut_ipc::wire::Code;
 
 /// A file that holds a certificate, alone or with the answer that it came with.
 struct Proof {
@@ -47,35 +50,25 @@ struct Finding<'a> {
     time_s: f64,
 }
 
-/// Verifies the certificate in `proof` for the robot, scene and path of `file`.
+/// Verifies the certificate in `proof` for the robot, scene and path of the file.
 ///
 /// # Errors
 /// Files that cannot be used; a certificate that is refused is no error but an exit code.
-pub(super) fn run(
-    file: &Path,
-    proof: &Path,
-    source: &Source,
-    deadline: Option<Duration>,
-    format: Format,
-) -> Result<u8, CliError> {
+pub(super) fn run(arguments: &Arguments, proof: &Path) -> Result<u8, CliError> {
+    let file = &arguments.files[0];
     let proof = Proof::read(proof)?;
-    let loaded = load::load(&mut load::reader(source), file, source, false)?;
+    let mut reader = load::reader(&arguments.source);
+    let loaded = load::load(&mut reader, file, &arguments.source, false)?;
     let model = loaded.model()?;
     let start = Instant::now();
+    let deadline = arguments.asked()?.request.deadline;
+    let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
     let result = match proof.path(file, &loaded)? {
-        Ok(path) => {
-            let bar = progress_bar(proof.certificate.segments.len() as u64);
-            bar.set_message("segments verified");
-            let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
-            let mut progress = |done: usize| bar.set_position(done as u64);
-            let result =
-                reference::verify(&model, &path, &proof.certificate, &mut stop, &mut progress);
-            bar.finish_and_clear();
-            result.map_err(|objection| (code(&objection), refusal(&objection, &proof)))
-        }
+        Ok(path) => proof.verify(&model, &path, &mut stop),
         Err(reason) => Err((Code::Uncertified, reason)),
     };
-    tell(&loaded, &proof.certificate, result, start.elapsed(), format)
+    let time = start.elapsed();
+    tell(&loaded, &proof.certificate, result, time, arguments.format)
 }
 
 impl Proof {
@@ -112,6 +105,21 @@ impl Proof {
             certificate: certificate.ok_or_else(none)?,
             has_path,
         })
+    }
+
+    /// What verifying takes, else the objection.
+    fn verify(
+        &self,
+        model: &CollisionModel,
+        path: &path::Path,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Result<Effort, (Code, String)> {
+        let bar = progress_bar(self.certificate.segments.len() as u64);
+        bar.set_message("segments verified");
+        let mut progress = |done: usize| bar.set_position(done as u64);
+        let result = reference::verify(model, path, &self.certificate, stop, &mut progress);
+        bar.finish_and_clear();
+        result.map_err(|objection| (code(&objection), refusal(&objection, self)))
     }
 
     /// The path that the certificate is about: that of `file`, unless this is the answer to it,
@@ -201,7 +209,7 @@ fn tell(
         Format::Json => {
             let finding = Finding {
                 name: &loaded.name,
-                geometry: report::geometry_name(loaded.geometry),
+                geometry: loaded.geometry_name(),
                 verified: reason.is_none(),
                 code: code.into(),
                 code_name: code.name(),

@@ -1,0 +1,76 @@
+//! What was found, as JSON.
+
+use serde::Serialize;
+
+use super::judge::{Verdict, lowered};
+use crate::cli::error::CliError;
+use crate::cli::load::Loaded;
+
+/// What was found, as JSON has it. Distances are in metres, times in seconds on the trajectory's
+/// clock.
+#[derive(Default, Serialize)]
+pub(super) struct Finding<'a> {
+    pub name: &'a str,
+    pub timed: bool,
+    pub proved: bool,
+    pub code: i32,
+    pub code_name: &'static str,
+    pub points: usize,
+    pub duration_s: f64,
+    pub clearance_m: Option<f64>,
+    pub floors_lowered: Vec<(String, String, f64)>,
+    pub pieces: u64,
+    /// `COLLISION`, `TOO_CLOSE`, `UNCERTIFIED` or `LIMIT`.
+    pub reason: Option<&'static str>,
+    /// The point before the place, from 0.
+    pub point: Option<usize>,
+    pub at_s: Option<f64>,
+    pub bodies: Option<[String; 2]>,
+    /// No more than the penetration depth; negative is a distance.
+    pub depth_m: Option<f64>,
+    pub seen_s: Option<f64>,
+    /// Why nothing can be proved of this robot.
+    pub uncheckable: Option<String>,
+    /// Pairs of bodies that were checked.
+    pub pairs: usize,
+    pub warnings: Vec<String>,
+    pub uncovered: Vec<String>,
+    pub variable: Option<String>,
+    pub value: Option<f64>,
+    pub time_s: f64,
+}
+
+/// What of a verdict a finding holds.
+pub(super) fn found<'a>(loaded: &Loaded, verdict: &Verdict) -> Result<Finding<'a>, CliError> {
+    Ok(match verdict {
+        Verdict::Proved(proof) => Finding {
+            proved: true,
+            clearance_m: Some(proof.clearance_m).filter(|metres| metres.is_finite()),
+            floors_lowered: lowered(loaded, proof)?,
+            pieces: proof.pieces,
+            ..Finding::default()
+        },
+        Verdict::Refused { hit, bodies } => Finding {
+            point: Some(hit.point),
+            at_s: Some(hit.time_s),
+            bodies: Some(bodies.clone()),
+            depth_m: Some(-hit.contact.distance),
+            seen_s: Some(hit.seen_s),
+            ..Finding::default()
+        },
+        Verdict::Outside {
+            outside, variable, ..
+        } => Finding {
+            point: Some(outside.point),
+            at_s: Some(outside.time_s),
+            variable: Some(variable.clone()),
+            value: Some(outside.value),
+            ..Finding::default()
+        },
+        Verdict::TimedOut => Finding::default(),
+        Verdict::NoGeometry(why) => Finding {
+            uncheckable: Some(why.clone()),
+            ..Finding::default()
+        },
+    })
+}

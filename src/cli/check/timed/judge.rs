@@ -1,0 +1,228 @@
+//! What comes of a trajectory.
+
+use std::time::Instant;
+
+use taut::collision::CollisionModel;
+use taut::optimize::{LIMIT_TOLERANCE, Settings};
+use taut::robot::Kinematics;
+use taut::validation::timed::{self, Curve, Outside, TimedHit, TimedProof, TimedVerdict};
+use taut::validation::{HitReason, Scratch, Validator};
+use taut::warning::Warning;
+use taut_ipc::planner::Request;
+
+use crate::cli::error::CliError;
+use crate::cli::load::Loaded;
+use taut_ipc::wire::Code;
+
+/// What came of a trajectory.
+pub(super) enum Verdict {
+    Proved(TimedProof),
+    Refused {
+        hit: TimedHit,
+        bodies: [String; 2],
+    },
+    Outside {
+        outside: Outside,
+        variable: String,
+        limits: [f64; 2],
+    },
+    TimedOut,
+    NoGeometry(String),
+}
+
+/// A verdict and what it rests on.
+pub(super) struct Judged {
+    /// What came of it.
+    pub verdict: Verdict,
+    /// Pairs of bodies that were checked.
+    pub pairs: usize,
+    /// What the verdict does not cover.
+    pub warnings: Vec<Warning>,
+}
+
+/// Judges the curve of a trajectory.
+///
+/// # Errors
+/// A robot and a scene that do not go together, a joint that is none.
+pub(super) fn judge(
+    loaded: &Loaded,
+    curve: &Curve,
+    request: &Request,
+    start: Instant,
+) -> Result<Judged, CliError> {
+    let model = loaded.model()?;
+    let mut warnings = model.uncovered();
+    warnings.extend(late_start(curve));
+    let held = held(loaded, &request.held)?;
+    let verdict = match outside(loaded, curve, &mut warnings) {
+        Some(outside) => outside,
+        None => standing(loaded, &model, curve, &held)
+            .unwrap_or_else(|| moving(loaded, &model, curve, &held, request, start)),
+    };
+    Ok(Judged {
+        verdict,
+        pairs: model.checked_pairs(),
+        warnings,
+    })
+}
+
+fn late_start(curve: &Curve) -> Option<Warning> {
+    let start_s = curve.time(0);
+    (start_s > 0.0).then(|| {
+        Warning::uncovered(format!(
+            "the first point is at {start_s} s: how the robot gets there is not part of the trajectory, nor of this proof"
+        ))
+    })
+}
+
+/// Where the curve leaves the limits, unless by so little that a warning says it.
+fn outside(loaded: &Loaded, curve: &Curve, warnings: &mut Vec<Warning>) -> Option<Verdict> {
+    let robot = &loaded.robot;
+    let Some(outside) = curve.outside(robot) else {
+        warnings.extend(
+            curve
+                .outside_soft(robot)
+                .map(|outside| soft(loaded, &outside)),
+        );
+        return None;
+    };
+    let variable = &robot.variables()[outside.column];
+    if outside.by > LIMIT_TOLERANCE {
+        return Some(Verdict::Outside {
+            variable: variable.name.clone(),
+            limits: [variable.hard_lower, variable.hard_upper],
+            outside,
+        });
+    }
+    warnings.push(Warning::uncovered(format!(
+        "{} leaves its limits by {:.1e} at {:.4} s",
+        variable.name, outside.by, outside.time_s
+    )));
+    None
+}
+
+fn soft(loaded: &Loaded, outside: &Outside) -> Warning {
+    let name = &loaded.robot.variables()[outside.column].name;
+    Warning::uncovered(format!(
+        "{name} leaves its soft limits by {:.2e} at {:.4} s",
+        outside.by, outside.time_s
+    ))
+}
+
+/// The bodies that collide wherever the robot goes.
+fn standing(
+    loaded: &Loaded,
+    model: &CollisionModel,
+    curve: &Curve,
+    held: &[f64],
+) -> Option<Verdict> {
+    let mut kinematics = Kinematics::default();
+    kinematics.update(&loaded.robot, &curve.at(0, 0.0), held);
+    let (bodies, contact) = model.static_contact(&kinematics)?;
+    let time_s = curve.time(0);
+    let hit = TimedHit {
+        reason: HitReason::Collision,
+        point: 0,
+        time_s,
+        pair: 0,
+        seen_s: time_s,
+        contact,
+    };
+    Some(Verdict::Refused { hit, bodies })
+}
+
+fn moving(
+    loaded: &Loaded,
+    model: &CollisionModel,
+    curve: &Curve,
+    held: &[f64],
+    request: &Request,
+    start: Instant,
+) -> Verdict {
+    let space = loaded.robot.space().unwrapped();
+    let mut scratch = Scratch::default();
+    let clearance_m = request.clearance_m.unwrap_or(Settings::DEFAULT_CLEARANCE_M);
+    let mut validator = Validator::new(model, &space, held, clearance_m, &mut scratch);
+    let deadline = request.deadline;
+    let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
+    let found = timed::prove(&mut validator, curve, request.strict, &mut stop);
+    let is_collision =
+        matches!(&found, TimedVerdict::Refused(hit) if hit.reason == HitReason::Collision);
+    match (model.uncheckable().filter(|_| !is_collision), found) {
+        (Some(why), _) => Verdict::NoGeometry(why),
+        (None, TimedVerdict::Proved(proof)) => Verdict::Proved(proof),
+        (None, TimedVerdict::Refused(hit)) => Verdict::Refused {
+            bodies: model.pair_names(hit.pair),
+            hit,
+        },
+        (None, TimedVerdict::Stopped) => Verdict::TimedOut,
+    }
+}
+
+/// Where each held joint stands.
+fn held(loaded: &Loaded, given: &[(String, f64)]) -> Result<Vec<f64>, CliError> {
+    let robot = &loaded.robot;
+    let mut held: Vec<f64> = robot
+        .held()
+        .iter()
+        .map(|variable| variable.default)
+        .collect();
+    for (name, value) in given {
+        let index = robot.held().iter().position(|held| held.name == *name);
+        held[index.ok_or_else(|| no_held_joint(loaded, name))?] = *value;
+    }
+    Ok(held)
+}
+
+fn no_held_joint(loaded: &Loaded, name: &str) -> CliError {
+    let robot = &loaded.robot;
+    let is_column = robot
+        .variables()
+        .iter()
+        .any(|variable| variable.name == name);
+    let column = if is_column {
+        " (it is a column of the path)"
+    } else {
+        ""
+    };
+    let known: Vec<&str> = robot.held().iter().map(|held| held.name.as_str()).collect();
+    let known = if known.is_empty() {
+        "none".to_owned()
+    } else {
+        known.join(", ")
+    };
+    CliError::Choice(format!(
+        "{name:?} is no joint without a column{column}; valid: {known}"
+    ))
+}
+
+/// What a verdict amounts to, and why.
+pub(super) fn code(verdict: &Verdict) -> (Code, Option<&'static str>) {
+    match verdict {
+        Verdict::Proved(_) => (Code::Success, None),
+        Verdict::Outside { .. } => (Code::Uncertified, Some("LIMIT")),
+        Verdict::TimedOut => (Code::TimedOut, None),
+        Verdict::NoGeometry(_) => (Code::Uncertified, Some("UNCERTIFIED")),
+        Verdict::Refused { hit, .. } => match hit.reason {
+            HitReason::Collision => (Code::InvalidMotionPlan, Some("COLLISION")),
+            HitReason::TooClose => (Code::Uncertified, Some("TOO_CLOSE")),
+            HitReason::Uncertified => (Code::Uncertified, Some("UNCERTIFIED")),
+        },
+    }
+}
+
+/// Pairs with a lowered floor, by name.
+pub(super) fn lowered(
+    loaded: &Loaded,
+    proof: &TimedProof,
+) -> Result<Vec<(String, String, f64)>, CliError> {
+    if proof.lowered.is_empty() {
+        return Ok(Vec::new());
+    }
+    let model = loaded.model()?;
+    let named = |&(pair, floor): &(usize, f64)| {
+        let [a, b] = model.pair_names(pair);
+        (a, b, floor)
+    };
+    Ok(proof.lowered.iter().map(named).collect())
+}

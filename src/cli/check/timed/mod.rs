@@ -1,0 +1,107 @@
+//! `taut check --timed`: prove what a controller executes between the points of a trajectory, in
+//! this process.
+
+mod finding;
+mod judge;
+mod points;
+mod table;
+
+use std::io::Write;
+use std::path::Path;
+use std::time::Instant;
+
+use taut::files::result::texts;
+use taut::files::{FileError, Reader, Trajectory};
+use taut::validation::timed::{Curve, CurveError};
+use taut::warning::{self, Warning};
+use taut_ipc::planner::Request;
+
+pub(super) use points::timed_points;
+
+use super::arguments::Arguments;
+use crate::cli::error::{CliError, stdout};
+use crate::cli::format::Format;
+use crate::cli::load::{self, Loaded};
+use crate::cli::report;
+use crate::cli::subject;
+use finding::{Finding, found};
+use judge::{Judged, code, judge};
+
+/// Checks the trajectories of every file.
+pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    let mut reader = load::reader(&arguments.source);
+    let request = arguments.asked()?.request;
+    Ok(arguments.highest(|file| check(arguments, file, &request, &mut reader)))
+}
+
+/// Checks the trajectory of a file.
+///
+/// # Errors
+/// Files that cannot be used; a trajectory that is refused is no error but an exit code.
+fn check(
+    arguments: &Arguments,
+    file: &Path,
+    request: &Request,
+    reader: &mut Reader,
+) -> Result<u8, CliError> {
+    let trajectory = Trajectory::read(file)?;
+    let loaded = load::load_holding(reader, file, &arguments.source, false, &request.held)?;
+    let points = timed_points(&trajectory, trajectory.for_robot(&loaded.robot)?)?;
+    let curve = Curve::new(&loaded.robot, &points);
+    let curve = curve.map_err(|error| bad_curve(file, &error))?;
+    let start = Instant::now();
+    let judged = judge(&loaded, &curve, request, start)?;
+    let time_s = start.elapsed().as_secs_f64();
+    let told = told(&loaded, &judged);
+    let text = match arguments.format {
+        Format::Json => json(&loaded, &curve, &judged, &told, time_s)?,
+        Format::Table => {
+            report::warn(&told, "");
+            table::table(&loaded, &curve, &judged, time_s)?
+        }
+    };
+    writeln!(std::io::stdout().lock(), "{text}").map_err(stdout)?;
+    Ok(code(&judged.verdict).0.exit_code())
+}
+
+fn bad_curve(file: &Path, error: &CurveError) -> FileError {
+    FileError::Content {
+        file: file.to_owned(),
+        text: error.to_string(),
+    }
+}
+
+/// What a person should know beside the verdict.
+fn told(loaded: &Loaded, judged: &Judged) -> Vec<Warning> {
+    let of_files = subject::warnings(loaded);
+    let all = of_files.iter().chain(&judged.warnings);
+    warning::told(all.chain(&loaded.notes))
+}
+
+fn json(
+    loaded: &Loaded,
+    curve: &Curve,
+    judged: &Judged,
+    told: &[Warning],
+    time_s: f64,
+) -> Result<String, CliError> {
+    let (code, reason) = code(&judged.verdict);
+    let finding = Finding {
+        name: &loaded.name,
+        timed: true,
+        code: code.into(),
+        code_name: code.name(),
+        points: curve.segments() + 1,
+        duration_s: curve.total_s(),
+        reason,
+        pairs: judged.pairs,
+        warnings: texts(told, |_| true),
+        uncovered: texts(told, Warning::is_uncovered),
+        time_s,
+        ..found(loaded, &judged.verdict)?
+    };
+    Ok(
+        serde_json::to_string(&finding)
+            .expect("a finding holds only strings, booleans and numbers"),
+    )
+}

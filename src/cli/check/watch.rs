@@ -1,0 +1,91 @@
+//! `taut check --watch`: a path that the daemon checks again whenever its scene changes.
+
+use std::io::Write;
+use std::time::Duration;
+
+use taut_ipc::ClientError;
+use taut_ipc::planner::{Best, PlannerError, Request};
+use taut_ipc::wire::Mode;
+
+use super::arguments::Arguments;
+use crate::cli::answer::told;
+use crate::cli::answered::Answered;
+use crate::cli::error::{CliError, stdout};
+use crate::cli::format::Format;
+use crate::cli::load;
+use crate::cli::place::Place;
+use crate::cli::prepare::{self, Prepared};
+use crate::cli::report;
+use crate::cli::subject::Subject;
+
+/// How often a wait looks up; it ends only with a verdict or the daemon.
+const LOOK_UP: Duration = Duration::from_secs(1);
+
+/// Prints the first verdict of a path and every other one, until there were so many or the scene is
+/// gone.
+pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
+    let place = Place::open(&arguments.place)?;
+    let asked = arguments.asked()?;
+    let mut reader = load::reader(&arguments.source);
+    let held = &asked.request.held;
+    let file = &arguments.files[0];
+    let mut prepared = prepare::prepare(&place, &mut reader, file, &arguments.source, held)?;
+    prepared.subject.metric = asked.metric(prepared.weights.is_some());
+    let request = Request {
+        watch: true,
+        ..prepared.request(&asked)?
+    };
+    follow(arguments, &prepared, &request)
+}
+
+fn follow(arguments: &Arguments, prepared: &Prepared, request: &Request) -> Result<u8, CliError> {
+    let mut answers = prepared.planner.ask(request, prepared.path.as_flat())?;
+    let mut exit = 0;
+    let mut shown = 0;
+    while arguments.count.is_none_or(|count| shown < count) {
+        let best = match answers.next(LOOK_UP) {
+            Err(PlannerError::Client(ClientError::Timeout(_))) => continue,
+            best => best?.ok_or(ClientError::NoAnswer)?,
+        };
+        exit = show(arguments, prepared, request, &best)?;
+        shown += 1;
+        if best.is_final() {
+            break;
+        }
+    }
+    Ok(exit)
+}
+
+fn show(
+    arguments: &Arguments,
+    prepared: &Prepared,
+    request: &Request,
+    best: &Best,
+) -> Result<u8, CliError> {
+    let answered = told(best, request, &prepared.robot, Duration::ZERO)?;
+    let version = best.header().scene_version;
+    print(&prepared.subject, &answered, version, arguments.format).map_err(stdout)?;
+    Ok(answered.code.exit_code())
+}
+
+fn print(
+    subject: &Subject,
+    answered: &Answered,
+    version: u64,
+    format: Format,
+) -> std::io::Result<()> {
+    let mut out = std::io::stdout().lock();
+    match format {
+        Format::Json => {
+            let result = report::result(subject, Mode::Check, answered);
+            let mut answer = serde_json::to_value(&result)?;
+            answer["scene_version"] = version.into();
+            writeln!(out, "{answer}")?;
+        }
+        Format::Table => {
+            report::warn(&report::told(subject, answered), "");
+            writeln!(out, "scene v{version}   {}", report::verdict(answered))?;
+        }
+    }
+    out.flush()
+}

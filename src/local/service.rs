@@ -1,0 +1,149 @@
+//! The service: robots and scenes of this process, and the work on paths.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use taut_ipc::control::{ControlReply, ControlRequest, Refusal};
+use taut_ipc::monotonic_ns;
+use taut_ipc::planner::{Ending, Service, Tell};
+use taut_ipc::wire::{Code, RequestHeader, RequestView, ResponseBody, label_id};
+
+use super::models::Models;
+use crate::answer::{self, Job};
+use crate::optimize::{Improvement, Settings, Workspace};
+use crate::robot::RobotModel;
+use crate::scene::Scene;
+use crate::store::{ModelStore, Snapshot, Wanted};
+use crate::translate::{self, Lengths, Reply, StopCause};
+
+/// Robots and scenes of this process, and the work on paths.
+#[derive(Debug)]
+pub struct LocalService {
+    models: Models,
+    /// One request's memory, for the next.
+    workspace: Mutex<Option<Workspace>>,
+}
+
+impl Default for LocalService {
+    fn default() -> Self {
+        Self {
+            models: Models::new(ModelStore::new(label_id)),
+            workspace: Mutex::default(),
+        }
+    }
+}
+
+impl LocalService {
+    /// Takes a robot and a scene that are made already and need not be read again, and puts them
+    /// together, so that no request has to wait for it.
+    ///
+    /// # Errors
+    /// Labels that are taken, a robot and a scene that do not go together.
+    pub fn insert(
+        &self,
+        (robot_label, robot): (&str, &Arc<RobotModel>),
+        (scene_label, scene): (&str, &Arc<Scene>),
+    ) -> Result<(), Refusal> {
+        let read = translate::read_robot(robot.clone())?;
+        self.models.take_robot(robot_label, read, false)?;
+        self.models.take_scene(scene_label, scene.clone(), false)?;
+        let snapshot = self.models.snapshot(&Wanted {
+            robot_id: label_id(robot_label),
+            robot_hash: 0,
+            scene_id: label_id(scene_label),
+            scene_hash: 0,
+            scene_version: 0,
+        })?;
+        let model = snapshot.model.get();
+        let model = model.map_err(|error| translate::model_refusal(error, robot));
+        model.map(drop)
+    }
+
+    /// Works on a request and tells of its improvements.
+    fn compute(
+        &self,
+        request: &RequestView<'_>,
+        ending: &Ending,
+        tell: &Tell<'_>,
+    ) -> Result<Reply, Refusal> {
+        let header = &request.header;
+        if header.watch() {
+            let text = "a path is watched by a daemon only; check it again after each change";
+            return Err(Refusal::new(Code::MalformedRequest, text));
+        }
+        let snapshot = self.models.snapshot(&translate::wanted(header))?;
+        translate::check_layout(header, &snapshot)?;
+        let (settings, path) =
+            translate::settings_and_path(request, &snapshot, Settings::DEFAULT_CLEARANCE_M)?;
+        let job = Job {
+            snapshot: &snapshot,
+            path: &path,
+            settings: &settings,
+        };
+        Ok(self.answered(job, header, ending, tell))
+    }
+
+    fn answered(
+        &self,
+        job: Job,
+        header: &RequestHeader,
+        ending: &Ending,
+        tell: &Tell<'_>,
+    ) -> Reply {
+        let mut lengths = Lengths::new(job.snapshot, job.settings, job.path);
+        let mut publish =
+            |improvement: Improvement| improved(job.snapshot, &mut lengths, &improvement, tell);
+        let mut workspace = self.workspace().take().unwrap_or_default();
+        let mut stop = || over(header, ending);
+        let answered = answer::answer(job, &mut workspace, &mut stop, &mut publish);
+        *self.workspace() = Some(workspace);
+        answered.reply
+    }
+
+    fn workspace(&self) -> MutexGuard<'_, Option<Workspace>> {
+        self.workspace
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Service for LocalService {
+    fn control(&self, message: ControlRequest) -> ControlReply {
+        self.models
+            .answer(message)
+            .unwrap_or_else(ControlReply::Refused)
+    }
+
+    fn answer(&self, request: &RequestView<'_>, ending: &Ending, tell: &Tell<'_>) {
+        let received_ns = monotonic_ns();
+        let reply = self.compute(request, ending, tell);
+        let mut reply = reply.unwrap_or_else(translate::refused);
+        reply.header.compute_ns = monotonic_ns().saturating_sub(received_ns);
+        tell(&reply.header, &reply.body());
+    }
+}
+
+fn is_late(header: &RequestHeader) -> bool {
+    header.deadline_ns != 0 && monotonic_ns() >= header.deadline_ns
+}
+
+fn over(header: &RequestHeader, ending: &Ending) -> Option<StopCause> {
+    match ending.asked() {
+        Some(true) => Some(StopCause::FinishedEarly),
+        Some(false) => Some(StopCause::Cancelled),
+        None => is_late(header).then_some(StopCause::Deadline),
+    }
+}
+
+fn improved(
+    snapshot: &Snapshot,
+    lengths: &mut Lengths<'_>,
+    improvement: &Improvement<'_>,
+    tell: &Tell<'_>,
+) {
+    let header = translate::progress(snapshot, improvement, lengths.of(improvement.length));
+    let body = ResponseBody {
+        path: improvement.path.as_flat(),
+        ..ResponseBody::default()
+    };
+    tell(&header, &body);
+}

@@ -1,0 +1,28 @@
+//! Why a response cannot be taken.
+
+use taut_ipc::planner::PlannerError;
+use taut_ipc::wire::{Code, WireError};
+
+/// Why a response cannot be taken.
+#[derive(Debug, thiserror::Error)]
+pub enum AnswerError {
+    /// It breaks the wire's rules.
+    #[error("the daemon's response cannot be read: {0}")]
+    Wire(#[from] WireError),
+    /// The daemon refused the request.
+    #[error("{message}")]
+    Refused {
+        /// Why.
+        code: Code,
+        /// In words.
+        message: String,
+        /// When to try again; 0 = never.
+        retry_after_ms: u32,
+    },
+    /// The request names what the robot does not have.
+    #[error(transparent)]
+    Request(#[from] PlannerError),
+    /// The path is another one than the certificate is about.
+    #[error("the daemon's certificate is about another path than it sent; report this as a defect")]
+    OtherPath,
+}
