@@ -152,7 +152,7 @@ impl ActiveSet {
     }
 
     /// Adds a half-space and returns its number; `None` where no waypoint that may move is in it.
-    pub fn push(&mut self, cost: &Cost<'_>, row: Row<'_>) -> Option<usize> {
+    pub fn push(&mut self, cost: &Cost, row: Row) -> Option<usize> {
         let diagonal = row.coupling(&row, cost);
         (diagonal > 0.0).then(|| self.add(cost, row, diagonal))
     }
@@ -258,10 +258,10 @@ impl ActiveSet {
 
     /// `column` ← M between the active rows and one.
     fn fill_column(&mut self, row: usize) {
-        let gram = &self.gram;
-        let couplings = self.active.iter().map(|&active| gram[place(active, row)]);
         self.column.clear();
-        self.column.extend(couplings);
+        for active in &self.active {
+            self.column.push(self.gram[place(*active, row)]);
+        }
     }
 
     /// Adds the line of a row to the factor; false where it depends on the active ones.
@@ -273,10 +273,8 @@ impl ActiveSet {
 
     fn slack(&self, row: usize) -> f64 {
         let held = self
-            .active
-            .iter()
-            .zip(&self.multipliers)
-            .map(|(&active, nu)| self.entry(active, row) * nu);
+            .active()
+            .map(|(active, nu)| self.entry(active, row) * nu);
         self.free_slack[row] + held.sum::<f64>()
     }
 
@@ -334,11 +332,17 @@ impl ActiveSet {
     fn find_exchange(&mut self, entering: &Entering) -> Exchange {
         let curvature = self.aim(entering);
         let whole = entering.until_satisfied(curvature);
-        let blocking = self.blocking().filter(|(_, most)| *most < whole);
-        Exchange {
-            by: blocking.map_or(whole, |(_, most)| most),
-            curvature,
-            released: blocking.map(|(index, _)| index),
+        match self.blocking().filter(|(_, most)| *most < whole) {
+            Some((released, by)) => Exchange {
+                by,
+                curvature,
+                released: Some(released),
+            },
+            None => Exchange {
+                by: whole,
+                curvature,
+                released: None,
+            },
         }
     }
 
@@ -369,12 +373,16 @@ impl ActiveSet {
 
     /// The active row whose multiplier comes to 0 first along `direction`, and after how much.
     fn blocking(&self) -> Option<(usize, f64)> {
-        let falls = self.direction.iter().zip(&self.multipliers).enumerate();
-        falls
-            .filter(|(_, (u, _))| **u > 0.0)
-            // Rounding may have left a multiplier just below 0: it blocks at once, it is not raised.
-            .map(|(index, (u, nu))| (index, nu.max(0.0) / u))
-            .min_by(|a, b| a.1.total_cmp(&b.1))
+        let most = self.until_released().enumerate();
+        let falling = most.filter_map(|(index, most)| Some((index, most?)));
+        falling.min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// How much each active multiplier can be let fall along `direction`; `None` where it does not.
+    fn until_released(&self) -> impl Iterator<Item = Option<f64>> {
+        // Rounding may have left a multiplier just below 0: it blocks at once, it is not raised.
+        let falls = self.direction.iter().zip(&self.multipliers);
+        falls.map(|(u, nu)| (*u > 0.0).then(|| nu.max(0.0) / u))
     }
 
     fn release(&mut self, index: usize) {

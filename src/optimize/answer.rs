@@ -201,19 +201,22 @@ impl Answer {
     }
 
     fn floors_lowered(&self, model: &CollisionModel) -> Vec<LoweredFloor> {
-        let named = |&(pair, floor_m): &(usize, f64)| LoweredFloor {
-            bodies: model.pair_names(pair),
-            floor_m,
-        };
-        self.lowered.iter().map(named).collect()
+        let lowered = self.lowered.iter();
+        lowered
+            .map(|&(pair, floor_m)| LoweredFloor {
+                bodies: model.pair_names(pair),
+                floor_m,
+            })
+            .collect()
     }
 
     /// The proofs of the segments that the caller gets.
     fn claims(&self, question: &Question, is_unchanged: bool) -> Option<Vec<SegmentProof>> {
         let proofs = self.proofs.as_ref()?;
-        Some(match is_unchanged {
-            true => spread(proofs, &question.input.standing_for),
-            false => proofs.clone(),
+        Some(if is_unchanged {
+            spread(proofs, &question.input.standing_for)
+        } else {
+            proofs.clone()
         })
     }
 }

@@ -95,7 +95,7 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
 
     pub fn whole_stretch(&self, stretch: usize) -> (Place, Place) {
         let mut ends = self.fixed_from(0).skip(stretch);
-        let mut next = || self.at_waypoint(ends.next().unwrap_or(0));
+        let mut next = || self.at_waypoint(ends.next().unwrap_or_default());
         (next(), next())
     }
 
@@ -127,9 +127,8 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     /// Two random places on different segments of one stretch, in order; each is a waypoint with
     /// probability `snapped`.
     pub fn draw_places(&mut self, snapped: f64) -> Option<(Place, Place)> {
-        let [low, high] = self.draw_arcs()?;
-        let from = self.draw_place(low, snapped);
-        let to = self.draw_place(high, snapped);
+        let arcs = self.draw_arcs()?;
+        let [from, to] = arcs.map(|arc| self.draw_place(arc, snapped));
         (from.segment < to.last_segment()).then_some((from, to))
     }
 
@@ -354,10 +353,10 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
             return Tried::NotShorter;
         }
         self.join(waypoint - 1, waypoint + 1);
-        match self.unroll() {
-            true => self.try_candidate(Change::Simplifies),
-            false => Tried::NotShorter,
+        if !self.unroll() {
+            return Tried::NotShorter;
         }
+        self.try_candidate(Change::Simplifies)
     }
 }
 

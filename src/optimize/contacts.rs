@@ -136,8 +136,8 @@ impl Approach {
     /// nothing and halving goes further.
     fn towards_touch(&self, tried: f64, touching: f64) -> Option<f64> {
         let to_touch = -self.distance / self.rate;
-        let is_ahead =
-            self.rate < 0.0 && to_touch > 0.1 * (touching - tried) && tried + to_touch < touching;
+        let is_worth_it = to_touch > 0.1 * (touching - tried) && tried + to_touch < touching;
+        let is_ahead = self.rate < 0.0 && is_worth_it;
         // Not all the way: the pair must still be apart there.
         is_ahead.then_some(tried + TOWARDS_TOUCH * to_touch)
     }
@@ -214,8 +214,9 @@ impl<'r> Contacts<'r> {
     /// The rows of the contacts that pushed last.
     fn pushing(&self) -> impl Iterator<Item = usize> {
         let owners = self.owners.iter();
-        let pushed = owners.filter(|(_, contact)| self.known[*contact].idle == 0);
-        pushed.map(|(row, _)| *row)
+        owners
+            .filter(|(_, contact)| self.known[*contact].idle == 0)
+            .map(|(row, _)| *row)
     }
 
     /// Adds the half-space of one contact at the path; its row, where it has one.
@@ -351,13 +352,18 @@ impl<'r> Contacts<'r> {
 
     /// Notes which contacts push.
     pub fn note_pushes(&mut self, set: &ActiveSet) {
-        for contact in &mut self.known {
-            contact.idle += 1;
-        }
+        self.let_idle();
         for (row, multiplier) in set.active() {
             if let Some(contact) = self.owner(row) {
                 self.known[contact].note_push(multiplier);
             }
+        }
+    }
+
+    /// One more accepted path.
+    fn let_idle(&mut self) {
+        for contact in &mut self.known {
+            contact.idle += 1;
         }
     }
 

@@ -39,6 +39,16 @@ struct Node {
 }
 
 impl Node {
+    /// `min(sᵢ, sⱼ) (S − max(sᵢ, sⱼ)) / S` of two waypoints of a string.
+    #[inline]
+    fn compliance(&self, other: &Self) -> f64 {
+        let (near, far) = if self.place < other.place {
+            (self, other)
+        } else {
+            (other, self)
+        };
+        near.place * far.rest() / self.length
+    }
     /// A waypoint that is a string of its own and yields to nothing.
     fn held(string: usize) -> Self {
         Self {
@@ -51,14 +61,10 @@ impl Node {
     /// The waypoints of a string, from its start to the last one before its end.
     fn along(string: usize, rest_lengths: &[f64]) -> impl Iterator<Item = Self> {
         let length = rest_lengths.iter().sum();
-        rest_lengths.iter().scan(0.0, move |next, rest_length| {
-            let place = *next;
-            *next += rest_length;
-            Some(Self {
-                string,
-                place,
-                length,
-            })
+        starts(rest_lengths).map(move |place| Self {
+            string,
+            place,
+            length,
         })
     }
     fn is_fixed(&self) -> bool {
@@ -133,8 +139,8 @@ impl<'a> Cost<'a> {
     /// Of one segment, `½ λ ‖W v‖²`.
     fn energy(&self, velocity: &[f64], stiffness: f64) -> f64 {
         let weighted = velocity.iter().zip(&self.squared_weights);
-        let squares = weighted.map(|(v, w)| w * v * v);
-        0.5 * stiffness * squares.sum::<f64>()
+        let squares: f64 = weighted.map(|(v, w)| w * v * v).sum();
+        0.5 * stiffness * squares
     }
 
     /// Gradient of C at the path `rows`: `W² (λ_{i−1} (qᵢ ⊖ q_{i−1}) − λᵢ (q_{i+1} ⊖ qᵢ))`, 0 at
@@ -176,11 +182,11 @@ impl<'a> Cost<'a> {
     pub fn compliance(&self, i: usize, j: usize) -> f64 {
         let a = &self.nodes[i];
         let b = &self.nodes[j];
-        if a.string != b.string {
-            return 0.0;
+        if a.string == b.string {
+            a.compliance(b)
+        } else {
+            0.0
         }
-        let (near, far) = if a.place < b.place { (a, b) } else { (b, a) };
-        near.place * far.rest() / a.length
     }
 
     /// wᵥ⁻² of each velocity coordinate, 0 for those that may not move.
@@ -276,6 +282,15 @@ pub fn length(
     steps(space, metric, rows, velocity).sum()
 }
 
+/// Where each of several lengths, laid end to end, begins.
+fn starts(lengths: &[f64]) -> impl Iterator<Item = f64> {
+    lengths.iter().scan(0.0, |end, length| {
+        let start = *end;
+        *end += length;
+        Some(start)
+    })
+}
+
 fn nodes(rest_lengths: &[f64], fixed: &[bool]) -> Vec<Node> {
     let ends: Vec<usize> = (0..fixed.len()).filter(|&i| fixed[i]).collect();
     let mut nodes: Vec<Node> = (0..fixed.len()).map(Node::held).collect();
@@ -289,8 +304,12 @@ fn nodes(rest_lengths: &[f64], fixed: &[bool]) -> Vec<Node> {
 
 /// wᵥ⁻², 0 for what may not move: an infinite weight.
 fn inverse_of_moving(squared_weights: &[f64], moving: &[bool]) -> Vec<f64> {
-    let inverse = |(w, &moves): (&f64, &bool)| if moves { 1.0 / w } else { 0.0 };
-    squared_weights.iter().zip(moving).map(inverse).collect()
+    let inverse = |(w, moves)| if moves { 1.0 / w } else { 0.0 };
+    squared_weights
+        .iter()
+        .zip(moving.iter().copied())
+        .map(inverse)
+        .collect()
 }
 
 #[cfg(test)]

@@ -108,8 +108,7 @@ impl Factor {
     #[inline]
     fn solve_lower(&self, x: &mut [f64]) {
         for i in 0..x.len() {
-            let known = dot(self.left_of_diagonal(i), &x[..i]);
-            x[i] = (x[i] - known) / self.diagonal(i);
+            x[i] = (x[i] - dot(self.left_of_diagonal(i), &x[..i])) / self.diagonal(i);
         }
     }
 

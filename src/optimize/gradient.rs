@@ -64,14 +64,18 @@ impl Stride {
     }
 
     fn halved(self) -> Option<Self> {
-        let halved = match self {
-            Self::Cautious { halved, .. } => halved,
-            Self::Full => 0,
-        };
+        let halved = self.times_halved();
         (halved < HALVINGS).then_some(Self::Cautious {
             part: self.part() / 2.0,
             halved: halved + 1,
         })
+    }
+
+    fn times_halved(self) -> u32 {
+        match self {
+            Self::Cautious { halved, .. } => halved,
+            Self::Full => 0,
+        }
     }
 }
 
@@ -288,10 +292,9 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     fn first_hit(&mut self, segment: usize) -> SegmentVerdict {
         let from = self.trial.waypoint(segment);
         let to = self.trial.waypoint(segment + 1);
-        let Progress {
-            validator, stop, ..
-        } = &mut *self.progress;
-        validator.first_hit(from, to, *stop)
+        self.progress
+            .validator
+            .first_hit(from, to, self.progress.stop)
     }
 
     /// Halves the way from a configuration that is clear to one that collides; `None` where stopped.

@@ -76,8 +76,9 @@ fn run(stage: Stage, progress: &mut Progress) -> Option<Termination> {
 /// The stage that does not rest and gained most for its work; of equals, the first.
 fn most_promising(prospects: &[Prospect]) -> Option<usize> {
     let awake = (0..prospects.len()).filter(|&stage| !prospects[stage].rests);
+    let rate = |stage: usize| prospects[stage].rate;
     awake.reduce(|best, stage| {
-        if prospects[stage].rate > prospects[best].rate {
+        if rate(stage) > rate(best) {
             stage
         } else {
             best

@@ -94,13 +94,18 @@ impl<'r, 'm> Progress<'r, 'm> {
 
     /// The share of the present stage.
     fn share(&mut self) -> &mut StageShare {
+        let index = self.share_index();
+        &mut self.shares[index]
+    }
+
+    /// Where the share of the present stage is; it is added where there is none.
+    fn share_index(&mut self) -> usize {
         let stage = self.stage;
         let known = self.shares.iter().position(|share| share.stage == stage);
-        let index = known.unwrap_or_else(|| {
+        known.unwrap_or_else(|| {
             self.shares.push(StageShare::new(stage));
             self.shares.len() - 1
-        });
-        &mut self.shares[index]
+        })
     }
 
     /// What each stage has done, in the order in which they first came.

@@ -56,17 +56,13 @@ fn contact(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) ->
 
 /// The segment of the caller's path that a place of the optimizers' form lies on.
 fn callers_segment(input: &Input, segment: usize, t: f64) -> usize {
-    match (segment, t) {
-        // Nothing is proved, not even that the robot may stand where it starts.
-        (0, 0.0) => 0,
-        _ => {
-            let segments = nearest::segments_of(&input.standing_for);
-            segments
-                .get(segment)
-                .copied()
-                .unwrap_or(input.standing_for.len() - 1)
-        }
+    // Nothing is proved, not even that the robot may stand where it starts.
+    if (segment, t) == (0, 0.0) {
+        return 0;
     }
+    let segments = nearest::segments_of(&input.standing_for);
+    let known = segments.get(segment).copied();
+    known.unwrap_or(input.standing_for.len() - 1)
 }
 
 /// A refusal at the start, of which no more is known than where two bodies touch.

@@ -30,11 +30,10 @@ impl<'a> Restorer<'a> {
     pub fn restore(&self, path: &mut Path) {
         let mut fixed = self.fixed.iter().peekable();
         for index in 0..path.len() {
+            let row = path.waypoint_mut(index);
             // The last row is the last fixed one even where an earlier row equals it.
-            if let Some(&place) =
-                fixed.next_if(|&&place| self.is_same_place(path.waypoint(index), place))
-            {
-                self.restore_row(path.waypoint_mut(index), place);
+            if let Some(&place) = fixed.next_if(|&&place| self.is_same_place(row, place)) {
+                self.restore_row(row, place);
             }
         }
     }

@@ -174,10 +174,8 @@ impl Search<'_, '_, '_> {
 
     /// A random component, and two random places.
     fn draw_component(&mut self) -> Option<(usize, (Place, Place))> {
-        if self.moving.is_empty() {
-            return None;
-        }
-        let component = self.progress.random.usize(..self.moving.len());
+        let count = self.moving.len();
+        let component = (count > 0).then(|| self.progress.random.usize(..count))?;
         Some((component, self.draw_places(SNAPPED)?))
     }
 

@@ -60,11 +60,17 @@ impl Task<'_> {
 
     /// Gives what may not move its bits back.
     fn keep_still(&self, before: &[f64], after: &mut [f64]) {
-        let components = self.space.components().iter();
-        for still in components.filter(|component| !self.may_move(component)) {
-            let columns = columns(still);
+        for columns in self.still_columns() {
             after[columns.clone()].copy_from_slice(&before[columns]);
         }
+    }
+
+    /// Columns of what may not move.
+    fn still_columns(&self) -> impl Iterator<Item = Range<usize>> {
+        let components = self.space.components().iter();
+        components
+            .filter(|component| !self.may_move(component))
+            .map(columns)
     }
 
     /// Whether a factor of the space may move: all of its coordinates.

@@ -73,6 +73,7 @@ impl SegmentClaim {
             intervals: proof.intervals,
         }
     }
+
     /// The number of its intervals as text, closed by a zero byte, and the bits of its clearance.
     fn write_content(&self, bytes: &mut Vec<u8>) {
         let clearance = self.clearance_m.unwrap_or(f64::INFINITY);

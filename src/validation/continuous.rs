@@ -133,13 +133,11 @@ fn is_within(confines: &[(usize, RangeInclusive<f64>)], configuration: &[f64]) -
 
 /// Which segments have an interval in the queue; none at all where it is empty.
 fn open_segments(queue: &VecDeque<Interval>, count: usize) -> Vec<bool> {
-    if queue.is_empty() {
-        return Vec::new();
+    let mut open = Vec::new();
+    for interval in queue {
+        open.resize(count, false);
+        open[interval.segment] = true;
     }
-    let mut open = vec![false; count];
-    queue
-        .iter()
-        .for_each(|interval| open[interval.segment] = true);
     open
 }
 

@@ -42,7 +42,8 @@ impl Validator<'_> {
     /// Looks at up to eight samples, and takes them out.
     fn batch_is_free(&mut self, batch: &mut Vec<LaneInterval>) -> bool {
         // Lanes that are left look at the start of the path once more.
-        let intervals = std::array::from_fn(|lane| batch.get(lane).copied().unwrap_or_default());
+        batch.resize(LANES, LaneInterval::default());
+        let intervals = std::array::from_fn(|lane| batch[lane]);
         batch.clear();
         self.run(Sampling, intervals, u8::MAX, true);
         self.scratch.filter.unproved.is_empty()

@@ -273,17 +273,24 @@ impl Validator<'_> {
 
     /// The undecided pair and lane that the filter saw nearest.
     fn most_likely_refused(&self) -> Option<(usize, usize)> {
-        let mut nearest = None;
-        let mut least = f32::INFINITY;
-        for (entry, unproved) in self.scratch.filter.unproved.iter().enumerate() {
-            for lane in (0..LANES).filter(|lane| unproved.is_in(*lane)) {
-                if unproved.gap[lane] < least {
-                    nearest = Some((entry, lane));
-                    least = unproved.gap[lane];
-                }
+        let gaps = self.undecided_gaps();
+        let nearest = gaps.fold((None, f32::INFINITY), |nearest, (place, gap)| {
+            if gap < nearest.1 {
+                (Some(place), gap)
+            } else {
+                nearest
             }
-        }
-        nearest
+        });
+        nearest.0
+    }
+
+    /// Entry and lane of all that is undecided, and the gap that the filter saw.
+    fn undecided_gaps(&self) -> impl Iterator<Item = ((usize, usize), f32)> {
+        let entries = self.scratch.filter.unproved.iter().enumerate();
+        entries.flat_map(|(entry, unproved)| {
+            let lanes = (0..LANES).filter(|lane| unproved.is_in(*lane));
+            lanes.map(move |lane| ((entry, lane), unproved.gap[lane]))
+        })
     }
 
     /// Settles one undecided pair on one interval, exactly if the filter saw it too near to be

@@ -33,10 +33,15 @@ impl Ledger {
     /// The proof of a segment, if it is remembered.
     pub fn get(&self, from: &[f64], to: &[f64]) -> Option<SegmentProof> {
         let entry = self.entries.get(&key(from, to))?;
-        let end = entry.first + from.len() + to.len();
-        let (first, second) = self.ends.get(entry.first..end)?.split_at(from.len());
+        let (first, second) = self.ends(entry, from.len())?;
         // Two segments may have one key: the bits decide.
         (same(first, from) && same(second, to)).then_some(entry.proof)
+    }
+
+    /// Both ends of a segment that is remembered, of so many numbers each.
+    fn ends(&self, entry: &Entry, nq: usize) -> Option<(&[f64], &[f64])> {
+        let ends = self.ends.get(entry.first..entry.first + 2 * nq)?;
+        Some(ends.split_at(nq))
     }
 
     /// Remembers a proof.

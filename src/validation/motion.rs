@@ -122,10 +122,14 @@ fn push(motion: &ChainMotion, from: &[f64], velocity: &[f64], held: &[f64]) -> f
     let MotionKind::Translation(n) = motion.kind else {
         return 0.0;
     };
-    let offset = offset_from_rest(motion, n, from, held);
+    let start = offset_from_rest(motion, n, from, held);
+    farthest(start, start + rate(motion, velocity))
+}
+
+/// How far what goes straight between two points gets from the origin.
+fn farthest(start: Vec3, end: Vec3) -> f64 {
     // A norm is convex: on a straight way it is largest at an end.
-    let end = offset + rate(motion, velocity);
-    offset.length().max(end.length())
+    start.length().max(end.length())
 }
 
 /// Where a translation of n coordinates starts, seen from its rest value.

@@ -74,6 +74,8 @@ impl Validator<'_> {
             let next = ((segment + 1) * nq).min(rows.len() - nq);
             [&rows[segment * nq..][..nq], &rows[next..][..nq]]
         };
-        (0..(rows.len() / nq - 1).max(1)).map(ends)
+        // A robot without variables stands still: one segment that does not move.
+        let waypoints = rows.len().checked_div(nq).unwrap_or(1);
+        (0..(waypoints - 1).max(1)).map(ends)
     }
 }

@@ -154,28 +154,30 @@ impl<'p> Runs<'p> {
     fn next(&self, segments: Range<usize>, most: usize) -> Run {
         let mut length = most.min(segments.len());
         loop {
-            let segments = segments.start..segments.start + length;
-            let deviation = self.deviation(&segments);
-            if deviation <= self.most_deviation || length <= 1 {
-                return Run {
-                    segments,
-                    deviation,
-                };
+            let run = self.run(segments.start..segments.start + length);
+            if run.deviation <= self.most_deviation || length <= 1 {
+                return run;
             }
             length /= 2;
         }
     }
 
+    fn run(&self, segments: Range<usize>) -> Run {
+        Run {
+            deviation: self.deviation(&segments),
+            segments,
+        }
+    }
+
     /// The next runs that are proved together, from the start of `segments` on.
     fn together(&self, segments: Range<usize>, most: usize) -> Vec<Run> {
-        let mut at = segments.start;
-        let mut together = Vec::new();
-        while at < segments.end && together.len() < TOGETHER {
-            let run = self.next(at..segments.end, most);
-            at = run.segments.end;
-            together.push(run);
-        }
-        together
+        let mut left = segments;
+        let runs = std::iter::from_fn(|| {
+            let run = (!left.is_empty()).then(|| self.next(left.clone(), most))?;
+            left.start = run.segments.end;
+            Some(run)
+        });
+        runs.take(TOGETHER).collect()
     }
 }
 

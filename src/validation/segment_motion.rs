@@ -109,13 +109,16 @@ impl SegmentMotion {
     /// Half displacement of a body of a pair, relative to their common ancestor: what carries both
     /// parts nothing.
     fn half_twist(&self, body: &Body, pair: &BodyPair, half: f64) -> Twist {
-        let carrier = pair
-            .ancestor
-            .map_or(Twist::default(), |link| self.twists[link]);
-        match body.link {
-            Some(link) => self.twists[link].relative_to(&carrier).scaled(half),
-            None => Twist::default(),
-        }
+        let carrier = self.twist(pair.ancestor);
+        let own = body.link.map(|_| self.twist(body.link));
+        own.map_or(Twist::default(), |own| {
+            own.relative_to(&carrier).scaled(half)
+        })
+    }
+
+    /// Of a link in the world, which stands still itself.
+    fn twist(&self, link: Option<usize>) -> Twist {
+        link.map_or(Twist::default(), |link| self.twists[link])
     }
 
     fn placed<'a>(&'a self, model: &'a CollisionModel, body: usize) -> &'a Transform {

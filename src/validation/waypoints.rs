@@ -41,8 +41,13 @@ impl Validator<'_> {
     /// Whether any two bodies' surfaces meet at one configuration.
     pub fn collides(&mut self, configuration: &[f64]) -> bool {
         let path = Path::from_rows(configuration.len(), configuration.to_vec());
-        let look = |path: &Path| self.colliding_waypoint(path, std::iter::once(0), &mut || false);
-        path.as_ref().and_then(look).flatten().is_some()
+        path.is_some_and(|path| self.collides_at_start(&path))
+    }
+
+    fn collides_at_start(&mut self, path: &Path) -> bool {
+        let start = std::iter::once(0);
+        let found = self.colliding_waypoint(path, start, &mut || false);
+        found.flatten().is_some()
     }
 
     /// The first of the collisions that a look at these waypoints finds. `stop` is asked at every

@@ -1,7 +1,7 @@
 //! Where the filter's balls are and how they move, each computed once a batch.
 
 use super::{Look, ZERO};
-use crate::collision::filter::{FilterBall, FilterBody};
+use crate::collision::filter::FilterBall;
 use crate::lanes::{Eight, Lanes, Packed, Vectors};
 
 /// What was computed of a body for batch number `batch`.
@@ -84,7 +84,7 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
 
     #[inline(always)]
     pub(super) fn root(&mut self, body: usize) -> Moving<S> {
-        let shape: &FilterBody = &self.batch.filter.bodies[body];
+        let shape = &self.batch.filter.bodies[body];
         self.placed(
             self.batch.scratch.bodies[body].first,
             shape.frame,

@@ -86,13 +86,17 @@ impl Nearest {
     /// Takes in a place; it is a contact where the bodies are within this distance (m).
     fn take_in(&mut self, near: Near, within: f64) {
         let distance = near.contact.distance;
-        let smallest = self.smallest.as_ref();
-        let is_least = smallest.is_none_or(|least| distance < least.contact.distance);
-        if distance < self.searched_m && is_least {
+        if distance < self.searched_m && self.is_least(distance) {
             self.smallest = Some(near);
         }
         self.contacts
             .extend(Some(near).filter(|_| distance < within));
+    }
+
+    /// Whether nothing nearer or as near is known.
+    fn is_least(&self, distance: f64) -> bool {
+        let smallest = self.smallest.as_ref();
+        smallest.is_none_or(|least| distance < least.contact.distance)
     }
 }
 

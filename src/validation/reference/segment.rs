@@ -146,9 +146,15 @@ impl<'a> Segment<'a> {
     fn look_at_ends(&mut self, tasks: &[Task], effort: &mut Effort) -> Result<(), Objection> {
         for t in [0.0, 1.0] {
             self.place(t);
-            for task in tasks {
-                self.measure(task, t, task.claimed, Until::Closest, effort)?;
-            }
+            self.look(t, tasks, effort)?;
+        }
+        Ok(())
+    }
+
+    /// Looks at all pairs where the bodies stand.
+    fn look(&self, t: f64, tasks: &[Task], effort: &mut Effort) -> Result<(), Objection> {
+        for task in tasks {
+            self.measure(task, t, task.claimed, Until::Closest, effort)?;
         }
         Ok(())
     }

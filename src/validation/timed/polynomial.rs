@@ -105,7 +105,7 @@ impl Polynomial {
     /// Places between two times where the sign changes, in order: between two turns there is at
     /// most one.
     fn roots(&self, from: f64, to: f64, found: &mut Vec<f64>) {
-        if self.0[1..].iter().all(|c| *c == 0.0) {
+        if self.is_constant() {
             return;
         }
         let mut left = from;
@@ -113,6 +113,10 @@ impl Polynomial {
             found.extend(self.root_between(left, right));
             left = right;
         }
+    }
+
+    fn is_constant(&self) -> bool {
+        self.0[1..].iter().all(|c| *c == 0.0)
     }
 
     /// By halving, where the signs at both ends differ.

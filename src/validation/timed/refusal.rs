@@ -27,6 +27,11 @@ impl Prover<'_, '_, '_> {
     /// chord was refused.
     pub(super) fn touch(&mut self, piece: &Piece, hit: &Hit) -> Option<TimedHit> {
         let seen = self.seen(piece, hit);
+        self.if_touching(piece, seen)
+    }
+
+    /// Where a pair first touches that touches when it is seen.
+    fn if_touching(&mut self, piece: &Piece, seen: TimedHit) -> Option<TimedHit> {
         let touches = seen.contact.distance <= TOUCHING_M;
         touches.then(|| self.traced_back(piece, seen))
     }
@@ -135,7 +140,6 @@ impl Prover<'_, '_, '_> {
     fn touch_at(&mut self, piece: &Piece, Touch { t, pair }: Touch) -> Option<TimedHit> {
         let at = piece.from + t * piece.width();
         let touch = self.hit_at(piece, pair, at, HitReason::Collision);
-        let touches = touch.contact.distance <= TOUCHING_M;
-        touches.then(|| self.traced_back(piece, touch))
+        self.if_touching(piece, touch)
     }
 }
