@@ -127,7 +127,9 @@ impl Answered {
 }
 
 fn crash(panic: &(dyn Any + Send)) -> Refusal {
-    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = panic
+        .downcast_ref::<String>()
+        .map(String::as_str);
     let text = text
         .or_else(|| panic.downcast_ref::<&str>().copied())
         .unwrap_or("no message");

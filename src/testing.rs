@@ -157,7 +157,9 @@ pub fn scene(rng: &mut Rng) -> Scene {
             }],
         )
     };
-    let obstacles = (0..rng.usize(0..9)).map(|i| obstacle(rng, i)).collect();
+    let obstacles = (0..rng.usize(0..9))
+        .map(|i| obstacle(rng, i))
+        .collect();
     Scene::new("random", obstacles, Vec::new(), Vec::new()).unwrap()
 }
 
@@ -182,7 +184,9 @@ pub fn neighbour(rng: &mut Rng, robot: &RobotModel, from: &[f64]) -> Vec<f64> {
         .map(|_| uniform(rng, -scale, scale))
         .collect();
     let mut to = vec![0.0; from.len()];
-    robot.space().integrate(from, &velocity, 1.0, &mut to);
+    robot
+        .space()
+        .integrate(from, &velocity, 1.0, &mut to);
     to
 }
 
@@ -202,7 +206,9 @@ fn living(rng: &mut Rng, robot: &RobotModel, scene: &Scene) -> Scene {
             shape: shape(rng),
         };
         let link_name = link(rng);
-        let touch_links = (0..rng.usize(0..2)).map(|_| link(rng)).collect();
+        let touch_links = (0..rng.usize(0..2))
+            .map(|_| link(rng))
+            .collect();
         changes.push(SceneChange::Add(Obstacle::new(id.clone(), vec![shape])));
         changes.push(SceneChange::Attach {
             id,
@@ -317,7 +323,9 @@ pub fn link_poses(robot: &RobotModel, q: &[f64]) -> Vec<Isometry3<f64>> {
                 UnitQuaternion::new_normalize(nalgebra::Quaternion::new(x[6], x[3], x[4], x[5])),
             ),
         };
-        let parent = joint.parent.map_or(Isometry3::identity(), |p| poses[p]);
+        let parent = joint
+            .parent
+            .map_or(Isometry3::identity(), |p| poses[p]);
         poses.push(parent * isometry(&joint.origin) * own);
     }
     poses
@@ -380,8 +388,15 @@ impl Oracle {
                 let (upright, shape) = parry_shape(&placed.shape);
                 (own * placed.pose * upright, shape)
             };
-            let scale = |placed: &PlacedShape| placed.scaled(model.scene().scale(name)).unwrap();
-            let scaled = shapes.iter().map(|placed| place(&scale(placed))).collect();
+            let scale = |placed: &PlacedShape| {
+                placed
+                    .scaled(model.scene().scale(name))
+                    .unwrap()
+            };
+            let scaled = shapes
+                .iter()
+                .map(|placed| place(&scale(placed)))
+                .collect();
             Carried {
                 link,
                 shapes: shapes.iter().map(place).collect(),
@@ -428,18 +443,23 @@ impl Oracle {
                 .unwrap()
                 .map_or(0.0, |contact| -contact.dist)
         };
-        self.parts(model, [&a, &b], q, depth).fold(0.0, f64::max)
+        self.parts(model, [&a, &b], q, depth)
+            .fold(0.0, f64::max)
     }
 
     /// The same of any two links or objects.
     pub fn distance(&self, model: &CollisionModel, a: &str, b: &str, q: &[f64]) -> f64 {
         let distance = |at_a: &Pose, a: &SharedShape, at_b: &Pose, b: &SharedShape| {
-            query::distance(at_a, &**a, at_b, &**b).unwrap().distance
+            query::distance(at_a, &**a, at_b, &**b)
+                .unwrap()
+                .distance
         };
         let least = self
             .parts(model, [a, b], q, distance)
             .fold(f64::INFINITY, f64::min);
-        let faces_obstacle = [a, b].iter().any(|name| self.solids[*name].link.is_none());
+        let faces_obstacle = [a, b]
+            .iter()
+            .any(|name| self.solids[*name].link.is_none());
         if faces_obstacle {
             least - model.scene().padding(a) - model.scene().padding(b)
         } else {

@@ -100,7 +100,10 @@ pub fn told<'a>(warnings: impl IntoIterator<Item = &'a Warning>) -> Vec<Warning>
         match &warning.class {
             WarningClass::Uncovered => uncovered.push(warning.clone()),
             WarningClass::Cosmetic { topic } => {
-                match topics.iter_mut().find(|(known, _)| known == topic) {
+                match topics
+                    .iter_mut()
+                    .find(|(known, _)| known == topic)
+                {
                     Some((_, alike)) => alike.push(warning),
                     None => topics.push((topic, vec![warning])),
                 }
@@ -146,7 +149,9 @@ mod tests {
             ]
         );
         assert_eq!(
-            told.iter().filter(|warning| warning.is_uncovered()).count(),
+            told.iter()
+                .filter(|warning| warning.is_uncovered())
+                .count(),
             2
         );
     }

@@ -12,7 +12,9 @@ use std::sync::OnceLock;
 fn library() -> &'static Path {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     BUILT.get_or_init(|| {
-        let folder = Path::new(env!("CARGO_BIN_EXE_taut")).parent().unwrap();
+        let folder = Path::new(env!("CARGO_BIN_EXE_taut"))
+            .parent()
+            .unwrap();
         let profile = match folder.file_name().unwrap().to_str().unwrap() {
             "debug" => "dev",
             other => other,
@@ -71,7 +73,10 @@ fn compile(place: &Place, file: &str, link: Link, flags: &[&str]) -> PathBuf {
         .arg(source("ipc/c/include"))
         .arg("-I")
         .arg(source("ipc/c/tests/programs"));
-    command.arg(source(file)).arg("-o").arg(&program);
+    command
+        .arg(source(file))
+        .arg("-o")
+        .arg(&program);
     match link {
         Link::Shared => command
             .arg("-L")
@@ -89,7 +94,10 @@ fn compile(place: &Place, file: &str, link: Link, flags: &[&str]) -> PathBuf {
 
 /// The problem's path as the programs read it.
 fn path_file(place: &Place) -> String {
-    let path = problem("arm_window")["path"].as_array().unwrap().clone();
+    let path = problem("arm_window")["path"]
+        .as_array()
+        .unwrap()
+        .clone();
     let numbers: Vec<String> = path
         .iter()
         .flat_map(|row| row.as_array().unwrap())
@@ -109,7 +117,9 @@ fn path_file(place: &Place) -> String {
 /// Runs a program in the place's instance.
 fn start(place: &Place, program: &Path, argument: &str) -> Command {
     let mut command = Command::new(program);
-    command.arg(argument).env("TAUT_INSTANCE", place.name());
+    command
+        .arg(argument)
+        .env("TAUT_INSTANCE", place.name());
     command
 }
 
@@ -180,7 +190,12 @@ fn c_programs_are_cpp_programs_too() {
             .arg("-I")
             .arg(source("ipc/c/include"))
             .arg(source("ipc/c/tests/programs").join(file));
-        let run = Run::of(command.current_dir(place.folder.path()).output().unwrap());
+        let run = Run::of(
+            command
+                .current_dir(place.folder.path())
+                .output()
+                .unwrap(),
+        );
         assert_eq!(run.exit, 0, "{}", run.err);
     }
 }
@@ -191,7 +206,11 @@ fn the_examples_shorten_a_path() {
         let place = Place::new();
         let _daemon = place.serve("");
         let program = compile(&place, file, Link::Shared, &[]);
-        let run = Run::of(start(&place, &program, &config("")).output().unwrap());
+        let run = Run::of(
+            start(&place, &program, &config(""))
+                .output()
+                .unwrap(),
+        );
         assert_eq!(run.exit, 0, "{}", run.err);
         assert!(
             run.out.contains(", proved") && run.out.contains("kept"),
@@ -221,7 +240,11 @@ fn a_daemon_that_dies_ends_every_wait() {
     let said = lines.next().unwrap().unwrap();
     assert!(waiting.wait().unwrap().success());
     // One thread hears of the death; the other of that or of the end of the stream.
-    assert!(said.split(' ').any(|code| code == "DAEMON_LOST"), "{said}");
+    assert!(
+        said.split(' ')
+            .any(|code| code == "DAEMON_LOST"),
+        "{said}"
+    );
     assert!(
         said.split(' ')
             .all(|code| matches!(code, "DAEMON_LOST" | "END")),
@@ -256,7 +279,12 @@ int main(int, char **arguments) {
     let file = place.file("simplify.cpp", &format!("{code}{main}"));
     let program = compile(&place, &file, Link::Shared, &[]);
     let mut command = start(&place, &program, &path_file(&place));
-    let run = Run::of(command.current_dir(source("")).output().unwrap());
+    let run = Run::of(
+        command
+            .current_dir(source(""))
+            .output()
+            .unwrap(),
+    );
     assert_eq!(
         (run.exit, run.out.as_str()),
         (0, "shorter\n"),

@@ -89,7 +89,10 @@ fn a_robot_without_geometry_is_uncertified_in_every_mode_and_place() {
             );
             assert_eq!(answer["pairs"], 0);
             assert!(
-                answer["uncheckable"].as_str().unwrap().starts_with(NOTHING),
+                answer["uncheckable"]
+                    .as_str()
+                    .unwrap()
+                    .starts_with(NOTHING),
                 "{answer}"
             );
             assert!(
@@ -99,7 +102,10 @@ fn a_robot_without_geometry_is_uncertified_in_every_mode_and_place() {
         }
         let run = place.taut(&[&["check"][..], &about[..], local].concat());
         assert!(
-            run.exit == 2 && run.out.starts_with(&format!("UNCERTIFIED   {NOTHING}")),
+            run.exit == 2
+                && run
+                    .out
+                    .starts_with(&format!("UNCERTIFIED   {NOTHING}")),
             "{}",
             run.out
         );
@@ -109,7 +115,11 @@ fn a_robot_without_geometry_is_uncertified_in_every_mode_and_place() {
     let timed = place.file("timed.yaml", points);
     let (exit, answer) = json(&place, &["check", &timed, "--timed", "--robot", &robot]);
     assert!(
-        exit == 2 && answer["uncheckable"].as_str().unwrap().starts_with(NOTHING),
+        exit == 2
+            && answer["uncheckable"]
+                .as_str()
+                .unwrap()
+                .starts_with(NOTHING),
         "{answer}"
     );
 }
@@ -150,7 +160,10 @@ fn geometry_and_no_pair_is_proved_and_says_that_nothing_was_checked() {
             for command in ["check", "shorten"] {
                 let run = place.taut(&[&[command][..], &about].concat());
                 assert!(
-                    run.exit == 0 && run.out.contains("proved, nothing to check: 0 pairs"),
+                    run.exit == 0
+                        && run
+                            .out
+                            .contains("proved, nothing to check: 0 pairs"),
                     "{}",
                     run.out
                 );
@@ -225,7 +238,9 @@ fn what_a_robot_without_geometry_carries_may_collide_but_proves_nothing() {
                 (exit, &code.into(), &1.into()),
                 "{answer}"
             );
-            let why = answer["uncheckable"].as_str().unwrap_or_default();
+            let why = answer["uncheckable"]
+                .as_str()
+                .unwrap_or_default();
             assert_eq!(
                 why.contains("only what it carries is checked (1 pair)"),
                 code == -1001,
@@ -314,8 +329,18 @@ fn an_answer_holds_so_many_warnings_and_counts_the_rest() {
         "ghosts.json",
         &format!(r#"{{"objects": [{}]}}"#, objects.join(", ")),
     );
-    assert_eq!(place.taut(&["load-robot", "one", "--urdf", &robot]).exit, 0);
-    assert_eq!(place.taut(&["load-scene", "ghosts", &scene]).exit, 0);
+    assert_eq!(
+        place
+            .taut(&["load-robot", "one", "--urdf", &robot])
+            .exit,
+        0
+    );
+    assert_eq!(
+        place
+            .taut(&["load-scene", "ghosts", &scene])
+            .exit,
+        0
+    );
     let (exit, answer) = json(
         &place,
         &["check", &path, "--robot", "one", "--scene", "ghosts"],
@@ -356,7 +381,10 @@ fn a_group_s_trajectory_is_taken_by_label_as_by_file() {
         ("jt.yaml", Some("caster_yaw=1")),
     ] {
         let path = file(path);
-        let more: Vec<&str> = hold.iter().flat_map(|hold| ["--hold", hold]).collect();
+        let more: Vec<&str> = hold
+            .iter()
+            .flat_map(|hold| ["--hold", hold])
+            .collect();
         let by_file = [
             &["check", &path, "--robot", &robot, "--srdf", &srdf][..],
             &more,
@@ -510,7 +538,9 @@ fn a_robot_s_model_is_made_once_and_a_request_that_comes_too_early_hears_why() {
     let (robot, path) = heavy(&place);
     assert_eq!(made(&place), [0.0, 0.0]);
     assert_eq!(
-        place.taut(&["load-robot", "heavy", "--urdf", &robot]).exit,
+        place
+            .taut(&["load-robot", "heavy", "--urdf", &robot])
+            .exit,
         0
     );
     assert_eq!(made(&place), [1.0, 0.0], "made while it was loaded");
@@ -580,5 +610,10 @@ fn a_robot_whose_files_are_being_read_is_loading_and_not_unknown() {
     });
     fs::write(&pipe, fs::read(&robot).unwrap()).unwrap();
     assert!(load.wait().unwrap().success());
-    assert_eq!(place.taut(&["check", &path, "--robot", "slow"]).exit, 0);
+    assert_eq!(
+        place
+            .taut(&["check", &path, "--robot", "slow"])
+            .exit,
+        0
+    );
 }

@@ -112,7 +112,12 @@ fn what_is_shown_is_turned_as_what_is_checked() {
                 "\\u003c{shape}>\\u003corigin xyz=\\\"0 0 0\\\" rpy=\\\"0 0 "
             ))
             .unwrap();
-        let turn: f64 = after.split_once('\\').unwrap().0.parse().unwrap();
+        let turn: f64 = after
+            .split_once('\\')
+            .unwrap()
+            .0
+            .parse()
+            .unwrap();
         assert!(
             (turn - std::f64::consts::FRAC_PI_2).abs() < 1e-14,
             "{shape}: {turn}"
@@ -137,7 +142,9 @@ fn xml_that_others_read_is_read() {
             "path.csv",
             &format!(
                 "{columns}\n{}\n",
-                columns.replace(['1', '2'], "").replace('j', "0.1")
+                columns
+                    .replace(['1', '2'], "")
+                    .replace('j', "0.1")
             ),
         );
         let robot = case(&format!("xml/{robot}.urdf"));
@@ -271,7 +278,9 @@ fn columns_are_what_they_are_called() {
             assert!(run.exit == 0 && warned(run, "time"), "{said}");
         },
     );
-    let fixed = both.place.file("fixed.csv", "t,j1,jp\n0,0,0\n1,0.5,0\n");
+    let fixed = both
+        .place
+        .file("fixed.csv", "t,j1,jp\n0,0,0\n1,0.5,0\n");
     let robot = case("zero-size-shapes/zero.urdf");
     both.run(&["check", &fixed, "--robot", &robot], |run, said| {
         assert!(run.exit == 0 && warned(run, "t, jp"), "{said}");
@@ -301,9 +310,13 @@ fn columns_are_what_they_are_called() {
         run.out,
         run.err
     );
-    let load = both.place.taut(&["load-robot", "marked", "--urdf", &robot]);
+    let load = both
+        .place
+        .taut(&["load-robot", "marked", "--urdf", &robot]);
     assert_eq!(load.exit, 0, "{}", load.err);
-    let run = both.place.taut(&["check", &fixed, "--robot", "marked"]);
+    let run = both
+        .place
+        .taut(&["check", &fixed, "--robot", "marked"]);
     assert!(
         run.exit == 0 && warned(&run, "t, jp"),
         "{}{}",
@@ -374,12 +387,15 @@ fn no_optimizer_leaves_soft_limits() {
         });
     }
     // Described are the bounds that count.
-    let run = both.place.taut(&["load-robot", "soft", "--urdf", &robot]);
+    let run = both
+        .place
+        .taut(&["load-robot", "soft", "--urdf", &robot]);
     assert_eq!(run.exit, 0, "{}", run.err);
     let run = both.place.taut(&["describe", "soft"]);
     for (_, (lower, upper)) in SOFT {
         assert!(
-            run.out.contains(&format!("{lower:.4} to {upper:.4}")),
+            run.out
+                .contains(&format!("{lower:.4} to {upper:.4}")),
             "{}",
             run.out
         );
@@ -411,7 +427,11 @@ fn a_path_outside_soft_limits_is_warned_about_and_never_moves_further_out() {
     let rows: Vec<Vec<f64>> = rows
         .lines()
         .skip(1)
-        .map(|l| l.split(',').map(|x| x.parse().unwrap()).collect())
+        .map(|l| {
+            l.split(',')
+                .map(|x| x.parse().unwrap())
+                .collect()
+        })
         .collect();
     let before = ranges(&serde_json::to_value(rows).unwrap());
     assert!(before.iter().any(|range| range.1 > 0.5) && before.iter().any(|range| range.0 < -0.5));
@@ -436,7 +456,10 @@ fn a_path_outside_soft_limits_is_warned_about_and_never_moves_further_out() {
             );
             let answer: serde_json::Value =
                 serde_json::from_slice(&std::fs::read(&answer).unwrap()).unwrap();
-            for (joint, (after, before)) in ranges(&answer["path"]).iter().zip(&before).enumerate()
+            for (joint, (after, before)) in ranges(&answer["path"])
+                .iter()
+                .zip(&before)
+                .enumerate()
             {
                 let inside = before.0.min(-0.5) <= after.0 && after.1 <= before.1.max(0.5);
                 assert!(
@@ -468,7 +491,9 @@ fn hard_limits_refuse_whatever_soft_ones_are() {
         });
     }
     // Joints that are held, too: at 0 where that is between soft and hard limits.
-    let held = both.place.file("held.csv", "joint1,joint4\n0,-2\n0.1,-2\n");
+    let held = both
+        .place
+        .file("held.csv", "joint1,joint4\n0,-2\n0.1,-2\n");
     both.run(&["check", &held, "--robot", &robot], |run, said| {
         assert!(
             run.exit == 0 && warned(run, "joint6 is held at 0, outside its soft limits"),

@@ -118,13 +118,21 @@ fn a_frame_is_an_objects_whatever_text_says_it() {
     for name in ["f.json", "f_ref.json"] {
         case_of.meets_crate(&case(&format!("object-frames/{name}")), 0.079);
     }
-    assert_eq!(case_of.check(&case("object-frames/f_base.json")).exit, 0);
+    assert_eq!(
+        case_of
+            .check(&case("object-frames/f_base.json"))
+            .exit,
+        0
+    );
     let text = fs::read_to_string(case("object-frames/f.json")).unwrap();
     let whole: Value = serde_json::from_str(&text).unwrap();
     // The crate first, as YAML, below a sub-frame, in a problem, and by a table whose own pose is
     // not set.
     let mut turned = whole.clone();
-    turned["objects"].as_array_mut().unwrap().reverse();
+    turned["objects"]
+        .as_array_mut()
+        .unwrap()
+        .reverse();
     let mut on_lid = whole.clone();
     on_lid["objects"][0]["subframe_names"] = json!(["the lid"]);
     on_lid["objects"][0]["subframe_poses"] = json!([{ "position": [0, 0, 0.2] }]);
@@ -234,7 +242,9 @@ fn a_name_of_the_world_is_the_robots_to_say() {
         &case_of.check_text("taken.json", &taken.to_string()),
         &["\"tool\"", "elsewhere", "rename"],
     );
-    let named = in_frame("").to_string().replace("\"crate\"", "\"tool\"");
+    let named = in_frame("")
+        .to_string()
+        .replace("\"crate\"", "\"tool\"");
     let run = case_of.check_text("named.json", &named);
     assert!(
         run.exit == 1 && format!("{}{}", run.out, run.err).contains("has the name of a link"),
@@ -703,7 +713,13 @@ fn what_ros_prints_is_read_and_what_is_wrong_with_it_has_its_place() {
     ] {
         assert!(near.contains(old), "{old}");
         let run = case_of.check_text("echo.yaml", &near.replace(old, new));
-        is_refusal(&run, &parts.iter().map(String::as_str).collect::<Vec<_>>());
+        is_refusal(
+            &run,
+            &parts
+                .iter()
+                .map(String::as_str)
+                .collect::<Vec<_>>(),
+        );
     }
     let several = format!("{near}---\n{near}---\n");
     let second = near.lines().count() + 2;
@@ -778,13 +794,17 @@ fn a_message_says_what_links_carry() {
     let mut taken = object("tool");
     taken["object"]["primitives"] = json!([]);
     taken["object"]["primitive_poses"] = json!([]);
-    let text = diff(&message(taken.clone(), true)).unwrap_err().to_string();
+    let text = diff(&message(taken.clone(), true))
+        .unwrap_err()
+        .to_string();
     assert!(
         text.contains("\"ball\" is taken up where the robot then stands"),
         "{text}"
     );
     taken["object"]["operation"] = 1.into();
-    let text = diff(&message(taken, true)).unwrap_err().to_string();
+    let text = diff(&message(taken, true))
+        .unwrap_err()
+        .to_string();
     assert!(
         text.contains("\"ball\" is put down where the robot then stands"),
         "{text}"

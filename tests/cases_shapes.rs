@@ -249,7 +249,11 @@ impl Prism {
     }
 
     fn corners(&self) -> Vec<[f64; 3]> {
-        let at = |z: f64| self.outline.iter().map(move |[x, y]| [*x, *y, z]);
+        let at = |z: f64| {
+            self.outline
+                .iter()
+                .map(move |[x, y]| [*x, *y, z])
+        };
         at(0.0).chain(at(self.height)).collect()
     }
 
@@ -289,7 +293,10 @@ impl Prism {
         };
         format!(
             "solid prism\n{}endsolid prism\n",
-            self.triangles().iter().map(facet).collect::<String>()
+            self.triangles()
+                .iter()
+                .map(facet)
+                .collect::<String>()
         )
     }
 
@@ -322,7 +329,12 @@ impl Prism {
                 .fold("f".to_owned(), |line, i| format!("{line} {}", i + 1))
                 + "\n"
         };
-        vertices + &self.faces().iter().map(face).collect::<String>()
+        vertices
+            + &self
+                .faces()
+                .iter()
+                .map(face)
+                .collect::<String>()
     }
 
     /// In centimetres, turned a quarter about z and back by its node.
@@ -333,8 +345,15 @@ impl Prism {
             .map(|[x, y, z]| format!("{} {} {}", 100.0 * y, -100.0 * x, 100.0 * z))
             .collect();
         let faces = self.faces();
-        let counts: Vec<String> = faces.iter().map(|face| face.len().to_string()).collect();
-        let corners: Vec<String> = faces.iter().flatten().map(usize::to_string).collect();
+        let counts: Vec<String> = faces
+            .iter()
+            .map(|face| face.len().to_string())
+            .collect();
+        let corners: Vec<String> = faces
+            .iter()
+            .flatten()
+            .map(usize::to_string)
+            .collect();
         format!(
             r##"<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
 <asset><unit name="centimeter" meter="0.01"/><up_axis>Y_UP</up_axis></asset><library_geometries><geometry id="g"><mesh>

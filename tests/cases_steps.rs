@@ -271,7 +271,10 @@ fn a_joint_that_a_screw_follows_is_no_angle() {
         let length = lifted["length_after"].as_f64().unwrap();
         assert!((length - 0.5353).abs() < 2e-3, "{length}");
         assert!(
-            lifted["smallest_clearance"]["distance_m"].as_f64().unwrap() > 1e-3,
+            lifted["smallest_clearance"]["distance_m"]
+                .as_f64()
+                .unwrap()
+                > 1e-3,
             "{lifted}"
         );
     }
@@ -339,7 +342,9 @@ fn what_is_refused_says_that_it_was_read_as_unrolled() {
             .concat(),
         );
         let says = run.out.starts_with("COLLISION")
-            && run.out.contains("   read as unrolled, column j −1 turn   ");
+            && run
+                .out
+                .contains("   read as unrolled, column j −1 turn   ");
         assert!(run.exit == 1 && says, "{}", run.out);
     }
     drop(daemon);
@@ -394,7 +399,11 @@ fn only_numbers_that_were_proved_are_written_as_proved() {
     let mut before = proved.clone();
     before["certificate"]["checker_version"] = 2.into();
     let mut changed = proved.clone();
-    *changed["path"].as_array_mut().unwrap().last_mut().unwrap() = serde_json::json!([6.0, 0.0]);
+    *changed["path"]
+        .as_array_mut()
+        .unwrap()
+        .last_mut()
+        .unwrap() = serde_json::json!([6.0, 0.0]);
     for (result, part) in [
         (before, "by checker version 2"),
         (changed, "not the one that its certificate is about"),

@@ -180,7 +180,10 @@ fn a_long_path_that_ends_inside_of_something_is_refused_cheaply() {
     let shipped = common::problem("arm_shelf");
     let rows: Vec<Vec<f64>> = serde_json::from_value(shipped["path"].clone()).unwrap();
     let between = |a: &[f64], b: &[f64], t: f64| -> Vec<f64> {
-        a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect()
+        a.iter()
+            .zip(b)
+            .map(|(a, b)| a + t * (b - a))
+            .collect()
     };
     let steps = 998 / (rows.len() - 1);
     let mut path: Vec<Vec<f64>> = rows

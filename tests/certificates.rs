@@ -75,7 +75,9 @@ fn every_shipped_problem_and_its_shortened_path_is_verified() {
             );
             assert_eq!(
                 run.json()["segments"].as_u64(),
-                answer.json()["path"].as_array().map(|p| p.len() as u64 - 1)
+                answer.json()["path"]
+                    .as_array()
+                    .map(|p| p.len() as u64 - 1)
             );
         }
     }
@@ -107,7 +109,10 @@ fn certificates_of_an_earlier_build_are_verified() {
     // Checker version 1 knew no digest.
     let mut old = read(&data("arm_shelf.certificate.json"));
     old["checker_version"] = 1.into();
-    old.as_object_mut().unwrap().remove("digest").unwrap();
+    old.as_object_mut()
+        .unwrap()
+        .remove("digest")
+        .unwrap();
     let old = place.file("old.json", &old.to_string());
     assert_eq!(
         place
@@ -185,7 +190,10 @@ fn a_forged_certificate_is_refused_in_one_line_that_says_why() {
             run.out
         );
         assert!(
-            run.json()["reason"].as_str().unwrap().contains(reason),
+            run.json()["reason"]
+                .as_str()
+                .unwrap()
+                .contains(reason),
             "{what}: {}",
             run.out
         );
@@ -195,7 +203,11 @@ fn a_forged_certificate_is_refused_in_one_line_that_says_why() {
 type Change = fn(&mut Value);
 
 fn raised(certificate: &Value, by: f64) -> Value {
-    (certificate["segments"][3]["clearance_m"].as_f64().unwrap() + by).into()
+    (certificate["segments"][3]["clearance_m"]
+        .as_f64()
+        .unwrap()
+        + by)
+        .into()
 }
 
 fn old(certificate: &mut Value, change: impl FnOnce(&mut Value)) {

@@ -80,7 +80,8 @@ fn a_proved_path_exits_with_0_and_a_colliding_one_with_1_and_its_place() {
         let run = taut(&[&["check", line.as_str(), "--local"], source.as_slice()].concat());
         assert_eq!(run.exit, 1, "{}", run.err);
         assert!(
-            run.out.starts_with("COLLISION segment 1 of 1, t = 0.")
+            run.out
+                .starts_with("COLLISION segment 1 of 1, t = 0.")
                 && run.out.contains(" × shelf_middle, depth ")
         );
     }
@@ -416,7 +417,10 @@ fn a_bench_is_the_program_beside_or_one_line_says_how_to_get_it() {
         (67, "", 1)
     );
     assert!(
-        run.err.contains("taut-bench") && run.err.contains("`cargo install --path benches`"),
+        run.err.contains("taut-bench")
+            && run
+                .err
+                .contains("`cargo install --path benches`"),
         "{}",
         run.err
     );

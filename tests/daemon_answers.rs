@@ -100,7 +100,11 @@ fn check_and_watch_and_labels_go_through_the_daemon_too() {
     let watched = place.taut(&["shorten", &file, "--watch"]);
     assert_eq!(watched.exit, 0);
     assert!(
-        watched.err.lines().all(|line| line.contains("  length ")) && !watched.err.is_empty(),
+        watched
+            .err
+            .lines()
+            .all(|line| line.contains("  length "))
+            && !watched.err.is_empty(),
         "{}",
         watched.err
     );
@@ -138,18 +142,38 @@ fn check_and_watch_and_labels_go_through_the_daemon_too() {
         .replace("\"shelf_middle\"", "\"shelf_center\"");
     let other = place.folder.path().join("other.json");
     std::fs::write(&other, text.replace("../robots", &config("robots"))).unwrap();
-    assert_eq!(place.taut(&["check", other.to_str().unwrap()]).exit, 0);
-    assert!(place.taut(&["list"]).out.contains("scene arm_shelf@"));
+    assert_eq!(
+        place
+            .taut(&["check", other.to_str().unwrap()])
+            .exit,
+        0
+    );
+    assert!(
+        place
+            .taut(&["list"])
+            .out
+            .contains("scene arm_shelf@")
+    );
 }
 
 /// Columns of an answer's path.
 fn columns(answer: &Value, columns: &[&str]) -> Vec<Vec<f64>> {
     let names = answer["variables"].as_array().unwrap();
-    let index = |column: &&str| names.iter().position(|name| name == column).unwrap();
+    let index = |column: &&str| {
+        names
+            .iter()
+            .position(|name| name == column)
+            .unwrap()
+    };
     let indices: Vec<usize> = columns.iter().map(index).collect();
     let rows = answer["path"].as_array().unwrap().iter();
-    rows.map(|row| indices.iter().map(|&i| row[i].as_f64().unwrap()).collect())
-        .collect()
+    rows.map(|row| {
+        indices
+            .iter()
+            .map(|&i| row[i].as_f64().unwrap())
+            .collect()
+    })
+    .collect()
 }
 
 /// How far each row of some columns is from the one before, in all.
@@ -250,7 +274,10 @@ fn held_joints_stand_where_the_request_says_with_a_daemon_too() {
         .iter()
         .map(|name| name.as_str().unwrap())
         .collect();
-    let torso = names.iter().position(|name| *name == "torso_lift").unwrap();
+    let torso = names
+        .iter()
+        .position(|name| *name == "torso_lift")
+        .unwrap();
     let held = given["path"][0][torso].as_f64().unwrap();
     let row = |row: &Value| {
         let row = row
@@ -271,7 +298,11 @@ fn held_joints_stand_where_the_request_says_with_a_daemon_too() {
             .collect::<Vec<_>>()
             .join(","),
     ];
-    lines.extend(given["path"].as_array().unwrap()[..2].iter().map(row));
+    lines.extend(
+        given["path"].as_array().unwrap()[..2]
+            .iter()
+            .map(row),
+    );
     let path = place.file("held.csv", &lines.join("\n"));
     let urdf = config("robots/duo.urdf");
     for value in [held, 0.11] {

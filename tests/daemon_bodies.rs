@@ -81,7 +81,12 @@ fn the_daemon_sees_what_the_file_attaches_pads_and_forbids() {
             );
             assert!(run.out.contains(said), "{name}, local {local}: {}", run.out);
         }
-        assert!(place.taut(&["list"]).out.contains(&format!("scene {name}")));
+        assert!(
+            place
+                .taut(&["list"])
+                .out
+                .contains(&format!("scene {name}"))
+        );
     }
 }
 

@@ -126,7 +126,9 @@ fn collisions_have_their_place_and_their_exit() {
         let problem = config("problems/rooms.json");
         let arguments = ["check", &file, "--problem", &problem, "--format", "json"];
         let remote = served.place.taut(&arguments);
-        let local = served.place.taut(&[&arguments[..], &["--local"]].concat());
+        let local = served
+            .place
+            .taut(&[&arguments[..], &["--local"]].concat());
         assert_eq!((remote.exit, local.exit), (1, 1), "{}", remote.err);
         let mut remote = remote.json();
         let mut local = local.json();
@@ -183,7 +185,9 @@ fn wrong_numbers_are_an_invalid_state() {
 
     let mut problem = problem("rooms");
     problem["path"][1][0] = 1e6.into();
-    let text = problem.to_string().replace("../robots", &config("robots"));
+    let text = problem
+        .to_string()
+        .replace("../robots", &config("robots"));
     let file = served.place.file("far.json", &text);
     let run = served.place.taut(&["check", &file]);
     assert_eq!(run.exit, 65);
@@ -252,8 +256,20 @@ fn what_is_unknown_is_named_with_what_is_known() {
         label: "no_robot".to_owned(),
     };
     assert_eq!(served.control(&message).unwrap_err().0, Code::UnknownRobot);
-    assert_eq!(served.place.taut(&["describe", "no_robot"]).exit, 66);
-    assert_eq!(served.place.taut(&["unload-scene", "no_scene"]).exit, 66);
+    assert_eq!(
+        served
+            .place
+            .taut(&["describe", "no_robot"])
+            .exit,
+        66
+    );
+    assert_eq!(
+        served
+            .place
+            .taut(&["unload-scene", "no_scene"])
+            .exit,
+        66
+    );
 }
 
 #[test]
@@ -307,7 +323,11 @@ fn malformed_requests_name_the_valid_values() {
 #[test]
 fn what_is_too_large_is_refused_before_it_is_sent() {
     let served = Served::new("");
-    let error = served.client.request(1_000_000, 7).loan().unwrap_err();
+    let error = served
+        .client
+        .request(1_000_000, 7)
+        .loan()
+        .unwrap_err();
     assert_eq!(error.code(), Code::ResourceExhausted);
     let row = "[-4.2, -3.8]";
     let rows = vec![row; 150_000].join(",");
@@ -326,7 +346,10 @@ fn what_is_too_large_is_refused_before_it_is_sent() {
         base_dir: None,
         replace: false,
     };
-    let error = served.client.control(&message, PATIENCE).unwrap_err();
+    let error = served
+        .client
+        .control(&message, PATIENCE)
+        .unwrap_err();
     assert_eq!(error.code(), Code::ResourceExhausted);
 }
 
@@ -378,11 +401,26 @@ fn a_label_names_one_content() {
         run.err
     );
     assert_eq!(
-        load(&[&second, "--replace"]).out.split("  ").next(),
+        load(&[&second, "--replace"])
+            .out
+            .split("  ")
+            .next(),
         Some("scene cell v2")
     );
-    assert_eq!(served.place.taut(&["unload-scene", "cell"]).exit, 0);
-    assert!(!served.place.taut(&["list"]).out.contains("cell"));
+    assert_eq!(
+        served
+            .place
+            .taut(&["unload-scene", "cell"])
+            .exit,
+        0
+    );
+    assert!(
+        !served
+            .place
+            .taut(&["list"])
+            .out
+            .contains("cell")
+    );
 
     let urdf = config("robots/disc.urdf");
     let run = served
@@ -466,7 +504,9 @@ fn bad_files_are_told_with_their_place() {
             &format!("{name}.urdf"),
             &format!("<robot name=\"r\">{body}</robot>"),
         );
-        let run = served.place.taut(&["load-robot", name, "--urdf", &file]);
+        let run = served
+            .place
+            .taut(&["load-robot", name, "--urdf", &file]);
         assert_eq!(run.exit, 65, "{name}: {}{}", run.out, run.err);
         assert!(
             run.err.contains("INVALID_MODEL") && run.err.contains(part),
@@ -535,9 +575,19 @@ fn usage_and_a_missing_daemon_have_their_exits() {
         Client::connect(&place.instance),
         Err(ClientError::DaemonLost { .. })
     ));
-    assert_eq!(place.taut(&["serve", "--instance", "Not A Name"]).exit, 64);
+    assert_eq!(
+        place
+            .taut(&["serve", "--instance", "Not A Name"])
+            .exit,
+        64
+    );
     assert_eq!(place.taut(&["load-robot", "r"]).exit, 64);
-    assert_eq!(place.taut(&["serve", "--config", "/nowhere.toml"]).exit, 66);
+    assert_eq!(
+        place
+            .taut(&["serve", "--config", "/nowhere.toml"])
+            .exit,
+        66
+    );
     let config = place.file("bad.toml", "workers = 1\nworkres = 2\n");
     let run = place.taut(&["serve", "--config", &config]);
     assert_eq!(run.exit, 65);

@@ -155,7 +155,11 @@ fn cancelling_frees_the_worker_and_finishing_early_brings_the_best() {
             header.mode = Mode::Check.into()
         });
         assert_eq!(
-            loan.send().unwrap().wait(PATIENCE).unwrap().code(),
+            loan.send()
+                .unwrap()
+                .wait(PATIENCE)
+                .unwrap()
+                .code(),
             Code::Success
         );
         println!(
@@ -223,7 +227,11 @@ fn a_killed_client_harms_nobody() {
     let serves = || {
         let loan = arm.request(&witness, RequestBody::default(), |_| ());
         assert_eq!(
-            loan.send().unwrap().wait(PATIENCE).unwrap().code(),
+            loan.send()
+                .unwrap()
+                .wait(PATIENCE)
+                .unwrap()
+                .code(),
             Code::Success
         );
     };
@@ -243,7 +251,13 @@ fn a_killed_client_harms_nobody() {
             number(&witness, "requests_running") == 2.0
         });
         // It has something to show: asked to end before its input is proved, it would be PREEMPTED.
-        assert!(!pending.next(PATIENCE).unwrap().unwrap().is_final());
+        assert!(
+            !pending
+                .next(PATIENCE)
+                .unwrap()
+                .unwrap()
+                .is_final()
+        );
         victim.kill();
         let killed = Instant::now();
         // The victim's worker is free again.
@@ -293,7 +307,11 @@ fn clients_outlive_the_daemon() {
         daemon = Some(place.serve(""));
         let loan = arm.request(&client, RequestBody::default(), |_| ());
         assert_eq!(
-            loan.send().unwrap().wait(PATIENCE).unwrap().code(),
+            loan.send()
+                .unwrap()
+                .wait(PATIENCE)
+                .unwrap()
+                .code(),
             Code::Success
         );
         println!(
@@ -314,7 +332,13 @@ fn stopping_ends_running_requests_with_the_best_so_far_and_leaves_nothing() {
             .request(&client, RequestBody::default(), endless)
             .send()
             .unwrap();
-        assert!(!running.next(PATIENCE).unwrap().unwrap().is_final());
+        assert!(
+            !running
+                .next(PATIENCE)
+                .unwrap()
+                .unwrap()
+                .is_final()
+        );
         let waiting = arm
             .request(&client, RequestBody::default(), |_| ())
             .send()

@@ -32,10 +32,18 @@ fn demo(folder: &Path) -> Command {
 /// of it.
 fn left_behind(folder: &Path, demo_id: u32) -> Vec<String> {
     let tmp = folder.join("tmp");
-    let root = tmp.join(format!("taut-demo-{demo_id}")).join("run");
-    let prefix = Instance::new("demo", &root).unwrap().prefix().to_owned();
+    let root = tmp
+        .join(format!("taut-demo-{demo_id}"))
+        .join("run");
+    let prefix = Instance::new("demo", &root)
+        .unwrap()
+        .prefix()
+        .to_owned();
     let names = |folder: &Path| -> Vec<String> {
-        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        let entries = fs::read_dir(folder)
+            .into_iter()
+            .flatten()
+            .flatten();
         entries
             .map(|entry| entry.file_name().to_string_lossy().into_owned())
             .collect()
@@ -48,7 +56,9 @@ fn left_behind(folder: &Path, demo_id: u32) -> Vec<String> {
             fs::read(Path::new("/proc").join(process).join("environ")).unwrap_or_default();
         String::from_utf8_lossy(&environment).contains(root.to_str().unwrap())
     };
-    let processes = names(Path::new("/proc")).into_iter().filter(knows);
+    let processes = names(Path::new("/proc"))
+        .into_iter()
+        .filter(knows);
     names(&tmp)
         .into_iter()
         .chain(shared)

@@ -42,7 +42,9 @@ fn it_tells_a_daemon_that_is_well_from_what_is_left_of_one() {
         "{seen}"
     );
     until("everything is kept", || {
-        check(&place, "state").1.contains("7 robots and 7 scenes")
+        check(&place, "state")
+            .1
+            .contains("7 robots and 7 scenes")
     });
     let run = place.taut(&["doctor"]);
     assert_eq!((run.exit, run.out.lines().count()), (0, 8), "{}", run.out);

@@ -27,7 +27,12 @@ impl Folder {
     }
 
     fn at(&self, name: &str) -> String {
-        self.0.path().join(name).to_str().unwrap().to_owned()
+        self.0
+            .path()
+            .join(name)
+            .to_str()
+            .unwrap()
+            .to_owned()
     }
 
     fn write(&self, name: &str, text: &str) -> String {
@@ -127,7 +132,10 @@ fn numbers_of_any_size_keep_their_bits() {
     result["path_before"] = json!(rows);
     let path = taut::path::Path::from_rows(2, rows.concat()).unwrap();
     result["certificate"]["path_hash"] = json!(format!("{:016x}", path.hash()));
-    result.as_object_mut().unwrap().remove("corridor");
+    result
+        .as_object_mut()
+        .unwrap()
+        .remove("corridor");
     let result = folder.write("result.json", &result.to_string());
     let unbounded = |name: &str| taut::robot::Variable::within(name, f64::MIN, f64::MAX);
     for name in ["n.csv", "n.yaml", "n.json"] {
@@ -197,7 +205,13 @@ fn trajectories_are_read_in_every_dress() {
     let points = "points:\n- positions: [0.5, 1]\n  time_from_start: {secs: 0, nsecs: 0}\n\
                   - positions: [1.0e-1, -2]\n  velocities: []\n  effort: [1, 2]\n  time_from_start: 1.5\n";
     let bare = format!("joint_names: [y, x]\n{points}");
-    let indented = |by: &str| format!("{by}{}", bare.trim_end().replace('\n', &format!("\n{by}")));
+    let indented = |by: &str| {
+        format!(
+            "{by}{}",
+            bare.trim_end()
+                .replace('\n', &format!("\n{by}"))
+        )
+    };
     let dresses = [
         ("bare.yaml", bare.clone()),
         (
@@ -371,7 +385,10 @@ fn planning_scenes_and_requests_as_motion_bench_maker_writes_them() {
         "check", &allowed, "--local", "--robot", &robot, "--scene", &wrong,
     ]);
     assert!(
-        run.exit == 65 && run.err.contains("has 1 entries in the row of low, 2 names"),
+        run.exit == 65
+            && run
+                .err
+                .contains("has 1 entries in the row of low, 2 names"),
         "{}",
         run.err
     );
@@ -606,7 +623,9 @@ fn a_trajectory_is_inside_the_corridor_of_its_answer_or_not() {
     let result = read_json(&file);
     let corridor = &result["corridor"];
     let slack = |segment: usize| corridor["slack_m"][segment].as_f64().unwrap();
-    let reach = corridor["coordinates"][0]["reach_m"].as_f64().unwrap();
+    let reach = corridor["coordinates"][0]["reach_m"]
+        .as_f64()
+        .unwrap();
     let narrow = slack(0).min(slack(1)) / reach;
     assert!(narrow > 0.0, "{corridor}");
     let against = |file: &str, answer: &str| {
@@ -660,11 +679,17 @@ fn a_trajectory_is_inside_the_corridor_of_its_answer_or_not() {
         run.err
     );
     let mut without = result.clone();
-    without.as_object_mut().unwrap().remove("corridor");
+    without
+        .as_object_mut()
+        .unwrap()
+        .remove("corridor");
     let without = folder.write("without.json", &without.to_string());
     let run = against(&timed(&folder, &result, 0.0), &without);
     assert!(
-        run.exit == 65 && run.err.contains("the answer has no corridor; ask for it"),
+        run.exit == 65
+            && run
+                .err
+                .contains("the answer has no corridor; ask for it"),
         "{}",
         run.err
     );
@@ -735,14 +760,24 @@ fn parts_of_an_answer_are_written_alone() {
         0
     );
     let text = fs::read_to_string(&table).unwrap();
-    let first: Vec<&str> = text.lines().nth(2).unwrap().split(',').collect();
+    let first: Vec<&str> = text
+        .lines()
+        .nth(2)
+        .unwrap()
+        .split(',')
+        .collect();
     assert_eq!(
         first.len(),
-        2 + result["corridor"]["coordinates"].as_array().unwrap().len()
+        2 + result["corridor"]["coordinates"]
+            .as_array()
+            .unwrap()
+            .len()
     );
     assert_eq!(
         first[1].parse::<f64>().unwrap(),
-        result["corridor"]["slack_m"][0].as_f64().unwrap()
+        result["corridor"]["slack_m"][0]
+            .as_f64()
+            .unwrap()
     );
     assert_eq!(
         taut(&[
@@ -853,7 +888,13 @@ print(json.dumps(topics, sort_keys=True))
     let Some(python) = common::python::python(&["mcap==1.6.0"]) else {
         return;
     };
-    let run = Run::of(Command::new(python).arg(script).arg(file).output().unwrap());
+    let run = Run::of(
+        Command::new(python)
+            .arg(script)
+            .arg(file)
+            .output()
+            .unwrap(),
+    );
     assert_eq!(run.exit, 0, "{}", run.err);
     let topics = run.json();
     assert_eq!(topics["/transforms foxglove.FrameTransforms"], json!(301));

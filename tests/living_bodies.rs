@@ -149,7 +149,10 @@ impl Thing {
     fn on(self, link: &'static str, touches: &[&str]) -> Self {
         Self {
             carrier: Some(link),
-            touches: touches.iter().map(|name| (*name).to_owned()).collect(),
+            touches: touches
+                .iter()
+                .map(|name| (*name).to_owned())
+                .collect(),
             ..self
         }
     }
@@ -228,7 +231,9 @@ impl World {
     fn scene(&self) -> Scene {
         let mut scene = Scene::default();
         for thing in &self.things {
-            scene = scene.with([SceneChange::Add(thing.obstacle())]).unwrap();
+            scene = scene
+                .with([SceneChange::Add(thing.obstacle())])
+                .unwrap();
             if let Some(link) = thing.carrier {
                 let id = thing.name.clone();
                 let link_name = link.to_owned();
@@ -265,7 +270,9 @@ impl World {
                 name: name.into(),
                 padding,
             });
-        scene.with(allowed.chain(forbidden).chain(padded)).unwrap()
+        scene
+            .with(allowed.chain(forbidden).chain(padded))
+            .unwrap()
     }
 
     /// Links and objects.
@@ -294,7 +301,10 @@ impl World {
             .iter()
             .any(|&(x, y)| (x == a.name && y == b.name) || (x == b.name && y == a.name));
         let lets = |thing: &Thing, other: &Thing| {
-            !is_link(thing) && thing.carrier.is_some_and(|link| link == other.name)
+            !is_link(thing)
+                && thing
+                    .carrier
+                    .is_some_and(|link| link == other.name)
                 || thing.touches.contains(&other.name)
         };
         (a.carrier.is_none() && b.carrier.is_none())
@@ -307,10 +317,17 @@ impl World {
         let all = self.all();
         let mut least = (f64::INFINITY, [String::new(), String::new()]);
         for (i, a) in all.iter().enumerate() {
-            for b in all[i + 1..].iter().filter(|b| !self.may_touch(a, b)) {
+            for b in all[i + 1..]
+                .iter()
+                .filter(|b| !self.may_touch(a, b))
+            {
                 for sample in 0..=SAMPLES {
                     let t = sample as f64 / SAMPLES as f64;
-                    let q: Vec<f64> = from.iter().zip(to).map(|(x, y)| x + t * (y - x)).collect();
+                    let q: Vec<f64> = from
+                        .iter()
+                        .zip(to)
+                        .map(|(x, y)| x + t * (y - x))
+                        .collect();
                     let mut distance = distance(a, b, &q);
                     if a.carrier.is_none() || b.carrier.is_none() {
                         distance -= a.padding + b.padding;
@@ -386,7 +403,10 @@ fn agreed(world: &World, from: &[f64], to: &[f64]) -> bool {
 
 fn refused(world: &World, from: &[f64], to: &[f64]) -> [String; 2] {
     assert!(!agreed(world, from, to), "it should be refused");
-    let mut bodies = check(&model(world), from, to).refusal.unwrap().bodies;
+    let mut bodies = check(&model(world), from, to)
+        .refusal
+        .unwrap()
+        .bodies;
     bodies.sort();
     bodies
 }
@@ -431,7 +451,9 @@ fn touch_links_allow_a_finger_and_no_other_link() {
         Form::Brick(Vec3::splat(0.02), false),
     );
     assert!(agreed(
-        &World::of(&[held.clone().on("hand", &["finger_left", "finger_right"])]),
+        &World::of(&[held
+            .clone()
+            .on("hand", &["finger_left", "finger_right"])]),
         &FROM,
         &TO
     ));
@@ -549,7 +571,9 @@ fn pairs_are_allowed_and_forbidden_one_by_one() {
         .scene()
         .with([SceneChange::Allow("post".into(), "rod".into())])
         .unwrap();
-    let model = model(&world).with_scene(Arc::new(scene)).unwrap();
+    let model = model(&world)
+        .with_scene(Arc::new(scene))
+        .unwrap();
     assert!(check(&model, &FROM, &TO).proved);
 }
 
@@ -572,7 +596,12 @@ fn an_object_is_taken_up_and_put_down_where_it_is() {
     assert!(model.scene().obstacles().is_empty());
     let hanging = frame("hand", &taken).inverse() * at(0.5, 0.13, 0.02);
     assert!(
-        (model.scene().attached()[0].object.pose.translation - hanging.translation).length()
+        (model.scene().attached()[0]
+            .object
+            .pose
+            .translation
+            - hanging.translation)
+            .length()
             < 1e-12
     );
     kinematics.update(&robot, &put, &[]);
@@ -676,7 +705,9 @@ fn random(rng: &mut Rng) -> World {
     world.allowed = vec![pairs(), pairs()];
     world.forbidden = vec![pairs()];
     let forbidden = world.forbidden.clone();
-    world.allowed.retain(|(a, b)| !has(&forbidden, a, b));
+    world
+        .allowed
+        .retain(|(a, b)| !has(&forbidden, a, b));
     if rng.bool() {
         world.padding = vec![("hand", uniform(rng, 0.0, 0.04)), ("finger_left", 0.01)];
     }

@@ -34,14 +34,19 @@ fn path() -> (Vec<String>, Vec<f64>) {
         .flat_map(|row| row.as_array().unwrap());
     (
         names.collect(),
-        rows.map(|number| number.as_f64().unwrap()).collect(),
+        rows.map(|number| number.as_f64().unwrap())
+            .collect(),
     )
 }
 
 fn load(planner: &Planner, columns: &[String]) {
-    planner.load_robot("arm", &source(columns), true).unwrap();
+    planner
+        .load_robot("arm", &source(columns), true)
+        .unwrap();
     let text = taut::files::scene_text(config("problems/arm_shelf.json").as_ref()).unwrap();
-    planner.load_scene("shelf", &text, None, true).unwrap();
+    planner
+        .load_scene("shelf", &text, None, true)
+        .unwrap();
 }
 
 fn shortened(planner: &Planner, request: &Request, path: &[f64]) -> Best {
@@ -88,7 +93,9 @@ fn this_process_answers_as_the_daemon_does() {
             .result(PATIENCE)
             .unwrap_err();
         assert!(
-            refused.place().is_some_and(|place| place.segment == 0),
+            refused
+                .place()
+                .is_some_and(|place| place.segment == 0),
             "{refused}"
         );
         let changed = planner
@@ -150,6 +157,10 @@ fn columns_keep_their_names_when_the_robot_changes_under_its_label() {
     assert_eq!((&*before.rows(), &*after.rows()), (&*path, &*path));
     assert_eq!(
         after.path()[..7],
-        path[..7].iter().rev().copied().collect::<Vec<_>>()[..]
+        path[..7]
+            .iter()
+            .rev()
+            .copied()
+            .collect::<Vec<_>>()[..]
     );
 }

@@ -34,7 +34,11 @@ fn cuboid(size: Vec3, at: Vec3) -> PlacedShape {
 
 fn model(robot: RobotDescription, obstacles: Vec<PlacedShape>) -> CollisionModel {
     let named = |(i, shape)| Obstacle::new(format!("obstacle{i}"), vec![shape]);
-    let obstacles = obstacles.into_iter().enumerate().map(named).collect();
+    let obstacles = obstacles
+        .into_iter()
+        .enumerate()
+        .map(named)
+        .collect();
     let scene = Scene::new("scene", obstacles, Vec::new(), Vec::new()).unwrap();
     CollisionModel::new(Arc::new(RobotModel::new(robot).unwrap()), Arc::new(scene)).unwrap()
 }
@@ -388,7 +392,11 @@ fn a_floating_body_goes_round_what_is_in_its_way() {
                 .all(|contact| contact.bodies == ["body", "obstacle0"])
         );
         for waypoint in outcome.path.waypoints() {
-            let norm = waypoint[3..].iter().map(|x| x * x).sum::<f64>().sqrt();
+            let norm = waypoint[3..]
+                .iter()
+                .map(|x| x * x)
+                .sum::<f64>()
+                .sqrt();
             assert!((norm - 1.0).abs() < 1e-12, "a quaternion of norm {norm}");
         }
     }
@@ -423,7 +431,10 @@ fn a_planar_base_keeps_what_may_not_move_and_what_is_fixed() {
         };
         let outcome = shorten(&model, &given, &fixed);
         assert!(
-            outcome.path.waypoints().any(|row| row == given.waypoint(2)),
+            outcome
+                .path
+                .waypoints()
+                .any(|row| row == given.waypoint(2)),
             "{mode:?}: the fixed waypoint is gone"
         );
 

@@ -137,7 +137,12 @@ fn the_commands_run_as_they_stand() {
 /// What `taut COMMAND --help` prints; nothing where there is no such command.
 fn help(command: &[String]) -> Option<String> {
     let mut taut = Command::new(env!("CARGO_BIN_EXE_taut"));
-    let run = Run::of(taut.args(&command[1..]).arg("--help").output().unwrap());
+    let run = Run::of(
+        taut.args(&command[1..])
+            .arg("--help")
+            .output()
+            .unwrap(),
+    );
     (run.exit == 0).then_some(run.out)
 }
 
@@ -148,9 +153,11 @@ impl Helps {
     fn of_all_commands() -> Self {
         let taut = vec!["taut".to_owned()];
         let whole = help(&taut).unwrap();
-        let names = whole
-            .lines()
-            .filter_map(|line| line.strip_prefix("  ")?.split_whitespace().next());
+        let names = whole.lines().filter_map(|line| {
+            line.strip_prefix("  ")?
+                .split_whitespace()
+                .next()
+        });
         let mut helps = Self(BTreeMap::new());
         for name in names.filter(|name| !["bench", "help"].contains(name)) {
             helps.get(&[taut.clone(), vec![name.to_owned()]].concat());
@@ -174,24 +181,35 @@ impl Helps {
             text,
         } = mention;
         let unknown = if command.is_empty() {
-            options.iter().find(|option| !self.any_takes(option))
+            options
+                .iter()
+                .find(|option| !self.any_takes(option))
         } else {
             let Some(help) = self.get(command) else {
                 return Some(format!("`{text}`: there is no {}", command.join(" ")));
             };
-            options.iter().find(|option| !takes(help, option))
+            options
+                .iter()
+                .find(|option| !takes(help, option))
         };
         unknown.map(|option| format!("`{text}`: no {option}"))
     }
 
     fn any_takes(&self, option: &str) -> bool {
-        self.0.values().flatten().any(|help| takes(help, option))
+        self.0
+            .values()
+            .flatten()
+            .any(|help| takes(help, option))
     }
 }
 
 /// What `taut-bench` takes is looked at beside it, in `benches/tests`.
 fn is_of_taut(mention: &Mention) -> bool {
-    let words: Vec<&str> = mention.command.iter().map(String::as_str).collect();
+    let words: Vec<&str> = mention
+        .command
+        .iter()
+        .map(String::as_str)
+        .collect();
     !matches!(words[..], ["taut-bench", ..] | ["taut", "bench", ..])
 }
 
@@ -203,7 +221,11 @@ fn every_command_and_option_that_a_page_names_is_there() {
     let mut wrong = Vec::new();
     let mut named = 0;
     for page in pages_of_users(root()).iter().chain(&more) {
-        for mention in page.mentions().iter().filter(|mention| is_of_taut(mention)) {
+        for mention in page
+            .mentions()
+            .iter()
+            .filter(|mention| is_of_taut(mention))
+        {
             named += mention.options.len();
             let objection = helps.objection(mention);
             wrong.extend(objection.map(|text| format!("{}: {text}", page.file.display())));
@@ -219,7 +241,10 @@ fn every_link_leads_somewhere_and_readme_leads_to_every_page() {
     let more = MORE_PAGES.map(|name| Page::read(root().join(name)));
     let mut wrong = Vec::new();
     for page in users.iter().chain(&more) {
-        let broken = page.links().into_iter().filter(|link| !link.exists());
+        let broken = page
+            .links()
+            .into_iter()
+            .filter(|link| !link.exists());
         wrong.extend(broken.map(|link| format!("{}: {}", page.file.display(), link.display())));
     }
     assert!(
@@ -254,7 +279,9 @@ fn rows(page: &Page) -> Vec<Vec<&str>> {
         .text
         .lines()
         .filter_map(|line| line.strip_prefix("| ")?.strip_suffix(" |"));
-    lines.map(|line| line.split(" | ").collect()).collect()
+    lines
+        .map(|line| line.split(" | ").collect())
+        .collect()
 }
 
 #[test]
@@ -273,7 +300,11 @@ fn figures_of_readme_are_those_of_their_page() {
     assert!(!measured.is_empty(), "README.md has no table of figures");
     for row in measured {
         let is_there = known.iter().any(|there| {
-            there[0].starts_with(row[0]) && row.iter().skip(1).all(|cell| there.contains(cell))
+            there[0].starts_with(row[0])
+                && row
+                    .iter()
+                    .skip(1)
+                    .all(|cell| there.contains(cell))
         });
         assert!(is_there, "docs/figures.md has no such row: {row:?}");
     }

@@ -70,7 +70,12 @@ fn load(place: &Place, waypoints: usize, change: fn(&mut RequestHeader)) {
 fn a_recorded_load_run_with_scenes_that_change_is_replayed_bit_by_bit() {
     let place = Place::new();
     let _daemon = place.serve("workers = 2");
-    let file = place.folder.path().join("run.taut").display().to_string();
+    let file = place
+        .folder
+        .path()
+        .join("run.taut")
+        .display()
+        .to_string();
     let recording = record(&place, &file);
     load(&place, 0, |header| {
         header.deadline_ns = deadline_after(Duration::from_millis(3));
@@ -153,7 +158,12 @@ fn a_crash_in_a_bundle_is_told_apart_from_an_answer() {
         .unwrap();
     assert_eq!(bad.code(), Code::Crash);
     let bundle = |id: u64, name: &str| {
-        let file = place.folder.path().join(name).display().to_string();
+        let file = place
+            .folder
+            .path()
+            .join(name)
+            .display()
+            .to_string();
         let run = place.taut(&["why", &format!("{id:016x}"), "--bundle", &file]);
         assert_eq!(run.exit, 0, "{}", run.err);
         assert!(
@@ -171,7 +181,9 @@ fn a_crash_in_a_bundle_is_told_apart_from_an_answer() {
     );
     // Nothing is injected where it is computed again.
     let (report, _) = replay(&place, &bundle(bad.header().request_id, "bad.taut"), 1);
-    let verdict = report["answers"][0]["verdict"].as_str().unwrap();
+    let verdict = report["answers"][0]["verdict"]
+        .as_str()
+        .unwrap();
     assert_eq!(verdict, "code was CRASH, is SUCCESS");
     let run = place.taut(&["replay", &bundle(good.header().request_id, "good.taut")]);
     assert!(
@@ -185,7 +197,12 @@ fn a_crash_in_a_bundle_is_told_apart_from_an_answer() {
 fn a_recording_ends_with_its_process_or_says_why_it_cannot_begin() {
     let place = Place::new();
     let _daemon = place.serve("workers = 1");
-    let file = place.folder.path().join("run.taut").display().to_string();
+    let file = place
+        .folder
+        .path()
+        .join("run.taut")
+        .display()
+        .to_string();
     let mut recording = record(&place, &file);
     let second = place.taut(&["record", "-o", "other.taut", "--for", "100ms"]);
     assert_eq!(
@@ -223,7 +240,9 @@ fn a_recording_ends_with_its_process_or_says_why_it_cannot_begin() {
     let nowhere = place.taut(&["record", "-o", "/nowhere/run.taut", "--for", "100ms"]);
     assert_eq!(nowhere.exit, 66, "{}", nowhere.err);
     assert!(
-        nowhere.err.contains("/nowhere/run.taut: No such file"),
+        nowhere
+            .err
+            .contains("/nowhere/run.taut: No such file"),
         "{}",
         nowhere.err
     );

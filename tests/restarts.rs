@@ -33,7 +33,11 @@ impl Served {
         let messages = place.file("messages", "");
         let err = fs::File::create(&messages).unwrap();
         let mut command = place.command(&[&["serve"], arguments].concat());
-        let child: Child = command.stdout(Stdio::null()).stderr(err).spawn().unwrap();
+        let child: Child = command
+            .stdout(Stdio::null())
+            .stderr(err)
+            .spawn()
+            .unwrap();
         let served = Self {
             child: Daemon(child),
             messages,
@@ -173,7 +177,9 @@ fn a_supervisor_gives_up_restarts_what_hangs_and_takes_its_daemon_along() {
         pid(&place).is_some_and(|pid| pid != first)
     });
     assert!(
-        served.messages().contains("died of giving no sign of life"),
+        served
+            .messages()
+            .contains("died of giving no sign of life"),
         "{}",
         served.messages()
     );

@@ -237,7 +237,9 @@ fn wrong_diffs_change_nothing_and_have_their_codes() {
             "vase",
         ),
     ] {
-        let (found, message) = live.diff("arm_shelf", fields.clone()).unwrap_err();
+        let (found, message) = live
+            .diff("arm_shelf", fields.clone())
+            .unwrap_err();
         assert_eq!(found, code, "{fields}: {message}");
         assert!(
             message.contains(part) && !message.contains('\n'),
@@ -340,7 +342,11 @@ fn memory_of(pid: u32) -> u64 {
         .lines()
         .find_map(|line| line.strip_prefix("RssAnon:"))
         .unwrap();
-    line.trim().trim_end_matches(" kB").parse::<u64>().unwrap() * 1024
+    line.trim()
+        .trim_end_matches(" kB")
+        .parse::<u64>()
+        .unwrap()
+        * 1024
 }
 
 #[test]
@@ -411,7 +417,12 @@ fn pinned_versions_stay_and_keep_their_scene() {
         live.pin("rooms", 7, false).unwrap_err().0,
         Code::VersionConflict
     );
-    assert!(live.pin("rooms", 1, false).unwrap().pinned.is_empty());
+    assert!(
+        live.pin("rooms", 1, false)
+            .unwrap()
+            .pinned
+            .is_empty()
+    );
     assert!(live.text("rooms", 1, 0).is_err());
     assert_eq!(live.control(&unload), Ok(ControlReply::Done));
     // The label goes on counting: a version never names two contents.
@@ -486,7 +497,10 @@ fn watch(client: &Client, rooms: &Models) -> Pending {
 }
 
 fn next(pending: &mut Pending) -> Response {
-    pending.next(PATIENCE).unwrap().expect("the watch goes on")
+    pending
+        .next(PATIENCE)
+        .unwrap()
+        .expect("the watch goes on")
 }
 
 #[test]
@@ -518,7 +532,9 @@ fn a_watched_path_is_told_when_a_change_makes_it_unsafe_and_where() {
         json!({ "objects": [ball("box", 0.05, [9.0, 9.0, 0.0])] }),
     )
     .unwrap();
-    let unsafe_in = live.diff("rooms", moved("box", [x, y, 0.0])).unwrap();
+    let unsafe_in = live
+        .diff("rooms", moved("box", [x, y, 0.0]))
+        .unwrap();
     let told = next(&mut watched);
     assert_eq!(
         (told.code(), told.is_final()),
@@ -558,8 +574,11 @@ fn a_watched_path_is_told_when_a_change_makes_it_unsafe_and_where() {
     drop((first, told));
 
     // Still unsafe: nothing is told. Safe again: told.
-    live.diff("rooms", moved("box", [x, y, 0.01])).unwrap();
-    let safe_in = live.diff("rooms", moved("box", [9.0, 9.0, 0.0])).unwrap();
+    live.diff("rooms", moved("box", [x, y, 0.01]))
+        .unwrap();
+    let safe_in = live
+        .diff("rooms", moved("box", [9.0, 9.0, 0.0]))
+        .unwrap();
     let again = next(&mut watched);
     assert_eq!(
         (again.code(), again.header().scene_version),
@@ -733,7 +752,12 @@ fn a_change_to_a_scene_does_not_wait_until_a_robot_is_read() {
             let loan = rooms.request(&live.client, RequestBody::default(), |header| {
                 header.robot_id = label_id("slow")
             });
-            loan.send().unwrap().wait(PATIENCE).unwrap().code() == Code::Loading
+            loan.send()
+                .unwrap()
+                .wait(PATIENCE)
+                .unwrap()
+                .code()
+                == Code::Loading
         });
         live.diff("rooms", moved("pillar_a", [0.0, 0.0, 0.1]))
             .unwrap();
@@ -751,7 +775,10 @@ fn a_change_to_a_scene_does_not_wait_until_a_robot_is_read() {
 #[test]
 fn the_command_line_lists_shows_compares_and_changes_scenes() {
     let live = Live::new();
-    let scene = |arguments: &[&str]| live.place.taut(&[&["scene"], arguments].concat());
+    let scene = |arguments: &[&str]| {
+        live.place
+            .taut(&[&["scene"], arguments].concat())
+    };
     let said = |arguments: &[&str], parts: &[&str]| {
         let run = scene(arguments);
         assert_eq!(run.exit, 0, "{arguments:?}: {}", run.err);
@@ -839,7 +866,9 @@ fn the_command_line_lists_shows_compares_and_changes_scenes() {
 
     // A diff that a version's difference says, with a mesh that is read beside it.
     let difference = scene(&["diff", "arm_shelf", "v5", "v1", "--format", "json"]).json();
-    let back = live.place.file("back.json", &difference.to_string());
+    let back = live
+        .place
+        .file("back.json", &difference.to_string());
     let run = scene(&["apply", "arm_shelf", &back, "--base", "v4"]);
     assert_eq!(run.exit, 66, "{}", run.out);
     assert!(
@@ -942,6 +971,8 @@ fn the_command_line_prints_changes_as_they_happen() {
     );
     assert_eq!(
         lines[1]["version"].as_u64(),
-        lines[0]["version"].as_u64().map(|version| version + 1)
+        lines[0]["version"]
+            .as_u64()
+            .map(|version| version + 1)
     );
 }

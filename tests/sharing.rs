@@ -84,7 +84,13 @@ fn a_paused_job_ends_when_its_client_says_so() {
     let arm = Models::of(&client, "arm_shelf");
     let mut paused = send(&arm, &greedy, patient);
     // It has something to show: asked to end before its input is proved, it would be PREEMPTED.
-    assert!(!paused.next(PATIENCE).unwrap().unwrap().is_final());
+    assert!(
+        !paused
+            .next(PATIENCE)
+            .unwrap()
+            .unwrap()
+            .is_final()
+    );
     // Of a higher class: the first one gets no slot while this one runs.
     let running = send(&arm, &client, endless);
     until("it has made room", || {
@@ -112,7 +118,9 @@ fn quotas_hold_for_each_client_alone() {
     let client = place.client();
     let arm = Models::of(&client, "arm_shelf");
     let running = send(&arm, &greedy, patient);
-    let refused = send(&arm, &greedy, |_| ()).wait(PATIENCE).unwrap();
+    let refused = send(&arm, &greedy, |_| ())
+        .wait(PATIENCE)
+        .unwrap();
     assert_eq!(refused.code(), Code::Quota);
     assert!(
         refused.header().retry_after_ms > 0 && refused.message().contains("in flight"),
@@ -124,7 +132,9 @@ fn quotas_hold_for_each_client_alone() {
     std::thread::sleep(std::time::Duration::from_millis(1500));
     running.finish_early();
     running.wait(PATIENCE).unwrap();
-    let refused = send(&arm, &greedy, |_| ()).wait(PATIENCE).unwrap();
+    let refused = send(&arm, &greedy, |_| ())
+        .wait(PATIENCE)
+        .unwrap();
     assert_eq!(refused.code(), Code::Quota, "{}", refused.message());
     assert!(refused.message().contains("50 %"), "{}", refused.message());
     std::thread::sleep(std::time::Duration::from_millis(
@@ -172,7 +182,9 @@ fn top_and_why_tell_who_had_what() {
         .unwrap();
     assert_eq!(refused.code(), Code::UnknownScene);
 
-    let view = place.taut(&["top", "--once", "--format", "json"]).json();
+    let view = place
+        .taut(&["top", "--once", "--format", "json"])
+        .json();
     let own = &view["clients"][0];
     assert_eq!(
         (own["pid"].as_u64(), own["served"].as_u64()),

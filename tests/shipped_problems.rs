@@ -176,18 +176,29 @@ fn the_gains_of_the_stages_are_the_gain() {
         for mode in Mode::ALL {
             let (_, outcome) = shorten(name, mode);
             let gain = outcome.length_before - outcome.length_after;
-            let sum = outcome.stages.iter().map(|share| share.gain).sum::<f64>();
+            let sum = outcome
+                .stages
+                .iter()
+                .map(|share| share.gain)
+                .sum::<f64>();
             assert!(
                 (gain - sum).abs() < 1e-9 * outcome.length_before,
                 "{name}, {}: {gain} or {sum}",
                 mode.name()
             );
             assert!(
-                outcome.stages.iter().all(|share| share.gain >= 0.0),
+                outcome
+                    .stages
+                    .iter()
+                    .all(|share| share.gain >= 0.0),
                 "{name}: {:?}",
                 outcome.stages
             );
-            let iterations: u64 = outcome.stages.iter().map(|share| share.iterations).sum();
+            let iterations: u64 = outcome
+                .stages
+                .iter()
+                .map(|share| share.iterations)
+                .sum();
             assert!(
                 iterations <= outcome.iterations,
                 "{name}: {iterations} of {}",

@@ -20,7 +20,12 @@ use taut_ipc::wire::RequestBody;
 /// are out of reach.
 fn page_folder() -> Option<&'static Path> {
     static FOLDER: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    available(FOLDER.get_or_init(installed).as_ref().map(PathBuf::as_path))
+    available(
+        FOLDER
+            .get_or_init(installed)
+            .as_ref()
+            .map(PathBuf::as_path),
+    )
 }
 
 fn chromium() -> Option<&'static str> {
@@ -29,7 +34,9 @@ fn chromium() -> Option<&'static str> {
         "/usr/bin/chromium-browser",
         "/usr/bin/google-chrome",
     ];
-    let found = names.into_iter().find(|name| Path::new(name).is_file());
+    let found = names
+        .into_iter()
+        .find(|name| Path::new(name).is_file());
     available(found.ok_or(&format!(
         "no Chromium at {}; install Debian's package chromium",
         names.join(", ")
@@ -58,7 +65,10 @@ fn installed() -> Result<PathBuf, String> {
     let to = copy.join("src/view/page");
     for folder in ["", "src", "test"] {
         fs::create_dir_all(to.join(folder)).unwrap();
-        for entry in fs::read_dir(from.join(folder)).unwrap().map(Result::unwrap) {
+        for entry in fs::read_dir(from.join(folder))
+            .unwrap()
+            .map(Result::unwrap)
+        {
             if entry.file_type().unwrap().is_file() {
                 fs::copy(entry.path(), to.join(folder).join(entry.file_name())).unwrap();
             }
@@ -160,7 +170,12 @@ fn page_of(place: &Place, arguments: &[&str]) -> (ResultFile, String) {
 
 fn robot_of(result: &ResultFile) -> RobotModel {
     let files = result.subject.robot.files.as_ref().unwrap();
-    RobotModel::new(Reader::new(Packages::default()).robot_of(files).unwrap()).unwrap()
+    RobotModel::new(
+        Reader::new(Packages::default())
+            .robot_of(files)
+            .unwrap(),
+    )
+    .unwrap()
 }
 
 /// A matrix of the page, column by column, as a pose.
@@ -185,7 +200,11 @@ fn differs(matrix: &Value, pose: &Pose) -> f64 {
 /// answer.
 fn stands_right(found: &Value, result: &ResultFile) {
     let robot = robot_of(result);
-    let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
+    let held: Vec<f64> = robot
+        .held()
+        .iter()
+        .map(|held| held.default)
+        .collect();
     let mut kinematics = Kinematics::default();
     let at = found["at"].as_array().unwrap();
     assert_eq!(at.len(), result.path.len());
@@ -219,7 +238,9 @@ fn stands_right(found: &Value, result: &ResultFile) {
         } else {
             &result.path
         };
-        let link = robot.link_index(trace["tip"].as_str().unwrap()).unwrap();
+        let link = robot
+            .link_index(trace["tip"].as_str().unwrap())
+            .unwrap();
         let waypoints = trace["waypoints"].as_array().unwrap();
         assert_eq!(waypoints.len(), rows.len(), "{trace}");
         for (waypoint, row) in waypoints.iter().zip(rows) {
@@ -274,9 +295,9 @@ fn an_answer_is_drawn_as_it_is() {
         );
         let traces = found["traces"].as_array().unwrap();
         assert!(
-            ["before", "after"]
+            ["before", "after"].iter().all(|kind| traces
                 .iter()
-                .all(|kind| traces.iter().any(|trace| trace["kind"] == *kind)),
+                .any(|trace| trace["kind"] == *kind)),
             "{name}"
         );
         let drawn = found["contacts"].as_array().map(Vec::len);
@@ -285,7 +306,10 @@ fn an_answer_is_drawn_as_it_is() {
             "{name}: {drawn:?} contacts"
         );
         assert!(
-            found["verdict"].as_str().unwrap().starts_with("Proved"),
+            found["verdict"]
+                .as_str()
+                .unwrap()
+                .starts_with("Proved"),
             "{}",
             found["verdict"]
         );
@@ -343,7 +367,10 @@ fn a_refusal_shows_where_and_what_collides() {
         "{marked}"
     );
     assert!(
-        found["verdict"].as_str().unwrap().starts_with("COLLISION"),
+        found["verdict"]
+            .as_str()
+            .unwrap()
+            .starts_with("COLLISION"),
         "{}",
         found["verdict"]
     );
@@ -362,7 +389,10 @@ fn the_daemons_page_shows_what_runs_and_each_answer() {
     let place = Place::new();
     let _daemon = place.serve("workers = 2\nhttp = \"127.0.0.1:0\"");
     let said = place.said("page at ");
-    let url = said.trim_start_matches("page at ").trim().to_owned();
+    let url = said
+        .trim_start_matches("page at ")
+        .trim()
+        .to_owned();
     let client = place.client();
     let corner = Models::of(&client, "corner");
     let running = corner
@@ -410,8 +440,13 @@ fn the_daemons_page_answers_to_its_own_names_only() {
         .trim()
         .to_owned();
     assert!(get(&url, "", None).contains("data-kind=\"live\""));
-    let state: Value =
-        serde_json::from_str(get(&url, "state", None).split("\r\n\r\n").nth(1).unwrap()).unwrap();
+    let state: Value = serde_json::from_str(
+        get(&url, "state", None)
+            .split("\r\n\r\n")
+            .nth(1)
+            .unwrap(),
+    )
+    .unwrap();
     assert_eq!(
         (&state["running"], &state["answers"]),
         (&serde_json::json!([]), &serde_json::json!([]))
@@ -429,7 +464,9 @@ fn the_daemons_page_answers_to_its_own_names_only() {
 /// What an address answers, with its head, asked by this `Host` or its own.
 fn get(url: &str, path: &str, host: Option<&str>) -> String {
     use std::io::{Read, Write};
-    let address = url.trim_start_matches("http://").trim_end_matches('/');
+    let address = url
+        .trim_start_matches("http://")
+        .trim_end_matches('/');
     let mut stream = std::net::TcpStream::connect(address).unwrap();
     let host = host.unwrap_or(address);
     write!(

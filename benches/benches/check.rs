@@ -67,7 +67,11 @@ impl Case {
             panic!("every path of these benchmarks is free");
         };
         (
-            proved.proofs().iter().map(|proof| proof.intervals).sum(),
+            proved
+                .proofs()
+                .iter()
+                .map(|proof| proof.intervals)
+                .sum(),
             validator.queries(),
         )
     }
@@ -99,7 +103,15 @@ fn shipped(name: &str) -> Case {
     let robot = Arc::new(problem.model().expect("the robot is shipped"));
     let path = problem.path.clone();
     Case {
-        model: model(&robot, problem.scene.obstacles().iter().cloned().collect()),
+        model: model(
+            &robot,
+            problem
+                .scene
+                .obstacles()
+                .iter()
+                .cloned()
+                .collect(),
+        ),
         path,
         clearance: CLEARANCE_M,
     }
@@ -125,7 +137,11 @@ fn wander(name: &str, waypoints: usize, clearance: f64) -> Case {
         let step = |(value, variable): (&f64, &taut::robot::Variable)| {
             (value + (random.f64() - 0.5) * 0.6).clamp(variable.lower, variable.upper)
         };
-        let to: Vec<f64> = from.iter().zip(robot.variables()).map(step).collect();
+        let to: Vec<f64> = from
+            .iter()
+            .zip(robot.variables())
+            .map(step)
+            .collect();
         if case
             .validator(&mut scratch)
             .proves(&from, &to, &mut || false)
@@ -149,7 +165,13 @@ fn among(
     let mut random = fastrand::Rng::with_seed(11);
     let mut scratch = Scratch::default();
     let robot = case.model.robot().clone();
-    let old: Vec<_> = case.model.scene().obstacles().iter().cloned().collect();
+    let old: Vec<_> = case
+        .model
+        .scene()
+        .obstacles()
+        .iter()
+        .cloned()
+        .collect();
     let mut kept = old.clone();
     let mut tried = 0;
     while kept.len() < old.len() + count {

@@ -65,7 +65,9 @@ fn move_any(random: &mut fastrand::Rng, count: usize) -> SceneChange {
 }
 
 fn changed(scene: &Scene, changes: impl IntoIterator<Item = SceneChange>) -> Scene {
-    scene.with(changes).expect("the objects are there")
+    scene
+        .with(changes)
+        .expect("the objects are there")
 }
 
 fn robot() -> Arc<RobotModel> {

@@ -83,8 +83,13 @@ impl Case {
     fn random(waypoints: usize, joints: usize, rows: usize, push: f64) -> Self {
         let mut random = fastrand::Rng::with_seed(7);
         let space = lines(joints);
-        let metric = Metric::new(&space, (0..joints).map(|_| 0.5 + random.f64()).collect())
-            .expect("positive weights");
+        let metric = Metric::new(
+            &space,
+            (0..joints)
+                .map(|_| 0.5 + random.f64())
+                .collect(),
+        )
+        .expect("positive weights");
         let mut path = vec![0.0; joints];
         for place in joints..waypoints * joints {
             path.push(path[place - joints] + random.f64() - 0.4);
@@ -106,7 +111,9 @@ impl Case {
         memory.set.step(&cost, &mut memory.step);
         for _ in 0..rows {
             let segment = random.usize(1..waypoints - 2);
-            let jacobian: Vec<f64> = (0..joints).map(|_| random.f64() - 0.5).collect();
+            let jacobian: Vec<f64> = (0..joints)
+                .map(|_| random.f64() - 0.5)
+                .collect();
             let row = Row {
                 segment,
                 ratio: random.f64(),
@@ -115,7 +122,8 @@ impl Case {
             };
             let right_hand_side = row.of_step(&memory.step) + push * (random.f64() + 0.1);
             let ratio = row.ratio;
-            case.rows.push((segment, ratio, jacobian, right_hand_side));
+            case.rows
+                .push((segment, ratio, jacobian, right_hand_side));
         }
         case
     }
@@ -243,7 +251,11 @@ fn rows_warm(bencher: Bencher, count: usize) {
     let case = wide(count);
     let mut memory = case.memory();
     case.iterate(&mut memory);
-    let held: Vec<usize> = memory.set.active().map(|(row, _)| row).collect();
+    let held: Vec<usize> = memory
+        .set
+        .active()
+        .map(|(row, _)| row)
+        .collect();
     bencher.bench_local(|| {
         let cost = case.linearise(&mut memory);
         case.push_rows(&cost, &mut memory);

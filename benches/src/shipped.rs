@@ -52,5 +52,7 @@ pub(crate) fn unpack(folder: &Path) -> io::Result<()> {
 
 /// The file of a problem below that folder.
 pub(crate) fn problem_file(folder: &Path, name: &str) -> PathBuf {
-    folder.join("problems").join(format!("{name}.json"))
+    folder
+        .join("problems")
+        .join(format!("{name}.json"))
 }

@@ -124,7 +124,10 @@ fn every_curve_falls_from_the_input_to_the_answer() {
         let [end_s, length] = curve[curve.len() - 1];
         assert_eq!(length, number(&answer["length"]), "{what}");
         assert!(end_s <= number(&answer["time_s"]), "{what}");
-        let at: Vec<f64> = list(&answer["ratio_at"]).iter().map(number).collect();
+        let at: Vec<f64> = list(&answer["ratio_at"])
+            .iter()
+            .map(number)
+            .collect();
         assert_eq!((at[0], at[2]), (1.0, number(&answer["ratio"])), "{what}");
         assert_eq!(
             answer["first_improvement_s"].as_f64(),
@@ -211,7 +214,10 @@ fn peers_are_compared_by_path_by_set_and_by_family() {
     assert_eq!(tally(versus), [2.0, 0.0, 0.0]);
     assert!(
         number(&versus["worst"]["value"]) < 1.0
-            && versus["worst"]["problem"].as_str().unwrap().ends_with("/0")
+            && versus["worst"]["problem"]
+                .as_str()
+                .unwrap()
+                .ends_with("/0")
     );
     assert_eq!(
         pooled["mesh_check"]["recorded"]["raw"],

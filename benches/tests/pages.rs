@@ -13,14 +13,21 @@ use pages::{Mention, Page, pages_of_users, takes};
 /// another command.
 fn words(mention: &Mention) -> Option<&[String]> {
     let (program, words) = mention.command.split_first()?;
-    let is_ours = program == "taut-bench" || words.first().is_some_and(|word| word == "bench");
+    let is_ours = program == "taut-bench"
+        || words
+            .first()
+            .is_some_and(|word| word == "bench");
     is_ours.then_some(words)
 }
 
 /// What `taut-bench` and these words take.
 fn help(words: &[String]) -> String {
     let mut program = Command::new(env!("CARGO_BIN_EXE_taut-bench"));
-    let output = program.args(words).arg("--help").output().unwrap();
+    let output = program
+        .args(words)
+        .arg("--help")
+        .output()
+        .unwrap();
     assert!(output.status.success(), "no such command: {words:?}");
     String::from_utf8(output.stdout).unwrap()
 }

@@ -13,7 +13,9 @@ use common::Place;
 static ALONE: Mutex<()> = Mutex::new(());
 
 fn holds(promise: &str) {
-    let _guard = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _guard = ALONE
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
     let place = Place::new();
     let run = place.run(&["promises", "--only", promise, "--format", "json"]);
     assert!([0, 1].contains(&run.exit), "{}{}", run.out, run.err);

@@ -39,7 +39,11 @@ impl Default for Rules {
 pub fn plan(model: &CollisionModel, start: &[f64], goal: &[f64], rules: &Rules) -> Option<Path> {
     let robot = model.robot();
     let mut scratch = Scratch::default();
-    let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
+    let held: Vec<f64> = robot
+        .held()
+        .iter()
+        .map(|held| held.default)
+        .collect();
     let space = robot.space();
     let mut search = Search {
         space,
@@ -129,7 +133,11 @@ impl Search<'_> {
                 .integrate(from, &self.velocity, self.edge_m / length, &mut next);
             extension = Extension::Nearer;
         }
-        if self.validator.proves(from, &next, &mut || false) != Some(true) {
+        if self
+            .validator
+            .proves(from, &next, &mut || false)
+            != Some(true)
+        {
             return Extension::Blocked;
         }
         tree.rows.push(next);
@@ -178,7 +186,11 @@ impl Search<'_> {
 fn random_rotation(random: &mut Rng) -> [f64; 4] {
     loop {
         let row: [f64; 4] = std::array::from_fn(|_| 2.0 * random.f64() - 1.0);
-        let norm = row.iter().map(|value| value * value).sum::<f64>().sqrt();
+        let norm = row
+            .iter()
+            .map(|value| value * value)
+            .sum::<f64>()
+            .sqrt();
         if (0.1..1.0).contains(&norm) {
             return row.map(|value| value / norm);
         }

@@ -212,10 +212,15 @@ fn into_answer(response: &Response, path: &Path, time: Duration) -> Answer {
     Answer {
         code: response.code(),
         message: response.message().to_owned(),
-        proved: response.view().is_ok_and(|view| view.is_proved()),
+        proved: response
+            .view()
+            .is_ok_and(|view| view.is_proved()),
         length_before: header.length_before,
         length_after: header.length_after,
-        clearance_m: header.clearance_m.is_finite().then_some(header.clearance_m),
+        clearance_m: header
+            .clearance_m
+            .is_finite()
+            .then_some(header.clearance_m),
         path: shortened.unwrap_or_else(|| path.clone()),
         time,
     }
@@ -238,7 +243,11 @@ fn robot_source(problem: &Problem) -> Result<RobotSource, Box<dyn Error>> {
     });
     Ok(RobotSource {
         urdf: std::path::absolute(&files.urdf)?,
-        srdf: files.srdf.as_ref().map(std::path::absolute).transpose()?,
+        srdf: files
+            .srdf
+            .as_ref()
+            .map(std::path::absolute)
+            .transpose()?,
         virtual_joint,
         variables: files.variables.clone().unwrap_or_default(),
         allowed_collisions: files.allowed_collisions.clone(),

@@ -19,7 +19,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some(root) => serve(&Instance::new("echo", root)?),
         None => {
             let instance = Instance::new("echo", &root)?;
-            let mut daemon = Command::new(std::env::current_exe()?).arg(&root).spawn()?;
+            let mut daemon = Command::new(std::env::current_exe()?)
+                .arg(&root)
+                .spawn()?;
             let result = measure(&instance, &mut daemon);
             daemon.kill()?;
             daemon.wait()?;

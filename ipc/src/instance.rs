@@ -210,8 +210,14 @@ impl Instance {
         config
             .global
             .set_root_path(&IpcPath::new(root).expect("`new` checked the length"));
-        config.global.node.cleanup_dead_nodes_on_creation = false;
-        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        config
+            .global
+            .node
+            .cleanup_dead_nodes_on_creation = false;
+        config
+            .global
+            .node
+            .cleanup_dead_nodes_on_destruction = false;
         config.global.service.cleanup_dead_nodes_on_open = false;
         config
     }

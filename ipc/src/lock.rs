@@ -94,7 +94,8 @@ impl DaemonProbe {
             let _ = flock(&self.file, FlockOperation::NonBlockingUnlock);
             return DaemonState::Absent;
         }
-        self.announced().unwrap_or(DaemonState::Starting)
+        self.announced()
+            .unwrap_or(DaemonState::Starting)
     }
 
     fn announced(&self) -> Option<DaemonState> {

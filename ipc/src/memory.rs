@@ -119,6 +119,8 @@ pub(crate) fn make_private(instance: &Instance) {
 }
 
 fn is_socket_of(instance: &Instance, path: &Path) -> bool {
-    path.file_name()
-        .is_some_and(|name| name.to_string_lossy().starts_with(instance.prefix()))
+    path.file_name().is_some_and(|name| {
+        name.to_string_lossy()
+            .starts_with(instance.prefix())
+    })
 }

@@ -271,10 +271,12 @@ fn unwritable(folder: &Path) -> impl Fn(std::io::Error) -> OwnDaemonError {
 /// # Errors
 /// What the system says where it cannot be started.
 pub fn spawn(mut command: Command) -> Result<Child, OwnDaemonError> {
-    command.spawn().map_err(|source| OwnDaemonError::Start {
-        program: command.get_program().into(),
-        source,
-    })
+    command
+        .spawn()
+        .map_err(|source| OwnDaemonError::Start {
+            program: command.get_program().into(),
+            source,
+        })
 }
 
 /// The file of one of taut's programs: beside the one that runs, else in the folders of `PATH`;
@@ -282,7 +284,10 @@ pub fn spawn(mut command: Command) -> Result<Child, OwnDaemonError> {
 #[must_use]
 pub fn find_program(name: &str) -> Option<PathBuf> {
     let own = std::env::current_exe().ok();
-    let beside = own.as_deref().and_then(Path::parent).map(Path::to_owned);
+    let beside = own
+        .as_deref()
+        .and_then(Path::parent)
+        .map(Path::to_owned);
     let search = std::env::var_os("PATH").unwrap_or_default();
     beside
         .into_iter()

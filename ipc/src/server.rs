@@ -134,22 +134,26 @@ impl Server {
 
     /// Clients connected now, dead ones included until they are cleaned up.
     pub fn clients(&self) -> usize {
-        self.service.dynamic_config().number_of_clients()
+        self.service
+            .dynamic_config()
+            .number_of_clients()
     }
 
     /// Process of a connected client; 0 = it is gone, or the system does not tell.
     pub fn client_pid(&self, client_id: u128) -> u32 {
         let mut pid = 0;
-        self.service.dynamic_config().list_clients(|client| {
-            if client.client_id.value() != client_id {
-                return CallbackProgression::Continue;
-            }
-            pid = client
-                .node_id
-                .pid::<Variant>()
-                .map_or(0, |pid| pid.value() as u32);
-            CallbackProgression::Stop
-        });
+        self.service
+            .dynamic_config()
+            .list_clients(|client| {
+                if client.client_id.value() != client_id {
+                    return CallbackProgression::Continue;
+                }
+                pid = client
+                    .node_id
+                    .pid::<Variant>()
+                    .map_or(0, |pid| pid.value() as u32);
+                CallbackProgression::Stop
+            });
         pid
     }
 
@@ -238,11 +242,16 @@ fn raised_file_limit() -> u64 {
     let wanted = limit
         .maximum
         .map_or(FILES_WANTED, |maximum| maximum.min(FILES_WANTED));
-    if limit.current.is_some_and(|current| current < wanted) {
+    if limit
+        .current
+        .is_some_and(|current| current < wanted)
+    {
         limit.current = Some(wanted);
         let _ = setrlimit(Resource::Nofile, limit);
     }
-    getrlimit(Resource::Nofile).current.unwrap_or(u64::MAX)
+    getrlimit(Resource::Nofile)
+        .current
+        .unwrap_or(u64::MAX)
 }
 
 /// Clients that so many open files are enough for. Others are told at once that the daemon is full,

@@ -127,7 +127,8 @@ pub(crate) fn scene_event_settings(builder: SceneEventBuilder) -> SceneEventBuil
 }
 
 pub(crate) fn wake_server(node: &Node<Variant>) -> event::Builder<Variant> {
-    node.service_builder(&name(services::WAKE_SERVER)).event()
+    node.service_builder(&name(services::WAKE_SERVER))
+        .event()
 }
 
 pub(crate) fn wake_server_settings(builder: event::Builder<Variant>) -> event::Builder<Variant> {
@@ -138,7 +139,8 @@ pub(crate) fn wake_server_settings(builder: event::Builder<Variant>) -> event::B
 }
 
 pub(crate) fn wake_client(node: &Node<Variant>) -> event::Builder<Variant> {
-    node.service_builder(&name(services::WAKE_CLIENT)).event()
+    node.service_builder(&name(services::WAKE_CLIENT))
+        .event()
 }
 
 pub(crate) fn wake_client_settings(builder: event::Builder<Variant>) -> event::Builder<Variant> {
@@ -154,7 +156,9 @@ pub(crate) fn listener(
     service: &event_service::PortFactory<Variant>,
 ) -> Result<Listener<Variant>, ListenerCreateError> {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-    let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let _guard = ONE_AT_A_TIME
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
     service.listener_builder().create()
 }
 

@@ -19,7 +19,10 @@ fn restless_client(instance: &Instance) {
         } else {
             Mode::Gradient
         };
-        let mut pending = request(&client, mode, 64, 0.0).unwrap().send().unwrap();
+        let mut pending = request(&client, mode, 64, 0.0)
+            .unwrap()
+            .send()
+            .unwrap();
         let _ = pending.next(Duration::from_millis(5));
     }
 }
@@ -28,7 +31,11 @@ fn restless_client(instance: &Instance) {
 fn round_trip(client: &Client) {
     let loan = request(client, Mode::Check, 64, 0.0).unwrap();
     assert_eq!(
-        loan.send().unwrap().wait(PATIENCE).unwrap().code(),
+        loan.send()
+            .unwrap()
+            .wait(PATIENCE)
+            .unwrap()
+            .code(),
         Code::Success
     );
 }
@@ -36,7 +43,9 @@ fn round_trip(client: &Client) {
 /// Shared-memory files when everything between daemon and `client` has been made.
 fn baseline(sandbox: &Sandbox, client: &Client) -> usize {
     round_trip(client);
-    client.control(&ControlRequest::List, PATIENCE).unwrap();
+    client
+        .control(&ControlRequest::List, PATIENCE)
+        .unwrap();
     shared_files(&sandbox.instance).len()
 }
 

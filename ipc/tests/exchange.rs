@@ -164,8 +164,15 @@ fn a_refusal_and_a_dropped_request_end_the_stream() {
     let sandbox = Sandbox::new();
     let _daemon = Echo::start(&sandbox.instance);
     let client = Client::connect(&sandbox.instance).unwrap();
-    let send = |mode| request(&client, mode, 4, 0.0).unwrap().send().unwrap();
-    let refused = send(Mode::PartialShortcut).wait(PATIENCE).unwrap();
+    let send = |mode| {
+        request(&client, mode, 4, 0.0)
+            .unwrap()
+            .send()
+            .unwrap()
+    };
+    let refused = send(Mode::PartialShortcut)
+        .wait(PATIENCE)
+        .unwrap();
     assert_eq!(
         (refused.code(), refused.header().retry_after_ms),
         (Code::Overloaded, 7)
@@ -232,7 +239,9 @@ fn control_answers_and_times_out() {
         assert_eq!(refused, message != ControlRequest::List);
     }
     drop(daemon);
-    let error = client.control(&ControlRequest::List, SECOND).unwrap_err();
+    let error = client
+        .control(&ControlRequest::List, SECOND)
+        .unwrap_err();
     assert_eq!(error.code(), Code::DaemonLost, "{error}");
     let _silent = Server::create(&sandbox.instance).unwrap();
     let error = client
@@ -247,7 +256,11 @@ fn a_reply_that_is_too_large_becomes_a_refusal() {
     let server = Server::create(&sandbox.instance).unwrap();
     let client = Client::connect(&sandbox.instance).unwrap();
     std::thread::scope(|scope| {
-        let asking = scope.spawn(|| client.control(&ControlRequest::List, PATIENCE).unwrap());
+        let asking = scope.spawn(|| {
+            client
+                .control(&ControlRequest::List, PATIENCE)
+                .unwrap()
+        });
         let mut received = None;
         until("the message is there", || {
             received = server.receive_control().unwrap();
@@ -287,7 +300,10 @@ fn cancelled_requests_still_held_block_only_their_client() {
     let held: Vec<_> = std::iter::from_fn(|| server.receive().unwrap()).collect();
     assert_eq!(held.len(), ACTIVE_REQUESTS_PER_CLIENT);
     drop(cancelled);
-    assert!(held.iter().all(|incoming| !incoming.is_connected()));
+    assert!(
+        held.iter()
+            .all(|incoming| !incoming.is_connected())
+    );
     let _third = send(&a, 3.0);
     assert!(server.receive().unwrap().is_none());
     let _other = send(&b, 4.0);
@@ -362,8 +378,13 @@ fn everything_is_private_to_the_user() {
     let sandbox = Sandbox::new();
     let _daemon = Echo::start(&sandbox.instance);
     let _client = Client::connect(&sandbox.instance).unwrap();
-    let mode =
-        |path: &std::path::Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+    let mode = |path: &std::path::Path| {
+        std::fs::metadata(path)
+            .unwrap()
+            .permissions()
+            .mode()
+            & 0o777
+    };
     assert_eq!(mode(sandbox.instance.root()), 0o700);
     for file in taut_ipc::memory::shared_files(&sandbox.instance) {
         assert_eq!(mode(&file.path) & 0o077, 0, "{}", file.path.display());

@@ -30,7 +30,9 @@ fn request() -> RequestHeader {
 fn counted<H: bytemuck::Pod>() -> H {
     let mut header = H::zeroed();
     let words: &mut [u32] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut header));
-    (0..).zip(words).for_each(|(index, word)| *word = index);
+    (0..)
+        .zip(words)
+        .for_each(|(index, word)| *word = index);
     header
 }
 
@@ -452,7 +454,9 @@ fn a_full_response_reads_back() {
     assert_eq!(view.warnings[0].text.of(view.names), Ok("Tür"));
     assert_eq!(view.message, "one line");
     assert!(
-        TextSpan { offset: 6, len: 1 }.of(view.names).is_err(),
+        TextSpan { offset: 6, len: 1 }
+            .of(view.names)
+            .is_err(),
         "cuts a character"
     );
 }

@@ -33,7 +33,10 @@ pub(super) fn of_shortening(subject: &Subject, answered: &Answered) -> String {
 }
 
 fn pinched(text: &mut String, outcome: &Outcome) {
-    let pairs = outcome.pinched.iter().map(|[a, b]| format!("{a} × {b}"));
+    let pairs = outcome
+        .pinched
+        .iter()
+        .map(|[a, b]| format!("{a} × {b}"));
     let between = listed("between ", pairs);
     if !between.is_empty() {
         line(text, "pinched", &between);

@@ -48,7 +48,10 @@ pub(super) fn read(
     table.check_held(where_held(&robot, held))?;
     let notes = notes_of(&columns, &table);
     let path = table.into_path(&variables_of(&robot))?;
-    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    let name = file
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy();
     Ok(Labelled {
         subject: Subject::of_labels(name.into_owned(), &robot, &path, notes),
         robot,
@@ -89,11 +92,16 @@ fn scene_named(planner: &Planner, name: Option<&FilePath>) -> Result<SceneSummar
 pub(super) fn scene(planner: &Planner, label: &str) -> Result<SceneSummary, CliError> {
     let scenes = planner.list()?.scenes;
     let known = scenes.iter().find(|scene| scene.label == label);
-    known.cloned().ok_or_else(|| not_loaded(label, &scenes))
+    known
+        .cloned()
+        .ok_or_else(|| not_loaded(label, &scenes))
 }
 
 fn not_loaded(label: &str, scenes: &[SceneSummary]) -> CliError {
-    let known: Vec<&str> = scenes.iter().map(|scene| scene.label.as_str()).collect();
+    let known: Vec<&str> = scenes
+        .iter()
+        .map(|scene| scene.label.as_str())
+        .collect();
     let text = format!("no scene {label:?} is loaded; loaded: {}", known.join(", "));
     CliError::refused(Code::UnknownScene, text)
 }
@@ -122,7 +130,11 @@ fn where_held<'a>(
     held: &'a [(String, f64)],
 ) -> impl Iterator<Item = (&'a str, f64)> {
     let names = robot.held_variables.iter().map(String::as_str);
-    let given = |name: &str| held.iter().rev().find(|(known, _)| known == name);
+    let given = |name: &str| {
+        held.iter()
+            .rev()
+            .find(|(known, _)| known == name)
+    };
     names
         .zip(robot.held_values.iter().copied())
         .map(move |(name, value)| (name, given(name).map_or(value, |(_, value)| *value)))

@@ -70,7 +70,9 @@ impl Loaded {
 
     /// Where robot and scene come from, with the packages of the command line.
     pub(super) fn source(&self, packages: &[(String, PathBuf)]) -> ResultSubject {
-        let files = self.robot_files.absolute(&quantity::packages(packages));
+        let files = self
+            .robot_files
+            .absolute(&quantity::packages(packages));
         ResultSubject {
             robot: RobotSource {
                 label: None,
@@ -169,7 +171,10 @@ struct GivenPath {
 
 impl GivenPath {
     fn read(file: &FilePath, source: &Source) -> Result<Self, FileError> {
-        let name = file.file_stem().unwrap_or_default().to_string_lossy();
+        let name = file
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy();
         let given = source.scene.clone();
         let is_one_of_several = Kind::of(file)? == Kind::Several;
         let (table, scene_file) = match is_one_of_several {
@@ -263,7 +268,10 @@ fn bare(
 fn robot_files(urdf: &FilePath, source: &Source) -> RobotFiles {
     RobotFiles {
         urdf: urdf.to_owned(),
-        srdf: source.srdf.clone().or_else(|| files::srdf_of(urdf)),
+        srdf: source
+            .srdf
+            .clone()
+            .or_else(|| files::srdf_of(urdf)),
         packages: quantity::packages(&source.packages),
         ..RobotFiles::default()
     }
@@ -317,12 +325,23 @@ fn held_at_zero(
     held: &[(String, f64)],
     name: &str,
 ) -> Result<Option<Warning>, FileError> {
-    let is_given = |variable: &&HeldVariable| held.iter().any(|(name, _)| *name == variable.name);
-    let at_zero = robot.held().iter().filter(|variable| !is_given(variable));
-    if let Some(variable) = at_zero.clone().find(|variable| !reaches_zero(variable)) {
+    let is_given = |variable: &&HeldVariable| {
+        held.iter()
+            .any(|(name, _)| *name == variable.name)
+    };
+    let at_zero = robot
+        .held()
+        .iter()
+        .filter(|variable| !is_given(variable));
+    if let Some(variable) = at_zero
+        .clone()
+        .find(|variable| !reaches_zero(variable))
+    {
         return Err(never_at_zero(variable, name));
     }
-    let names: Vec<&str> = at_zero.map(|variable| variable.name.as_str()).collect();
+    let names: Vec<&str> = at_zero
+        .map(|variable| variable.name.as_str())
+        .collect();
     Ok(taut_ipc::planner::held_at_zero(&names).map(Warning::uncovered))
 }
 

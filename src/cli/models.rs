@@ -138,13 +138,18 @@ impl LoadRobot {
         match (&self.urdf, &self.problem) {
             (Some(urdf), _) => Ok(RobotFiles {
                 urdf: urdf.clone(),
-                srdf: self.srdf.clone().or_else(|| files::srdf_of(urdf)),
+                srdf: self
+                    .srdf
+                    .clone()
+                    .or_else(|| files::srdf_of(urdf)),
                 packages,
                 ..RobotFiles::default()
             }),
             (None, Some(problem)) => {
                 let mut reader = Reader::new(Packages::with_environment(packages));
-                Ok(reader.problem(problem, self.geometry())?.robot_files)
+                Ok(reader
+                    .problem(problem, self.geometry())?
+                    .robot_files)
             }
             (None, None) => Err(CliError::Usage("give --urdf or --problem".to_owned())),
         }
@@ -205,7 +210,10 @@ pub(super) fn list(arguments: &List) -> Result<u8, CliError> {
 
 /// Describes a robot.
 pub(super) fn describe(arguments: &Describe) -> Result<u8, CliError> {
-    let robot = arguments.instance.connect()?.robot(&arguments.robot)?;
+    let robot = arguments
+        .instance
+        .connect()?
+        .robot(&arguments.robot)?;
     print(arguments.format, &*robot, || description(&robot))
 }
 
@@ -279,7 +287,10 @@ fn list_lines(listing: &Listing) -> String {
 }
 
 fn description(robot: &RobotDescription) -> String {
-    let names = robot.variables.iter().map(|variable| variable.name.len());
+    let names = robot
+        .variables
+        .iter()
+        .map(|variable| variable.name.len());
     let width = names.max().unwrap_or(0);
     let mut lines = vec![robot_line(&robot.label, robot.nq, robot.robot_hash)];
     for variable in &robot.variables {

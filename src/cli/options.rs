@@ -16,7 +16,8 @@ pub(super) struct Options<const CHECK: bool>(Vec<(&'static Row, Value)>);
 /// What the flags of a check are called on the command line of this program, but for these.
 pub(super) fn flags_of_a_check(but: &[&str]) -> Vec<&'static str> {
     let rows = rows(true).map(|row| row.field);
-    rows.filter(|field| !but.contains(field)).collect()
+    rows.filter(|field| !but.contains(field))
+        .collect()
 }
 
 fn rows(check: bool) -> impl Iterator<Item = &'static Row> {
@@ -54,7 +55,9 @@ impl<const CHECK: bool> clap::Args for Options<CHECK> {
     fn augment_args(command: Command) -> Command {
         // Real numbers have no turns to keep.
         let goal = ArgGroup::new("goal").args(["unwrapped", "keep_goal"]);
-        command.args(rows(CHECK).map(argument)).group(goal)
+        command
+            .args(rows(CHECK).map(argument))
+            .group(goal)
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -73,7 +76,9 @@ fn argument(row: &'static Row) -> Arg {
 }
 
 fn with_value(argument: Arg, row: &'static Row) -> Arg {
-    let argument = argument.value_name(row.metavar()).value_parser(parser(row));
+    let argument = argument
+        .value_name(row.metavar())
+        .value_parser(parser(row));
     match row.default {
         Default::Is(value) => argument.default_value(value),
         Default::Unset(_) => argument,
@@ -133,7 +138,9 @@ fn modes() -> ValueParser {
 fn value(row: &Row, matches: &ArgMatches) -> Option<Value> {
     let name = row.field;
     match row.kind {
-        Kind::Flag => matches.get_flag(name).then_some(Value::Flag(!row.is_on())),
+        Kind::Flag => matches
+            .get_flag(name)
+            .then_some(Value::Flag(!row.is_on())),
         Kind::Count(_) => one(matches, name).map(Value::Count),
         Kind::Metres => one(matches, name).map(Value::Metres),
         Kind::Seconds => one(matches, name).map(Value::Seconds),

@@ -37,7 +37,10 @@ impl Place {
         if choice.local {
             return Ok(Self::Here);
         }
-        let planner = choice.instance.connect().map_err(without_daemon)?;
+        let planner = choice
+            .instance
+            .connect()
+            .map_err(without_daemon)?;
         Ok(Self::Daemon(planner))
     }
 

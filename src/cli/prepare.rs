@@ -67,8 +67,14 @@ pub(super) fn prepare(
 
 /// The label of a robot that the daemon has loaded.
 fn label(source: &Source) -> Result<Option<&str>, CliError> {
-    let robot = source.robot.as_deref().and_then(name_of_no_file);
-    let scene = source.scene.as_deref().and_then(name_of_no_file);
+    let robot = source
+        .robot
+        .as_deref()
+        .and_then(name_of_no_file);
+    let scene = source
+        .scene
+        .as_deref()
+        .and_then(name_of_no_file);
     match (robot, scene) {
         (None, Some(label)) => Err(scene_without_robot(label)),
         (robot, _) => Ok(robot),
@@ -210,7 +216,11 @@ fn robot(
     label: &str,
 ) -> Result<Arc<RobotDescription>, CliError> {
     let hash = loaded.robot.hash();
-    match listing.robots.iter().find(|robot| robot.robot_hash == hash) {
+    match listing
+        .robots
+        .iter()
+        .find(|robot| robot.robot_hash == hash)
+    {
         Some(robot) => Ok(planner.robot(&robot.label)?),
         None => robot_of_files(planner, loaded, label),
     }
@@ -234,7 +244,11 @@ fn scene(
     label: &str,
 ) -> Result<SceneSummary, CliError> {
     let hash = loaded.scene.hash();
-    if let Some(scene) = listing.scenes.iter().find(|scene| scene.scene_hash == hash) {
+    if let Some(scene) = listing
+        .scenes
+        .iter()
+        .find(|scene| scene.scene_hash == hash)
+    {
         return Ok(scene.clone());
     }
     let scene = match &loaded.scene_file {

@@ -49,7 +49,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let start = Instant::now();
     ask(&planner, &file)?;
     eprintln!("recording to {}; end with Ctrl-C", file.display());
-    let is_over = || arguments.time.is_some_and(|time| start.elapsed() >= time);
+    let is_over = || {
+        arguments
+            .time
+            .is_some_and(|time| start.elapsed() >= time)
+    };
     keep_asking(&planner, &file, start, || {
         ends.load(Ordering::Relaxed) || is_over()
     })?;

@@ -96,7 +96,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 /// # Errors
 /// An id that none has.
 fn meant(arguments: &Arguments, run: &Recording) -> Result<Vec<usize>, CliError> {
-    let id = arguments.only.trim_start_matches("0x").to_ascii_lowercase();
+    let id = arguments
+        .only
+        .trim_start_matches("0x")
+        .to_ascii_lowercase();
     let meant = named(&run.requests, &id);
     match meant.is_empty() && !id.is_empty() {
         true => Err(CliError::Choice(format!(
@@ -140,16 +143,25 @@ impl<'a> Report<'a> {
 }
 
 fn count(lines: &[Line], is_such: fn(&Verdict) -> bool) -> usize {
-    lines.iter().filter(|line| is_such(&line.kind)).count()
+    lines
+        .iter()
+        .filter(|line| is_such(&line.kind))
+        .count()
 }
 
 /// What the reader has to know of the file.
 fn warnings(run: &Recording) -> Vec<String> {
-    other_release(run).into_iter().chain(missing(run)).collect()
+    other_release(run)
+        .into_iter()
+        .chain(missing(run))
+        .collect()
 }
 
 fn other_release(run: &Recording) -> Option<String> {
-    let release = run.written.get("taut").map_or("?", String::as_str);
+    let release = run
+        .written
+        .get("taut")
+        .map_or("?", String::as_str);
     let now = env!("CARGO_PKG_VERSION");
     (release != now).then(|| {
         format!(
@@ -206,7 +218,10 @@ impl Work<'_> {
     /// Computes requests until all are taken.
     fn take(&self) {
         let mut workspace = Workspace::default();
-        while let Some(&index) = self.meant.get(self.next.fetch_add(1, Ordering::Relaxed)) {
+        while let Some(&index) = self
+            .meant
+            .get(self.next.fetch_add(1, Ordering::Relaxed))
+        {
             let recorded = &self.run.requests[index];
             let line = line(recorded, &self.replay, index, &mut workspace);
             self.bar.inc(1);
@@ -222,14 +237,19 @@ impl Work<'_> {
         let lines = self.lines.into_inner();
         let mut lines = lines.unwrap_or_else(PoisonError::into_inner);
         lines.sort_by_key(|(index, _)| *index);
-        lines.into_iter().map(|(_, line)| line).collect()
+        lines
+            .into_iter()
+            .map(|(_, line)| line)
+            .collect()
     }
 }
 
 fn line(recorded: &Recorded, replay: &Replay, index: usize, workspace: &mut Workspace) -> Line {
     let start = Instant::now();
     let replayed = replay.run(index, workspace);
-    let compute_s = replayed.header.map(|_| start.elapsed().as_secs_f64());
+    let compute_s = replayed
+        .header
+        .map(|_| start.elapsed().as_secs_f64());
     let header = replayed.header.as_ref();
     let (scene, scene_version) = recorded.scene();
     Line {

@@ -23,7 +23,9 @@ pub(super) fn result(subject: &Subject, mode: Mode, answered: &Answered) -> Resu
         code: answered.code.into(),
         code_name: answered.code.name().to_owned(),
         metric: subject.metric.clone(),
-        request_id: answered.request_id.map(|id| format!("{id:016x}")),
+        request_id: answered
+            .request_id
+            .map(|id| format!("{id:016x}")),
         cpu_s: answered.cpu_s,
         time_s: answered.time_s,
         lengths_over_time: answered.lengths_over_time.clone(),
@@ -101,7 +103,11 @@ fn turned(outcome: &Outcome) -> String {
         true => String::new(),
         false => format!(
             " as unrolled{}",
-            outcome.turned.iter().map(column).collect::<String>()
+            outcome
+                .turned
+                .iter()
+                .map(column)
+                .collect::<String>()
         ),
     }
 }

@@ -47,5 +47,8 @@ pub(super) enum GeometryChoice {
 
 /// The absolute folder of a file, for a daemon that was started elsewhere.
 pub(super) fn folder_of(file: &Path) -> Option<PathBuf> {
-    std::path::absolute(file).ok()?.parent().map(Path::to_owned)
+    std::path::absolute(file)
+        .ok()?
+        .parent()
+        .map(Path::to_owned)
 }

@@ -37,7 +37,9 @@ impl Subject {
             geometry: loaded.geometry_name(),
             warnings: warnings(loaded),
             notes: loaded.notes.clone(),
-            variables: variables.map(|variable| variable.name.clone()).collect(),
+            variables: variables
+                .map(|variable| variable.name.clone())
+                .collect(),
             metric: String::new(),
             path_before: rows(&loaded.path),
             source: ResultSubject::default(),
@@ -57,7 +59,9 @@ impl Subject {
             geometry: "loaded",
             warnings: Vec::new(),
             notes,
-            variables: variables.map(|variable| variable.name.clone()).collect(),
+            variables: variables
+                .map(|variable| variable.name.clone())
+                .collect(),
             metric: String::new(),
             path_before: rows(path),
             source: ResultSubject::default(),

@@ -135,7 +135,9 @@ fn state(daemon: &Stats) -> String {
 fn counts(view: &View) -> String {
     let number = |name: &str| number(&view.daemon, name);
     let clients = view.clients.iter();
-    let per_second: u64 = clients.map(|client| client.answered_per_second).sum();
+    let per_second: u64 = clients
+        .map(|client| client.answered_per_second)
+        .sum();
     format!(
         "{per_second} answers/s   served {}   refused {}   overloaded {}   timed out {}   cancelled {}   crashed {}\n",
         number("requests_answered"),

@@ -113,14 +113,20 @@ fn robot_files(arguments: &Arguments, result: &ResultFile) -> Result<RobotFiles,
     if let Some(urdf) = &arguments.robot {
         return Ok(RobotFiles {
             urdf: urdf.clone(),
-            srdf: arguments.srdf.clone().or_else(|| files::srdf_of(urdf)),
+            srdf: arguments
+                .srdf
+                .clone()
+                .or_else(|| files::srdf_of(urdf)),
             variables: Some(result.variables.clone()),
             ..RobotFiles::default()
         });
     }
     let robot = &result.subject.robot;
     let label = robot.label.as_deref().unwrap_or_default();
-    robot.files.clone().ok_or_else(|| no_files(label))
+    robot
+        .files
+        .clone()
+        .ok_or_else(|| no_files(label))
 }
 
 fn no_files(label: &str) -> CliError {
@@ -138,9 +144,16 @@ fn scene(
     if let Some(file) = &arguments.scene {
         return Ok(reader.scene(file)?);
     }
-    let content = result.subject.scene.content.clone().ok_or_else(|| {
-        CliError::Usage("the answer does not hold its scene; give --scene SCENE.json".to_owned())
-    })?;
+    let content = result
+        .subject
+        .scene
+        .content
+        .clone()
+        .ok_or_else(|| {
+            CliError::Usage(
+                "the answer does not hold its scene; give --scene SCENE.json".to_owned(),
+            )
+        })?;
     let refuse = |source| FileError::Scene {
         file: arguments.file.clone(),
         source,

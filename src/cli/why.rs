@@ -45,7 +45,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     print(&match arguments.format {
         Format::Json => json(&stories) + "\n",
         Format::Table if arguments.id.is_empty() => stories.iter().map(line).collect(),
-        Format::Table => stories.iter().map(tell).collect::<Vec<_>>().join("\n"),
+        Format::Table => stories
+            .iter()
+            .map(tell)
+            .collect::<Vec<_>>()
+            .join("\n"),
     })?;
     Ok(0)
 }
@@ -55,7 +59,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 /// # Errors
 /// What is no digit; no id where one is needed.
 fn id_of(arguments: &Arguments) -> Result<String, CliError> {
-    let id = arguments.id.trim_start_matches("0x").to_ascii_lowercase();
+    let id = arguments
+        .id
+        .trim_start_matches("0x")
+        .to_ascii_lowercase();
     if let Some(other) = id.chars().find(|c| !c.is_ascii_hexdigit()) {
         return Err(no_digit(&arguments.id, other));
     }

@@ -364,7 +364,10 @@ pub fn reach_weights(robot: &RobotModel, bodies: &[Body]) -> Vec<f64> {
     }
     for component in robot.space().components() {
         if let Component::Rotation { v, .. } = *component {
-            let most = weights[v..v + 3].iter().copied().fold(LEAST, f64::max);
+            let most = weights[v..v + 3]
+                .iter()
+                .copied()
+                .fold(LEAST, f64::max);
             weights[v..v + 3].fill(most);
         }
     }

@@ -22,8 +22,10 @@ impl CollisionModel {
     ) -> Result<SceneChange, CollisionModelError> {
         let id = id.to_owned();
         let link_name = link_name.to_owned();
-        let link = self.robot().link_index(&link_name).ok_or_else(|| {
-            CollisionModelError::UnknownLink {
+        let link = self
+            .robot()
+            .link_index(&link_name)
+            .ok_or_else(|| CollisionModelError::UnknownLink {
                 object: id.clone(),
                 link: link_name.clone(),
                 links: self
@@ -33,8 +35,7 @@ impl CollisionModel {
                     .map(|link| link.name.as_str())
                     .collect::<Vec<_>>()
                     .join(", "),
-            }
-        })?;
+            })?;
         let standing = self.scene().obstacles().get(&id);
         // What does not stand gets its error from the scene, whatever the pose.
         let world = standing.map_or(Pose::identity(), |obstacle| obstacle.pose);

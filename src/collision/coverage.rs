@@ -36,10 +36,11 @@ impl CollisionModel {
     /// What a proof about this robot and scene does not cover, besides what their files already
     /// told.
     pub fn uncovered(&self) -> Vec<Warning> {
-        let moves = self
-            .carried_bodies()
-            .iter()
-            .any(|body| body.chain.iter().any(|motion| motion.coordinate.is_some()));
+        let moves = self.carried_bodies().iter().any(|body| {
+            body.chain
+                .iter()
+                .any(|motion| motion.coordinate.is_some())
+        });
         if moves || self.uncheckable().is_some() || self.robot().variables().is_empty() {
             return Vec::new();
         }

@@ -20,7 +20,10 @@ pub fn check_frames(robot: &RobotModel, scene: &Scene) -> Result<(), CollisionMo
     }
     let worlds = robot.worlds();
     let is_world = |name: &str| worlds.iter().any(|world| world == plain(name));
-    if let Some((object, frame)) = scene.worlds().find(|(_, frame)| !is_world(frame)) {
+    if let Some((object, frame)) = scene
+        .worlds()
+        .find(|(_, frame)| !is_world(frame))
+    {
         let object = object.to_owned();
         let link = plain(frame).to_owned();
         return Err(match robot.link_index(&link) {
@@ -33,7 +36,9 @@ pub fn check_frames(robot: &RobotModel, scene: &Scene) -> Result<(), CollisionMo
     }
     for (name, pose) in scene.frames() {
         let is_elsewhere = match robot.link_index(plain(name)) {
-            Some(link) => robot.fixed_pose(link).is_none_or(|fixed| fixed != *pose),
+            Some(link) => robot
+                .fixed_pose(link)
+                .is_none_or(|fixed| fixed != *pose),
             None => is_world(name) && *pose != Pose::identity(),
         };
         if is_elsewhere {

@@ -64,7 +64,12 @@ impl CollisionModel {
         }
         let mut moved = Vec::new();
         let mut body = self.carried_bodies().len();
-        for (before, now) in self.scene.obstacles().iter().zip(scene.obstacles()) {
+        for (before, now) in self
+            .scene
+            .obstacles()
+            .iter()
+            .zip(scene.obstacles())
+        {
             let has_body = !before.shapes.is_empty();
             if !std::ptr::eq(before, now) {
                 if !Arc::ptr_eq(&before.shapes, &now.shapes) {

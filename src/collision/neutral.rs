@@ -58,7 +58,10 @@ pub fn neutral_warnings(model: &CollisionModel) -> Vec<Warning> {
         );
         Warning::cosmetic("rest contact", text)
     };
-    neutral_pairs(model).into_iter().map(warning).collect()
+    neutral_pairs(model)
+        .into_iter()
+        .map(warning)
+        .collect()
 }
 
 fn neutral_pairs(model: &CollisionModel) -> Vec<usize> {
@@ -286,7 +289,10 @@ mod tests {
     #[test]
     fn an_srdf_that_disables_nothing_gets_the_same_advice() {
         let warnings = neutral_warnings(&robot(Some("<robot name='r'/>")));
-        let text = warnings.iter().find(|text| text.contains("b × e")).unwrap();
+        let text = warnings
+            .iter()
+            .find(|text| text.contains("b × e"))
+            .unwrap();
         assert!(
             text.starts_with("the SRDF disables no pair") && text.contains("disable_collisions"),
             "{text}"

@@ -61,7 +61,10 @@ impl Pairs {
     /// The same pairs of bodies that may stand elsewhere. Finds those that each request looks at:
     /// of a thousand objects far away it should not hear.
     pub fn placed(&self, robot: &RobotModel, bodies: &[Body]) -> Self {
-        let balls: Vec<_> = bodies.iter().map(|body| fixed_ball(robot, body)).collect();
+        let balls: Vec<_> = bodies
+            .iter()
+            .map(|body| fixed_ball(robot, body))
+            .collect();
         let is_close = |pair: &BodyPair| match (&balls[pair.a], &balls[pair.b]) {
             (Some(a), Some(b)) => a.center.distance(b.center) <= a.radius + b.radius + TOUCHING_M,
             _ => true,
@@ -125,7 +128,11 @@ impl<'a> Rules<'a> {
             if robot.link_index(&attached.link_name).is_none() {
                 return Err(rules.unknown_link(id, &attached.link_name));
             }
-            for name in attached.touch_links.iter().chain([&attached.link_name]) {
+            for name in attached
+                .touch_links
+                .iter()
+                .chain([&attached.link_name])
+            {
                 let pair = rules.pair(id, name, || format!("lets {id} touch {name}"))?;
                 rules.allowed.insert(pair);
             }
@@ -219,7 +226,12 @@ impl<'a> Rules<'a> {
         let mut standing = Vec::new();
         for (a, &outer) in facing.iter().enumerate() {
             let body_a = &bodies[a];
-            for (b, body_b) in bodies.iter().enumerate().take(facing.len()).skip(a + 1) {
+            for (b, body_b) in bodies
+                .iter()
+                .enumerate()
+                .take(facing.len())
+                .skip(a + 1)
+            {
                 let names = of(a, b);
                 if self.may_touch(body_a, body_b, names) {
                     continue;

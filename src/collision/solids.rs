@@ -61,7 +61,10 @@ impl Solids {
         let fits =
             links.len() == robot.links().len() && robot.links().iter().zip(&links).all(is_of);
         fits.then(|| Self {
-            links: links.into_iter().map(|solid| solid.map(Arc::new)).collect(),
+            links: links
+                .into_iter()
+                .map(|solid| solid.map(Arc::new))
+                .collect(),
             ..Self::default()
         })
     }
@@ -99,7 +102,8 @@ impl Solids {
             .cloned()
             .unwrap_or_else(|| self.read_again(shapes, before));
         let solid = made.solid.clone();
-        self.by_content.insert(made.content, solid.clone());
+        self.by_content
+            .insert(made.content, solid.clone());
         self.by_place.insert(place, made);
         solid
     }
@@ -143,7 +147,10 @@ impl Solids {
             Arc::as_ptr(bare) as usize,
             [size.scale, size.padding].map(f64::to_bits),
         );
-        let known = self.sized.get(&key).or_else(|| before.sized.get(&key));
+        let known = self
+            .sized
+            .get(&key)
+            .or_else(|| before.sized.get(&key));
         let sized = match known.filter(|sized| Arc::ptr_eq(&sized.bare, bare)) {
             Some(known) => known.clone(),
             None => Sized {

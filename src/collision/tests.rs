@@ -161,7 +161,10 @@ fn cell() -> CollisionModel {
 fn count_new(seen: &mut Vec<Arc<Solid>>, model: &CollisionModel) -> usize {
     let before = seen.len();
     for body in model.bodies() {
-        if !seen.iter().any(|solid| Arc::ptr_eq(solid, &body.solid)) {
+        if !seen
+            .iter()
+            .any(|solid| Arc::ptr_eq(solid, &body.solid))
+        {
             seen.push(body.solid.clone());
         }
     }
@@ -387,7 +390,10 @@ fn names_that_are_not_there_are_refused_with_those_that_are() {
     let attach = |link_name: &str, touch_links: &[&str]| SceneChange::Attach {
         id: "part1".into(),
         link_name: link_name.into(),
-        touch_links: touch_links.iter().map(|name| (*name).to_owned()).collect(),
+        touch_links: touch_links
+            .iter()
+            .map(|name| (*name).to_owned())
+            .collect(),
         pose: Pose::identity(),
     };
     for (change, parts) in [
@@ -427,14 +433,20 @@ fn names_that_are_not_there_are_refused_with_those_that_are() {
         ),
     ] {
         let scene = model.scene().with([change]).unwrap();
-        let text = model.with_scene(Arc::new(scene)).unwrap_err().to_string();
+        let text = model
+            .with_scene(Arc::new(scene))
+            .unwrap_err()
+            .to_string();
         assert!(
             parts.iter().all(|part| text.contains(part)) && !text.contains('\n'),
             "{text}"
         );
     }
     let kinematics = Kinematics::default();
-    let text = model.detach("part1", &kinematics).unwrap_err().to_string();
+    let text = model
+        .detach("part1", &kinematics)
+        .unwrap_err()
+        .to_string();
     assert!(
         text.contains("part1") && text.contains("attached objects: none"),
         "{text}"

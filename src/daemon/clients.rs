@@ -138,7 +138,9 @@ impl Clients {
 
     /// Process of a client that is known.
     pub(super) fn pid(&self, client: u128) -> u32 {
-        self.accounts.get(&client).map_or(0, |account| account.pid)
+        self.accounts
+            .get(&client)
+            .map_or(0, |account| account.pid)
     }
 
     /// A request of a client was refused at once.

@@ -235,9 +235,18 @@ impl Config {
     fn names(&mut self) -> impl Iterator<Item = &mut PathBuf> {
         let state = self.state.as_mut();
         let state = state.filter(|state| !state.as_os_str().is_empty());
-        let robots = self.robots.iter_mut().flat_map(RobotConfig::names);
-        let scenes = self.scenes.iter_mut().map(|scene| &mut scene.file);
-        let problems = self.problems.iter_mut().map(|problem| &mut problem.file);
+        let robots = self
+            .robots
+            .iter_mut()
+            .flat_map(RobotConfig::names);
+        let scenes = self
+            .scenes
+            .iter_mut()
+            .map(|scene| &mut scene.file);
+        let problems = self
+            .problems
+            .iter_mut()
+            .map(|problem| &mut problem.file);
         state
             .into_iter()
             .chain(robots)
@@ -330,7 +339,10 @@ fn within<T: PartialOrd + Display>(
 /// What TOML says is wrong, with the line, without the picture.
 fn one_line(text: &str, error: &toml::de::Error) -> String {
     let line = error.span().map_or(0, |span| {
-        text[..span.start.min(text.len())].matches('\n').count() + 1
+        text[..span.start.min(text.len())]
+            .matches('\n')
+            .count()
+            + 1
     });
     format!("line {line}: {}", error.message().replace('\n', " "))
 }
@@ -358,7 +370,10 @@ mod tests {
             ("http = '0.0.0.0:8642'", "of this machine"),
             ("quota = { cpu_share = 0.0 }", "more than 0"),
         ] {
-            let error = toml::from_str::<Config>(text).unwrap().check().unwrap_err();
+            let error = toml::from_str::<Config>(text)
+                .unwrap()
+                .check()
+                .unwrap_err();
             assert!(error.contains(part), "{error}");
         }
     }

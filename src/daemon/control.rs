@@ -418,7 +418,9 @@ fn kind_of(change: Change) -> Option<SceneEventKind> {
 
 /// What messages call a text that was sent: its label. Meshes are found beside it.
 fn file_of(label: &str, base_dir: Option<PathBuf>) -> PathBuf {
-    base_dir.unwrap_or_else(|| PathBuf::from("/")).join(label)
+    base_dir
+        .unwrap_or_else(|| PathBuf::from("/"))
+        .join(label)
 }
 
 fn scene_event(kind: SceneEventKind, entry: &SceneEntry) -> SceneEvent {

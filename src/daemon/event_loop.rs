@@ -136,7 +136,10 @@ impl EventLoop {
 
     /// How long nothing needs to be done by itself.
     fn idle_time(&self) -> Duration {
-        let deadline_ns = self.schedule.next_deadline_ns().unwrap_or(u64::MAX);
+        let deadline_ns = self
+            .schedule
+            .next_deadline_ns()
+            .unwrap_or(u64::MAX);
         let next_ns = deadline_ns.min(self.status_clock.next_ns());
         Duration::from_nanos(next_ns.saturating_sub(monotonic_ns()))
     }

@@ -83,7 +83,8 @@ impl Job {
 
     /// Whether its time is over.
     pub(super) fn is_expired(&self, now_ns: u64) -> bool {
-        self.deadline_ns.is_some_and(|deadline| now_ns >= deadline)
+        self.deadline_ns
+            .is_some_and(|deadline| now_ns >= deadline)
     }
 }
 

@@ -107,7 +107,11 @@ impl Loader {
 /// channel needs no bound of its own.
 fn thread(name: &str, events: EventSender) -> std::io::Result<(Sender<Task>, JoinHandle<()>)> {
     let (tasks, receiver) = unbounded::<Task>();
-    let work = move || receiver.iter().for_each(|task| events.send(done(task)));
+    let work = move || {
+        receiver
+            .iter()
+            .for_each(|task| events.send(done(task)))
+    };
     Ok((tasks, spawn(name, work)?))
 }
 

@@ -236,7 +236,9 @@ impl Metrics {
     /// A final response with this code.
     pub(super) fn ended(&self, code: i32) {
         let name = Code::try_from(code).map_or("UNKNOWN", Code::name);
-        self.ended.get_or_create(&[("code", name)]).inc();
+        self.ended
+            .get_or_create(&[("code", name)])
+            .inc();
     }
 
     fn ended_with(&self, code: Code) -> u64 {
@@ -279,7 +281,10 @@ impl Metrics {
     }
 
     fn enter_endings(&self, status: &mut StatusRecord) {
-        let ended: u64 = Code::ALL.iter().map(|code| self.ended_with(*code)).sum();
+        let ended: u64 = Code::ALL
+            .iter()
+            .map(|code| self.ended_with(*code))
+            .sum();
         status.answered = self.ended_with(Code::Success);
         status.refused = ended - status.answered;
         status.overloaded = self.ended_with(Code::Overloaded) + self.ended_with(Code::Quota);

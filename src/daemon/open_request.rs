@@ -107,7 +107,9 @@ impl OpenRequests {
 
     /// All jobs, and how to stop them.
     pub(super) fn flags(&self) -> impl Iterator<Item = (u64, &StopFlag)> {
-        self.0.iter().map(|(job, open)| (*job, &*open.stop))
+        self.0
+            .iter()
+            .map(|(job, open)| (*job, &*open.stop))
     }
 }
 
@@ -155,7 +157,9 @@ impl Watches {
     }
 
     fn take_where(&mut self, is_meant: impl Fn(&Watch) -> bool) -> Vec<(u64, Watch)> {
-        self.0.extract_if(.., |_, watch| is_meant(watch)).collect()
+        self.0
+            .extract_if(.., |_, watch| is_meant(watch))
+            .collect()
     }
 }
 

@@ -19,7 +19,10 @@ pub(super) struct Poison {
 impl Poison {
     /// The core panicked on this content.
     pub(super) fn crashed(&mut self, content: u64) {
-        let known = self.crashed.iter_mut().find(|(known, _)| *known == content);
+        let known = self
+            .crashed
+            .iter_mut()
+            .find(|(known, _)| *known == content);
         match known {
             Some((_, times)) => *times += 1,
             None => self.remember(content),
@@ -67,7 +70,11 @@ mod tests {
     #[test]
     fn the_third_time_is_refused_and_others_are_not() {
         let mut poison = Poison::default();
-        assert!(poison.check(|| unreachable!("nothing crashed yet")).is_ok());
+        assert!(
+            poison
+                .check(|| unreachable!("nothing crashed yet"))
+                .is_ok()
+        );
         poison.crashed(7);
         assert!(poison.check(|| 7).is_ok(), "once may be chance");
         poison.crashed(7);

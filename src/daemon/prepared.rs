@@ -40,12 +40,16 @@ impl Prepared {
 
     /// Whether it is worth a file.
     fn has_meshes(robot: &RobotModel) -> bool {
-        let mut shapes = robot.links().iter().flat_map(|link| &link.shapes);
+        let mut shapes = robot
+            .links()
+            .iter()
+            .flat_map(|link| &link.shapes);
         shapes.any(|placed| placed.shape.mesh().is_some())
     }
 
     fn file(&self, robot: u64) -> PathBuf {
-        self.folder.join(format!("{robot:016x}-{}", self.build))
+        self.folder
+            .join(format!("{robot:016x}-{}", self.build))
     }
 
     /// The model of a robot with nothing around it, of solids that were kept; `None` where there
@@ -87,7 +91,10 @@ impl Prepared {
 
     /// Removes the files of other robots and other builds.
     fn retain(&self, robots: &BTreeSet<u64>) {
-        let used: BTreeSet<PathBuf> = robots.iter().map(|robot| self.file(*robot)).collect();
+        let used: BTreeSet<PathBuf> = robots
+            .iter()
+            .map(|robot| self.file(*robot))
+            .collect();
         let entries = std::fs::read_dir(&self.folder);
         let paths = entries.into_iter().flatten().flatten();
         for path in paths.map(|entry| entry.path()) {
@@ -110,7 +117,12 @@ impl Prepared {
     }
 
     fn work(self, robots: Vec<Arc<PreparedModel>>, more: &Receiver<Arc<PreparedModel>>) {
-        self.retain(&robots.iter().map(|alone| alone.robot().hash()).collect());
+        self.retain(
+            &robots
+                .iter()
+                .map(|alone| alone.robot().hash())
+                .collect(),
+        );
         for alone in robots.into_iter().chain(more) {
             if let Err(error) = self.keep(&alone) {
                 tracing::warn!(

@@ -180,7 +180,12 @@ impl EventLoop {
         if self.live.is_none() {
             return Asked::default();
         }
-        let label = |id| self.store.label(id).unwrap_or_default().to_owned();
+        let label = |id| {
+            self.store
+                .label(id)
+                .unwrap_or_default()
+                .to_owned()
+        };
         Asked {
             robot: label(header.robot_id),
             scene: label(header.scene_id),
@@ -220,7 +225,8 @@ impl EventLoop {
         if let Some(open) = self.open.get_mut(progress.job) {
             let mut header = progress.header;
             header.flags |= superseded(&self.store, open);
-            self.stories.tell(progress.job, || story::shorter(&header));
+            self.stories
+                .tell(progress.job, || story::shorter(&header));
             send_shorter(open, &header, &progress.path);
         }
     }
@@ -273,7 +279,8 @@ impl EventLoop {
     /// Takes a request out of those that are open.
     fn close_request(&mut self, job: u64) -> Option<OpenRequest> {
         let open = self.open.remove(job)?;
-        self.clients.left(open.request.client_id(), open.bytes);
+        self.clients
+            .left(open.request.client_id(), open.bytes);
         Some(open)
     }
 
@@ -297,8 +304,10 @@ impl EventLoop {
         let client = open.request.client_id();
         self.metrics.ended(header.code);
         self.metrics.answered_after(latency_ns);
-        self.clients.answered(client, header, latency_ns, now_ns);
-        self.stories.end(job, header.code, || story::ending(header));
+        self.clients
+            .answered(client, header, latency_ns, now_ns);
+        self.stories
+            .end(job, header.code, || story::ending(header));
     }
 
     /// Ends the jobs whose client is gone, and asks those to end whose client wants the best so
@@ -331,9 +340,10 @@ impl EventLoop {
     fn count_cancelled(&mut self, job: u64, client: u128) {
         self.metrics.cancelled();
         self.clients.cancelled(client);
-        self.stories.end(job, Code::Preempted.into(), || {
-            "cancelled: the client dropped it or is gone".to_owned()
-        });
+        self.stories
+            .end(job, Code::Preempted.into(), || {
+                "cancelled: the client dropped it or is gone".to_owned()
+            });
     }
 
     fn finish_early(&mut self, job: u64, stop: &StopFlag) {
@@ -378,7 +388,10 @@ impl EventLoop {
 
     fn still_loading(&self, job: &Job) -> Reply {
         let waited_ms = monotonic_ns().saturating_sub(job.received_ns) / 1_000_000;
-        let scene = self.store.label(job.snapshot.scene_id).unwrap_or_default();
+        let scene = self
+            .store
+            .label(job.snapshot.scene_id)
+            .unwrap_or_default();
         translate::loading(&job.snapshot, scene, waited_ms)
     }
 

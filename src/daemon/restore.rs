@@ -138,7 +138,10 @@ impl Start<'_> {
     ) -> Result<(), DaemonError> {
         let start = Instant::now();
         self.insert_robot(label, robot, weights)?;
-        if let Some(alone) = self.prepared.and_then(|prepared| prepared.find(robot)) {
+        if let Some(alone) = self
+            .prepared
+            .and_then(|prepared| prepared.find(robot))
+        {
             self.begun.store.take_alone(alone, false);
         }
         let line = robot_line(label, robot, start);
@@ -234,8 +237,16 @@ impl Start<'_> {
     ) -> Result<(), DaemonError> {
         let start = Instant::now();
         let read = reader.problem(&problem.file, problem.geometry.into())?;
-        let robot = problem.robot.as_ref().unwrap_or(&read.robot.name).clone();
-        let scene = problem.scene.as_ref().unwrap_or(&read.name).clone();
+        let robot = problem
+            .robot
+            .as_ref()
+            .unwrap_or(&read.robot.name)
+            .clone();
+        let scene = problem
+            .scene
+            .as_ref()
+            .unwrap_or(&read.name)
+            .clone();
         if self.is_open(Kind::Robot, &robot) {
             self.add_robot(&robot, read.robot, &read.robot_files.urdf, start)?;
         }
@@ -258,7 +269,9 @@ impl Start<'_> {
             (Kind::Robot, robot.to_owned()),
             (Kind::Scene, scene.to_owned()),
         ];
-        let is_restored = keys.iter().all(|key| self.restored.contains(key));
+        let is_restored = keys
+            .iter()
+            .all(|key| self.restored.contains(key));
         if is_restored {
             self.begun.configured.extend(keys);
         }
@@ -311,7 +324,9 @@ impl Start<'_> {
             content,
             configured: true,
         };
-        self.begun.live.insert((kind, label.to_owned()), state);
+        self.begun
+            .live
+            .insert((kind, label.to_owned()), state);
     }
 
     /// Makes the collision model of a problem now, so that its first request need not. A client may
@@ -363,7 +378,10 @@ fn stored(error: &StoreError) -> DaemonError {
 }
 
 fn robot_line(label: &str, robot: &RobotModel, start: Instant) -> String {
-    let bodies = robot.links().iter().filter(|link| !link.shapes.is_empty());
+    let bodies = robot
+        .links()
+        .iter()
+        .filter(|link| !link.shapes.is_empty());
     format!(
         "robot {label}  {} dof  {} links  {} triangles  hash {:016x}  warm in {:.0} ms",
         robot.space().nv(),
@@ -375,7 +393,10 @@ fn robot_line(label: &str, robot: &RobotModel, start: Instant) -> String {
 }
 
 fn triangles(robot: &RobotModel) -> usize {
-    let shapes = robot.links().iter().flat_map(|link| &link.shapes);
+    let shapes = robot
+        .links()
+        .iter()
+        .flat_map(|link| &link.shapes);
     let meshes = shapes.filter_map(|placed| placed.shape.mesh());
     meshes.map(|mesh| mesh.triangles().len()).sum()
 }

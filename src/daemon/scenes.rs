@@ -99,7 +99,11 @@ impl EventLoop {
         let newest = self.store.scene(label)?.version;
         let scene = self.store.scene_at(label, version)?.clone();
         let base = (base_version != 0)
-            .then(|| self.store.scene_at(label, base_version).cloned())
+            .then(|| {
+                self.store
+                    .scene_at(label, base_version)
+                    .cloned()
+            })
             .transpose()?;
         let answer = SceneText {
             label: label.to_owned(),

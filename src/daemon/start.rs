@@ -237,7 +237,9 @@ fn serve_live(address: SocketAddr, live: Arc<Live>) -> Result<Web, DaemonError> 
 fn start_cleaning(instance: &Instance, server: &Server) -> Result<Cleaning, DaemonError> {
     let waker = server.waker();
     let janitor = Janitor::start(instance, move |_| waker.wake());
-    janitor.map(Cleaning::new).map_err(system("thread"))
+    janitor
+        .map(Cleaning::new)
+        .map_err(system("thread"))
 }
 
 fn assemble(
@@ -260,7 +262,9 @@ fn assemble(
     };
     let recorder = threads.add(with_thread(Recorder::start(events.clone())))?;
     let pulse = threads.add(Pulse::start())?;
-    let live = config.http.map(|_| Arc::new(Live::new(instance.name())));
+    let live = config
+        .http
+        .map(|_| Arc::new(Live::new(instance.name())));
     let crew = Crew {
         schedule: schedule.clone(),
         events,
@@ -301,6 +305,10 @@ fn assemble(
 fn stop_on_signals(events: EventSender) -> Started<Handle> {
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     let handle = signals.handle();
-    let stop = move || signals.forever().for_each(|_| events.send(Event::Stop));
+    let stop = move || {
+        signals
+            .forever()
+            .for_each(|_| events.send(Event::Stop))
+    };
     Ok((handle, spawn("taut-signals", stop)?))
 }

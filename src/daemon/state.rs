@@ -41,7 +41,9 @@ fn usual_folder(instance: &Instance) -> Result<PathBuf, StateError> {
         return Ok(instance.root().join("state"));
     }
     let base = service_folder().or_else(user_folder);
-    Ok(base.ok_or(StateError::Nowhere)?.join(instance.name()))
+    Ok(base
+        .ok_or(StateError::Nowhere)?
+        .join(instance.name()))
 }
 
 fn service_folder() -> Option<PathBuf> {

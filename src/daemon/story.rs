@@ -62,7 +62,11 @@ impl Stories {
     /// the newest first. Clients choose ids: two may choose the same.
     pub(super) fn find(&self, id: &str) -> Vec<Story> {
         let id = id.trim_start_matches("0x").to_ascii_lowercase();
-        let stories = self.stories.iter().rev().map(|(_, story)| story);
+        let stories = self
+            .stories
+            .iter()
+            .rev()
+            .map(|(_, story)| story);
         let meant = stories.filter(|story| is_meant(story, &id));
         meant.take(TOLD).cloned().collect()
     }

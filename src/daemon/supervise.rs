@@ -166,7 +166,8 @@ impl Watched {
     }
 
     fn left(&self) -> Duration {
-        self.until.saturating_duration_since(Instant::now())
+        self.until
+            .saturating_duration_since(Instant::now())
     }
 
     /// One that has ended needs no signal.
@@ -256,7 +257,9 @@ impl Supervisor {
             // Nobody would watch over it.
             let _ = child.kill();
         }
-        let status = child.wait().map_err(system("end of the daemon"))?;
+        let status = child
+            .wait()
+            .map_err(system("end of the daemon"))?;
         let Watched {
             was_ready, hung, ..
         } = watched?;
@@ -312,7 +315,9 @@ impl Supervisor {
         process: Option<&OwnedFd>,
         timeout: Duration,
     ) -> Result<Happened, SuperviseError> {
-        let end = self.poll(process, timeout).map_err(system("poll"))?;
+        let end = self
+            .poll(process, timeout)
+            .map_err(system("poll"))?;
         let signal = self.had_signal();
         let sign = self.had_sign();
         Ok(Happened { signal, sign, end })
@@ -386,7 +391,10 @@ fn remove_stale(root: &Path) {
 }
 
 fn stale(root: &Path) -> impl Iterator<Item = DirEntry> {
-    let entries = std::fs::read_dir(root).into_iter().flatten().flatten();
+    let entries = std::fs::read_dir(root)
+        .into_iter()
+        .flatten()
+        .flatten();
     entries.filter(|entry| supervisor_of(entry).is_some_and(is_gone))
 }
 
@@ -411,7 +419,9 @@ fn signals() -> Result<UnixStream, SuperviseError> {
         let registered = signal_hook::low_level::pipe::register(signal, sender);
         registered.map_err(system("signal handler"))?;
     }
-    signals.set_nonblocking(true).map_err(system("socket"))?;
+    signals
+        .set_nonblocking(true)
+        .map_err(system("socket"))?;
     Ok(signals)
 }
 

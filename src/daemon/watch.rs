@@ -81,7 +81,8 @@ impl EventLoop {
         if self.is_draining || open.request.has_disconnect_hint() || reply.header.waypoints == 0 {
             return self.send_final(number, open, reply);
         }
-        self.stories.tell(number, || checked(&open, &reply));
+        self.stories
+            .tell(number, || checked(&open, &reply));
         let is_proved = reply.header.flags & ResponseFlags::PROVED != 0;
         let told =
             open.was_proved == Some(is_proved) || self.tell_watch(&mut open, reply, is_proved);
@@ -133,9 +134,10 @@ impl EventLoop {
     pub(super) fn end_abandoned_watches(&mut self) {
         for (number, _) in self.watches.take_abandoned() {
             self.metrics.cancelled();
-            self.stories.end(number, Code::Preempted.into(), || {
-                "the client dropped the watch or is gone".to_owned()
-            });
+            self.stories
+                .end(number, Code::Preempted.into(), || {
+                    "the client dropped the watch or is gone".to_owned()
+                });
         }
         let ended = self.watches.take_ended();
         self.end(ended, "the client wants no more");
@@ -182,7 +184,10 @@ fn unsafe_event(open: &OpenRequest, reply: &Reply) -> SceneEvent {
         scene_hash: reply.header.scene_hash,
         scene_version: reply.header.scene_version,
         subscription: open.request.header().request_id,
-        segment: reply.body().refusal.map_or(0, |refusal| refusal.segment),
+        segment: reply
+            .body()
+            .refusal
+            .map_or(0, |refusal| refusal.segment),
         ..SceneEvent::default()
     }
 }

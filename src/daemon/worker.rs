@@ -123,7 +123,8 @@ impl Worker {
 
     fn show_answer(&self, job: &Job, computed: &Computed) {
         if let Some((outcome, code)) = &computed.outcome {
-            self.crew.show(|live| live.answered(job, outcome, *code));
+            self.crew
+                .show(|live| live.answered(job, outcome, *code));
         }
     }
 
@@ -140,7 +141,9 @@ impl Worker {
             pauses: turn.pauses,
             crashed,
         };
-        self.crew.events.send(Event::Answered(Box::new(answered)));
+        self.crew
+            .events
+            .send(Event::Answered(Box::new(answered)));
     }
 
     /// What was asked for, where the core panicked on it.
@@ -206,7 +209,9 @@ impl Work<'_> {
         self.show_improvement(improvement, lengths[0]);
         let header = translate::progress(&self.job.snapshot, improvement, lengths);
         let path = improvement.path.as_flat();
-        self.worker.mailbox.put(self.job.id, &header, path);
+        self.worker
+            .mailbox
+            .put(self.job.id, &header, path);
         self.told.waits.set(true);
         self.tell_when_due(monotonic_ns());
         self.hang_if_injected();
@@ -241,7 +246,10 @@ impl Work<'_> {
         if self.told.is_due(now_ns) {
             self.told.now(now_ns);
             let worker = self.worker.index;
-            self.worker.crew.events.send(Event::Improved { worker });
+            self.worker
+                .crew
+                .events
+                .send(Event::Improved { worker });
         }
     }
 
@@ -254,7 +262,8 @@ impl Work<'_> {
     /// The only place between two iterations where the outside comes in: it is over, or others may
     /// go first.
     fn asked_to_stop(&self, now_ns: u64) -> Option<StopCause> {
-        self.over(now_ns).or_else(|| self.make_room(now_ns))
+        self.over(now_ns)
+            .or_else(|| self.make_room(now_ns))
     }
 
     /// Lets others go first; a cause where the job was over meanwhile.

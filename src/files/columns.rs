@@ -84,7 +84,9 @@ impl Names {
 
     /// Only these may, of a robot that has these joints besides, which never move.
     pub fn of_variables(variables: &[Variable], fixed: &[String]) -> Self {
-        let fixed = fixed.iter().map(|name| (name.as_str(), JointKind::Fixed));
+        let fixed = fixed
+            .iter()
+            .map(|name| (name.as_str(), JointKind::Fixed));
         Self::new(
             variables
                 .iter()
@@ -166,7 +168,9 @@ fn split_unit(column: &str) -> (&str, Option<&str>) {
 
 fn unquoted(column: &str) -> &str {
     let within = |quote: char| column.strip_prefix(quote)?.strip_suffix(quote);
-    within('\'').or_else(|| within('"')).unwrap_or(column)
+    within('\'')
+        .or_else(|| within('"'))
+        .unwrap_or(column)
 }
 
 /// A name and the unit behind it in brackets.
@@ -178,7 +182,10 @@ fn in_brackets(column: &str, (open, close): (char, char)) -> Option<(&str, &str)
 }
 
 fn is_unit(word: &str) -> bool {
-    let units = UNITS.iter().chain(&OTHER_UNITS).chain(&["s", "ms", "ns"]);
+    let units = UNITS
+        .iter()
+        .chain(&OTHER_UNITS)
+        .chain(&["s", "ms", "ns"]);
     units
         .into_iter()
         .any(|unit| word.eq_ignore_ascii_case(unit))
@@ -190,14 +197,19 @@ fn is_unit(word: &str) -> bool {
 /// One that is missing, with the names that the robot has.
 pub(super) fn order(columns: &[String], variables: &[Variable]) -> Result<Vec<usize>, String> {
     let position = |variable: &Variable| {
-        let found = columns.iter().position(|name| *name == variable.name);
+        let found = columns
+            .iter()
+            .position(|name| *name == variable.name);
         found.ok_or_else(|| missing(variable, variables))
     };
     variables.iter().map(position).collect()
 }
 
 fn missing(variable: &Variable, variables: &[Variable]) -> String {
-    let known: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
+    let known: Vec<&str> = variables
+        .iter()
+        .map(|v| v.name.as_str())
+        .collect();
     format!(
         "column {:?} is missing; the robot needs {}",
         variable.name,

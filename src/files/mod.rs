@@ -128,9 +128,10 @@ impl Reader {
             file: urdf.to_owned(),
             source,
         })?;
-        robot
-            .warnings
-            .extend(odd.into_iter().map(|text| Warning::cosmetic("text", text)));
+        robot.warnings.extend(
+            odd.into_iter()
+                .map(|text| Warning::cosmetic("text", text)),
+        );
         if let Some(srdf) = srdf {
             let (text, odd) = text::read_xml(srdf)?;
             let (semantics, warnings) =
@@ -138,7 +139,9 @@ impl Reader {
                     file: srdf.to_owned(),
                     source,
                 })?;
-            let odd = odd.into_iter().map(|text| Warning::cosmetic("text", text));
+            let odd = odd
+                .into_iter()
+                .map(|text| Warning::cosmetic("text", text));
             let warnings = odd
                 .chain(warnings)
                 .map(|warning| warning.reworded(format!("SRDF: {warning}")));
@@ -228,10 +231,12 @@ impl Reader {
     ) -> Result<Scene, FileError> {
         let packages = self.packages.with(packages);
         let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder_of(file));
-        scene.build(&mut meshes).map_err(|source| FileError::Scene {
-            file: file.to_owned(),
-            source,
-        })
+        scene
+            .build(&mut meshes)
+            .map_err(|source| FileError::Scene {
+                file: file.to_owned(),
+                source,
+            })
     }
 
     /// Reads a mesh once per scale. `name` is the file as the robot or scene in `folder` calls it.

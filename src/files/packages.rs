@@ -70,7 +70,9 @@ impl Packages {
                 Err(format!("there is no file {}", file.display()))
             };
         };
-        let (package, rest) = packaged.split_once('/').unwrap_or((packaged, ""));
+        let (package, rest) = packaged
+            .split_once('/')
+            .unwrap_or((packaged, ""));
         let Some(inner) = inside(rest) else {
             return Err(format!(
                 "{rest:?} is not in package {package:?}; name the package that it is in"
@@ -94,13 +96,18 @@ impl Packages {
             return vec![named.join(rest)];
         }
         // A folder of that name is the package itself; any other may hold it.
-        let in_or_below = |entry: &Path| match entry.file_name().is_some_and(|name| name == package)
+        let in_or_below = |entry: &Path| match entry
+            .file_name()
+            .is_some_and(|name| name == package)
         {
             true => vec![entry.join(rest), entry.join(package).join(rest)],
             false => vec![entry.join(package).join(rest)],
         };
         let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-        let ros = self.ros.iter().flat_map(|entry| in_or_below(entry));
+        let ros = self
+            .ros
+            .iter()
+            .flat_map(|entry| in_or_below(entry));
         let ament = self
             .ament
             .iter()
@@ -158,7 +165,9 @@ fn unescaped(name: &str) -> Option<String> {
             }
         }
     }
-    String::from_utf8(bytes).ok().filter(|_| is_escaped)
+    String::from_utf8(bytes)
+        .ok()
+        .filter(|_| is_escaped)
 }
 
 #[cfg(test)]
@@ -197,7 +206,11 @@ mod tests {
         ] {
             assert!(find(name).is_ok(), "{name}: {:?}", find(name));
         }
-        let outside = folder.path().join("secret.stl").display().to_string();
+        let outside = folder
+            .path()
+            .join("secret.stl")
+            .display()
+            .to_string();
         for name in [
             format!("package://p/{outside}"),
             format!("package://p//{outside}"),

@@ -250,7 +250,9 @@ impl Reader {
             has_spheres,
             scene,
             path,
-            weights: parsed.metric.map(|metric| metric.weights_per_dof),
+            weights: parsed
+                .metric
+                .map(|metric| metric.weights_per_dof),
             path_length: parsed.path_length,
             lower_bound: parsed.lower_bound,
             peers: parsed.peers,
@@ -274,7 +276,11 @@ fn robot_files(
     let urdf = match geometry {
         Geometry::Given => &part.urdf,
         Geometry::Spheres => {
-            allowed_collisions.extend(part.spherized_allowed_collisions.iter().cloned());
+            allowed_collisions.extend(
+                part.spherized_allowed_collisions
+                    .iter()
+                    .cloned(),
+            );
             let none = || refuse("it has no spherized_urdf; use the geometry given".to_owned());
             part.spherized_urdf.as_ref().ok_or_else(none)?
         }

@@ -254,10 +254,13 @@ impl ResultFile {
     /// What an outcome says; name, code, times, subject and input are the caller's to add.
     pub fn of(outcome: &Outcome) -> Self {
         let nearest = outcome.nearest.as_ref();
-        let floors = outcome.floors_lowered.iter().map(|floor| ResultFloor {
-            bodies: floor.bodies.clone(),
-            floor_m: floor.floor_m,
-        });
+        let floors = outcome
+            .floors_lowered
+            .iter()
+            .map(|floor| ResultFloor {
+                bodies: floor.bodies.clone(),
+                floor_m: floor.floor_m,
+            });
         Self {
             format: RESULT_FORMAT.to_owned(),
             proved: outcome.proved,
@@ -274,7 +277,13 @@ impl ResultFile {
             smallest_clearance: nearest
                 .and_then(|nearest| nearest.smallest.as_ref())
                 .map(Into::into),
-            contacts: nearest.map(|nearest| nearest.contacts.iter().map(Into::into).collect()),
+            contacts: nearest.map(|nearest| {
+                nearest
+                    .contacts
+                    .iter()
+                    .map(Into::into)
+                    .collect()
+            }),
             iterations: outcome.iterations,
             work: outcome.work,
             termination: outcome.termination.name().to_owned(),

@@ -24,7 +24,9 @@ pub fn srdf_of(urdf: &Path) -> Option<PathBuf> {
     if !places.iter().any(|folder| folder.is_dir()) {
         return None;
     }
-    let names = [Some(stem), robot_name(urdf)].into_iter().flatten();
+    let names = [Some(stem), robot_name(urdf)]
+        .into_iter()
+        .flatten();
     let files = names.flat_map(|name| {
         places
             .iter()

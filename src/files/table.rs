@@ -69,7 +69,10 @@ impl PathTable {
     fn of_trajectory(file: &Path, text: &str) -> Result<Self, FileError> {
         let parsed = trajectory::parse(text, yaml::is_yaml(file));
         let (variables, points, start) = parsed.map_err(|text| FileError::content(file, text))?;
-        let rows = points.into_iter().map(|point| point.positions).collect();
+        let rows = points
+            .into_iter()
+            .map(|point| point.positions)
+            .collect();
         let table = Self::of(file, Ok((variables, rows)))?;
         Ok(Self { start, ..table })
     }
@@ -112,7 +115,11 @@ impl PathTable {
 
     /// Where its message has a joint, if that is elsewhere than where it is held.
     fn elsewhere(&self, name: &str, value: f64) -> Option<String> {
-        let (_, start) = self.start.iter().rev().find(|(known, _)| known == name)?;
+        let (_, start) = self
+            .start
+            .iter()
+            .rev()
+            .find(|(known, _)| known == name)?;
         ((start - value).abs() > HELD_TOLERANCE).then(|| format!("{name}={start}"))
     }
 
@@ -138,9 +145,15 @@ impl PathTable {
         let columns = names.columns(&self.variables);
         let (found, warning) = columns.map_err(|text| self.refuse(text))?;
         for row in &mut self.rows {
-            *row = found.iter().map(|(place, _)| row[*place]).collect();
+            *row = found
+                .iter()
+                .map(|(place, _)| row[*place])
+                .collect();
         }
-        self.variables = found.into_iter().map(|(_, name)| name).collect();
+        self.variables = found
+            .into_iter()
+            .map(|(_, name)| name)
+            .collect();
         self.check_finite()?;
         self.warnings
             .extend(warning.map(|text| Warning::cosmetic("columns", text)));
@@ -251,7 +264,8 @@ fn parse_csv(text: &str) -> Parsed {
 }
 
 fn filled_lines(text: &str) -> impl Iterator<Item = &str> {
-    text.lines().filter(|line| !line.trim().is_empty())
+    text.lines()
+        .filter(|line| !line.trim().is_empty())
 }
 
 /// What parts the columns of the first line that is no comment.
@@ -259,7 +273,9 @@ fn delimiter(text: &str) -> char {
     let first = filled_lines(text).find(|line| !line.starts_with('#'));
     let first = first.unwrap_or_default();
     let mut marks = [',', ';', '\t'].into_iter();
-    marks.find(|mark| first.contains(*mark)).unwrap_or(',')
+    marks
+        .find(|mark| first.contains(*mark))
+        .unwrap_or(',')
 }
 
 fn records(text: &str, delimiter: char) -> Result<Vec<csv::StringRecord>, String> {
@@ -269,7 +285,9 @@ fn records(text: &str, delimiter: char) -> Result<Vec<csv::StringRecord>, String
         .delimiter(delimiter as u8)
         .trim(csv::Trim::All)
         .flexible(true);
-    let mut reader = reader.has_headers(false).from_reader(text.as_bytes());
+    let mut reader = reader
+        .has_headers(false)
+        .from_reader(text.as_bytes());
     let records = reader.records();
     records
         .map(|record| record.map_err(|error| error.to_string()))
@@ -289,12 +307,18 @@ fn names_in_comment(line: &str, delimiter: char, first: &csv::StringRecord) -> O
         .split(delimiter)
         .map(|name| name.trim().to_owned())
         .collect();
-    let are_numbers = first.iter().all(|field| field.parse::<f64>().is_ok());
+    let are_numbers = first
+        .iter()
+        .all(|field| field.parse::<f64>().is_ok());
     let are_names = names
         .iter()
         .all(|name| !name.is_empty() && !name.contains(char::is_whitespace));
-    let is_one_word =
-        names.len() == 1 && line.trim_start_matches('#').trim().parse::<f64>().is_err();
+    let is_one_word = names.len() == 1
+        && line
+            .trim_start_matches('#')
+            .trim()
+            .parse::<f64>()
+            .is_err();
     (are_numbers && are_names && names.len() == first.len() && (names.len() > 1 || is_one_word))
         .then_some(names)
 }
@@ -329,7 +353,10 @@ fn csv_number(word: &str, name: &str, has_decimal_commas: bool) -> Option<f64> {
         true => &word.replace(',', "."),
         false => word,
     };
-    let number = word.parse().ok().filter(|value: &f64| value.is_finite());
+    let number = word
+        .parse()
+        .ok()
+        .filter(|value: &f64| value.is_finite());
     number.or_else(|| columns::is_time(name).then_some(f64::NAN))
 }
 

@@ -61,7 +61,11 @@ fn a_problem_decides_on_the_virtual_joint_and_the_order_of_columns() {
     let problem = problem(dir.path(), PROBLEM, Geometry::Given).unwrap();
     let model = problem.model().unwrap();
     assert_eq!((problem.name.as_str(), model.name()), ("p", "arm"));
-    let names: Vec<&str> = model.variables().iter().map(|v| v.name.as_str()).collect();
+    let names: Vec<&str> = model
+        .variables()
+        .iter()
+        .map(|v| v.name.as_str())
+        .collect();
     assert_eq!(names, ["slide", "root/x", "root/y", "root/theta"]);
     assert_eq!(
         (model.variables()[2].lower, model.variables()[2].upper),
@@ -194,9 +198,15 @@ fn a_package_is_found_by_name_by_environment_and_above_the_robot() {
 
     let file = format!(
         "file://{}",
-        dir.path().join("arm_package/arm.srdf").display()
+        dir.path()
+            .join("arm_package/arm.srdf")
+            .display()
     );
-    assert!(Packages::default().resolve(&file, elsewhere.path()).is_ok());
+    assert!(
+        Packages::default()
+            .resolve(&file, elsewhere.path())
+            .is_ok()
+    );
     assert!(
         Packages::default()
             .resolve("../arm.srdf", urdf.parent().unwrap())
@@ -209,7 +219,13 @@ fn a_robot_without_a_problem_takes_the_srdfs_virtual_joint() {
     let dir = folder();
     let urdf = dir.path().join("arm_package/urdf/arm.urdf");
     let mut reader = Reader::default();
-    assert!(reader.robot(&urdf, None).unwrap().virtual_joint.is_none());
+    assert!(
+        reader
+            .robot(&urdf, None)
+            .unwrap()
+            .virtual_joint
+            .is_none()
+    );
     let srdf = dir.path().join("arm_package/arm.srdf");
     assert_eq!(
         reader
@@ -279,7 +295,9 @@ fn a_bad_path_says_what_and_where() {
             ["p.json", "row 0", "2 numbers", "1 columns"],
         ),
     ] {
-        let text = table(name, text).expect_err("must be refused").to_string();
+        let text = table(name, text)
+            .expect_err("must be refused")
+            .to_string();
         assert!(
             parts.iter().all(|part| text.contains(part)),
             "{text:?} lacks one of {parts:?}"
@@ -403,7 +421,12 @@ fn what_a_message_says_beside_its_path_is_not_left_out_in_silence() {
         "p.json",
         r#"{ "variables": ["a"], "path": [[1]], "path_constraints": { "position_constraints": [1] } }"#,
     );
-    assert!(table.unwrap_err().to_string().contains("path_constraints"));
+    assert!(
+        table
+            .unwrap_err()
+            .to_string()
+            .contains("path_constraints")
+    );
 }
 
 #[test]
@@ -411,7 +434,11 @@ fn a_scene_comes_from_its_own_file_or_from_a_problem() {
     let dir = folder();
     let file = dir.path().join("problems/p.json");
     assert_eq!(
-        Reader::default().scene(&file).unwrap().obstacles()[0].id,
+        Reader::default()
+            .scene(&file)
+            .unwrap()
+            .obstacles()[0]
+            .id,
         "wedge"
     );
     let own = dir.path().join("scene.json");
@@ -427,7 +454,10 @@ fn a_scene_comes_from_its_own_file_or_from_a_problem() {
         (r#"{ "name": "s" }"#, "`objects`"),
     ] {
         fs::write(&own, text).unwrap();
-        let text = Reader::default().scene(&own).unwrap_err().to_string();
+        let text = Reader::default()
+            .scene(&own)
+            .unwrap_err()
+            .to_string();
         assert!(text.contains("scene.json") && text.contains(part), "{text}");
     }
 }
@@ -449,7 +479,10 @@ fn a_scene_may_be_moveits_text_whatever_became_of_its_files_name() {
         .unwrap();
     assert_eq!(sent.hash(), scene.hash());
     fs::write(&file, text.replace("sphere", "cone")).unwrap();
-    let text = Reader::default().scene(&file).unwrap_err().to_string();
+    let text = Reader::default()
+        .scene(&file)
+        .unwrap_err()
+        .to_string();
     assert!(
         text.contains("kitchen.scene: line 4") && text.contains("\"cup\" has a cone"),
         "{text}"
@@ -507,7 +540,9 @@ fn an_odd_mesh_is_told_once_for_a_robot_and_once_for_a_scene() {
         object("pot")
     );
     fs::write(dir.path().join("s.json"), scene).unwrap();
-    let scene = Reader::default().scene(&dir.path().join("s.json")).unwrap();
+    let scene = Reader::default()
+        .scene(&dir.path().join("s.json"))
+        .unwrap();
     assert_eq!(scene.warnings().len(), 2, "{:?}", scene.warnings());
     assert!(scene.warnings()[0].starts_with("object \"cup\" and 2 more: mesh sheet.obj is 80.0"));
 }
@@ -542,7 +577,10 @@ fn collada_meshes_are_read_for_robots_and_scenes() {
     let file = dir.path().join("s.json");
     fs::write(&file, scene).unwrap();
     assert_eq!(
-        Reader::default().scene(&file).unwrap().obstacles()[0]
+        Reader::default()
+            .scene(&file)
+            .unwrap()
+            .obstacles()[0]
             .shapes
             .len(),
         1
@@ -552,7 +590,10 @@ fn collada_meshes_are_read_for_robots_and_scenes() {
         dae.replace("<p>0 2 1 ", "<p>0 2 9 "),
     )
     .unwrap();
-    let text = Reader::default().scene(&file).unwrap_err().to_string();
+    let text = Reader::default()
+        .scene(&file)
+        .unwrap_err()
+        .to_string();
     assert!(
         text.contains("s.json: object \"tent\": mesh arm_package/meshes/tent.DAE: line 4"),
         "{text}"

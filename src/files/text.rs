@@ -94,7 +94,10 @@ fn decoded(bytes: &[u8], encoding: &'static Encoding) -> Result<String, String> 
     if !has_errors {
         return Ok(text.into_owned());
     }
-    let before = text.split('\u{fffd}').next().unwrap_or_default();
+    let before = text
+        .split('\u{fffd}')
+        .next()
+        .unwrap_or_default();
     let line = before.matches('\n').count() + 1;
     Err(format!("line {line} is not {}", encoding.name()))
 }
@@ -111,7 +114,11 @@ mod tests {
 
     #[test]
     fn an_encoding_is_found_by_mark_declaration_or_bytes() {
-        let latin = |text: &str| text.chars().map(|c| c as u8).collect::<Vec<u8>>();
+        let latin = |text: &str| {
+            text.chars()
+                .map(|c| c as u8)
+                .collect::<Vec<u8>>()
+        };
         let declared =
             |label: &str| format!("\n<?xml version='1.0' encoding = \"{label}\" ?>{TEXT}");
         for bytes in [
@@ -131,7 +138,11 @@ mod tests {
         }
         let (text, odd) = xml(&latin(&format!("\n{TEXT}"))).unwrap();
         assert!(
-            text.ends_with(TEXT) && odd.clone().unwrap().starts_with("line 2 is not UTF-8"),
+            text.ends_with(TEXT)
+                && odd
+                    .clone()
+                    .unwrap()
+                    .starts_with("line 2 is not UTF-8"),
             "{odd:?}"
         );
         let error = xml(&latin(&declared("klingon"))).unwrap_err();

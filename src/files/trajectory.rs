@@ -116,7 +116,13 @@ impl StartState {
     fn refuse(&self, of: &str) -> Result<(), String> {
         if !self.attached_collision_objects.is_empty() {
             let id = |object: &serde_json::Value| {
-                Some(object.get("object")?.get("id")?.as_str()?.to_owned())
+                Some(
+                    object
+                        .get("object")?
+                        .get("id")?
+                        .as_str()?
+                        .to_owned(),
+                )
             };
             let ids: Vec<String> = self
                 .attached_collision_objects
@@ -241,12 +247,17 @@ impl Trajectory {
         variables: &[Variable],
     ) -> Result<Vec<TrajectoryPoint>, FileError> {
         let refuse = |text: String| FileError::content(&self.file, text);
-        let (found, _) = names.columns(&self.joint_names).map_err(refuse)?;
+        let (found, _) = names
+            .columns(&self.joint_names)
+            .map_err(refuse)?;
         let (places, names): (Vec<usize>, Vec<String>) = found.into_iter().unzip();
         let order = columns::order(&names, variables).map_err(refuse)?;
         let list = |list: &Vec<f64>| match list.is_empty() {
             true => Vec::new(),
-            false => order.iter().map(|&column| list[places[column]]).collect(),
+            false => order
+                .iter()
+                .map(|&column| list[places[column]])
+                .collect(),
         };
         let point = |point: &TrajectoryPoint| TrajectoryPoint {
             positions: list(&point.positions),
@@ -275,8 +286,13 @@ pub(super) fn parse(
         }
     };
     let mut found = Vec::new();
-    let is_scene = messages.iter().any(|message| message.world.is_some());
-    let start = messages.iter().flat_map(Message::start).collect();
+    let is_scene = messages
+        .iter()
+        .any(|message| message.world.is_some());
+    let start = messages
+        .iter()
+        .flat_map(Message::start)
+        .collect();
     for message in messages {
         message.collect(&mut found)?;
     }
@@ -329,7 +345,9 @@ impl Message {
             (&self.start_state, "start_state"),
             (&self.trajectory_start, "trajectory_start"),
         ] {
-            state.as_ref().map_or(Ok(()), |state| state.refuse(name))?;
+            state
+                .as_ref()
+                .map_or(Ok(()), |state| state.refuse(name))?;
         }
         if let (Some(names), Some(points)) = (self.joint_names, self.points) {
             found.push((names, points));
@@ -383,7 +401,10 @@ fn straight(start: &JointState, goals: &[Goal]) -> Parsed {
             format!("its start_state does not say where {name} is, which its goal moves")
         })
     };
-    let from = names.iter().map(position).collect::<Result<_, _>>()?;
+    let from = names
+        .iter()
+        .map(position)
+        .collect::<Result<_, _>>()?;
     let to = constraints
         .iter()
         .map(|constraint| constraint.position)

@@ -110,7 +110,12 @@ impl Problem {
     /// # Errors
     /// A problem without start or goal, or of other lengths than its joints.
     pub fn path(&self) -> Result<(Vec<String>, Vec<Vec<f64>>), String> {
-        let goal = self.entry.goals.first().cloned().unwrap_or_default();
+        let goal = self
+            .entry
+            .goals
+            .first()
+            .cloned()
+            .unwrap_or_default();
         let rows = vec![self.entry.start.clone(), goal];
         if self.joints.is_empty() {
             return Err(
@@ -118,7 +123,10 @@ impl Problem {
                     .to_owned(),
             );
         }
-        match rows.iter().find(|row| row.len() != self.joints.len()) {
+        match rows
+            .iter()
+            .find(|row| row.len() != self.joints.len())
+        {
             Some(row) => Err(format!(
                 "{} has {} numbers for {} joints",
                 self.name,
@@ -143,7 +151,10 @@ impl Problem {
         ];
         for (kind, solids) in kinds {
             for solid in solids {
-                let base = solid.name.clone().unwrap_or_else(|| kind.to_owned());
+                let base = solid
+                    .name
+                    .clone()
+                    .unwrap_or_else(|| kind.to_owned());
                 let times = known.entry(base.clone()).or_insert(0);
                 *times += 1;
                 let id = if *times == 1 {
@@ -174,7 +185,10 @@ impl Solid {
         Some(match kind {
             "sphere" => vec![self.radius?],
             "cylinder" => vec![self.length?, self.radius?],
-            _ => self.half_extents?.map(|half| 2.0 * half).to_vec(),
+            _ => self
+                .half_extents?
+                .map(|half| 2.0 * half)
+                .to_vec(),
         })
     }
 }

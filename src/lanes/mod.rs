@@ -52,11 +52,17 @@ impl Eight for pulp::x86::V3 {
     }
     #[inline(always)]
     fn larger(self, a: Packed, b: Packed) -> Packed {
-        pulp::cast(self.avx._mm256_max_ps(pulp::cast(a), pulp::cast(b)))
+        pulp::cast(
+            self.avx
+                ._mm256_max_ps(pulp::cast(a), pulp::cast(b)),
+        )
     }
     #[inline(always)]
     fn smaller(self, a: Packed, b: Packed) -> Packed {
-        pulp::cast(self.avx._mm256_min_ps(pulp::cast(a), pulp::cast(b)))
+        pulp::cast(
+            self.avx
+                ._mm256_min_ps(pulp::cast(a), pulp::cast(b)),
+        )
     }
 }
 
@@ -216,7 +222,10 @@ impl<S: Eight> Mask<S> {
     /// `yes` where it holds, else `no`.
     #[inline(always)]
     pub fn select(self, yes: Lanes<S>, no: Lanes<S>) -> Lanes<S> {
-        yes.with(self.simd.select_f32s(self.mask, yes.packed, no.packed))
+        yes.with(
+            self.simd
+                .select_f32s(self.mask, yes.packed, no.packed),
+        )
     }
 }
 
@@ -248,7 +257,10 @@ macro_rules! operator {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: f32) -> Self {
-                self.with(self.simd.$simd(self.packed, self.simd.splat_f32s(other)))
+                self.with(
+                    self.simd
+                        .$simd(self.packed, self.simd.splat_f32s(other)),
+                )
             }
         }
     };

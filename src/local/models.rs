@@ -51,7 +51,9 @@ impl Models {
     }
 
     fn store(&self) -> MutexGuard<'_, ModelStore> {
-        self.store.lock().unwrap_or_else(PoisonError::into_inner)
+        self.store
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Robot and scene of a request.
@@ -148,7 +150,9 @@ impl Models {
 
     fn unload_robot(&self, label: &str) -> Answer {
         let removed = self.store().remove_robot(label);
-        removed.map(|_| ControlReply::Done).map_err(refuse)
+        removed
+            .map(|_| ControlReply::Done)
+            .map_err(refuse)
     }
 
     fn describe(&self, label: &str) -> Answer {
@@ -173,14 +177,21 @@ impl Models {
 
     pub(super) fn take_scene(&self, label: &str, scene: Arc<Scene>, replace: bool) -> Answer {
         let mut store = self.store();
-        store.insert_scene(label, scene, replace).map_err(refuse)?;
+        store
+            .insert_scene(label, scene, replace)
+            .map_err(refuse)?;
         let entry = store.scene(label);
-        entry.map(|entry| summary(label, entry)).map_err(refuse)
+        entry
+            .map(|entry| summary(label, entry))
+            .map_err(refuse)
     }
 
     fn change_scene(&self, text: &Text, base_version: u64) -> Answer {
         let diff = translate::diff_of(&text.json, &text.file())?;
-        let _one_at_a_time = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
+        let _one_at_a_time = self
+            .changing
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         let base = self.base(&text.label, base_version)?;
         let worlds = translate::worlds(&self.store());
         let scene = diff.apply_among(&base, &worlds);
@@ -191,12 +202,17 @@ impl Models {
 
     fn base(&self, label: &str, version: u64) -> Result<Arc<Scene>, Refusal> {
         let store = self.store();
-        store.base_scene(label, version).cloned().map_err(refuse)
+        store
+            .base_scene(label, version)
+            .cloned()
+            .map_err(refuse)
     }
 
     fn unload_scene(&self, label: &str) -> Answer {
         let removed = self.store().remove_scene(label);
-        removed.map(|_| ControlReply::Done).map_err(refuse)
+        removed
+            .map(|_| ControlReply::Done)
+            .map_err(refuse)
     }
 
     fn pin(&self, label: &str, version: u64, pinned: bool) -> Answer {
@@ -205,11 +221,17 @@ impl Models {
             true => store.pin_scene(label, version),
             false => store.unpin_scene(label, version),
         };
-        entry.map(|entry| summary(label, entry)).map_err(refuse)
+        entry
+            .map(|entry| summary(label, entry))
+            .map_err(refuse)
     }
 
     fn show(&self, label: String, version: u64, base_version: u64) -> Answer {
-        let newest = self.store().scene(&label).map_err(refuse)?.version;
+        let newest = self
+            .store()
+            .scene(&label)
+            .map_err(refuse)?
+            .version;
         let scene = self.at(&label, version)?;
         let base = match base_version {
             0 => None,
@@ -226,7 +248,10 @@ impl Models {
 
     fn at(&self, label: &str, version: u64) -> Result<Arc<Scene>, Refusal> {
         let store = self.store();
-        store.scene_at(label, version).cloned().map_err(refuse)
+        store
+            .scene_at(label, version)
+            .cloned()
+            .map_err(refuse)
     }
 }
 

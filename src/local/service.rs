@@ -44,9 +44,13 @@ impl LocalService {
         (scene_label, scene): (&str, &Arc<Scene>),
     ) -> Result<(), Refusal> {
         let read = translate::read_robot(robot.clone())?;
-        self.models.take_robot(robot_label, read, false)?;
-        self.models.take_scene(scene_label, scene.clone(), false)?;
-        let snapshot = self.models.snapshot(&newest(robot_label, scene_label))?;
+        self.models
+            .take_robot(robot_label, read, false)?;
+        self.models
+            .take_scene(scene_label, scene.clone(), false)?;
+        let snapshot = self
+            .models
+            .snapshot(&newest(robot_label, scene_label))?;
         let model = snapshot.model.get();
         let model = model.map_err(|error| translate::model_refusal(error, robot));
         model.map(drop)
@@ -61,7 +65,9 @@ impl LocalService {
     ) -> Result<Reply, Refusal> {
         let header = &request.header;
         check_watch(header)?;
-        let snapshot = self.models.snapshot(&translate::wanted(header))?;
+        let snapshot = self
+            .models
+            .snapshot(&translate::wanted(header))?;
         translate::check_layout(header, &snapshot)?;
         let (settings, path) =
             translate::settings_and_path(request, &snapshot, Settings::DEFAULT_CLEARANCE_M)?;

@@ -167,7 +167,10 @@ impl ActiveSet {
 
     /// Appends the line of M that belongs to a new row.
     fn append_line(&mut self, cost: &Cost<'_>, row: &Row<'_>, diagonal: f64) {
-        let couplings = self.rows.iter().map(|other| row.coupling(&other, cost));
+        let couplings = self
+            .rows
+            .iter()
+            .map(|other| row.coupling(&other, cost));
         self.gram.extend(couplings);
         self.gram.push(diagonal);
     }
@@ -176,7 +179,8 @@ impl ActiveSet {
     pub fn relax(&mut self, row: usize, right_hand_side: f64) {
         debug_assert!(!self.active.contains(&row));
         self.free_slack[row] += self.rows.get(row).right_hand_side - right_hand_side;
-        self.rows.set_right_hand_side(row, right_hand_side);
+        self.rows
+            .set_right_hand_side(row, right_hand_side);
     }
 
     /// Starts with these rows as active, as far as they are independent and their multipliers
@@ -206,7 +210,10 @@ impl ActiveSet {
     /// The multipliers that leave no active row any slack.
     fn satisfy_active(&mut self) {
         self.multipliers.clear();
-        let missing = self.active.iter().map(|&row| -self.free_slack[row]);
+        let missing = self
+            .active
+            .iter()
+            .map(|&row| -self.free_slack[row]);
         self.multipliers.extend(missing);
         self.factor.solve(&mut self.multipliers);
     }
@@ -244,7 +251,9 @@ impl ActiveSet {
         self.force.clear();
         self.force.resize(size, 0.0);
         for (row, multiplier) in self.active.iter().zip(&self.multipliers) {
-            self.rows.get(*row).add_force(*multiplier, &mut self.force);
+            self.rows
+                .get(*row)
+                .add_force(*multiplier, &mut self.force);
         }
     }
 
@@ -332,7 +341,10 @@ impl ActiveSet {
     fn find_exchange(&mut self, entering: &Entering) -> Exchange {
         let curvature = self.aim(entering);
         let whole = entering.until_satisfied(curvature);
-        match self.blocking().filter(|(_, most)| *most < whole) {
+        match self
+            .blocking()
+            .filter(|(_, most)| *most < whole)
+        {
             Some((released, by)) => Exchange {
                 by,
                 curvature,
@@ -365,7 +377,10 @@ impl ActiveSet {
 
     /// `column` is that of the row already.
     fn activate(&mut self, entering: &Entering) {
-        if self.factor.append(&self.column, entering.diagonal) {
+        if self
+            .factor
+            .append(&self.column, entering.diagonal)
+        {
             self.active.push(entering.row);
             self.multipliers.push(entering.multiplier);
         }

@@ -134,13 +134,17 @@ impl Answer {
         let [length_before, length_after, lower_bound] = self.lengths(question);
         let output = self.output(question, is_unchanged);
         let floors_lowered = self.floors_lowered(model);
-        let certificate = self.claims(question, is_unchanged).map(|proofs| {
-            Certificate::new(model, &output, terms(question, &floors_lowered), &proofs)
-        });
+        let certificate = self
+            .claims(question, is_unchanged)
+            .map(|proofs| {
+                Certificate::new(model, &output, terms(question, &floors_lowered), &proofs)
+            });
         Outcome {
             turned: input.turned(model.robot(), path, &output),
             proved: certificate.is_some(),
-            uncheckable: model.uncheckable().filter(|_| self.refusal.is_none()),
+            uncheckable: model
+                .uncheckable()
+                .filter(|_| self.refusal.is_none()),
             pairs: model.checked_pairs(),
             length_before,
             length_after,
@@ -192,7 +196,9 @@ impl Answer {
     /// Length of the input, of the path, and what none can be shorter than.
     fn lengths(&self, question: &Question) -> [f64; 3] {
         let input = question.input;
-        let [before, after] = self.lengths.unwrap_or_else(|| [input.length(); 2]);
+        let [before, after] = self
+            .lengths
+            .unwrap_or_else(|| [input.length(); 2]);
         // Without a waypoint on a straight line the sum may be rounded up.
         let after = after.min(before);
         let bound = lower_bound(&input.space, &input.metric, question.path, input.keep_goal);
@@ -252,7 +258,10 @@ fn least_floor_m(clearance_m: f64, lowered: &[LoweredFloor]) -> f64 {
 }
 
 fn named_pairs(model: &CollisionModel, pairs: &[usize]) -> Vec<[String; 2]> {
-    pairs.iter().map(|&pair| model.pair_names(pair)).collect()
+    pairs
+        .iter()
+        .map(|&pair| model.pair_names(pair))
+        .collect()
 }
 
 /// Proofs of the caller's segments: one between equal waypoints keeps what the segment beside it

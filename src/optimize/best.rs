@@ -47,7 +47,11 @@ impl<'r> Best<'r> {
     /// Begins with an input that is proved.
     pub fn proved(task: &'r Task<'r>, input: &Path, proved: Proved<'_>) -> Self {
         assert_eq!(input.as_flat(), proved.rows(), "proved is something else");
-        let proofs = proved.into_proofs().into_iter().map(Some).collect();
+        let proofs = proved
+            .into_proofs()
+            .into_iter()
+            .map(Some)
+            .collect();
         Self::new(task, input, proofs)
     }
 
@@ -122,7 +126,9 @@ impl<'r> Best<'r> {
     /// Takes another path, of as many waypoints as `fixed` has entries, if it is strictly shorter;
     /// says whether it did.
     pub fn take(&mut self, path: &Proved<'_>, fixed: &[bool]) -> bool {
-        let length = self.task.length(path.rows(), &mut self.velocity);
+        let length = self
+            .task
+            .length(path.rows(), &mut self.velocity);
         let is_shorter = self.is_longer_than(length);
         if is_shorter {
             self.become_path(path, fixed);
@@ -131,7 +137,8 @@ impl<'r> Best<'r> {
     }
 
     fn become_path(&mut self, path: &Proved<'_>, fixed: &[bool]) {
-        self.path.splice(0..self.path.len(), path.rows());
+        self.path
+            .splice(0..self.path.len(), path.rows());
         self.fixed.clear();
         self.fixed.extend_from_slice(fixed);
         self.proofs.clear();
@@ -191,7 +198,11 @@ impl<'r> Best<'r> {
         if !self.is_proved()
             && let RowsVerdict::Proved(proved) = validator.prove(self.path.as_flat(), stop)
         {
-            self.proofs = proved.into_proofs().into_iter().map(Some).collect();
+            self.proofs = proved
+                .into_proofs()
+                .into_iter()
+                .map(Some)
+                .collect();
         }
         self.is_proved()
     }
@@ -203,9 +214,11 @@ impl<'r> Best<'r> {
         let count = rows.rows().len() / self.path.nq();
         if count != range.len() {
             let between = std::iter::repeat_n(false, count - 2);
-            self.fixed.splice(range.start + 1..range.end - 1, between);
+            self.fixed
+                .splice(range.start + 1..range.end - 1, between);
         }
-        self.proofs.splice(segments.clone(), known_proofs(rows));
+        self.proofs
+            .splice(segments.clone(), known_proofs(rows));
         self.measure(segments, rows.rows());
         self.path.splice(range, rows.rows());
     }

@@ -101,7 +101,9 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
 
     /// The stretch between neighbouring fixed waypoints that a segment lies on.
     fn stretch_around(&self, segment: usize) -> Option<(usize, usize)> {
-        let start = (0..=segment).rev().find(|&i| self.is_fixed(i))?;
+        let start = (0..=segment)
+            .rev()
+            .find(|&i| self.is_fixed(i))?;
         let end = self.fixed_from(segment + 1).next()?;
         Some((start, end))
     }
@@ -151,7 +153,9 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     }
 
     fn segment_at(&self, arc: f64) -> usize {
-        let after = self.arcs().partition_point(|&start| start <= arc);
+        let after = self
+            .arcs()
+            .partition_point(|&start| start <= arc);
         after.clamp(1, self.arcs().len() - 1) - 1
     }
 
@@ -251,7 +255,8 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         let Progress { task, best, .. } = &*self.progress;
         task.space
             .integrate(&self.ends[0], &self.velocity, ratio, &mut self.straight);
-        self.row.copy_from_slice(best.path().waypoint(waypoint));
+        self.row
+            .copy_from_slice(best.path().waypoint(waypoint));
         for columns in &self.moving[straightened] {
             self.row[columns.clone()].copy_from_slice(&self.straight[columns.clone()]);
         }
@@ -264,13 +269,18 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         if !self.unroll() {
             return None;
         }
-        let gain = self.progress.best.gain(&self.replaced, &self.candidate);
+        let gain = self
+            .progress
+            .best
+            .gain(&self.replaced, &self.candidate);
         (gain > self.least_gain()).then_some(gain)
     }
 
     /// What a candidate with so many waypoints must gain.
     fn least_gain(&self) -> f64 {
-        let added = self.candidate_len().saturating_sub(self.replaced.len());
+        let added = self
+            .candidate_len()
+            .saturating_sub(self.replaced.len());
         SHORTER.max(WORTH_A_WAYPOINT * added as f64) * self.length()
     }
 
@@ -311,7 +321,10 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
     /// Leaves out these waypoints if none is fixed, it gains, and the straight line is proved; says
     /// whether.
     pub fn leave_out(&mut self, waypoints: Range<usize>) -> bool {
-        if waypoints.clone().any(|waypoint| self.is_fixed(waypoint)) {
+        if waypoints
+            .clone()
+            .any(|waypoint| self.is_fixed(waypoint))
+        {
             return false;
         }
         self.join(waypoints.start - 1, waypoints.end);
@@ -323,8 +336,10 @@ impl<'s, 'r, 'm> Search<'s, 'r, 'm> {
         let path = self.progress.best.path();
         self.replaced = from..to + 1;
         self.candidate.clear();
-        self.candidate.extend_from_slice(path.waypoint(from));
-        self.candidate.extend_from_slice(path.waypoint(to));
+        self.candidate
+            .extend_from_slice(path.waypoint(from));
+        self.candidate
+            .extend_from_slice(path.waypoint(to));
     }
 
     /// Drops those waypoints of the candidate just accepted that the path can do without.

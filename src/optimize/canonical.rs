@@ -124,7 +124,11 @@ pub(super) fn rotations(space: &ConfigurationSpace) -> impl Iterator<Item = usiz
 
 /// Length of a quaternion.
 pub(super) fn norm(quaternion: &[f64]) -> f64 {
-    quaternion.iter().map(|x| x * x).sum::<f64>().sqrt()
+    quaternion
+        .iter()
+        .map(|x| x * x)
+        .sum::<f64>()
+        .sqrt()
 }
 
 fn normalise(quaternion: &mut [f64]) {

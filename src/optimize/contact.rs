@@ -273,7 +273,10 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     fn move_trial(&mut self, part: f64) -> bool {
         let task = self.progress.task;
         let best = &self.progress.best;
-        let part = part.min(self.limits.largest_part(self.path.as_flat(), &self.step));
+        let part = part.min(
+            self.limits
+                .largest_part(self.path.as_flat(), &self.step),
+        );
         task.displace(&self.path, &self.fixed, &self.step, part, &mut self.trial);
         self.limits.settle(&self.path, &mut self.trial);
         best.unroll(&mut self.trial, &self.fixed)
@@ -337,8 +340,13 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
     fn split(&mut self, segment: usize, ratio: f64) {
         let from = self.path.waypoint(segment);
         let to = self.path.waypoint(segment + 1);
-        let middle = self.progress.task.space.between(from, to, ratio);
-        self.path.splice(segment + 1..segment + 1, &middle);
+        let middle = self
+            .progress
+            .task
+            .space
+            .between(from, to, ratio);
+        self.path
+            .splice(segment + 1..segment + 1, &middle);
         self.fixed.insert(segment + 1, false);
         self.contacts.split(segment, ratio);
     }

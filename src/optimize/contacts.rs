@@ -203,7 +203,8 @@ impl<'r> Contacts<'r> {
     /// Adds the half-spaces `j p ≥ 2δ − d` of all contacts at the path, and starts from those that
     /// pushed last.
     pub fn linearise(&mut self, path: &Path, model: &mut HeldModel<'_, '_>) {
-        self.known.retain(|contact| contact.idle <= IDLE);
+        self.known
+            .retain(|contact| contact.idle <= IDLE);
         self.owners.clear();
         for index in 0..self.known.len() {
             self.hold(index, path, model);
@@ -223,7 +224,9 @@ impl<'r> Contacts<'r> {
     fn hold(&mut self, index: usize, path: &Path, model: &mut HeldModel<'_, '_>) -> Option<usize> {
         let place = self.known[index].place;
         self.move_along(path, place);
-        let (distance, jacobian) = self.half_space.at(place.pair, &self.configuration)?;
+        let (distance, jacobian) = self
+            .half_space
+            .at(place.pair, &self.configuration)?;
         let right_hand_side = model.missing(place.pair, distance);
         let row = model.push(place.row(jacobian, right_hand_side))?;
         self.owners.push((row, index));
@@ -307,7 +310,9 @@ impl<'r> Contacts<'r> {
     /// Looks at a place of the ray's path; where the pair is apart there, keeps d and j.
     fn look(&mut self, place: Place, ray: Ray<'_>) -> Option<Approach> {
         self.move_on(place, ray);
-        let (distance, jacobian) = self.half_space.at(place.pair, &self.configuration)?;
+        let (distance, jacobian) = self
+            .half_space
+            .at(place.pair, &self.configuration)?;
         self.apart.0 = distance;
         self.apart.1.clear();
         self.apart.1.extend_from_slice(jacobian);
@@ -381,7 +386,9 @@ impl<'r> Contacts<'r> {
         });
         pushed.dedup_by_key(|contact| contact.place.segment);
         let places = pushed.into_iter().map(|contact| contact.place);
-        places.map(|place| (place.segment, place.ratio)).collect()
+        places
+            .map(|place| (place.segment, place.ratio))
+            .collect()
     }
 
     /// Moves the contacts to where they are once a segment is split at a ratio.

@@ -193,7 +193,9 @@ impl<'a> Still<'a> {
         };
         for i in 1..path.len() {
             let step = still.distance(path.waypoint(i - 1), path.waypoint(i));
-            still.travelled.push(still.travelled[i - 1] + step);
+            still
+                .travelled
+                .push(still.travelled[i - 1] + step);
         }
         still
     }

@@ -109,7 +109,10 @@ impl<'a> Cost<'a> {
             space,
             inverse_weights: inverse_of_moving(&squared_weights, moving),
             squared_weights,
-            stiffness: lengths.iter().map(|length| 1.0 / length).collect(),
+            stiffness: lengths
+                .iter()
+                .map(|length| 1.0 / length)
+                .collect(),
             nodes: nodes(lengths, fixed),
         }
     }
@@ -238,7 +241,8 @@ impl<'a> Cost<'a> {
 
 /// Neighbouring waypoints of a path given as flat rows.
 pub(super) fn segments(rows: &[f64], nq: usize) -> impl Iterator<Item = (&[f64], &[f64])> {
-    rows.chunks_exact(nq).zip(rows.chunks_exact(nq).skip(1))
+    rows.chunks_exact(nq)
+        .zip(rows.chunks_exact(nq).skip(1))
 }
 
 /// Length of each segment of a path given as flat rows.
@@ -329,7 +333,10 @@ mod tests {
                 moving,
             } = testing::instance(seed, 9);
             let cost = Cost::new(&space, &metric, &rows, &fixed, &moving);
-            let half = 0.5 * segment_lengths(&space, &metric, &rows).iter().sum::<f64>();
+            let half = 0.5
+                * segment_lengths(&space, &metric, &rows)
+                    .iter()
+                    .sum::<f64>();
             assert!((cost.value(&rows) - half).abs() < 1e-12 * half);
         }
     }
@@ -347,8 +354,12 @@ mod tests {
             let cost = Cost::new(&space, &metric, &rows, &fixed, &moving);
             let tridiagonal =
                 testing::tridiagonal(&segment_lengths(&space, &metric, &rows), &fixed);
-            let inverse = tridiagonal.try_inverse().expect("positive definite");
-            let free: Vec<usize> = (0..fixed.len()).filter(|&i| !fixed[i]).collect();
+            let inverse = tridiagonal
+                .try_inverse()
+                .expect("positive definite");
+            let free: Vec<usize> = (0..fixed.len())
+                .filter(|&i| !fixed[i])
+                .collect();
             for (a, &i) in free.iter().enumerate() {
                 for (b, &j) in free.iter().enumerate() {
                     assert!(

@@ -92,7 +92,8 @@ impl Factor {
     fn close_gap(&mut self, index: usize) {
         let mut end = line(index);
         for row in index + 1..self.size {
-            self.entries.copy_within(line(row)..line(row) + row, end);
+            self.entries
+                .copy_within(line(row)..line(row) + row, end);
             end += row;
         }
         self.size -= 1;
@@ -163,7 +164,11 @@ mod tests {
     fn matrix(seed: u64, size: usize) -> Vec<Vec<f64>> {
         let mut random = fastrand::Rng::with_seed(seed);
         let rows: Vec<Vec<f64>> = (0..size)
-            .map(|_| (0..size + 2).map(|_| random.f64() - 0.5).collect())
+            .map(|_| {
+                (0..size + 2)
+                    .map(|_| random.f64() - 0.5)
+                    .collect()
+            })
             .collect();
         rows.iter()
             .map(|a| rows.iter().map(|b| dot(a, b)).collect())

@@ -319,7 +319,10 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
 
     /// Adds the row of a collision; false where it depends on those there are.
     fn append(&mut self, seen: &Colliding, q_free: &[f64]) -> bool {
-        let Some(jacobian) = self.collision_row.at(&seen.hit, &seen.q, q_free) else {
+        let Some(jacobian) = self
+            .collision_row
+            .at(&seen.hit, &seen.q, q_free)
+        else {
             return false;
         };
         let row = Row {

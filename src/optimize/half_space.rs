@@ -54,7 +54,8 @@ impl<'a> HalfSpace<'a> {
     }
 
     fn contact(&mut self, pair: &BodyPair, q: &[f64]) -> Contact {
-        self.kinematics.update(self.model.robot(), q, self.held);
+        self.kinematics
+            .update(self.model.robot(), q, self.held);
         let a = &self.model.bodies()[pair.a];
         let b = &self.model.bodies()[pair.b];
         // Nearly the closest points will do: any pair of surface points with its own normal is a

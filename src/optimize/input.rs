@@ -232,12 +232,18 @@ impl Input {
                 turns,
             })
         };
-        self.space.circles().filter_map(column).collect()
+        self.space
+            .circles()
+            .filter_map(column)
+            .collect()
     }
 
     /// Whether numbers of a column had to move for them to say how it moves.
     fn is_unrolled(&self, path: &Path, q: usize) -> bool {
-        let mut waypoints = self.given(path).waypoints().zip(path.waypoints());
+        let mut waypoints = self
+            .given(path)
+            .waypoints()
+            .zip(path.waypoints());
         waypoints.any(|(a, b)| a[q] != b[q])
     }
 }
@@ -254,7 +260,9 @@ pub fn lower_bound(
     let goal = path.waypoint(path.len() - 1);
     let mut velocity = vec![0.0; space.nv()];
     if keep_goal {
-        space.unwrapped().difference(goal, start, &mut velocity);
+        space
+            .unwrapped()
+            .difference(goal, start, &mut velocity);
     } else {
         space.shortest_difference(goal, start, &mut velocity);
     }
@@ -282,7 +290,9 @@ fn check_columns(robot: &RobotModel, path: &Path) -> Result<(), RequestError> {
         return Ok(());
     }
     let variables = robot.variables().iter();
-    let names: Vec<&str> = variables.map(|variable| variable.name.as_str()).collect();
+    let names: Vec<&str> = variables
+        .map(|variable| variable.name.as_str())
+        .collect();
     Err(RequestError::Columns {
         got: path.nq(),
         expected,
@@ -357,7 +367,10 @@ fn unrolled(space: &ConfigurationSpace, path: &Path) -> Option<Path> {
 fn held_outside_limits(robot: &RobotModel, held: &[f64]) -> Vec<Warning> {
     let values = robot.held().iter().zip(held);
     let text = |(variable, value): (&HeldVariable, &f64)| held_outside(variable, *value);
-    values.filter_map(text).map(Warning::uncovered).collect()
+    values
+        .filter_map(text)
+        .map(Warning::uncovered)
+        .collect()
 }
 
 fn held_outside(variable: &HeldVariable, value: f64) -> Option<String> {

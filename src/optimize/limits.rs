@@ -169,7 +169,9 @@ impl Limits {
             nq: task.space.nq(),
             nv: task.space.nv(),
             limited: limited.collect(),
-            free: (0..fixed.len()).filter(|&i| !fixed[i]).collect(),
+            free: (0..fixed.len())
+                .filter(|&i| !fixed[i])
+                .collect(),
             active: Vec::new(),
             next: Vec::new(),
             unit: vec![0.0; task.space.nv()],

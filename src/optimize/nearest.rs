@@ -22,7 +22,10 @@ pub(super) fn named(
     segments: &[usize],
 ) -> NearestBodies {
     let placed = |near: &Near| PathContact {
-        segment: segments.get(near.segment).copied().unwrap_or(near.segment),
+        segment: segments
+            .get(near.segment)
+            .copied()
+            .unwrap_or(near.segment),
         t: near.t,
         bodies: model.pair_names(near.pair),
         distance_m: near.contact.distance,

@@ -101,7 +101,10 @@ impl<'r, 'm> Progress<'r, 'm> {
     /// Where the share of the present stage is; it is added where there is none.
     fn share_index(&mut self) -> usize {
         let stage = self.stage;
-        let known = self.shares.iter().position(|share| share.stage == stage);
+        let known = self
+            .shares
+            .iter()
+            .position(|share| share.stage == stage);
         known.unwrap_or_else(|| {
             self.shares.push(StageShare::new(stage));
             self.shares.len() - 1
@@ -149,7 +152,11 @@ impl<'r, 'm> Progress<'r, 'm> {
             .and_then(|rows| Ok((rows, self.prove_tail(tail)?)));
         match proved {
             Err(tried) => tried,
-            Ok((rows, tail)) if self.best.replace(range, &rows, tail.as_ref(), change) => {
+            Ok((rows, tail))
+                if self
+                    .best
+                    .replace(range, &rows, tail.as_ref(), change) =>
+            {
                 Tried::Taken
             }
             Ok(_) => Tried::NotShorter,

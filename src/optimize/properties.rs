@@ -83,7 +83,11 @@ pub(super) fn request(seed: u64, mode: Mode) -> Option<(CollisionModel, Path, Se
         return None;
     }
     if rng.bool() {
-        settings.fixed_waypoints = Some((0..path.len()).map(|_| rng.f64() < 0.2).collect());
+        settings.fixed_waypoints = Some(
+            (0..path.len())
+                .map(|_| rng.f64() < 0.2)
+                .collect(),
+        );
     }
     if rng.bool() {
         settings.moving = Some(masks(&mut rng, &model));
@@ -136,7 +140,10 @@ fn travel_of_still(model: &CollisionModel, path: &Path, moving: &[bool]) -> f64 
     let mut travel = 0.0;
     for i in 1..path.len() {
         space.difference(path.waypoint(i), path.waypoint(i - 1), &mut velocity);
-        let still = velocity.iter().zip(moving).filter(|(_, moves)| !**moves);
+        let still = velocity
+            .iter()
+            .zip(moving)
+            .filter(|(_, moves)| !**moves);
         travel += still.map(|(v, _)| v * v).sum::<f64>().sqrt();
     }
     travel

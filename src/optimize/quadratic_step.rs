@@ -51,10 +51,15 @@ impl QuadraticStep {
     /// did.
     #[must_use]
     pub fn append(&mut self, cost: &Cost<'_>, row: Row<'_>) -> bool {
-        let couplings = self.rows.iter().map(|other| row.coupling(&other, cost));
+        let couplings = self
+            .rows
+            .iter()
+            .map(|other| row.coupling(&other, cost));
         self.column.clear();
         self.column.extend(couplings);
-        let independent = self.factor.append(&self.column, row.coupling(&row, cost));
+        let independent = self
+            .factor
+            .append(&self.column, row.coupling(&row, cost));
         if independent {
             self.rows.push(row);
         }
@@ -225,6 +230,10 @@ mod tests {
         quadratic.truncate(count);
         let mut again = vec![0.0; step.len()];
         quadratic.solve(&cost, &gradient, &mut again);
-        assert!(step.iter().zip(&again).all(|(a, b)| (a - b).abs() < 1e-14));
+        assert!(
+            step.iter()
+                .zip(&again)
+                .all(|(a, b)| (a - b).abs() < 1e-14)
+        );
     }
 }

@@ -21,7 +21,9 @@ impl<'a> Restorer<'a> {
         Self {
             given,
             input,
-            fixed: (0..count).filter(|&index| input.fixed[index]).collect(),
+            fixed: (0..count)
+                .filter(|&index| input.fixed[index])
+                .collect(),
             circles: input.space.circles().collect(),
         }
     }

@@ -88,7 +88,9 @@ impl Row<'_> {
             .iter()
             .zip(other.jacobian)
             .zip(inverse_weights);
-        pairs.map(|((a, b), inverse)| a * inverse * b).sum::<f64>()
+        pairs
+            .map(|((a, b), inverse)| a * inverse * b)
+            .sum::<f64>()
     }
 
     /// Adds `Jᵀ multiplier` to a force on every waypoint.
@@ -215,7 +217,8 @@ impl<'a> CollisionRow<'a> {
     }
 
     fn stand(&mut self, q: &[f64]) {
-        self.kinematics.update(self.model.robot(), q, self.held);
+        self.kinematics
+            .update(self.model.robot(), q, self.held);
     }
 
     /// The other way round.

@@ -32,7 +32,10 @@ fn check_angles(
     path: &Path,
 ) -> Result<(), RequestError> {
     for (waypoint, row) in path.waypoints().enumerate() {
-        if let Some(q) = space.circles().find(|&q| row[q].abs() > FARTHEST_ANGLE_RAD) {
+        if let Some(q) = space
+            .circles()
+            .find(|&q| row[q].abs() > FARTHEST_ANGLE_RAD)
+        {
             let variable = robot.variables()[q].name.clone();
             return Err(RequestError::FarAngle {
                 waypoint,

@@ -28,7 +28,11 @@ pub struct Instance {
 
 /// A product of `count` lines.
 pub fn line_space(count: usize) -> ConfigurationSpace {
-    ConfigurationSpace::new((0..count).map(|i| Component::Line { q: i, v: i }).collect())
+    ConfigurationSpace::new(
+        (0..count)
+            .map(|i| Component::Line { q: i, v: i })
+            .collect(),
+    )
 }
 
 /// Lines, a circle and a rotation; neighbours less than a radian apart; some waypoints fixed, some
@@ -77,7 +81,9 @@ pub fn instance(seed: u64, waypoints: usize) -> Instance {
 pub fn lines(seed: u64, waypoints: usize, count: usize) -> Instance {
     let space = line_space(count);
     let mut random = fastrand::Rng::with_seed(seed);
-    let rows = (0..waypoints * count).map(|_| random.f64()).collect();
+    let rows = (0..waypoints * count)
+        .map(|_| random.f64())
+        .collect();
     let weights = (0..count).map(|_| 0.5 + random.f64()).collect();
     let metric = Metric::new(&space, weights).expect("positive weights");
     Instance {
@@ -112,7 +118,9 @@ pub fn shake(space: &ConfigurationSpace, rows: &mut [f64], seed: u64) {
 
 /// T over the free waypoints, dense, from its definition.
 pub fn tridiagonal(lengths: &[f64], fixed: &[bool]) -> DMatrix<f64> {
-    let free: Vec<usize> = (0..fixed.len()).filter(|&i| !fixed[i]).collect();
+    let free: Vec<usize> = (0..fixed.len())
+        .filter(|&i| !fixed[i])
+        .collect();
     DMatrix::from_fn(free.len(), free.len(), |a, b| match (free[a], free[b]) {
         (i, j) if i == j => 1.0 / lengths[i - 1] + 1.0 / lengths[i],
         (i, j) if i + 1 == j || j + 1 == i => -1.0 / lengths[i.min(j)],
@@ -145,7 +153,9 @@ impl Dense {
             moving,
         } = instance;
         let nv = space.nv();
-        let free: Vec<usize> = (0..fixed.len()).filter(|&i| !fixed[i]).collect();
+        let free: Vec<usize> = (0..fixed.len())
+            .filter(|&i| !fixed[i])
+            .collect();
         let coordinates: Vec<usize> = (0..nv).filter(|&v| moving[v]).collect();
         let tridiagonal = tridiagonal(&segment_lengths(space, metric, path), fixed);
         let n = coordinates.len();
@@ -181,13 +191,17 @@ impl Dense {
         let n = self.hessian.nrows();
         let m = self.jacobian.nrows();
         let mut kkt = DMatrix::zeros(n + m, n + m);
-        kkt.view_mut((0, 0), (n, n)).copy_from(&self.hessian);
-        kkt.view_mut((n, 0), (m, n)).copy_from(&self.jacobian);
+        kkt.view_mut((0, 0), (n, n))
+            .copy_from(&self.hessian);
+        kkt.view_mut((n, 0), (m, n))
+            .copy_from(&self.jacobian);
         kkt.view_mut((0, n), (n, m))
             .copy_from(&self.jacobian.transpose());
         let mut right = DVector::zeros(n + m);
         right.rows_mut(0, n).copy_from(&-&self.gradient);
-        right.rows_mut(n, m).copy_from(&self.right_hand_side);
+        right
+            .rows_mut(n, m)
+            .copy_from(&self.right_hand_side);
         kkt.full_piv_lu()
             .solve(&right)
             .expect("independent rows")

@@ -49,7 +49,10 @@ impl Best<'_> {
             }
         }
         if !tail.is_empty() {
-            let known = self.fixed()[..first].iter().filter(|fixed| **fixed).count();
+            let known = self.fixed()[..first]
+                .iter()
+                .filter(|fixed| **fixed)
+                .count();
             self.keep_fixed(tail, &self.fixed()[first..], known);
             rows[last..].copy_from_slice(&tail[..nq]);
         }
@@ -72,8 +75,15 @@ impl Best<'_> {
     fn keep_fixed(&self, rows: &mut [f64], fixed: &[bool], first: usize) {
         let nq = self.path().nq();
         let rows = rows.chunks_exact_mut(nq).zip(fixed);
-        let stay = rows.filter(|(_, fixed)| **fixed).map(|(row, _)| row);
-        for (row, given) in stay.zip(self.task().fixed_rows.chunks_exact(nq).skip(first)) {
+        let stay = rows
+            .filter(|(_, fixed)| **fixed)
+            .map(|(row, _)| row);
+        for (row, given) in stay.zip(
+            self.task()
+                .fixed_rows
+                .chunks_exact(nq)
+                .skip(first),
+        ) {
             for q in self.task().space.circles() {
                 row[q] = whole_turns_on(given[q], row[q]);
             }

@@ -127,7 +127,10 @@ impl Metric {
                 expected: space.nv(),
             });
         }
-        if let Some(index) = weights.iter().position(|w| !(w.is_finite() && *w > 0.0)) {
+        if let Some(index) = weights
+            .iter()
+            .position(|w| !(w.is_finite() && *w > 0.0))
+        {
             return Err(MetricError::Value {
                 index,
                 value: weights[index],

@@ -102,10 +102,12 @@ pub fn shortest_arc(from: f64, to: f64) -> f64 {
 impl ConfigurationSpace {
     /// Product of `components`, whose columns and coordinates follow each other without gaps.
     pub(crate) fn new(components: Vec<Component>) -> Self {
-        let (nq, nv) = components.iter().fold((0, 0), |(nq, nv), c| match c {
-            Component::Rotation { .. } => (nq + 4, nv + 3),
-            Component::Line { .. } | Component::Circle { .. } => (nq + 1, nv + 1),
-        });
+        let (nq, nv) = components
+            .iter()
+            .fold((0, 0), |(nq, nv), c| match c {
+                Component::Rotation { .. } => (nq + 4, nv + 3),
+                Component::Line { .. } | Component::Circle { .. } => (nq + 1, nv + 1),
+            });
         Self { components, nq, nv }
     }
 

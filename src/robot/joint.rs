@@ -62,7 +62,10 @@ impl JointKind {
                 "trans_x", "trans_y", "trans_z", "rot_x", "rot_y", "rot_z", "rot_w",
             ],
         };
-        parts.iter().map(|part| format!("{joint}/{part}")).collect()
+        parts
+            .iter()
+            .map(|part| format!("{joint}/{part}"))
+            .collect()
     }
 }
 

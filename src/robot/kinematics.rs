@@ -32,7 +32,8 @@ impl Kinematics {
     /// Places all links at configuration `q`, with the joints that are no variables at `held`.
     pub fn update(&mut self, robot: &RobotModel, q: &[f64], held: &[f64]) {
         let joints = robot.joints();
-        self.poses.resize(joints.len(), Pose::identity());
+        self.poses
+            .resize(joints.len(), Pose::identity());
         self.frames.resize(joints.len(), Quat::IDENTITY);
         for (i, joint) in joints.iter().enumerate() {
             let frame = match joint.parent {
@@ -143,7 +144,10 @@ impl Kinematics {
                 }
                 JointKind::Floating => {
                     let body = self.poses[i].rotation;
-                    for (k, axis) in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().enumerate() {
+                    for (k, axis) in [Vec3::X, Vec3::Y, Vec3::Z]
+                        .into_iter()
+                        .enumerate()
+                    {
                         add(k, (frame * axis).dot(direction));
                         add(k + 3, (body * axis).dot(moment));
                     }

@@ -76,7 +76,9 @@ impl Bounds {
 
     pub fn of(joint: &JointDescription) -> Option<Self> {
         let (hard_lower, hard_upper) = joint.limits?;
-        let (lower, upper) = joint.soft_limits.unwrap_or((hard_lower, hard_upper));
+        let (lower, upper) = joint
+            .soft_limits
+            .unwrap_or((hard_lower, hard_upper));
         Some(Self {
             lower: hard_lower.max(lower),
             upper: hard_upper.min(upper),

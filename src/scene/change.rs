@@ -160,14 +160,21 @@ impl Scene {
     fn append(&mut self, id: &str, more: Vec<PlacedShape>) -> Result<(), SceneError> {
         check_shapes(&more).map_err(|error| error.of_object(id))?;
         self.update("append to", id, |object| Obstacle {
-            shapes: object.shapes.iter().cloned().chain(more).collect(),
+            shapes: object
+                .shapes
+                .iter()
+                .cloned()
+                .chain(more)
+                .collect(),
             ..object.clone()
         })
     }
 
     fn remove_all(&mut self) -> Result<(), SceneError> {
         let objects = self.obstacles.iter();
-        let ids: Vec<_> = objects.map(|object| object.id.clone()).collect();
+        let ids: Vec<_> = objects
+            .map(|object| object.id.clone())
+            .collect();
         ids.iter().try_for_each(|id| self.remove(id))
     }
 
@@ -247,7 +254,8 @@ impl Scene {
                 value: scale,
             });
         }
-        self.scale.set(name.into(), (scale != 1.0).then_some(scale));
+        self.scale
+            .set(name.into(), (scale != 1.0).then_some(scale));
         Ok(())
     }
 
@@ -274,7 +282,8 @@ impl Scene {
         if let Some(pose) = &pose {
             check_pose(pose).map_err(|error| error.of_frame(&format!("{object}/{name}")))?;
         }
-        self.subframes.set((object.into(), name.into()), pose);
+        self.subframes
+            .set((object.into(), name.into()), pose);
         Ok(())
     }
 
@@ -282,7 +291,8 @@ impl Scene {
         if self.obstacles.get(id).is_none() {
             return Err(self.unknown("place", id));
         }
-        self.worlds.set(id.into(), frame.map(Into::into));
+        self.worlds
+            .set(id.into(), frame.map(Into::into));
         Ok(())
     }
 
@@ -305,8 +315,13 @@ impl Scene {
     }
 
     fn forget_touching(&mut self, id: &str) {
-        let touching = self.attached.iter().filter(|held| held.may_touch(id));
-        let touching: Vec<_> = touching.map(|held| held.object.id.clone()).collect();
+        let touching = self
+            .attached
+            .iter()
+            .filter(|held| held.may_touch(id));
+        let touching: Vec<_> = touching
+            .map(|held| held.object.id.clone())
+            .collect();
         for carried in touching {
             self.attached
                 .update(&carried, |held| held.clone().not_touching(id));
@@ -314,7 +329,9 @@ impl Scene {
     }
 
     fn forget_subframes(&mut self, id: &str) {
-        let frames = self.subframes_of(id).map(|(name, _)| name.into());
+        let frames = self
+            .subframes_of(id)
+            .map(|(name, _)| name.into());
         for name in frames.collect::<Vec<Arc<str>>>() {
             self.subframes.set((id.into(), name), None);
         }
@@ -330,7 +347,8 @@ impl Scene {
         if self.obstacles.get(id).is_some() {
             self.obstacles.update(id, change);
         } else if self.attached.get(id).is_some() {
-            self.attached.update(id, |held| held.with_object(change));
+            self.attached
+                .update(id, |held| held.with_object(change));
         } else {
             return Err(self.unknown(what, id));
         }
@@ -343,12 +361,20 @@ impl Scene {
     }
 
     fn standing_names(&self) -> String {
-        comma_separated(self.obstacles.iter().map(|object| object.id.as_str()))
+        comma_separated(
+            self.obstacles
+                .iter()
+                .map(|object| object.id.as_str()),
+        )
     }
 
     /// Ids of the objects that links carry, for a message.
     pub(super) fn attached_names(&self) -> String {
-        comma_separated(self.attached.iter().map(|held| held.object.id.as_str()))
+        comma_separated(
+            self.attached
+                .iter()
+                .map(|held| held.object.id.as_str()),
+        )
     }
 
     fn take_standing(&mut self, id: &str) -> Result<Obstacle, SceneError> {

@@ -66,9 +66,12 @@ impl SceneDiff {
     /// # Errors
     /// As [`Self::apply`].
     pub fn apply_among(&self, scene: &Scene, worlds: &[String]) -> Result<Scene, SceneError> {
-        let made = self.steps.iter().try_fold(scene.clone(), |scene, step| {
-            scene.with(step.changes(&scene, worlds)?)
-        })?;
+        let made = self
+            .steps
+            .iter()
+            .try_fold(scene.clone(), |scene, step| {
+                scene.with(step.changes(&scene, worlds)?)
+            })?;
         Ok(made.with_warnings(&self.warnings))
     }
 
@@ -85,15 +88,19 @@ impl SceneDiff {
 
     /// Links that it attaches objects to.
     pub fn links(&self) -> impl Iterator<Item = &str> {
-        self.steps.iter().filter_map(|step| match &step.change {
-            SceneChange::Attach { link_name, .. } => Some(link_name.as_str()),
-            _ => None,
-        })
+        self.steps
+            .iter()
+            .filter_map(|step| match &step.change {
+                SceneChange::Attach { link_name, .. } => Some(link_name.as_str()),
+                _ => None,
+            })
     }
 
     /// Names of links or objects that it enters: in touch links, pairs, paddings and scales.
     pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.steps.iter().flat_map(|step| step.change.entered())
+        self.steps
+            .iter()
+            .flat_map(|step| step.change.entered())
     }
 }
 
@@ -376,7 +383,9 @@ impl SceneChange {
 
 /// What takes the frames of an object away.
 fn gone(id: &str, scene: &Scene) -> Vec<SceneChange> {
-    let names = scene.subframes_of(id).map(|(name, _)| name.to_owned());
+    let names = scene
+        .subframes_of(id)
+        .map(|(name, _)| name.to_owned());
     let gone = names.map(|name| SceneChange::Subframe {
         object: id.to_owned(),
         name,

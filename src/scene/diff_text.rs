@@ -79,7 +79,11 @@ impl Writer {
             SceneChange::RemoveAll => self.removed(String::new()),
             SceneChange::Remove { id } => self.removed(id),
             SceneChange::Move { id, pose } => {
-                match self.scene.object(&id).map(|object| object.clone().at(pose)) {
+                match self
+                    .scene
+                    .object(&id)
+                    .map(|object| object.clone().at(pose))
+                {
                     Some(moved) if self.is_framed(&id) || moved.is_framed_by_shape() => {
                         self.replaced(moved)
                     }
@@ -88,7 +92,12 @@ impl Writer {
             }
             SceneChange::Append { id, shapes } => {
                 let longer = self.scene.object(&id).map(|object| {
-                    let shapes = object.shapes.iter().chain(&shapes).cloned().collect();
+                    let shapes = object
+                        .shapes
+                        .iter()
+                        .chain(&shapes)
+                        .cloned()
+                        .collect();
                     Obstacle {
                         shapes,
                         ..object.clone()
@@ -133,7 +142,10 @@ impl Writer {
             SceneChange::Allow(a, b) => self.part(4).allowed_collisions.push((a, b)),
             SceneChange::Forbid(a, b) => self.part(5).forbidden_collisions.push((a, b)),
             SceneChange::Pad { name, padding } => {
-                self.part(6).link_padding.0.insert(name, padding);
+                self.part(6)
+                    .link_padding
+                    .0
+                    .insert(name, padding);
             }
             SceneChange::Scale { name, scale } => {
                 self.part(7).link_scale.0.insert(name, scale);
@@ -168,7 +180,9 @@ impl Writer {
 
     fn attached_anew(&mut self, attached: &AttachedObject) {
         let entries = AttachedObjectFile::of(&self.scene, attached, self.with_meshes);
-        self.part(2).attached_collision_objects.extend(entries);
+        self.part(2)
+            .attached_collision_objects
+            .extend(entries);
     }
 
     /// An object's frame elsewhere; what it calls the world stays.
@@ -202,7 +216,10 @@ impl Writer {
         let standing = object.at(*pose);
         if standing.is_framed_by_shape() {
             let files = self.whole(&standing);
-            self.part(1).objects.get_or_insert_default().extend(files);
+            self.part(1)
+                .objects
+                .get_or_insert_default()
+                .extend(files);
         }
     }
 
@@ -254,7 +271,9 @@ impl Writer {
             self.parts.push(part());
         }
         self.rank = rank;
-        self.parts.last_mut().expect("there is one from the start")
+        self.parts
+            .last_mut()
+            .expect("there is one from the start")
     }
 
     /// Changes to an object where it is: in the world, or on a link.
@@ -263,7 +282,11 @@ impl Writer {
             .first()
             .and_then(|file| self.scene.attached().get(&file.id));
         match carrier.map(|attached| attached.link_name.clone()) {
-            None => self.part(1).objects.get_or_insert_default().extend(files),
+            None => self
+                .part(1)
+                .objects
+                .get_or_insert_default()
+                .extend(files),
             Some(link_name) => {
                 let entry = |object| AttachedObjectFile::new(link_name.clone(), object);
                 self.part(2)
@@ -279,7 +302,10 @@ impl Writer {
             operation: Some(Operation::Remove),
             ..ObjectFile::default()
         };
-        self.part(1).objects.get_or_insert_default().push(object);
+        self.part(1)
+            .objects
+            .get_or_insert_default()
+            .push(object);
     }
 
     fn attached(

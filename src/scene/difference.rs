@@ -72,10 +72,18 @@ impl<'a> Way<'a> {
     /// What the other scene does not have, or has elsewhere in the order.
     fn gone(&self, kept: &BTreeSet<&str>) -> Vec<String> {
         let other = self.other;
-        let standing = self.at.obstacles.iter().map(|object| &object.id);
+        let standing = self
+            .at
+            .obstacles
+            .iter()
+            .map(|object| &object.id);
         let standing =
             standing.filter(|id| !kept.contains(id.as_str()) && other.attached.get(id).is_none());
-        let attached = self.at.attached.iter().map(|held| &held.object.id);
+        let attached = self
+            .at
+            .attached
+            .iter()
+            .map(|held| &held.object.id);
         let attached = attached.filter(|id| other.object(id).is_none());
         standing.chain(attached).cloned().collect()
     }
@@ -306,7 +314,9 @@ fn reshaping(held: &Obstacle, object: &Obstacle) -> Option<SceneChange> {
 
 /// The shapes that an object has besides those of another, if it begins with them.
 fn more_shapes<'o>(held: &Obstacle, object: &'o Obstacle) -> Option<&'o [PlacedShape]> {
-    let (first, more) = object.shapes.split_at_checked(held.shapes.len())?;
+    let (first, more) = object
+        .shapes
+        .split_at_checked(held.shapes.len())?;
     (digest_of_shapes(first) == digest_of_shapes(&held.shapes)).then_some(more)
 }
 

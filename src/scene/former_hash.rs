@@ -28,7 +28,9 @@ impl Scene {
         };
         pairs(&mut hasher, &self.verdicts.as_told(Verdict::Allowed));
         if !self.attached.is_empty() {
-            hasher.text("attached").count(self.attached.len());
+            hasher
+                .text("attached")
+                .count(self.attached.len());
         }
         for AttachedObject {
             link_name,

@@ -20,7 +20,9 @@ pub(super) enum Reading<'a> {
 /// The ways to read a name, the first that is there counts. Older ROS begins names with a slash;
 /// ids may hold some.
 pub(super) fn readings(name: &str) -> impl Iterator<Item = Reading<'_>> {
-    let names = [Some(name), name.strip_prefix('/')].into_iter().flatten();
+    let names = [Some(name), name.strip_prefix('/')]
+        .into_iter()
+        .flatten();
     names.flat_map(|name| {
         let parts = name
             .match_indices('/')
@@ -53,7 +55,10 @@ pub(super) fn fixed(files: &[FrameFile]) -> Result<BTreeMap<String, Pose>, Scene
         if is_world(file.name()) && pose == Pose::identity() {
             continue;
         }
-        if frames.insert(file.name().to_owned(), pose).is_some() {
+        if frames
+            .insert(file.name().to_owned(), pose)
+            .is_some()
+        {
             let text = format!(
                 "fixed_frame_transforms has {:?} twice; keep one of them",
                 file.name()
@@ -132,7 +137,10 @@ pub(super) fn place<'a>(
             .collect();
         SceneError::FrameCircle(ids.join(" → "))
     })?;
-    let mut obstacles: Vec<Obstacle> = given.into_iter().map(|given| given.object).collect();
+    let mut obstacles: Vec<Obstacle> = given
+        .into_iter()
+        .map(|given| given.object)
+        .collect();
     let mut worlds = BTreeMap::new();
     for index in order {
         let frame = match &parents[index] {
@@ -169,7 +177,9 @@ fn parent(
     let known = |reading| match reading {
         Reading::Whole(name) => match index.get(name) {
             Some(parent) => Some(Parent::Object(*parent, None)),
-            None => frames.get(name).map(|pose| Parent::Fixed(*pose)),
+            None => frames
+                .get(name)
+                .map(|pose| Parent::Fixed(*pose)),
         },
         Reading::Of(object, name) => subframe(object, name),
     };
@@ -208,7 +218,10 @@ fn order(parents: &[Parent]) -> Result<Vec<usize>, Vec<usize>> {
         let mut at = Some(start);
         while let Some(index) = at.filter(|&index| !done[index]) {
             if seen[index] == Some(start) {
-                let first = way.iter().position(|&met| met == index).unwrap_or_default();
+                let first = way
+                    .iter()
+                    .position(|&met| met == index)
+                    .unwrap_or_default();
                 return Err(way.split_off(first));
             }
             seen[index] = Some(start);

@@ -152,7 +152,10 @@ impl MatrixFile {
                 return Err(refuse(text));
             }
             for (other, is_allowed) in names.iter().zip(row).take(index) {
-                if [other, &names[index]].iter().any(|name| *name == OCTOMAP) {
+                if [other, &names[index]]
+                    .iter()
+                    .any(|name| *name == OCTOMAP)
+                {
                     continue;
                 }
                 let list = if *is_allowed {

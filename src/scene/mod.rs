@@ -179,15 +179,19 @@ impl Scene {
     }
     /// All objects, those that stand first.
     pub fn objects(&self) -> impl Iterator<Item = &Obstacle> {
-        self.obstacles
-            .iter()
-            .chain(self.attached.iter().map(|attached| &attached.object))
+        self.obstacles.iter().chain(
+            self.attached
+                .iter()
+                .map(|attached| &attached.object),
+        )
     }
     /// An object, wherever it is.
     pub fn object(&self, id: &str) -> Option<&Obstacle> {
-        self.obstacles
-            .get(id)
-            .or_else(|| self.attached.get(id).map(|attached| &attached.object))
+        self.obstacles.get(id).or_else(|| {
+            self.attached
+                .get(id)
+                .map(|attached| &attached.object)
+        })
     }
     /// Objects that links carry.
     pub fn attached(&self) -> &Objects<AttachedObject> {
@@ -209,11 +213,15 @@ impl Scene {
     }
     /// Links and objects that are scaled, with their scale, by name.
     pub fn scaled(&self) -> impl Iterator<Item = (&str, f64)> {
-        self.scale.iter().map(|(name, scale)| (&**name, *scale))
+        self.scale
+            .iter()
+            .map(|(name, scale)| (&**name, *scale))
     }
     /// Named frames with their poses in the world, by name.
     pub fn frames(&self) -> impl Iterator<Item = (&str, &Pose)> {
-        self.frames.iter().map(|(name, pose)| (&**name, pose))
+        self.frames
+            .iter()
+            .map(|(name, pose)| (&**name, pose))
     }
     /// Frames on objects: the object, their name, and their pose in the object's frame.
     pub fn subframes(&self) -> impl Iterator<Item = (&str, &str, &Pose)> {
@@ -223,7 +231,8 @@ impl Scene {
     }
     /// The pose of a frame on an object, in the object's frame.
     pub(crate) fn subframe(&self, object: &str, name: &str) -> Option<&Pose> {
-        self.subframes.get(&(object.into(), name.into()))
+        self.subframes
+            .get(&(object.into(), name.into()))
     }
     /// Frames on an object by name, with their poses in its frame.
     pub fn subframes_of(&self, id: &str) -> impl Iterator<Item = (&str, &Pose)> {
@@ -237,7 +246,9 @@ impl Scene {
     /// Objects whose poses are given in a frame that the scene does not know, and what that is
     /// called: the robot has to call the world so.
     pub fn worlds(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.worlds.iter().map(|(id, world)| (&**id, &**world))
+        self.worlds
+            .iter()
+            .map(|(id, world)| (&**id, &**world))
     }
     /// What an object's text calls the world, if the scene does not know that name.
     pub fn world_of(&self, id: &str) -> Option<&str> {
@@ -267,7 +278,12 @@ impl Scene {
             .cloned()
             .collect();
         if !new.is_empty() {
-            self.of_file = self.of_file.iter().cloned().chain(new).collect();
+            self.of_file = self
+                .of_file
+                .iter()
+                .cloned()
+                .chain(new)
+                .collect();
             self.warnings = OnceLock::new();
         }
         self
@@ -300,7 +316,11 @@ impl Scene {
             .map(|world| format!(" or {world:?}"))
             .collect();
         let frames = comma_separated(self.frames().map(|(name, _)| name));
-        let objects = comma_separated(self.obstacles.iter().map(|object| object.id.as_str()));
+        let objects = comma_separated(
+            self.obstacles
+                .iter()
+                .map(|object| object.id.as_str()),
+        );
         let on_objects: Vec<String> = self
             .subframes()
             .map(|(object, name, _)| format!("{object}/{name}"))
@@ -389,7 +409,10 @@ fn oddities<'a>(objects: impl Iterator<Item = &'a Obstacle>) -> Vec<Warning> {
             .iter()
             .filter_map(|placed| placed.shape.mesh());
         for warning in meshes.flat_map(|mesh| mesh.warnings()) {
-            match of_meshes.iter_mut().find(|(known, _)| *known == warning) {
+            match of_meshes
+                .iter_mut()
+                .find(|(known, _)| *known == warning)
+            {
                 Some((_, users)) if users.contains(&obstacle.id.as_str()) => {}
                 Some((_, users)) => users.push(&obstacle.id),
                 None => of_meshes.push((warning, vec![&obstacle.id])),

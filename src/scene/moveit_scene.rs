@@ -62,7 +62,10 @@ pub fn parse(text: &str) -> Result<Scene, SceneError> {
             "." => break,
             "*" => {
                 let (obstacle, on_it) = object(&mut words, is_new)?;
-                if obstacles.iter().any(|other| other.id == obstacle.id) {
+                if obstacles
+                    .iter()
+                    .any(|other| other.id == obstacle.id)
+                {
                     let text = format!(
                         "object {:?} is defined twice; object ids must be unique",
                         obstacle.id
@@ -148,7 +151,9 @@ fn shape(words: &mut Words, id: &str) -> Result<Shape, SceneError> {
     let what = format!("the dimensions of a {kind} of object {id:?}");
     let shape = match kind {
         "box" => Shape::cuboid(Vec3::from_array(words.numbers(&what)?)),
-        "sphere" => words.numbers(&what).map(|[radius]| Shape::sphere(radius))?,
+        "sphere" => words
+            .numbers(&what)
+            .map(|[radius]| Shape::sphere(radius))?,
         "cylinder" => words
             .numbers(&what)
             .map(|[radius, length]| Shape::cylinder(length, radius))?,
@@ -222,14 +227,19 @@ impl<'a> Words<'a> {
         self.line += self.rest[..self.rest.len() - start.len()]
             .matches('\n')
             .count();
-        let end = start.find(char::is_whitespace).unwrap_or(start.len());
+        let end = start
+            .find(char::is_whitespace)
+            .unwrap_or(start.len());
         self.rest = &start[end..];
         Ok((&start[..end], self.line))
     }
 
     /// What is left of the line, without spaces around it.
     fn rest_of_line(&mut self) -> &'a str {
-        let (line, rest) = self.rest.split_once('\n').unwrap_or((self.rest, ""));
+        let (line, rest) = self
+            .rest
+            .split_once('\n')
+            .unwrap_or((self.rest, ""));
         self.line += usize::from(line.len() < self.rest.len());
         self.rest = rest;
         line.trim()
@@ -241,7 +251,10 @@ impl<'a> Words<'a> {
             let (word, line) = self.next(expected)?;
             let text =
                 || format!("{word:?} stands where {expected} must stand: {N} finite numbers");
-            let number = word.parse().ok().filter(|number: &f64| number.is_finite());
+            let number = word
+                .parse()
+                .ok()
+                .filter(|number: &f64| number.is_finite());
             *value = number.ok_or_else(|| self.refuse(line, text()))?;
         }
         Ok(values)
@@ -282,7 +295,9 @@ mod tests {
     const OLD: &str = "(noname)\n* cup\n1\ncylinder\n0.04 0.1\n0.5 0 1\n0 0 0 1\n0 0 0 0\n.\n";
 
     fn refusal(text: &str) -> String {
-        parse(text).expect_err("must be refused").to_string()
+        parse(text)
+            .expect_err("must be refused")
+            .to_string()
     }
 
     #[test]
@@ -338,7 +353,12 @@ mod tests {
             assert_eq!(shape.shape, Shape::cylinder(0.1, 0.04).unwrap());
             assert_eq!(shape.pose.translation, Vec3::new(0.5, 0.0, 1.0));
         }
-        assert!(parse("empty\n.\n").unwrap().obstacles().is_empty());
+        assert!(
+            parse("empty\n.\n")
+                .unwrap()
+                .obstacles()
+                .is_empty()
+        );
     }
 
     #[test]
@@ -441,7 +461,10 @@ mod tests {
 
     #[test]
     fn oddities_are_told() {
-        let open = NEW.replace("4 4\n", "4 3\n").replace("0 2 1\n", "") + "* more";
+        let open = NEW
+            .replace("4 4\n", "4 3\n")
+            .replace("0 2 1\n", "")
+            + "* more";
         let warnings = parse(&open).unwrap().warnings().to_vec();
         assert_eq!(warnings.len(), 2, "{warnings:?}");
         assert!(

@@ -130,7 +130,12 @@ impl Obstacle {
         }
         let settled = self.settled();
         let pose = settled.pose;
-        let shapes = settled.shapes.iter().cloned().chain(shapes).collect();
+        let shapes = settled
+            .shapes
+            .iter()
+            .cloned()
+            .chain(shapes)
+            .collect();
         Self { shapes, ..settled }.set_at(pose)
     }
 
@@ -150,7 +155,9 @@ impl AsRef<Obstacle> for Obstacle {
 impl AttachedObject {
     /// Whether one of its touch links has this name.
     pub(super) fn may_touch(&self, name: &str) -> bool {
-        self.touch_links.iter().any(|known| known == name)
+        self.touch_links
+            .iter()
+            .any(|known| known == name)
     }
 
     /// The same without a touch link.

@@ -189,7 +189,8 @@ impl ObjectFile {
             let pose = PoseFile::of(&placed.pose);
             match placed.shape.description() {
                 Description::Mesh(mesh) => {
-                    self.meshes.push(MeshFile::of(mesh, with_meshes));
+                    self.meshes
+                        .push(MeshFile::of(mesh, with_meshes));
                     self.mesh_poses.push(pose);
                 }
                 Description::Primitive(kind, dimensions) => {
@@ -217,12 +218,16 @@ impl ObjectFile {
 
     /// Whether a mesh file has to be read for it.
     pub(super) fn names_mesh_files(&self) -> bool {
-        self.meshes.iter().any(|mesh| mesh.vertices.is_empty())
+        self.meshes
+            .iter()
+            .any(|mesh| mesh.vertices.is_empty())
     }
 
     /// Its own pose, if it has one.
     pub(super) fn own_pose(&self) -> Result<Option<Pose>, SceneError> {
-        self.pose.map(|pose| pose.build_own(&self.id)).transpose()
+        self.pose
+            .map(|pose| pose.build_own(&self.id))
+            .transpose()
     }
 
     /// Whether it says nothing of where it is, as MoveIt takes it.
@@ -307,7 +312,9 @@ impl ObjectFile {
     pub(super) fn build(self, meshes: &mut MeshSource<'_>) -> Result<Obstacle, SceneError> {
         let own = self.own_pose()?.unwrap_or_default();
         let shapes = self.shapes(meshes)?;
-        Ok(Obstacle::new(self.id, shapes).at(own).told_plainly())
+        Ok(Obstacle::new(self.id, shapes)
+            .at(own)
+            .told_plainly())
     }
 
     pub(super) fn shapes(
@@ -346,7 +353,12 @@ impl ObjectFile {
                 shape: primitive.build(id)?,
             });
         }
-        for (index, (mesh, pose)) in self.meshes.iter().zip(&self.mesh_poses).enumerate() {
+        for (index, (mesh, pose)) in self
+            .meshes
+            .iter()
+            .zip(&self.mesh_poses)
+            .enumerate()
+        {
             let pose = pose.build(id, &format!("mesh_poses[{index}]"))?;
             shapes.push(PlacedShape {
                 pose,

@@ -60,7 +60,10 @@ impl Member for AttachedObject {
 }
 
 fn tell(hasher: &mut ContentHasher, object: &Obstacle, shapes: &Digest) {
-    hasher.name(&object.id).pose(&object.pose).digest(shapes);
+    hasher
+        .name(&object.id)
+        .pose(&object.pose)
+        .digest(shapes);
 }
 
 /// Objects in their order.
@@ -113,7 +116,9 @@ impl<T> Objects<T> {
 
     /// The first.
     pub fn first(&self) -> Option<&T> {
-        self.in_order.first().map(|(_, held)| &held.object)
+        self.in_order
+            .first()
+            .map(|(_, held)| &held.object)
     }
 
     fn held(&self, id: &str) -> Option<&Held<T>> {
@@ -159,7 +164,8 @@ impl<T: Member + Clone> Objects<T> {
         };
         self.facts.add(&held.fact);
         self.facts.add(&succession(before, held.id()));
-        self.number_of.insert_mut(held.id().into(), number);
+        self.number_of
+            .insert_mut(held.id().into(), number);
         self.in_order.insert_mut(number, held);
     }
 
@@ -179,7 +185,8 @@ impl<T: Member + Clone> Objects<T> {
         self.facts.subtract(&held.fact);
         self.facts.subtract(&succession(before, id));
         if let Some((_, after)) = after {
-            self.facts.subtract(&succession(Some(id), after.id()));
+            self.facts
+                .subtract(&succession(Some(id), after.id()));
             self.facts.add(&succession(before, after.id()));
         }
         self.number_of.remove_mut(id);

@@ -51,7 +51,9 @@ fn change(rng: &mut Rng, known: &[PlacedShape]) -> SceneChange {
         },
         21 => SceneChange::World {
             id,
-            frame: rng.bool().then(|| LINKS[rng.usize(0..3)].to_owned()),
+            frame: rng
+                .bool()
+                .then(|| LINKS[rng.usize(0..3)].to_owned()),
         },
         // A pose that is not set.
         22 => SceneChange::Add(Obstacle::new(
@@ -119,16 +121,24 @@ fn apply(plain: &mut SceneDescription, change: SceneChange) {
         }
         SceneChange::Remove { id } => {
             plain.obstacles.retain(|object| object.id != id);
-            plain.attached.retain(|attached| attached.object.id != id);
+            plain
+                .attached
+                .retain(|attached| attached.object.id != id);
             plain
                 .attached
                 .iter_mut()
                 .for_each(|attached| attached.touch_links.retain(|name| *name != id));
-            plain.allowed.retain(|(a, b)| *a != id && *b != id);
-            plain.forbidden.retain(|(a, b)| *a != id && *b != id);
+            plain
+                .allowed
+                .retain(|(a, b)| *a != id && *b != id);
+            plain
+                .forbidden
+                .retain(|(a, b)| *a != id && *b != id);
             plain.padding.remove(&id);
             plain.scale.remove(&id);
-            plain.subframes.retain(|(object, _), _| *object != id);
+            plain
+                .subframes
+                .retain(|(object, _), _| *object != id);
             plain.worlds.remove(&id);
         }
         SceneChange::RemoveAll => {
@@ -178,25 +188,39 @@ fn apply(plain: &mut SceneDescription, change: SceneChange) {
         }
         SceneChange::Frame { name, pose } => {
             plain.frames.remove(&name);
-            plain.frames.extend(pose.map(|pose| (name, pose)));
+            plain
+                .frames
+                .extend(pose.map(|pose| (name, pose)));
         }
         SceneChange::Subframe { object, name, pose } => {
             let key = (object, name);
             plain.subframes.remove(&key);
-            plain.subframes.extend(pose.map(|pose| (key, pose)));
+            plain
+                .subframes
+                .extend(pose.map(|pose| (key, pose)));
         }
         SceneChange::World { id, frame } => {
             plain.worlds.remove(&id);
-            plain.worlds.extend(frame.map(|frame| (id, frame)));
+            plain
+                .worlds
+                .extend(frame.map(|frame| (id, frame)));
         }
         SceneChange::Allow(a, b) => {
-            if !plain.allowed.iter().any(|pair| same(pair, &a, &b)) {
+            if !plain
+                .allowed
+                .iter()
+                .any(|pair| same(pair, &a, &b))
+            {
                 clear(plain, &a, &b);
                 plain.allowed.push((a, b));
             }
         }
         SceneChange::Forbid(a, b) => {
-            if !plain.forbidden.iter().any(|pair| same(pair, &a, &b)) {
+            if !plain
+                .forbidden
+                .iter()
+                .any(|pair| same(pair, &a, &b))
+            {
                 clear(plain, &a, &b);
                 plain.forbidden.push((a, b));
             }
@@ -231,7 +255,10 @@ fn said(scene: &Scene) -> String {
     let sorted = |(a, b): (&str, &str)| [a.min(b).to_owned(), a.max(b).to_owned()];
     let pairs = (
         scene.allowed().map(sorted).collect::<Vec<_>>(),
-        scene.forbidden().map(sorted).collect::<Vec<_>>(),
+        scene
+            .forbidden()
+            .map(sorted)
+            .collect::<Vec<_>>(),
     );
     let frames = (
         scene.frames().collect::<Vec<_>>(),
@@ -298,7 +325,9 @@ fn the_changes_from_one_scene_to_another_make_it() {
         let walk = |rng: &mut Rng, from: &Scene| {
             let mut scene = from.clone();
             for _ in 0..rng.usize(0..60) {
-                scene = scene.with([change(rng, &known)]).unwrap_or(scene);
+                scene = scene
+                    .with([change(rng, &known)])
+                    .unwrap_or(scene);
             }
             scene
         };
@@ -367,7 +396,12 @@ fn versions_share_what_a_change_leaves() {
         )
     };
     assert!(!is_same("o50"));
-    assert_eq!((0..100).filter(|i| is_same(&format!("o{i}"))).count(), 99);
+    assert_eq!(
+        (0..100)
+            .filter(|i| is_same(&format!("o{i}")))
+            .count(),
+        99
+    );
     assert!(Arc::ptr_eq(
         &scene.obstacles()[50].shapes,
         &moved.obstacles()[50].shapes

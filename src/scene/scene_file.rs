@@ -129,7 +129,9 @@ impl SceneFile {
     /// What a file says of a scene, as [`text`] does.
     pub fn of(scene: &Scene, with_meshes: bool) -> Self {
         let pairs = |pairs: &mut dyn Iterator<Item = (&str, &str)>| -> Vec<(String, String)> {
-            pairs.map(|(a, b)| (a.to_owned(), b.to_owned())).collect()
+            pairs
+                .map(|(a, b)| (a.to_owned(), b.to_owned()))
+                .collect()
         };
         let attached =
             |attached: &AttachedObject| AttachedObjectFile::of(scene, attached, with_meshes);
@@ -144,8 +146,18 @@ impl SceneFile {
                 .frames()
                 .map(|(name, pose)| FrameFile::of(name, Some(pose)))
                 .collect(),
-            objects: Some(scene.obstacles().iter().flat_map(object).collect()),
-            attached_collision_objects: scene.attached().iter().flat_map(attached).collect(),
+            objects: Some(
+                scene
+                    .obstacles()
+                    .iter()
+                    .flat_map(object)
+                    .collect(),
+            ),
+            attached_collision_objects: scene
+                .attached()
+                .iter()
+                .flat_map(attached)
+                .collect(),
             allowed_collisions: pairs(&mut scene.allowed()),
             forbidden_collisions: pairs(&mut scene.forbidden()),
             link_padding: Paddings::of(scene.padded()),
@@ -179,7 +191,9 @@ impl SceneFile {
         let objects = world
             .flat_map(|world| &world.collision_objects)
             .chain(self.objects.iter().flatten());
-        objects.chain(attached).any(ObjectFile::names_mesh_files)
+        objects
+            .chain(attached)
+            .any(ObjectFile::names_mesh_files)
     }
 
     /// Puts what MoveIt's message says into the lists of ours, and gives what is odd about it, a
@@ -214,7 +228,8 @@ impl SceneFile {
         let matrix = std::mem::take(&mut self.allowed_collision_matrix);
         let pairs = matrix.pairs()?;
         self.allowed_collisions.extend(pairs.allowed);
-        self.forbidden_collisions.extend(pairs.forbidden);
+        self.forbidden_collisions
+            .extend(pairs.forbidden);
         let attached = self
             .attached_collision_objects
             .iter()
@@ -272,7 +287,9 @@ impl SceneFile {
                     .into_iter()
                     .map(|(name, pose)| ((id.clone(), name), pose)),
             );
-            let last = attached.last_mut().map(|attached| &mut attached.object);
+            let last = attached
+                .last_mut()
+                .map(|attached| &mut attached.object);
             let built = entry.build(meshes, last)?;
             attached.extend(built);
         }
@@ -288,7 +305,9 @@ impl SceneFile {
         let placed = place(
             &frames,
             given,
-            attached.iter().map(|attached| attached.object.id.as_str()),
+            attached
+                .iter()
+                .map(|attached| attached.object.id.as_str()),
         )?;
         Scene::of(SceneDescription {
             name: self.name,
@@ -418,11 +437,13 @@ impl AttachedObjectFile {
             touch_links,
             ..
         } = self;
-        Ok(object.added(meshes, last)?.map(|object| AttachedObject {
-            link_name,
-            object,
-            touch_links,
-        }))
+        Ok(object
+            .added(meshes, last)?
+            .map(|object| AttachedObject {
+                link_name,
+                object,
+                touch_links,
+            }))
     }
 
     /// Refuses what names no link, or poses in another frame than the link's: taken for poses in

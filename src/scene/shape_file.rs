@@ -102,7 +102,11 @@ impl PrimitiveFile {
 
     pub(super) fn build(&self, id: &str) -> Result<Shape, SceneError> {
         let name = self.kind.0.as_str();
-        let dimensions: Vec<f64> = self.dimensions.iter().map(|number| number.0).collect();
+        let dimensions: Vec<f64> = self
+            .dimensions
+            .iter()
+            .map(|number| number.0)
+            .collect();
         let shape = PrimitiveKind::named(name).and_then(|kind| kind.checked(&dimensions));
         let shape = shape.ok_or_else(|| SceneError::Syntax(self.refusal(id)))?;
         shape.map_err(|source| SceneError::Shape {
@@ -134,7 +138,9 @@ const UNREAD: [&str; 2] = ["cone", "prism"];
 /// A kind and what its dimensions are, as in `box [x, y, z]`.
 fn with_dimensions(kind: &PrimitiveKind) -> String {
     let sizes = kind.dimensions.iter();
-    let sizes: Vec<_> = sizes.map(|size| size.trim_end_matches(" size")).collect();
+    let sizes: Vec<_> = sizes
+        .map(|size| size.trim_end_matches(" size"))
+        .collect();
     format!("{} [{}]", kind.name, sizes.join(", "))
 }
 
@@ -145,7 +151,9 @@ fn numbered_kinds() -> String {
         None => kind.name.to_owned(),
     };
     let names: Vec<String> = PRIMITIVES.iter().map(named).collect();
-    let (last, others) = names.split_last().expect("there are primitives");
+    let (last, others) = names
+        .split_last()
+        .expect("there are primitives");
     format!("{} or {last}", others.join(", "))
 }
 
@@ -159,7 +167,12 @@ impl MeshFile {
                 .iter()
                 .map(|vertex| Point(vertex.to_array()))
                 .collect();
-            triangles = mesh.triangles().iter().copied().map(Corners).collect();
+            triangles = mesh
+                .triangles()
+                .iter()
+                .copied()
+                .map(Corners)
+                .collect();
         }
         let hash = Some(format!("{:016x}", mesh.hash()));
         Self {
@@ -187,7 +200,10 @@ impl MeshFile {
             Mesh::new(
                 name,
                 vertices,
-                self.triangles.iter().map(|corners| corners.0).collect(),
+                self.triangles
+                    .iter()
+                    .map(|corners| corners.0)
+                    .collect(),
             )
             .map(Arc::new)
         } else if self.file.is_empty() {

@@ -15,7 +15,9 @@ pub(crate) fn with_nearest(said: &str) -> String {
         .unwrap_or(list)
         .split(", ")
         .flat_map(|names| names.split(" or "));
-    let known: Vec<&str> = names.map(|name| name.trim_matches('`')).collect();
+    let known: Vec<&str> = names
+        .map(|name| name.trim_matches('`'))
+        .collect();
     match nearest(field, &known) {
         Some(near) => format!("{before}unknown field {field:?}, did you mean `{near}`{place}"),
         None => format!(
@@ -29,7 +31,10 @@ pub(crate) fn with_nearest(said: &str) -> String {
 fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let word = word.to_lowercase();
     let distance = |known: &str| strsim::damerau_levenshtein(&word, &known.to_lowercase());
-    let near = known.iter().copied().min_by_key(|known| distance(known))?;
+    let near = known
+        .iter()
+        .copied()
+        .min_by_key(|known| distance(known))?;
     (distance(near) <= near.chars().count().div_ceil(3)).then_some(near)
 }
 

@@ -160,7 +160,9 @@ impl Verdicts {
 
     /// What is said of a pair.
     pub fn get(&self, a: &str, b: &str) -> Option<Verdict> {
-        self.of_pairs.get(&pair(a, b)).map(|told| told.verdict)
+        self.of_pairs
+            .get(&pair(a, b))
+            .map(|told| told.verdict)
     }
 
     /// Says something else of a pair, or nothing.
@@ -211,7 +213,13 @@ impl Verdicts {
 
     /// Says nothing any more of the pairs that a name is in.
     pub fn forget(&mut self, name: &str) {
-        for partner in self.partners.get(name).cloned().iter().flatten() {
+        for partner in self
+            .partners
+            .get(name)
+            .cloned()
+            .iter()
+            .flatten()
+        {
             self.set(name, partner, None);
         }
     }

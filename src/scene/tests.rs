@@ -227,8 +227,12 @@ fn what_a_file_says_wrongly_is_named() {
 }
 
 fn table_and_cup() -> Scene {
-    let [table, cup] =
-        ["table", "cup"].map(|id| parse_objects(&object(id, "")).unwrap().obstacles()[0].clone());
+    let [table, cup] = ["table", "cup"].map(|id| {
+        parse_objects(&object(id, ""))
+            .unwrap()
+            .obstacles()[0]
+            .clone()
+    });
     Scene::new("two", vec![table, cup], Vec::new(), Vec::new()).unwrap()
 }
 
@@ -538,7 +542,15 @@ fn poses_may_be_given_in_a_named_frame_or_in_that_of_an_object_which_stands() {
         scene.in_world("map", &up).unwrap().translation,
         Vec3::new(1.0, 0.0, 1.0)
     );
-    assert!((scene.in_world("table", &map).unwrap().translation - Vec3::Y * 2.0).length() < 1e-15);
+    assert!(
+        (scene
+            .in_world("table", &map)
+            .unwrap()
+            .translation
+            - Vec3::Y * 2.0)
+            .length()
+            < 1e-15
+    );
     let text = scene
         .in_world("cup", &up)
         .expect_err("where it is nobody knows here")
@@ -569,7 +581,9 @@ fn poses_may_be_given_in_a_named_frame_or_in_that_of_an_object_which_stands() {
     assert!(without.in_world("map", &up).is_err());
     let taken = Obstacle::new("map", Vec::new());
     assert_eq!(
-        scene.with([SceneChange::Add(taken)]).unwrap_err(),
+        scene
+            .with([SceneChange::Add(taken)])
+            .unwrap_err(),
         SceneError::NameTaken("map".into())
     );
 }

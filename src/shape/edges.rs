@@ -21,7 +21,10 @@ pub(super) struct Edges {
 impl Edges {
     /// Counts the edges of triangles.
     pub(super) fn of(triangles: &[Triangle]) -> Self {
-        let mut walks: Vec<Walk> = triangles.iter().flat_map(Walk::around).collect();
+        let mut walks: Vec<Walk> = triangles
+            .iter()
+            .flat_map(Walk::around)
+            .collect();
         walks.sort_unstable();
         let mut edges = Self::default();
         walks
@@ -31,7 +34,10 @@ impl Edges {
     }
 
     fn count(&mut self, edge: &[Walk]) {
-        let forward = edge.iter().filter(|walk| walk.is_forward).count();
+        let forward = edge
+            .iter()
+            .filter(|walk| walk.is_forward)
+            .count();
         let is_even = edge.len().is_multiple_of(2);
         self.all += 1;
         self.open += usize::from(!is_even);

@@ -65,8 +65,13 @@ fn edges_then(has_changed: bool, triangles: &[Triangle], before: Edges) -> Edges
 /// Merges equal vertices and drops triangles that this leaves with two corners.
 fn weld(vertices: &[Vec3], triangles: &[Triangle]) -> (Vec<Vec3>, Vec<Triangle>) {
     let mut places = Places::default();
-    let merged: Vec<u32> = vertices.iter().map(|vertex| places.of(*vertex)).collect();
-    let renamed = triangles.iter().map(|t| t.map(|i| merged[i as usize]));
+    let merged: Vec<u32> = vertices
+        .iter()
+        .map(|vertex| places.of(*vertex))
+        .collect();
+    let renamed = triangles
+        .iter()
+        .map(|t| t.map(|i| merged[i as usize]));
     let left = renamed.filter(|[a, b, c]| a != b && b != c && c != a);
     (places.kept, left.collect())
 }

@@ -111,11 +111,16 @@ impl Mesh {
         for triangle in &self.triangles {
             parts.join(triangle.iter().map(|&i| i as usize));
         }
-        let first_corners = self.triangles.iter().map(|triangle| triangle[0] as usize);
+        let first_corners = self
+            .triangles
+            .iter()
+            .map(|triangle| triangle[0] as usize);
         let mut used: Vec<usize> = first_corners.map(|i| parts.of(i)).collect();
         used.sort_unstable();
         used.dedup();
-        used.into_iter().map(|i| self.vertices[i]).collect()
+        used.into_iter()
+            .map(|i| self.vertices[i])
+            .collect()
     }
 
     /// Volume that the surface encloses (m³); negative where its triangles face inwards.
@@ -135,7 +140,10 @@ impl Mesh {
         warnings: Vec<Warning>,
     ) -> Result<Self, MeshError> {
         check(&name, &vertices, &triangles)?;
-        if let Some(bad) = triangles.iter().position(|t| !has_area(&vertices, *t)) {
+        if let Some(bad) = triangles
+            .iter()
+            .position(|t| !has_area(&vertices, *t))
+        {
             return Err(MeshError::unreadable(
                 name,
                 format!("triangle {bad} has no area"),
@@ -177,7 +185,10 @@ pub(super) fn check(
     vertices: &[Vec3],
     triangles: &[Triangle],
 ) -> Result<(), MeshError> {
-    if let Some(bad) = vertices.iter().position(|vertex| !vertex.is_finite()) {
+    if let Some(bad) = vertices
+        .iter()
+        .position(|vertex| !vertex.is_finite())
+    {
         let reason = format!("vertex {bad} is not finite");
         return Err(MeshError::unreadable(name, reason));
     }

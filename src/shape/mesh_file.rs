@@ -42,8 +42,14 @@ fn check_scale(scale: Vec3) -> Result<(), String> {
 
 /// The surface of a file in the format that its name says.
 fn decode(name: &str, bytes: &[u8]) -> Result<Surface, String> {
-    let extension = Path::new(name).extension().and_then(OsStr::to_str);
-    match extension.unwrap_or_default().to_ascii_lowercase().as_str() {
+    let extension = Path::new(name)
+        .extension()
+        .and_then(OsStr::to_str);
+    match extension
+        .unwrap_or_default()
+        .to_ascii_lowercase()
+        .as_str()
+    {
         "stl" => stl::read(bytes),
         "obj" => obj::read(bytes),
         "dae" => collada::read(bytes),
@@ -74,7 +80,11 @@ mod tests {
         bytes.extend((faces.len() as u32).to_le_bytes());
         for face in faces {
             bytes.extend([0; 12]);
-            bytes.extend(face.iter().flatten().flat_map(|c| c.to_le_bytes()));
+            bytes.extend(
+                face.iter()
+                    .flatten()
+                    .flat_map(|c| c.to_le_bytes()),
+            );
             bytes.extend([0; 2]);
         }
         bytes
@@ -184,14 +194,21 @@ mod tests {
         let bytes = written_stl("", &FACES);
         let mesh = read("a.stl", &bytes, Vec3::new(-2.0, 1.0, 1.0)).unwrap();
         assert!(mesh.warnings().is_empty(), "{:?}", mesh.warnings());
-        assert!(mesh.vertices().contains(&Vec3::new(-2.0, 0.0, 0.0)));
+        assert!(
+            mesh.vertices()
+                .contains(&Vec3::new(-2.0, 0.0, 0.0))
+        );
     }
 
     #[test]
     fn odd_meshes_are_kept_with_a_warning_that_names_them() {
         let warning = |faces: &[[[f32; 3]; 3]], scale| {
             let mesh = read("cup.stl", &written_stl("", faces), scale).unwrap();
-            assert!(mesh.warnings().iter().all(|text| text.contains("cup.stl")));
+            assert!(
+                mesh.warnings()
+                    .iter()
+                    .all(|text| text.contains("cup.stl"))
+            );
             mesh.warnings()
                 .iter()
                 .map(|text| text.to_string())
@@ -220,14 +237,19 @@ mod tests {
             plain.to_uppercase(),
             plain.replace('\n', "\r\n"),
             plain.replace('\n', " "),
-            plain.replace('\n', "\n\t  ").trim_end().to_owned(),
+            plain
+                .replace('\n', "\n\t  ")
+                .trim_end()
+                .to_owned(),
             plain.replace("solid t", "solid"),
             plain
                 .replace("solid t", "solid made with a facet normal of care")
                 .replace("endsolid made", "endsolid"),
             plain.replace("normal 0 0 0", "normal nan -1.#IND 0"),
             plain.replace(" normal 0 0 0", ""),
-            plain.replace("endloop\n", "").replace("endfacet\n", ""),
+            plain
+                .replace("endloop\n", "")
+                .replace("endfacet\n", ""),
             plain.replace("vertex 1 0 0", "vertex 1.0e+000 0.000000E+00 +0."),
             format!("\u{feff}\n{two}"),
             two,

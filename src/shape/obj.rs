@@ -120,7 +120,9 @@ impl Reader {
     }
 
     fn vertex<'t>(&mut self, words: impl Iterator<Item = &'t str>) -> Result<(), String> {
-        let values = words.map(number).collect::<Result<Vec<f64>, _>>()?;
+        let values = words
+            .map(number)
+            .collect::<Result<Vec<f64>, _>>()?;
         self.surface.vertices.push(position(&values)?);
         Ok(())
     }
@@ -129,7 +131,10 @@ impl Reader {
     /// far.
     fn corner(&self, word: &str) -> Result<u32, String> {
         let so_far = self.surface.vertices.len();
-        let index: Option<i64> = word.split('/').next().and_then(|index| index.parse().ok());
+        let index: Option<i64> = word
+            .split('/')
+            .next()
+            .and_then(|index| index.parse().ok());
         let place = index.and_then(|index| place(index, so_far));
         place.ok_or_else(|| {
             format!(
@@ -148,7 +153,8 @@ impl Reader {
         }
         let mut first = 0;
         for end in self.ends {
-            self.surface.add_polygon(&self.corners[first..end])?;
+            self.surface
+                .add_polygon(&self.corners[first..end])?;
             first = end;
         }
         Ok(self.surface)

@@ -233,7 +233,10 @@ mod tests {
             &warnings(vertices.clone(), faces.clone()),
             &["cup.stl is 80.0 × 80.0 × 120.5 m large", mended],
         );
-        let twice = vertices.into_iter().map(|vertex| vertex * 1e-6).collect();
+        let twice = vertices
+            .into_iter()
+            .map(|vertex| vertex * 1e-6)
+            .collect();
         assert_only(
             &warnings(twice, faces),
             &["cup.stl is 8.0e-5 × 8.0e-5 × 1.2e-4 m", "twice"],
@@ -248,7 +251,10 @@ mod tests {
             &warnings(vertices.clone(), faces[1..].to_vec()),
             &["cup.stl", named, "3 of 18 edges are open"],
         );
-        let inverted: Vec<[u32; 3]> = faces.iter().map(|&[a, b, c]| [a, c, b]).collect();
+        let inverted: Vec<[u32; 3]> = faces
+            .iter()
+            .map(|&[a, b, c]| [a, c, b])
+            .collect();
         assert_only(
             &warnings(vertices.clone(), inverted),
             &["cup.stl", named, "normals are inverted", "turned over"],

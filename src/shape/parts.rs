@@ -30,7 +30,9 @@ impl Parts {
     fn join_two(&mut self, one: usize, other: usize) -> usize {
         let parts = [self.of(one), self.of(other)];
         let least = parts[0].min(parts[1]);
-        parts.into_iter().for_each(|part| self.parent[part] = least);
+        parts
+            .into_iter()
+            .for_each(|part| self.parent[part] = least);
         least
     }
 }

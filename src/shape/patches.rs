@@ -27,7 +27,9 @@ impl Patches {
         for edge in edges(&sides).filter(|edge| joins(edge.len())) {
             parts.join(edge.iter().map(|side| side.triangle));
         }
-        let of = (0..triangles.len()).map(|at| parts.of(at)).collect();
+        let of = (0..triangles.len())
+            .map(|at| parts.of(at))
+            .collect();
         Self { sides, of }
     }
 
@@ -37,7 +39,10 @@ impl Patches {
         for edge in edges(&self.sides) {
             open[self.of[edge[0].triangle]] |= edge.len() % 2 == 1;
         }
-        self.of.iter().map(|patch| !open[*patch]).collect()
+        self.of
+            .iter()
+            .map(|patch| !open[*patch])
+            .collect()
     }
 
     /// Turns triangles over so that those of a patch face the same way, as most of them did; a
@@ -93,7 +98,10 @@ impl Patches {
     fn members(&self) -> HashMap<usize, Vec<usize>> {
         let mut members: HashMap<usize, Vec<usize>> = HashMap::new();
         for (triangle, patch) in self.of.iter().enumerate() {
-            members.entry(*patch).or_default().push(triangle);
+            members
+                .entry(*patch)
+                .or_default()
+                .push(triangle);
         }
         members
     }
@@ -105,7 +113,9 @@ fn edges(sides: &[Side]) -> impl Iterator<Item = &[Side]> {
 }
 
 fn turn_over(triangles: &mut [Triangle], members: &[usize]) {
-    members.iter().for_each(|&at| triangles[at].swap(1, 2));
+    members
+        .iter()
+        .for_each(|&at| triangles[at].swap(1, 2));
 }
 
 /// A walk over the triangles of a surface, from neighbour to neighbour.
@@ -157,7 +167,10 @@ impl Walk {
     /// Those that turn, or those that do not, whichever are fewer.
     fn fewer(&self, mut patch: Vec<usize>) -> Vec<usize> {
         let turns = |triangle: &usize| self.turned[*triangle] == Some(true);
-        let count = patch.iter().filter(|triangle| turns(triangle)).count();
+        let count = patch
+            .iter()
+            .filter(|triangle| turns(triangle))
+            .count();
         let most = 2 * count > patch.len();
         patch.retain(|triangle| turns(triangle) != most);
         patch
@@ -174,7 +187,10 @@ struct Patch {
 
 impl Patch {
     fn closed(vertices: &[Vec3], triangles: &[Triangle], members: Vec<usize>) -> Option<Self> {
-        let own: Vec<Triangle> = members.iter().map(|&at| triangles[at]).collect();
+        let own: Vec<Triangle> = members
+            .iter()
+            .map(|&at| triangles[at])
+            .collect();
         if !Edges::of(&own).are_closed() {
             return None;
         }
@@ -195,7 +211,9 @@ impl Patch {
     /// Whether it lies inside of others: their winding number around one of its corners is not 0.
     fn is_within(&self, others: &[Self], vertices: &[Vec3], triangles: &[Triangle]) -> bool {
         let point = vertices[triangles[self.members[0]][0] as usize];
-        let around = others.iter().filter(|outer| self.fits_in(outer));
+        let around = others
+            .iter()
+            .filter(|outer| self.fits_in(outer));
         let angle: f64 = around
             .flat_map(|outer| &outer.members)
             .map(|&at| solid_angle(triangles[at].map(|i| vertices[i as usize] - point)))

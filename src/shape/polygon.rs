@@ -89,7 +89,11 @@ fn check_count(corners: usize) -> Result<(), String> {
 /// Where the least of all sequences begins that the same corners make from another one on (Booth's
 /// question, asked simply: few corners are equal).
 fn least_rotation(corners: &[Vec3]) -> usize {
-    let key = |at: usize| corners[at % corners.len()].to_array().map(|c| c + 0.0);
+    let key = |at: usize| {
+        corners[at % corners.len()]
+            .to_array()
+            .map(|c| c + 0.0)
+    };
     let is_less = |a: usize, b: usize| {
         let differ = (0..corners.len()).find(|step| key(a + step) != key(b + step));
         differ.is_some_and(|step| key(a + step) < key(b + step))
@@ -100,7 +104,10 @@ fn least_rotation(corners: &[Vec3]) -> usize {
 /// The corners along the polygon's normal, turning counter-clockwise; `None` where it has no
 /// normal.
 fn flatten(corners: &[Vec3]) -> Option<Vec<[f64; 2]>> {
-    let from_first: Vec<Vec3> = corners.iter().map(|corner| *corner - corners[0]).collect();
+    let from_first: Vec<Vec3> = corners
+        .iter()
+        .map(|corner| *corner - corners[0])
+        .collect();
     let normal = normal(&from_first)?;
     let (x, y) = normal.try_normalize()?.any_orthonormal_pair();
     // The pair may turn either way about the normal.
@@ -113,7 +120,11 @@ fn flatten(corners: &[Vec3]) -> Option<Vec<[f64; 2]>> {
 /// where it is no more than rounding.
 fn normal(from_first: &[Vec3]) -> Option<Vec3> {
     let next = from_first.iter().cycle().skip(1);
-    let normal: Vec3 = from_first.iter().zip(next).map(|(a, b)| a.cross(*b)).sum();
+    let normal: Vec3 = from_first
+        .iter()
+        .zip(next)
+        .map(|(a, b)| a.cross(*b))
+        .sum();
     let squares = from_first.iter().map(|p| p.length_squared());
     let largest = squares.fold(0.0, f64::max);
     (normal.length() > STRAIGHT * largest).then_some(normal)
@@ -289,7 +300,9 @@ mod tests {
                         "{outline:?} from {start}: {filled}"
                     );
                     assert!(
-                        parts.iter().all(|part| part.dot(normal) >= -1e-14),
+                        parts
+                            .iter()
+                            .all(|part| part.dot(normal) >= -1e-14),
                         "turned over: {outline:?}"
                     );
                 }
@@ -315,12 +328,18 @@ mod tests {
             let area: f64 = (0..count)
                 .map(|i| outline[i].cross(outline[(i + 1) % count]).z / 2.0)
                 .sum();
-            let mut corners: Vec<Vec3> = outline.iter().map(|p| rotation * *p + shift).collect();
+            let mut corners: Vec<Vec3> = outline
+                .iter()
+                .map(|p| rotation * *p + shift)
+                .collect();
             if rng.bool() {
                 let twice = rng.usize(0..count);
                 corners.insert(twice, corners[twice]);
             }
-            let parts: f64 = areas(&corners).iter().map(|part| part.length()).sum();
+            let parts: f64 = areas(&corners)
+                .iter()
+                .map(|part| part.length())
+                .sum();
             assert!(
                 (parts - area).abs() < 1e-11,
                 "{parts} of {area}: {outline:?}"

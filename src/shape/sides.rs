@@ -46,7 +46,9 @@ fn turn(vertices: &[Vec3], triangles: &mut [Triangle]) -> usize {
     patches.face_one_way(triangles);
     patches.face_outwards(vertices, triangles);
     let pairs = before.iter().zip(&*triangles);
-    pairs.filter(|(before, after)| before != after).count()
+    pairs
+        .filter(|(before, after)| before != after)
+        .count()
 }
 
 /// The same triangle, whatever the order of its corners; and whether this order is even.
@@ -94,18 +96,26 @@ fn drop_doubled(triangles: &mut Vec<Triangle>, times: &Times, mended: &mut Mende
     let mut both = triangles.clone();
     both.retain(|&triangle| times.is_even_of_both(triangle));
     let closed = closed(&both);
-    mended.doubled = closed.values().filter(|is_closed| **is_closed).count();
+    mended.doubled = closed
+        .values()
+        .filter(|is_closed| **is_closed)
+        .count();
     mended.sheets = closed.len() - mended.doubled;
     triangles.retain(|&triangle| {
         let (key, is_even) = unordered(triangle);
-        is_even || !closed.get(&key).is_some_and(|is_closed| *is_closed)
+        is_even
+            || !closed
+                .get(&key)
+                .is_some_and(|is_closed| *is_closed)
     });
 }
 
 /// Whether the triangles that hang together with one close a surface.
 fn closed(triangles: &[Triangle]) -> HashMap<Triangle, bool> {
     let are_closed = Patches::by_edges(triangles, |_| true).closed();
-    let keys = triangles.iter().map(|&triangle| unordered(triangle).0);
+    let keys = triangles
+        .iter()
+        .map(|&triangle| unordered(triangle).0);
     keys.zip(are_closed).collect()
 }
 
@@ -148,7 +158,10 @@ mod tests {
     }
 
     fn over(faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
-        faces.iter().map(|&[a, b, c]| [a, c, b]).collect()
+        faces
+            .iter()
+            .map(|&[a, b, c]| [a, c, b])
+            .collect()
     }
 
     fn joined(parts: &[(Vec<Vec3>, Vec<[u32; 3]>)]) -> Mesh {

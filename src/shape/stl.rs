@@ -91,7 +91,11 @@ fn corners(triangle: &[u8]) -> impl Iterator<Item = Vec3> {
 
 fn text(text: &str) -> Result<Surface, String> {
     let mut reader = TextReader::default();
-    for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+    for (index, line) in text
+        .trim_start_matches('\u{feff}')
+        .lines()
+        .enumerate()
+    {
         reader
             .line(line)
             .map_err(|reason| format!("line {}: {reason}", index + 1))?;
@@ -160,7 +164,8 @@ impl TextReader {
     }
 
     fn coordinate(&mut self, word: &str) -> Result<(), String> {
-        self.coordinates.push(super::surface::number(word)?);
+        self.coordinates
+            .push(super::surface::number(word)?);
         if let [x, y, z] = self.coordinates[..] {
             self.corners.push(Vec3::new(x, y, z));
             self.coordinates.clear();
@@ -192,7 +197,11 @@ fn after_name<'w, 't>(words: &'w [&'t str]) -> &'w [&'t str] {
     let facet = words
         .windows(2)
         .position(|pair| is_word(pair[0], "facet") && is_word(pair[1], "normal"));
-    let solid = || words.iter().position(|word| is_word(word, "endsolid"));
+    let solid = || {
+        words
+            .iter()
+            .position(|word| is_word(word, "endsolid"))
+    };
     &words[facet.or_else(solid).unwrap_or(words.len())..]
 }
 

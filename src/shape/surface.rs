@@ -34,7 +34,9 @@ impl Surface {
     }
 
     fn fill(&mut self, corners: &[u32]) -> Result<(), String> {
-        let places = corners.iter().map(|&corner| self.vertices[corner as usize]);
+        let places = corners
+            .iter()
+            .map(|&corner| self.vertices[corner as usize]);
         let filled = polygon::fill(&places.collect::<Vec<Vec3>>())?;
         self.crossing += usize::from(filled.crosses);
         let triangles = filled.triangles.into_iter();
@@ -80,7 +82,10 @@ impl Surface {
                 self.crossing
             )
         });
-        crossing.into_iter().chain(self.left_out()).collect()
+        crossing
+            .into_iter()
+            .chain(self.left_out())
+            .collect()
     }
 
     fn left_out(&self) -> Option<String> {

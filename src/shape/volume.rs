@@ -16,7 +16,10 @@ pub(super) fn bounds(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
 
 /// The corners of triangles, one triangle after the other.
 pub(super) fn corners_of(vertices: &[Vec3], triangles: &[Triangle]) -> impl Iterator<Item = Vec3> {
-    triangles.iter().flatten().map(|&i| vertices[i as usize])
+    triangles
+        .iter()
+        .flatten()
+        .map(|&i| vertices[i as usize])
 }
 
 /// Whether triangles enclose no volume.
@@ -32,7 +35,9 @@ pub(super) fn volume(vertices: &[Vec3], triangles: &[Triangle]) -> f64 {
         return 0.0;
     };
     let origin = vertices[first[0] as usize];
-    let six_fold = others.iter().map(|t| six_fold(vertices, t, origin));
+    let six_fold = others
+        .iter()
+        .map(|t| six_fold(vertices, t, origin));
     six_fold.sum::<f64>() / 6.0
 }
 

@@ -55,7 +55,9 @@ impl ConvexHull {
                 .map(|(_, point)| point),
         );
         sort_out(&mut corners);
-        let slack = beyond.first().map_or(0.0, |(distance, _)| *distance);
+        let slack = beyond
+            .first()
+            .map_or(0.0, |(distance, _)| *distance);
         Some(Self {
             corners,
             slack: slack + round + ROUNDING_M,
@@ -121,7 +123,9 @@ mod tests {
             let model = testing::model(&mut rng);
             for body in model.bodies() {
                 let convex_hull = body.solid.convex_hull.as_ref().unwrap();
-                let directions: Vec<_> = (0..50).map(|_| testing::vector(&mut rng, 1.0)).collect();
+                let directions: Vec<_> = (0..50)
+                    .map(|_| testing::vector(&mut rng, 1.0))
+                    .collect();
                 let pieces = body.solid.tree.pieces();
                 for (piece, &along) in pieces
                     .iter()
@@ -134,7 +138,10 @@ mod tests {
                         "{farthest} along {along}"
                     );
                 }
-                let round = pieces.iter().map(|piece| piece.radius).fold(0.0, f64::max);
+                let round = pieces
+                    .iter()
+                    .map(|piece| piece.radius)
+                    .fold(0.0, f64::max);
                 slack += convex_hull.slack - round;
                 size += body.solid.tree.balls()[0].radius;
             }

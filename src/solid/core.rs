@@ -178,7 +178,10 @@ impl Core {
         match *self {
             Self::Point(a) => a.distance(from),
             Self::Segment(a, b) => a.distance(from).max(b.distance(from)),
-            Self::Triangle(a, b, c) => a.distance(from).max(b.distance(from)).max(c.distance(from)),
+            Self::Triangle(a, b, c) => a
+                .distance(from)
+                .max(b.distance(from))
+                .max(c.distance(from)),
             Self::Box { center, axes, half } => {
                 ((axes.transpose() * (from - center)).abs() + half).length()
             }

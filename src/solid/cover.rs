@@ -61,7 +61,9 @@ pub fn balls(tree: &BallTree) -> Vec<Ball> {
 }
 
 fn is_mesh(tree: &BallTree) -> bool {
-    tree.pieces().iter().any(|piece| piece.core.is_surface())
+    tree.pieces()
+        .iter()
+        .any(|piece| piece.core.is_surface())
 }
 
 fn widest(open: &[u32], tree: &BallTree) -> Option<usize> {
@@ -104,14 +106,21 @@ fn slices(piece: &Piece, balls: &mut Vec<Ball>) {
 /// A nearly smallest ball around balls: the centre walks towards the farthest by ever smaller
 /// steps.
 pub fn around(balls: &[Ball]) -> Ball {
-    let mut center = balls.iter().map(|ball| ball.center).sum::<Vec3>() / balls.len() as f64;
+    let mut center = balls
+        .iter()
+        .map(|ball| ball.center)
+        .sum::<Vec3>()
+        / balls.len() as f64;
     let mut best = Ball {
         center,
         radius: f64::INFINITY,
     };
     for step in 0..64 {
         let reach = |ball: &Ball| ball.center.distance(center) + ball.radius;
-        let Some(farthest) = balls.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else {
+        let Some(farthest) = balls
+            .iter()
+            .max_by(|a, b| reach(a).total_cmp(&reach(b)))
+        else {
             break;
         };
         let radius = reach(farthest) * (1.0 + ROUNDING);

@@ -187,7 +187,9 @@ impl SolidHulls {
                 is_exact,
             };
         }
-        let is_exact = pieces.iter().all(|piece| piece.core.is_its_enclosure());
+        let is_exact = pieces
+            .iter()
+            .all(|piece| piece.core.is_its_enclosure());
         let parts: Vec<_> = if is_exact {
             pieces.iter().map(Exact::of_piece).collect()
         } else {
@@ -207,7 +209,11 @@ impl SolidHulls {
     /// Hulls of the same solid, thicker by `padding` (m).
     #[must_use]
     pub fn padded(&self, padding: f64) -> Self {
-        let parts = self.parts.iter().map(|part| part.padded(padding)).collect();
+        let parts = self
+            .parts
+            .iter()
+            .map(|part| part.padded(padding))
+            .collect();
         Self {
             whole: self.whole.padded(padding),
             parts,
@@ -220,7 +226,11 @@ impl FilterObject {
     /// The hulls of a solid that stands at `place` in the world.
     pub fn new(hulls: &SolidHulls, place: &Transform) -> Self {
         let whole = hulls.whole.placed(place);
-        let parts: Vec<_> = hulls.parts.iter().map(|part| part.placed(place)).collect();
+        let parts: Vec<_> = hulls
+            .parts
+            .iter()
+            .map(|part| part.placed(place))
+            .collect();
         let bounds = if parts.is_empty() {
             whole.bounds()
         } else {

@@ -53,7 +53,11 @@ pub(super) fn probably_contains(tree: &BallTree, point: Vec3) -> bool {
         );
         met % 2 == 1
     };
-    [7, 23, 47].iter().filter(|index| is_odd(index)).count() >= 2
+    [7, 23, 47]
+        .iter()
+        .filter(|index| is_odd(index))
+        .count()
+        >= 2
 }
 
 fn triangles(tree: &BallTree) -> impl Iterator<Item = [Vec3; 3]> {

@@ -100,7 +100,11 @@ impl Solid {
             anchors: self.anchors.clone(),
             hollow: self.hollow,
             is_open: self.is_open,
-            cover: self.cover.iter().map(|ball| ball.padded(padding)).collect(),
+            cover: self
+                .cover
+                .iter()
+                .map(|ball| ball.padded(padding))
+                .collect(),
             hulls: self.hulls.padded(padding),
             convex_hull: self
                 .convex_hull

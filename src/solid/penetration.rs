@@ -42,7 +42,9 @@ pub fn penetration(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> 
     between_convex(a, at_a, b, at_b).unwrap_or_else(|| {
         let of_a = deepest(a, at_a, b, at_b);
         let of_b = deepest(b, at_b, a, at_a).map(Contact::reversed);
-        of_a.into_iter().chain(of_b).fold(seen, Contact::deeper)
+        of_a.into_iter()
+            .chain(of_b)
+            .fold(seen, Contact::deeper)
     })
 }
 
@@ -74,7 +76,10 @@ fn hull(solid: &Solid, at: &Transform) -> Option<Hull> {
         }
         _ => {
             let (corners, normals) = convex(solid)?;
-            let points = corners.into_iter().map(|point| at.point(point)).collect();
+            let points = corners
+                .into_iter()
+                .map(|point| at.point(point))
+                .collect();
             let normals = normals
                 .into_iter()
                 .map(|normal| at.rotation * normal)
@@ -390,7 +395,9 @@ mod tests {
             .flat_map(|a| b.iter().map(|b| a.cross(*b)))
             .filter_map(Vec3::try_normalize);
         let reach = |axes: &[Vec3; 3], n: Vec3| {
-            axes.iter().map(|axis| 0.1 * axis.dot(n).abs()).sum::<f64>()
+            axes.iter()
+                .map(|axis| 0.1 * axis.dot(n).abs())
+                .sum::<f64>()
         };
         let depth = |n: Vec3| reach(&a, n) + reach(&b, n) - n.dot(relative.translation).abs();
         across

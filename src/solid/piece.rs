@@ -81,7 +81,10 @@ impl Piece {
 
 /// The triangles of a mesh, all facing outwards: the inside test counts on it.
 fn append_triangles(mesh: &Mesh, pose: &Pose, pieces: &mut Vec<Piece>) {
-    let placed = mesh.vertices().iter().map(|v| pose.transform_point(*v));
+    let placed = mesh
+        .vertices()
+        .iter()
+        .map(|v| pose.transform_point(*v));
     let vertices: Vec<Vec3> = placed.collect();
     let inwards = mesh.signed_volume() < 0.0;
     pieces.extend(mesh.triangles().iter().map(|triangle| {

@@ -248,7 +248,10 @@ pub fn children(a: &Ball, b: &Ball) -> Split {
 /// A part of one body that lies wholly inside a mesh of the other.
 pub fn enclosed(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> Option<Contact> {
     let inside = |outer: &Solid, at_outer: &Transform, inner: &Solid, at_inner: &Transform| {
-        let anchors = inner.anchors.iter().map(|anchor| at_inner.point(*anchor));
+        let anchors = inner
+            .anchors
+            .iter()
+            .map(|anchor| at_inner.point(*anchor));
         let mut hits =
             anchors.filter(|p| outer.hollow && contains(outer, at_outer.inverse_point(*p)));
         hits.next()

@@ -100,7 +100,9 @@ impl BallTree {
     fn look_along(&self, ball: u32, direction: Vec3, farthest: &mut (f64, Vec3)) {
         match self.ball(ball).content {
             Content::Piece(index) => {
-                let point = self.pieces[index as usize].core.support(direction);
+                let point = self.pieces[index as usize]
+                    .core
+                    .support(direction);
                 let along = direction.dot(point);
                 if along > farthest.0 {
                     *farthest = (along, point);
@@ -203,7 +205,11 @@ fn enclosing_ball(pieces: &[Piece], places: &[Place]) -> (Vec3, f64) {
 /// The centre walks towards the farthest piece by ever smaller steps (Bădoiu and Clarkson, 2003);
 /// gives the best centre on the way and the radius there.
 fn walk(pieces: &[Piece], places: &[Place]) -> (Vec3, f64) {
-    let mut center = places.iter().map(|place| place.center).sum::<Vec3>() / places.len() as f64;
+    let mut center = places
+        .iter()
+        .map(|place| place.center)
+        .sum::<Vec3>()
+        / places.len() as f64;
     let mut best = (center, f64::INFINITY);
     let steps = if places.len() > 1 { CENTERING_STEPS } else { 0 };
     for step in 0..=steps {

@@ -161,14 +161,20 @@ impl ModelStore {
         replace: bool,
     ) -> Result<Change, StoreError> {
         let id = self.take_id(label)?;
-        let change = match self.robots.get(label).map(|entry| entry.robot.hash()) {
+        let change = match self
+            .robots
+            .get(label)
+            .map(|entry| entry.robot.hash())
+        {
             None => Change::Created,
             Some(hash) if hash == robot.hash() => return Ok(Change::Unchanged),
             Some(_) if replace => Change::Replaced,
             Some(held) => return Err(StoreError::taken("robot", label, held, robot.hash())),
         };
         let alone = || Arc::new(PreparedModel::alone(robot.clone(), self.made.clone()));
-        self.alone.entry(robot.hash()).or_insert_with(alone);
+        self.alone
+            .entry(robot.hash())
+            .or_insert_with(alone);
         self.robots
             .insert(label.to_owned(), RobotEntry { id, robot, weights });
         self.drop_unused();
@@ -408,7 +414,11 @@ impl ModelStore {
                 None => PreparedModel::new(robot.robot.clone(), scene.clone()),
             })
         };
-        let model = self.models.entry(key).or_insert_with(new).clone();
+        let model = self
+            .models
+            .entry(key)
+            .or_insert_with(new)
+            .clone();
         let scene_hash = key.1;
         let weights = robot.weights.clone();
         let scene_id = wanted.scene_id;
@@ -428,12 +438,17 @@ impl ModelStore {
     /// Whoever asks for a model of the next version gets it from the one before, where there is
     /// one.
     fn follow(&mut self, before: u64, scene: &Arc<Scene>) {
-        let of_before = self.models.iter().filter(|((_, hash), _)| *hash == before);
+        let of_before = self
+            .models
+            .iter()
+            .filter(|((_, hash), _)| *hash == before);
         let next = of_before.map(|((robot, _), model)| {
             (*robot, Arc::new(PreparedModel::after(model, scene.clone())))
         });
         for (robot, model) in next.collect::<Vec<_>>() {
-            self.models.entry((robot, scene.hash())).or_insert(model);
+            self.models
+                .entry((robot, scene.hash()))
+                .or_insert(model);
         }
     }
 
@@ -467,8 +482,13 @@ impl ModelStore {
             .values()
             .map(|entry| entry.robot.hash())
             .collect();
-        let scenes: HashSet<u64> = self.scenes.values().flat_map(SceneEntry::warm).collect();
-        self.alone.retain(|robot, _| robots.contains(robot));
+        let scenes: HashSet<u64> = self
+            .scenes
+            .values()
+            .flat_map(SceneEntry::warm)
+            .collect();
+        self.alone
+            .retain(|robot, _| robots.contains(robot));
         self.models
             .retain(|(robot, scene), _| robots.contains(robot) && scenes.contains(scene));
         let robots = &self.robots;

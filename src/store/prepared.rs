@@ -147,7 +147,9 @@ impl PreparedModel {
     }
 
     fn earlier(&self) -> MutexGuard<'_, Earlier> {
-        self.earlier.lock().unwrap_or_else(PoisonError::into_inner)
+        self.earlier
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Whether the model is made already, or nobody will make it before it is asked for.
@@ -171,7 +173,12 @@ mod tests {
     #[test]
     fn versions_are_made_from_the_nearest_that_is_ready_and_let_it_go() {
         let (robot, scene, _) = testing::two_scenes(&mut fastrand::Rng::with_seed(8));
-        let id = scene.objects().next().expect("an object").id.clone();
+        let id = scene
+            .objects()
+            .next()
+            .expect("an object")
+            .id
+            .clone();
         let moved = |scene: &Scene, x: f64| {
             let pose = Pose::from_translation(Vec3::X * x);
             Arc::new(

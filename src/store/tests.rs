@@ -89,7 +89,9 @@ fn a_snapshot_outlives_what_it_was_taken_from() {
         &old.model,
         &store.snapshot(&wanted()).unwrap().model
     ));
-    store.insert_scene("cell", scene("shelf"), true).unwrap();
+    store
+        .insert_scene("cell", scene("shelf"), true)
+        .unwrap();
     let new = store.snapshot(&wanted()).unwrap();
     assert_eq!((old.scene_version, new.scene_version), (1, 2));
     store.remove_robot("arm").unwrap();
@@ -183,7 +185,14 @@ fn the_last_versions_are_kept_and_older_ones_only_while_they_are_pinned() {
     }
     let entry = store.scene("cell").unwrap();
     assert_eq!((entry.version, entry.kept_from()), (last + 5, 5));
-    assert_eq!(entry.pinned().iter().copied().collect::<Vec<_>>(), [1]);
+    assert_eq!(
+        entry
+            .pinned()
+            .iter()
+            .copied()
+            .collect::<Vec<_>>(),
+        [1]
+    );
     let named = |store: &mut ModelStore, version| {
         store.snapshot(&Wanted {
             scene_version: version,
@@ -275,16 +284,22 @@ fn models_are_kept_of_the_newest_and_the_pinned_versions_only() {
 fn a_label_never_names_two_contents_by_one_version() {
     let mut store = store_of_versions(3);
     store.remove_scene("cell").unwrap();
-    store.insert_scene("cell", scene("other"), false).unwrap();
+    store
+        .insert_scene("cell", scene("other"), false)
+        .unwrap();
     assert_eq!(store.scene("cell").unwrap().version, 4);
     // However many labels come and go.
     store.remove_scene("cell").unwrap();
     for length in 10..1500 {
         let label = "x".repeat(length);
-        store.insert_scene(&label, scene("other"), false).unwrap();
+        store
+            .insert_scene(&label, scene("other"), false)
+            .unwrap();
         store.remove_scene(&label).unwrap();
     }
-    store.insert_scene("cell", scene("other"), false).unwrap();
+    store
+        .insert_scene("cell", scene("other"), false)
+        .unwrap();
     assert!(store.scene("cell").unwrap().version > 4);
 }
 
@@ -316,12 +331,16 @@ fn a_diff_has_to_be_against_the_newest_version() {
 #[test]
 fn a_restored_scene_goes_on_counting_where_it_was() {
     let mut store = store();
-    store.restore_scene("old", scene("a"), 7).unwrap();
+    store
+        .restore_scene("old", scene("a"), 7)
+        .unwrap();
     assert!(matches!(
         store.restore_scene("old", scene("b"), 9),
         Err(StoreError::LabelTaken { .. })
     ));
-    store.insert_scene("old", scene("b"), true).unwrap();
+    store
+        .insert_scene("old", scene("b"), true)
+        .unwrap();
     let entry = store.scene("old").unwrap();
     assert_eq!((entry.version, entry.kept_from()), (8, 7));
 }
@@ -331,7 +350,9 @@ fn versions_that_may_have_been_given_are_left_out() {
     let mut store = store();
     store.skip_versions("cell", 10).unwrap();
     assert_eq!(store.scene_version(id_of("cell")), Some(1));
-    store.insert_scene("cell", scene("shelf"), true).unwrap();
+    store
+        .insert_scene("cell", scene("shelf"), true)
+        .unwrap();
     assert_eq!(store.scene_version(id_of("cell")), Some(12));
     assert!(store.scene_at("cell", 1).is_ok() && store.scene_at("cell", 11).is_err());
     assert!(matches!(

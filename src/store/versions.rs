@@ -66,8 +66,13 @@ impl SceneEntry {
 
     /// Hashes of what requests are likely to ask for again: the newest and the pinned versions.
     pub(super) fn warm(&self) -> impl Iterator<Item = u64> {
-        let pinned = self.pinned.iter().filter_map(|version| self.at(*version));
-        pinned.chain([&self.scene]).map(|scene| scene.hash())
+        let pinned = self
+            .pinned
+            .iter()
+            .filter_map(|version| self.at(*version));
+        pinned
+            .chain([&self.scene])
+            .map(|scene| scene.hash())
     }
 
     /// Takes the next version.
@@ -114,7 +119,12 @@ impl SceneEntry {
 
     /// What a request for a version that is not kept is told.
     pub(super) fn unknown(&self, label: &str, wanted: u64) -> StoreError {
-        let kept = self.older.keys().copied().chain([self.version]).collect();
+        let kept = self
+            .older
+            .keys()
+            .copied()
+            .chain([self.version])
+            .collect();
         StoreError::UnknownVersion {
             label: label.to_owned(),
             wanted,
@@ -134,13 +144,18 @@ impl SceneEntry {
     }
 
     fn drop_old(&mut self) {
-        let first = self.version.saturating_sub(LAST_VERSIONS as u64);
+        let first = self
+            .version
+            .saturating_sub(LAST_VERSIONS as u64);
         let old: Vec<u64> = self
             .older
             .range(..first)
             .map(|(version, _)| *version)
             .collect();
-        for version in old.iter().filter(|version| !self.pinned.contains(version)) {
+        for version in old
+            .iter()
+            .filter(|version| !self.pinned.contains(version))
+        {
             self.older.remove(version);
         }
     }
@@ -155,11 +170,13 @@ fn ranges(numbers: &BTreeSet<u64>) -> String {
             _ => runs.push((number, number)),
         }
     }
-    let text = runs.iter().map(|(first, last)| match last - first {
-        0 => first.to_string(),
-        1 => format!("{first}, {last}"),
-        _ => format!("{first} to {last}"),
-    });
+    let text = runs
+        .iter()
+        .map(|(first, last)| match last - first {
+            0 => first.to_string(),
+            1 => format!("{first}, {last}"),
+            _ => format!("{first} to {last}"),
+        });
     if runs.is_empty() {
         "none".to_owned()
     } else {
@@ -179,7 +196,11 @@ pub(super) struct Retired {
 impl Retired {
     /// The first version of a label that is loaded now.
     pub(super) fn first_version(&mut self, id: u64) -> u64 {
-        self.last.remove(&id).unwrap_or(0).max(self.floor) + 1
+        self.last
+            .remove(&id)
+            .unwrap_or(0)
+            .max(self.floor)
+            + 1
     }
 
     /// Remembers a label that is unloaded.

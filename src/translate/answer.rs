@@ -192,7 +192,11 @@ fn final_header(
     cause: Option<StopCause>,
 ) -> ResponseHeader {
     let certificate = outcome.certificate.as_ref();
-    let claimed = |certificate: &Certificate| certificate.clearance_m().unwrap_or(f64::INFINITY);
+    let claimed = |certificate: &Certificate| {
+        certificate
+            .clearance_m()
+            .unwrap_or(f64::INFINITY)
+    };
     let nearest = outcome.nearest.as_ref();
     ResponseHeader {
         status: Status::Final.into(),
@@ -236,7 +240,9 @@ fn sections(snapshot: &Snapshot, outcome: &Outcome) -> Sections {
     let corridor = outcome.corridor.as_ref();
     Sections {
         path: outcome.path.as_flat().to_vec(),
-        certificate: certificate.map(records::segments).unwrap_or_default(),
+        certificate: certificate
+            .map(records::segments)
+            .unwrap_or_default(),
         head: certificate.map(|certificate| records::head(certificate, &outcome.path)),
         lowered,
         contacts: contacts.unwrap_or_default(),
@@ -338,12 +344,20 @@ fn told(snapshot: &Snapshot, outcome: &Outcome) -> Vec<Warning> {
     let robot = snapshot.robot.warnings().iter();
     let scene = snapshot.scene.warnings();
     let shared = shared_names(&snapshot.robot, &snapshot.scene);
-    warning::told(robot.chain(scene).chain(&shared).chain(&outcome.warnings))
+    warning::told(
+        robot
+            .chain(scene)
+            .chain(&shared)
+            .chain(&outcome.warnings),
+    )
 }
 
 /// The hint of a refusal, or why nothing can be proved.
 fn message(outcome: &Outcome) -> String {
-    let hint = outcome.refusal.as_ref().map(|hit| hit.hint.clone());
+    let hint = outcome
+        .refusal
+        .as_ref()
+        .map(|hit| hit.hint.clone());
     hint.or_else(|| outcome.uncheckable.clone())
         .unwrap_or_default()
 }

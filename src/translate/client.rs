@@ -39,7 +39,9 @@ pub fn outcome(
         length_after: header.length_after,
         lower_bound: header.lower_bound,
         weights: weights(request, robot)?,
-        clearance_m: request.clearance_m.unwrap_or(Settings::DEFAULT_CLEARANCE_M),
+        clearance_m: request
+            .clearance_m
+            .unwrap_or(Settings::DEFAULT_CLEARANCE_M),
         floor_m: header.floor_m,
         floors_lowered: lowered,
         turned,
@@ -68,7 +70,9 @@ fn refusal(view: &ResponseView) -> AnswerError {
 
 fn lowered(view: &ResponseView) -> Result<Vec<LoweredFloor>, WireError> {
     let pairs = view.lowered_pairs.iter();
-    pairs.map(|pair| sections::lowered(pair, view)).collect()
+    pairs
+        .map(|pair| sections::lowered(pair, view))
+        .collect()
 }
 
 /// Weights of the request's metric.

@@ -33,7 +33,9 @@ pub fn robot_files(source: RobotSource) -> RobotFiles {
         urdf,
         srdf: source.srdf,
         packages: source.packages,
-        root: source.virtual_joint.map_or(RootJoint::OfSrdf, root_joint),
+        root: source
+            .virtual_joint
+            .map_or(RootJoint::OfSrdf, root_joint),
         variables: Some(source.variables).filter(|variables| !variables.is_empty()),
         allowed_collisions,
     }
@@ -117,7 +119,10 @@ pub fn describe(label: &str, entry: &RobotEntry) -> RobotDescription {
         robot_hash: robot.hash(),
         layout_hash: robot.layout_hash(),
         variables: variables(robot),
-        held_variables: held.clone().map(|variable| variable.name.clone()).collect(),
+        held_variables: held
+            .clone()
+            .map(|variable| variable.name.clone())
+            .collect(),
         held_values: held.map(|variable| variable.default).collect(),
         fixed_joints: fixed_joints(robot),
         groups: groups(robot),
@@ -145,7 +150,11 @@ fn fixed_joints(robot: &RobotModel) -> Vec<String> {
 }
 
 fn variables(robot: &RobotModel) -> Vec<VariableDescription> {
-    let mut variables: Vec<_> = robot.variables().iter().map(without_coordinate).collect();
+    let mut variables: Vec<_> = robot
+        .variables()
+        .iter()
+        .map(without_coordinate)
+        .collect();
     for component in robot.space().components() {
         enter_coordinates(component, &mut variables);
     }
@@ -208,8 +217,15 @@ pub fn robot_summary(label: &str, entry: &RobotEntry) -> RobotSummary {
 /// A scene in a listing.
 pub fn scene_summary(label: &str, entry: &SceneEntry) -> SceneSummary {
     let scene = &entry.scene;
-    let worlds = scene.worlds().map(|(id, frame)| other_world(id, frame));
-    let warnings: Vec<Warning> = scene.warnings().iter().cloned().chain(worlds).collect();
+    let worlds = scene
+        .worlds()
+        .map(|(id, frame)| other_world(id, frame));
+    let warnings: Vec<Warning> = scene
+        .warnings()
+        .iter()
+        .cloned()
+        .chain(worlds)
+        .collect();
     SceneSummary {
         warnings: texts(&warning::told(&warnings), |_| true),
         ..scene_state(label, entry)
@@ -318,7 +334,10 @@ pub fn worlds(store: &ModelStore) -> Vec<String> {
 /// # Errors
 /// The refusal.
 pub fn frame_refusal(scene: &Scene, store: &ModelStore) -> Result<(), Refusal> {
-    let robots = store.robots().values().map(|entry| &*entry.robot);
+    let robots = store
+        .robots()
+        .values()
+        .map(|entry| &*entry.robot);
     let mut refused: Option<(CollisionModelError, &RobotModel)> = None;
     for robot in robots {
         let Err(error) = check_frames(robot, scene) else {

@@ -27,7 +27,10 @@ pub(super) struct Names {
 impl Names {
     /// Where the name lies; `None` once the section is full.
     fn span(&mut self, name: &str) -> Option<TextSpan> {
-        self.known.get(name).copied().or_else(|| self.enter(name))
+        self.known
+            .get(name)
+            .copied()
+            .or_else(|| self.enter(name))
     }
 
     fn enter(&mut self, name: &str) -> Option<TextSpan> {
@@ -143,7 +146,11 @@ fn lowered_pair(floor: &LoweredFloor, names: &mut Names) -> Option<LoweredPair> 
 
 /// What the certificate claims of each segment.
 pub(super) fn segments(certificate: &Certificate) -> Vec<CertificateSegment> {
-    certificate.segments.iter().map(segment).collect()
+    certificate
+        .segments
+        .iter()
+        .map(segment)
+        .collect()
 }
 
 fn segment(claim: &SegmentClaim) -> CertificateSegment {
@@ -162,7 +169,9 @@ pub(super) fn head(certificate: &Certificate, path: &Path) -> CertificateHead {
         checker_version: certificate.checker_version,
         segments: certificate.segments.len() as u32,
         clearance_m: certificate.clearance_m,
-        intervals: claims.map(|claim| u64::from(claim.intervals)).sum(),
+        intervals: claims
+            .map(|claim| u64::from(claim.intervals))
+            .sum(),
     }
 }
 
@@ -221,7 +230,12 @@ fn turned_column(turned: &ColumnTurns, robot: &RobotModel) -> Option<TurnedColum
 
 /// What each stage did.
 pub(super) fn stages(outcome: &Outcome) -> Vec<StageRecord> {
-    outcome.stages.iter().map(stage).take(MAX_STAGES).collect()
+    outcome
+        .stages
+        .iter()
+        .map(stage)
+        .take(MAX_STAGES)
+        .collect()
 }
 
 fn stage(share: &optimize::StageShare) -> StageRecord {

@@ -81,7 +81,9 @@ fn other_width(given: u32, robot: &RobotModel) -> Refusal {
 
 fn columns(robot: &RobotModel) -> String {
     let variables = robot.variables().iter();
-    let names: Vec<&str> = variables.map(|variable| variable.name.as_str()).collect();
+    let names: Vec<&str> = variables
+        .map(|variable| variable.name.as_str())
+        .collect();
     names.join(", ")
 }
 
@@ -167,7 +169,9 @@ fn of_group(robot: &RobotModel, group: u32) -> Result<Vec<bool>, Refusal> {
 /// The groups by name and number.
 fn groups(robot: &RobotModel) -> String {
     let groups = robot.groups().iter().enumerate();
-    let names: Vec<String> = groups.map(|(i, (name, _))| format!("{name} {i}")).collect();
+    let names: Vec<String> = groups
+        .map(|(i, (name, _))| format!("{name} {i}"))
+        .collect();
     match names.is_empty() {
         true => "none".to_owned(),
         false => names.join(", "),
@@ -181,7 +185,10 @@ fn coordinates(robot: &RobotModel, columns: &[bool]) -> Result<Vec<bool>, Refusa
         match *component {
             Component::Line { q, v } | Component::Circle { q, v } => moving[v] = columns[q],
             Component::Rotation { q, v } => {
-                if columns[q..q + 4].iter().any(|column| *column != columns[q]) {
+                if columns[q..q + 4]
+                    .iter()
+                    .any(|column| *column != columns[q])
+                {
                     return Err(split_quaternion(robot, q));
                 }
                 moving[v..v + 3].fill(columns[q]);

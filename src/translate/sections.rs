@@ -162,7 +162,9 @@ fn contact(view: &ResponseView, record: &ActiveContact) -> Result<PathContact, W
 /// the others like it.
 pub(super) fn warnings(view: &ResponseView) -> Result<Vec<Warning>, WireError> {
     let records = view.warnings.iter();
-    records.map(|record| warning(view, record)).collect()
+    records
+        .map(|record| warning(view, record))
+        .collect()
 }
 
 fn warning(view: &ResponseView, record: &WarningRecord) -> Result<Warning, WireError> {
@@ -194,7 +196,9 @@ pub(super) fn turned(
     robot: &RobotDescription,
 ) -> Result<Vec<ColumnTurns>, WireError> {
     let records = view.turned_columns.iter();
-    records.map(|record| column_turns(record, robot)).collect()
+    records
+        .map(|record| column_turns(record, robot))
+        .collect()
 }
 
 fn column_turns(record: &TurnedColumn, robot: &RobotDescription) -> Result<ColumnTurns, WireError> {

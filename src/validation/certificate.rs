@@ -69,7 +69,10 @@ impl SegmentClaim {
     /// What a proof says; ∞ has no place in JSON.
     fn of(proof: &SegmentProof) -> Self {
         Self {
-            clearance_m: proof.clearance_m.is_finite().then_some(proof.clearance_m),
+            clearance_m: proof
+                .clearance_m
+                .is_finite()
+                .then_some(proof.clearance_m),
             intervals: proof.intervals,
         }
     }

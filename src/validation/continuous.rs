@@ -122,7 +122,9 @@ fn first_intervals(segment: usize, motion: f64) -> impl Iterator<Item = Interval
 /// Whether both ends of a segment are within the limits that remote obstacles count on; so is then
 /// all of it, because limits are of columns that go straight.
 fn is_confined(confines: &[(usize, RangeInclusive<f64>)], from: &[f64], to: &[f64]) -> bool {
-    [from, to].iter().all(|end| is_within(confines, end))
+    [from, to]
+        .iter()
+        .all(|end| is_within(confines, end))
 }
 
 fn is_within(confines: &[(usize, RangeInclusive<f64>)], configuration: &[f64]) -> bool {
@@ -167,7 +169,9 @@ impl<'a> Validator<'a> {
         scratch: &'a mut Scratch,
     ) -> Self {
         scratch.start(model, clearance);
-        scratch.filter.reset(model.filter(), space, held);
+        scratch
+            .filter
+            .reset(model.filter(), space, held);
         Self {
             model,
             space,
@@ -332,7 +336,9 @@ impl<'a> Validator<'a> {
     fn lay_out_segment(&mut self, number: usize, from: &[f64], to: &[f64]) {
         let known = self.known(from, to);
         let segments = &mut self.scratch.segments;
-        segments.in_order.push(known.unwrap_or(SegmentProof::EMPTY));
+        segments
+            .in_order
+            .push(known.unwrap_or(SegmentProof::EMPTY));
         if known.is_none() {
             segments.numbers.push(number);
             self.add(from, to);
@@ -398,7 +404,9 @@ impl<'a> Validator<'a> {
     pub(super) fn queue_parts(&mut self, batch: &[Interval], examined: &Examined) {
         // Behind all that is as wide: a refusal is found in the widest interval that shows it.
         for (interval, undecided) in batch.iter().zip(&examined.undecided) {
-            self.scratch.queue.extend(interval.split(undecided));
+            self.scratch
+                .queue
+                .extend(interval.split(undecided));
         }
     }
 
@@ -475,7 +483,9 @@ impl<'a> Validator<'a> {
     ) -> Option<(Interval, usize, HitReason)> {
         let undecided = &examined.undecided[0];
         let Some((_, pair, reason)) = examined.refused else {
-            self.scratch.queue.extend(interval.split(undecided).rev());
+            self.scratch
+                .queue
+                .extend(interval.split(undecided).rev());
             return None;
         };
         self.scratch.queue.clear();
@@ -530,7 +540,8 @@ impl<'a> Validator<'a> {
     pub(super) fn add(&mut self, from: &[f64], to: &[f64]) -> f64 {
         let segments = &mut self.scratch.segments;
         segments.velocity.resize(self.space.nv(), 0.0);
-        self.space.difference(to, from, &mut segments.velocity);
+        self.space
+            .difference(to, from, &mut segments.velocity);
         segments.ends.extend_from_slice(from);
         segments.ends.extend_from_slice(to);
         let filter = self.model.filter();
@@ -538,17 +549,24 @@ impl<'a> Validator<'a> {
             .lanes
             .push(&filter.skeleton, from, &segments.velocity, self.held);
         segments.is_unconfined |= !is_confined(&filter.confines, from, to);
-        let motion = filter.skeleton.motion(&segments.velocity, filter.reach);
+        let motion = filter
+            .skeleton
+            .motion(&segments.velocity, filter.reach);
         let segment = segments.proofs.len();
         segments.proofs.push(SegmentProof::EMPTY);
-        self.scratch.queue.extend(first_intervals(segment, motion));
+        self.scratch
+            .queue
+            .extend(first_intervals(segment, motion));
         motion
     }
 
     fn hit(&mut self, interval: &Interval, pair: usize, reason: HitReason) -> Hit {
         self.place(interval);
         let pair_of_bodies = &self.model.pairs()[pair];
-        let contact = self.scratch.motion.contact(self.model, pair_of_bodies);
+        let contact = self
+            .scratch
+            .motion
+            .contact(self.model, pair_of_bodies);
         // What decided may have seen another part of the bodies; the closest points have the last
         // word.
         let touches = contact.distance <= TOUCHING_M;

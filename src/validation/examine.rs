@@ -316,12 +316,16 @@ impl Validator<'_> {
             IntervalVerdict::Stopped => return None,
             IntervalVerdict::Proved(kept) => {
                 self.scratch.filter.unproved[entry].lanes &= !(1 << lane);
-                self.scratch.segments.keep(interval.segment, kept);
+                self.scratch
+                    .segments
+                    .keep(interval.segment, kept);
                 None
             }
             IntervalVerdict::Collision => Some(HitReason::Collision),
             IntervalVerdict::TooClose => Some(HitReason::TooClose),
-            IntervalVerdict::Split => self.spend(pair).then_some(HitReason::Uncertified),
+            IntervalVerdict::Split => self
+                .spend(pair)
+                .then_some(HitReason::Uncertified),
         })
     }
 
@@ -340,7 +344,10 @@ impl Validator<'_> {
             motion, segments, ..
         } = &mut *self.scratch;
         let (from, to) = segments.ends(segment, self.space.nq());
-        if segments.exact.is_none_or(|(begun, _)| begun != segment) {
+        if segments
+            .exact
+            .is_none_or(|(begun, _)| begun != segment)
+        {
             motion.begin(self.model, self.space, from, to, self.held);
         } else if segments.exact == Some((segment, Some(middle))) {
             // Pair after pair is looked at in the same middle.

@@ -51,7 +51,9 @@ impl Earliest {
     /// Whether an interval needs a look.
     fn wants(&self, part: &Interval) -> bool {
         // A contact is told to within `FINEST`: one that is as near before it is the same.
-        let before = self.touch.map_or(f64::INFINITY, |touch| touch.t - FINEST);
+        let before = self
+            .touch
+            .map_or(f64::INFINITY, |touch| touch.t - FINEST);
         part.half >= self.narrowest() && part.middle - part.half < before
     }
 
@@ -112,7 +114,9 @@ impl Validator<'_> {
             search.looks += count;
             self.narrow(&batch[..count], &examined, &mut search);
         }
-        search.touch.map_or(FirstContact::Nothing, FirstContact::At)
+        search
+            .touch
+            .map_or(FirstContact::Nothing, FirstContact::At)
     }
 
     /// Puts what is left of a batch first; where it touches, nothing that follows counts any more.

@@ -75,13 +75,18 @@ impl Floors {
     }
     /// Pairs with a floor below that of most, and their floors (m).
     pub(super) fn lowered(&self) -> impl Iterator<Item = (usize, f64)> {
-        let lowered = self.set.iter().map(|(pair, _)| (*pair, self.all[*pair]));
+        let lowered = self
+            .set
+            .iter()
+            .map(|(pair, _)| (*pair, self.all[*pair]));
         lowered.filter(|(_, floor)| *floor < self.common)
     }
 
     /// Forgets what was spent.
     pub(super) fn begin(&mut self) {
-        self.set.iter_mut().for_each(|(_, spent)| *spent = 0);
+        self.set
+            .iter_mut()
+            .for_each(|(_, spent)| *spent = 0);
     }
     /// Counts an interval against a pair; how many it has spent, 0 for a pair whose floor is not
     /// lowered.

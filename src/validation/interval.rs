@@ -380,7 +380,9 @@ impl PairInterval<'_> {
         b: Vec3,
         radius_b: impl Fn() -> f64,
     ) -> f64 {
-        let approach = normal.dot(self.twist_a.at(a) - self.twist_b.at(b)).abs();
+        let approach = normal
+            .dot(self.twist_a.at(a) - self.twist_b.at(b))
+            .abs();
         let turn_a = self.turn_a(normal, radius_a);
         let turn_b = self.turn_b(normal, radius_b);
         // Both bounds hold, so the smaller does.
@@ -429,7 +431,10 @@ fn cheap_normals(a: &Piece, b: &Piece) -> [Option<Vec3>; 3] {
 
 #[inline]
 fn across_triangle(piece: &Piece, outward: Vec3) -> Option<Vec3> {
-    let [normal, ..] = piece.core.triangle().and(Some(piece.core.normals()))?;
+    let [normal, ..] = piece
+        .core
+        .triangle()
+        .and(Some(piece.core.normals()))?;
     normal.map(|normal| towards(normal, outward))
 }
 

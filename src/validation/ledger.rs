@@ -40,7 +40,9 @@ impl Ledger {
 
     /// Both ends of a segment that is remembered, of so many numbers each.
     fn ends(&self, entry: &Entry, nq: usize) -> Option<(&[f64], &[f64])> {
-        let ends = self.ends.get(entry.first..entry.first + 2 * nq)?;
+        let ends = self
+            .ends
+            .get(entry.first..entry.first + 2 * nq)?;
         Some(ends.split_at(nq))
     }
 
@@ -52,17 +54,23 @@ impl Ledger {
         let first = self.ends.len();
         self.ends.extend_from_slice(from);
         self.ends.extend_from_slice(to);
-        self.entries.insert(key(from, to), Entry { first, proof });
+        self.entries
+            .insert(key(from, to), Entry { first, proof });
     }
 }
 
 fn same(a: &[f64], b: &[f64]) -> bool {
-    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+    a.len() == b.len()
+        && a.iter()
+            .zip(b)
+            .all(|(a, b)| a.to_bits() == b.to_bits())
 }
 
 /// FNV-1a over the words; only a way to find the entry, whose bits are compared.
 fn key(from: &[f64], to: &[f64]) -> u64 {
-    from.iter().chain(to).fold(0xcbf2_9ce4_8422_2325, mix)
+    from.iter()
+        .chain(to)
+        .fold(0xcbf2_9ce4_8422_2325, mix)
 }
 
 fn mix(hash: u64, x: &f64) -> u64 {

@@ -57,7 +57,8 @@ impl MotionBounds {
     /// `turning_before` of every motion, from the root on.
     fn add_up_turning(&mut self, chain: &[ChainMotion], velocity: &[f64]) {
         self.from.clear();
-        self.from.resize(chain.len() + 1, Sums::default());
+        self.from
+            .resize(chain.len() + 1, Sums::default());
         let mut turning = 0.0;
         for (sums, motion) in self.from.iter_mut().zip(chain) {
             sums.turning_before = turning;
@@ -77,7 +78,9 @@ impl MotionBounds {
     /// V of the body relative to an ancestor, given how many of its motions act at or above that
     /// ancestor.
     pub fn speed(&self, motions_above: usize) -> f64 {
-        self.from.get(motions_above).map_or(0.0, |sums| sums.speed)
+        self.from
+            .get(motions_above)
+            .map_or(0.0, |sums| sums.speed)
     }
 
     /// A of the body relative to that ancestor.

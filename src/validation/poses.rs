@@ -85,7 +85,9 @@ impl Validator<'_> {
     pub fn penetration(&mut self, pair: usize, from: &[f64], to: &[f64], t: f64) -> Contact {
         self.stand(from, to, t);
         let pair = &self.model.pairs()[pair];
-        self.scratch.motion.penetration(self.model, pair)
+        self.scratch
+            .motion
+            .penetration(self.model, pair)
     }
 
     /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces

@@ -75,7 +75,9 @@ impl Reach {
             }
         }
         // Far above what the sums lose.
-        reach.iter_mut().for_each(|metres| *metres *= 1.0 + 1e-12);
+        reach
+            .iter_mut()
+            .for_each(|metres| *metres *= 1.0 + 1e-12);
         Self(reach)
     }
 
@@ -143,11 +145,19 @@ impl Lever {
 /// `of_pair` ← what each coordinate moves of both bodies of a pair.
 fn add_up(levers: &[Vec<Lever>], pair: &BodyPair, of_pair: &mut [f64]) {
     of_pair.fill(0.0);
-    for (body, above) in [pair.a, pair.b].into_iter().zip(pair.motions_above) {
+    for (body, above) in [pair.a, pair.b]
+        .into_iter()
+        .zip(pair.motions_above)
+    {
         // What moves at or above the common link carries both alike; obstacles have no levers.
-        for lever in levers.get(body).map_or(&[][..], |levers| &levers[above..]) {
+        for lever in levers
+            .get(body)
+            .map_or(&[][..], |levers| &levers[above..])
+        {
             let coordinates = &mut of_pair[lever.first..lever.first + lever.count];
-            coordinates.iter_mut().for_each(|sum| *sum += lever.metres);
+            coordinates
+                .iter_mut()
+                .for_each(|sum| *sum += lever.metres);
         }
     }
 }

@@ -86,10 +86,13 @@ impl<'p> Runs<'p> {
     pub(super) fn new(validator: &Validator, path: &'p Path) -> Option<Self> {
         let components = validator.space.components().iter();
         let mut ranges = Ranges::none(path.nq());
-        path.waypoints().for_each(|waypoint| ranges.add(waypoint));
+        path.waypoints()
+            .for_each(|waypoint| ranges.add(waypoint));
         Some(Self {
             path,
-            columns: components.map(Column::of).collect::<Option<_>>()?,
+            columns: components
+                .map(Column::of)
+                .collect::<Option<_>>()?,
             // Between two waypoints no column leaves their range.
             reach: Reach::new(validator.model, validator.held, &ranges, 0.0),
             most_deviation: DEVIATION * validator.scratch.floors.common(),
@@ -215,7 +218,10 @@ impl Validator<'_> {
         together: &[Run],
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Option<usize>> {
-        let raise = together.iter().map(|run| run.deviation).fold(0.0, f64::max);
+        let raise = together
+            .iter()
+            .map(|run| run.deviation)
+            .fold(0.0, f64::max);
         self.with_floors(
             |wide, floors| wide.raise(floors, raise),
             |validator, _| {

@@ -60,8 +60,10 @@ impl SegmentMotion {
     ) {
         let robot = model.robot();
         space.integrate(from, &self.velocity, t, &mut self.configuration);
-        self.kinematics.update(robot, &self.configuration, held);
-        self.kinematics.update_velocities(robot, &self.velocity);
+        self.kinematics
+            .update(robot, &self.configuration, held);
+        self.kinematics
+            .update_velocities(robot, &self.velocity);
         let bodies = model.carried_bodies().iter();
         self.placed.clear();
         self.placed
@@ -96,8 +98,12 @@ impl SegmentMotion {
             a,
             b,
             relative: placed_b.inverse_of(self.placed(model, pair.a)),
-            twist_a: self.half_twist(a, pair, half).seen_from(placed_b),
-            twist_b: self.half_twist(b, pair, half).seen_from(placed_b),
+            twist_a: self
+                .half_twist(a, pair, half)
+                .seen_from(placed_b),
+            twist_b: self
+                .half_twist(b, pair, half)
+                .seen_from(placed_b),
             bend,
             travel,
             floor,
@@ -122,7 +128,9 @@ impl SegmentMotion {
     }
 
     fn placed<'a>(&'a self, model: &'a CollisionModel, body: usize) -> &'a Transform {
-        self.placed.get(body).unwrap_or(&model.bodies()[body].place)
+        self.placed
+            .get(body)
+            .unwrap_or(&model.bodies()[body].place)
     }
 
     /// ½h²(A_A + A_B) and h(V_A + V_B) of a pair.
@@ -134,12 +142,14 @@ impl SegmentMotion {
 
     /// A and V of a body, none for what stands still.
     fn bounds_of(&self, body: usize, motions_above: usize) -> (f64, f64) {
-        self.bounds.get(body).map_or((0.0, 0.0), |bounds| {
-            (
-                bounds.acceleration(motions_above),
-                bounds.speed(motions_above),
-            )
-        })
+        self.bounds
+            .get(body)
+            .map_or((0.0, 0.0), |bounds| {
+                (
+                    bounds.acceleration(motions_above),
+                    bounds.speed(motions_above),
+                )
+            })
     }
 
     /// Speed at which the bodies of a pair approach each other at most on the segment (m per unit

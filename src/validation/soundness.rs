@@ -11,7 +11,11 @@ use crate::testing::{self, Oracle};
 
 /// Random cases; `TAUT_CASES` asks for a long run, `TAUT_SEED` for other ones.
 pub(crate) fn cases(short: usize) -> (usize, Rng) {
-    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
+    let number = |name: &str| {
+        std::env::var(name)
+            .ok()
+            .and_then(|text| text.parse().ok())
+    };
     let seed = number("TAUT_SEED").unwrap_or(20_150_423);
     println!("seed {seed}");
     (
@@ -55,7 +59,9 @@ fn speed_and_acceleration_bounds_hold_and_are_tight() {
         let from = testing::configuration(&mut rng, robot);
         let to = testing::neighbour(&mut rng, robot, &from);
         let mut velocity = vec![0.0; robot.space().nv()];
-        robot.space().difference(&to, &from, &mut velocity);
+        robot
+            .space()
+            .difference(&to, &from, &mut velocity);
         let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
         for pair in model.pairs() {
             let mut bound = 0.0;
@@ -138,7 +144,9 @@ pub(super) fn sampled_motion(
     let step = 1e-4;
     let mut q = vec![0.0; from.len()];
     let mut positions = |t: f64| -> Vec<nalgebra::Point3<f64>> {
-        robot.space().integrate(from, velocity, t, &mut q);
+        robot
+            .space()
+            .integrate(from, velocity, t, &mut q);
         let poses = testing::link_poses(robot, &q);
         let carrier = ancestor.map_or(nalgebra::Isometry3::identity(), |a| poses[a]);
         let relative = carrier.inverse() * poses[link];
@@ -193,8 +201,12 @@ fn what_an_interval_keeps_is_kept_and_the_bound_has_teeth() {
                     let t = middle + half * (f64::from(i) / 8.0 - 1.0);
                     let mut velocity = vec![0.0; robot.space().nv()];
                     let mut q = vec![0.0; robot.space().nq()];
-                    robot.space().difference(&to, &from, &mut velocity);
-                    robot.space().integrate(&from, &velocity, t, &mut q);
+                    robot
+                        .space()
+                        .difference(&to, &from, &mut velocity);
+                    robot
+                        .space()
+                        .integrate(&from, &velocity, t, &mut q);
                     oracle.pair_distance(&model, pair, &q)
                 })
                 .fold(f64::INFINITY, f64::min);
@@ -248,7 +260,9 @@ fn proved_segments_are_free_and_clear_segments_are_proved() {
         let verdict = validator.segment(&from, &to, &mut || false);
         let mut velocity = vec![0.0; robot.space().nv()];
         let mut q = vec![0.0; robot.space().nq()];
-        robot.space().difference(&to, &from, &mut velocity);
+        robot
+            .space()
+            .difference(&to, &from, &mut velocity);
         match verdict {
             SegmentVerdict::Proved(proof) => {
                 proved += 1;
@@ -268,7 +282,9 @@ fn proved_segments_are_free_and_clear_segments_are_proved() {
             }
             SegmentVerdict::Refused(hit) => {
                 refused += 1;
-                robot.space().integrate(&from, &velocity, hit.t, &mut q);
+                robot
+                    .space()
+                    .integrate(&from, &velocity, hit.t, &mut q);
                 let distance = oracle.pair_distance(&model, hit.pair, &q);
                 // The oracle sees surfaces only: a body inside a mesh is away from it.
                 assert!(
@@ -518,7 +534,11 @@ fn a_refusal_names_a_pair_that_is_too_close_there() {
     for _ in 0..count {
         let model = testing::model(&mut rng);
         let robot = model.robot();
-        let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
+        let held: Vec<f64> = robot
+            .held()
+            .iter()
+            .map(|held| held.default)
+            .collect();
         let mut scratch = Scratch::default();
         let mut validator = Validator::new(
             &model,

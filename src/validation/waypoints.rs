@@ -70,7 +70,11 @@ impl Validator<'_> {
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Option<Colliding>> {
         let mut suspects = self.suspects(path, waypoints, stop)?;
-        suspects.sort_by(|a, b| a.gap.total_cmp(&b.gap).then(a.at.pair.cmp(&b.at.pair)));
+        suspects.sort_by(|a, b| {
+            a.gap
+                .total_cmp(&b.gap)
+                .then(a.at.pair.cmp(&b.at.pair))
+        });
         let mut first: Option<Colliding> = None;
         for Suspect { at, .. } in suspects {
             if first.is_some_and(|first| first.waypoint <= at.waypoint) {

@@ -89,7 +89,11 @@ impl Picture {
         // It is drawn already.
         result.subject.scene.content = None;
         Self {
-            driven: robot.joints().iter().filter_map(driven).collect(),
+            driven: robot
+                .joints()
+                .iter()
+                .filter_map(driven)
+                .collect(),
             held: held(robot, &result),
             factors: factors(robot, result.subject.unwrapped),
             result,
@@ -102,7 +106,10 @@ impl Picture {
 }
 
 fn objects(scene: &Scene, meshes: &mut Meshes) -> Vec<Object> {
-    let standing = scene.obstacles().iter().map(|object| (object, None));
+    let standing = scene
+        .obstacles()
+        .iter()
+        .map(|object| (object, None));
     let carried = scene.attached().iter().map(carried);
     standing
         .chain(carried)
@@ -131,7 +138,9 @@ impl Object {
             name: object.id.clone(),
             link,
             pose: place(&object.pose),
-            solids: shapes.map(|shape| Solid::of(shape, meshes)).collect(),
+            solids: shapes
+                .map(|shape| Solid::of(shape, meshes))
+                .collect(),
         }
     }
 }
@@ -149,7 +158,9 @@ fn driven(joint: &Joint) -> Option<DrivenJoint> {
 
 fn held(robot: &RobotModel, result: &ResultFile) -> Vec<HeldJoint> {
     let held = robot.held().iter();
-    let values: Vec<f64> = held.map(|variable| value(variable, result)).collect();
+    let values: Vec<f64> = held
+        .map(|variable| value(variable, result))
+        .collect();
     let joints = robot.joints().iter();
     joints
         .filter_map(|joint| held_joint(joint, &values))

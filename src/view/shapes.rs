@@ -64,7 +64,9 @@ fn vertices(mesh: &Mesh) -> Vec<u8> {
 
 fn triangles(mesh: &Mesh) -> Vec<u8> {
     let corners = mesh.triangles().iter().flatten();
-    corners.flat_map(|corner| corner.to_le_bytes()).collect()
+    corners
+        .flat_map(|corner| corner.to_le_bytes())
+        .collect()
 }
 
 impl Meshes {

@@ -29,7 +29,9 @@ pub(super) fn urdf_text(robot: &RobotModel, visuals: &[Visual], meshes: &mut Mes
 
 fn write_link(text: &mut String, link: &Link, visuals: &[Visual], meshes: &mut Meshes) {
     let _ = write!(text, "<link name=\"{}\">", escaped(&link.name));
-    let own = visuals.iter().filter(|visual| visual.link == link.name);
+    let own = visuals
+        .iter()
+        .filter(|visual| visual.link == link.name);
     let own: Vec<&Visual> = own.collect();
     if own.is_empty() {
         let shapes = link.shapes.iter();

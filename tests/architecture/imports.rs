@@ -120,7 +120,8 @@ impl Crate {
             let both = reached[module]
                 .iter()
                 .filter(|other| reached[other].contains(module));
-            both.map(|other| self.modules[other].file.clone()).collect()
+            both.map(|other| self.modules[other].file.clone())
+                .collect()
         };
         let circles: BTreeSet<_> = self.modules.keys().map(circle).collect();
         circles
@@ -151,7 +152,10 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     for path in entries {
         if path.is_dir() {
             found.extend(files(&path));
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
+        } else if path
+            .extension()
+            .is_some_and(|extension| extension == "rs")
+        {
             found.push(path);
         }
     }
@@ -177,8 +181,13 @@ fn module_of(file: &Path) -> Option<Module> {
 
 /// Code without comments and test modules.
 fn code(text: &str) -> String {
-    let text = text.split("#[cfg(test)]\nmod tests").next().unwrap();
-    let lines = text.lines().map(|line| line.split("//").next().unwrap());
+    let text = text
+        .split("#[cfg(test)]\nmod tests")
+        .next()
+        .unwrap();
+    let lines = text
+        .lines()
+        .map(|line| line.split("//").next().unwrap());
     lines
         .map(|line| format!("{}\n", without_visibility(line)))
         .collect()
@@ -188,7 +197,9 @@ fn code(text: &str) -> String {
 fn without_visibility(line: &str) -> String {
     match line.split_once("pub(in ") {
         Some((before, after)) => {
-            let after = after.split_once(')').map_or("", |(_, after)| after);
+            let after = after
+                .split_once(')')
+                .map_or("", |(_, after)| after);
             format!("{before}pub{after}")
         }
         None => line.to_owned(),
@@ -292,7 +303,11 @@ fn paths_in_code(code: &str) -> Vec<Module> {
     {
         for part in line.split(|letter: char| !(is_word(letter) || letter == ':')) {
             let path: Module = part.split("::").map(str::to_owned).collect();
-            if path.len() > 1 && path.iter().all(|name| name.chars().all(is_word)) {
+            if path.len() > 1
+                && path
+                    .iter()
+                    .all(|name| name.chars().all(is_word))
+            {
                 paths.push(path);
             }
         }

@@ -106,7 +106,10 @@ fn sources() -> Vec<(String, PathBuf)> {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 walk(&path, found);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
+            } else if path
+                .extension()
+                .is_some_and(|extension| extension == "rs")
+            {
                 found.push(path);
             }
         }
@@ -146,13 +149,21 @@ fn is_test(name: &str) -> bool {
 /// The code of a file without comments and without its test module.
 fn code(path: &Path) -> String {
     let text = fs::read_to_string(path).unwrap();
-    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
-    let lines = text.lines().map(|line| line.split("//").next().unwrap());
+    let text = text
+        .split("#[cfg(test)]\nmod tests {")
+        .next()
+        .unwrap();
+    let lines = text
+        .lines()
+        .map(|line| line.split("//").next().unwrap());
     lines.collect::<Vec<_>>().join("\n")
 }
 
 fn room(name: &str) -> &str {
-    name.split('/').next().unwrap().trim_end_matches(".rs")
+    name.split('/')
+        .next()
+        .unwrap()
+        .trim_end_matches(".rs")
 }
 
 /// Rooms that a file names by `crate::room` or, in the binary, `taut::room`.
@@ -185,7 +196,10 @@ fn imports(code: &str) -> Vec<String> {
 fn imports_point_downwards() {
     let allowed = allowed();
     let mut wrong = Vec::new();
-    for (name, path) in sources().iter().filter(|(name, _)| !is_test(name)) {
+    for (name, path) in sources()
+        .iter()
+        .filter(|(name, _)| !is_test(name))
+    {
         let own = room(name);
         let may = allowed
             .get(own)
@@ -234,7 +248,10 @@ fn the_core_has_no_clock_thread_disk_log_or_transport() {
 #[test]
 fn libraries_of_algebra_and_geometry_are_named_in_few_places() {
     let mut wrong = Vec::new();
-    for (name, path) in sources().iter().filter(|(name, _)| !is_test(name)) {
+    for (name, path) in sources()
+        .iter()
+        .filter(|(name, _)| !is_test(name))
+    {
         let code = code(path);
         let named = ["parry3d_f64", "nalgebra::", "glam"]
             .iter()
@@ -275,7 +292,10 @@ fn files_stay_readable() {
         .into_iter()
         .filter(|(name, _)| !is_test(name))
         .filter_map(|(name, path)| {
-            let lines = fs::read_to_string(path).unwrap().lines().count();
+            let lines = fs::read_to_string(path)
+                .unwrap()
+                .lines()
+                .count();
             (lines > 600).then(|| format!("src/{name}: {lines} lines"))
         });
     let long: Vec<_> = long.collect();
@@ -298,7 +318,12 @@ const KNOWN_CIRCLES: [&str; 2] = ["src/optimize", "src/validation"];
 /// Files that import each other, by their names from the repository's root.
 fn circles() -> Vec<Vec<String>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let name = |file: &PathBuf| file.strip_prefix(root).unwrap().display().to_string();
+    let name = |file: &PathBuf| {
+        file.strip_prefix(root)
+            .unwrap()
+            .display()
+            .to_string()
+    };
     let folders = SOURCES.map(|folder| root.join(folder));
     let there = folders.iter().filter(|folder| folder.is_dir());
     let circles = there.flat_map(|folder| Crate::read(folder).circles());
@@ -314,7 +339,11 @@ fn no_files_import_each_other_in_a_circle() {
         |files: &Vec<String>, room: &str| files.iter().all(|file| file.starts_with(room));
     let new: Vec<String> = found
         .iter()
-        .filter(|files| !KNOWN_CIRCLES.iter().any(|room| is_known(files, room)))
+        .filter(|files| {
+            !KNOWN_CIRCLES
+                .iter()
+                .any(|room| is_known(files, room))
+        })
         .map(|files| files.join(", "))
         .collect();
     assert!(
@@ -338,7 +367,10 @@ fn paths_in(code: &str) -> impl Iterator<Item = &str> {
             .any(|end| word.ends_with(end));
         (word.contains('/') || is_file) && !word.contains([' ', '<', '*', '{', ':', '='])
     };
-    code.split('`').skip(1).step_by(2).filter(is_path)
+    code.split('`')
+        .skip(1)
+        .step_by(2)
+        .filter(is_path)
 }
 
 /// Whether a path of ARCHITECTURE.md is there, from the root or from a room; a bare name is that of
@@ -365,12 +397,18 @@ fn what_the_architecture_page_names_is_there() {
         .filter(|path| !exists(path, &sources))
         .map(|path| format!("`{path}` is not there"))
         .collect();
-    let rooms = page.split("```").nth(1).expect("the list of rooms");
+    let rooms = page
+        .split("```")
+        .nth(1)
+        .expect("the list of rooms");
     // A room stands at the start of a line, or two or four columns in; its words stand further in.
     let mut parent = "";
     for line in rooms.lines() {
         let indent = line.len() - line.trim_start().len();
-        let word = line.split_whitespace().next().unwrap_or_default();
+        let word = line
+            .split_whitespace()
+            .next()
+            .unwrap_or_default();
         if indent > 2 || !(word.ends_with('/') || word.ends_with(".rs")) {
             continue;
         }

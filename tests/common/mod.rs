@@ -42,7 +42,10 @@ pub struct Place {
 
 impl Place {
     pub fn new() -> Self {
-        let folder = tempfile::Builder::new().prefix("taut").tempdir().unwrap();
+        let folder = tempfile::Builder::new()
+            .prefix("taut")
+            .tempdir()
+            .unwrap();
         let instance = Instance::new("test", folder.path().join("i")).unwrap();
         Self { instance, folder }
     }
@@ -235,7 +238,12 @@ impl Models {
         let problem = problem(name);
         let rows = problem["path"].as_array().unwrap().iter();
         let path = rows
-            .flat_map(|row| row.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()))
+            .flat_map(|row| {
+                row.as_array()
+                    .unwrap()
+                    .iter()
+                    .map(|x| x.as_f64().unwrap())
+            })
             .collect();
         Self { robot, scene, path }
     }
@@ -254,7 +262,11 @@ impl Models {
             .take(there.len() - 2)
             .copied()
             .collect();
-        let round = there.iter().chain(&back).cycle().take(waypoints);
+        let round = there
+            .iter()
+            .chain(&back)
+            .cycle()
+            .take(waypoints);
         Self {
             path: round.flat_map(|row| row.to_vec()).collect(),
             ..self.clone()

@@ -39,7 +39,10 @@ impl Page {
         let mut lines = self.text.lines();
         while let Some(line) = lines.next() {
             if let Some(language) = line.strip_prefix("```") {
-                let text: Vec<&str> = lines.by_ref().take_while(|line| *line != "```").collect();
+                let text: Vec<&str> = lines
+                    .by_ref()
+                    .take_while(|line| *line != "```")
+                    .collect();
                 blocks.push(Block {
                     language: language.to_owned(),
                     text: text.join("\n"),
@@ -74,7 +77,11 @@ impl Page {
     /// Commands and options of `taut` and `taut-bench`, in blocks of commands and in the text.
     pub fn mentions(&self) -> Vec<Mention> {
         let prose = self.prose();
-        let spans = prose.split('`').skip(1).step_by(2).map(str::to_owned);
+        let spans = prose
+            .split('`')
+            .skip(1)
+            .step_by(2)
+            .map(str::to_owned);
         let lines = self
             .blocks()
             .into_iter()
@@ -95,14 +102,19 @@ impl Mention {
             "taut" | "taut-bench" => {
                 let next = words.next().filter(|word| is_name(word));
                 let is_scene = next == Some("scene");
-                let more = words.next().filter(|word| is_scene && is_name(word));
+                let more = words
+                    .next()
+                    .filter(|word| is_scene && is_name(word));
                 let words = [Some(first), next, more].into_iter().flatten();
                 words.map(str::to_owned).collect()
             }
             option if option.starts_with("--") => Vec::new(),
             _ => return None,
         };
-        let options = text.split_whitespace().filter_map(option).collect();
+        let options = text
+            .split_whitespace()
+            .filter_map(option)
+            .collect();
         Some(Self {
             command,
             options,
@@ -116,7 +128,10 @@ pub fn pages_of_users(root: &Path) -> Vec<Page> {
     let folder = fs::read_dir(root.join("docs")).expect("the folder docs");
     let files = folder.map(|entry| entry.unwrap().path());
     let mut files: Vec<PathBuf> = files
-        .filter(|file| file.extension().is_some_and(|extension| extension == "md"))
+        .filter(|file| {
+            file.extension()
+                .is_some_and(|extension| extension == "md")
+        })
         .collect();
     files.sort();
     files.insert(0, root.join("README.md"));
@@ -139,7 +154,9 @@ fn commands(block: &str) -> Vec<String> {
         .lines()
         .map(|line| line.split(" #").next().unwrap_or_default());
     let commands = lines.flat_map(|line| line.split([';', '&', '|']));
-    commands.map(|command| command.trim().to_owned()).collect()
+    commands
+        .map(|command| command.trim().to_owned())
+        .collect()
 }
 
 fn is_name(word: &str) -> bool {

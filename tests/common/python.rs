@@ -39,7 +39,9 @@ fn made(more: &[&str]) -> Result<PathBuf, String> {
     let python = folder.join("bin/python");
     if !python.is_file() {
         run(
-            Command::new("python3").args(["-m", "venv"]).arg(&folder),
+            Command::new("python3")
+                .args(["-m", "venv"])
+                .arg(&folder),
             "python3 -m venv",
         )?;
     }
@@ -60,7 +62,9 @@ fn made(more: &[&str]) -> Result<PathBuf, String> {
         )?;
         fs::write(
             &stamp,
-            missing.iter().fold(has, |text, name| text + name + "\n"),
+            missing
+                .iter()
+                .fold(has, |text, name| text + name + "\n"),
         )
         .map_err(|e| e.to_string())?;
     }
@@ -107,6 +111,9 @@ fn run(command: &mut Command, what: &str) -> Result<(), String> {
     let last = error.lines().rev().take(20).collect::<Vec<_>>();
     Err(format!(
         "{what} failed: {}",
-        last.into_iter().rev().collect::<Vec<_>>().join("\n")
+        last.into_iter()
+            .rev()
+            .collect::<Vec<_>>()
+            .join("\n")
     ))
 }

@@ -19,7 +19,9 @@ fn taut(case: &Case, arguments: &[&Path]) -> Output {
         .args(arguments)
         .current_dir(&case.files.folder)
         .env_remove("TAUT_LOG");
-    command.output().expect("the command line starts")
+    command
+        .output()
+        .expect("the command line starts")
 }
 
 fn asked<'a>(case: &'a Case, verb: &'a str, path: &'a Path) -> Vec<&'a Path> {
@@ -96,7 +98,10 @@ fn answer(case: &Case, output: &Output, is_shortened: bool) -> Answer {
         .expect("it says whether it is proved");
     assert_eq!(code == 0, is_proved, "the exit code says the same: {said}");
     if !is_proved {
-        let reason = value["reason"].as_str().unwrap_or("UNCERTIFIED").to_owned();
+        let reason = value["reason"]
+            .as_str()
+            .unwrap_or("UNCERTIFIED")
+            .to_owned();
         return Answer::Refused(Refused {
             reason,
             collision: None,
@@ -110,17 +115,27 @@ fn answer(case: &Case, output: &Output, is_shortened: bool) -> Answer {
             .map(|x| x.as_f64().expect("a number"))
             .collect()
     };
-    let names: Vec<String> = list(&value["variables"]).iter().map(text).collect();
-    let rows = list(&value["path"]).iter().map(numbers).collect();
-    let lowered = list(&value["floors_lowered"]).into_iter().map(|floor| {
-        (
-            [text(&floor["bodies"][0]), text(&floor["bodies"][1])],
-            floor["floor_m"].as_f64().expect("a floor"),
-        )
-    });
+    let names: Vec<String> = list(&value["variables"])
+        .iter()
+        .map(text)
+        .collect();
+    let rows = list(&value["path"])
+        .iter()
+        .map(numbers)
+        .collect();
+    let lowered = list(&value["floors_lowered"])
+        .into_iter()
+        .map(|floor| {
+            (
+                [text(&floor["bodies"][0]), text(&floor["bodies"][1])],
+                floor["floor_m"].as_f64().expect("a floor"),
+            )
+        });
     Answer::Proved(Box::new(Proved {
         rows: ordered(&case.names, (names, rows)),
-        clearance_m: value["clearance_m"].as_f64().expect("a clearance"),
+        clearance_m: value["clearance_m"]
+            .as_f64()
+            .expect("a clearance"),
         lowered: lowered.collect::<BTreeMap<_, _>>(),
         is_shortened,
         is_said: list(&value["warnings"])

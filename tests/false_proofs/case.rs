@@ -57,13 +57,20 @@ impl Case {
             fs::write(&file, bytes).expect("the scratch folder can be written");
             file
         };
-        for (name, bytes) in written.meshes.iter().chain(&surroundings.meshes) {
+        for (name, bytes) in written
+            .meshes
+            .iter()
+            .chain(&surroundings.meshes)
+        {
             write(name.clone(), bytes);
         }
         let meshes: Vec<&Mesh> = geometries(&made, &scene)
             .filter_map(Geometry::mesh)
             .collect();
-        for mesh in meshes.iter().filter(|mesh| mesh.format != Format::Inline) {
+        for mesh in meshes
+            .iter()
+            .filter(|mesh| mesh.format != Format::Inline)
+        {
             read::mesh::verify(mesh, &write::mesh::bytes(mesh), rng).unwrap_or_else(|error| {
                 panic!("a written {:?} is not what was meant: {error}", mesh.format)
             });
@@ -229,12 +236,21 @@ fn geometries<'a>(
     made: &'a robot::Made,
     scene: &'a scene::Scene,
 ) -> impl Iterator<Item = &'a Geometry> {
-    let links = made.shapes.iter().flatten().map(|shape| &shape.geometry);
+    let links = made
+        .shapes
+        .iter()
+        .flatten()
+        .map(|shape| &shape.geometry);
     let objects = scene
         .objects
         .iter()
         .chain(scene.attached.iter().map(|held| &held.object));
-    links.chain(objects.flat_map(|object| object.shapes.iter().map(|(geometry, _)| geometry)))
+    links.chain(objects.flat_map(|object| {
+        object
+            .shapes
+            .iter()
+            .map(|(geometry, _)| geometry)
+    }))
 }
 
 /// What robot and scene mean.

@@ -23,9 +23,10 @@ struct Placed<'a> {
 
 impl Placed<'_> {
     fn farthest(&self, d: Vector) -> Vector {
-        let point = self
-            .pose
-            .point(self.shape.farthest(self.pose.direction_inside(d)));
+        let point = self.pose.point(
+            self.shape
+                .farthest(self.pose.direction_inside(d)),
+        );
         add(point, scaled(sub(self.middle, point), self.shrunk))
     }
 }
@@ -94,7 +95,10 @@ fn cores_apart(a: &Placed, b: &Placed, enough: f64) -> Apart {
                 at_most: far,
             };
         }
-        if simplex.iter().any(|p| length(sub(*p, next)) < 1e-14) {
+        if simplex
+            .iter()
+            .any(|p| length(sub(*p, next)) < 1e-14)
+        {
             return Apart {
                 at_least,
                 at_most: far,
@@ -137,7 +141,10 @@ fn nearest_of(simplex: &[Vector]) -> (Vector, Vec<Vector>) {
             continue;
         };
         let far = dot(point, point);
-        if best.as_ref().is_none_or(|(least, _, _)| far < *least) {
+        if best
+            .as_ref()
+            .is_none_or(|(least, _, _)| far < *least)
+        {
             best = Some((far, point, face));
         }
     }

@@ -158,7 +158,10 @@ impl<'a> Motion<'a> {
         let is_refuted = !self.is_said || refutations.len() == ways.len();
         (
             nearest,
-            refutations.into_iter().next().filter(|_| is_refuted),
+            refutations
+                .into_iter()
+                .next()
+                .filter(|_| is_refuted),
         )
     }
 
@@ -235,7 +238,9 @@ impl<'a> Motion<'a> {
 
     /// Puts every body where it is at the present row.
     fn stand(&mut self) {
-        self.world.robot.place(&self.row, &mut self.links);
+        self.world
+            .robot
+            .place(&self.row, &mut self.links);
         let bodies = &self.world.bodies;
         self.poses.clear();
         self.poses
@@ -361,7 +366,11 @@ pub fn between(
     row: &mut Vec<f64>,
 ) {
     row.clear();
-    row.extend(from.iter().zip(to).map(|(from, to)| from + t * (to - from)));
+    row.extend(
+        from.iter()
+            .zip(to)
+            .map(|(from, to)| from + t * (to - from)),
+    );
     for q in turns(robot) {
         let a = quaternion(from, q);
         let b = quaternion(to, q);

@@ -102,7 +102,9 @@ fn of_files(
     files: &RobotFiles,
     reader: &mut Reader,
 ) -> Result<CollisionModel, String> {
-    let robot = reader.robot_of(files).map_err(|error| error.to_string())?;
+    let robot = reader
+        .robot_of(files)
+        .map_err(|error| error.to_string())?;
     let robot = RobotModel::new(robot).map_err(|error| error.to_string())?;
     let mut scene = reader
         .scene(&case.files.scene)
@@ -162,7 +164,11 @@ impl Loaded {
             .iter()
             .map(|variable| variable.name.clone())
             .collect();
-        let rows = outcome.path.waypoints().map(<[f64]>::to_vec).collect();
+        let rows = outcome
+            .path
+            .waypoints()
+            .map(<[f64]>::to_vec)
+            .collect();
         let lowered = outcome
             .floors_lowered
             .iter()

@@ -106,11 +106,15 @@ fn what_is_proved_is_free_when_its_numbers_are_executed() {
                     }
                     run(&plan, number, &mut own);
                 }
-                all.lock().expect("no thread has panicked").add(own);
+                all.lock()
+                    .expect("no thread has panicked")
+                    .add(own);
             });
         }
     });
-    let summary = all.into_inner().expect("no thread has panicked");
+    let summary = all
+        .into_inner()
+        .expect("no thread has panicked");
     let Plan { cases, seed, .. } = plan;
     println!(
         "{cases} cases of seed {seed}, {}\n{summary}",
@@ -244,7 +248,11 @@ impl Run<'_> {
             Some(constraint) => (write::path::request(robot, &made.rows, constraint), "yaml"),
             None => write::path::path(robot, &made.rows, self.rng.usize(..)),
         };
-        let file = self.case.files.folder.join(format!("path{index}.{ending}"));
+        let file = self
+            .case
+            .files
+            .folder
+            .join(format!("path{index}.{ending}"));
         std::fs::write(&file, text).expect("the scratch folder can be written");
         file
     }

@@ -104,7 +104,8 @@ pub struct Joint {
 
 impl Joint {
     pub fn bounds(&self) -> (f64, f64) {
-        self.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY))
+        self.limits
+            .unwrap_or((f64::NEG_INFINITY, f64::INFINITY))
     }
 
     /// Where it may be: limit ∩ soft limit.
@@ -142,7 +143,9 @@ impl Robot {
 
     /// First column of a joint that has some.
     pub fn column_of(&self, joint: usize) -> Option<usize> {
-        self.columns.iter().position(|column| column.joint == joint)
+        self.columns
+            .iter()
+            .position(|column| column.joint == joint)
     }
 
     /// Value of a joint of one number: its column's, its leader's by the mimic, or 0.
@@ -203,7 +206,9 @@ impl Robot {
     pub fn place(&self, row: &[f64], links: &mut Vec<Pose>) {
         links.clear();
         for (index, joint) in self.joints.iter().enumerate() {
-            let parent = joint.parent.map_or(Pose::IDENTITY, |parent| links[parent]);
+            let parent = joint
+                .parent
+                .map_or(Pose::IDENTITY, |parent| links[parent]);
             links.push(
                 parent
                     .then(&joint.origin.pose())

@@ -124,7 +124,10 @@ impl Summary {
 
     /// Proved segments of a theme so far.
     pub fn of_theme(&self, theme: Theme) -> u64 {
-        self.by_theme.get(&theme).copied().unwrap_or_default()
+        self.by_theme
+            .get(&theme)
+            .copied()
+            .unwrap_or_default()
     }
 
     pub fn add(&mut self, other: Self) {

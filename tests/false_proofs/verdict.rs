@@ -35,7 +35,9 @@ pub struct Verdict {
 
 pub fn of(case: &Case, asked: &Made, proved: &Proved) -> Verdict {
     let input = &asked.rows;
-    let floors = case.world.floors(proved.clearance_m, &proved.lowered);
+    let floors = case
+        .world
+        .floors(proved.clearance_m, &proved.lowered);
     let executed = execute::path(&case.world, &proved.rows, &floors, proved.is_said);
     let hit = executed.refutation.as_ref().map(|found| {
         let [a, b] = &found.bodies;
@@ -67,7 +69,9 @@ pub fn false_collision(case: &Case, asked: &Made, refused: &Refused) -> Option<S
     ];
     let (segment, t, bodies) = refused.collision.as_ref()?;
     if matches!(case.theme, Theme::Misspelt | Theme::Octomap)
-        || odd.iter().any(|step| asked.steps.contains(step))
+        || odd
+            .iter()
+            .any(|step| asked.steps.contains(step))
     {
         return None;
     }
@@ -101,7 +105,9 @@ fn another_path(case: &Case, input: &[Vec<f64>], proved: &Proved) -> Option<Stri
             rows.len()
         ));
     } else {
-        (0..rows.len()).map(|index| (index, index)).collect()
+        (0..rows.len())
+            .map(|index| (index, index))
+            .collect()
     };
     let differ = places
         .into_iter()

@@ -32,7 +32,8 @@ impl Body {
     }
 
     pub fn pose(&self, links: &[Pose]) -> Pose {
-        self.link.map_or(Pose::IDENTITY, |link| links[link])
+        self.link
+            .map_or(Pose::IDENTITY, |link| links[link])
     }
 }
 
@@ -81,7 +82,10 @@ impl World {
             let a = &self.bodies[pair.a].name;
             let b = &self.bodies[pair.b].name;
             let named = [[a.clone(), b.clone()], [b.clone(), a.clone()]];
-            let lowered = named.iter().find_map(|names| lowered.get(names)).copied();
+            let lowered = named
+                .iter()
+                .find_map(|names| lowered.get(names))
+                .copied();
             if pair.is_moving {
                 lowered.unwrap_or(clearance)
             } else {

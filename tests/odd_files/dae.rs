@@ -279,7 +279,9 @@ const QUADS: &str = "0 3 2 1 4 5 6 7 0 1 5 4 1 2 6 5 2 3 7 6 3 0 4 7";
 const INPUT: &str = r##"<input semantic="VERTEX" source="#verts" offset="0"/>"##;
 
 fn boxed(name: &str, polygons: &str) -> Case {
-    let polygons = polygons.replace("INPUT", INPUT).replace("QUADS", QUADS);
+    let polygons = polygons
+        .replace("INPUT", INPUT)
+        .replace("QUADS", QUADS);
     Parts {
         positions: BOX.to_owned(),
         accessor: accessor(8, 3, 0),
@@ -291,7 +293,10 @@ fn boxed(name: &str, polygons: &str) -> Case {
 
 fn quads() -> Vec<String> {
     let words: Vec<&str> = QUADS.split(' ').collect();
-    words.chunks(4).map(|quad| quad.join(" ")).collect()
+    words
+        .chunks(4)
+        .map(|quad| quad.join(" "))
+        .collect()
 }
 
 fn polygons() -> Vec<Case> {

@@ -63,7 +63,9 @@ fn companions() -> Vec<(&'static str, Vec<u8>)> {
 
 /// Writes the corpus. `TAUT_ODD_FILES` names another folder, for `expect.py`.
 fn written(folder: &Path) {
-    let files = cases().into_iter().map(|case| (case.name, case.bytes));
+    let files = cases()
+        .into_iter()
+        .map(|case| (case.name, case.bytes));
     let companions = companions()
         .into_iter()
         .map(|(name, bytes)| (name.to_owned(), bytes));
@@ -109,7 +111,11 @@ fn judged(case: &Case, folder: &Path, table: &Table) -> Result<(), String> {
 }
 
 fn refusal(case: &Case, line: &str, parts: &[&str]) -> Result<(), String> {
-    let name = case.name.split('/').next_back().unwrap_or_default();
+    let name = case
+        .name
+        .split('/')
+        .next_back()
+        .unwrap_or_default();
     let missing: Vec<&&str> = parts
         .iter()
         .chain([&name])
@@ -198,8 +204,10 @@ fn files_are_read_as_independent_readers_read_them_or_refused_in_one_line() {
 
 #[test]
 fn the_corpus_is_large_and_no_file_comes_twice() {
-    let names: std::collections::BTreeSet<String> =
-        cases().into_iter().map(|case| case.name).collect();
+    let names: std::collections::BTreeSet<String> = cases()
+        .into_iter()
+        .map(|case| case.name)
+        .collect();
     assert_eq!(names.len(), cases().len());
     assert!(names.len() >= 300, "{} files", names.len());
     assert_eq!(
@@ -239,7 +247,10 @@ fn read_other_robots() {
         Ok(read) => serde_json::json!({ "read": read }),
         Err(line) => serde_json::json!({ "refused": line }),
     };
-    let readings: BTreeMap<&str, Value> = list.lines().map(|file| (file, read(file))).collect();
+    let readings: BTreeMap<&str, Value> = list
+        .lines()
+        .map(|file| (file, read(file)))
+        .collect();
     fs::write(
         named("TAUT_READINGS"),
         serde_json::to_string(&readings).unwrap(),

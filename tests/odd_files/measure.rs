@@ -67,10 +67,22 @@ fn surface_of(mesh: &Mesh) -> Value {
             .min()
             .unwrap_or_default()
     };
-    let triangles: BTreeSet<[u32; 3]> = mesh.triangles().iter().map(from_least).collect();
+    let triangles: BTreeSet<[u32; 3]> = mesh
+        .triangles()
+        .iter()
+        .map(from_least)
+        .collect();
     let used: Vec<Vec3> = triangles.iter().flat_map(corners).collect();
-    let lo = used.iter().copied().reduce(Vec3::min).unwrap_or_default();
-    let hi = used.iter().copied().reduce(Vec3::max).unwrap_or_default();
+    let lo = used
+        .iter()
+        .copied()
+        .reduce(Vec3::min)
+        .unwrap_or_default();
+    let hi = used
+        .iter()
+        .copied()
+        .reduce(Vec3::max)
+        .unwrap_or_default();
     let mut area = 0.0;
     let mut volume = 0.0;
     let mut centre = Vec3::ZERO;
@@ -181,7 +193,9 @@ fn semantics(reader: &mut Reader, file: &Path) -> Result<Value, String> {
         joints.sort();
         (group.name.clone(), json!(joints))
     });
-    let groups: Map<String, Value> = groups.filter(|(_, joints)| joints != &json!([])).collect();
+    let groups: Map<String, Value> = groups
+        .filter(|(_, joints)| joints != &json!([]))
+        .collect();
     let states = semantics.group_states.iter().map(|state| {
         let values: Map<String, Value> = state
             .values
@@ -199,7 +213,9 @@ fn scene(reader: &mut Reader, file: &Path) -> Result<Value, String> {
         .robot(&file.with_file_name("robot.urdf"), None)
         .map_err(|error| error.to_string())?;
     let robot = RobotModel::new(robot).map_err(|error| error.to_string())?;
-    let scene = reader.scene(file).map_err(|error| error.to_string())?;
+    let scene = reader
+        .scene(file)
+        .map_err(|error| error.to_string())?;
     check_frames(&robot, &scene).map_err(|error| format!("{}: {error}", file.display()))?;
     Ok(world(&scene))
 }
@@ -228,7 +244,10 @@ fn world(scene: &Scene) -> Value {
             )
         })
         .collect();
-    let mut allowed: Vec<[&str; 2]> = scene.allowed().map(|(a, b)| [a.min(b), a.max(b)]).collect();
+    let mut allowed: Vec<[&str; 2]> = scene
+        .allowed()
+        .map(|(a, b)| [a.min(b), a.max(b)])
+        .collect();
     allowed.sort_unstable();
     let numbers = |numbers: &mut dyn Iterator<Item = (&str, f64)>| {
         numbers

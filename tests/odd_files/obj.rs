@@ -51,7 +51,12 @@ fn indices() -> Vec<Case> {
     let alone: String = QUADS
         .iter()
         .map(|quad| {
-            let own = quad.map(|i| VERTICES.lines().nth(i as usize - 1).unwrap_or_default());
+            let own = quad.map(|i| {
+                VERTICES
+                    .lines()
+                    .nth(i as usize - 1)
+                    .unwrap_or_default()
+            });
             format!("{}\nf -4 -3 -2 -1\n", own.join("\n"))
         })
         .collect();
@@ -117,7 +122,9 @@ fn lines() -> Vec<Case> {
         case("continued_face", halves("\n")),
         case(
             "continued_face_crlf",
-            halves("\r\n").replace("\r\n", "\n").replace('\n', "\r\n"),
+            halves("\r\n")
+                .replace("\r\n", "\n")
+                .replace('\n', "\r\n"),
         ),
         case(
             "continued_vertex",
@@ -167,7 +174,8 @@ fn numbers() -> Vec<Case> {
         ),
         case(
             "bare_points",
-            text.replace("0.5", ".5").replace("1.125", "1125.e-3"),
+            text.replace("0.5", ".5")
+                .replace("1.125", "1125.e-3"),
         ),
         case(
             "whole_numbers",
@@ -246,10 +254,19 @@ fn others() -> Vec<Case> {
 /// A prism over an outline, its ends as one polygon each that starts at corner `first`.
 fn prism(outline: &[[f64; 2]], first: usize) -> String {
     let n = outline.len();
-    let at = |z: f64| outline.iter().map(move |[x, y]| format!("v {x} {y} {z}\n"));
+    let at = |z: f64| {
+        outline
+            .iter()
+            .map(move |[x, y]| format!("v {x} {y} {z}\n"))
+    };
     let corner = |i: usize| (first + i) % n + 1;
-    let lower: Vec<String> = (0..n).rev().map(|i| corner(i).to_string()).collect();
-    let upper: Vec<String> = (0..n).map(|i| (corner(i) + n).to_string()).collect();
+    let lower: Vec<String> = (0..n)
+        .rev()
+        .map(|i| corner(i).to_string())
+        .collect();
+    let upper: Vec<String> = (0..n)
+        .map(|i| (corner(i) + n).to_string())
+        .collect();
     let side = |i: usize| {
         format!(
             "f {} {} {} {}\n",
@@ -314,11 +331,23 @@ fn polygons() -> Vec<Case> {
     vec![
         case(
             "octagon",
-            prism(&star(8).into_iter().step_by(2).collect::<Vec<_>>(), 0),
+            prism(
+                &star(8)
+                    .into_iter()
+                    .step_by(2)
+                    .collect::<Vec<_>>(),
+                0,
+            ),
         ),
         case(
             "hundred_corners",
-            prism(&star(100).into_iter().step_by(2).collect::<Vec<_>>(), 0),
+            prism(
+                &star(100)
+                    .into_iter()
+                    .step_by(2)
+                    .collect::<Vec<_>>(),
+                0,
+            ),
         ),
         case("l_shape", prism(&l, 0)),
         case("l_shape_other_corner", prism(&l, 3)).read_as("coal", why),

@@ -58,7 +58,10 @@ pub fn cases() -> Vec<Case> {
 
 fn documents() -> Vec<Case> {
     let latin = SRDF.replace("?>", " encoding=\"ISO-8859-1\"?>\n<!-- Träger -->");
-    let latin = latin.chars().map(|c| c as u8).collect::<Vec<u8>>();
+    let latin = latin
+        .chars()
+        .map(|c| c as u8)
+        .collect::<Vec<u8>>();
     vec![
         case("plain", SRDF),
         case("latin1", latin).read_as("tesseract", "the encoding is said"),
@@ -68,7 +71,10 @@ fn documents() -> Vec<Case> {
             .read_as("tesseract", "the blank line says nothing"),
         case(
             "no_declaration",
-            SRDF.lines().skip(1).collect::<Vec<_>>().join("\n"),
+            SRDF.lines()
+                .skip(1)
+                .collect::<Vec<_>>()
+                .join("\n"),
         ),
         case("comments", SRDF.replace("><", "><!-- - --><")),
         case(

@@ -48,7 +48,10 @@ fn plain(faces: &[Face]) -> Vec<u8> {
 }
 
 fn moved(change: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<Face> {
-    TETRA.iter().map(|face| face.map(&change)).collect()
+    TETRA
+        .iter()
+        .map(|face| face.map(&change))
+        .collect()
 }
 
 fn with_count(count: u32) -> Vec<u8> {
@@ -82,7 +85,11 @@ fn dialects() -> Vec<Case> {
     let case = |name: &str, text: String| Case::new(format!("stl/text_{name}.stl"), text);
     vec![
         case("plain", text.clone()),
-        case("tabs", text.replace("      ", "\t\t\t").replace("  ", "\t")),
+        case(
+            "tabs",
+            text.replace("      ", "\t\t\t")
+                .replace("  ", "\t"),
+        ),
         case("no_indent", text.replace("  ", "")),
         case("crlf", text.replace('\n', "\r\n")),
         case("upper_case", text.to_uppercase()),
@@ -107,7 +114,8 @@ fn dialects() -> Vec<Case> {
         ),
         case(
             "bare_points",
-            text.replace("0.125", ".125").replace("0.5", "5.e-1"),
+            text.replace("0.125", ".125")
+                .replace("0.5", "5.e-1"),
         ),
         case(
             "many_digits",

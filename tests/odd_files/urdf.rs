@@ -53,7 +53,10 @@ fn documents() -> Vec<Case> {
         "?>",
         " encoding=\"ISO-8859-1\"?>\n<!-- Entwurf: Jörg Träger -->",
     );
-    let bytes = latin.chars().map(|c| c as u8).collect::<Vec<u8>>();
+    let bytes = latin
+        .chars()
+        .map(|c| c as u8)
+        .collect::<Vec<u8>>();
     let head = "<?xml version=\"1.0\"?>";
     vec![
         case("plain", ROBOT),

@@ -65,8 +65,11 @@ impl Before {
     /// Compares every problem and mode of both.
     pub(super) fn compare(&self, now: &[Row]) -> Compared {
         let mut compared = Compared::default();
-        let mut before: BTreeMap<String, &Problem> =
-            self.rows.iter().map(|row| (row.label(), row)).collect();
+        let mut before: BTreeMap<String, &Problem> = self
+            .rows
+            .iter()
+            .map(|row| (row.label(), row))
+            .collect();
         for row in now {
             match before.remove(&row.label()) {
                 Some(problem) => compared.problem(problem, row),
@@ -150,7 +153,8 @@ impl Compared {
     }
 
     fn differs(&mut self, label: &str, what: &str) {
-        self.different.push(format!("DIFFERENT {label}: {what}"));
+        self.different
+            .push(format!("DIFFERENT {label}: {what}"));
     }
 
     fn problem(&mut self, before: &Problem, now: &Row) {
@@ -180,7 +184,8 @@ impl Compared {
         if !changes.is_empty() {
             self.differs(label, &changes);
         } else if !work.is_empty() {
-            self.other_work.push(format!("other work {label}: {work}"));
+            self.other_work
+                .push(format!("other work {label}: {work}"));
         }
     }
 }

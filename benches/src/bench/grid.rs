@@ -21,7 +21,8 @@ impl Grid {
 
     /// Adds a line.
     pub(super) fn line(&mut self, cells: impl IntoIterator<Item = impl Into<String>>) {
-        self.lines.push(cells.into_iter().map(Into::into).collect());
+        self.lines
+            .push(cells.into_iter().map(Into::into).collect());
     }
 
     /// Writes all lines, each behind `indent`.
@@ -38,13 +39,26 @@ impl Grid {
     }
 
     fn widths(&self) -> Vec<usize> {
-        let columns = self.lines.iter().map(Vec::len).max().unwrap_or(0);
-        (0..columns).map(|column| self.width(column)).collect()
+        let columns = self
+            .lines
+            .iter()
+            .map(Vec::len)
+            .max()
+            .unwrap_or(0);
+        (0..columns)
+            .map(|column| self.width(column))
+            .collect()
     }
 
     fn width(&self, column: usize) -> usize {
-        let cells = self.lines.iter().filter_map(|line| line.get(column));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+        let cells = self
+            .lines
+            .iter()
+            .filter_map(|line| line.get(column));
+        cells
+            .map(|cell| cell.chars().count())
+            .max()
+            .unwrap_or(0)
     }
 
     fn cell(&self, column: usize, cell: &str, width: usize) -> String {

@@ -24,7 +24,12 @@ impl<'a> Idle<'a> {
         let is_idle = |component: &Component| travel(component, &velocity) < SAME;
         Self {
             space,
-            factors: space.components().iter().copied().filter(is_idle).collect(),
+            factors: space
+                .components()
+                .iter()
+                .copied()
+                .filter(is_idle)
+                .collect(),
         }
     }
 

@@ -60,7 +60,8 @@ fn take(row: &mut Row, mode: Mode, answer: Answer) {
 /// The recorded answers, relative to the length of the path given.
 fn add_peers(row: &mut Row, loaded: &Loaded, before: f64) {
     for (name, peer) in &loaded.peers {
-        row.peers.insert(name.clone(), relative(peer, before));
+        row.peers
+            .insert(name.clone(), relative(peer, before));
     }
     let best = loaded.best_honest_peer.as_ref();
     row.best_honest_peer = best.map(|(name, peer)| {
@@ -92,7 +93,11 @@ fn answers(
     workspace: &mut Workspace,
 ) -> Vec<(Mode, Answer)> {
     let runs = |mode| Runs::new(arguments, loaded, mode);
-    let mut all: Vec<Runs> = arguments.modes().into_iter().map(runs).collect();
+    let mut all: Vec<Runs> = arguments
+        .modes()
+        .into_iter()
+        .map(runs)
+        .collect();
     for _ in 0..arguments.repeat {
         for runs in &mut all {
             runs.once(model, workspace);
@@ -129,7 +134,10 @@ impl<'a> Runs<'a> {
     fn once(&mut self, model: &CollisionModel, workspace: &mut Workspace) {
         let Ok(settings) = &self.settings else { return };
         let mut earlier = self.timed.iter();
-        if earlier.next().is_some_and(|first| first.time_s > LONG_S) {
+        if earlier
+            .next()
+            .is_some_and(|first| first.time_s > LONG_S)
+        {
             return;
         }
         let deadline = self.arguments.rules.deadline;

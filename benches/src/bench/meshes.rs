@@ -66,12 +66,16 @@ fn ours(rows: &[&Row], modes: &[&'static str]) -> BTreeMap<&'static str, Share> 
     let mut checked = rows.to_vec();
     checked.retain(|row| !row.mesh_check.is_empty() && row.geometry == "given");
     let modes = modes.iter().filter(|_| !checked.is_empty());
-    modes.map(|mode| (*mode, proved(&checked, mode))).collect()
+    modes
+        .map(|mode| (*mode, proved(&checked, mode)))
+        .collect()
 }
 
 /// None of them collides: that is what is proved of the same meshes.
 fn proved(rows: &[&Row], mode: &str) -> Share {
-    let answers = rows.iter().filter_map(|row| row.answers.get(mode));
+    let answers = rows
+        .iter()
+        .filter_map(|row| row.answers.get(mode));
     Share {
         collide: 0,
         of: answers.filter(|figures| figures.proved).count(),

@@ -81,7 +81,9 @@ impl ModeSummary {
             ratio: ratios.median,
             ratio_mean: ratios.mean,
             ratio_proved: Average::of(answers.proved().map(|figures| figures.ratio)),
-            ratio_at: (0..budgets).filter_map(|at| answers.at(at)).collect(),
+            ratio_at: (0..budgets)
+                .filter_map(|at| answers.at(at))
+                .collect(),
             cpu_s: median(answers.figures().map(|figures| figures.cpu_s))?,
             first_improvement_s: answers.first_improvement_s(),
             above_other_modes: (0..=budgets).map(above).collect(),
@@ -125,12 +127,17 @@ impl<'a> Answers<'a> {
 
     fn over_best_honest_peer(&self) -> BTreeMap<&'static str, Versus> {
         let versus = |moment: Moment| Some((moment.name(), self.versus(moment)?));
-        AGAINST_BEST.into_iter().filter_map(versus).collect()
+        AGAINST_BEST
+            .into_iter()
+            .filter_map(versus)
+            .collect()
     }
 
     fn versus(&self, moment: Moment) -> Option<Versus> {
         let quotient = |(row, figures): &(&Row, &Figures)| {
-            let over = figures.over_best_honest_peer.get(moment.name())?;
+            let over = figures
+                .over_best_honest_peer
+                .get(moment.name())?;
             Some((*over, row.label()))
         };
         Versus::of(self.0.iter().filter_map(quotient).collect())

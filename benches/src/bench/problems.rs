@@ -34,7 +34,9 @@ pub(super) fn find(arguments: &Arguments) -> Result<Vec<PathBuf>, Error> {
 fn keep_first(limit: usize, files: &mut Vec<PathBuf>) {
     let mut taken: BTreeMap<PathBuf, usize> = BTreeMap::new();
     files.retain(|file| {
-        let count = taken.entry(folder_of(file).to_owned()).or_default();
+        let count = taken
+            .entry(folder_of(file).to_owned())
+            .or_default();
         *count += 1;
         *count <= limit
     });
@@ -74,9 +76,16 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), Error> {
     for entry in entries {
         let entry = entry.map_err(unreadable(folder))?;
         let path = entry.path();
-        if entry.file_type().map_err(unreadable(folder))?.is_dir() {
+        if entry
+            .file_type()
+            .map_err(unreadable(folder))?
+            .is_dir()
+        {
             collect(&path, files)?;
-        } else if path.extension().is_some_and(|ending| ending == "json") {
+        } else if path
+            .extension()
+            .is_some_and(|ending| ending == "json")
+        {
             files.push(path);
         }
     }
@@ -117,5 +126,7 @@ pub(super) fn stem(file: &Path) -> String {
 }
 
 fn text(name: Option<&OsStr>) -> String {
-    name.unwrap_or_default().to_string_lossy().into_owned()
+    name.unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
 }

@@ -44,13 +44,25 @@ impl Report {
         rows: Vec<Row>,
         skipped: usize,
     ) -> Self {
-        let modes: Vec<&'static str> = arguments.modes().iter().map(|mode| mode.name()).collect();
+        let modes: Vec<&'static str> = arguments
+            .modes()
+            .iter()
+            .map(|mode| mode.name())
+            .collect();
         let [sets, pooled] = summaries(&rows, &modes, arguments.at.len());
         Self {
             calibration_s,
             repeat: arguments.repeat.into(),
-            budgets_s: arguments.at.iter().map(Duration::as_secs_f64).collect(),
-            deadline_s: arguments.rules.deadline.as_ref().map(Duration::as_secs_f64),
+            budgets_s: arguments
+                .at
+                .iter()
+                .map(Duration::as_secs_f64)
+                .collect(),
+            deadline_s: arguments
+                .rules
+                .deadline
+                .as_ref()
+                .map(Duration::as_secs_f64),
             from: arguments.from.clone(),
             skipped,
             modes,
@@ -76,7 +88,11 @@ fn summaries(rows: &[Row], modes: &[&'static str], budgets: usize) -> [Vec<Summa
     let by_set = by_set(rows);
     let families = pooled::groups(by_set.keys().copied());
     let pool = |(family, sets): (&str, Vec<&str>)| {
-        let rows: Vec<&Row> = sets.iter().flat_map(|set| &by_set[set]).copied().collect();
+        let rows: Vec<&Row> = sets
+            .iter()
+            .flat_map(|set| &by_set[set])
+            .copied()
+            .collect();
         Summary::of(&format!("{family} (pooled)"), &rows, modes, budgets)
     };
     let pooled = families.into_iter().map(pool).collect();

@@ -78,7 +78,9 @@ fn ended(name: &str, result: Ended) -> Result<Outcome, Error> {
 }
 
 fn said(panic: &(dyn Any + Send)) -> String {
-    let owned = panic.downcast_ref::<String>().map(String::as_str);
+    let owned = panic
+        .downcast_ref::<String>()
+        .map(String::as_str);
     owned
         .or_else(|| panic.downcast_ref::<&str>().copied())
         .unwrap_or("no message")

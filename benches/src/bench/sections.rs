@@ -51,7 +51,12 @@ impl Sections<'_> {
 
     /// Names of the budgets and of the end, each with another name behind it.
     fn budgets(&self, second: &'static str) -> impl Iterator<Item = String> {
-        let budgets = self.report.budgets_s.iter().copied().map(budget_name);
+        let budgets = self
+            .report
+            .budgets_s
+            .iter()
+            .copied()
+            .map(budget_name);
         budgets
             .chain(["end".to_owned()])
             .flat_map(move |budget| [budget, second.to_owned()])
@@ -62,7 +67,9 @@ impl Sections<'_> {
         let head = ["remaining length: median, mean", "proved", "first", "cpu"].map(str::to_owned);
         grid.line(head.into_iter().chain(self.budgets("mean")));
         for (mode, figures) in self.modes() {
-            let first = figures.first_improvement_s.map_or("-".to_owned(), time);
+            let first = figures
+                .first_improvement_s
+                .map_or("-".to_owned(), time);
             let cells = [mode.to_owned(), proved(figures), first, time(figures.cpu_s)];
             grid.line(cells.into_iter().chain(lengths(figures)));
         }
@@ -76,7 +83,11 @@ impl Sections<'_> {
         for (mode, figures) in self.modes() {
             let above = figures.above_other_modes.iter();
             let cells = above.flat_map(|above| [above.medians_percent, above.paths_percent]);
-            grid.line([mode.to_owned()].into_iter().chain(cells.map(percent)));
+            grid.line(
+                [mode.to_owned()]
+                    .into_iter()
+                    .chain(cells.map(percent)),
+            );
         }
         section(&grid, text);
     }
@@ -90,7 +101,11 @@ impl Sections<'_> {
                 continue;
             };
             let cells = [ratio.median, ratio.mean].map(saved);
-            grid.line([mode.to_owned(), proved(figures)].into_iter().chain(cells));
+            grid.line(
+                [mode.to_owned(), proved(figures)]
+                    .into_iter()
+                    .chain(cells),
+            );
         }
         section(&grid, text);
     }
@@ -210,7 +225,10 @@ fn proved(figures: &ModeSummary) -> String {
 
 /// Median and mean at each budget and at the end.
 fn lengths(figures: &ModeSummary) -> impl Iterator<Item = String> {
-    let at = figures.ratio_at.iter().flat_map(|at| [at.median, at.mean]);
+    let at = figures
+        .ratio_at
+        .iter()
+        .flat_map(|at| [at.median, at.mean]);
     let at = at.chain([figures.ratio, figures.ratio_mean]);
     at.map(|length| format!("{length:.3}"))
 }
@@ -233,7 +251,10 @@ fn over_best(versus: &Versus) -> [String; 6] {
 }
 
 fn against(peer: &PeerSummary, mode: &str, moment: Moment) -> String {
-    let tally = peer.ours.get(mode).and_then(|ours| ours.get(moment.name()));
+    let tally = peer
+        .ours
+        .get(mode)
+        .and_then(|ours| ours.get(moment.name()));
     tally.map_or(String::new(), |Tally { wins, ties, losses }| {
         format!("{wins}/{ties}/{losses}")
     })

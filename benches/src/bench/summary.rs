@@ -39,7 +39,10 @@ impl Summary {
         Self {
             set: set.to_owned(),
             problems: rows.len(),
-            lower_bound: median(rows.iter().filter_map(|row| row.lower_bound_ratio())),
+            lower_bound: median(
+                rows.iter()
+                    .filter_map(|row| row.lower_bound_ratio()),
+            ),
             modes: modes.iter().filter_map(mode).collect(),
             peers: peers(rows, modes),
             best_honest_peer: best_honest_peer(rows, modes),
@@ -50,7 +53,10 @@ impl Summary {
 
 /// Each peer of any row.
 fn peers(rows: &[&Row], modes: &[&'static str]) -> BTreeMap<String, PeerSummary> {
-    let names: BTreeSet<&String> = rows.iter().flat_map(|row| row.peers.keys()).collect();
+    let names: BTreeSet<&String> = rows
+        .iter()
+        .flat_map(|row| row.peers.keys())
+        .collect();
     let peer = |name: &String| {
         let summary = PeerSummary::of(rows, modes, |row| row.peers.get(name))?;
         Some((name.clone(), summary))

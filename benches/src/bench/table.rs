@@ -61,7 +61,11 @@ impl Report {
         let mut grid = Grid::new("<");
         let mut head = vec!["problem"];
         head.extend(&self.modes);
-        if self.rows.iter().any(|row| row.best_honest_peer.is_some()) {
+        if self
+            .rows
+            .iter()
+            .any(|row| row.best_honest_peer.is_some())
+        {
             head.push("best honest peer");
         }
         grid.line(head);
@@ -73,7 +77,10 @@ impl Report {
 
     fn line(&self, row: &Row) -> Vec<String> {
         let mut cells = vec![row.label()];
-        let answers = self.modes.iter().map(|mode| row.answers.get(mode));
+        let answers = self
+            .modes
+            .iter()
+            .map(|mode| row.answers.get(mode));
         cells.extend(answers.map(|figures| self.cell(figures)));
         cells.push(best(row));
         cells
@@ -107,7 +114,10 @@ impl Report {
             *text += "¹ one long run\n";
         }
         for row in &self.rows {
-            let refusals = row.answers.values().filter_map(|one| one.refusal.as_ref());
+            let refusals = row
+                .answers
+                .values()
+                .filter_map(|one| one.refusal.as_ref());
             for reason in row.error.iter().chain(refusals.min()) {
                 *text += &format!("{}: {reason}\n", row.label());
             }
@@ -115,7 +125,10 @@ impl Report {
     }
 
     fn any_proved(&self, what: impl Fn(&Figures) -> bool) -> bool {
-        let mut answers = self.rows.iter().flat_map(|row| row.answers.values());
+        let mut answers = self
+            .rows
+            .iter()
+            .flat_map(|row| row.answers.values());
         answers.any(|figures| figures.proved && what(figures))
     }
 }

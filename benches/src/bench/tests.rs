@@ -24,7 +24,9 @@ fn answer(steps: &[(f64, f64)], proved: bool) -> Figures {
         cpu_s: 0.02,
         time_s: 0.02,
         first_improvement_s: curve.first_s(),
-        ratio_at: BUDGETS_S.map(|budget| curve.remaining(budget)).into(),
+        ratio_at: BUDGETS_S
+            .map(|budget| curve.remaining(budget))
+            .into(),
         curve,
         over_best_honest_peer: BTreeMap::new(),
         idle_travel_before: 0.0,

@@ -48,8 +48,12 @@ impl<'a> Asker<'a> {
         window: &'a Window,
         number: u64,
     ) -> Self {
-        let random =
-            fastrand::Rng::with_seed(window.seed.wrapping_mul(0x9e37_79b9).wrapping_add(number));
+        let random = fastrand::Rng::with_seed(
+            window
+                .seed
+                .wrapping_mul(0x9e37_79b9)
+                .wrapping_add(number),
+        );
         Self {
             client,
             jobs,
@@ -129,7 +133,9 @@ impl<'a> Asker<'a> {
             weights: &job.weights,
             ..RequestBody::default()
         };
-        let request = self.client.request(job.waypoints(), job.variables);
+        let request = self
+            .client
+            .request(job.waypoints(), job.variables);
         let mut builder = request.with_body(body);
         builder.header = header;
         change(&mut builder.header);

@@ -97,12 +97,22 @@ impl Bare {
     /// Opens the services of an instance.
     pub(super) fn open(instance: &Instance) -> Result<Self, Error> {
         let node = node(instance)?;
-        let server = wake(&node, services::WAKE_SERVER).open().map_err(text)?;
-        let client = wake(&node, services::WAKE_CLIENT).open().map_err(text)?;
+        let server = wake(&node, services::WAKE_SERVER)
+            .open()
+            .map_err(text)?;
+        let client = wake(&node, services::WAKE_CLIENT)
+            .open()
+            .map_err(text)?;
         Ok(Self {
             port: client_port(&node)?,
-            notifier: server.notifier_builder().create().map_err(text)?,
-            listener: client.listener_builder().create().map_err(text)?,
+            notifier: server
+                .notifier_builder()
+                .create()
+                .map_err(text)?,
+            listener: client
+                .listener_builder()
+                .create()
+                .map_err(text)?,
             _node: node,
         })
     }
@@ -125,13 +135,18 @@ impl Bare {
             if left.is_zero() {
                 return Ok(None);
             }
-            self.listener.timed_wait(|_| (), left).map_err(text)?;
+            self.listener
+                .timed_wait(|_| (), left)
+                .map_err(text)?;
         }
     }
 
     fn send(&self, header: RequestHeader, payload: &[u8]) -> Result<Pending, Error> {
         let id = self.listener.id().value();
-        let loan = self.port.loan_slice_uninit(payload.len()).map_err(text)?;
+        let loan = self
+            .port
+            .loan_slice_uninit(payload.len())
+            .map_err(text)?;
         let mut request = loan.write_from_slice(payload);
         *request.user_header_mut() = RequestHeader {
             listener_id: [id as u64, (id >> 64) as u64],
@@ -202,10 +217,11 @@ impl Echo {
             return Ok(());
         };
         let read = BufReader::new(out).read_line(&mut String::new());
-        read.map(|_| ()).map_err(|source| Error::System {
-            what: "echo process",
-            source,
-        })
+        read.map(|_| ())
+            .map_err(|source| Error::System {
+                what: "echo process",
+                source,
+            })
     }
 
     /// One round trip.
@@ -249,7 +265,9 @@ pub(crate) fn serve() -> Result<u8, Error> {
     // A parent that is gone does not read.
     let _ = writeln!(std::io::stdout(), "ready");
     loop {
-        listener.timed_wait(|_| (), PATIENCE).map_err(text)?;
+        listener
+            .timed_wait(|_| (), PATIENCE)
+            .map_err(text)?;
         while let Some(request) = port.receive().map_err(text)? {
             send_back(&request)?;
             notifier.notify().map_err(text)?;
@@ -263,7 +281,10 @@ fn send_back(request: &Active) -> Result<(), Error> {
     copy.resize(bytes, 0);
     let mut response = request.loan_slice_uninit(bytes).map_err(text)?;
     response.user_header_mut().status = Status::Final.into();
-    response.write_from_slice(&copy).send().map_err(text)
+    response
+        .write_from_slice(&copy)
+        .send()
+        .map_err(text)
 }
 
 /// With the daemon's own settings.
@@ -299,7 +320,10 @@ fn listener(node: &Node<Variant>) -> Result<Listener<Variant>, Error> {
         .max_nodes(MAX_NODES)
         .create()
         .map_err(text)?;
-    service.listener_builder().create().map_err(text)
+    service
+        .listener_builder()
+        .create()
+        .map_err(text)
 }
 
 /// Wakes the clients.
@@ -310,5 +334,8 @@ fn notifier(node: &Node<Variant>) -> Result<Notifier<Variant>, Error> {
         .max_nodes(MAX_NODES)
         .create()
         .map_err(text)?;
-    service.notifier_builder().create().map_err(text)
+    service
+        .notifier_builder()
+        .create()
+        .map_err(text)
 }

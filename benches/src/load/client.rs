@@ -205,7 +205,9 @@ impl Planner {
             for _ in 0..ACTIVE_REQUESTS_PER_CLIENT {
                 scope.spawn(|| {
                     let tally = self.in_turn(window, |asker| _ = asker.ask_next());
-                    all.lock().expect("no thread panics").merge(&tally);
+                    all.lock()
+                        .expect("no thread panics")
+                        .merge(&tally);
                 });
             }
         });
@@ -223,13 +225,17 @@ impl Planner {
                 let all = &all;
                 scope.spawn(move || {
                     let tally = self.served(window, &take);
-                    all.lock().expect("no thread panics").merge(&tally);
+                    all.lock()
+                        .expect("no thread panics")
+                        .merge(&tally);
                 });
             }
             drop(take);
             let refused = self.arrive(window, rate_hz, &give);
             drop(give);
-            all.lock().expect("no thread panics").merge(&refused);
+            all.lock()
+                .expect("no thread panics")
+                .merge(&refused);
         });
         all.into_inner().expect("no thread panics")
     }

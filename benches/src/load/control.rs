@@ -56,7 +56,11 @@ pub(super) fn scene(client: &Client, message: &ControlRequest) -> Result<SceneSu
 
 /// One of the daemon's numbers; 0 where it has none of that name.
 pub(super) fn number(client: &Client, name: &str) -> Result<f64, Error> {
-    Ok(stats(client)?.numbers.get(name).copied().unwrap_or(0.0))
+    Ok(stats(client)?
+        .numbers
+        .get(name)
+        .copied()
+        .unwrap_or(0.0))
 }
 
 fn stats(client: &Client) -> Result<Stats, Error> {

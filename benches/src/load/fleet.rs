@@ -184,7 +184,9 @@ impl Drop for Member {
 
 /// Passes on what a client says.
 fn listen(out: Option<ChildStdout>, say: &Sender<Said>) {
-    let lines = out.into_iter().flat_map(|out| BufReader::new(out).lines());
+    let lines = out
+        .into_iter()
+        .flat_map(|out| BufReader::new(out).lines());
     for line in lines.map_while(Result::ok) {
         let said = serde_json::from_str(&line)
             .unwrap_or_else(|error| Said::Failed(format!("unreadable line: {error}")));
@@ -249,7 +251,10 @@ impl Fleet {
 
     /// The second half.
     pub(super) fn finish(&mut self, length: Duration) -> Result<Vec<Tally>, Error> {
-        self.0.iter().map(|member| member.done(length)).collect()
+        self.0
+            .iter()
+            .map(|member| member.done(length))
+            .collect()
     }
 }
 

@@ -24,7 +24,10 @@ pub(super) fn listen() -> Result<(), Error> {
 
 /// An error if one came.
 pub(super) fn check() -> Result<(), Error> {
-    match STOP.get().is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+    match STOP
+        .get()
+        .is_some_and(|stop| stop.load(Ordering::Relaxed))
+    {
         true => Err(Error::Interrupted),
         false => Ok(()),
     }

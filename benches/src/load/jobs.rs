@@ -51,11 +51,17 @@ fn robot(
     problem: &Problem,
 ) -> Result<RobotDescription, Error> {
     let hash = problem.model.robot().hash();
-    if let Some(known) = listing.robots.iter().find(|one| one.robot_hash == hash) {
+    if let Some(known) = listing
+        .robots
+        .iter()
+        .find(|one| one.robot_hash == hash)
+    {
         let label = known.label.clone();
         return control::robot(client, &ControlRequest::Describe { label });
     }
-    let files = reader.problem(file, Geometry::Given)?.robot_files;
+    let files = reader
+        .problem(file, Geometry::Given)?
+        .robot_files;
     let message = ControlRequest::LoadRobot {
         label: with_hash(problem.model.robot().name(), hash),
         source: robot_source(&files),
@@ -71,7 +77,11 @@ fn scene(
     problem: &Problem,
 ) -> Result<SceneSummary, Error> {
     let hash = problem.model.scene().hash();
-    if let Some(known) = listing.scenes.iter().find(|one| one.scene_hash == hash) {
+    if let Some(known) = listing
+        .scenes
+        .iter()
+        .find(|one| one.scene_hash == hash)
+    {
         return Ok(known.clone());
     }
     let message = ControlRequest::LoadScene {

@@ -109,7 +109,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<u8, Error> {
 fn report(arguments: &Arguments, site: &Site) -> Result<Report, Error> {
     let clients = usize::from(arguments.clients);
     let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, clients)?;
-    let memory: Vec<Memory> = fleet.0.iter().map(|member| member.memory).collect();
+    let memory: Vec<Memory> = fleet
+        .0
+        .iter()
+        .map(|member| member.memory)
+        .collect();
     let pid = site.serving()?;
     let before = process::cpu_ns_of(pid);
     let tallies = watched(&mut fleet, arguments.window(), arguments.duration)?;
@@ -145,15 +149,19 @@ impl Arguments {
 
     fn window(&self) -> Window {
         let clients = f64::from(self.clients);
-        let pace = self.rate.map_or(Pace::Closed, |rate| Pace::Open {
-            rate_hz: rate / clients,
-        });
+        let pace = self
+            .rate
+            .map_or(Pace::Closed, |rate| Pace::Open {
+                rate_hz: rate / clients,
+            });
         Window {
             seed: self.seed,
             pace,
             mode: wire_mode(self.mode),
             budget: self.budget,
-            deadline_ns: self.deadline.map_or(0, |time| time.as_nanos() as u64),
+            deadline_ns: self
+                .deadline
+                .map_or(0, |time| time.as_nanos() as u64),
             ..Window::closed()
         }
     }

@@ -44,7 +44,10 @@ fn model(robot: RobotModel, problem: files::Problem) -> Result<CollisionModel, E
 /// The same motion with at least so many waypoints.
 fn subdivided(space: &ConfigurationSpace, path: &Path, waypoints: usize) -> Path {
     let segments = path.len().saturating_sub(1);
-    let parts = waypoints.saturating_sub(1).div_ceil(segments.max(1)).max(1);
+    let parts = waypoints
+        .saturating_sub(1)
+        .div_ceil(segments.max(1))
+        .max(1);
     let mut rows = path.waypoint(0).to_vec();
     for [from, to] in path.segments() {
         for part in 1..parts {

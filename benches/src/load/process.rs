@@ -42,7 +42,9 @@ pub(super) fn resident_bytes(pid: u32) -> u64 {
 }
 
 fn kilobytes(text: &str, name: &str) -> u64 {
-    let line = text.lines().find_map(|line| line.strip_prefix(name));
+    let line = text
+        .lines()
+        .find_map(|line| line.strip_prefix(name));
     line.and_then(|line| line.split_whitespace().next()?.parse().ok())
         .unwrap_or(0)
 }

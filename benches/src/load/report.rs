@@ -46,7 +46,10 @@ pub(super) struct Fairness {
 impl Fairness {
     /// Of what each client was served.
     pub(super) fn of(served: &[u64]) -> Self {
-        let served: Vec<f64> = served.iter().map(|count| *count as f64).collect();
+        let served: Vec<f64> = served
+            .iter()
+            .map(|count| *count as f64)
+            .collect();
         let count = served.len().max(1) as f64;
         let sum: f64 = served.iter().sum();
         let squares: f64 = served.iter().map(|x| x * x).sum();
@@ -119,7 +122,10 @@ impl Report {
     /// From the tallies of the clients.
     pub(super) fn new(tallies: &[Tally], memory: &[Memory], daemon_cpu_ns: u64, seed: u64) -> Self {
         let sum = Tally::of(tallies);
-        let served: Vec<u64> = tallies.iter().map(|tally| tally.served).collect();
+        let served: Vec<u64> = tallies
+            .iter()
+            .map(|tally| tally.served)
+            .collect();
         let answers = sum.latency.len() + sum.refusal.len();
         Self {
             clients: tallies.len(),
@@ -208,7 +214,9 @@ impl Report {
             ("overhead", self.overhead),
             ("refusal", self.refusal),
         ];
-        let lateness = self.lateness.map(|lateness| ("lateness", lateness));
+        let lateness = self
+            .lateness
+            .map(|lateness| ("lateness", lateness));
         let head = format!("{:<10}{:>12}{:>12}{:>12}\n", "", "p50", "p99", "max");
         let rows = rows.into_iter().chain(lateness);
         head + &rows

@@ -152,7 +152,10 @@ impl Site {
             // supervisor started.
             let _ = kill_process(pid, Signal::KILL);
         }
-        let is_another = || self.pid().is_some_and(|pid| Some(pid) != serves);
+        let is_another = || {
+            self.pid()
+                .is_some_and(|pid| Some(pid) != serves)
+        };
         match until(patience, || Ok(is_another()))? {
             Some(_) => Ok(()),
             None => Err(self.gone()),
@@ -172,11 +175,18 @@ impl Site {
 
     /// The end of the daemon's log, for an error.
     pub(super) fn gone(&self) -> Error {
-        let log = self.folder().map(|folder| folder.join("daemon.log"));
+        let log = self
+            .folder()
+            .map(|folder| folder.join("daemon.log"));
         let text = log
             .and_then(|log| std::fs::read_to_string(log).ok())
             .unwrap_or_default();
-        Error::DaemonGone(text.lines().last().unwrap_or("nothing").to_owned())
+        Error::DaemonGone(
+            text.lines()
+                .last()
+                .unwrap_or("nothing")
+                .to_owned(),
+        )
     }
 }
 

@@ -24,7 +24,10 @@ impl From<Vec<(u64, u64)>> for Times {
     fn from(counts: Vec<(u64, u64)>) -> Self {
         let mut times = Self::default();
         for (time, count) in counts {
-            times.0.record_n(time, count).expect("it grows as needed");
+            times
+                .0
+                .record_n(time, count)
+                .expect("it grows as needed");
         }
         times
     }
@@ -48,7 +51,9 @@ impl Times {
 
     /// Those of both.
     pub(super) fn merge(&mut self, other: &Self) {
-        self.0.add(&other.0).expect("both grow as needed");
+        self.0
+            .add(&other.0)
+            .expect("both grow as needed");
     }
 
     /// How many.
@@ -180,20 +185,26 @@ impl Ending<'_> {
             Termination::WorkBudget,
             Termination::Checked,
         ];
-        ends.map(u32::from).contains(&self.header.termination)
+        ends.map(u32::from)
+            .contains(&self.header.termination)
     }
 }
 
 impl Tally {
     /// Counts a request that ends with this code and without an answer of the daemon.
     pub(super) fn refuse(&mut self, code: Code) {
-        *self.refused.entry(code.name().to_owned()).or_default() += 1;
+        *self
+            .refused
+            .entry(code.name().to_owned())
+            .or_default() += 1;
     }
 
     /// Counts a final response.
     pub(super) fn end(&mut self, ending: &Ending) {
         if ending.deadline_ns != 0 {
-            let late_ns = ending.ended_ns.saturating_sub(ending.deadline_ns);
+            let late_ns = ending
+                .ended_ns
+                .saturating_sub(ending.deadline_ns);
             self.lateness.add(late_ns);
         }
         let code = ending.code();
@@ -204,7 +215,12 @@ impl Tally {
         }
         self.time(ending);
         match ending.is_proved() {
-            true if ending.is_late() => *self.refused.entry("LATE".to_owned()).or_default() += 1,
+            true if ending.is_late() => {
+                *self
+                    .refused
+                    .entry("LATE".to_owned())
+                    .or_default() += 1
+            }
             true => self.served += 1,
             false => self.refuse(code),
         }
@@ -217,7 +233,9 @@ impl Tally {
     fn time(&mut self, ending: &Ending) {
         let header = ending.header;
         let worked_ns = header.queue_ns + header.compute_ns;
-        let since_arrival_ns = ending.ended_ns.saturating_sub(ending.arrived_ns);
+        let since_arrival_ns = ending
+            .ended_ns
+            .saturating_sub(ending.arrived_ns);
         self.latency.add(since_arrival_ns);
         self.queue.add(header.queue_ns);
         self.compute.add(header.compute_ns);
@@ -234,7 +252,11 @@ impl Tally {
 
     /// The client has a proved answer again: whoever was cut off before has got over it.
     pub(super) fn recovered(&mut self, good_ns: u64) {
-        for loss in self.losses.iter_mut().filter(|loss| loss.good_ns == 0) {
+        for loss in self
+            .losses
+            .iter_mut()
+            .filter(|loss| loss.good_ns == 0)
+        {
             loss.good_ns = good_ns;
         }
     }
@@ -283,15 +305,19 @@ impl Tally {
 
     /// Those of all.
     pub(super) fn of<'a>(all: impl IntoIterator<Item = &'a Self>) -> Self {
-        all.into_iter().fold(Self::default(), |mut sum, one| {
-            sum.merge(one);
-            sum
-        })
+        all.into_iter()
+            .fold(Self::default(), |mut sum, one| {
+                sum.merge(one);
+                sum
+            })
     }
 
     /// How many ended with this code.
     pub(super) fn with(&self, code: Code) -> u64 {
-        self.refused.get(code.name()).copied().unwrap_or(0)
+        self.refused
+            .get(code.name())
+            .copied()
+            .unwrap_or(0)
     }
 
     /// Every request that ended with an answer or an error.

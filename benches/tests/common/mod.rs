@@ -47,8 +47,13 @@ fn is_fresh(program: &Path) -> bool {
 
 /// When a file, or the last file of a folder, was changed.
 fn newest(path: &Path) -> Option<SystemTime> {
-    let entries = fs::read_dir(path).into_iter().flatten().flatten();
-    let within = entries.filter_map(|entry| newest(&entry.path())).max();
+    let entries = fs::read_dir(path)
+        .into_iter()
+        .flatten()
+        .flatten();
+    let within = entries
+        .filter_map(|entry| newest(&entry.path()))
+        .max();
     within.max(modified(path).filter(|_| path.is_file()))
 }
 
@@ -82,7 +87,10 @@ pub struct Place {
 
 impl Place {
     pub fn new() -> Self {
-        let folder = tempfile::Builder::new().prefix("taut").tempdir().unwrap();
+        let folder = tempfile::Builder::new()
+            .prefix("taut")
+            .tempdir()
+            .unwrap();
         let instance = Instance::new("test", folder.path().join("i")).unwrap();
         Self { instance, folder }
     }

@@ -39,7 +39,9 @@ impl Held {
     }
 
     fn best(&self) -> MutexGuard<'_, Best> {
-        self.best.lock().unwrap_or_else(PoisonError::into_inner)
+        self.best
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     fn corridor(&self) -> Option<&planner::Corridor> {

@@ -64,7 +64,10 @@ impl Flight {
                     message,
                 });
             }
-            let mut answers = self.answers.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut answers = self
+                .answers
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
             if self.finish.swap(false, Ordering::AcqRel) {
                 answers.finish_early();
             }

@@ -75,7 +75,11 @@ pub(crate) unsafe fn texts(
         // SAFETY: the caller promises a string behind each.
         unsafe { text(&format!("{what}[{index}]"), *pointer) }
     };
-    pointers.iter().enumerate().map(text_of).collect()
+    pointers
+        .iter()
+        .enumerate()
+        .map(text_of)
+        .collect()
 }
 
 /// Writes a result where the caller wants it, if anywhere.

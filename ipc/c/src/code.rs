@@ -74,5 +74,8 @@ pub extern "C" fn taut_code_name(code: i32) -> *const c_char {
             .collect()
     });
     const UNKNOWN: &CStr = c"UNKNOWN";
-    names.get(&code).map_or(UNKNOWN, CString::as_c_str).as_ptr()
+    names
+        .get(&code)
+        .map_or(UNKNOWN, CString::as_c_str)
+        .as_ptr()
 }

@@ -76,7 +76,10 @@ impl Failure {
         if let Some(place) = error.place() {
             failure.bodies = [plain(&place.bodies[0]), plain(&place.bodies[1])];
             failure.place = Some(Place {
-                bodies: failure.bodies.each_ref().map(|body| body.as_ptr()),
+                bodies: failure
+                    .bodies
+                    .each_ref()
+                    .map(|body| body.as_ptr()),
                 segment: place.segment,
                 reserved: 0,
                 t: place.t,
@@ -106,7 +109,10 @@ pub(crate) unsafe fn run(
         Ok(Ok(code)) => (code, None),
         Ok(Err(error)) => (error.code().into(), Some(Failure::of(&error))),
         Err(panic) => {
-            let text = panic.downcast_ref::<&str>().copied().map(str::to_owned);
+            let text = panic
+                .downcast_ref::<&str>()
+                .copied()
+                .map(str::to_owned);
             let text = text
                 .or_else(|| panic.downcast_ref::<String>().cloned())
                 .unwrap_or_default();
@@ -163,7 +169,10 @@ pub unsafe extern "C" fn taut_error_place(
     place: *mut Place,
     size: usize,
 ) -> bool {
-    let Some(found) = Error::get(error).ok().and_then(|failure| failure.place) else {
+    let Some(found) = Error::get(error)
+        .ok()
+        .and_then(|failure| failure.place)
+    else {
         return false;
     };
     // SAFETY: the caller promises that it is NULL or its own, and so large.

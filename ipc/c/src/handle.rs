@@ -19,7 +19,9 @@ impl<T> Table<T> {
     }
 
     fn live(&self) -> MutexGuard<'_, BTreeMap<usize, Arc<T>>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -63,7 +63,10 @@ pub(crate) unsafe fn named(
     let names = unsafe { texts(what, names, count) }?;
     // SAFETY: the caller's promise is the same.
     let numbers = unsafe { array(what, numbers, count) }?;
-    Ok(names.into_iter().zip(numbers.iter().copied()).collect())
+    Ok(names
+        .into_iter()
+        .zip(numbers.iter().copied())
+        .collect())
 }
 
 /// Seconds as a time; so many that nobody lives to see their end are a year.

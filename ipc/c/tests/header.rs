@@ -55,7 +55,11 @@ fn check_options(header: &str) {
     let fields: Vec<&str> = header[start..end]
         .lines()
         .filter(|line| !line.trim().starts_with("//"))
-        .filter_map(|line| line.strip_suffix(';')?.split([' ', '*']).next_back())
+        .filter_map(|line| {
+            line.strip_suffix(';')?
+                .split([' ', '*'])
+                .next_back()
+        })
         .map(|name| name.split('[').next().unwrap())
         .filter(|name| !["size", "reserved"].contains(name))
         .collect();

@@ -37,7 +37,9 @@ impl std::ops::Deref for Look<'_> {
     type Target = Best;
 
     fn deref(&self) -> &Best {
-        self.0.get().expect("checked when it was locked")
+        self.0
+            .get()
+            .expect("checked when it was locked")
     }
 }
 
@@ -227,12 +229,18 @@ impl Improvement {
     #[getter]
     fn ended(&self) -> PyResult<&'static str> {
         let termination = Termination::try_from(self.best()?.header().termination);
-        Ok(termination.unwrap_or(Termination::Running).name())
+        Ok(termination
+            .unwrap_or(Termination::Running)
+            .name())
     }
 
     /// Raises the error that a final answer is which is no success.
     fn check(&self) -> PyResult<()> {
-        match self.best()?.refused().map_err(|error| errors::of(&error))? {
+        match self
+            .best()?
+            .refused()
+            .map_err(|error| errors::of(&error))?
+        {
             None => Ok(()),
             Some(refused) => Err(errors::of(&PlannerError::Refused(Box::new(refused)))),
         }

@@ -56,7 +56,10 @@ impl Connection {
     }
 
     fn planner(&self) -> PyResult<Planner> {
-        let planner = self.planner.read().unwrap_or_else(PoisonError::into_inner);
+        let planner = self
+            .planner
+            .read()
+            .unwrap_or_else(PoisonError::into_inner);
         match &*planner {
             Some(planner) => Ok(planner.get()?.clone()),
             None => Err(errors::raise(
@@ -308,7 +311,8 @@ impl Connection {
         let loaded = py
             .detach(|| problem::load(&planner, &file, spheres, robot.as_deref(), scene.as_deref()));
         let loaded = loaded.map_err(|error| errors::of(&error))?;
-        self.files.learn(loaded.robot_hash, loaded.robot_files);
+        self.files
+            .learn(loaded.robot_hash, loaded.robot_files);
         let dict = PyDict::new(py);
         dict.set_item("name", loaded.name)?;
         dict.set_item("robot", loaded.robot)?;

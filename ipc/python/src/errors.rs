@@ -41,7 +41,9 @@ fn made(
     place: Option<&Place>,
 ) -> PyResult<PyErr> {
     let make = MAKE.get_or_try_init(py, || {
-        py.import("taut._errors")?.getattr("of")?.into_py_any(py)
+        py.import("taut._errors")?
+            .getattr("of")?
+            .into_py_any(py)
     })?;
     let retry = (retry_after_ms > 0).then(|| f64::from(retry_after_ms) * 1e-3);
     let place = place.map(|place| dict(py, place)).transpose()?;

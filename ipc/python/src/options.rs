@@ -60,7 +60,10 @@ fn deadline(seconds: f64) -> PyResult<Duration> {
 
 fn mode(name: &str) -> PyResult<Mode> {
     Mode::named(name).ok_or_else(|| {
-        let valid: Vec<&str> = Mode::ALL.iter().map(|(mode, _)| mode.name()).collect();
+        let valid: Vec<&str> = Mode::ALL
+            .iter()
+            .map(|(mode, _)| mode.name())
+            .collect();
         errors::invalid(format!("no mode {name:?}; valid: {}", valid.join(", ")))
     })
 }

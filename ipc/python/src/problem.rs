@@ -42,7 +42,9 @@ pub fn load(
     let problem = reader
         .problem(file, geometry)
         .map_err(|error| refused(&error))?;
-    let robot = problem.model().map_err(|error| refused(&error))?;
+    let robot = problem
+        .model()
+        .map_err(|error| refused(&error))?;
     let text = files::scene_text(file).map_err(|error| refused(&error))?;
     let folder = std::path::absolute(file)
         .ok()

@@ -124,7 +124,12 @@ fn subject(about: &About, best: &Best, robot: &RobotDescription) -> PyResult<Res
         Err(PlannerError::Refused(_)) => None,
         Err(error) => return Err(errors::of(&error)),
     };
-    let is_held = |name: &str| robot.held_variables.iter().any(|held| held == name);
+    let is_held = |name: &str| {
+        robot
+            .held_variables
+            .iter()
+            .any(|held| held == name)
+    };
     Ok(ResultSubject {
         robot: RobotSource {
             label: Some(robot.label.clone()),

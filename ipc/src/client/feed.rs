@@ -19,7 +19,10 @@ impl StatusFeed {
     pub(super) fn open(link: &Arc<Link>) -> Result<Self, ClientError> {
         let service = transport::status(&link.node).open();
         let service = service.map_err(|error| ClientError::setup("status", error))?;
-        let subscriber = service.subscriber_builder().buffer_size(1).create();
+        let subscriber = service
+            .subscriber_builder()
+            .buffer_size(1)
+            .create();
         let subscriber = subscriber.map_err(|error| ClientError::setup("status feed", error))?;
         Ok(Self {
             subscriber,

@@ -179,11 +179,15 @@ pub(super) struct WaitFor<'a> {
 impl WaitFor<'_> {
     /// Keeps the listener out of the pool; [`Link::put_listener`] brings it back.
     pub(super) fn keep(mut self) -> Listener<Variant> {
-        self.listener.take().expect("taken only here and by drop")
+        self.listener
+            .take()
+            .expect("taken only here and by drop")
     }
 
     pub(super) fn id(&self) -> [u64; 2] {
-        self.listener.as_ref().map_or([0; 2], listener_id)
+        self.listener
+            .as_ref()
+            .map_or([0; 2], listener_id)
     }
 
     pub(super) fn wait_until(&self, end: Instant, asked: Duration) -> Result<(), ClientError> {

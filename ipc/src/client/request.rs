@@ -58,7 +58,8 @@ impl<'a> RequestBuilder<'a> {
             .into());
         }
         let mut loan = self.link.loan(bytes)?;
-        self.body.write(&self.header, loan.payload_mut());
+        self.body
+            .write(&self.header, loan.payload_mut());
         Ok(LoanedRequest {
             loan,
             numbers,

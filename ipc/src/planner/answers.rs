@@ -123,7 +123,10 @@ impl Answers {
         let end = Instant::now() + timeout;
         loop {
             let left = end.saturating_duration_since(Instant::now());
-            match self.next(left).map_err(|error| whole(error, timeout))? {
+            match self
+                .next(left)
+                .map_err(|error| whole(error, timeout))?
+            {
                 Some(best) if best.is_final() => return best.check(),
                 Some(_) => (),
                 None => return Err(ClientError::NoAnswer.into()),

@@ -184,8 +184,11 @@ impl Best {
                 text: record.text.of(view.names)?.to_owned(),
             })
         };
-        let mut warnings: Vec<Warning> =
-            view.warnings.iter().map(told).collect::<Result<_, _>>()?;
+        let mut warnings: Vec<Warning> = view
+            .warnings
+            .iter()
+            .map(told)
+            .collect::<Result<_, _>>()?;
         let note = self.columns.note().filter(|_| self.is_final());
         let uncovered = warnings
             .iter()

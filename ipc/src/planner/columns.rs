@@ -55,9 +55,13 @@ impl Columns {
         let mut sources = vec![None; variables.len()];
         let mut order = Vec::with_capacity(names.len());
         for (column, name) in names.iter().enumerate() {
-            let found = variables.iter().position(|variable| variable.name == *name);
+            let found = variables
+                .iter()
+                .position(|variable| variable.name == *name);
             let Some(variable) = found else {
-                let valid = variables.iter().map(|variable| variable.name.as_str());
+                let valid = variables
+                    .iter()
+                    .map(|variable| variable.name.as_str());
                 return Err(PlannerError::unknown(
                     "column of the robot",
                     name,
@@ -65,7 +69,10 @@ impl Columns {
                     code,
                 ));
             };
-            if sources[variable].replace(Source::Column(column)).is_some() {
+            if sources[variable]
+                .replace(Source::Column(column))
+                .is_some()
+            {
                 return Err(PlannerError::invalid(
                     code,
                     format!("column {name:?} is there twice; name it once"),
@@ -99,7 +106,11 @@ impl Columns {
 
     /// What an answer tells of columns that are missing and of which nobody said where they stand.
     pub fn note(&self) -> Option<String> {
-        let names: Vec<&str> = self.at_zero.iter().map(String::as_str).collect();
+        let names: Vec<&str> = self
+            .at_zero
+            .iter()
+            .map(String::as_str)
+            .collect();
         held_at_zero(&names)
     }
 

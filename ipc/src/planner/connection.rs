@@ -141,6 +141,8 @@ impl Planner {
     }
 
     pub(super) fn known(&self) -> MutexGuard<'_, BTreeMap<String, Arc<RobotDescription>>> {
-        self.robots.lock().unwrap_or_else(PoisonError::into_inner)
+        self.robots
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 }

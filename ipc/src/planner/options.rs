@@ -168,12 +168,16 @@ impl Row {
 
     /// Its fields in C, one space between.
     pub fn c(&self) -> String {
-        self.c.or(|| self.negated("without_")).unwrap_or_default()
+        self.c
+            .or(|| self.negated("without_"))
+            .unwrap_or_default()
     }
 
     /// Its setter in C++.
     pub fn cpp(&self) -> String {
-        self.cpp.or(|| self.field.to_owned()).unwrap_or_default()
+        self.cpp
+            .or(|| self.field.to_owned())
+            .unwrap_or_default()
     }
 
     /// Its flag on the command line, without `--`; else what asks for it there.
@@ -181,7 +185,8 @@ impl Row {
     /// # Errors
     /// It is no flag.
     pub fn flag(&self) -> Result<String, &'static str> {
-        self.flag.or(|| self.negated("no_").replace('_', "-"))
+        self.flag
+            .or(|| self.negated("no_").replace('_', "-"))
     }
 
     /// What the command line calls its value; empty for a flag.

@@ -120,8 +120,15 @@ impl Request {
     fn moving(&self, robot: &RobotDescription, columns: &Columns) -> Result<Vec<u8>, PlannerError> {
         let mut moving = columns.given();
         if let Some(name) = &self.group {
-            let Some(group) = robot.groups.iter().find(|group| group.name == *name) else {
-                let valid = robot.groups.iter().map(|group| group.name.as_str());
+            let Some(group) = robot
+                .groups
+                .iter()
+                .find(|group| group.name == *name)
+            else {
+                let valid = robot
+                    .groups
+                    .iter()
+                    .map(|group| group.name.as_str());
                 return Err(PlannerError::unknown(
                     "group of the robot",
                     name,
@@ -148,7 +155,11 @@ impl Request {
         let mut values = robot.held_values.clone();
         let mut is_given = false;
         for (name, value) in &self.held {
-            match robot.held_variables.iter().position(|held| held == name) {
+            match robot
+                .held_variables
+                .iter()
+                .position(|held| held == name)
+            {
                 Some(index) => {
                     values[index] = *value;
                     is_given = true;

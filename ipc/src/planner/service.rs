@@ -75,7 +75,9 @@ struct Answered {
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, Answered> {
-        self.answers.lock().unwrap_or_else(PoisonError::into_inner)
+        self.answers
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -3,7 +3,10 @@ use crate::control::{GroupDescription, RobotDescription, VariableDescription};
 use crate::wire::Code;
 
 fn names(names: &[&str]) -> Vec<String> {
-    names.iter().map(|name| (*name).to_owned()).collect()
+    names
+        .iter()
+        .map(|name| (*name).to_owned())
+        .collect()
 }
 
 fn held(pairs: &[(&str, f64)]) -> Vec<(String, f64)> {
@@ -229,10 +232,18 @@ fn a_path_that_has_no_whole_rows_or_too_many_is_refused() {
         (3 * 131_073, Code::ResourceExhausted),
     ] {
         assert_eq!(
-            request.waypoints(&columns, numbers).unwrap_err().code(),
+            request
+                .waypoints(&columns, numbers)
+                .unwrap_err()
+                .code(),
             code,
             "{numbers}"
         );
     }
-    assert_eq!(request.waypoints(&columns, 3 * 131_072).unwrap(), 131_072);
+    assert_eq!(
+        request
+            .waypoints(&columns, 3 * 131_072)
+            .unwrap(),
+        131_072
+    );
 }

@@ -61,9 +61,15 @@ impl ClientBell {
     /// Wakes the listener with this id; a listener that is gone needs no waking.
     pub(super) fn ring(&self, listener_id: [u64; 2]) {
         let id = u128::from(listener_id[0]) | u128::from(listener_id[1]) << 64;
-        let mut keys = self.keys.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut keys = self
+            .keys
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         if let Some(key) = keys.get(&id)
-            && self.notifier.notify_single_listener(key).is_ok()
+            && self
+                .notifier
+                .notify_single_listener(key)
+                .is_ok()
         {
             return;
         }

@@ -117,7 +117,13 @@ pub(super) fn nodes(instance: &Instance) -> (Vec<Option<i32>>, Vec<DeadNodeView<
     let _ = Node::<Variant>::list(&instance.config(), |state| {
         match state {
             NodeState::Dead(view) => dead.push(view),
-            other => alive.push(other.node_id().pid::<Variant>().ok().map(|pid| pid.value())),
+            other => alive.push(
+                other
+                    .node_id()
+                    .pid::<Variant>()
+                    .ok()
+                    .map(|pid| pid.value()),
+            ),
         }
         CallbackProgression::Continue
     });
@@ -136,7 +142,9 @@ fn node_folder(instance: &Instance, id: &str) -> PathBuf {
 /// Removes old unfinished files in shared memory; returns how many, and the young ones.
 fn remove_unfinished(instance: &Instance) -> (usize, Vec<SharedFile>) {
     let unfinished = |file: &SharedFile| file.bytes == 0 || file.mode == SHARED_UNFINISHED;
-    let files = shared_files(instance).into_iter().filter(unfinished);
+    let files = shared_files(instance)
+        .into_iter()
+        .filter(unfinished);
     let (young, old): (Vec<_>, Vec<_>) = files.partition(|file| file.age < UNFINISHED_FILE_AGE);
     let removed = old
         .iter()
@@ -169,7 +177,10 @@ fn remove_orphans(instance: &Instance) -> usize {
         return young;
     };
     let mut ports = HashSet::new();
-    for entry in entries.flatten().filter(|entry| entry.path().is_dir()) {
+    for entry in entries
+        .flatten()
+        .filter(|entry| entry.path().is_dir())
+    {
         let id = entry.file_name().to_string_lossy().into_owned();
         let monitor = format!("{}{id}.node_monitor", instance.prefix());
         let age = entry

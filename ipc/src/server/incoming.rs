@@ -153,7 +153,10 @@ impl IncomingRequest {
             .map_err(|error| SendError::Port(error.to_string()))?;
         self.seq += 1;
         self.farewell.finished |= header.status == u32::from(Status::Final);
-        self.farewell.shared.bell.ring(self.header.listener_id);
+        self.farewell
+            .shared
+            .bell
+            .ring(self.header.listener_id);
         Ok(())
     }
 

@@ -95,7 +95,11 @@ impl Janitor {
     /// How long the current pass has been running; zero between passes. More than some seconds
     /// means that it hangs: log it and, under a supervisor, restart.
     pub fn busy_for(&self) -> Duration {
-        match self.progress.busy_since_ns.load(Ordering::Relaxed) {
+        match self
+            .progress
+            .busy_since_ns
+            .load(Ordering::Relaxed)
+        {
             0 => Duration::ZERO,
             since => Duration::from_nanos(monotonic_ns().saturating_sub(since)),
         }
@@ -104,7 +108,9 @@ impl Janitor {
 
 impl Drop for Janitor {
     fn drop(&mut self) {
-        self.progress.stops.store(true, Ordering::Relaxed);
+        self.progress
+            .stops
+            .store(true, Ordering::Relaxed);
         self.look();
         // A hanging pass must not hang the daemon's end.
         if self.busy_for() < Duration::from_secs(1)
@@ -160,7 +166,9 @@ impl Watch {
             return;
         }
         let is_called = !fds[0].revents().is_empty();
-        let died = fds[1..].iter().any(|fd| !fd.revents().is_empty());
+        let died = fds[1..]
+            .iter()
+            .any(|fd| !fd.revents().is_empty());
         self.look |= died || is_called;
         if is_called {
             // Calls that came together are one.

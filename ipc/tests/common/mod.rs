@@ -29,7 +29,10 @@ pub struct Sandbox {
 
 impl Sandbox {
     pub fn new() -> Self {
-        let folder = tempfile::Builder::new().prefix("taut").tempdir().unwrap();
+        let folder = tempfile::Builder::new()
+            .prefix("taut")
+            .tempdir()
+            .unwrap();
         let instance = Instance::new("test", folder.path().join("i")).unwrap();
         Self {
             instance,
@@ -177,7 +180,9 @@ fn serve(mut server: Server, instance: &Instance, stop: &dyn Fn() -> bool) {
 fn answer(mut request: IncomingRequest) -> Option<IncomingRequest> {
     let checked = request.view().map(|view| view.mode);
     match checked {
-        Err(error) => request.refuse(error.code(), &error.to_string(), 0).unwrap(),
+        Err(error) => request
+            .refuse(error.code(), &error.to_string(), 0)
+            .unwrap(),
         Ok(Mode::Check) => send(&mut request, 1.0, Status::Final),
         Ok(Mode::Gradient) => {
             let improvements = request.header().work_budget;

@@ -34,7 +34,11 @@ fn modes() -> String {
         comment(&format!("`taut_options.mode`: {meaning}."), "")
             + &format!("pub const TAUT_MODE_{name}: u32 = {};\n", u32::from(*mode))
     };
-    Mode::ALL.iter().map(constant).collect::<String>() + "\n"
+    Mode::ALL
+        .iter()
+        .map(constant)
+        .collect::<String>()
+        + "\n"
 }
 
 fn fields(row: &Row) -> Vec<String> {
@@ -42,7 +46,9 @@ fn fields(row: &Row) -> Vec<String> {
 }
 
 fn flags() -> impl Iterator<Item = &'static Row> {
-    TABLE.iter().filter(|row| row.kind == Kind::Flag)
+    TABLE
+        .iter()
+        .filter(|row| row.kind == Kind::Flag)
 }
 
 /// Bytes that keep what follows the flags aligned.
@@ -52,7 +58,9 @@ fn reserved() -> usize {
 }
 
 fn last_flag(row: &Row) -> bool {
-    flags().last().is_some_and(|last| last.field == row.field)
+    flags()
+        .last()
+        .is_some_and(|last| last.field == row.field)
 }
 
 fn types(kind: Kind) -> &'static [&'static str] {
@@ -97,7 +105,11 @@ pub struct Options {
 ",
     );
     for row in TABLE {
-        for (index, (field, of)) in fields(row).iter().zip(types(row.kind)).enumerate() {
+        for (index, (field, of)) in fields(row)
+            .iter()
+            .zip(types(row.kind))
+            .enumerate()
+        {
             let said = match (index, *of) {
                 (0, _) => doc(row),
                 (_, "usize") => "How many.".to_owned(),
@@ -139,12 +151,17 @@ pub(crate) const DEFAULT: Options = Options {
 }
 
 fn mode_of(row: &Row) -> String {
-    let name = row.default_text().to_uppercase().replace('-', "_");
+    let name = row
+        .default_text()
+        .to_uppercase()
+        .replace('-', "_");
     format!("TAUT_MODE_{name}")
 }
 
 fn reading() -> String {
-    let scalars = TABLE.iter().filter(|row| types(row.kind).len() == 1);
+    let scalars = TABLE
+        .iter()
+        .filter(|row| types(row.kind).len() == 1);
     let scalars = scalars.filter(|row| !matches!(row.kind, Kind::Flag | Kind::Name));
     let is_section = |row: &&Row| types(row.kind).len() > 1 || row.kind == Kind::Name;
     let sections = TABLE.iter().filter(is_section);

@@ -89,7 +89,10 @@ fn or_place(name: Result<String, &str>) -> String {
 }
 
 fn quoted(names: &str) -> String {
-    let names: Vec<String> = names.split(' ').map(|name| format!("`{name}`")).collect();
+    let names: Vec<String> = names
+        .split(' ')
+        .map(|name| format!("`{name}`"))
+        .collect();
     names.join(", ")
 }
 

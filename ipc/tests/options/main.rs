@@ -86,7 +86,12 @@ fn cpp_has_every_option() {
     let header = read(name);
     let setters: BTreeSet<&str> = header
         .lines()
-        .filter_map(|line| line.trim().strip_prefix("options &")?.split('(').next())
+        .filter_map(|line| {
+            line.trim()
+                .strip_prefix("options &")?
+                .split('(')
+                .next()
+        })
         .collect();
     let names: Vec<String> = TABLE.iter().map(Row::cpp).collect();
     assert_eq!(setters, names.iter().map(String::as_str).collect());
@@ -98,7 +103,9 @@ fn python_has_every_option() {
     hold(name, &python::module(&read(name)));
     let module = read(name);
     for call in python::CALLS {
-        let text = &module[module.find(&format!("    def {}(", call.name)).unwrap()..];
+        let text = &module[module
+            .find(&format!("    def {}(", call.name))
+            .unwrap()..];
         let signature = &text[text.find("*,").unwrap() + 2..text.find(") ->").unwrap()];
         let keywords: BTreeSet<&str> = signature
             .lines()
@@ -106,7 +113,10 @@ fn python_has_every_option() {
             .filter(|(name, _)| !name.starts_with('#'))
             .map(|(name, _)| name)
             .collect();
-        let names: Vec<String> = call.rows().filter_map(|row| row.python().ok()).collect();
+        let names: Vec<String> = call
+            .rows()
+            .filter_map(|row| row.python().ok())
+            .collect();
         let expected: BTreeSet<&str> = names.iter().map(String::as_str).collect();
         assert_eq!(keywords, expected, "Planner.{}", call.name);
     }
@@ -117,13 +127,17 @@ fn every_option_can_be_entered_by_its_name() {
     let plain = Request::new("r", None);
     for row in TABLE {
         let mut request = plain.clone();
-        row.set(&mut request, other_than_default(row)).unwrap();
+        row.set(&mut request, other_than_default(row))
+            .unwrap();
         assert_ne!(request, plain, "{}", row.field);
         let wrong = match row.kind {
             Kind::Flag => Value::Count(1),
             _ => Value::Flag(true),
         };
-        let refused = row.set(&mut request, wrong).unwrap_err().to_string();
+        let refused = row
+            .set(&mut request, wrong)
+            .unwrap_err()
+            .to_string();
         assert!(refused.starts_with(row.field), "{refused}");
     }
 }
@@ -136,7 +150,9 @@ fn numbers_beyond_a_field_are_refused_with_the_valid_ones() {
         .set(&mut request, Value::Count(1 << 32))
         .unwrap_err();
     assert!(
-        refused.to_string().ends_with("valid: 0 to 4294967295"),
+        refused
+            .to_string()
+            .ends_with("valid: 0 to 4294967295"),
         "{refused}"
     );
 }

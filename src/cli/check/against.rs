@@ -92,7 +92,10 @@ fn corridor_of(answer: &Path, result: &ResultFile) -> Result<(path::Path, Corrid
     let path = path::Path::from_rows(result.variables.len(), result.path.concat())
         .ok_or_else(|| refuse("its path is empty".into()))?;
     check_certificate(result, file, &path).map_err(refuse)?;
-    let reach = file.coordinates.iter().map(|coordinate| coordinate.reach_m);
+    let reach = file
+        .coordinates
+        .iter()
+        .map(|coordinate| coordinate.reach_m);
     let corridor = Corridor {
         floor_m: file.floor_m,
         reach: reach.collect(),

@@ -168,7 +168,9 @@ fn certificate_in(text: &str) -> Result<(Certificate, bool), String> {
         return Ok((certificate, false));
     }
     let answer: Answer = serde_json::from_value(value).map_err(no_certificate)?;
-    let has_path = answer.mode.is_some_and(|mode| mode != Mode::Check.name());
+    let has_path = answer
+        .mode
+        .is_some_and(|mode| mode != Mode::Check.name());
     let none = "the answer has no certificate: its path was not proved";
     Ok((answer.certificate.ok_or(none)?, has_path))
 }

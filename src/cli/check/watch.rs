@@ -45,10 +45,15 @@ fn prepared(arguments: &Arguments, asked: &Asked) -> Result<Prepared, CliError> 
 }
 
 fn follow(arguments: &Arguments, prepared: &Prepared, request: &Request) -> Result<u8, CliError> {
-    let mut answers = prepared.planner.ask(request, prepared.path.as_flat())?;
+    let mut answers = prepared
+        .planner
+        .ask(request, prepared.path.as_flat())?;
     let mut exit = 0;
     let mut shown = 0;
-    while arguments.count.is_none_or(|count| shown < count) {
+    while arguments
+        .count
+        .is_none_or(|count| shown < count)
+    {
         let best = next(&mut answers)?;
         exit = show(arguments, prepared, request, &best)?;
         shown += 1;

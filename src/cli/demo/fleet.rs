@@ -136,7 +136,10 @@ impl Drop for Fleet {
 }
 
 fn listen(index: usize, out: ChildStdout, say: &Sender<(usize, Option<Message>)>) {
-    for line in BufReader::new(out).lines().map_while(Result::ok) {
+    for line in BufReader::new(out)
+        .lines()
+        .map_while(Result::ok)
+    {
         // The demo may have ended meanwhile.
         let _ = say.send((index, Some(message(&line))));
     }

@@ -122,7 +122,10 @@ fn read_worlds(
     let mut rows = Vec::new();
     let mut worlds = Vec::new();
     let names = world::PROBLEMS.into_iter().cycle();
-    for (index, name) in names.take(arguments.planners.into()).enumerate() {
+    for (index, name) in names
+        .take(arguments.planners.into())
+        .enumerate()
+    {
         let world = World::read(&world::problem_file(daemon.folder(), name))?;
         rows.push(Row {
             planner: index + 1,

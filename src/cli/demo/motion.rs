@@ -31,7 +31,11 @@ impl<'a> Mover<'a> {
     pub(super) fn new(robot: &'a RobotModel) -> Self {
         Self {
             robot,
-            held: robot.held().iter().map(|held| held.default).collect(),
+            held: robot
+                .held()
+                .iter()
+                .map(|held| held.default)
+                .collect(),
             kinematics: Kinematics::default(),
             tips: tips(robot),
         }
@@ -39,14 +43,23 @@ impl<'a> Mover<'a> {
 
     /// Puts it at a configuration.
     pub(super) fn place(&mut self, row: &[f64]) {
-        self.kinematics.update(self.robot, row, &self.held);
+        self.kinematics
+            .update(self.robot, row, &self.held);
     }
 
     /// Outlines of its shapes, seen in a direction.
     pub(super) fn outlines(&self, view: View) -> Vec<Vec<Point>> {
-        let links = self.robot.links().iter().zip(self.kinematics.poses());
+        let links = self
+            .robot
+            .links()
+            .iter()
+            .zip(self.kinematics.poses());
         links
-            .flat_map(|(link, at)| link.shapes.iter().map(move |shape| view.outline(at, shape)))
+            .flat_map(|(link, at)| {
+                link.shapes
+                    .iter()
+                    .map(move |shape| view.outline(at, shape))
+            })
             .collect()
     }
 
@@ -63,7 +76,11 @@ impl<'a> Mover<'a> {
     fn tool(&self) -> Vec3 {
         let mut sum = Vec3::ZERO;
         let mut count = 0.0;
-        for place in self.tips.iter().flat_map(|tip| self.carried(*tip)) {
+        for place in self
+            .tips
+            .iter()
+            .flat_map(|tip| self.carried(*tip))
+        {
             sum += place;
             count += 1.0;
         }
@@ -104,7 +121,9 @@ impl<'a> Mover<'a> {
         steps: usize,
         visit: &mut dyn FnMut(&Self, usize),
     ) {
-        let rows: Vec<&[f64]> = rows.chunks_exact(self.robot.space().nq()).collect();
+        let rows: Vec<&[f64]> = rows
+            .chunks_exact(self.robot.space().nq())
+            .collect();
         for pair in rows.windows(2) {
             self.along_segment(pair[0], pair[1], steps, visit);
         }
@@ -132,7 +151,11 @@ impl<'a> Mover<'a> {
 
 /// The links that no joint hangs from.
 fn tips(robot: &RobotModel) -> Vec<usize> {
-    let parents: Vec<Option<usize>> = robot.joints().iter().map(|joint| joint.parent).collect();
+    let parents: Vec<Option<usize>> = robot
+        .joints()
+        .iter()
+        .map(|joint| joint.parent)
+        .collect();
     let links = 0..robot.links().len();
     links
         .filter(|link| !parents.contains(&Some(*link)))

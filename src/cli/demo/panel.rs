@@ -59,7 +59,9 @@ impl<'a> Panel<'a> {
         let [width, height] = size;
         let robots = self.robots(view);
         let tracks = self.places().map(|place| view.point(place));
-        let corners = robots.iter().flat_map(|(_, outlines)| outlines.iter());
+        let corners = robots
+            .iter()
+            .flat_map(|(_, outlines)| outlines.iter());
         let Some(bounds) = Bounds::around(tracks.chain(corners.flatten().copied())) else {
             return;
         };
@@ -146,7 +148,10 @@ fn path(svg: &mut Svg, view: View, frame: &Frame, track: &Track, class: &str, ti
 }
 
 fn pixels(view: View, frame: &Frame, places: &[Vec3]) -> Vec<Point> {
-    let seen: Vec<Point> = places.iter().map(|place| view.point(*place)).collect();
+    let seen: Vec<Point> = places
+        .iter()
+        .map(|place| view.point(*place))
+        .collect();
     frame.pixels(&seen)
 }
 

@@ -39,7 +39,9 @@ impl Progress {
 
     /// Takes the lines off the terminal; the table says it all.
     pub(super) fn clear(&self) {
-        self.bars.iter().for_each(ProgressBar::finish_and_clear);
+        self.bars
+            .iter()
+            .for_each(ProgressBar::finish_and_clear);
     }
 }
 

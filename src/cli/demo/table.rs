@@ -20,9 +20,14 @@ const HEAD: [&str; 9] = [
 /// The rows for people: a planner each.
 pub(super) fn table(rows: &[Row]) -> String {
     let mut lines = vec![(HEAD.map(str::to_owned), "")];
-    lines.extend(rows.iter().map(|row| (cells(row), row.reason())));
+    lines.extend(
+        rows.iter()
+            .map(|row| (cells(row), row.reason())),
+    );
     let width = |column: usize| {
-        let cells = lines.iter().map(|(cells, _)| cells[column].chars().count());
+        let cells = lines
+            .iter()
+            .map(|(cells, _)| cells[column].chars().count());
         cells.max().unwrap_or(0)
     };
     let widths = std::array::from_fn(width);

@@ -151,7 +151,10 @@ impl Frame {
 
     /// Pixels of places.
     pub(super) fn pixels(&self, points: &[Point]) -> Vec<Point> {
-        points.iter().map(|point| self.pixel(*point)).collect()
+        points
+            .iter()
+            .map(|point| self.pixel(*point))
+            .collect()
     }
 
     /// All that `width` × `height` pixels show.
@@ -169,8 +172,12 @@ impl Frame {
     pub(super) fn ruler(&self, pixels: f64) -> (f64, f64) {
         let most = pixels / self.scale;
         let decade = 10.0_f64.powf(most.log10().floor());
-        let mut steps = [5.0, 2.0, 1.0].into_iter().map(|step| step * decade);
-        let metres = steps.find(|metres| *metres <= most).unwrap_or(decade);
+        let mut steps = [5.0, 2.0, 1.0]
+            .into_iter()
+            .map(|step| step * decade);
+        let metres = steps
+            .find(|metres| *metres <= most)
+            .unwrap_or(decade);
         (metres, metres * self.scale)
     }
 }

@@ -57,7 +57,9 @@ pub(super) fn unpack(folder: &Path) -> io::Result<()> {
 
 /// The file of a problem below that folder.
 pub(super) fn problem_file(folder: &Path, name: &str) -> PathBuf {
-    folder.join("problems").join(format!("{name}.json"))
+    folder
+        .join("problems")
+        .join(format!("{name}.json"))
 }
 
 /// What a planner plans in.

@@ -172,7 +172,13 @@ fn release(seen: &str, stats: &Stats) -> Finding {
 
 /// Whether workers of a daemon of this release had panics.
 fn panics(seen: &str, stats: &Stats) -> Finding {
-    let number = |name: &str| stats.numbers.get(name).copied().unwrap_or_default();
+    let number = |name: &str| {
+        stats
+            .numbers
+            .get(name)
+            .copied()
+            .unwrap_or_default()
+    };
     let seen = format!(
         "{seen}, release {}, {} clients",
         stats.daemon_version,
@@ -240,6 +246,8 @@ fn state_content(folder: &Path) -> Finding {
 }
 
 fn listed(wrong: &[(String, String)]) -> String {
-    let each = wrong.iter().map(|(label, why)| format!("{label}: {why}"));
+    let each = wrong
+        .iter()
+        .map(|(label, why)| format!("{label}: {why}"));
     each.collect::<Vec<_>>().join("; ")
 }

@@ -58,7 +58,9 @@ fn report(arguments: &Arguments) -> Result<Report, CliError> {
     Ok(Report {
         instance: instance.name().to_owned(),
         root: instance.root().to_owned(),
-        healthy: checks.iter().all(|check| check.verdict != Verdict::Fail),
+        healthy: checks
+            .iter()
+            .all(|check| check.verdict != Verdict::Fail),
         checks,
     })
 }

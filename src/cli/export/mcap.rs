@@ -178,7 +178,9 @@ impl<'a> Motion<'a> {
             .partition_point(|known| *known <= time)
             .clamp(1, times.len().max(2) - 1);
         let from = self.path.waypoint(next - 1);
-        let to = self.path.waypoint(next.min(self.path.len() - 1));
+        let to = self
+            .path
+            .waypoint(next.min(self.path.len() - 1));
         let ratio = part_of(time, times[next - 1], times[next.min(times.len() - 1)]);
         self.robot.space().between(from, to, ratio)
     }
@@ -223,7 +225,11 @@ fn columns_of(robot: &RobotModel, variables: &[String]) -> Vec<usize> {
     robot
         .variables()
         .iter()
-        .filter_map(|variable| variables.iter().position(|name| *name == variable.name))
+        .filter_map(|variable| {
+            variables
+                .iter()
+                .position(|name| *name == variable.name)
+        })
         .collect()
 }
 

@@ -62,7 +62,10 @@ impl Form {
     /// # Errors
     /// Another ending, with the valid ones.
     pub(super) fn of(file: &Path) -> Result<Self, CliError> {
-        let ending = file.extension().unwrap_or_default().to_string_lossy();
+        let ending = file
+            .extension()
+            .unwrap_or_default()
+            .to_string_lossy();
         match ending.to_lowercase().as_str() {
             "json" => Ok(Self::Json),
             "csv" => Ok(Self::Csv),

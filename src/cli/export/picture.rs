@@ -110,7 +110,11 @@ impl Solids {
     }
 
     fn mesh(&mut self, pose: &Pose, mesh: &Mesh) {
-        let points: Vec<Value> = mesh.vertices().iter().map(|at| vector(*at)).collect();
+        let points: Vec<Value> = mesh
+            .vertices()
+            .iter()
+            .map(|at| vector(*at))
+            .collect();
         self.triangles.push(json!({
             "pose": placed(pose), "points": points, "color": self.color, "colors": [],
             "indices": mesh.triangles().concat(),

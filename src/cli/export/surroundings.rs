@@ -41,8 +41,13 @@ impl Surroundings {
         let robot = load::robot_in(&mut reader, files)?;
         let text =
             serde_json::to_string(content).expect("a scene holds only names and finite numbers");
-        let scene =
-            reader.scene_of_text(&text, scene.file.as_deref().unwrap_or(Path::new("scene")))?;
+        let scene = reader.scene_of_text(
+            &text,
+            scene
+                .file
+                .as_deref()
+                .unwrap_or(Path::new("scene")),
+        )?;
         Ok(Some(Self {
             robot: Arc::new(robot),
             scene: Arc::new(scene),

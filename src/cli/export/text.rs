@@ -34,7 +34,11 @@ pub(super) fn json(result: &ResultFile) -> String {
 
 /// A header and a row per waypoint; the corridor stands in comments below.
 pub(super) fn csv(result: &ResultFile) -> String {
-    let names: Vec<String> = result.variables.iter().map(|name| quoted(name)).collect();
+    let names: Vec<String> = result
+        .variables
+        .iter()
+        .map(|name| quoted(name))
+        .collect();
     let mut text = names.join(",") + "\n";
     for row in &result.path {
         let _ = writeln!(text, "{}", numbers(row, ","));
@@ -57,7 +61,12 @@ fn proved(result: &ResultFile) -> String {
         true => "proved free on the straight lines between its points, every column a real number",
         false => "proved free where every column moves from number to number as they stand",
     };
-    text.to_owned() + &result.turned.iter().map(turns).collect::<String>()
+    text.to_owned()
+        + &result
+            .turned
+            .iter()
+            .map(turns)
+            .collect::<String>()
 }
 
 fn turns(turned: &ResultTurns) -> String {
@@ -92,7 +101,10 @@ pub(super) fn yaml(result: &ResultFile) -> String {
 
 /// What the corridor says, for people.
 fn comments(result: &ResultFile) -> String {
-    result.corridor.as_ref().map_or_else(String::new, corridor)
+    result
+        .corridor
+        .as_ref()
+        .map_or_else(String::new, corridor)
 }
 
 fn corridor(corridor: &ResultCorridor) -> String {

@@ -95,13 +95,18 @@ impl Watched {
     }
 
     fn label(&self, scene_id: u64) -> Option<&String> {
-        self.labels.iter().find(|label| label_id(label) == scene_id)
+        self.labels
+            .iter()
+            .find(|label| label_id(label) == scene_id)
     }
 }
 
 fn labels(planner: &Planner) -> Result<Vec<String>, CliError> {
     let scenes = planner.list()?.scenes;
-    Ok(scenes.into_iter().map(|scene| scene.label).collect())
+    Ok(scenes
+        .into_iter()
+        .map(|scene| scene.label)
+        .collect())
 }
 
 fn print(event: &SceneEvent, label: &str, format: Format) -> Result<(), CliError> {

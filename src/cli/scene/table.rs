@@ -35,7 +35,9 @@ pub(super) fn diff(json: &str) -> String {
     let diff: Value = serde_json::from_str(json).unwrap_or_default();
     let mut text = String::new();
     match &diff {
-        Value::Array(parts) => parts.iter().for_each(|part| changes(&mut text, part)),
+        Value::Array(parts) => parts
+            .iter()
+            .for_each(|part| changes(&mut text, part)),
         part => changes(&mut text, part),
     }
     if text.is_empty() {
@@ -129,7 +131,9 @@ fn sizes(text: &mut String, numbers: &Value, head: &str) {
 }
 
 fn list<'a>(scene: &'a Value, field: &str) -> &'a [Value] {
-    scene[field].as_array().map_or(&[], Vec::as_slice)
+    scene[field]
+        .as_array()
+        .map_or(&[], Vec::as_slice)
 }
 
 fn name_of(value: &Value) -> String {
@@ -166,7 +170,10 @@ fn pose_text(pose: &Value) -> String {
 }
 
 fn joined<'a>(numbers: impl Iterator<Item = &'a Value>, between: &str) -> String {
-    numbers.map(short).collect::<Vec<_>>().join(between)
+    numbers
+        .map(short)
+        .collect::<Vec<_>>()
+        .join(between)
 }
 
 /// A number to a millionth.
@@ -215,6 +222,8 @@ fn is_identity(pose: &Value) -> bool {
 }
 
 fn touching(attached: &Value) -> String {
-    let names = list(attached, "touch_links").iter().map(name_of);
+    let names = list(attached, "touch_links")
+        .iter()
+        .map(name_of);
     listed("may touch ", names)
 }

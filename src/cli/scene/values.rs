@@ -31,7 +31,11 @@ impl Pose {
 
 /// `v12` or `12`.
 pub(super) fn version(text: &str) -> Result<u64, String> {
-    let number = text.strip_prefix('v').unwrap_or(text).parse().ok();
+    let number = text
+        .strip_prefix('v')
+        .unwrap_or(text)
+        .parse()
+        .ok();
     number
         .filter(|version| *version > 0)
         .ok_or_else(|| "give a version such as v12".to_owned())

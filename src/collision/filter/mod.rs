@@ -213,7 +213,10 @@ impl Filter {
             }
         }
         for (body, leaves) in leaves.iter().enumerate() {
-            for (side, trees) in [&mut self.near, &mut self.remote].into_iter().enumerate() {
+            for (side, trees) in [&mut self.near, &mut self.remote]
+                .into_iter()
+                .enumerate()
+            {
                 if stale[body][side] {
                     trees[body] = Arc::new(object_tree::tree(&leaves[side], &self.objects));
                 }
@@ -228,14 +231,20 @@ fn partner(bodies: &[Body], robot_bodies: usize, pair: &BodyPair) -> Partner {
         return Partner::Object(object);
     }
     let below = |body: usize| {
-        let is_below = |link| pair.ancestor.is_none_or(|ancestor| link > ancestor);
+        let is_below = |link| {
+            pair.ancestor
+                .is_none_or(|ancestor| link > ancestor)
+        };
         let mut joints: Vec<_> = bodies[body]
             .chain
             .iter()
             .map(|motion| motion.joint)
             .collect();
         joints.dedup();
-        joints.into_iter().filter(|&joint| is_below(joint)).count()
+        joints
+            .into_iter()
+            .filter(|&joint| is_below(joint))
+            .count()
     };
     Partner::Body {
         body: pair.b,
@@ -248,7 +257,10 @@ impl Filter {
     /// made of balls, and every obstacle is a ball, box, cylinder or capsule or several of them.
     pub fn is_exact(&self) -> bool {
         self.bodies.iter().all(|body| body.is_exact)
-            && self.objects.iter().all(|object| object.is_exact)
+            && self
+                .objects
+                .iter()
+                .all(|object| object.is_exact)
     }
 }
 

@@ -137,7 +137,9 @@ mod tests {
         is_root: bool,
     ) {
         let few = if is_root { 2 * BUNCH } else { BUNCH };
-        let corners = leaves.iter().map(|leaf| objects[leaf.1 as usize].bounds);
+        let corners = leaves
+            .iter()
+            .map(|leaf| objects[leaf.1 as usize].bounds);
         let [low, high] = corners.fold(
             [Vec3::INFINITY, Vec3::NEG_INFINITY],
             |[low, high], [l, h]| [low.min(l), high.max(h)],

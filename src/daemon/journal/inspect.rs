@@ -46,7 +46,10 @@ impl Found {
 /// Bytes of the files of a folder; none where there is no such folder.
 fn bytes_in(folder: &Path) -> u64 {
     let entries = std::fs::read_dir(folder).into_iter().flatten();
-    entries.flatten().map(|entry| bytes_of(&entry)).sum()
+    entries
+        .flatten()
+        .map(|entry| bytes_of(&entry))
+        .sum()
 }
 
 fn bytes_of(entry: &DirEntry) -> u64 {

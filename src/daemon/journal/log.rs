@@ -54,10 +54,12 @@ pub(super) fn read(path: &Path) -> Result<Contents, LogError> {
 }
 
 fn parse(path: &Path, bytes: &[u8]) -> Result<Contents, LogError> {
-    JOURNAL.parse(bytes).map_err(|place| LogError::Damaged {
-        path: path.to_owned(),
-        place,
-    })
+    JOURNAL
+        .parse(bytes)
+        .map_err(|place| LogError::Damaged {
+            path: path.to_owned(),
+            place,
+        })
 }
 
 /// The file while it is written.
@@ -130,7 +132,11 @@ impl Log {
             let _ = std::fs::remove_file(&new);
             return Err(error);
         }
-        self.file = Some(OpenOptions::new().append(true).open(&self.path)?);
+        self.file = Some(
+            OpenOptions::new()
+                .append(true)
+                .open(&self.path)?,
+        );
         self.bytes = (JOURNAL.start().len() + records.len()) as u64;
         self.least = self.bytes;
         Ok(())
@@ -144,7 +150,8 @@ fn write_new(path: &Path, records: &[u8]) -> std::io::Result<()> {
 }
 
 fn is_removed(file: &File) -> bool {
-    file.metadata().is_ok_and(|metadata| metadata.nlink() == 0)
+    file.metadata()
+        .is_ok_and(|metadata| metadata.nlink() == 0)
 }
 
 #[cfg(test)]
@@ -159,10 +166,13 @@ mod tests {
     }
 
     fn labels(contents: &Contents) -> Vec<&str> {
-        let labels = contents.records.iter().map(|record| match record {
-            Record::SceneGone { label } => label.as_str(),
-            other => panic!("{other:?}"),
-        });
+        let labels = contents
+            .records
+            .iter()
+            .map(|record| match record {
+                Record::SceneGone { label } => label.as_str(),
+                other => panic!("{other:?}"),
+            });
         labels.collect()
     }
 

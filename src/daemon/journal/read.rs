@@ -92,7 +92,10 @@ pub(in crate::daemon) fn open(folder: &Path) -> Result<(Journal, Kept), JournalE
 /// The file whose lock a daemon holds, in a folder that is made where there is none.
 fn lock_file(folder: &Path) -> std::io::Result<File> {
     let mut builder = DirBuilder::new();
-    builder.recursive(true).mode(0o700).create(folder)?;
+    builder
+        .recursive(true)
+        .mode(0o700)
+        .create(folder)?;
     File::create(folder.join("lock"))
 }
 
@@ -209,7 +212,9 @@ fn take(named: &mut BTreeMap<Key, Unchecked>, record: Record) {
             hash,
             moves,
         } => {
-            let named = named.entry((Kind::Scene, label)).or_insert(Unchecked::Gone);
+            let named = named
+                .entry((Kind::Scene, label))
+                .or_insert(Unchecked::Gone);
             named.moved(version, hash, &moves);
         }
         Record::RobotGone { label } => {
@@ -251,7 +256,9 @@ impl Unchecked {
 
 impl UncheckedRobot {
     fn check(self, meshes: &mut Meshes) -> Result<State, String> {
-        let robot = self.robot.restore(&mut |hash| meshes.find(hash))?;
+        let robot = self
+            .robot
+            .restore(&mut |hash| meshes.find(hash))?;
         same(robot.hash(), self.hash)?;
         if self.weights.len() != robot.space().nv() {
             return Err("its weights are not as many as it needs".to_owned());
@@ -265,7 +272,9 @@ impl UncheckedRobot {
 
 impl UncheckedScene {
     fn check(self, meshes: &mut Meshes) -> Result<State, String> {
-        let scene = self.scene.restore(&mut |hash| meshes.find(hash))?;
+        let scene = self
+            .scene
+            .restore(&mut |hash| meshes.find(hash))?;
         same(scene.hash(), self.hash)?;
         Ok(State {
             content: Content::Scene(self.version, Arc::new(scene)),

@@ -112,7 +112,11 @@ fn robots_and_scenes_come_back_with_their_hashes_versions_and_warnings() {
     write(writer, arm.clone(), robot.clone());
     write(writer, gone.clone(), Content::Scene(1, first.clone()));
     write(writer, cell.clone(), Content::Scene(4, first.clone()));
-    let size = || std::fs::metadata(file(folder.path())).unwrap().len();
+    let size = || {
+        std::fs::metadata(file(folder.path()))
+            .unwrap()
+            .len()
+    };
     let before = size();
     write(writer, cell.clone(), Content::Scene(5, second));
     assert!(

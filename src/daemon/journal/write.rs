@@ -118,7 +118,8 @@ impl Writer {
     fn remove_unused_meshes(&mut self) {
         let contents = self.live.values().map(|state| &state.content);
         let used = contents.flat_map(|content| persisted::meshes(shapes(content)));
-        self.meshes.retain(&used.map(|mesh| mesh.hash()).collect());
+        self.meshes
+            .retain(&used.map(|mesh| mesh.hash()).collect());
     }
 }
 
@@ -136,10 +137,17 @@ fn end_if(ends: bool, bytes: &mut Vec<u8>) -> Result<(), String> {
 
 fn shapes(content: &Content) -> Box<dyn Iterator<Item = &PlacedShape> + '_> {
     match content {
-        Content::Robot(robot, _) => Box::new(robot.links().iter().flat_map(|link| &link.shapes)),
-        Content::Scene(_, scene) => {
-            Box::new(scene.objects().flat_map(|object| object.shapes.iter()))
-        }
+        Content::Robot(robot, _) => Box::new(
+            robot
+                .links()
+                .iter()
+                .flat_map(|link| &link.shapes),
+        ),
+        Content::Scene(_, scene) => Box::new(
+            scene
+                .objects()
+                .flat_map(|object| object.shapes.iter()),
+        ),
         Content::Gone => Box::new(std::iter::empty()),
     }
 }

@@ -113,7 +113,8 @@ fn is_to_own_name(request: &Request) -> bool {
 fn is_own_name(host: &str) -> bool {
     let name = without_port(host);
     let own = ["127.0.0.1", "[::1]", "localhost"];
-    own.iter().any(|own| name.eq_ignore_ascii_case(own))
+    own.iter()
+        .any(|own| name.eq_ignore_ascii_case(own))
 }
 
 fn without_port(host: &str) -> &str {

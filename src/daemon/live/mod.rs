@@ -175,11 +175,15 @@ impl Live {
     fn answer(&self, number: u64) -> Option<Arc<Answer>> {
         let state = self.lock();
         let mut answers = state.answers.iter();
-        answers.find(|answer| answer.number == number).cloned()
+        answers
+            .find(|answer| answer.number == number)
+            .cloned()
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -228,7 +232,8 @@ impl Run {
 
     fn thin_out(&mut self) {
         let mut index = 0;
-        self.lengths.retain(|_| (index % 2 == 0, index += 1).0);
+        self.lengths
+            .retain(|_| (index % 2 == 0, index += 1).0);
     }
 
     fn of(job: &Job) -> Self {
@@ -313,7 +318,9 @@ impl Answer {
             request_id: Some(format!("{:016x}", self.request_id)),
             time_s: self.time_s,
             lengths_over_time: self.lengths.clone(),
-            variables: variables.map(|variable| variable.name.clone()).collect(),
+            variables: variables
+                .map(|variable| variable.name.clone())
+                .collect(),
             path_before: rows(&self.input),
             subject: self.subject(),
             ..ResultFile::of(&self.outcome)
@@ -349,7 +356,8 @@ impl Answer {
     fn held_by_name(&self) -> BTreeMap<String, f64> {
         let values = self.held.iter().flatten();
         let held = values.zip(self.robot.held());
-        held.map(|(value, of)| (of.name.clone(), *value)).collect()
+        held.map(|(value, of)| (of.name.clone(), *value))
+            .collect()
     }
 }
 

@@ -34,7 +34,11 @@ impl MeshRecord {
     }
 
     fn mesh(self) -> Result<Mesh, String> {
-        let vertices = self.vertices.into_iter().map(Vec3::from_array).collect();
+        let vertices = self
+            .vertices
+            .into_iter()
+            .map(Vec3::from_array)
+            .collect();
         let warnings = WarningRecord::restored(self.warnings);
         Mesh::restore(self.name, vertices, self.triangles, warnings)
             .map_err(|error| error.to_string())
@@ -45,7 +49,11 @@ impl From<&Mesh> for MeshRecord {
     fn from(mesh: &Mesh) -> Self {
         Self {
             name: mesh.name().to_owned(),
-            vertices: mesh.vertices().iter().map(Vec3::to_array).collect(),
+            vertices: mesh
+                .vertices()
+                .iter()
+                .map(Vec3::to_array)
+                .collect(),
             triangles: mesh.triangles().to_vec(),
             warnings: WarningRecord::all(mesh.warnings()),
         }

@@ -23,7 +23,11 @@ pub(in crate::daemon) fn moves_between(before: &Scene, after: &Scene) -> Option<
 
 fn moves(before: &Scene, after: &Scene) -> Option<Moves> {
     let mut moves = Moves::new();
-    for (index, (a, b)) in before.objects().zip(after.objects()).enumerate() {
+    for (index, (a, b)) in before
+        .objects()
+        .zip(after.objects())
+        .enumerate()
+    {
         if !is_same_thing(a, b) {
             return None;
         }

@@ -89,7 +89,9 @@ impl From<&RobotModel> for RobotRecord {
             name: name.clone(),
             links: links.iter().map(link).collect(),
             joints: joints.iter().map(JointRecord::from).collect(),
-            virtual_joint: virtual_joint.as_ref().map(VirtualJointRecord::from),
+            virtual_joint: virtual_joint
+                .as_ref()
+                .map(VirtualJointRecord::from),
             variables: variables.clone(),
             semantics: semantics.as_ref().map(SemanticsRecord::from),
             allowed_collisions: allowed_collisions.clone(),
@@ -108,7 +110,9 @@ impl RobotRecord {
         let found = WarningRecord::restored(self.found.clone());
         let model = RobotModel::new(self.description(find)?).map_err(|error| error.to_string())?;
         let known = model.warnings().to_vec();
-        let more = found.into_iter().filter(|found| !known.contains(found));
+        let more = found
+            .into_iter()
+            .filter(|found| !known.contains(found));
         Ok(model.with_warnings(more.collect()))
     }
 
@@ -118,8 +122,14 @@ impl RobotRecord {
         Ok(RobotDescription {
             name: self.name,
             links: links.collect::<Result<_, String>>()?,
-            joints: self.joints.into_iter().map(JointRecord::restore).collect(),
-            virtual_joint: self.virtual_joint.map(VirtualJointRecord::restore),
+            joints: self
+                .joints
+                .into_iter()
+                .map(JointRecord::restore)
+                .collect(),
+            virtual_joint: self
+                .virtual_joint
+                .map(VirtualJointRecord::restore),
             variables: self.variables,
             semantics: self.semantics.map(SemanticsRecord::restore),
             allowed_collisions: self.allowed_collisions,
@@ -242,7 +252,9 @@ impl From<&Semantics> for SemanticsRecord {
             disabled_collisions,
             groups: groups.into_iter().map(group).collect(),
             group_states: group_states.into_iter().map(state).collect(),
-            virtual_joint: virtual_joint.as_ref().map(VirtualJointRecord::from),
+            virtual_joint: virtual_joint
+                .as_ref()
+                .map(VirtualJointRecord::from),
         }
     }
 }
@@ -258,8 +270,14 @@ impl SemanticsRecord {
         Semantics {
             disabled_collisions: self.disabled_collisions,
             groups: self.groups.into_iter().map(group).collect(),
-            group_states: self.group_states.into_iter().map(state).collect(),
-            virtual_joint: self.virtual_joint.map(VirtualJointRecord::restore),
+            group_states: self
+                .group_states
+                .into_iter()
+                .map(state)
+                .collect(),
+            virtual_joint: self
+                .virtual_joint
+                .map(VirtualJointRecord::restore),
         }
     }
 }

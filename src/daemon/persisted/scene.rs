@@ -65,8 +65,16 @@ impl From<&Scene> for SceneRecord {
     fn from(scene: &Scene) -> Self {
         Self {
             name: scene.name().to_owned(),
-            obstacles: scene.obstacles().iter().map(ObjectRecord::from).collect(),
-            attached: scene.attached().iter().map(AttachedRecord::from).collect(),
+            obstacles: scene
+                .obstacles()
+                .iter()
+                .map(ObjectRecord::from)
+                .collect(),
+            attached: scene
+                .attached()
+                .iter()
+                .map(AttachedRecord::from)
+                .collect(),
             padding: scene.padded().map(named).collect(),
             scale: scene.scaled().map(named).collect(),
             frames: scene.frames().map(framed).collect(),
@@ -124,7 +132,10 @@ impl SceneRecord {
     fn objects(&mut self) -> Vec<&mut ObjectRecord> {
         let attached = self.attached.iter_mut();
         let attached = attached.map(|attached| &mut attached.object);
-        self.obstacles.iter_mut().chain(attached).collect()
+        self.obstacles
+            .iter_mut()
+            .chain(attached)
+            .collect()
     }
 
     /// The scene, checked as when it was first made.
@@ -136,7 +147,9 @@ impl SceneRecord {
         let mut description = self.description(find)?;
         let scene = made(description.clone())?;
         let known = scene.warnings();
-        let more = found.into_iter().filter(|found| !known.contains(found));
+        let more = found
+            .into_iter()
+            .filter(|found| !known.contains(found));
         description.warnings = more.collect();
         match description.warnings.is_empty() {
             true => Ok(scene),
@@ -172,7 +185,9 @@ fn made(description: SceneDescription) -> Result<Scene, String> {
 
 fn placed<K: Ord>(records: BTreeMap<K, PoseRecord>) -> BTreeMap<K, Pose> {
     let poses = records.into_iter();
-    poses.map(|(key, record)| (key, record.into())).collect()
+    poses
+        .map(|(key, record)| (key, record.into()))
+        .collect()
 }
 
 fn named<T>((name, value): (&str, T)) -> (String, T) {

@@ -82,7 +82,10 @@ impl Kind {
 
 /// The records of shapes.
 pub(super) fn records<'a>(shapes: impl IntoIterator<Item = &'a PlacedShape>) -> Vec<ShapeRecord> {
-    shapes.into_iter().map(ShapeRecord::from).collect()
+    shapes
+        .into_iter()
+        .map(ShapeRecord::from)
+        .collect()
 }
 
 impl From<&PlacedShape> for ShapeRecord {
@@ -112,5 +115,7 @@ pub(super) fn restored(
     find: &mut FindMesh,
 ) -> Result<Vec<PlacedShape>, String> {
     let shapes = shapes.iter();
-    shapes.map(|record| record.restore(find)).collect()
+    shapes
+        .map(|record| record.restore(find))
+        .collect()
 }

@@ -116,10 +116,12 @@ fn scene() -> Scene {
 
 pub(super) fn hex(record: &impl Serialize) -> String {
     let bytes = bincode::serde::encode_to_vec(record, bincode::config::standard()).unwrap();
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    bytes
+        .iter()
+        .fold(String::new(), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
 }
 
 pub(super) fn read<T: DeserializeOwned>(hex: &str) -> T {

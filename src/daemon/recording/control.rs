@@ -19,7 +19,10 @@ impl EventLoop {
             return refuse(control, refusal);
         }
         let token = self.next_number();
-        match self.recorder.record(file, token, monotonic_ns()) {
+        match self
+            .recorder
+            .record(file, token, monotonic_ns())
+        {
             Ok(Some(state)) => reply(control, &ControlReply::Recording(state)),
             Ok(None) => self.loading.wait(control, token),
             Err(refusal) => refuse(control, refusal),

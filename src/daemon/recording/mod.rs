@@ -85,7 +85,8 @@ fn laid_out(body: &mut ResponseBody<'_>, header: &mut ResponseHeader) -> usize {
     body.lay_out(header).unwrap_or_else(|_| {
         *body = ResponseBody::default();
         header.waypoints = 0;
-        body.lay_out(header).expect("nothing fits a payload")
+        body.lay_out(header)
+            .expect("nothing fits a payload")
     })
 }
 

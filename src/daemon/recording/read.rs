@@ -97,7 +97,9 @@ impl Recorded {
     }
     /// The header of its answer, where it had one.
     pub fn header(&self) -> Option<&ResponseHeader> {
-        self.answer.as_ref().map(|answer| &answer.header)
+        self.answer
+            .as_ref()
+            .map(|answer| &answer.header)
     }
 }
 
@@ -164,7 +166,8 @@ impl Reading {
             RunRecord::Written(facts) => self.run.written = facts,
             RunRecord::Story(text) => self.run.story = text,
             RunRecord::Mesh { hash, mesh } => {
-                self.meshes.insert(hash, Arc::new(mesh.restore(hash)?));
+                self.meshes
+                    .insert(hash, Arc::new(mesh.restore(hash)?));
             }
             RunRecord::Robot { hash, robot } => self.robot(hash, robot)?,
             RunRecord::Scene { hash, scene } => {
@@ -195,17 +198,21 @@ impl Reading {
 
     /// The scene that is another one but for where some objects are.
     fn moved(&self, base: u64, moved: Vec<(String, PoseRecord)>) -> Result<Scene, String> {
-        let moves = moved.into_iter().map(|(id, pose)| SceneChange::Move {
-            id,
-            pose: pose.into(),
-        });
+        let moves = moved
+            .into_iter()
+            .map(|(id, pose)| SceneChange::Move {
+                id,
+                pose: pose.into(),
+            });
         let base = found(&self.scenes, "scene", base)?;
-        base.with(moves).map_err(|error| error.to_string())
+        base.with(moves)
+            .map_err(|error| error.to_string())
     }
 
     fn request(&mut self, request: RequestRecord) -> Result<(), String> {
         let question = self.question(request)?;
-        self.newest.insert(question.number, self.run.requests.len());
+        self.newest
+            .insert(question.number, self.run.requests.len());
         self.run.requests.push(Recorded {
             question,
             answer: None,

@@ -293,7 +293,10 @@ impl Recorder {
 impl Answer {
     fn bytes(&self) -> usize {
         let mut header = self.reply.header;
-        self.reply.body().lay_out(&mut header).unwrap_or(0)
+        self.reply
+            .body()
+            .lay_out(&mut header)
+            .unwrap_or(0)
     }
 }
 
@@ -328,7 +331,10 @@ impl Counts {
 
     fn fail(&self, text: String) {
         tracing::error!("not recorded: {text}");
-        *self.failure.lock().unwrap_or_else(PoisonError::into_inner) = text;
+        *self
+            .failure
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner) = text;
         self.has_failed.store(true, Relaxed);
     }
 
@@ -354,7 +360,11 @@ impl Counts {
     }
 
     fn failure(&self) -> Option<String> {
-        let text = || self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        let text = || {
+            self.failure
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+        };
         self.has_failed().then(|| text().clone())
     }
 
@@ -393,7 +403,8 @@ impl Writing {
                 self.answer(Some(token), begun);
             }
             Line::Asked(question) => {
-                self.counts.came(size_of_val(question.path.as_flat()));
+                self.counts
+                    .came(size_of_val(question.path.as_flat()));
                 self.write(|run| run.request(&question));
             }
             Line::Answered(question, answer) => {
@@ -432,7 +443,8 @@ impl Writing {
             return;
         };
         if let Err(error) = write(run) {
-            self.counts.fail(format!("{}: {error}", file.display()));
+            self.counts
+                .fail(format!("{}: {error}", file.display()));
             self.run = None;
         } else {
             self.counts.bytes.store(run.bytes, Relaxed);
@@ -442,14 +454,19 @@ impl Writing {
     fn end(&mut self, token: Option<u64>) {
         let missed = self.counts.missed.load(Relaxed);
         self.write(|run| run.write(&RunRecord::Ended { missed }));
-        let file = self.run.take().map(|(file, _)| file).unwrap_or_default();
+        let file = self
+            .run
+            .take()
+            .map(|(file, _)| file)
+            .unwrap_or_default();
         self.answer(token, self.counts.state(&file));
     }
 
     fn answer(&self, token: Option<u64>, state: Result<RecordingState, Refusal>) {
         let Some(token) = token else { return };
         let answer = state.map_or_else(ControlReply::Refused, ControlReply::Recording);
-        self.events.send(Event::Written { token, answer });
+        self.events
+            .send(Event::Written { token, answer });
     }
 }
 

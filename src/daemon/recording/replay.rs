@@ -105,7 +105,11 @@ impl<'a> Replay<'a> {
         } = question;
         Snapshot {
             robot: robot.clone(),
-            weights: settings.weights.clone().unwrap_or_default().into(),
+            weights: settings
+                .weights
+                .clone()
+                .unwrap_or_default()
+                .into(),
             scene: scene.clone(),
             model: self.model(question),
             scene_id: question.scene_id,
@@ -116,7 +120,10 @@ impl<'a> Replay<'a> {
 
     fn model(&self, question: &Question) -> Arc<PreparedModel> {
         let Question { robot, scene, .. } = question;
-        let mut models = self.models.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut models = self
+            .models
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         let key = (robot.hash(), question.scene_id);
         let model = match models.get(&key) {
             Some(model) if model.scene().hash() == scene.hash() => return model.clone(),
@@ -169,7 +176,9 @@ fn of_numbers(then: &ResponseHeader, now: &ResponseHeader) -> Option<String> {
         ("robot_hash", then.robot_hash, now.robot_hash),
         ("scene_hash", then.scene_hash, now.scene_hash),
     ];
-    let (name, then, now) = numbers.into_iter().find(|(_, then, now)| then != now)?;
+    let (name, then, now) = numbers
+        .into_iter()
+        .find(|(_, then, now)| then != now)?;
     Some(differs(name, then, now))
 }
 
@@ -201,7 +210,9 @@ fn of_measures(then: &ResponseHeader, now: &ResponseHeader) -> Option<String> {
 
 fn of_sections(then: &ResponseView, now: &ResponseView) -> Option<String> {
     let sections = sections(then).into_iter().zip(sections(now));
-    let ((name, then), (_, now)) = sections.into_iter().find(|(then, now)| then != now)?;
+    let ((name, then), (_, now)) = sections
+        .into_iter()
+        .find(|(then, now)| then != now)?;
     Some(format!(
         "section {name} of {} bytes is another, of {} bytes",
         then.len(),

@@ -67,7 +67,8 @@ fn answer(job: &Job, at: Option<u64>) -> Answer {
     let mut asked = 0;
     let mut stop = || {
         asked += 1;
-        at.filter(|at| asked >= *at).map(|_| StopCause::Deadline)
+        at.filter(|at| asked >= *at)
+            .map(|_| StopCause::Deadline)
     };
     let Answered { reply, stopped, .. } = answer::answer(
         job.question(),
@@ -180,7 +181,8 @@ fn scenes_that_live_robots_and_meshes_stand_there_once() {
         for number in 1..=20 {
             let job = job(&problem, scene.clone(), number);
             run.request(&Question::of(&job, true)).unwrap();
-            run.answer(number, &answer(&job, Some(50))).unwrap();
+            run.answer(number, &answer(&job, Some(50)))
+                .unwrap();
             first = if number == 1 { run.bytes } else { first };
             let pose = Pose::from_translation(Vec3::X * 10.0 * number as f64);
             scene = Arc::new(
@@ -192,8 +194,10 @@ fn scenes_that_live_robots_and_meshes_stand_there_once() {
                     .unwrap(),
             );
         }
-        run.write(&RunRecord::Abandoned { number: 20 }).unwrap();
-        run.write(&RunRecord::Ended { missed: 3 }).unwrap();
+        run.write(&RunRecord::Abandoned { number: 20 })
+            .unwrap();
+        run.write(&RunRecord::Ended { missed: 3 })
+            .unwrap();
     });
     let run = parse(&bytes).unwrap();
     let hashes: Vec<u64> = run
@@ -239,7 +243,8 @@ fn a_file_that_was_cut_is_read_as_far_as_it_goes_and_a_damaged_one_is_not() {
     let bytes = written(|run| {
         run.request(&Question::of(&job, true)).unwrap();
         run.answer(1, &answer(&job, None)).unwrap();
-        run.write(&RunRecord::Ended { missed: 0 }).unwrap();
+        run.write(&RunRecord::Ended { missed: 0 })
+            .unwrap();
     });
     assert_eq!(parse(&bytes).unwrap().missed, Some(0));
     for end in (11..bytes.len()).step_by(97) {

@@ -35,7 +35,8 @@ impl RunWriter {
     pub(super) fn create(path: &Path) -> Result<Self, String> {
         let mut file = File::create(path).map_err(|error| error.to_string())?;
         let start = RUN.start();
-        file.write_all(&start).map_err(|error| error.to_string())?;
+        file.write_all(&start)
+            .map_err(|error| error.to_string())?;
         let mut writer = Self {
             file,
             bytes: start.len() as u64,
@@ -65,15 +66,25 @@ impl RunWriter {
             self.robot(robot)?;
         }
         if self.written.insert(scene.hash()) {
-            self.meshes(scene.objects().flat_map(|object| object.shapes.iter()))?;
+            self.meshes(
+                scene
+                    .objects()
+                    .flat_map(|object| object.shapes.iter()),
+            )?;
             self.scene(question.scene_id, scene)?;
         }
-        self.scenes.insert(question.scene_id, scene.clone());
+        self.scenes
+            .insert(question.scene_id, scene.clone());
         self.write(&RunRecord::Request(Box::new(question.into())))
     }
 
     fn robot(&mut self, robot: &RobotModel) -> Result<(), String> {
-        self.meshes(robot.links().iter().flat_map(|link| &link.shapes))?;
+        self.meshes(
+            robot
+                .links()
+                .iter()
+                .flat_map(|link| &link.shapes),
+        )?;
         self.write(&RunRecord::Robot {
             hash: robot.hash(),
             robot: RobotRecord::from(robot),
@@ -157,7 +168,11 @@ impl From<&Question> for RequestRecord {
 /// Objects of the world that are elsewhere in `after`, if nothing else differs.
 fn moved_between(before: &Scene, after: &Scene) -> Option<Vec<(String, PoseRecord)>> {
     let moves = moves_between(before, after)?;
-    let ids: Vec<&String> = after.obstacles().iter().map(|object| &object.id).collect();
+    let ids: Vec<&String> = after
+        .obstacles()
+        .iter()
+        .map(|object| &object.id)
+        .collect();
     let moved = moves.into_iter().map(|(index, pose)| {
         let id = *ids.get(index as usize)?;
         Some((id.clone(), pose))

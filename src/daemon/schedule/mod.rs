@@ -172,7 +172,9 @@ fn standing(
     number: u64,
     computed_ns: u64,
 ) -> Standing {
-    let used_ns = clients.get(&client).map_or(0, |share| share.used_ns);
+    let used_ns = clients
+        .get(&client)
+        .map_or(0, |share| share.used_ns);
     Standing {
         class,
         lead_ns: used_ns + computed_ns,
@@ -185,8 +187,14 @@ impl State {
     /// Standings of the jobs that can be computed now: first those that wait, then those that have
     /// made room.
     fn standings(&self) -> impl Iterator<Item = Standing> + Clone {
-        let waiting = self.ready_jobs().map(|(_, job)| self.standing_of(job));
-        waiting.chain(self.paused.iter().map(|turn| turn.standing(&self.clients)))
+        let waiting = self
+            .ready_jobs()
+            .map(|(_, job)| self.standing_of(job));
+        waiting.chain(
+            self.paused
+                .iter()
+                .map(|turn| turn.standing(&self.clients)),
+        )
     }
 
     fn standing_of(&self, job: &Job) -> Standing {
@@ -258,7 +266,10 @@ impl State {
     }
 
     fn take_waiting(&mut self, job: u64) -> Option<Job> {
-        let index = self.waiting.iter().position(|waiting| waiting.id == job)?;
+        let index = self
+            .waiting
+            .iter()
+            .position(|waiting| waiting.id == job)?;
         Some(self.take_job(index))
     }
 
@@ -276,8 +287,13 @@ impl State {
 
     /// Jobs that wait and would be taken before this one.
     fn ahead_of(&self, standing: &Standing) -> usize {
-        let waiting = self.waiting.iter().map(|job| self.standing_of(job));
-        waiting.filter(|job| !job.goes_after(standing)).count()
+        let waiting = self
+            .waiting
+            .iter()
+            .map(|job| self.standing_of(job));
+        waiting
+            .filter(|job| !job.goes_after(standing))
+            .count()
     }
 
     fn new(slots: usize) -> Self {
@@ -297,12 +313,17 @@ impl State {
 
     /// The job that a thread was given.
     fn take_handed(&mut self, thread: usize) -> Option<Job> {
-        let index = self.handed.iter().position(|(to, _)| *to == thread)?;
+        let index = self
+            .handed
+            .iter()
+            .position(|(to, _)| *to == thread)?;
         Some(self.handed.swap_remove(index).1)
     }
 
     fn paused_index(&self, job: u64) -> Option<usize> {
-        self.paused.iter().position(|paused| paused.job == job)
+        self.paused
+            .iter()
+            .position(|paused| paused.job == job)
     }
 
     /// Whether a job has to let another one go first.
@@ -321,11 +342,18 @@ impl State {
     /// Gives a slot to whoever is next; gives their thread.
     fn fill_slot(&mut self) -> Option<usize> {
         let next = order::next(self.standings())?;
-        let ready: Vec<usize> = self.ready_jobs().map(|(index, _)| index).collect();
+        let ready: Vec<usize> = self
+            .ready_jobs()
+            .map(|(index, _)| index)
+            .collect();
         self.free_slots -= 1;
         match ready.get(next) {
             Some(&index) => Some(self.begin(index)),
-            None => Some(self.paused.swap_remove(next - ready.len()).thread),
+            None => Some(
+                self.paused
+                    .swap_remove(next - ready.len())
+                    .thread,
+            ),
         }
     }
 
@@ -344,7 +372,10 @@ impl State {
     fn take_where(&mut self, is_meant: impl Fn(&Job) -> bool) -> Vec<Job> {
         let meant = self.indices_where(is_meant).into_iter();
         // From the last on: taking one out moves only what stands after it.
-        let mut taken: Vec<Job> = meant.rev().map(|index| self.take_job(index)).collect();
+        let mut taken: Vec<Job> = meant
+            .rev()
+            .map(|index| self.take_job(index))
+            .collect();
         taken.sort_by_key(|job| job.id);
         taken
     }
@@ -361,7 +392,9 @@ impl Schedule {
     pub(super) fn new(slots: usize) -> Self {
         Self {
             state: Mutex::new(State::new(slots)),
-            seats: (0..threads(slots)).map(|_| Condvar::new()).collect(),
+            seats: (0..threads(slots))
+                .map(|_| Condvar::new())
+                .collect(),
             ready: AtomicUsize::new(0),
             urgent: AtomicU32::new(0),
         }
@@ -498,7 +531,11 @@ impl Schedule {
 
     /// The next deadline of a job that was not begun.
     pub(super) fn next_deadline_ns(&self) -> Option<u64> {
-        self.lock().waiting.iter().filter_map(Job::last_ns).min()
+        self.lock()
+            .waiting
+            .iter()
+            .filter_map(Job::last_ns)
+            .min()
     }
 
     /// Jobs that were not begun.
@@ -535,11 +572,14 @@ impl Schedule {
     fn show_ready(&self, state: &State) {
         let count = state.standings().count();
         self.ready.store(count, Ordering::Relaxed);
-        self.urgent.store(state.highest_class(), Ordering::Relaxed);
+        self.urgent
+            .store(state.highest_class(), Ordering::Relaxed);
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
         // Nothing that can panic runs under the lock.
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 }

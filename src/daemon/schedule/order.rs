@@ -56,14 +56,19 @@ impl Standing {
 
 /// Index of the job to compute next.
 pub(super) fn next(standings: impl Iterator<Item = Standing> + Clone) -> Option<usize> {
-    let class = standings.clone().map(|standing| standing.class).max()?;
+    let class = standings
+        .clone()
+        .map(|standing| standing.class)
+        .max()?;
     let in_class = move || {
         standings
             .clone()
             .enumerate()
             .filter(move |(_, standing)| standing.class == class)
     };
-    let least = in_class().min_by_key(|(_, standing)| standing.lead_ns)?.1;
+    let least = in_class()
+        .min_by_key(|(_, standing)| standing.lead_ns)?
+        .1;
     let eligible = in_class().filter(|(_, standing)| !standing.has_had_more_than(&least));
     eligible
         .min_by_key(|(_, standing)| (standing.deadline_ns, standing.number))

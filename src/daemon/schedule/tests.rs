@@ -115,7 +115,11 @@ fn a_job_that_is_over_ends_without_a_slot() {
     // Takes the slot and keeps it.
     let holder = {
         let schedule = Arc::clone(&schedule);
-        std::thread::spawn(move || sender.send(schedule.take(1).unwrap().1).unwrap())
+        std::thread::spawn(move || {
+            sender
+                .send(schedule.take(1).unwrap().1)
+                .unwrap()
+        })
     };
     while schedule.lock().idle.is_empty() {
         std::thread::yield_now();

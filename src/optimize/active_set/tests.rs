@@ -201,7 +201,9 @@ fn row((segment, ratio, jacobian, right_hand_side): &Given) -> Row<'_> {
 
 /// Largest difference, for a largest step of 1.
 fn apart(a: &[f64], b: &[f64]) -> f64 {
-    let scale = a.iter().fold(1.0, |scale: f64, a| scale.max(a.abs()));
+    let scale = a
+        .iter()
+        .fold(1.0, |scale: f64, a| scale.max(a.abs()));
     a.iter()
         .zip(b)
         .map(|(a, b)| (a - b).abs())

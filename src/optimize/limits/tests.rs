@@ -23,7 +23,9 @@ impl Case {
         let instance = testing::lines(seed, WAYPOINTS, JOINTS);
         let mut random = fastrand::Rng::with_seed(seed);
         let mut row = || {
-            let jacobian = (0..JOINTS).map(|_| random.f64() - 0.5).collect();
+            let jacobian = (0..JOINTS)
+                .map(|_| random.f64() - 0.5)
+                .collect();
             (
                 random.usize(..WAYPOINTS - 1),
                 random.f64(),
@@ -209,8 +211,13 @@ proptest! {
 fn where_there_is_such_a_step_it_is_nearly_always_found() {
     // Rows and limits that depend on each other can hide it; then a part of another step is taken.
     let cases = (0..400).map(Case::random);
-    let solvable: Vec<Case> = cases.filter(|case| case.clarabel().is_some()).collect();
-    let found = solvable.iter().filter(|case| case.solve().1 == 1.0).count();
+    let solvable: Vec<Case> = cases
+        .filter(|case| case.clarabel().is_some())
+        .collect();
+    let found = solvable
+        .iter()
+        .filter(|case| case.solve().1 == 1.0)
+        .count();
     assert!(
         found * 100 >= solvable.len() * 98,
         "{found} of {}",
@@ -221,7 +228,10 @@ fn where_there_is_such_a_step_it_is_nearly_always_found() {
 #[test]
 fn what_starts_outside_never_moves_further_out() {
     let mut case = Case::random(1);
-    case.instance.rows.iter_mut().for_each(|x| *x += 1.0);
+    case.instance
+        .rows
+        .iter_mut()
+        .for_each(|x| *x += 1.0);
     let (step, part, _) = case.solve();
     for (x, p) in case.instance.rows.iter().zip(&step) {
         assert!(x + part * p <= x.max(1.05) + 1e-8);

@@ -196,14 +196,20 @@ impl Skeleton {
     }
     /// Motion (entry of [`Self::update`]'s motions) of one of the robot's joints that can move.
     pub fn motion_of(&self, joint: usize) -> Option<usize> {
-        self.movers.iter().position(|&mover| mover == joint)
+        self.movers
+            .iter()
+            .position(|&mover| mover == joint)
     }
     /// Size of a joint-space motion (rad): of all turns and, divided by `reach`, of all
     /// translations.
     pub fn motion(&self, velocity: &[f64], reach: f64) -> f64 {
         let square = |joint: &LaneJoint, first: usize| {
-            let sum =
-                |range: std::ops::Range<usize>| velocity[range].iter().map(|x| x * x).sum::<f64>();
+            let sum = |range: std::ops::Range<usize>| {
+                velocity[range]
+                    .iter()
+                    .map(|x| x * x)
+                    .sum::<f64>()
+            };
             let (slides, turns) = match joint.kind {
                 JointKind::Fixed => (0, 0),
                 JointKind::Revolute | JointKind::Continuous => (0, 1),
@@ -480,7 +486,9 @@ impl Skeleton {
                 } else {
                     held[at - self.columns]
                 };
-                let rate = joint.rate.map_or(0.0, |first| velocity[first + k]);
+                let rate = joint
+                    .rate
+                    .map_or(0.0, |first| velocity[first + k]);
                 f64::from(joint.factor).abs() * (value.abs() + rate.abs())
                     + f64::from(joint.offset).abs()
             };

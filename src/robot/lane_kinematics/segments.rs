@@ -49,7 +49,8 @@ impl LaneSegments {
     pub fn push(&mut self, skeleton: &Skeleton, from: &[f64], velocity: &[f64], held: &[f64]) {
         self.nq = from.len();
         self.nv = velocity.len();
-        self.from.extend(from.iter().map(|&value| value as f32));
+        self.from
+            .extend(from.iter().map(|&value| value as f32));
         self.velocity
             .extend(velocity.iter().map(|&value| value as f32));
         self.rounding
@@ -112,7 +113,9 @@ impl LaneSegments {
         let turn: [f64; 3] =
             std::array::from_fn(|k| f64::from(self.velocity[interval.segment * self.nv + v + k]));
         let turn = quat_exp(Vec3::from_array(turn) * interval.middle);
-        (Quat::from_array(from) * turn).normalize().to_array()
+        (Quat::from_array(from) * turn)
+            .normalize()
+            .to_array()
     }
 }
 

@@ -36,9 +36,15 @@ pub(super) fn of_content(robot: &Parts) -> u64 {
     let mut hasher = ContentHasher::default();
     for (link, joint) in robot.links.iter().zip(robot.joints) {
         hasher.text(&link.name);
-        link.shapes.iter().for_each(|shape| shape.tell(&mut hasher));
-        hasher.text(&joint.name).text(&words_of_joint(joint));
-        hasher.pose(&joint.origin).floats(&joint.axis.to_array());
+        link.shapes
+            .iter()
+            .for_each(|shape| shape.tell(&mut hasher));
+        hasher
+            .text(&joint.name)
+            .text(&words_of_joint(joint));
+        hasher
+            .pose(&joint.origin)
+            .floats(&joint.axis.to_array());
     }
     for variable in robot.variables {
         tell_variable(variable, &mut hasher);
@@ -91,7 +97,10 @@ fn words_of_drive(drive: Drive) -> String {
 
 /// Allowed pairs, groups and their states.
 fn words_of_rules(robot: &Parts) -> String {
-    let pairs = robot.allowed.iter().map(|(a, b)| format!("({a}, {b})"));
+    let pairs = robot
+        .allowed
+        .iter()
+        .map(|(a, b)| format!("({a}, {b})"));
     let groups = robot.groups.iter().map(|(name, moving)| {
         let moving = moving.iter().map(bool::to_string);
         format!("({}, [{}])", quoted(name), joined(moving))

@@ -25,7 +25,10 @@ pub(super) fn free_of_fixed_leaders(description: &mut RobotDescription) -> Vec<W
         .iter_mut()
         .filter(|joint| joint.kind != JointKind::Fixed)
     {
-        if let Some(mimic) = joint.mimic.take_if(|mimic| fixed.contains(&mimic.joint)) {
+        if let Some(mimic) = joint
+            .mimic
+            .take_if(|mimic| fixed.contains(&mimic.joint))
+        {
             let text = format!(
                 "mimics {:?}, which is fixed; it moves independently",
                 mimic.joint
@@ -68,7 +71,11 @@ pub(super) fn follow(
         let Some(joint) = order.joint(description, followed.master) else {
             break;
         };
-        let Some(mimic) = joint.mimic.as_ref().filter(|_| !is_listed[followed.master]) else {
+        let Some(mimic) = joint
+            .mimic
+            .as_ref()
+            .filter(|_| !is_listed[followed.master])
+        else {
             break;
         };
         let found = joint_index.get(&mimic.joint).copied();
@@ -116,7 +123,12 @@ fn unknown_master(
         what: format!("the mimic of joint {:?}", joint.name),
         kind: "joint",
         name: mimic.joint.clone(),
-        known: list(description.joints.iter().map(|j| j.name.as_str())),
+        known: list(
+            description
+                .joints
+                .iter()
+                .map(|j| j.name.as_str()),
+        ),
     }
 }
 

@@ -57,7 +57,9 @@ impl RobotModel {
         let links = links(&description, &order);
         let joints = joints(&description, &order, &columns.drives)?;
         let numbered = links.iter().enumerate();
-        let link_index = numbered.map(|(i, link)| (link.name.as_str(), i)).collect();
+        let link_index = numbered
+            .map(|(i, link)| (link.name.as_str(), i))
+            .collect();
         let allowed = allowed_pairs(&description, &joints, &link_index, &mut warnings)?;
         let (groups, group_states) =
             groups(&description, &joints, columns.space.nv(), &joint_index);
@@ -147,13 +149,18 @@ impl RobotModel {
     }
     /// Index of a link by name.
     pub fn link_index(&self, name: &str) -> Option<usize> {
-        self.links.iter().position(|link| link.name == name)
+        self.links
+            .iter()
+            .position(|link| link.name == name)
     }
 }
 
 /// The links, in tree order.
 fn links(description: &RobotDescription, order: &Order) -> Vec<Link> {
-    let sources = order.0.iter().map(|&(link, _)| &description.links[link]);
+    let sources = order
+        .0
+        .iter()
+        .map(|&(link, _)| &description.links[link]);
     let link = |source: &LinkDescription| Link {
         name: source.name.clone(),
         shapes: source.collision.clone(),

@@ -31,7 +31,12 @@ pub(super) fn allowed_pairs(
                 what: format!("the allowed pair {a} × {b}"),
                 kind: "link",
                 name: name.clone(),
-                known: list(description.links.iter().map(|link| link.name.as_str())),
+                known: list(
+                    description
+                        .links
+                        .iter()
+                        .map(|link| link.name.as_str()),
+                ),
             })
         };
         allowed.insert(ordered(index(a)?, index(b)?));
@@ -88,7 +93,9 @@ pub(super) fn groups(
         return Groups::default();
     };
     let masked = |names: &[String]| {
-        let known = names.iter().filter_map(|name| joint_index.get(name));
+        let known = names
+            .iter()
+            .filter_map(|name| joint_index.get(name));
         mask(known.map(|&joint| &joints[joint]), nv)
     };
     let groups = semantics.groups.iter();

@@ -36,7 +36,10 @@ impl<'a> JointSource<'a> {
 
     /// Limits of its variable `index`.
     pub fn bounds(&self, index: usize) -> Bounds {
-        self.limits.get(index).copied().unwrap_or(Bounds::NONE)
+        self.limits
+            .get(index)
+            .copied()
+            .unwrap_or(Bounds::NONE)
     }
 
     /// Of the joint that carries the root.

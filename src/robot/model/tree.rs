@@ -33,7 +33,9 @@ impl Order {
         description: &'a RobotDescription,
         position: usize,
     ) -> Option<&'a JointDescription> {
-        self.0[position].1.map(|joint| &description.joints[joint])
+        self.0[position]
+            .1
+            .map(|joint| &description.joints[joint])
     }
 
     /// Position of the link called `name` in tree order.
@@ -59,14 +61,23 @@ impl Order {
 }
 
 fn check_names(description: &RobotDescription) -> Result<(), RobotError> {
-    let virtual_name = description.virtual_joint.iter().map(|v| v.name.as_str());
-    let joints = description.joints.iter().map(|joint| joint.name.as_str());
+    let virtual_name = description
+        .virtual_joint
+        .iter()
+        .map(|v| v.name.as_str());
+    let joints = description
+        .joints
+        .iter()
+        .map(|joint| joint.name.as_str());
     unique("link", link_names(description))?;
     unique("joint", joints.chain(virtual_name))
 }
 
 fn link_names(description: &RobotDescription) -> impl Iterator<Item = &str> {
-    description.links.iter().map(|link| link.name.as_str())
+    description
+        .links
+        .iter()
+        .map(|link| link.name.as_str())
 }
 
 /// Who carries whom, by index in the description.
@@ -115,7 +126,9 @@ impl Tree {
             [] if description.links.is_empty() => "there is no link".to_owned(),
             [] => "every link is some joint's child, so the joints form a loop".to_owned(),
             several => {
-                let names = several.iter().map(|&l| description.links[l].name.as_str());
+                let names = several
+                    .iter()
+                    .map(|&l| description.links[l].name.as_str());
                 let count = several.len();
                 format!("{count} links are no joint's child: {}", list(names))
             }

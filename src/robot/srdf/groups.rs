@@ -132,8 +132,16 @@ impl<'a, 'i> Resolver<'a, 'i> {
         joints: &mut Vec<String>,
     ) -> Result<(), RobotError> {
         let name = required(member, "name")?;
-        let is_virtual = self.virtual_joint.is_some_and(|joint| joint.name == name);
-        if !is_virtual && !self.robot.joints.iter().any(|joint| joint.name == name) {
+        let is_virtual = self
+            .virtual_joint
+            .is_some_and(|joint| joint.name == name);
+        if !is_virtual
+            && !self
+                .robot
+                .joints
+                .iter()
+                .any(|joint| joint.name == name)
+        {
             return Err(unknown(member, group, "joint", name));
         }
         add(joints, name);
@@ -148,7 +156,12 @@ impl<'a, 'i> Resolver<'a, 'i> {
         joints: &mut Vec<String>,
     ) -> Result<(), RobotError> {
         let name = required(member, "name")?;
-        if !self.robot.links.iter().any(|link| link.name == name) {
+        if !self
+            .robot
+            .links
+            .iter()
+            .any(|link| link.name == name)
+        {
             return Err(unknown(member, group, "link", name));
         }
         if let Some(joint) = self.carried_by.get(name) {
@@ -170,7 +183,12 @@ impl<'a, 'i> Resolver<'a, 'i> {
         let base = required(member, "base_link")?;
         let tip = required(member, "tip_link")?;
         for name in [base, tip] {
-            if !self.robot.links.iter().any(|link| link.name == name) {
+            if !self
+                .robot
+                .links
+                .iter()
+                .any(|link| link.name == name)
+            {
                 return Err(unknown(member, group, "link", name));
             }
         }

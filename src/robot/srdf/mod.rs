@@ -70,7 +70,10 @@ fn disabled_collisions(
     for node in children(root, "disable_default_collisions") {
         match required(node, "link") {
             Ok(link) if has(link) => {
-                let others = robot.links.iter().filter(|other| other.name != link);
+                let others = robot
+                    .links
+                    .iter()
+                    .filter(|other| other.name != link);
                 disabled.extend(others.map(|other| ordered(link, &other.name)));
             }
             Ok(link) => {
@@ -92,7 +95,10 @@ fn disabled_collisions(
     for node in children(root, "enable_collisions") {
         // A pair that is to be checked must not be lost.
         let pair = pair(node)?;
-        if let Some(unknown) = [&pair.0, &pair.1].into_iter().find(|name| !has(name)) {
+        if let Some(unknown) = [&pair.0, &pair.1]
+            .into_iter()
+            .find(|name| !has(name))
+        {
             let text = format!(
                 "<enable_collisions> names link {unknown:?}, which the robot does not have"
             );
@@ -135,8 +141,14 @@ fn virtual_joint(
     for node in children(root, "virtual_joint") {
         let name = required(node, "name")?.to_owned();
         let child = required(node, "child_link")?;
-        if robot.joints.iter().any(|joint| joint.child == child)
-            || !robot.links.iter().any(|link| link.name == child)
+        if robot
+            .joints
+            .iter()
+            .any(|joint| joint.child == child)
+            || !robot
+                .links
+                .iter()
+                .any(|link| link.name == child)
         {
             let text =
                 format!("carries {child:?}, which is not the robot's root link; it is ignored");
@@ -181,7 +193,10 @@ fn group_state(node: Node, groups: &[Group]) -> Result<GroupState, RobotError> {
     let group = required(node, "group")?.to_owned();
     let of = format!("group state {name:?}");
     if !groups.iter().any(|known| known.name == group) {
-        let known: Vec<&str> = groups.iter().map(|group| group.name.as_str()).collect();
+        let known: Vec<&str> = groups
+            .iter()
+            .map(|group| group.name.as_str())
+            .collect();
         return Err(syntax(
             node,
             format!("{of} is of group {group:?}; known: {}", known.join(", ")),

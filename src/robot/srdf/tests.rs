@@ -17,7 +17,9 @@ fn read(body: &str) -> Result<(Semantics, Vec<crate::warning::Warning>), RobotEr
 }
 
 fn assert_refused(body: &str, parts: &[&str]) {
-    let text = read(body).expect_err("must be refused").to_string();
+    let text = read(body)
+        .expect_err("must be refused")
+        .to_string();
     assert!(
         parts.iter().all(|part| text.contains(part)),
         "{text:?} lacks one of {parts:?}"

@@ -42,7 +42,12 @@ pub(super) fn placed(node: Node, of: &str, version: (u32, u32)) -> Result<(), Ro
         all_numbers(origin, of)?;
         one_rotation(origin, of, version)?;
     }
-    geometry(children(node, "geometry").next().unwrap_or(node), of)
+    geometry(
+        children(node, "geometry")
+            .next()
+            .unwrap_or(node),
+        of,
+    )
 }
 
 /// Refuses a joint whose name, type, ends or numbers cannot be read. Of parts that stand there
@@ -54,7 +59,10 @@ pub(super) fn joint(node: Node, version: (u32, u32)) -> Result<(), RobotError> {
         let advice = "spherical joints are not supported; use three revolute joints, or floating";
         return Err(syntax(node, format!("{name}: {advice}")));
     }
-    if !JOINT_TYPES.split(", ").any(|known| known == kind) {
+    if !JOINT_TYPES
+        .split(", ")
+        .any(|known| known == kind)
+    {
         return Err(syntax(
             node,
             format!("{name} has the type {kind:?}; valid types: {JOINT_TYPES}"),
@@ -92,7 +100,10 @@ fn one_rotation(origin: Node, of: &str, version: (u32, u32)) -> Result<(), Robot
 
 fn geometry(node: Node, of: &str) -> Result<(), RobotError> {
     // Elements with a prefix count: other programs' shapes are shapes.
-    let shapes: Vec<Node> = node.children().filter(Node::is_element).collect();
+    let shapes: Vec<Node> = node
+        .children()
+        .filter(Node::is_element)
+        .collect();
     let &[shape] = shapes.as_slice() else {
         let text = format!(
             "{of}: {} holds {} shapes, it must hold one",
@@ -124,8 +135,9 @@ fn geometry(node: Node, of: &str) -> Result<(), RobotError> {
 
 fn all_numbers(node: Node, of: &str) -> Result<(), RobotError> {
     let kind = node.tag_name().name();
-    for (_, attribute, count, needed) in
-        NUMBERS.into_iter().filter(|(element, ..)| *element == kind)
+    for (_, attribute, count, needed) in NUMBERS
+        .into_iter()
+        .filter(|(element, ..)| *element == kind)
     {
         counted(node, attribute, count, needed, of)?;
     }

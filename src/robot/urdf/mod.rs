@@ -52,7 +52,9 @@ pub fn parse(text: &str, meshes: &mut MeshSource<'_>) -> Result<RobotDescription
     let version = version(root);
     children(root, "link").try_for_each(|node| check::link(node, version))?;
     children(root, "joint").try_for_each(|node| check::joint(node, version))?;
-    let odd = odd.into_iter().map(|text| Warning::cosmetic("text", text));
+    let odd = odd
+        .into_iter()
+        .map(|text| Warning::cosmetic("text", text));
     let reading = Reading {
         meshes,
         version,
@@ -77,7 +79,10 @@ fn mesh_warnings(links: &[LinkDescription], warnings: &mut Vec<Warning>) {
 /// `version` of `<robot>`; 1.0 where there is none or it cannot be read, as urdfdom does.
 fn version(root: Node) -> (u32, u32) {
     let parsed = || {
-        let (major, minor) = root.attribute("version")?.trim().split_once('.')?;
+        let (major, minor) = root
+            .attribute("version")?
+            .trim()
+            .split_once('.')?;
         Some((major.parse().ok()?, minor.parse().ok()?))
     };
     parsed().unwrap_or((1, 0))
@@ -93,7 +98,11 @@ struct Reading<'a, 'm> {
 impl Reading<'_, '_> {
     fn link(&mut self, link: &urdf_rs::Link, node: Node) -> Result<LinkDescription, RobotError> {
         let mut collision = Vec::new();
-        for (shape, node) in link.collision.iter().zip(children(node, "collision")) {
+        for (shape, node) in link
+            .collision
+            .iter()
+            .zip(children(node, "collision"))
+        {
             let of = format!("link {:?}", link.name);
             let pose = self.pose(&shape.origin, node, &of)?;
             let placed = self.shape(&shape.geometry, node, &link.name)?;
@@ -124,7 +133,9 @@ impl Reading<'_, '_> {
         root: Node,
     ) -> Result<Vec<LinkDescription>, RobotError> {
         let links = robot.links.iter().zip(children(root, "link"));
-        links.map(|(link, node)| self.link(link, node)).collect()
+        links
+            .map(|(link, node)| self.link(link, node))
+            .collect()
     }
 
     fn joints(
@@ -169,7 +180,8 @@ impl Reading<'_, '_> {
         };
         let text = format!("moves in its x-y plane, as in MoveIt; {given}");
         let text = format!("line {}: planar joint {name:?} {text}", line(node));
-        self.warnings.push(Warning::cosmetic("planar axis", text));
+        self.warnings
+            .push(Warning::cosmetic("planar axis", text));
     }
 
     /// Limits of a bounded joint. A missing end is 0 before URDF 1.2, unbounded since; no `<limit>`
@@ -205,7 +217,8 @@ impl Reading<'_, '_> {
         let name = joint.attribute("name").unwrap_or_default();
         let text = format!("<limit> of joint {name:?} gives {which} 0 by default");
         let text = format!("line {}: {text}", line(limit));
-        self.warnings.push(Warning::cosmetic("default limit", text));
+        self.warnings
+            .push(Warning::cosmetic("default limit", text));
     }
 
     /// The soft limits of a bounded joint, whatever its gains are, and 0 where one is missing: as

@@ -24,7 +24,11 @@ impl Reading<'_, '_> {
     ) -> Result<Option<Shape>, RobotError> {
         use urdf_rs::Geometry;
         // Lines are counted only for messages: that takes a walk through the file.
-        let at = || children(node, "geometry").next().map_or(0, line);
+        let at = || {
+            children(node, "geometry")
+                .next()
+                .map_or(0, line)
+        };
         let of = |name: &str| format!("line {}: link {link:?}: <{name}>", at());
         let shape = match geometry {
             Geometry::Box { size } => {
@@ -80,7 +84,11 @@ impl Reading<'_, '_> {
         let text = format!(
             "is of URDF 1.2 and this file of {major}.{minor}; capsules are read all the same"
         );
-        if self.version < CAPSULES && !self.warnings.iter().any(|warning| warning.ends_with(&text))
+        if self.version < CAPSULES
+            && !self
+                .warnings
+                .iter()
+                .any(|warning| warning.ends_with(&text))
         {
             self.warnings
                 .push(Warning::cosmetic("capsule", format!("{} {text}", of())));

@@ -84,7 +84,11 @@ fn every_joint_kind_is_read() {
         + &joint("plane", "planar", "e", "f", "<axis xyz='0 0 1'/>")
         + &joint("free", "floating", "f", "g", "");
     let model = RobotModel::new(read(&body).unwrap()).unwrap();
-    let names: Vec<&str> = model.variables().iter().map(|v| v.name.as_str()).collect();
+    let names: Vec<&str> = model
+        .variables()
+        .iter()
+        .map(|v| v.name.as_str())
+        .collect();
     assert_eq!(
         names[..6],
         [
@@ -108,7 +112,9 @@ fn every_joint_kind_is_read() {
     );
     assert_eq!(model.joints()[2].axis, Vec3::Z);
     assert_eq!(model.joints()[4].axis, Vec3::X, "URDF's default axis");
-    let turned = model.joints()[1].origin.transform_point(Vec3::X);
+    let turned = model.joints()[1]
+        .origin
+        .transform_point(Vec3::X);
     assert!((turned - Vec3::new(1.0, 3.0, 3.0)).length() < 1e-12);
 }
 
@@ -274,13 +280,17 @@ fn elements_that_cannot_be_read_are_refused_with_their_line() {
         &["line 4", "<child>"],
     );
     assert_refused("<link name='a'>", &["XML", "3:1"]);
-    let other = parse("<sdf/>", &mut no_mesh).unwrap_err().to_string();
+    let other = parse("<sdf/>", &mut no_mesh)
+        .unwrap_err()
+        .to_string();
     assert!(
         other.contains("<sdf>") && other.contains("<robot>"),
         "{other}"
     );
     let xacro = "<robot name='r' xmlns:xacro='http://www.ros.org/wiki/xacro'>\n<xacro:macro name='m'/></robot>";
-    let text = parse(xacro, &mut no_mesh).unwrap_err().to_string();
+    let text = parse(xacro, &mut no_mesh)
+        .unwrap_err()
+        .to_string();
     assert!(
         text.contains("line 2") && text.contains("xacro FILE"),
         "{text}"
@@ -296,7 +306,12 @@ fn a_missing_end_of_the_limits_is_zero_before_urdf_1_2_and_unbounded_since() {
         "{:?}",
         robot.warnings
     );
-    assert!(read(&arm("<limit velocity='1'/>")).unwrap().warnings[0].contains("cannot move"));
+    assert!(
+        read(&arm("<limit velocity='1'/>"))
+            .unwrap()
+            .warnings[0]
+            .contains("cannot move")
+    );
     let since = format!(
         "<robot name='r' version='1.2'>{}</robot>",
         arm("<limit upper='1'/>")

@@ -39,8 +39,9 @@ pub fn visuals(
         warnings: Vec::new(),
     };
     let named = |node: Node| Some((node.attribute("name")?.to_owned(), color(node)?));
-    let materials: HashMap<String, [f64; 4]> =
-        children(root, "material").filter_map(named).collect();
+    let materials: HashMap<String, [f64; 4]> = children(root, "material")
+        .filter_map(named)
+        .collect();
     let mut found = Vec::new();
     let mut missing = Vec::new();
     for link in children(root, "link") {
@@ -77,7 +78,11 @@ impl Reading<'_, '_> {
         check::placed(visual, &of, self.version)?;
         let robot = urdf_rs::read_from_string(&essentials::of_visual(visual))
             .map_err(|error| RobotError::Syntax(format!("{of}: {error}")))?;
-        let Some(found) = robot.links.first().and_then(|link| link.collision.first()) else {
+        let Some(found) = robot
+            .links
+            .first()
+            .and_then(|link| link.collision.first())
+        else {
             return Ok(None);
         };
         let pose = self.pose(&found.origin, visual, &of)?;
@@ -88,7 +93,9 @@ impl Reading<'_, '_> {
 }
 
 fn color(material: Node) -> Option<[f64; 4]> {
-    let text = children(material, "color").next()?.attribute("rgba")?;
+    let text = children(material, "color")
+        .next()?
+        .attribute("rgba")?;
     let numbers: Vec<f64> = text
         .split_whitespace()
         .map_while(|number| number.parse().ok())

@@ -44,7 +44,12 @@ pub(super) fn document<'a>(text: &'a str, format: &str) -> Result<Document<'a>, 
 pub(crate) fn name(text: &str) -> Option<String> {
     let (text, _) = tidy(text);
     let document = document(&text, "URDF").ok()?;
-    Some(document.root_element().attribute("name")?.to_owned())
+    Some(
+        document
+            .root_element()
+            .attribute("name")?
+            .to_owned(),
+    )
 }
 
 /// What to do about what only xacro understands.
@@ -83,7 +88,9 @@ pub(super) fn syntax(node: Node, text: impl std::fmt::Display) -> RobotError {
 
 /// Line of an element, from 1.
 pub(super) fn line(node: Node) -> u32 {
-    node.document().text_pos_at(node.range().start).row
+    node.document()
+        .text_pos_at(node.range().start)
+        .row
 }
 
 /// Child elements of one name, without a prefix.

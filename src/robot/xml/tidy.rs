@@ -60,16 +60,24 @@ impl<'a> Scan<'a> {
 
     /// Blanks of as many lines and columns.
     fn blank(&mut self, text: &str) {
-        self.out
-            .extend(text.chars().map(|c| if c == '\n' { '\n' } else { ' ' }));
+        self.out.extend(
+            text.chars()
+                .map(|c| if c == '\n' { '\n' } else { ' ' }),
+        );
     }
 
     /// A document type that declares something stays, any other says nothing that is read here.
     fn document_type(&mut self) {
-        let close = self.rest.find('>').map_or(self.rest.len(), |at| at + 1);
+        let close = self
+            .rest
+            .find('>')
+            .map_or(self.rest.len(), |at| at + 1);
         self.has_entities = self.rest[..close].contains('[');
         if self.has_entities {
-            let end = self.rest.find("]>").map_or(self.rest.len(), |at| at + 2);
+            let end = self
+                .rest
+                .find("]>")
+                .map_or(self.rest.len(), |at| at + 2);
             let kept = self.take(end);
             self.out.push_str(kept);
         } else {
@@ -92,7 +100,11 @@ impl<'a> Scan<'a> {
         }
         self.note(&name[1..], is_root);
         while !self.rest.is_empty() {
-            let outside = self.take(self.rest.find(['"', '\'', '>']).unwrap_or(self.rest.len()));
+            let outside = self.take(
+                self.rest
+                    .find(['"', '\'', '>'])
+                    .unwrap_or(self.rest.len()),
+            );
             self.out.push_str(outside);
             outside
                 .split(|c: char| c.is_whitespace() || c == '=' || c == '/')
@@ -143,7 +155,11 @@ impl<'a> Scan<'a> {
 
     /// Declares the prefixes that the root does not.
     fn declare(mut self) -> (String, Vec<String>) {
-        let missing: Vec<&str> = self.used.difference(&self.declared).copied().collect();
+        let missing: Vec<&str> = self
+            .used
+            .difference(&self.declared)
+            .copied()
+            .collect();
         let declaration = |prefix: &&str| {
             let name = if *prefix == "xacro" {
                 "http://www.ros.org/wiki/xacro"
@@ -153,8 +169,13 @@ impl<'a> Scan<'a> {
             format!(" xmlns:{prefix}=\"{name}\"")
         };
         if let Some(root) = self.root {
-            self.out
-                .insert_str(root, &missing.iter().map(declaration).collect::<String>());
+            self.out.insert_str(
+                root,
+                &missing
+                    .iter()
+                    .map(declaration)
+                    .collect::<String>(),
+            );
         }
         let warning = |prefix: &str| {
             format!("the XML prefix {prefix:?} is not declared; what has it is not read")
@@ -165,7 +186,8 @@ impl<'a> Scan<'a> {
 
 /// Length of a text up to the end of `mark`, or of all of it.
 fn after(text: &str, mark: &str) -> usize {
-    text.find(mark).map_or(text.len(), |at| at + mark.len())
+    text.find(mark)
+        .map_or(text.len(), |at| at + mark.len())
 }
 
 /// Whether what follows a `&` makes it a reference that every XML reader knows.

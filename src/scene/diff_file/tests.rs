@@ -38,7 +38,12 @@ fn apply(fields: &str) -> Result<Scene, SceneError> {
 
 fn position(scene: &Scene, id: &str) -> Vec3 {
     let standing = scene.obstacles().get(id);
-    let object = standing.or_else(|| scene.attached().get(id).map(|attached| &attached.object));
+    let object = standing.or_else(|| {
+        scene
+            .attached()
+            .get(id)
+            .map(|attached| &attached.object)
+    });
     object
         .unwrap_or_else(|| panic!("{id} is there"))
         .pose
@@ -66,7 +71,15 @@ fn every_operation_does_what_it_does_in_moveit() {
             {{ "id": "cup", "operation": 1 }}]"#
     ));
     let scene = scene.unwrap();
-    assert_eq!(scene.obstacles().get("vase").unwrap().shapes.len(), 2);
+    assert_eq!(
+        scene
+            .obstacles()
+            .get("vase")
+            .unwrap()
+            .shapes
+            .len(),
+        2
+    );
     assert_eq!(
         position(&scene, "vase"),
         Vec3::Z,
@@ -131,7 +144,14 @@ fn links_take_and_put_back() {
         r#"{{ "link_name": "wrist", "object": {{ "id": "camera", "operation": 0, {BALL} }} }}"#
     );
     let scene = apply(&format!(r#""attached_collision_objects": [{own}]"#)).unwrap();
-    assert_eq!(scene.attached().get("camera").unwrap().link_name, "wrist");
+    assert_eq!(
+        scene
+            .attached()
+            .get("camera")
+            .unwrap()
+            .link_name,
+        "wrist"
+    );
     let gone = apply(r#""objects": [{ "id": "tool", "operation": "REMOVE" }]"#).unwrap();
     assert!(gone.attached().is_empty());
 }
@@ -157,7 +177,10 @@ fn pairs_sizes_and_frames_are_set_and_taken_away() {
         (0.0, 0.02, 1.5)
     );
     assert_eq!(
-        scene.frames().map(|(name, _)| name).collect::<Vec<_>>(),
+        scene
+            .frames()
+            .map(|(name, _)| name)
+            .collect::<Vec<_>>(),
         ["wall"]
     );
 }
@@ -327,7 +350,9 @@ fn what_is_wrong_is_named_in_one_line() {
         ("{\n \"is_diff\": tru }", "line 2"),
         ("", "line 1"),
     ] {
-        let refused = DiffFile::parse(text).expect_err(text).to_string();
+        let refused = DiffFile::parse(text)
+            .expect_err(text)
+            .to_string();
         assert!(
             refused.contains(part) && !refused.contains('\n'),
             "{refused}"
@@ -419,7 +444,9 @@ fn a_mesh_without_its_content_is_found_again_or_refused() {
     );
     let full = scene_file::text(&scene, true);
     assert_eq!(
-        scene_file::parse(&full, &mut no_mesh).unwrap().hash(),
+        scene_file::parse(&full, &mut no_mesh)
+            .unwrap()
+            .hash(),
         scene.hash()
     );
 }
@@ -473,8 +500,9 @@ fn any_scene() -> impl Strategy<Value = Scene> {
         move |(objects, pairs, sizes, frames, on_objects)| {
             let mut changes = Vec::new();
             let mut seen = std::collections::BTreeSet::new();
-            for (id, is_attached, pose, shapes) in
-                objects.into_iter().filter(|object| seen.insert(object.0))
+            for (id, is_attached, pose, shapes) in objects
+                .into_iter()
+                .filter(|object| seen.insert(object.0))
             {
                 let id = format!("o{id}");
                 let is_plain = shapes.len() == 1 || pose != set_identity;
@@ -515,21 +543,23 @@ fn any_scene() -> impl Strategy<Value = Scene> {
             }));
             let scene = Scene::default().with(changes).unwrap();
             // A frame on an object, or what it calls the world, where the object is there.
-            on_objects.into_iter().fold(scene, |scene, (id, pose)| {
-                let id = format!("o{id}");
-                let change = match pose {
-                    Some(pose) => SceneChange::Subframe {
-                        object: id,
-                        name: "a handle".into(),
-                        pose: Some(pose),
-                    },
-                    None => SceneChange::World {
-                        id,
-                        frame: Some("odom".into()),
-                    },
-                };
-                scene.with([change]).unwrap_or(scene)
-            })
+            on_objects
+                .into_iter()
+                .fold(scene, |scene, (id, pose)| {
+                    let id = format!("o{id}");
+                    let change = match pose {
+                        Some(pose) => SceneChange::Subframe {
+                            object: id,
+                            name: "a handle".into(),
+                            pose: Some(pose),
+                        },
+                        None => SceneChange::World {
+                            id,
+                            frame: Some("odom".into()),
+                        },
+                    };
+                    scene.with([change]).unwrap_or(scene)
+                })
         },
     )
 }
@@ -537,7 +567,9 @@ fn any_scene() -> impl Strategy<Value = Scene> {
 #[test]
 fn what_a_diff_cannot_say_is_told() {
     let change = SceneChange::Replace(Obstacle::new("tool", Vec::new()));
-    let error = text(&kitchen(), &[change], true).unwrap_err().to_string();
+    let error = text(&kitchen(), &[change], true)
+        .unwrap_err()
+        .to_string();
     assert!(
         error.contains("\"tool\"") && error.contains("no shapes"),
         "{error}"

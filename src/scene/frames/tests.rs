@@ -184,7 +184,9 @@ fn an_object_whose_pose_is_not_set_has_its_frame_at_its_one_shape() {
         r#""primitives""#,
         r#""pose": { "position": [0, 0, 1] }, "primitives""#,
     );
-    let at_origin = diff(&twice).apply(&scene(&[set]).unwrap()).unwrap();
+    let at_origin = diff(&twice)
+        .apply(&scene(&[set]).unwrap())
+        .unwrap();
     assert_eq!(shape_of(&at_origin, "table"), Vec3::new(1.6, 0.5, 0.0));
     // More shapes come in the object's frame.
     let more =

@@ -91,7 +91,9 @@ fn polygons_of<'a, 'input>(
         ));
     }
     let polygon = |surface: &mut Surface, list: &[u32]| {
-        surface.add_polygon(list).map_err(|text| at(element, text))
+        surface
+            .add_polygon(list)
+            .map_err(|text| at(element, text))
     };
     match element.tag_name().name() {
         "triangles" => surface.triangles = of_triangles(&lists),
@@ -99,8 +101,18 @@ fn polygons_of<'a, 'input>(
         "polygons" => lists
             .iter()
             .try_for_each(|list| polygon(&mut surface, list))?,
-        "tristrips" => surface.triangles = lists.iter().flat_map(|list| of_strip(list)).collect(),
-        _ => surface.triangles = lists.iter().flat_map(|list| of_fan(list)).collect(),
+        "tristrips" => {
+            surface.triangles = lists
+                .iter()
+                .flat_map(|list| of_strip(list))
+                .collect()
+        }
+        _ => {
+            surface.triangles = lists
+                .iter()
+                .flat_map(|list| of_fan(list))
+                .collect()
+        }
     }
     check_count(element, &lists, surface.triangles.len())?;
     Ok(surface)
@@ -187,7 +199,9 @@ fn positions(source: Source) -> Result<Vec<Vec3>, String> {
         .unwrap_or_default()
         .chunks(stride)
         .filter(|row| row.len() >= 3.max(1 + x.max(y).max(z)));
-    let positions: Vec<Vec3> = rows.map(|row| Vec3::new(row[x], row[y], row[z])).collect();
+    let positions: Vec<Vec3> = rows
+        .map(|row| Vec3::new(row[x], row[y], row[z]))
+        .collect();
     match field("count")? {
         Some(count) if count > positions.len() => Err(at(
             array,
@@ -207,7 +221,11 @@ fn axes(accessor: Node) -> [usize; 3] {
     let names: Vec<_> = children(accessor, "param")
         .map(|param| param.attribute("name"))
         .collect();
-    let place = |axis: &str| names.iter().position(|name| *name == Some(axis));
+    let place = |axis: &str| {
+        names
+            .iter()
+            .position(|name| *name == Some(axis))
+    };
     match ["X", "Y", "Z"].map(place) {
         [Some(x), Some(y), Some(z)] => [x, y, z],
         _ => [0, 1, 2],
@@ -238,7 +256,11 @@ fn indices(p: Node, offset: usize, stride: usize, positions: usize) -> Result<Ve
             )),
         }
     };
-    all.iter().skip(offset).step_by(stride).map(index).collect()
+    all.iter()
+        .skip(offset)
+        .step_by(stride)
+        .map(index)
+        .collect()
 }
 
 /// Refuses an element that says it holds more or fewer polygons than it does.
@@ -333,7 +355,10 @@ fn of_strip(list: &[u32]) -> Vec<[u32; 3]> {
             [w[1], w[0], w[2]]
         }
     };
-    list.windows(3).enumerate().map(turned).collect()
+    list.windows(3)
+        .enumerate()
+        .map(turned)
+        .collect()
 }
 
 /// A fan: each corner makes a triangle with the one before it and the first.

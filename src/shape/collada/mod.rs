@@ -100,7 +100,10 @@ fn decoded(bytes: &[u8]) -> Result<Cow<'_, str>, String> {
             {
                 // Coordinates are ASCII; only names have other letters.
                 true => Ok(Cow::Owned(
-                    bytes.iter().map(|byte| char::from(*byte)).collect(),
+                    bytes
+                        .iter()
+                        .map(|byte| char::from(*byte))
+                        .collect(),
                 )),
                 false => Err(format!(
                     "not a DAE file in UTF-8, UTF-16 or ISO-8859-1: {error}"
@@ -174,7 +177,8 @@ impl<'a, 'input> File<'a, 'input> {
             None => {
                 let target = |node, attribute: &str, kind: &str| self.target(node, attribute, kind);
                 let polygons: Rc<[Surface]> = geometry::polygons(geometry, &target)?.into();
-                self.known.insert(geometry.id(), polygons.clone());
+                self.known
+                    .insert(geometry.id(), polygons.clone());
                 polygons
             }
         };
@@ -192,9 +196,11 @@ impl<'a, 'input> File<'a, 'input> {
             for (what, count) in &part.without_surface {
                 *surface.without_surface.entry(what).or_default() += count;
             }
-            surface
-                .vertices
-                .extend(part.vertices.iter().map(|position| here.point(*position)));
+            surface.vertices.extend(
+                part.vertices
+                    .iter()
+                    .map(|position| here.point(*position)),
+            );
             surface
                 .triangles
                 .extend(part.triangles.iter().map(|triangle| {
@@ -271,7 +277,9 @@ fn unit(root: Node) -> Result<f64, String> {
 fn at(node: Node, text: impl std::fmt::Display) -> String {
     format!(
         "line {}: {text}",
-        node.document().text_pos_at(node.range().start).row
+        node.document()
+            .text_pos_at(node.range().start)
+            .row
     )
 }
 

@@ -350,7 +350,10 @@ fn other_encodings_prefixes_and_orders_of_axes_are_read() {
         "<visual_scene id=\"other\">",
         "<visual_scene id=\"\u{e9}\">",
     );
-    let latin: Vec<u8> = named.chars().map(|letter| letter as u32 as u8).collect();
+    let latin: Vec<u8> = named
+        .chars()
+        .map(|letter| letter as u32 as u8)
+        .collect();
     let prefixed = text
         .replace("xmlns=", "xmlns:c=")
         .replace("</", "\u{0}")

@@ -44,7 +44,12 @@ impl Hull {
 
     fn normals(&self) -> Vec<Vec3> {
         match self {
-            Self::Piece(piece) => piece.core.normals().into_iter().flatten().collect(),
+            Self::Piece(piece) => piece
+                .core
+                .normals()
+                .into_iter()
+                .flatten()
+                .collect(),
             Self::Points { normals, .. } => normals.clone(),
         }
     }
@@ -205,7 +210,9 @@ const INSIDE_ROUNDING: f64 = 1e-5;
 const FLAT: f64 = 1e-9;
 
 fn size_of([a, b, c, d]: [Vec3; 4]) -> f64 {
-    a.distance(b).max(a.distance(c)).max(a.distance(d))
+    a.distance(b)
+        .max(a.distance(c))
+        .max(a.distance(d))
 }
 
 /// Whether a point is inside a tetrahedron that is not flat: it then makes four of the same
@@ -220,7 +227,9 @@ fn is_inside([a, b, c, d]: [Vec3; 4], point: Vec3) -> bool {
         volume(a, b, c, point),
     ];
     whole.abs() > FLAT * size_of([a, b, c, d]).powi(3)
-        && parts.into_iter().all(|part| part * whole >= 0.0)
+        && parts
+            .into_iter()
+            .all(|part| part * whole >= 0.0)
 }
 
 /// Points of two overlapping cores that are deepest in the other, and the unit direction along

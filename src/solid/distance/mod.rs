@@ -117,7 +117,10 @@ pub fn approach_within(a: &Piece, b: &Piece, within: f64) -> Option<Contact> {
         point_b,
     } = separation(a, b);
     // Where cores meet there is no direction, and the gap along none says nothing.
-    let distance = (point_a - point_b).dot(normal).max(gap).max(0.0);
+    let distance = (point_a - point_b)
+        .dot(normal)
+        .max(gap)
+        .max(0.0);
     Some(place(point_a, point_b, normal, distance))
 }
 

@@ -105,7 +105,9 @@ fn corners(core: &Core) -> Vec<Vec3> {
         Core::Point(a) => vec![a],
         Core::Segment(a, b) => vec![a, b],
         Core::Triangle(a, b, c) => vec![a, b, c],
-        Core::Box { center, axes, half } => signs().map(|s| center + axes * (s * half)).collect(),
+        Core::Box { center, axes, half } => signs()
+            .map(|s| center + axes * (s * half))
+            .collect(),
         _ => unreachable!("a core without corners has a reach of its own"),
     }
 }

@@ -47,16 +47,23 @@ pub struct Corridor {
 impl Corridor {
     /// The corridor that a certificate of this model and path gives.
     pub fn new(model: &CollisionModel, path: &Path, certificate: &Certificate) -> Self {
-        let defaults = model.robot().held().iter().map(|variable| variable.default);
+        let defaults = model
+            .robot()
+            .held()
+            .iter()
+            .map(|variable| variable.default);
         let held: Vec<f64> = certificate
             .held
             .clone()
             .unwrap_or_else(|| defaults.collect());
         let mut ranges = Ranges::none(path.nq());
-        path.waypoints().for_each(|waypoint| ranges.add(waypoint));
+        path.waypoints()
+            .for_each(|waypoint| ranges.add(waypoint));
         Self {
             floor_m: certificate.floor_m(),
-            reach: Reach::new(model, &held, &ranges, WIDEST_M).all().to_vec(),
+            reach: Reach::new(model, &held, &ranges, WIDEST_M)
+                .all()
+                .to_vec(),
             slack_m: slack_m(certificate),
         }
     }

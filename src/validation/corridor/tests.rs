@@ -25,7 +25,10 @@ fn corridor(model: &CollisionModel, path: &Path) -> Option<Corridor> {
         return None;
     };
     let mut proofs = proved.into_proofs();
-    let before: Vec<f64> = proofs.iter().map(|proof| proof.clearance_m).collect();
+    let before: Vec<f64> = proofs
+        .iter()
+        .map(|proof| proof.clearance_m)
+        .collect();
     validator.widen(path, &mut proofs, &mut || false);
     assert!(
         proofs
@@ -34,7 +37,10 @@ fn corridor(model: &CollisionModel, path: &Path) -> Option<Corridor> {
             .all(|(proof, before)| proof.clearance_m >= before.min(WIDEST_M))
     );
     assert!(
-        validator.floors().iter().all(|floor| *floor == FLOOR_M),
+        validator
+            .floors()
+            .iter()
+            .all(|floor| *floor == FLOOR_M),
         "the floors are as they were"
     );
     let terms = Terms {
@@ -78,7 +84,9 @@ fn whatever_is_in_the_corridor_keeps_the_floor() {
                 Some(only) => f64::from(u8::from(only == j)),
                 None => rng.f64(),
             };
-            let shares: Vec<f64> = (0..space.nv()).map(|j| share(j, &mut rng)).collect();
+            let shares: Vec<f64> = (0..space.nv())
+                .map(|j| share(j, &mut rng))
+                .collect();
             let sum: f64 = shares.iter().sum();
             let spent = |(share, reach): (&f64, &f64)| {
                 if *reach > 0.0 {

@@ -110,7 +110,8 @@ impl FilterScratch {
         let mut first = 0;
         let mut first_bend = 0;
         for body in &*filter.bodies {
-            self.bodies.push(PlacedBody::unknown(first, first_bend));
+            self.bodies
+                .push(PlacedBody::unknown(first, first_bend));
             first += 1 + body.clusters.len() + body.balls.len();
             first_bend += body.hops.len();
         }
@@ -132,12 +133,13 @@ impl FilterScratch {
         let excess = [f32::INFINITY; LANES];
         self.unproved.clear();
         self.kept = [f32::INFINITY; LANES];
-        self.unproved.extend(pairs.map(|(pair, lanes)| Unproved {
-            pair,
-            lanes,
-            gap,
-            excess,
-        }));
+        self.unproved
+            .extend(pairs.map(|(pair, lanes)| Unproved {
+                pair,
+                lanes,
+                gap,
+                excess,
+            }));
     }
 }
 
@@ -229,7 +231,12 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         let filter = self.batch.filter;
         let lanes = self.batch.lanes;
         // What is left out keeps at least this within the limits.
-        if !with_remote && filter.remote.iter().any(|remote| !remote.is_empty()) {
+        if !with_remote
+            && filter
+                .remote
+                .iter()
+                .any(|remote| !remote.is_empty())
+        {
             self.kept = Lanes::splat(self.simd, REMOTE_M as f32);
         }
         for body in 0..filter.bodies.len() {

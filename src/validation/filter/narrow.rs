@@ -38,7 +38,8 @@ impl<S: Eight> Failed<S> {
         self.lanes |= tested.fails;
         self.gap = failed.select(self.gap.min(tested.gap), self.gap);
         self.excess = failed.select(
-            self.excess.max((tested.gap - tested.kept) / room),
+            self.excess
+                .max((tested.gap - tested.kept) / room),
             self.excess,
         );
     }
@@ -131,7 +132,9 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
                 }
                 for i in range_a.clone() {
                     let ball_a = self.ball(a, i);
-                    let left = self.near_ball(&ball_a, &cluster_b, bend, need, left).fails;
+                    let left = self
+                        .near_ball(&ball_a, &cluster_b, bend, need, left)
+                        .fails;
                     if left == 0 {
                         continue;
                     }
@@ -280,7 +283,9 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
         let directed = slack - away.dot(velocity).abs() / length;
         let kept = passes.select(kept, directed);
         let passes = kept.at_least(need);
-        self.kept = self.kept.min(counted.and(passes).select(kept, infinite));
+        self.kept = self
+            .kept
+            .min(counted.and(passes).select(kept, infinite));
         Tested {
             fails: lanes & !passes.bits(),
             gap,

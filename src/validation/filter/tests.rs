@@ -46,7 +46,9 @@ fn in_hull(hull: &Hull, point: Vec3) -> bool {
         local = Vec3::from_array(axes.map(|axis| wide(axis).dot(local)));
     }
     let outside = match hull.core {
-        HullCore::Box(half) => (local.abs() - wide(half)).max(Vec3::ZERO).length(),
+        HullCore::Box(half) => (local.abs() - wide(half))
+            .max(Vec3::ZERO)
+            .length(),
         HullCore::Cylinder {
             radius,
             half_height,
@@ -70,14 +72,20 @@ fn balls_and_hulls_enclose_their_bodies() {
                 Some(balls) => {
                     let (frame, place) = filter.skeleton.carrier(body.link);
                     assert_eq!(frame, balls.frame);
-                    for point in points.iter().map(|point| place.transform_point(*point)) {
+                    for point in points
+                        .iter()
+                        .map(|point| place.transform_point(*point))
+                    {
                         assert!(
                             in_ball(&balls.root, point),
                             "{}: the root leaves out {point}",
                             body.name
                         );
                         assert!(
-                            balls.balls.iter().any(|ball| in_ball(ball, point)),
+                            balls
+                                .balls
+                                .iter()
+                                .any(|ball| in_ball(ball, point)),
                             "{}: {point}",
                             body.name
                         );
@@ -100,7 +108,10 @@ fn balls_and_hulls_enclose_their_bodies() {
                             body.name
                         );
                         let boxed = object.boxes.is_empty()
-                            || object.boxes.iter().any(|part| in_hull(part, point));
+                            || object
+                                .boxes
+                                .iter()
+                                .any(|part| in_hull(part, point));
                         assert!(boxed, "{}: no part has {point}", body.name);
                     }
                 }
@@ -129,14 +140,20 @@ fn places_in_the_lanes_are_off_by_less_than_their_margin() {
         let filter = model.filter();
         let from = testing::configuration(&mut rng, robot);
         let to = testing::neighbour(&mut rng, robot, &from);
-        let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
+        let held: Vec<f64> = robot
+            .held()
+            .iter()
+            .map(|held| held.default)
+            .collect();
         let mut scratch = Scratch::default();
         let mut validator = Validator::new(&model, robot.space(), &held, 1e-3, &mut scratch);
         let lanes = intervals(&mut rng);
         let frames = validator.filtered_frames(&from, &to, lanes);
         let mut velocity = vec![0.0; robot.space().nv()];
         let mut q = vec![0.0; robot.space().nq()];
-        robot.space().difference(&to, &from, &mut velocity);
+        robot
+            .space()
+            .difference(&to, &from, &mut velocity);
         for (lane, interval) in lanes.iter().enumerate() {
             robot
                 .space()
@@ -149,7 +166,10 @@ fn places_in_the_lanes_are_off_by_less_than_their_margin() {
                     poses[body.link.unwrap()] * nalgebra::Point3::new(center.x, center.y, center.z);
                 let seen = frames[frame].lane(
                     lane,
-                    place.transform_point(center).to_array().map(|x| x as f32),
+                    place
+                        .transform_point(center)
+                        .to_array()
+                        .map(|x| x as f32),
                 );
                 let error = wide(seen).distance(Vec3::new(exact.x, exact.y, exact.z));
                 let margin = filter
@@ -177,7 +197,11 @@ fn what_the_filter_proves_is_kept() {
         let oracle = Oracle::new(&model);
         let from = testing::configuration(&mut rng, robot);
         let to = testing::neighbour(&mut rng, robot, &from);
-        let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
+        let held: Vec<f64> = robot
+            .held()
+            .iter()
+            .map(|held| held.default)
+            .collect();
         let mut scratch = Scratch::default();
         let mut validator = Validator::new(&model, robot.space(), &held, floor, &mut scratch);
         let lanes = intervals(&mut rng);
@@ -208,7 +232,11 @@ fn what_the_filter_says_of_overlaps_is_a_number() {
         let robot = model.robot();
         let from = testing::configuration(&mut rng, robot);
         let to = testing::neighbour(&mut rng, robot, &from);
-        let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
+        let held: Vec<f64> = robot
+            .held()
+            .iter()
+            .map(|held| held.default)
+            .collect();
         let said = [false, true].map(|portable_lanes| {
             let mut scratch = Scratch::default();
             let layers = Layers {
@@ -242,7 +270,10 @@ fn what_the_filter_says_of_overlaps_is_a_number() {
             said[0]
         );
         assert_eq!(said[0], said[1]);
-        inside += said[0].iter().filter(|(_, gap, _)| *gap < 0.0).count();
+        inside += said[0]
+            .iter()
+            .filter(|(_, gap, _)| *gap < 0.0)
+            .count();
     }
     assert!(inside > count, "{inside} overlaps");
 }
@@ -261,7 +292,11 @@ fn the_filters_bound_has_teeth() {
         let oracle = Oracle::new(&model);
         let from = testing::configuration(&mut rng, robot);
         let to = testing::neighbour(&mut rng, robot, &from);
-        let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
+        let held: Vec<f64> = robot
+            .held()
+            .iter()
+            .map(|held| held.default)
+            .collect();
         let mut scratch = Scratch::default();
         let mut validator = Validator::new(&model, robot.space(), &held, floor, &mut scratch);
         let middle = testing::uniform(&mut rng, 0.3, 0.7);
@@ -390,7 +425,11 @@ fn verdicts_do_not_depend_on_layers() {
         let robot = model.robot();
         let from = testing::configuration(&mut rng, robot);
         let to = testing::neighbour(&mut rng, robot, &from);
-        let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
+        let held: Vec<f64> = robot
+            .held()
+            .iter()
+            .map(|held| held.default)
+            .collect();
         let verdict = |layers: Layers| {
             let mut scratch = Scratch::default();
             let mut validator = Validator::new(&model, robot.space(), &held, 1e-3, &mut scratch)

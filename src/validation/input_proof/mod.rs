@@ -221,7 +221,9 @@ impl<'p> InputProof<'_, '_, 'p> {
 
     /// Looks for what collides first on a segment; `None` where stopped.
     fn find_contact(&mut self, segment: usize, stop: &mut dyn FnMut() -> bool) -> Option<()> {
-        let found = self.validator.first_contact(ends(self.path, segment), stop);
+        let found = self
+            .validator
+            .first_contact(ends(self.path, segment), stop);
         let (touch, is_finished) = match found {
             FirstContact::Nothing => (None, true),
             FirstContact::At(touch) => (Some(touch), true),
@@ -239,14 +241,18 @@ impl<'p> InputProof<'_, '_, 'p> {
             touch.t = 0.0;
         }
         let met = Collision { segment, touch };
-        if self.collision.is_none_or(|known| met.is_before(&known)) {
+        if self
+            .collision
+            .is_none_or(|known| met.is_before(&known))
+        {
             self.collision = Some(met);
         }
     }
 
     /// Whether a pair touches where the path begins.
     fn stands_in(&mut self, pair: usize) -> bool {
-        self.validator.touches(pair, self.path.waypoint(0))
+        self.validator
+            .touches(pair, self.path.waypoint(0))
     }
 
     /// Lowers floors until the segment is proved; false where it is refused for good.
@@ -284,7 +290,10 @@ impl<'p> InputProof<'_, '_, 'p> {
             HitReason::Collision => Weighed::Touching,
             HitReason::Uncertified => Weighed::Apart,
             HitReason::TooClose => {
-                let distance = self.validator.contact_between(pair, from, to, t).distance;
+                let distance = self
+                    .validator
+                    .contact_between(pair, from, to, t)
+                    .distance;
                 if distance <= TOUCHING_M {
                     Weighed::Touching
                 } else if self.may_lower && self.lower(pair, distance) {
@@ -379,7 +388,12 @@ impl<'p> InputProof<'_, '_, 'p> {
 
     fn contact(&mut self, segment: usize, Touch { t, pair }: Touch) -> Hit {
         let [from, to] = ends(self.path, segment);
-        collision(t, pair, self.validator.contact_between(pair, from, to, t))
+        collision(
+            t,
+            pair,
+            self.validator
+                .contact_between(pair, from, to, t),
+        )
     }
 }
 

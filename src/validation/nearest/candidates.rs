@@ -20,9 +20,11 @@ impl Candidate {
     /// Pair by pair, each along the path.
     pub(super) fn along_the_path(&self, other: &Self) -> Ordering {
         let place = |it: &Self| (it.pair, it.interval.segment);
-        place(self)
-            .cmp(&place(other))
-            .then(self.interval.middle.total_cmp(&other.interval.middle))
+        place(self).cmp(&place(other)).then(
+            self.interval
+                .middle
+                .total_cmp(&other.interval.middle),
+        )
     }
 }
 
@@ -45,7 +47,9 @@ impl Validator<'_> {
             self.filter(&batch[..count]);
             for (lane, interval) in batch[..count].iter().enumerate() {
                 let undecided = self.settle_lane(lane, interval, &mut found, stop)?;
-                self.scratch.queue.extend(interval.split(&undecided));
+                self.scratch
+                    .queue
+                    .extend(interval.split(&undecided));
             }
         }
         Some(found)

@@ -113,7 +113,11 @@ impl Validator<'_> {
         let directions = std::mem::take(&mut self.scratch.directions);
         let most_work = self.work() + most_work(path);
         let mut found = self.search_within(path, near, most_work, stop);
-        if far > near && found.as_ref().is_some_and(|found| found.smallest.is_none()) {
+        if far > near
+            && found
+                .as_ref()
+                .is_some_and(|found| found.smallest.is_none())
+        {
             found = self.search_within(path, far, most_work, stop);
         }
         self.scratch.directions = directions;

@@ -104,7 +104,10 @@ impl Validator<'_> {
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Vec<Near>> {
         let mut along = Along::default();
-        let intervals = candidates.iter().rev().map(|candidate| candidate.interval);
+        let intervals = candidates
+            .iter()
+            .rev()
+            .map(|candidate| candidate.interval);
         let mut open: Vec<Interval> = intervals.collect();
         while let Some(interval) = open.pop() {
             if self.is_over(sought, stop) {
@@ -149,12 +152,16 @@ impl Validator<'_> {
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<()> {
         let before = along.gap_before(interval);
-        let inside = near.is_none().then_some(interval.along(interval.middle));
+        let inside = near
+            .is_none()
+            .then_some(interval.along(interval.middle));
         let parting = before.or(inside).is_some();
         if parting || along.turns_at(interval) {
             self.close(sought, along, stop)?;
         }
-        along.partings.extend(before.into_iter().chain(inside));
+        along
+            .partings
+            .extend(before.into_iter().chain(inside));
         along.reached = interval.along(interval.ends()[1]);
         let interval = *interval;
         along
@@ -192,7 +199,10 @@ impl Validator<'_> {
         };
         let reach = reach(stretch);
         let mut best = self.follow(sought.pair, &start.interval, reach, sought.settled());
-        let mut open: Vec<Interval> = stretch.iter().map(|cell| cell.interval).collect();
+        let mut open: Vec<Interval> = stretch
+            .iter()
+            .map(|cell| cell.interval)
+            .collect();
         while let Some(interval) = open.pop() {
             if self.is_over(sought, stop) {
                 return None;

@@ -68,7 +68,9 @@ fn sampled(validator: &mut Validator, path: &Path, pair: usize) -> Vec<(f64, f64
             let t = f64::from(sample) / f64::from(SAMPLES);
             samples.push((
                 segment as f64 + t,
-                validator.contact_between(pair, from, to, t).distance,
+                validator
+                    .contact_between(pair, from, to, t)
+                    .distance,
             ));
         }
     }
@@ -157,7 +159,11 @@ fn nothing_is_nearer_than_what_is_reported() {
             let exact = validator.contact_between(near.pair, ends[0], ends[1], near.t);
             assert_eq!(exact, near.contact);
         }
-        assert!(nearest.contacts.is_sorted_by(|a, b| along(a) <= along(b)));
+        assert!(
+            nearest
+                .contacts
+                .is_sorted_by(|a, b| along(a) <= along(b))
+        );
     }
     println!(
         "{held_paths} paths held by {contacts} contacts, {vague} of them vague, nothing near on {free}"
@@ -293,7 +299,9 @@ fn a_search_leaves_the_validator_as_it_was_and_stops_when_asked() {
                     polls > 3
                 };
                 validator.nearest(&path, &mut stop);
-                validator.nearest(&path, &mut || false).expect("an answer");
+                validator
+                    .nearest(&path, &mut || false)
+                    .expect("an answer");
                 assert_eq!(validator.nearest(&path, &mut || true), None);
             }
             let floors = (

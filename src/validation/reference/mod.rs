@@ -210,7 +210,9 @@ fn check_steps(
 /// A column of a circle that steps farther than a step may mean.
 fn long_step(space: &ConfigurationSpace, version: u32, [from, to]: [&[f64]; 2]) -> Option<usize> {
     let longest = longest_step(version);
-    space.circles().find(|&q| (to[q] - from[q]).abs() > longest)
+    space
+        .circles()
+        .find(|&q| (to[q] - from[q]).abs() > longest)
 }
 
 fn longest_step(version: u32) -> f64 {
@@ -226,7 +228,9 @@ fn floors(model: &CollisionModel, certificate: &Certificate) -> Result<Vec<f64>,
     let highest = certificate.clearance_m;
     check_range("clearance_m".to_owned(), highest, LEAST_FLOOR_M..=f64::MAX)?;
     let pairs = 0..model.pairs().len();
-    let names: Vec<[String; 2]> = pairs.map(|pair| model.pair_names(pair)).collect();
+    let names: Vec<[String; 2]> = pairs
+        .map(|pair| model.pair_names(pair))
+        .collect();
     let mut floors = vec![highest; names.len()];
     for (a, b, floor) in &certificate.lowered {
         let what = format!("the floor of {a} × {b}");
@@ -283,8 +287,16 @@ fn check_range(what: String, value: f64, range: RangeInclusive<f64>) -> Result<(
 /// Values of the held variables.
 fn held(model: &CollisionModel, certificate: &Certificate) -> Result<Vec<f64>, Objection> {
     let variables = model.robot().held();
-    let defaults = || variables.iter().map(|variable| variable.default).collect();
-    let held = certificate.held.clone().unwrap_or_else(defaults);
+    let defaults = || {
+        variables
+            .iter()
+            .map(|variable| variable.default)
+            .collect()
+    };
+    let held = certificate
+        .held
+        .clone()
+        .unwrap_or_else(defaults);
     check_count("values of held variables", held.len(), variables.len())?;
     Ok(held)
 }
@@ -307,7 +319,11 @@ fn normalise_rotations(space: &ConfigurationSpace, waypoint: &mut [f64]) {
 }
 
 fn normalise(quaternion: &mut [f64]) {
-    let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let norm = quaternion
+        .iter()
+        .map(|x| x * x)
+        .sum::<f64>()
+        .sqrt();
     quaternion.iter_mut().for_each(|x| *x /= norm);
 }
 

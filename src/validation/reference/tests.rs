@@ -375,7 +375,9 @@ fn no_point_is_faster_than_the_plain_bound() {
         let from = testing::configuration(&mut rng, robot);
         let to = testing::neighbour(&mut rng, robot, &from);
         let mut velocity = vec![0.0; robot.space().nv()];
-        robot.space().difference(&to, &from, &mut velocity);
+        robot
+            .space()
+            .difference(&to, &from, &mut velocity);
         let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
         let at = |q: &[f64]| {
             let mut kinematics = Kinematics::default();
@@ -388,8 +390,15 @@ fn no_point_is_faster_than_the_plain_bound() {
             let mut fastest = 0.0;
             for body in [pair.a, pair.b].map(|body| &model.bodies()[body]) {
                 let Some(link) = body.link else { continue };
-                let points = body.solid.tree.pieces().iter().flat_map(surface_points);
-                let points: Vec<_> = points.map(|point| body.place.point(point)).collect();
+                let points = body
+                    .solid
+                    .tree
+                    .pieces()
+                    .iter()
+                    .flat_map(surface_points);
+                let points: Vec<_> = points
+                    .map(|point| body.place.point(point))
+                    .collect();
                 let reach = Cover::new(body.solid.tree.pieces(), &body.place).reach;
                 let speed = travel.speed(Some(link), pair.ancestor, reach);
                 let sampled = sampled_motion(robot, &from, &velocity, link, pair.ancestor, &points);
@@ -426,7 +435,12 @@ fn a_search_of_covers_finds_what_trying_all_pieces_finds() {
     for _ in 0..count {
         let model = testing::model(&mut rng);
         let mut kinematics = Kinematics::default();
-        let held: Vec<f64> = model.robot().held().iter().map(|h| h.default).collect();
+        let held: Vec<f64> = model
+            .robot()
+            .held()
+            .iter()
+            .map(|h| h.default)
+            .collect();
         kinematics.update(
             model.robot(),
             &testing::configuration(&mut rng, model.robot()),
@@ -435,13 +449,16 @@ fn a_search_of_covers_finds_what_trying_all_pieces_finds() {
         for pair in model.pairs() {
             let a = &model.bodies()[pair.a];
             let b = &model.bodies()[pair.b];
-            let relative = b.placed(&kinematics).inverse_of(&a.placed(&kinematics));
-            let all = a
-                .solid
-                .tree
-                .pieces()
-                .iter()
-                .flat_map(|x| b.solid.tree.pieces().iter().map(move |y| (x, y)));
+            let relative = b
+                .placed(&kinematics)
+                .inverse_of(&a.placed(&kinematics));
+            let all = a.solid.tree.pieces().iter().flat_map(|x| {
+                b.solid
+                    .tree
+                    .pieces()
+                    .iter()
+                    .map(move |y| (x, y))
+            });
             let least = all
                 .map(|(x, y)| crate::solid::distance::separation(&x.transformed(&relative), y).gap)
                 .fold(f64::INFINITY, f64::min);

@@ -166,8 +166,13 @@ impl Curve {
         }
         let segments = points.windows(2);
         Ok(Self {
-            times: points.iter().map(|point| point.time_s).collect(),
-            polynomials: segments.map(|ends| between(&ends[0], &ends[1])).collect(),
+            times: points
+                .iter()
+                .map(|point| point.time_s)
+                .collect(),
+            polynomials: segments
+                .map(|ends| between(&ends[0], &ends[1]))
+                .collect(),
             coordinates: (0..columns).map(Some).collect(),
             nv: columns,
         })
@@ -197,7 +202,9 @@ impl Curve {
     /// The configuration so many seconds after a point.
     pub fn at(&self, point: usize, t: f64) -> Vec<f64> {
         let columns = self.polynomials[point].iter();
-        columns.map(|polynomial| polynomial.at(t)).collect()
+        columns
+            .map(|polynomial| polynomial.at(t))
+            .collect()
     }
 
     /// Least and greatest value of each column on the whole curve.
@@ -220,7 +227,11 @@ impl Curve {
     pub fn deviations(&self, point: usize, from: f64, to: f64) -> Vec<f64> {
         let share = (to - from).powi(2) / 8.0 * (1.0 + 1e-9);
         self.per_coordinate(point, |polynomial| {
-            share * polynomial.derivative().derivative().largest(from, to)
+            share
+                * polynomial
+                    .derivative()
+                    .derivative()
+                    .largest(from, to)
         })
     }
 
@@ -234,7 +245,10 @@ impl Curve {
 
     fn per_coordinate(&self, point: usize, of: impl Fn(&Polynomial) -> f64) -> Vec<f64> {
         let mut values = vec![0.0; self.nv];
-        for (polynomial, coordinate) in self.polynomials[point].iter().zip(&self.coordinates) {
+        for (polynomial, coordinate) in self.polynomials[point]
+            .iter()
+            .zip(&self.coordinates)
+        {
             if let Some(coordinate) = *coordinate {
                 values[coordinate] = of(polynomial);
             }
@@ -371,7 +385,11 @@ fn says_still(rates: &[f64], columns: Range<usize>) -> bool {
 /// The quaternion that starts at a column, as four columns that stand still.
 fn unit(robot: &RobotModel, positions: &[f64], q: usize) -> Result<[Polynomial; 4], CurveError> {
     let quaternion = &positions[q..q + 4];
-    let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let norm = quaternion
+        .iter()
+        .map(|x| x * x)
+        .sum::<f64>()
+        .sqrt();
     if (norm - 1.0).abs() > NORM_TOLERANCE {
         let variable = robot.variables()[q].name.clone();
         return Err(CurveError::Quaternion { variable, norm });
@@ -410,8 +428,16 @@ impl Point {
     fn knot(&self, column: usize) -> Knot {
         Knot {
             position: self.positions[column],
-            velocity: self.velocities.get(column).copied().unwrap_or(0.0),
-            acceleration: self.accelerations.get(column).copied().unwrap_or(0.0),
+            velocity: self
+                .velocities
+                .get(column)
+                .copied()
+                .unwrap_or(0.0),
+            acceleration: self
+                .accelerations
+                .get(column)
+                .copied()
+                .unwrap_or(0.0),
         }
     }
 }

@@ -113,7 +113,9 @@ impl Tube<'_> {
     }
 
     fn farthest(&self, configurations: &[Vec<f64>], segment: usize) -> f64 {
-        let distances = configurations.iter().map(|q| self.distance(segment, q));
+        let distances = configurations
+            .iter()
+            .map(|q| self.distance(segment, q));
         distances.fold(0.0, f64::max)
     }
 

@@ -371,8 +371,11 @@ impl Prover<'_, '_, '_> {
 
     /// E (m).
     fn deviation(&self, piece: &Piece) -> f64 {
-        self.reach
-            .cost(&self.curve.deviations(piece.point, piece.from, piece.to))
+        self.reach.cost(
+            &self
+                .curve
+                .deviations(piece.point, piece.from, piece.to),
+        )
     }
 
     fn chord(&self, piece: &Piece) -> [Vec<f64>; 2] {
@@ -403,7 +406,8 @@ impl Prover<'_, '_, '_> {
         let Some(floor) = lowered_floor(self.floor(hit.pair), distance) else {
             return false;
         };
-        self.lowered.retain(|(pair, _)| *pair != hit.pair);
+        self.lowered
+            .retain(|(pair, _)| *pair != hit.pair);
         self.lowered.push((hit.pair, floor));
         true
     }

@@ -66,7 +66,10 @@ impl Polynomial {
 
     /// Its value at a time (s).
     pub fn at(&self, t: f64) -> f64 {
-        self.0.iter().rev().fold(0.0, |sum, c| sum * t + c)
+        self.0
+            .iter()
+            .rev()
+            .fold(0.0, |sum, c| sum * t + c)
     }
 
     /// Its derivative by time.
@@ -78,7 +81,10 @@ impl Polynomial {
 
     /// Least and greatest value between two times, each with when it is taken (s).
     pub fn extremes(&self, from: f64, to: f64) -> [(f64, f64); 2] {
-        let turns = self.turns(from, to).into_iter().chain([from, to]);
+        let turns = self
+            .turns(from, to)
+            .into_iter()
+            .chain([from, to]);
         let values = turns.map(|t| (self.at(t), t));
         let none = [(f64::INFINITY, from), (f64::NEG_INFINITY, from)];
         values.fold(none, |[low, high], value| {

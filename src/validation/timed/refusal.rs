@@ -79,7 +79,9 @@ impl Prover<'_, '_, '_> {
     /// Goes along the curve, each step as long as the pair cannot touch before its end, but no
     /// shorter than [`STEP`].
     fn first_touch(&mut self, piece: &Piece, seen: &TimedHit) -> Option<TimedHit> {
-        let speeds = self.curve.speeds(piece.point, piece.from, piece.to);
+        let speeds = self
+            .curve
+            .speeds(piece.point, piece.from, piece.to);
         let speed = self.reach.cost(&speeds);
         let mut at = piece.from;
         while at <= piece.to {
@@ -116,7 +118,11 @@ impl Prover<'_, '_, '_> {
                 FirstContact::Nothing => {}
                 FirstContact::At(touch) | FirstContact::Stopped(Some(touch)) => {
                     if let Some(touch) = self.touch_at(&part, touch) {
-                        return Some(Some(touch).filter(is_before).or_else(|| known.cloned()));
+                        return Some(
+                            Some(touch)
+                                .filter(is_before)
+                                .or_else(|| known.cloned()),
+                        );
                     }
                     // Only the chord touches.
                     if can_be_halved {

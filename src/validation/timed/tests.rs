@@ -35,7 +35,10 @@ fn verdict(model: &CollisionModel, curve: &Curve, strict: bool) -> TimedVerdict 
     let mut validator = Validator::new(model, &space, &held, FLOOR_M, &mut scratch);
     let verdict = prove(&mut validator, curve, strict, &mut || false);
     assert!(
-        validator.floors().iter().all(|floor| *floor <= FLOOR_M),
+        validator
+            .floors()
+            .iter()
+            .all(|floor| *floor <= FLOOR_M),
         "the floors are as they were"
     );
     verdict
@@ -148,7 +151,10 @@ fn a_proved_curve_keeps_its_floors_and_a_refused_one_touches_where_it_says() {
             TimedVerdict::Proved(proof) => {
                 proved += 1;
                 for pair in 0..model.pairs().len() {
-                    let lowered = proof.lowered.iter().find(|(lowered, _)| *lowered == pair);
+                    let lowered = proof
+                        .lowered
+                        .iter()
+                        .find(|(lowered, _)| *lowered == pair);
                     let floor = lowered.map_or(FLOOR_M, |(_, floor)| *floor);
                     for q in &samples {
                         let distance = oracle.pair_distance(&model, pair, q);
@@ -333,7 +339,11 @@ fn limits_count_between_points_too() {
 #[test]
 fn points_that_make_no_curve_are_named() {
     let model = slider(None);
-    let refusal = |points: &[Point]| Curve::new(model.robot(), points).unwrap_err().to_string();
+    let refusal = |points: &[Point]| {
+        Curve::new(model.robot(), points)
+            .unwrap_err()
+            .to_string()
+    };
     let [a, b] = [
         point(0.0, [0.0; 2], [0.0; 2]),
         point(1.0, [0.5; 2], [0.0; 2]),
@@ -410,7 +420,11 @@ fn a_trajectory_along_a_path_is_inside_its_corridor_and_one_that_strays_is_not()
                 velocities: Vec::new(),
                 ..point(*time, *at, still)
             };
-            times.iter().zip(&positions).map(point).collect::<Vec<_>>()
+            times
+                .iter()
+                .zip(&positions)
+                .map(point)
+                .collect::<Vec<_>>()
         };
         assert!(matches!(check(&aside(0.0)), Inside::Yes(used) if used < 1e-3));
         assert!(matches!(check(&aside(0.9)), Inside::Yes(used) if (used - 0.9).abs() < 0.05));

@@ -100,13 +100,21 @@ impl Column {
     pub fn polygons(&self) -> Vec<Vec<usize>> {
         let n = self.corners;
         let above = self.points.len();
-        let lid = (0..n).map(|i| above + (self.first + i) % n).collect();
-        let floor = (0..n).rev().map(|i| (self.first + i) % n).collect();
+        let lid = (0..n)
+            .map(|i| above + (self.first + i) % n)
+            .collect();
+        let floor = (0..n)
+            .rev()
+            .map(|i| (self.first + i) % n)
+            .collect();
         let wall = |i: usize| {
             let j = (i + 1) % n;
             vec![i, j, above + j, above + i]
         };
-        [lid, floor].into_iter().chain((0..n).map(wall)).collect()
+        [lid, floor]
+            .into_iter()
+            .chain((0..n).map(wall))
+            .collect()
     }
 
     /// The same as triangles.
@@ -131,7 +139,11 @@ impl Column {
                 .flat_map(|&i| [self.low(i), self.high(i)])
                 .collect()
         };
-        self.triangles.iter().map(part).map(Convex::Hull).collect()
+        self.triangles
+            .iter()
+            .map(part)
+            .map(Convex::Hull)
+            .collect()
     }
 
     pub fn volume(&self) -> f64 {

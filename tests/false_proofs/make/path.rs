@@ -98,7 +98,9 @@ pub fn turns(robot: &Robot) -> Vec<usize> {
         let column = robot.columns[q];
         robot.joints[column.joint].kind == Kind::Floating && column.part == 3
     };
-    (0..robot.columns.len()).filter(is_first).collect()
+    (0..robot.columns.len())
+        .filter(is_first)
+        .collect()
 }
 
 /// Columns that turn without limits.
@@ -108,7 +110,9 @@ pub fn endless(robot: &Robot) -> Vec<usize> {
         Kind::Planar => robot.columns[q].part == 2,
         Kind::Fixed | Kind::Revolute | Kind::Prismatic | Kind::Floating => false,
     };
-    (0..robot.columns.len()).filter(is_endless).collect()
+    (0..robot.columns.len())
+        .filter(is_endless)
+        .collect()
 }
 
 pub fn free_row(rng: &mut Rng, world: &World) -> Option<Vec<f64>> {
@@ -406,7 +410,10 @@ impl Made {
     /// Cuts digits off, within the limits.
     pub fn round(&mut self, rng: &mut Rng, robot: &Robot) {
         let to_four = rng.bool();
-        let quaternions: Vec<usize> = turns(robot).into_iter().flat_map(|q| q..q + 4).collect();
+        let quaternions: Vec<usize> = turns(robot)
+            .into_iter()
+            .flat_map(|q| q..q + 4)
+            .collect();
         for row in &mut self.rows {
             for (q, number) in row.iter_mut().enumerate() {
                 let (lower, upper) = robot.joints[robot.columns[q].joint].bounds();

@@ -285,7 +285,10 @@ impl Maker<'_> {
             let parts = robot.joints[joint].kind.parts().len();
             (0..parts).map(move |part| Column { joint, part })
         };
-        robot.columns = with_columns.into_iter().flat_map(columns).collect();
+        robot.columns = with_columns
+            .into_iter()
+            .flat_map(columns)
+            .collect();
         if is_virtual || theme != Theme::RestContacts && one_in(rng, 3) {
             let neighbours =
                 (1..robot.links.len()).map(|link| (robot.joints[link].parent.unwrap_or(0), link));
@@ -344,7 +347,9 @@ pub fn geometry(
         let form = pick(rng, forms);
         // Only these have polygons.
         let with_polygons = [Format::Obj, Format::Dae];
-        let has_both = with_polygons.iter().all(|format| formats.contains(format));
+        let has_both = with_polygons
+            .iter()
+            .all(|format| formats.contains(format));
         let formats = if share == 3 && has_both && rng.bool() {
             &with_polygons
         } else {

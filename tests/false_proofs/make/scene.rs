@@ -321,7 +321,9 @@ fn attach(rng: &mut Rng, theme: Theme, made: &Made, scene: &mut Scene) {
         made.robot.joints[*other].parent == Some(link)
             || made.robot.joints[link].parent == Some(*other)
     };
-    let touch_links = (0..made.robot.links.len()).filter(is_next).collect();
+    let touch_links = (0..made.robot.links.len())
+        .filter(is_next)
+        .collect();
     scene.attached.push(Attached {
         link,
         touch_links,

@@ -101,7 +101,10 @@ fn stl_text(text: &str) -> Polygons {
         .lines()
         .filter_map(|line| Some(three(&numbers(line.trim().strip_prefix("vertex")?))))
         .collect();
-    corners.chunks(3).map(<[Vector]>::to_vec).collect()
+    corners
+        .chunks(3)
+        .map(<[Vector]>::to_vec)
+        .collect()
 }
 
 fn stl_binary(bytes: &[u8]) -> Polygons {
@@ -140,7 +143,11 @@ fn obj(text: &str) -> Polygons {
 
 fn dae(text: &str) -> Polygons {
     let document = Document::parse(text).expect("the test writes XML");
-    let first = |name: &str| document.descendants().find(|node| node.has_tag_name(name));
+    let first = |name: &str| {
+        document
+            .descendants()
+            .find(|node| node.has_tag_name(name))
+    };
     let unit: f64 = first("unit")
         .and_then(|node| node.attribute("meter")?.parse().ok())
         .unwrap_or(1.0);
@@ -154,7 +161,14 @@ fn dae(text: &str) -> Polygons {
         .ancestors()
         .filter(|node| node.has_tag_name("node"))
         .collect();
-    let placed = |p: Vector| scaled(above.iter().fold(p, |p, node| by_node(*node, p)), unit);
+    let placed = |p: Vector| {
+        scaled(
+            above
+                .iter()
+                .fold(p, |p, node| by_node(*node, p)),
+            unit,
+        )
+    };
     let holder = document
         .descendants()
         .find(|node| ["triangles", "polylist", "polygons"].contains(&node.tag_name().name()));
@@ -188,14 +202,21 @@ fn dae(text: &str) -> Polygons {
                 .map(|size| corners.by_ref().take(*size as usize).collect())
                 .collect()
         }
-        ("triangles", _) => lists.concat().chunks(3).map(<[Vector]>::to_vec).collect(),
+        ("triangles", _) => lists
+            .concat()
+            .chunks(3)
+            .map(<[Vector]>::to_vec)
+            .collect(),
         _ => lists,
     }
 }
 
 /// Where a node puts a point of what it holds.
 fn by_node(node: Node, point: Vector) -> Vector {
-    let steps: Vec<Node> = node.children().filter(Node::is_element).collect();
+    let steps: Vec<Node> = node
+        .children()
+        .filter(Node::is_element)
+        .collect();
     steps.iter().rev().fold(point, |p, step| {
         let by = numbers(step.text().unwrap_or(""));
         match step.tag_name().name() {

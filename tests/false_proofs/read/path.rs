@@ -42,10 +42,13 @@ pub fn yaml(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
         .find_map(|line| list(line, "joint_names:"))
         .unwrap_or_default();
     let number = |word: &String| word.parse().expect("a number");
-    let rows = text.lines().filter_map(|line| list(line, "positions:"));
+    let rows = text
+        .lines()
+        .filter_map(|line| list(line, "positions:"));
     (
         names,
-        rows.map(|row| row.iter().map(number).collect()).collect(),
+        rows.map(|row| row.iter().map(number).collect())
+            .collect(),
     )
 }
 
@@ -59,6 +62,11 @@ pub fn ordered(names: &[String], (columns, rows): (Vec<String>, Vec<Vec<f64>>)) 
     };
     let order: Vec<usize> = names.iter().map(place).collect();
     rows.iter()
-        .map(|row| order.iter().map(|&column| row[column]).collect())
+        .map(|row| {
+            order
+                .iter()
+                .map(|&column| row[column])
+                .collect()
+        })
         .collect()
 }

@@ -16,7 +16,9 @@ pub fn bytes(mesh: &Mesh) -> Vec<u8> {
         .collect();
     let mut faces = mesh.faces();
     if mesh.is_mirrored() {
-        faces.iter_mut().for_each(|face| face[1..].reverse());
+        faces
+            .iter_mut()
+            .for_each(|face| face[1..].reverse());
     }
     match mesh.format {
         Format::StlText => stl_text(&vertices, &faces).into_bytes(),
@@ -88,7 +90,10 @@ fn dae(vertices: &[Vector], faces: &[Vec<usize>], mesh: &Mesh) -> String {
         ""
     };
     let input = format!("<input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/>{normal}");
-    let positions: Vec<String> = vertices.iter().map(|vertex| words(vertex)).collect();
+    let positions: Vec<String> = vertices
+        .iter()
+        .map(|vertex| words(vertex))
+        .collect();
     format!(
         r##"<?xml version="1.0" encoding="utf-8"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
@@ -150,7 +155,10 @@ fn polygons(faces: &[Vec<usize>], input: &str, has_normals: bool, whim: u64) -> 
                 i.to_string()
             }
         };
-        face.iter().map(corner).collect::<Vec<_>>().join(" ")
+        face.iter()
+            .map(corner)
+            .collect::<Vec<_>>()
+            .join(" ")
     };
     let lists: Vec<String> = faces.iter().map(list).collect();
     let count = faces.len();
@@ -161,10 +169,16 @@ fn polygons(faces: &[Vec<usize>], input: &str, has_normals: bool, whim: u64) -> 
         );
     }
     if whim % 4 < 2 {
-        let each: String = lists.iter().map(|list| format!("<p>{list}</p>")).collect();
+        let each: String = lists
+            .iter()
+            .map(|list| format!("<p>{list}</p>"))
+            .collect();
         return format!("<polygons count=\"{count}\">{input}{each}</polygons>");
     }
-    let sizes: Vec<String> = faces.iter().map(|face| face.len().to_string()).collect();
+    let sizes: Vec<String> = faces
+        .iter()
+        .map(|face| face.len().to_string())
+        .collect();
     let sizes = sizes.join(" ");
     let lists = lists.join(" ");
     format!("<polylist count=\"{count}\">{input}<vcount>{sizes}</vcount><p>{lists}</p></polylist>")

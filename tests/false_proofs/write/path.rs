@@ -28,7 +28,11 @@ pub fn path(robot: &Robot, rows: &[Vec<f64>], whim: usize) -> (String, &'static 
         ),
         _ => {
             let line = |row: &Vec<f64>| {
-                row.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n"
+                row.iter()
+                    .map(f64::to_string)
+                    .collect::<Vec<_>>()
+                    .join(",")
+                    + "\n"
             };
             (
                 names.join(",") + "\n" + &rows.iter().map(line).collect::<String>(),

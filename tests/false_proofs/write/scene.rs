@@ -34,7 +34,9 @@ pub fn scene(made: &Made, scene: &Scene) -> Written {
         Text::Own => (writer.own(scene, &scene.objects).to_string(), None),
         Text::Diff => {
             let (first, rest) = scene.objects.split_at(scene.objects.len() / 2);
-            let added = rest.iter().map(|object| writer.object(object, Some("ADD")));
+            let added = rest
+                .iter()
+                .map(|object| writer.object(object, Some("ADD")));
             let diff = json!({ "is_diff": true, "objects": added.collect::<Vec<_>>() });
             (
                 writer
@@ -122,9 +124,16 @@ impl Writer<'_> {
         let last = octomap.path.len() - 1;
         let node = |(level, child): (usize, &usize)| {
             let bits: u16 = if level == last { 0b10 } else { 0b11 };
-            (bits << (2 * child)).to_le_bytes().map(|byte| byte as i8)
+            (bits << (2 * child))
+                .to_le_bytes()
+                .map(|byte| byte as i8)
         };
-        let data: Vec<i8> = octomap.path.iter().enumerate().flat_map(node).collect();
+        let data: Vec<i8> = octomap
+            .path
+            .iter()
+            .enumerate()
+            .flat_map(node)
+            .collect();
         let resolution = octomap.resolution;
         json!({
             "header": { "frame_id": "" },
@@ -183,7 +192,11 @@ impl Writer<'_> {
             fields.insert("mesh_poses".into(), json!(mesh_poses));
         }
         if !object.subframes.is_empty() {
-            let names: Vec<&String> = object.subframes.iter().map(|(name, _)| name).collect();
+            let names: Vec<&String> = object
+                .subframes
+                .iter()
+                .map(|(name, _)| name)
+                .collect();
             fields.insert("subframe_names".into(), json!(names));
             let poses: Vec<Value> = object
                 .subframes
@@ -226,7 +239,8 @@ impl Writer<'_> {
             };
         }
         let name = format!("object{}.{}", self.meshes.len(), mesh.format.ending());
-        self.meshes.push((name.clone(), super::mesh::bytes(mesh)));
+        self.meshes
+            .push((name.clone(), super::mesh::bytes(mesh)));
         match self.is_message {
             true => json!({ "resource": name, "dimensions": mesh.scale }),
             false => json!({ "file": name, "scale": mesh.scale }),
@@ -236,7 +250,11 @@ impl Writer<'_> {
     fn attached(&mut self, attached: &Attached) -> Value {
         let name = |link: &usize| self.made.robot.links[*link].clone();
         let link = name(&attached.link);
-        let touch_links = attached.touch_links.iter().map(name).collect::<Vec<_>>();
+        let touch_links = attached
+            .touch_links
+            .iter()
+            .map(name)
+            .collect::<Vec<_>>();
         let operation = self.is_message.then_some("ADD");
         json!({ "link_name": link, "touch_links": touch_links, "object": self.object(&attached.object, operation) })
     }

@@ -18,7 +18,9 @@ pub(super) struct Axes {
 impl Axes {
     /// Around all of these times and lengths.
     pub(super) fn around(edges: [f64; 4], times: &[f64], lengths: &[f64]) -> Self {
-        let times: Vec<f64> = finite(times).filter(|time| *time > 0.0).collect();
+        let times: Vec<f64> = finite(times)
+            .filter(|time| *time > 0.0)
+            .collect();
         let first = times.iter().copied().fold(1e-3, f64::min);
         let last = times.iter().copied().fold(1e-2, f64::max);
         let low = lengths.iter().copied().fold(1.0, f64::min);
@@ -111,7 +113,10 @@ impl Axes {
 }
 
 fn finite(values: &[f64]) -> impl Iterator<Item = f64> {
-    values.iter().copied().filter(|value| value.is_finite())
+    values
+        .iter()
+        .copied()
+        .filter(|value| value.is_finite())
 }
 
 fn rule(svg: &mut Svg, class: &str, from: Point, to: Point) {

@@ -93,7 +93,11 @@ impl Room {
             && area[1] >= self.plot[1]
             && area[2] <= self.plot[2]
             && area[3] <= self.plot[3];
-        inside && !self.taken.iter().any(|other| overlap(area, other))
+        inside
+            && !self
+                .taken
+                .iter()
+                .any(|other| overlap(area, other))
     }
 }
 

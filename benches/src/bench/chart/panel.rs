@@ -41,7 +41,12 @@ impl<'a> Panel<'a> {
         Self {
             axes: Axes::around(PLOT, &times(&rows, summary), &lengths(&rows, summary)),
             summary,
-            modes: report.modes.iter().copied().enumerate().collect(),
+            modes: report
+                .modes
+                .iter()
+                .copied()
+                .enumerate()
+                .collect(),
             rows,
         }
     }
@@ -54,7 +59,9 @@ impl<'a> Panel<'a> {
         for &(index, mode) in &self.modes {
             lines.extend(self.line(svg, index, mode));
         }
-        let dots: Vec<Point> = peers(self.summary).map(|peer| self.dot(peer)).collect();
+        let dots: Vec<Point> = peers(self.summary)
+            .map(|peer| self.dot(peer))
+            .collect();
         let mut room = Room::new(PLOT, &dots, lines);
         self.bound(svg, &mut room);
         self.best(svg, &mut room);
@@ -184,18 +191,25 @@ fn title(name: &str, peer: &PeerSummary) -> String {
 
 /// All peers, the best honest ones taken together too.
 fn peers(summary: &Summary) -> impl Iterator<Item = &PeerSummary> {
-    summary.peers.values().chain(&summary.best_honest_peer)
+    summary
+        .peers
+        .values()
+        .chain(&summary.best_honest_peer)
 }
 
 /// Times that there are dots or steps at (s).
 fn times(rows: &[&Row], summary: &Summary) -> Vec<f64> {
     let answers = rows.iter().flat_map(|row| row.answers.values());
     let ours = answers.flat_map(|one| [one.first_improvement_s.unwrap_or(1e-3), one.time_s]);
-    ours.chain(peers(summary).map(|peer| peer.cpu_s)).collect()
+    ours.chain(peers(summary).map(|peer| peer.cpu_s))
+        .collect()
 }
 
 fn lengths(rows: &[&Row], summary: &Summary) -> Vec<f64> {
-    let ours = summary.modes.values().map(|mode| mode.ratio_mean);
+    let ours = summary
+        .modes
+        .values()
+        .map(|mode| mode.ratio_mean);
     let theirs = peers(summary).map(|peer| peer.ratio_mean);
     ours.chain(bound(rows)).chain(theirs).collect()
 }
@@ -224,5 +238,8 @@ fn short(name: &str) -> &str {
 
 /// Mean distance of the ends, as a part of the length.
 fn bound(rows: &[&Row]) -> Option<f64> {
-    mean(rows.iter().filter_map(|row| row.lower_bound_ratio()))
+    mean(
+        rows.iter()
+            .filter_map(|row| row.lower_bound_ratio()),
+    )
 }

@@ -43,7 +43,9 @@ pub(crate) fn measure(
         proof_s: proof_s.unwrap_or_default(),
         refusal_s: check.refusal(path),
         sampled_s,
-        sampled_free: check.is_exact().then(|| check.sampling(path).is_free),
+        sampled_free: check
+            .is_exact()
+            .then(|| check.sampling(path).is_free),
         run_tests: run_tests(&model, path, clearance, true),
         run_tests_without_reuse: run_tests(&model, path, clearance, false),
         floors_lowered: check.lowered().count(),

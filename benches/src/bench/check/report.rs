@@ -120,7 +120,10 @@ impl Report {
 
 impl SetMedians {
     fn of(set: &str, rows: &[&Row]) -> Self {
-        let all = || rows.iter().filter_map(|row| row.figures.as_ref());
+        let all = || {
+            rows.iter()
+                .filter_map(|row| row.figures.as_ref())
+        };
         let proved = || all().filter(|figures| figures.proved);
         let ratios = || proved().filter_map(|figures| figures.ratio);
         Self {

@@ -59,7 +59,8 @@ impl Seen {
     fn counts(&self, site: &Site) -> Result<Vec<Row>, Error> {
         Ok(vec![
             Row::none("daemon exits", u64::from(!site.is_alive())),
-            self.all.endless("requests after a cancelled one"),
+            self.all
+                .endless("requests after a cancelled one"),
             Row::none("workers still busy afterwards", still_busy(site)?),
         ])
     }

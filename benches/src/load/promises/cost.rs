@@ -68,8 +68,10 @@ impl Against {
 
     fn add(&mut self, daemon_cpu_ns: u64, tally: &Tally, local: Local) {
         let daemon_cpu = daemon_cpu_ns as f64 * 1e-9 / tally.latency.len().max(1) as f64;
-        self.cpu.push(ratio(daemon_cpu, local.cpu_each()));
-        self.rates.push(ratio(tally.goodput(), local.rate()));
+        self.cpu
+            .push(ratio(daemon_cpu, local.cpu_each()));
+        self.rates
+            .push(ratio(tally.goodput(), local.rate()));
         self.local_cpu.push(local.cpu_each());
     }
 

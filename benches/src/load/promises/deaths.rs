@@ -53,7 +53,10 @@ fn of_another_user(trial: &Trial) -> Result<Vec<Row>, Error> {
         }
     };
     let report: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
-    let rows = report["rows"].as_array().cloned().unwrap_or_default();
+    let rows = report["rows"]
+        .as_array()
+        .cloned()
+        .unwrap_or_default();
     Ok(match rows.is_empty() {
         true => vec![no_result(output.status)],
         false => rows.iter().map(said).collect(),
@@ -83,7 +86,12 @@ fn no_result(status: ExitStatus) -> Row {
 
 /// A row of the other process's report.
 fn said(row: &Value) -> Row {
-    let text = |name: &str| row[name].as_str().unwrap_or_default().to_owned();
+    let text = |name: &str| {
+        row[name]
+            .as_str()
+            .unwrap_or_default()
+            .to_owned()
+    };
     Row {
         promise: "",
         figure: format!("user {USER}: {}", text("figure")),
@@ -186,8 +194,11 @@ impl Scene<'_> {
         let length = self
             .trial
             .pick(Duration::from_secs(1), Duration::from_secs(3));
-        let window = self.witnesses.begin(self.trial.window(number), length)?;
-        self.killer.work(self.site, window.end_ns, kills)?;
+        let window = self
+            .witnesses
+            .begin(self.trial.window(number), length)?;
+        self.killer
+            .work(self.site, window.end_ns, kills)?;
         let tally = Tally::of(&self.witnesses.finish(length)?);
         self.seen.merge(&tally);
         Ok(tally.latency.quantile(0.99))

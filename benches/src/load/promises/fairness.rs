@@ -86,7 +86,8 @@ impl Clients {
         let each = self.normal.run(window, self.length)?;
         if is_greedy {
             self.taken += Tally::of(&self.greedy.finish(self.length)?).served;
-            self.jain.push(Fairness::of(&served_parts(&each)).jain);
+            self.jain
+                .push(Fairness::of(&served_parts(&each)).jain);
         }
         let tally = Tally::of(&each);
         self.all.merge(&tally);

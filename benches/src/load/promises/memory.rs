@@ -77,7 +77,8 @@ impl Hours<'_> {
             let window = self.trial.window(quarter * 10_000 + number);
             self.fleet.begin(window, length)?;
             self.churn.during(site, length)?;
-            self.all.merge(&Tally::of(&self.fleet.finish(length)?));
+            self.all
+                .merge(&Tally::of(&self.fleet.finish(length)?));
         }
         Ok(())
     }

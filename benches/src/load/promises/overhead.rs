@@ -110,7 +110,10 @@ impl Seen {
     }
 
     fn rows(&self, what: &str) -> Vec<Row> {
-        let [p50, p99] = self.ratios.each_ref().map(|ratios| median(ratios));
+        let [p50, p99] = self
+            .ratios
+            .each_ref()
+            .map(|ratios| median(ratios));
         vec![
             Row::at_most(format!("overhead p50 / bare echo p50, {what}"), 2.0, p50),
             Row::at_most(format!("overhead p99 / bare echo p99, {what}"), 2.0, p99),

@@ -69,7 +69,8 @@ impl Flood {
             self.sums[index].merge(&tally);
         }
         let [once, twice, ten] = goodput;
-        self.ratios.push(ratio(ten, once.max(twice).max(full)));
+        self.ratios
+            .push(ratio(ten, once.max(twice).max(full)));
         Ok(())
     }
 
@@ -102,7 +103,9 @@ impl Flood {
 
     fn figures(&self) -> [Row; 4] {
         let [.., ten] = &self.sums;
-        let waits_long = ten.queue.share_above(DEADLINE.as_nanos() as u64 + LATE_NS);
+        let waits_long = ten
+            .queue
+            .share_above(DEADLINE.as_nanos() as u64 + LATE_NS);
         let late = ten.lateness.share_above(LATE_NS);
         [
             Row::at_least("goodput at 10x / the most", 0.9, median(&self.ratios)),

@@ -50,5 +50,9 @@ fn told(figure: &str, bytes: u64) -> Row {
 
 /// Private memory of all of them (bytes).
 fn private(fleet: &Fleet) -> u64 {
-    fleet.0.iter().map(|one| private_bytes(one.pid())).sum()
+    fleet
+        .0
+        .iter()
+        .map(|one| private_bytes(one.pid()))
+        .sum()
 }

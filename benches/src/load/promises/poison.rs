@@ -161,7 +161,8 @@ impl Poisoner<'_> {
             self.hurt += u64::from(!serves(&self.client, job));
         }
         let folder = self.site.folder().unwrap_or(Path::new("/"));
-        self.wrong.extend(meshes(&self.client, folder, job)?);
+        self.wrong
+            .extend(meshes(&self.client, folder, job)?);
         self.rounds += 1;
         Ok(())
     }
@@ -277,7 +278,10 @@ fn meshes(client: &Client, folder: &Path, job: &Job) -> Result<Vec<String>, Erro
         match scene(client, &load(name, &file, folder)) {
             Ok(scene) => {
                 let code = ask(client, job, scene.scene_id, scene.scene_hash);
-                wrong.extend(code.err().map(|error| format!("mesh {name}: {error}")));
+                wrong.extend(
+                    code.err()
+                        .map(|error| format!("mesh {name}: {error}")),
+                );
             }
             Err(Error::Refused {
                 code: Code::InvalidModel | Code::UnreadableFile,

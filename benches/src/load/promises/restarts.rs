@@ -69,7 +69,8 @@ impl Rounds<'_> {
                 break;
             }
         }
-        self.tally.merge(&Tally::of(&fleet.finish(length)?));
+        self.tally
+            .merge(&Tally::of(&fleet.finish(length)?));
         Ok(())
     }
 
@@ -137,7 +138,10 @@ impl Found {
     fn of(tally: &Tally, kills: &[u64]) -> Self {
         let mut found = Self::default();
         for (index, &kill) in kills.iter().enumerate() {
-            let next = kills.get(index + 1).copied().unwrap_or(u64::MAX);
+            let next = kills
+                .get(index + 1)
+                .copied()
+                .unwrap_or(u64::MAX);
             // A request of this daemon: sent before it was killed, or while the system was at it.
             let hit = |loss: &&Loss| (kill..next).contains(&loss.known_ns);
             let losses: Vec<&Loss> = tally.losses.iter().filter(hit).collect();
@@ -198,9 +202,12 @@ fn is_same(before: &Listing, now: &Listing) -> bool {
     });
     let scenes = before.scenes.iter().all(|scene| {
         let is_it = |other: &&SceneSummary| other.label == scene.label;
-        now.scenes.iter().find(is_it).is_some_and(|other| {
-            other.scene_hash == scene.scene_hash && other.version >= scene.version
-        })
+        now.scenes
+            .iter()
+            .find(is_it)
+            .is_some_and(|other| {
+                other.scene_hash == scene.scene_hash && other.version >= scene.version
+            })
     });
     robots && scenes
 }

@@ -185,7 +185,14 @@ mod tests {
 
     #[test]
     fn what_is_judged_is_kept_or_not_and_the_rest_is_only_told() {
-        let verdict = |row: Row| row.line().split("  ").last().unwrap().trim().to_owned();
+        let verdict = |row: Row| {
+            row.line()
+                .split("  ")
+                .last()
+                .unwrap()
+                .trim()
+                .to_owned()
+        };
         let judged = |row: Row| Row {
             judged: true,
             ..row

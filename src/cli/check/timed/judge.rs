@@ -146,7 +146,9 @@ fn moving(
 ) -> Verdict {
     let space = loaded.robot.space().unwrapped();
     let mut scratch = Scratch::default();
-    let clearance_m = request.clearance_m.unwrap_or(Settings::DEFAULT_CLEARANCE_M);
+    let clearance_m = request
+        .clearance_m
+        .unwrap_or(Settings::DEFAULT_CLEARANCE_M);
     let mut validator = Validator::new(model, &space, held, clearance_m, &mut scratch);
     let deadline = request.deadline;
     let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
@@ -167,9 +169,14 @@ fn moving(
 /// Where each held joint stands.
 fn held(loaded: &Loaded, given: &[(String, f64)]) -> Result<Vec<f64>, CliError> {
     let joints = loaded.robot.held();
-    let mut held: Vec<f64> = joints.iter().map(|joint| joint.default).collect();
+    let mut held: Vec<f64> = joints
+        .iter()
+        .map(|joint| joint.default)
+        .collect();
     for (name, value) in given {
-        let index = joints.iter().position(|joint| joint.name == *name);
+        let index = joints
+            .iter()
+            .position(|joint| joint.name == *name);
         held[index.ok_or_else(|| no_held_joint(&loaded.robot, name))?] = *value;
     }
     Ok(held)
@@ -188,7 +195,11 @@ fn no_held_joint(robot: &RobotModel, name: &str) -> CliError {
 }
 
 fn held_names(robot: &RobotModel) -> String {
-    let names: Vec<&str> = robot.held().iter().map(|held| held.name.as_str()).collect();
+    let names: Vec<&str> = robot
+        .held()
+        .iter()
+        .map(|held| held.name.as_str())
+        .collect();
     match names.is_empty() {
         true => "none".to_owned(),
         false => names.join(", "),
@@ -227,7 +238,9 @@ pub(super) fn lowered(
     }
     let model = loaded.model()?;
     let floors = proof.lowered.iter();
-    Ok(floors.map(|floor| named(&model, *floor)).collect())
+    Ok(floors
+        .map(|floor| named(&model, *floor))
+        .collect())
 }
 
 fn named(model: &CollisionModel, (pair, floor): (usize, f64)) -> (String, String, f64) {
