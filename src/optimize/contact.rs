@@ -189,7 +189,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         part: f64,
     ) -> ControlFlow<Pulled, f64> {
         let apart = self.learn(refusal, part);
-        if trial % PATIENCE == 0 {
+        if trial.is_multiple_of(PATIENCE) {
             // Just short of the touch; but a look that was bad must neither stop the descent nor keep it
             // where it is.
             return ControlFlow::Continue((0.95 * apart).clamp(0.25 * part, 0.9 * part));

@@ -111,7 +111,7 @@ impl Descent {
             None => (self.falling.0 + self.direction * self.step).clamp(low, high),
             // Where two pieces take turns the rate jumps, and even changes tell little: every other
             // time, halve.
-            Some(growing) if number % 2 == 0 => (self.falling.0 + growing.0) / 2.0,
+            Some(growing) if number.is_multiple_of(2) => (self.falling.0 + growing.0) / 2.0,
             Some(growing) => evenly_between(self.falling, growing),
         }
     }
