@@ -448,54 +448,6 @@ impl<'a> Validator<'a> {
         (batch, count)
     }
 
-    /// The same verdict as [`Self::segment`], but a refusal is the first along the segment, found
-    /// to [`FINEST`]: everything before its `proved_until` is proved.
-    pub fn first_hit(
-        &mut self,
-        from: &[f64],
-        to: &[f64],
-        stop: &mut dyn FnMut() -> bool,
-    ) -> SegmentVerdict {
-        self.begin();
-        self.add(from, to);
-        // A stack on which what is farthest left is next; a hit makes all that waits to its right
-        // idle.
-        self.scratch.queue.make_contiguous().reverse();
-        let mut earliest = None;
-        while let Some(interval) = self.scratch.queue.pop_back() {
-            let Some(examined) = self.examine(&[interval], Until::EveryPair, stop) else {
-                return SegmentVerdict::Stopped;
-            };
-            earliest = self.go_left(interval, &examined).or(earliest);
-        }
-        let Some((interval, pair, reason)) = earliest else {
-            return SegmentVerdict::Proved(self.scratch.segments.proofs[0]);
-        };
-        // The contact is exact and dear: only of the hit that counts.
-        SegmentVerdict::Refused(self.hit(&interval, pair, reason))
-    }
-
-    /// Puts what is left of an interval on the stack: of one that is refused, what lies before.
-    fn go_left(
-        &mut self,
-        interval: Interval,
-        examined: &Examined,
-    ) -> Option<(Interval, usize, HitReason)> {
-        let undecided = &examined.undecided[0];
-        let Some((_, pair, reason)) = examined.refused else {
-            self.scratch
-                .queue
-                .extend(interval.split(undecided).rev());
-            return None;
-        };
-        self.scratch.queue.clear();
-        let left = Some(interval.first_half(undecided.pairs));
-        self.scratch
-            .queue
-            .extend(left.filter(|left| left.half > FINEST));
-        Some((interval, pair, reason))
-    }
-
     /// Forgets the segments at hand.
     pub(super) fn begin(&mut self) {
         self.scratch.segments.clear();
@@ -560,7 +512,7 @@ impl<'a> Validator<'a> {
         motion
     }
 
-    fn hit(&mut self, interval: &Interval, pair: usize, reason: HitReason) -> Hit {
+    pub(super) fn hit(&mut self, interval: &Interval, pair: usize, reason: HitReason) -> Hit {
         self.place(interval);
         let pair_of_bodies = &self.model.pairs()[pair];
         let contact = self

@@ -8,6 +8,7 @@ pub mod discretized;
 mod examine;
 pub mod filter;
 mod first_contact;
+mod first_hit;
 mod floors;
 mod in_order;
 mod input_proof;
