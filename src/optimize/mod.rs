@@ -25,6 +25,7 @@ mod properties;
 pub mod quadratic_step;
 mod refused;
 pub mod request;
+mod request_error;
 mod restorer;
 pub mod rows;
 #[cfg(test)]
@@ -37,12 +38,13 @@ pub mod task;
 mod testing;
 mod unroll;
 
-pub use input::{LIMIT_TOLERANCE, QUATERNION_TOLERANCE, RequestError, lower_bound};
+pub use input::lower_bound;
 pub use mode::Mode;
 pub use outcome::{
     ColumnTurns, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal, RefusalPlace, Stage,
     StageShare, Termination,
 };
 pub use request::{Workspace, run};
+pub use request_error::{LIMIT_TOLERANCE, QUATERNION_TOLERANCE, RequestError};
 pub use settings::Settings;
 pub use task::{Improvement, Task};

@@ -130,7 +130,7 @@ pub enum RefusalPlace {
 
 /// Where and why the input is not proved: the worst thing on it. A collision anywhere goes before
 /// what is too close or not provable anywhere; of all collisions it is the first along the path, to
-/// within [`FINEST`](crate::validation::continuous::FINEST) of its segment. Bodies that get no
+/// within [`FINEST`](crate::validation::validator::FINEST) of its segment. Bodies that get no
 /// deeper into each other than 1 µm may pass as too close. Where the run was stopped, a collision
 /// need not be the first.
 #[derive(Clone, Debug, PartialEq)]

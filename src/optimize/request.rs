@@ -2,11 +2,12 @@
 
 use super::answer::{Answer, Question};
 use super::best::Best;
-use super::input::{Input, RequestError};
+use super::input::Input;
 use super::mode::Mode;
 use super::outcome::{Outcome, Termination};
 use super::progress::Progress;
 use super::refused;
+use super::request_error::RequestError;
 use super::restorer::Restorer;
 use super::settings::Settings;
 use super::task::{Improvement, Task};

@@ -1,15 +1,10 @@
 //! What is checked of the steps of a request's path: that each says how it moves, and that none
 //! goes so far that no proof of it ends.
 
-use super::input::RequestError;
+use super::request_error::{FARTHEST_MOTION, RequestError};
 use crate::path::Path;
 use crate::robot::configuration::{FARTHEST_ANGLE_RAD, LONGEST_STEP_RAD, turns_between};
 use crate::robot::{Component, ConfigurationSpace, RobotModel, Variable};
-
-/// How far a variable that is no angle may move in one path, all steps added up (rad or m): a
-/// proof's memory and time grow with it. A path of as many waypoints as there may be, each half a
-/// turn from the one before, keeps to it.
-pub(super) const FARTHEST_MOTION: f64 = 1e6;
 
 /// Checks that every angle and every rotation says how it moves.
 pub(super) fn check_turns(

@@ -1,8 +1,8 @@
 //! The check that others make: configurations along the path, none in between. It proves nothing;
 //! it is here to be compared with, on the same kernels.
 
-use super::continuous::Validator;
 use super::filter::Sampling;
+use super::validator::Validator;
 use crate::lanes::LANES;
 use crate::path::Path;
 use crate::robot::lane_kinematics::LaneInterval;

@@ -1,10 +1,10 @@
 //! One look at up to eight intervals: the filter, then the exact bodies where it saw them too near.
 
 use super::HitReason;
-use super::continuous::{FINEST, LOWERED_FLOOR_INTERVALS, Scratch, Validator};
 use super::filter::{Batch, Pairs, Proving};
 use super::interval::{IntervalVerdict, Looks, PairInterval};
 use super::undecided::{Interval, List, Undecided};
+use super::validator::{FINEST, LOWERED_FLOOR_INTERVALS, Scratch, Validator};
 use crate::collision::filter::REMOTE_M;
 use crate::lanes::{EightWide, LANES};
 use crate::robot::lane_kinematics::LaneInterval;

@@ -7,10 +7,10 @@
 //! is done. What lies to the left of a contact is looked at first, so that the earliest is found
 //! without a look at what follows it.
 
-use super::continuous::{FINEST, Validator};
 use super::examine::{Examined, Until};
 use super::path_proof::LEAST_FLOOR_M;
 use super::undecided::Interval;
+use super::validator::{FINEST, Validator};
 
 /// Bodies that get no deeper into each other than this (m) may pass as too close.
 pub const UNSEEN_DEPTH_M: f64 = LEAST_FLOOR_M;

@@ -1,8 +1,8 @@
 //! Where a segment is first refused: everything before that is proved.
 
-use super::continuous::{FINEST, Validator};
 use super::examine::{Examined, Until};
 use super::undecided::Interval;
+use super::validator::{FINEST, Validator};
 use super::{HitReason, SegmentVerdict};
 
 impl Validator<'_> {
@@ -41,7 +41,9 @@ impl Validator<'_> {
     ) -> Option<(Interval, usize, HitReason)> {
         let undecided = &examined.undecided[0];
         let Some((_, pair, reason)) = examined.refused else {
-            self.scratch.queue.extend(interval.split(undecided).rev());
+            self.scratch
+                .queue
+                .extend(interval.split(undecided).rev());
             return None;
         };
         self.scratch.queue.clear();

@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use super::SegmentProof;
-use super::continuous::Validator;
 use super::examine::Until;
 use super::path_proof::ends;
 use super::undecided::Interval;
+use super::validator::Validator;
 use crate::path::Path;
 
 impl Validator<'_> {

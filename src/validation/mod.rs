@@ -29,14 +29,15 @@ pub mod segment_motion;
 pub(crate) mod soundness;
 pub mod timed;
 mod undecided;
+pub mod validator;
 mod waypoints;
 
 pub use certificate::{Certificate, SegmentClaim};
-pub use continuous::{Scratch, Validator};
 pub use corridor::Corridor;
 pub use nearest::{Near, Nearest};
 pub use poses::Enclosed;
 pub use proved::{Proved, RowsVerdict};
+pub use validator::{Scratch, Validator};
 
 pub use crate::solid::Contact;
 

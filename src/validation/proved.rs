@@ -3,7 +3,7 @@
 //! Only a validator makes one, and it holds on to the rows that it speaks of, so that nobody
 //! changes them meanwhile: whoever accepts nothing but this need not ask what was proved.
 
-use super::continuous::Validator;
+use super::validator::Validator;
 use super::{SegmentProof, SegmentRefusal, SegmentsVerdict};
 
 /// Rows laid end to end, every straight segment between which keeps the floors of the validator

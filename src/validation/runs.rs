@@ -13,8 +13,8 @@
 use std::ops::Range;
 
 use super::SegmentProof;
-use super::continuous::Validator;
 use super::reach::{Ranges, Reach};
+use super::validator::Validator;
 use crate::path::Path;
 use crate::robot::Component;
 

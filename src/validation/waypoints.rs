@@ -2,10 +2,10 @@
 //! them, eight at a time, then the exact bodies of each pair where the filter saw it nearest. What
 //! it finds is a collision, if not the first; what it does not find, the proof does.
 
-use super::continuous::Validator;
 use super::filter::Unproved;
 use super::interval::IntervalVerdict;
 use super::undecided::Interval;
+use super::validator::Validator;
 use crate::lanes::LANES;
 use crate::path::Path;
 

@@ -219,7 +219,7 @@ fn uses(code: &str) -> (Vec<Module>, Vec<Module>) {
             continue;
         };
         let before = line[..at].trim_end();
-        let is_public = before.starts_with("pub");
+        let is_public = before == "pub" || (before.starts_with("pub(") && before.ends_with(')'));
         if !(is_public || before.is_empty()) {
             continue;
         }

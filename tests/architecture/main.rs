@@ -311,10 +311,6 @@ const SOURCES: [&str; 5] = [
     "benches/src",
 ];
 
-/// Rooms in which circles are known. This list only gets shorter: a room without one must be taken
-/// out.
-const KNOWN_CIRCLES: [&str; 2] = ["src/optimize", "src/validation"];
-
 /// Files that import each other, by their names from the repository's root.
 fn circles() -> Vec<Vec<String>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -334,29 +330,15 @@ fn circles() -> Vec<Vec<String>> {
 
 #[test]
 fn no_files_import_each_other_in_a_circle() {
-    let found = circles();
-    let is_known =
-        |files: &Vec<String>, room: &str| files.iter().all(|file| file.starts_with(room));
-    let new: Vec<String> = found
+    let found: Vec<String> = circles()
         .iter()
-        .filter(|files| {
-            !KNOWN_CIRCLES
-                .iter()
-                .any(|room| is_known(files, room))
-        })
         .map(|files| files.join(", "))
         .collect();
     assert!(
-        new.is_empty(),
+        found.is_empty(),
         "these files import each other; give what they share a file of its own:\n{}",
-        new.join("\n")
+        found.join("\n")
     );
-    for room in KNOWN_CIRCLES {
-        assert!(
-            found.iter().any(|files| is_known(files, room)),
-            "{room} has no circle any more: take it out of KNOWN_CIRCLES"
-        );
-    }
 }
 
 /// Names in `code` that look like paths of the repository.

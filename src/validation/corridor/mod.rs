@@ -12,10 +12,10 @@
 #[cfg(test)]
 mod tests;
 
-use super::continuous::Validator;
 use super::interval::ROUNDING_M;
 use super::path_proof::ends;
 use super::reach::{Ranges, Reach};
+use super::validator::Validator;
 use super::{Certificate, SegmentProof, SegmentVerdict};
 use crate::collision::CollisionModel;
 use crate::path::Path;

@@ -11,10 +11,11 @@
 
 use std::ops::Range;
 
-use super::continuous::{Attempt, FINEST};
+use super::continuous::Attempt;
 use super::first_contact::{FirstContact, Touch};
 use super::path_proof::{PathVerdict, ends, lowered_floor, segments};
 use super::runs::Runs;
+use super::validator::FINEST;
 use super::waypoints::Colliding;
 use super::{
     Contact, Enclosed, Hit, HitReason, Proved, RowsVerdict, SegmentProof, SegmentVerdict, Validator,

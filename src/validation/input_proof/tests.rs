@@ -7,7 +7,7 @@ use proptest::test_runner::TestCaseError;
 use super::*;
 use crate::collision::CollisionModel;
 use crate::testing::{self, Oracle};
-use crate::validation::continuous::FINEST;
+use crate::validation::validator::FINEST;
 use crate::validation::{Layers, Scratch};
 
 const CLEARANCE_M: f64 = 1e-3;

@@ -2,9 +2,9 @@
 
 use std::cmp::Ordering;
 
-use super::super::continuous::{ASKED_EVERY, Validator};
 use super::super::path_proof::{ends, segments};
 use super::super::undecided::{Interval, List, Undecided};
+use super::super::validator::{ASKED_EVERY, Validator};
 use super::{FINEST_M, Near};
 
 use crate::path::Path;

@@ -1,7 +1,7 @@
 //! From a place to the nearest one beside it.
 
-use super::super::continuous::Validator;
 use super::super::undecided::Interval;
+use super::super::validator::Validator;
 use super::Near;
 
 /// Steps of the search for the place where a distance stops falling.

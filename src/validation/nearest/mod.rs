@@ -16,8 +16,8 @@ mod tests;
 use std::cmp::Ordering;
 
 use super::Contact;
-use super::continuous::Validator;
 use super::floors::Floors;
+use super::validator::Validator;
 use crate::path::Path;
 use candidates::Candidate;
 use stretch::Sought;

@@ -1,8 +1,8 @@
 //! Stretches of a path on which a pair is near, and the least distance on each.
 
-use super::super::continuous::Validator;
 use super::super::interval::{IntervalVerdict, Looks, PairInterval};
 use super::super::undecided::Interval;
+use super::super::validator::Validator;
 use super::Near;
 use super::candidates::Candidate;
 

@@ -21,9 +21,9 @@ mod tests;
 
 pub use curve::{Curve, CurveError, Outside, Point};
 
-use super::continuous::Validator;
 use super::path_proof::lowered_floor;
 use super::reach::{Ranges, Reach};
+use super::validator::Validator;
 use super::{Contact, Enclosed, Hit, HitReason, SegmentProof, SegmentVerdict, SegmentsVerdict};
 
 /// E of a piece is at most this part of the floor that it is proved at.
