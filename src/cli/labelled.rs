@@ -98,12 +98,14 @@ pub(super) fn scene(planner: &Planner, label: &str) -> Result<SceneSummary, CliE
 }
 
 fn not_loaded(label: &str, scenes: &[SceneSummary]) -> CliError {
-    let known: Vec<&str> = scenes
-        .iter()
-        .map(|scene| scene.label.as_str())
-        .collect();
-    let text = format!("no scene {label:?} is loaded; loaded: {}", known.join(", "));
+    let known = labels_of(scenes).join(", ");
+    let text = format!("no scene {label:?} is loaded; loaded: {known}");
     CliError::refused(Code::UnknownScene, text)
+}
+
+fn labels_of(scenes: &[SceneSummary]) -> Vec<&str> {
+    let labels = scenes.iter().map(|scene| &*scene.label);
+    labels.collect()
 }
 
 /// The robot of a label with these columns only: as for a file, joints without a column are held,

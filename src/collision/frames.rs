@@ -56,14 +56,15 @@ pub fn shared_names(robot: &RobotModel, scene: &Scene) -> Vec<Warning> {
     let shared = scene
         .objects()
         .filter(|object| robot.link_index(&object.id).is_some());
-    let told = |id: &str| {
-        format!(
-            "object {id:?} has the name of a link: in pairs of names both are meant, as a frame the object (MoveIt takes the link); rename the object"
-        )
-    };
     shared
-        .map(|object| Warning::uncovered(told(&object.id)))
+        .map(|object| shared_name(&object.id))
         .collect()
+}
+
+fn shared_name(id: &str) -> Warning {
+    Warning::uncovered(format!(
+        "object {id:?} has the name of a link: in pairs of names both are meant, as a frame the object (MoveIt takes the link); rename the object"
+    ))
 }
 
 fn plain(name: &str) -> &str {

@@ -72,14 +72,7 @@ impl Names {
             .joints()
             .iter()
             .map(|joint| (joint.name.as_str(), joint.kind));
-        Self::new(
-            robot
-                .variables()
-                .iter()
-                .map(|variable| variable.name.clone())
-                .collect(),
-            joints,
-        )
+        Self::new(names_of(robot.variables()), joints)
     }
 
     /// Only these may, of a robot that has these joints besides, which never move.
@@ -87,13 +80,7 @@ impl Names {
         let fixed = fixed
             .iter()
             .map(|name| (name.as_str(), JointKind::Fixed));
-        Self::new(
-            variables
-                .iter()
-                .map(|variable| variable.name.clone())
-                .collect(),
-            fixed,
-        )
+        Self::new(names_of(variables), fixed)
     }
 
     fn new<'a>(movable: Vec<String>, joints: impl Iterator<Item = (&'a str, JointKind)>) -> Self {
@@ -244,6 +231,11 @@ fn check_unit(column: &str, unit: Option<&str>) -> Result<(), String> {
 fn not_read(others: &[&str]) -> Option<String> {
     let names = others.join(", ");
     (!others.is_empty()).then(|| format!("columns that no joint moves by are not read: {names}"))
+}
+
+fn names_of(variables: &[Variable]) -> Vec<String> {
+    let names = variables.iter().map(|variable| &variable.name);
+    names.cloned().collect()
 }
 
 #[cfg(test)]

@@ -264,17 +264,19 @@ impl Reader {
     }
 }
 
+/// Whether a text is JSON's object, or an object's beginning.
+fn begins_an_object(text: &str) -> bool {
+    let text = text.trim_start_matches('\u{feff}');
+    text.trim_start().starts_with('{')
+}
+
 /// Whether a scene is MoveIt's text: its file says so, or it has objects as only that has. A text
 /// that was sent to another process has lost its file's name.
 fn is_moveit_scene(text: &str, file: &Path) -> bool {
-    let is_json = text
-        .trim_start_matches('\u{feff}')
-        .trim_start()
-        .starts_with('{');
     let named = file
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("scene"));
-    !is_json && (named || text.lines().any(|line| line.starts_with('*')))
+    !begins_an_object(text) && (named || text.lines().any(|line| line.starts_with('*')))
 }
 
 /// The text of a scene file, or the JSON of the scene in a problem file, as it stands: unchecked.

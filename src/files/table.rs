@@ -115,12 +115,16 @@ impl PathTable {
 
     /// Where its message has a joint, if that is elsewhere than where it is held.
     fn elsewhere(&self, name: &str, value: f64) -> Option<String> {
-        let (_, start) = self
-            .start
-            .iter()
-            .rev()
-            .find(|(known, _)| known == name)?;
+        let start = self.start_of(name)?;
         ((start - value).abs() > HELD_TOLERANCE).then(|| format!("{name}={start}"))
+    }
+
+    /// Where a variable stands at the start, as last named.
+    fn start_of(&self, name: &str) -> Option<f64> {
+        let mut named = self.start.iter().rev();
+        named
+            .find(|(known, _)| known == name)
+            .map(|(_, start)| *start)
     }
 
     fn refuse(&self, text: String) -> FileError {

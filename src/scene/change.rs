@@ -159,15 +159,7 @@ impl Scene {
 
     fn append(&mut self, id: &str, more: Vec<PlacedShape>) -> Result<(), SceneError> {
         check_shapes(&more).map_err(|error| error.of_object(id))?;
-        self.update("append to", id, |object| Obstacle {
-            shapes: object
-                .shapes
-                .iter()
-                .cloned()
-                .chain(more)
-                .collect(),
-            ..object.clone()
-        })
+        self.update("append to", id, |object| object.appended(more))
     }
 
     fn remove_all(&mut self) -> Result<(), SceneError> {

@@ -130,13 +130,16 @@ impl Obstacle {
         }
         let settled = self.settled();
         let pose = settled.pose;
-        let shapes = settled
-            .shapes
-            .iter()
-            .cloned()
-            .chain(shapes)
-            .collect();
-        Self { shapes, ..settled }.set_at(pose)
+        settled.appended(shapes).set_at(pose)
+    }
+
+    /// The same with these shapes after its own.
+    pub(super) fn appended(&self, more: Vec<PlacedShape>) -> Self {
+        let own = self.shapes.iter().cloned();
+        Self {
+            shapes: own.chain(more).collect(),
+            ..self.clone()
+        }
     }
 
     pub(super) fn check(&self) -> Result<(), SceneError> {

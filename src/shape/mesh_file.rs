@@ -40,16 +40,16 @@ fn check_scale(scale: Vec3) -> Result<(), String> {
     ))
 }
 
+/// A name's extension in lower case; none is empty.
+fn extension(name: &str) -> String {
+    let extension = Path::new(name).extension();
+    let text = extension.and_then(OsStr::to_str);
+    text.unwrap_or_default().to_ascii_lowercase()
+}
+
 /// The surface of a file in the format that its name says.
 fn decode(name: &str, bytes: &[u8]) -> Result<Surface, String> {
-    let extension = Path::new(name)
-        .extension()
-        .and_then(OsStr::to_str);
-    match extension
-        .unwrap_or_default()
-        .to_ascii_lowercase()
-        .as_str()
-    {
+    match extension(name).as_str() {
         "stl" => stl::read(bytes),
         "obj" => obj::read(bytes),
         "dae" => collada::read(bytes),

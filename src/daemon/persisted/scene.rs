@@ -121,9 +121,7 @@ impl SceneRecord {
         let mut objects = self.objects();
         for &(index, pose) in moves {
             let object = objects.get_mut(index as usize);
-            let object =
-                object.ok_or_else(|| format!("object number {index} moves, there is none"))?;
-            object.pose = pose;
+            object.ok_or_else(|| no_object(index))?.pose = pose;
         }
         Ok(())
     }
@@ -204,4 +202,8 @@ fn framed((name, pose): (&str, &Pose)) -> (String, PoseRecord) {
 
 fn subframed((object, name, pose): (&str, &str, &Pose)) -> ((String, String), PoseRecord) {
     (pair((object, name)), PoseRecord::from(*pose))
+}
+
+fn no_object(index: u32) -> String {
+    format!("object number {index} moves, there is none")
 }

@@ -63,19 +63,23 @@ fn tell_variable(variable: &Variable, hasher: &mut ContentHasher) {
 }
 
 fn words_of_joint(joint: &Joint) -> String {
-    let kind = match joint.kind {
+    let kind = word_of_kind(joint.kind);
+    let parent = match joint.parent {
+        None => "None".to_owned(),
+        Some(parent) => format!("Some({parent})"),
+    };
+    format!("{kind}{parent}{}", words_of_drive(joint.drive))
+}
+
+fn word_of_kind(kind: JointKind) -> &'static str {
+    match kind {
         JointKind::Fixed => "Fixed",
         JointKind::Revolute => "Revolute",
         JointKind::Continuous => "Continuous",
         JointKind::Prismatic => "Prismatic",
         JointKind::Planar => "Planar",
         JointKind::Floating => "Floating",
-    };
-    let parent = match joint.parent {
-        None => "None".to_owned(),
-        Some(parent) => format!("Some({parent})"),
-    };
-    format!("{kind}{parent}{}", words_of_drive(joint.drive))
+    }
 }
 
 fn words_of_drive(drive: Drive) -> String {
@@ -114,11 +118,14 @@ fn words_of_rules(robot: &Parts) -> String {
     )
 }
 
+fn words_of_value(joint: &str, values: &[f64]) -> String {
+    let values = values.iter().map(|value| number(*value));
+    format!("({}, [{}])", quoted(joint), joined(values))
+}
+
 fn words_of_state(state: &GroupState) -> String {
-    let values = state.values.iter().map(|(joint, values)| {
-        let values = values.iter().map(|value| number(*value));
-        format!("({}, [{}])", quoted(joint), joined(values))
-    });
+    let values = state.values.iter();
+    let values = values.map(|(joint, values)| words_of_value(joint, values));
     format!(
         "GroupState {{ name: {}, group: {}, values: [{}] }}",
         quoted(&state.name),

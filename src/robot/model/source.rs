@@ -1,7 +1,7 @@
 //! What the columns need to know of a joint.
 
 use crate::robot::configuration::Component;
-use crate::robot::description::{JointDescription, Mimic, RobotDescription};
+use crate::robot::description::{JointDescription, Mimic, RobotDescription, VirtualJoint};
 use crate::robot::joint::JointKind;
 use crate::robot::variable::Bounds;
 
@@ -42,23 +42,20 @@ impl<'a> JointSource<'a> {
             .unwrap_or(Bounds::NONE)
     }
 
+    fn of_virtual(joint: &'a VirtualJoint) -> Self {
+        let bounds = joint.position_bounds.iter().copied();
+        Self {
+            name: &joint.name,
+            kind: joint.kind,
+            limits: bounds.map(Bounds::hard).collect(),
+            mimic: None,
+        }
+    }
+
     /// Of the joint that carries the root.
     pub fn root(description: &'a RobotDescription) -> Self {
         match &description.virtual_joint {
-            Some(v) => {
-                let limits = v
-                    .position_bounds
-                    .iter()
-                    .copied()
-                    .map(Bounds::hard)
-                    .collect();
-                Self {
-                    name: &v.name,
-                    kind: v.kind,
-                    limits,
-                    mimic: None,
-                }
-            }
+            Some(joint) => Self::of_virtual(joint),
             None => Self {
                 name: "world",
                 kind: JointKind::Fixed,

@@ -49,14 +49,16 @@ impl Order {
 
     /// Joint name to position in tree order; the virtual joint is at 0.
     pub fn joint_index(&self, description: &RobotDescription) -> HashMap<String, usize> {
-        let named = |position: usize| match self.joint(description, position) {
-            Some(joint) => Some((joint.name.clone(), position)),
-            None => {
-                let joint = description.virtual_joint.as_ref()?;
-                Some((joint.name.clone(), position))
-            }
-        };
+        let named = |position| Some((self.joint_name(description, position)?, position));
         (0..self.len()).filter_map(named).collect()
+    }
+
+    /// Of the virtual joint too.
+    fn joint_name(&self, description: &RobotDescription, position: usize) -> Option<String> {
+        let joint = self.joint(description, position);
+        let name = joint.map(|joint| &joint.name);
+        let root = description.virtual_joint.as_ref();
+        name.or(root.map(|joint| &joint.name)).cloned()
     }
 }
 

@@ -69,10 +69,14 @@ pub fn parse(text: &str, meshes: &mut MeshSource<'_>) -> Result<RobotDescription
 fn mesh_warnings(links: &[LinkDescription], warnings: &mut Vec<Warning>) {
     let shapes = links.iter().flat_map(|link| &link.collision);
     let meshes = shapes.filter_map(|placed| placed.shape.mesh());
-    for warning in meshes.flat_map(|mesh| mesh.warnings()) {
-        if !warnings.contains(warning) {
-            warnings.push(warning.clone());
-        }
+    meshes
+        .flat_map(|mesh| mesh.warnings())
+        .for_each(|warning| push_once(warnings, warning));
+}
+
+fn push_once(warnings: &mut Vec<Warning>, warning: &Warning) {
+    if !warnings.contains(warning) {
+        warnings.push(warning.clone());
     }
 }
 

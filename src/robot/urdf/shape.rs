@@ -78,18 +78,18 @@ impl Reading<'_, '_> {
             .map_err(|error| bad_size(&error, at(), link))
     }
 
+    fn is_told(&self, text: &str) -> bool {
+        let mut warnings = self.warnings.iter();
+        warnings.any(|warning| warning.ends_with(text))
+    }
+
     /// One line for a file: its first capsule, where others would not read any.
     fn old_capsule(&mut self, of: impl Fn() -> String) {
         let (major, minor) = self.version;
         let text = format!(
             "is of URDF 1.2 and this file of {major}.{minor}; capsules are read all the same"
         );
-        if self.version < CAPSULES
-            && !self
-                .warnings
-                .iter()
-                .any(|warning| warning.ends_with(&text))
-        {
+        if self.version < CAPSULES && !self.is_told(&text) {
             self.warnings
                 .push(Warning::cosmetic("capsule", format!("{} {text}", of())));
         }

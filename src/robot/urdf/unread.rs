@@ -201,13 +201,14 @@ impl Unread {
 /// What an element that is not read would add, where it would.
 fn adds(node: Node, parent: &str) -> Option<&'static str> {
     let name = node.tag_name().name();
-    if node
-        .descendants()
-        .any(|inner| inner.has_tag_name("geometry"))
-        && !matches!(name, "visual" | "sensor")
-    {
+    if has_geometry(node) && !matches!(name, "visual" | "sensor") {
         return Some("has a shape");
     }
-    let joins = parent == "robot" && (name.contains("joint") || name.contains("constraint"));
-    joins.then_some("joins links")
+    let joins = name.contains("joint") || name.contains("constraint");
+    (parent == "robot" && joins).then_some("joins links")
+}
+
+fn has_geometry(node: Node) -> bool {
+    let mut inner = node.descendants();
+    inner.any(|inner| inner.has_tag_name("geometry"))
 }
