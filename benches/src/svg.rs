@@ -2,7 +2,7 @@
 
 use std::fmt::{Display, Write};
 
-/// A point of the picture [px], y downwards.
+/// A point of the picture (px), y downwards.
 pub(super) type Point = [f64; 2];
 
 /// A picture being written.

@@ -7,7 +7,7 @@ use crate::svg::{Point, Svg};
 /// From times and lengths to pixels of a rectangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axes {
-    /// Left, top, right and bottom edges [px].
+    /// Left, top, right and bottom edges (px).
     pub edges: [f64; 4],
     /// Logarithms of the first and the last time (s), whole decades.
     decades: [i32; 2],

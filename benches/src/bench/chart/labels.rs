@@ -2,9 +2,9 @@
 
 use crate::svg::Point;
 
-/// Height of a name [px].
+/// Height of a name (px).
 const HEIGHT: f64 = 12.0;
-/// From a dot to its name, and further where there is no room [px].
+/// From a dot to its name, and further where there is no room (px).
 const DISTANCES: [f64; 6] = [8.0, 16.0, 28.0, 42.0, 58.0, 76.0];
 /// Directions that a name is looked for in, to the right first.
 const DIRECTIONS: [Point; 8] = [
@@ -23,7 +23,7 @@ const DIRECTIONS: [Point; 8] = [
 const COVERS: f64 = 2.5;
 const MISLEADS: f64 = 16.0;
 
-/// Left, top, right and bottom [px].
+/// Left, top, right and bottom (px).
 type Area = [f64; 4];
 
 /// Where a name stands.

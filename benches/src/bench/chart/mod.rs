@@ -72,7 +72,7 @@ fn conditions(report: &Report) -> String {
     )
 }
 
-/// Tells where they end [px].
+/// Tells where they end (px).
 fn names_of_modes(svg: &mut Svg, report: &Report) -> f64 {
     let mut x = MARGIN;
     for (index, mode) in report.modes.iter().enumerate() {

@@ -13,14 +13,14 @@ use crate::statistics::mean;
 use crate::svg::{Point, Svg};
 use crate::units::time;
 
-/// Width and height [px].
+/// Width and height (px).
 pub(super) const PANEL: [f64; 2] = [760.0, 470.0];
 /// What the best honest peers are called.
 const BEST: &str = "best honest peer of each path";
-/// Edges of the plot in it [px].
+/// Edges of the plot in it (px).
 const PLOT: [f64; 4] = [62.0, 72.0, PANEL[0] - 20.0, PANEL[1] - 54.0];
 
-/// Widths of a letter of peers' names, about [px].
+/// Widths of a letter of peers' names, about (px).
 const LETTER: f64 = 6.1;
 const LETTER_BOLD: f64 = 7.4;
 
