@@ -11,8 +11,10 @@ mod error;
 mod load;
 mod output;
 mod program;
+#[path = "../../src/cli/demo/shipped.rs"]
 mod shipped;
 mod statistics;
+#[path = "../../src/cli/svg.rs"]
 mod svg;
 mod units;
 mod values;

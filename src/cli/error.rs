@@ -218,14 +218,6 @@ pub(super) fn is_lost(error: &CliError) -> bool {
     )
 }
 
-/// A file whose content cannot be used.
-pub(super) fn content(file: &Path, text: String) -> FileError {
-    FileError::Content {
-        file: file.to_owned(),
-        text,
-    }
-}
-
 /// Standard output that cannot be written.
 pub(super) fn stdout(source: std::io::Error) -> CliError {
     CliError::Output {

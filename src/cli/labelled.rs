@@ -11,7 +11,7 @@ use taut_ipc::control::{ControlRequest, RobotDescription, SceneSummary, Variable
 use taut_ipc::planner::{Columns, Planner};
 use taut_ipc::wire::Code;
 
-use super::error::{CliError, content};
+use super::error::CliError;
 use super::subject::Subject;
 
 /// What was read.
@@ -67,7 +67,7 @@ fn columns_of(
     held: &[(String, f64)],
 ) -> Result<Columns, FileError> {
     Columns::new(&robot.variables, table.variables(), held)
-        .map_err(|error| content(file, error.to_string()))
+        .map_err(|error| FileError::content(file, error.to_string()))
 }
 
 fn notes_of(columns: &Columns, table: &PathTable) -> Vec<Warning> {

@@ -14,7 +14,7 @@ use taut::scene::Scene;
 use taut::scene::scene_file::SceneFile;
 use taut::warning::Warning;
 
-use super::error::{CliError, content};
+use super::error::CliError;
 use super::quantity;
 use super::source::{GeometryChoice, Source};
 
@@ -356,7 +356,7 @@ fn never_at_zero(variable: &HeldVariable, name: &str) -> FileError {
     let text = format!(
         "column {missing:?} is missing, and the joint cannot be held at 0, outside [{lower}, {upper}]; add it, or give --hold {missing}=VALUE"
     );
-    content(name.as_ref(), text)
+    FileError::content(name.as_ref(), text)
 }
 
 /// Checks what the path's file says of held joints by where these stand.

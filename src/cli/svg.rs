@@ -1,8 +1,8 @@
-//! A writer of SVG: elements, escaped text, nothing else.
+//! A writer of SVG: elements, escaped text, nothing else. `taut-bench` has this file too.
 
 use std::fmt::{Display, Write};
 
-/// A point of the picture [px], y downwards.
+/// A point of the picture (px), y downwards.
 pub(super) type Point = [f64; 2];
 
 /// A picture being written.
@@ -37,14 +37,6 @@ impl Svg {
         self.end();
     }
 
-    /// An upright rectangle at the origin.
-    pub(super) fn rectangle(&mut self, class: &str, [width, height]: [f64; 2]) {
-        self.element(
-            "rect",
-            &[("class", &class), ("width", &width), ("height", &height)],
-        );
-    }
-
     /// Opens an element.
     pub(super) fn begin(&mut self, tag: &'static str, attributes: &[(&str, &dyn Display)]) {
         self.start(tag, attributes);
@@ -77,31 +69,15 @@ impl Svg {
 
     /// An open line through points, with a name that a pointer over it shows.
     pub(super) fn line(&mut self, points: &[Point], class: &str, title: &str) {
-        self.titled("polyline", points, class, title);
+        let points = joined(points);
+        self.titled("polyline", &[("class", &class), ("points", &points)], title);
     }
 
-    /// A closed outline, with a name that a pointer over it shows.
-    pub(super) fn outline(&mut self, points: &[Point], class: &str, title: &str) {
-        self.titled("polygon", points, class, title);
-    }
-
-    fn titled(&mut self, tag: &str, points: &[Point], class: &str, title: &str) {
-        self.start(tag, &[("class", &class), ("points", &joined(points))]);
+    /// An element with a name that a pointer over it shows.
+    pub(super) fn titled(&mut self, tag: &str, attributes: &[(&str, &dyn Display)], title: &str) {
+        self.start(tag, attributes);
         let title = escaped(title);
         let _ = writeln!(self.text, "><title>{title}</title></{tag}>");
-    }
-
-    /// A dot.
-    pub(super) fn dot(&mut self, [x, y]: Point, radius: f64, class: &str) {
-        self.element(
-            "circle",
-            &[
-                ("class", &class),
-                ("cx", &number(x)),
-                ("cy", &number(y)),
-                ("r", &radius),
-            ],
-        );
     }
 
     /// The whole picture.
@@ -120,12 +96,12 @@ impl Svg {
     }
 }
 
-/// A tenth of a pixel is fine enough and keeps the file small.
-fn number(value: f64) -> String {
+/// A coordinate: a tenth of a pixel is fine enough and keeps the file small.
+pub(super) fn number(value: f64) -> String {
     format!("{value:.1}")
 }
 
-fn joined(points: &[Point]) -> String {
+pub(super) fn joined(points: &[Point]) -> String {
     let mut pairs: Vec<String> = points.iter().map(pair).collect();
     pairs.dedup();
     pairs.join(" ")

@@ -43,7 +43,7 @@ impl Format {
         let version = self.version;
         match self.version_of(bytes) {
             Some(other) => format!(
-                "at its start: it is a {name} of version {other}, this release reads version {version}"
+                "at its start: it is a {name} of version {other}, this release reads version {version}; the one that wrote it reads it"
             ),
             None => format!("at its start: it is no {name} of this release"),
         }

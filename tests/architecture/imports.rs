@@ -21,6 +21,30 @@ struct Source {
     handed_on: BTreeMap<String, Module>,
 }
 
+impl Source {
+    fn read(file: PathBuf) -> Self {
+        Self {
+            code: code(&fs::read_to_string(&file).unwrap()),
+            file,
+            handed_on: BTreeMap::new(),
+        }
+    }
+
+    /// Modules whose files lie elsewhere, `#[path = "…"] mod name;`.
+    fn from_elsewhere(&self) -> impl Iterator<Item = (String, PathBuf)> {
+        let folder = self.file.parent().unwrap();
+        self.code
+            .split("#[path = \"")
+            .skip(1)
+            .filter_map(|rest| {
+                let (path, rest) = rest.split_once('"')?;
+                let (_, rest) = rest.split_once("mod ")?;
+                let (name, _) = rest.split_once(';')?;
+                Some((name.to_owned(), folder.join(path)))
+            })
+    }
+}
+
 impl Crate {
     /// Reads the files under the folder of a crate's `lib.rs` or `main.rs`.
     pub fn read(folder: &Path) -> Self {
@@ -29,13 +53,11 @@ impl Crate {
             let Some(module) = module_of(file.strip_prefix(folder).unwrap()) else {
                 continue;
             };
-            let code = code(&fs::read_to_string(&file).unwrap());
-            let handed_on = BTreeMap::new();
-            let source = Source {
-                file,
-                code,
-                handed_on,
-            };
+            let source = Source::read(file);
+            for (name, elsewhere) in source.from_elsewhere() {
+                let path = [&module[..], &[name]].concat();
+                modules.insert(path, Source::read(elsewhere));
+            }
             modules.insert(module, source);
         }
         let mut whole = Self { modules };

@@ -17,7 +17,7 @@ use taut::validation::{Certificate, Corridor, corridor};
 
 use super::arguments::Arguments;
 use super::timed::timed_points;
-use crate::cli::error::{CliError, content};
+use crate::cli::error::CliError;
 use crate::cli::format::{Format, print_line};
 use crate::cli::report;
 use taut_ipc::wire::Code;
@@ -52,7 +52,7 @@ pub(super) fn run(arguments: &Arguments, file: &Path, answer: &Path) -> Result<u
     let (path, corridor) = corridor_of(answer, &result)?;
     let points = points_of(&trajectory, &result, &path)?;
     let curve = Curve::of_lines(result.variables.len(), &points)
-        .map_err(|error| content(file, error.to_string()))?;
+        .map_err(|error| FileError::content(file, error.to_string()))?;
     let start = Instant::now();
     let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
     let inside = stays_inside(&curve, &path, &corridor, &mut stop);
@@ -81,7 +81,7 @@ fn points_of(
 /// The path of an answer, whose numbers say how it moves, and its corridor, which the certificate
 /// must bear out.
 fn corridor_of(answer: &Path, result: &ResultFile) -> Result<(path::Path, Corridor), FileError> {
-    let refuse = |text: String| content(answer, text);
+    let refuse = |text: String| FileError::content(answer, text);
     let file = result.corridor.as_ref().ok_or_else(|| {
         refuse(
             "the answer has no corridor; ask for it: taut shorten … --corridor -o RESULT.json"

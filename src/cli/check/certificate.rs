@@ -15,7 +15,7 @@ use taut::validation::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS};
 use taut::validation::reference::{self, Effort, Objection};
 
 use super::arguments::Arguments;
-use crate::cli::error::{CliError, content};
+use crate::cli::error::CliError;
 use crate::cli::format::{Format, print_line};
 use crate::cli::load::{self, Loaded};
 use crate::cli::progress::progress_bar;
@@ -81,7 +81,8 @@ impl Proof {
             file: file.to_owned(),
             reason: error.to_string(),
         })?;
-        let (certificate, has_path) = certificate_in(&text).map_err(|text| content(file, text))?;
+        let (certificate, has_path) =
+            certificate_in(&text).map_err(|text| FileError::content(file, text))?;
         Ok(Self {
             file: file.to_owned(),
             certificate,

@@ -12,7 +12,7 @@ use taut_ipc::own_daemon::{self, OwnDaemon, OwnDaemonError};
 
 use super::progress::Progress;
 use super::row::{Message, Row};
-use super::world;
+use super::shipped;
 use crate::cli::error::CliError;
 
 /// How often a signal is looked for.
@@ -106,7 +106,7 @@ fn planner(daemon: &OwnDaemon, row: &Row, deadline: Duration) -> Result<Command,
     let mut command = own_daemon::command(&this_program()?, daemon.instance());
     command
         .arg("demo-planner")
-        .arg(world::problem_file(daemon.folder(), &row.problem))
+        .arg(shipped::problem_file(daemon.folder(), &row.problem))
         .args(["--seed", &row.seed.to_string()])
         .args(["--deadline", &format!("{}us", deadline.as_micros())])
         .stdin(Stdio::null())

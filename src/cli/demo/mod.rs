@@ -1,5 +1,6 @@
 //! `taut demo`: a daemon of its own, several planner processes at once, a table and a picture.
 
+mod elements;
 mod fleet;
 mod motion;
 mod panel;
@@ -12,6 +13,7 @@ mod row;
 mod rrt_connect;
 #[path = "../../../examples/planner/session.rs"]
 mod session;
+mod shipped;
 mod table;
 mod view;
 mod world;
@@ -72,7 +74,7 @@ struct Report<'a> {
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let start = Instant::now();
     let stop = stop_on_signals()?;
-    let daemon = OwnDaemon::start(&fleet::this_program()?, "demo", &[], world::unpack)?;
+    let daemon = OwnDaemon::start(&fleet::this_program()?, "demo", &[], shipped::unpack)?;
     let (mut rows, worlds) = read_worlds(arguments, &daemon)?;
     plan(arguments, &daemon, &mut rows, &stop)?;
     daemon.stop()?;
@@ -121,12 +123,12 @@ fn read_worlds(
 ) -> Result<(Vec<Row>, Vec<World>), CliError> {
     let mut rows = Vec::new();
     let mut worlds = Vec::new();
-    let names = world::PROBLEMS.into_iter().cycle();
+    let names = shipped::PROBLEMS.into_iter().cycle();
     for (index, name) in names
         .take(arguments.planners.into())
         .enumerate()
     {
-        let world = World::read(&world::problem_file(daemon.folder(), name))?;
+        let world = World::read(&shipped::problem_file(daemon.folder(), name))?;
         rows.push(Row {
             planner: index + 1,
             problem: name.to_owned(),

@@ -2,6 +2,7 @@
 
 use taut::math::Vec3;
 
+use super::elements;
 use super::motion::{Mover, STEPS, Track};
 use super::view::{Bounds, Frame, View};
 use super::world::World;
@@ -71,7 +72,7 @@ impl<'a> Panel<'a> {
             "svg",
             &[("x", &x), ("y", &y), ("width", &width), ("height", &height)],
         );
-        svg.rectangle("view", size);
+        elements::rectangle(svg, "view", size);
         self.obstacles(svg, view, &frame, size);
         self.swept(svg, view, &frame);
         for (class, outlines) in &robots {
@@ -100,7 +101,7 @@ impl<'a> Panel<'a> {
                 let outline = view.outline(&obstacle.pose, shape);
                 // A floor seen from above fills everything and shows nothing.
                 if !shown.is_filled_by(&outline) {
-                    svg.outline(&frame.pixels(&outline), "obstacle", &obstacle.id);
+                    elements::outline(svg, &frame.pixels(&outline), "obstacle", &obstacle.id);
                 }
             }
         }
@@ -127,13 +128,13 @@ impl<'a> Panel<'a> {
 
 fn draw_ghost(svg: &mut Svg, frame: &Frame, outlines: &[Vec<Point>]) {
     for outline in outlines {
-        svg.outline(&frame.pixels(outline), "swept", "the robot on its way");
+        elements::outline(svg, &frame.pixels(outline), "swept", "the robot on its way");
     }
 }
 
 fn draw_outlines(svg: &mut Svg, frame: &Frame, outlines: &[Vec<Point>], class: &str) {
     for outline in outlines {
-        svg.outline(&frame.pixels(outline), class, class);
+        elements::outline(svg, &frame.pixels(outline), class, class);
     }
 }
 
@@ -143,7 +144,7 @@ fn path(svg: &mut Svg, view: View, frame: &Frame, track: &Track, class: &str, ti
     }
     svg.line(&pixels(view, frame, &track.places), class, title);
     for dot in pixels(view, frame, &track.waypoints) {
-        svg.dot(dot, 2.4, &format!("{class}-dot"));
+        elements::dot(svg, dot, 2.4, &format!("{class}-dot"));
     }
 }
 

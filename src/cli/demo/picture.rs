@@ -1,6 +1,7 @@
 //! The picture of `taut demo`: a card for each planner, its path before and after among the
 //! obstacles.
 
+use super::elements;
 use super::panel::Panel;
 use super::row::Row;
 use super::view::View;
@@ -35,7 +36,7 @@ pub(super) fn draw(rows: &[Row], worlds: &[World]) -> String {
     let lines = rows.len().div_ceil(columns);
     let [width, height] = corner(columns, lines);
     let mut svg = Svg::new(width, height, STYLE);
-    svg.rectangle("page", [width, height]);
+    elements::rectangle(&mut svg, "page", [width, height]);
     head(&mut svg, rows);
     for (index, (row, world)) in rows.iter().zip(worlds).enumerate() {
         let [x, y] = corner(index % columns, index / columns);
@@ -87,7 +88,7 @@ fn legend(svg: &mut Svg) {
     }
     for class in ["start", "goal", "obstacle"] {
         let corners = [[x, 83.0], [x + 22.0, 83.0], [x + 22.0, 97.0], [x, 97.0]];
-        svg.outline(&corners, class, class);
+        elements::outline(svg, &corners, class, class);
         svg.label([x + 30.0, 94.0], "small", class);
         x += 82.0;
     }

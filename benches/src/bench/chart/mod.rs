@@ -1,6 +1,7 @@
 //! The picture of `taut bench`: remaining length over time, a panel for each set.
 
 mod axes;
+mod dot;
 mod labels;
 mod panel;
 mod style;
@@ -10,6 +11,7 @@ use std::fmt::Display;
 use super::report::Report;
 use crate::svg::Svg;
 use crate::units::time;
+use dot::Dot;
 use panel::{PANEL, Panel};
 use style::{STYLE, mode_class};
 
@@ -88,7 +90,14 @@ fn names_of_peers(svg: &mut Svg, mut x: f64) {
     let peer = "recorded peer (median CPU, mean length), filled by its share of honest answers";
     let best = "best honest peer of each path";
     for (class, radius, text) in [("peer", 4.0, peer), ("best", 6.5, best)] {
-        svg.titled_dot([x + 6.0, 92.0], radius, class, 1.0, text);
+        let dot = Dot {
+            at: [x + 6.0, 92.0],
+            radius,
+            class,
+            opacity: 1.0,
+            title: text,
+        };
+        dot.draw(svg);
         svg.label([x + 17.0, 96.0], "small", text);
         x += 44.0 + 6.4 * text.len() as f64;
     }

@@ -7,6 +7,7 @@ use super::super::report::Report;
 use super::super::row::{Figures, Row};
 use super::super::summary::Summary;
 use super::axes::Axes;
+use super::dot::Dot;
 use super::labels::Room;
 use super::style::mode_class;
 use crate::statistics::mean;
@@ -68,7 +69,14 @@ impl<'a> Panel<'a> {
         self.others(svg, &mut room);
         // The best last, so that no other dot covers it.
         if let Some(best) = &self.summary.best_honest_peer {
-            svg.titled_dot(self.dot(best), 6.5, "best", 1.0, BEST);
+            let dot = Dot {
+                at: self.dot(best),
+                radius: 6.5,
+                class: "best",
+                opacity: 1.0,
+                title: BEST,
+            };
+            dot.draw(svg);
         }
     }
 
@@ -172,8 +180,14 @@ impl<'a> Panel<'a> {
             name_beside(svg, room, self.dot(peer), short(name), "peer-name");
         }
         for (name, peer) in peers {
-            let honest = peer.valid as f64 / peer.answers as f64;
-            svg.titled_dot(self.dot(peer), 4.0, "peer", honest, &title(name, peer));
+            let dot = Dot {
+                at: self.dot(peer),
+                radius: 4.0,
+                class: "peer",
+                opacity: peer.valid as f64 / peer.answers as f64,
+                title: &title(name, peer),
+            };
+            dot.draw(svg);
         }
     }
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use taut::files::result::texts;
-use taut::files::{Reader, Trajectory};
+use taut::files::{FileError, Reader, Trajectory};
 use taut::validation::timed::Curve;
 use taut::warning::{self, Warning};
 use taut_ipc::planner::Request;
@@ -18,7 +18,7 @@ use taut_ipc::planner::Request;
 pub(super) use points::timed_points;
 
 use super::arguments::Arguments;
-use crate::cli::error::{CliError, content};
+use crate::cli::error::CliError;
 use crate::cli::format::{Format, print_line};
 use crate::cli::load::{self, Loaded};
 use crate::cli::report;
@@ -47,7 +47,7 @@ fn check(
     let loaded = load::load_holding(reader, file, &arguments.source, false, &request.held)?;
     let points = timed_points(&trajectory, trajectory.for_robot(&loaded.robot)?)?;
     let curve = Curve::new(&loaded.robot, &points);
-    let curve = curve.map_err(|error| content(file, error.to_string()))?;
+    let curve = curve.map_err(|error| FileError::content(file, error.to_string()))?;
     let start = Instant::now();
     let judged = judge(&loaded, &curve, request, start)?;
     let time_s = start.elapsed().as_secs_f64();

@@ -5,8 +5,6 @@ use std::path::Path;
 use taut::files::{FileError, Trajectory, TrajectoryPoint};
 use taut::validation::timed::Point;
 
-use crate::cli::error::content;
-
 /// The point as the core takes it; `None` where it has no time.
 fn point(point: TrajectoryPoint) -> Option<Point> {
     let TrajectoryPoint {
@@ -37,5 +35,5 @@ pub(in crate::cli::check) fn timed_points(
 
 fn without_time(file: &Path) -> FileError {
     let text = "a point has no time_from_start; without times it is a path: leave out --timed";
-    content(file, text.to_owned())
+    FileError::content(file, text.to_owned())
 }

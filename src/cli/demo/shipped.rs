@@ -1,4 +1,5 @@
-//! The robots and scenes that are measured with where none are named; they travel inside the program.
+//! The robots and scenes that come with taut, which travel inside its programs: they run wherever they
+//! are started. `taut-bench` has this file too.
 
 use std::fs;
 use std::io;
@@ -16,7 +17,7 @@ pub(crate) const PROBLEMS: [&str; 6] = [
 
 macro_rules! shipped {
     ($($file:literal),* $(,)?) => {
-        [$( ($file, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../config/", $file))), )*]
+        [$( ($file, include_str!(concat!("../../../config/", $file))), )*]
     };
 }
 
@@ -40,7 +41,7 @@ const FILES: [(&str, &str); 16] = shipped![
     "robots/lift.srdf",
 ];
 
-/// Writes the files below a folder, where a daemon and its clients read them.
+/// Writes the files below a folder, where daemon and planners read them.
 pub(crate) fn unpack(folder: &Path) -> io::Result<()> {
     for (name, text) in FILES {
         let file = folder.join(name);
