@@ -31,7 +31,7 @@ impl Source {
     }
 
     /// Modules whose files lie elsewhere, `#[path = "…"] mod name;`.
-    fn from_elsewhere(&self) -> impl Iterator<Item = (String, PathBuf)> {
+    fn modules_elsewhere(&self) -> impl Iterator<Item = (String, PathBuf)> {
         let folder = self.file.parent().unwrap();
         self.code
             .split("#[path = \"")
@@ -54,7 +54,7 @@ impl Crate {
                 continue;
             };
             let source = Source::read(file);
-            for (name, elsewhere) in source.from_elsewhere() {
+            for (name, elsewhere) in source.modules_elsewhere() {
                 let path = [&module[..], &[name]].concat();
                 modules.insert(path, Source::read(elsewhere));
             }
