@@ -38,7 +38,7 @@ pub(crate) const fn most_begun(slots: usize) -> usize {
 pub(crate) enum Granted {
     /// A job that is to be begun.
     Begin(Box<Job>),
-    /// A job that had made room and goes on.
+    /// A job that had made room and goes on, or ends.
     GoOn(u64),
 }
 
@@ -82,8 +82,33 @@ struct Share {
     jobs: usize,
 }
 
-/// Where a job that could be computed now stands among others.
-enum Candidate {
+/// A job that could be computed now.
+#[derive(Clone, Copy)]
+enum Candidate<'a> {
+    /// Waits, at this index.
+    Waiting(usize, &'a Job),
+    /// Has made room.
+    Paused(&'a Turn),
+}
+
+impl Candidate<'_> {
+    fn class(self) -> u32 {
+        match self {
+            Self::Waiting(_, job) => job.priority,
+            Self::Paused(turn) => turn.class,
+        }
+    }
+
+    fn chosen(self) -> Chosen {
+        match self {
+            Self::Waiting(index, _) => Chosen::Waiting(index),
+            Self::Paused(turn) => Chosen::Paused(turn.job),
+        }
+    }
+}
+
+/// The next to be computed.
+enum Chosen {
     /// In [`Schedule::waiting`], at this index.
     Waiting(usize),
     /// Has made room.
@@ -122,20 +147,20 @@ impl Schedule {
     /// wait for. The one place where jobs get slots.
     pub(crate) fn fill_slots(&mut self, now_ns: u64) {
         while self.free_slots > 0 {
-            let Some(candidate) = self.next() else {
+            let Some(chosen) = self.next() else {
                 break;
             };
             self.free_slots -= 1;
-            let granted = self.grant(candidate, now_ns);
+            let granted = self.grant(chosen, now_ns);
             self.granted.push(granted);
         }
         self.show();
     }
 
-    fn grant(&mut self, candidate: Candidate, now_ns: u64) -> Granted {
-        match candidate {
-            Candidate::Waiting(index) => Granted::Begin(Box::new(self.begin(index, now_ns))),
-            Candidate::Paused(job) => {
+    fn grant(&mut self, chosen: Chosen, now_ns: u64) -> Granted {
+        match chosen {
+            Chosen::Waiting(index) => Granted::Begin(Box::new(self.begin(index, now_ns))),
+            Chosen::Paused(job) => {
                 if let Some(turn) = self.begun.get_mut(&job) {
                     turn.goes_on(now_ns);
                 }
@@ -154,9 +179,10 @@ impl Schedule {
 
     /// Lets the threads that compute see whether somebody waits.
     fn show(&self) {
-        let ready = self.candidates().count();
+        let classes = || self.candidates().map(Candidate::class);
+        let highest = classes().max().unwrap_or(0);
         self.pressure
-            .show(ready, self.highest_class(), self.free_slots);
+            .show(classes().count(), highest, self.free_slots);
     }
 
     /// Whether a job that is computed has to let another one go first; it has then given up its
@@ -181,10 +207,12 @@ impl Schedule {
         self.fill_slots(now_ns);
     }
 
-    /// A job that has made room ends without a slot.
+    /// A job that has made room goes on without a slot, to its end.
     pub(crate) fn over(&mut self, job: u64, now_ns: u64) {
-        if let Some(turn) = self.begun.get_mut(&job) {
-            turn.over(now_ns);
+        if let Some(turn) = self.begun.get_mut(&job)
+            && turn.over(now_ns)
+        {
+            self.granted.push(Granted::GoOn(job));
         }
         self.fill_slots(now_ns);
     }
@@ -296,39 +324,46 @@ impl Schedule {
         )
     }
 
+    fn standing_of_candidate(&self, candidate: Candidate) -> Standing {
+        match candidate {
+            Candidate::Waiting(_, job) => self.standing_of(job),
+            Candidate::Paused(turn) => self.standing_of_turn(turn),
+        }
+    }
+
     /// The jobs that can be computed now: first those that wait, then those that have made room.
-    fn candidates(&self) -> impl Iterator<Item = (Candidate, Standing)> {
-        let ready = self.waiting.iter().enumerate();
-        let ready = ready.filter(|(_, job)| job.snapshot.model.is_ready());
-        let waiting = ready.map(|(index, job)| (Candidate::Waiting(index), self.standing_of(job)));
-        let paused = self
-            .begun
+    fn candidates(&self) -> impl Iterator<Item = Candidate<'_>> + Clone {
+        let waiting = self.waiting.iter().enumerate();
+        let ready = waiting.filter(|(_, job)| job.snapshot.model.is_ready());
+        let ready = ready.map(|(index, job)| Candidate::Waiting(index, job));
+        ready.chain(self.paused().map(Candidate::Paused))
+    }
+
+    /// Those that have made room.
+    fn paused(&self) -> impl Iterator<Item = &Turn> + Clone {
+        self.begun
             .values()
-            .filter(|turn| turn.is_paused());
-        waiting.chain(paused.map(|turn| (Candidate::Paused(turn.job), self.standing_of_turn(turn))))
+            .filter(|turn| turn.is_paused())
     }
 
     /// The next to be computed.
-    fn next(&self) -> Option<Candidate> {
-        let (mut candidates, standings): (Vec<_>, Vec<_>) = self.candidates().unzip();
+    fn next(&self) -> Option<Chosen> {
+        let standings = self.standings();
         let index = order::next(standings.iter().copied())?;
-        Some(candidates.swap_remove(index))
+        self.candidates()
+            .nth(index)
+            .map(Candidate::chosen)
     }
 
     fn best(&self) -> Option<Standing> {
-        let standings: Vec<_> = self
-            .candidates()
-            .map(|(_, standing)| standing)
-            .collect();
+        let standings = self.standings();
         order::next(standings.iter().copied()).map(|index| standings[index])
     }
 
-    /// The highest class of those that can be computed now.
-    fn highest_class(&self) -> u32 {
-        let classes = self
-            .candidates()
-            .map(|(_, standing)| standing.class);
-        classes.max().unwrap_or(0)
+    fn standings(&self) -> Vec<Standing> {
+        self.candidates()
+            .map(|candidate| self.standing_of_candidate(candidate))
+            .collect()
     }
 
     /// Jobs that wait and would be taken before this one.
@@ -352,11 +387,7 @@ impl Schedule {
 
     fn may_pause(&self, for_higher_class: bool) -> bool {
         let factor = if for_higher_class { 2 } else { 1 };
-        let paused = self
-            .begun
-            .values()
-            .filter(|turn| turn.is_paused());
-        paused.count() < self.slots * PAUSED_PER_SLOT * factor
+        self.paused().count() < self.slots * PAUSED_PER_SLOT * factor
     }
 
     /// Counts on its client's account what a job was computed since it was last counted.

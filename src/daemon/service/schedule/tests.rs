@@ -132,6 +132,8 @@ fn a_job_that_is_over_ends_without_a_slot() {
     assert!(schedule.makes_room(1, NOW + 1) && schedule.is_paused(1));
     assert_eq!(granted(&mut schedule), [2], "the slot is the other's");
     schedule.over(1, NOW + 2);
+    assert_eq!(granted(&mut schedule), [1], "to its end");
+    schedule.over(1, NOW + 2);
     schedule.finish(1, NOW + 3);
     assert_eq!(schedule.free_slots, 0);
     schedule.finish(2, NOW + 4);

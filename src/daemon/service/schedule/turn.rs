@@ -86,11 +86,13 @@ impl Turn {
         self.begun_ns = now_ns;
     }
 
-    /// If it waits for a slot, it ends without one.
-    pub(super) fn over(&mut self, now_ns: u64) {
-        if self.is_paused() {
+    /// If it waits for a slot, it ends without one: then true.
+    pub(super) fn over(&mut self, now_ns: u64) -> bool {
+        let is_paused = self.is_paused();
+        if is_paused {
             self.stands = Stands::Over;
             self.since_ns = now_ns;
         }
+        is_paused
     }
 }

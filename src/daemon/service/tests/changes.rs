@@ -14,7 +14,7 @@ use crate::daemon::service::effect::Work;
 use crate::daemon::service::event::{Content, Event, Loaded, Purpose, Ticket};
 
 const BALL: &str = r#"{"is_diff": true, "world": {"collision_objects": [{"id": "ball", "header": {"frame_id": "world"},
-    "primitives": [{"type": 2, "dimensions": [0.1]}], "primitive_poses": [{"position": {"x": 5.0}}], "operation": 0}]}}"#;
+    "primitives": [{"type": 2, "dimensions": [0.1]}], "primitive_poses": [{"position": {"x": 5.0, "y": 0.0, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}], "operation": 0}]}}"#;
 
 fn diff(base_version: u64) -> ControlRequest {
     ControlRequest::DiffScene {

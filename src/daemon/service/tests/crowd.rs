@@ -1,6 +1,6 @@
 //! A thousand clients at once: what is promised of every daemon, in simulated time.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use fastrand::Rng;
 use taut_ipc::wire::{Code, Mode, RequestFlags, RequestHeader};
@@ -12,10 +12,12 @@ use crate::daemon::service::event::{Event, Ticket};
 
 const CLIENTS: u128 = 1000;
 const WORKERS: usize = 4;
+/// When (ns) a client that is refused sends again.
+const RETRY_NS: u64 = 100 * MS;
 
 fn config() -> Config {
     Config {
-        workers: Some(WORKERS),
+        workers: WORKERS,
         queue: 2 * CLIENTS as usize,
         ..Config::default()
     }
@@ -27,6 +29,8 @@ struct Crowd {
     rng: Rng,
     /// Who waits for what, and since when (ns).
     open: BTreeMap<Ticket, (u128, u64)>,
+    /// Who sends the next when (ns).
+    again: BTreeSet<(u64, u128)>,
     /// What came of it, in order: request, code, time that it took (ns).
     ended: Vec<(Ticket, u128, i32, u64)>,
     /// How long (ns) a request of a client is computed.
@@ -41,6 +45,7 @@ impl Crowd {
             world: World::new(config),
             rng: Rng::with_seed(14),
             open: BTreeMap::new(),
+            again: BTreeSet::new(),
             ended: Vec::new(),
             cost_ns: |_, _| MS,
             patience_ns: |_, _| 0,
@@ -69,13 +74,22 @@ impl Crowd {
         let end_ns = self.world.now_ns + time_ns;
         while self.world.now_ns < end_ns {
             self.world.pass(MS);
-            for client in self.take_ended() {
+            self.take_ended();
+            while let Some(client) = self.next() {
                 self.ask(client);
             }
         }
     }
 
-    fn take_ended(&mut self) -> Vec<u128> {
+    /// Who sends now.
+    fn next(&mut self) -> Option<u128> {
+        let (at_ns, _) = self.again.first()?;
+        let is_due = *at_ns <= self.world.now_ns;
+        let next = is_due.then(|| self.again.pop_first());
+        next.flatten().map(|(_, client)| client)
+    }
+
+    fn take_ended(&mut self) {
         let world = &self.world;
         let ended = self
             .open
@@ -85,11 +99,10 @@ impl Crowd {
             let (code, at_ns) = self.world.of(*ticket).last.unwrap();
             self.ended
                 .push((*ticket, *client, code, at_ns - since_ns));
+            let is_refused = code == i32::from(Code::Overloaded);
+            let pause_ns = if is_refused { RETRY_NS } else { 0 };
+            self.again.insert((at_ns + pause_ns, *client));
         }
-        ended
-            .into_iter()
-            .map(|(_, (client, _))| client)
-            .collect()
     }
 
     /// How long requests of these clients took (ns), the shortest first.
@@ -112,13 +125,13 @@ fn p99(latencies: &[u64]) -> u64 {
 fn no_slot_is_idle_and_all_get_the_same() {
     let mut crowd = Crowd::new(&config());
     (0..CLIENTS).for_each(|client| crowd.ask(client));
-    crowd.pass(3_000 * MS);
+    crowd.pass(1_000 * MS);
     let computed_ns = &crowd.world.computed_ns;
     let total_ns: u64 = computed_ns.values().sum();
     assert_eq!(crowd.world.most_at_once, WORKERS);
     assert_eq!(
         total_ns,
-        3_000 * MS * WORKERS as u64,
+        1_000 * MS * WORKERS as u64,
         "somebody always waits"
     );
     let least = computed_ns.values().min().unwrap();
@@ -204,7 +217,7 @@ fn each_of_a_thousand_watches_hears_each_change_once() {
     let watches: Vec<_> = (0..CLIENTS)
         .map(|client| world.ask(client, header))
         .collect();
-    world.pass(CLIENTS as u64 * MS);
+    world.pass(CLIENTS as u64 * MS / 3);
     for round in 1..=4 {
         world.proved = round % 2 == 0;
         if round % 2 == 1 {
@@ -212,7 +225,7 @@ fn each_of_a_thousand_watches_hears_each_change_once() {
         } else {
             super::changes::undo(&mut world);
         }
-        world.pass(CLIENTS as u64 * MS);
+        world.pass(CLIENTS as u64 * MS / 3);
         assert!(
             watches
                 .iter()
@@ -225,7 +238,7 @@ fn each_of_a_thousand_watches_hears_each_change_once() {
 #[test]
 fn every_request_has_an_end_when_the_daemon_ends_and_the_next_takes_them() {
     let mut crowd = Crowd::new(&config());
-    crowd.cost_ns = |_, rng| rng.u64(MS..40 * MS);
+    crowd.cost_ns = |_, rng| rng.u64(MS..8 * MS);
     (0..CLIENTS).for_each(|client| crowd.ask(client));
     crowd.pass(200 * MS);
     crowd.world.happens(Event::Stop);
@@ -235,8 +248,8 @@ fn every_request_has_an_end_when_the_daemon_ends_and_the_next_takes_them() {
     assert!(crowd.world.service.is_done());
     crowd.world = World::new(&config());
     (0..CLIENTS).for_each(|client| crowd.ask(client));
-    crowd.pass(CLIENTS as u64 * 20 * MS / WORKERS as u64 * 2);
-    let heard: std::collections::BTreeSet<_> = crowd
+    crowd.pass(CLIENTS as u64 * 6 * MS / WORKERS as u64);
+    let heard: BTreeSet<_> = crowd
         .ended
         .iter()
         .filter(|(_, _, code, _)| *code == i32::from(Code::Success))

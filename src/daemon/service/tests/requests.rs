@@ -9,7 +9,7 @@ use crate::daemon::service::event::Event;
 
 fn config(workers: usize) -> Config {
     Config {
-        workers: Some(workers),
+        workers,
         ..Config::default()
     }
 }

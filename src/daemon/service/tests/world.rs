@@ -49,6 +49,15 @@ pub(super) struct Heard {
 }
 
 impl Heard {
+    const NOTHING: Self = Self {
+        told: Vec::new(),
+        improved: 0,
+        last: None,
+        message: String::new(),
+        dropped: false,
+        flags: 0,
+    };
+
     /// The code of the last response.
     pub fn code(&self) -> Option<Code> {
         let (code, _) = self.last?;
@@ -221,11 +230,9 @@ impl World {
     }
 
     /// What the client of a request has heard.
-    pub fn of(&self, ticket: Ticket) -> Heard {
-        self.heard
-            .get(&ticket)
-            .cloned()
-            .unwrap_or_default()
+    pub fn of(&self, ticket: Ticket) -> &Heard {
+        static NOTHING: Heard = Heard::NOTHING;
+        self.heard.get(&ticket).unwrap_or(&NOTHING)
     }
 
     /// Something happens now, and what follows from it.
