@@ -226,10 +226,9 @@ impl Port {
 }
 
 impl Request {
-    /// What its client has done meanwhile. One whose stream is in use is looked at next time: who
-    /// uses it answers.
+    /// What its client has done meanwhile.
     fn ended(&mut self, ticket: Ticket) -> Option<Event> {
-        let stream = self.stream.try_lock().ok()?;
+        let stream = guarded(&self.stream);
         if !stream.is_connected() {
             return Some(Event::Gone(ticket));
         }

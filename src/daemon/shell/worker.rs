@@ -29,13 +29,15 @@ pub const HANG_SEED: u64 = 0x4a46_4a46_4a46_4a46;
 /// the newest is worth it. The first and the last are told at once.
 const TELL_NS: u64 = 2_000_000;
 
-/// Time (ns) after which a worker lets threads go first that wait for its core, the I/O thread and
+/// Time (ns) after which a worker lets threads go first that wait for its core, who is at the port and
 /// clients: they take microseconds, and would wait out its time slice of milliseconds.
 const GIVE_WAY_NS: u64 = 1_000_000;
 
-/// Computing time (ns) after which somebody else goes to the port, if nobody could have been given
-/// anything to compute until then.
+/// Computing time (ns) after which somebody else goes to the port: waking it costs more than most
+/// checks take.
 const PORT_NS: u64 = 200_000;
+/// The same where another request could be computed at once.
+const PORT_SOON_NS: u64 = 30_000;
 
 /// Starts the crew; its threads end when it is closed and nothing is left to compute.
 pub(super) fn start(
@@ -133,10 +135,6 @@ impl Worker {
         workspace: &mut Workspace,
     ) -> Option<Box<Job>> {
         let work = Work::new(self, job, leads);
-        if self.shell.pressure.has_free_slot() {
-            // What comes next can be computed at once.
-            work.hand_port_on();
-        }
         let computed = self.compute_shown(&work, workspace);
         let answered = self.answered(&work, computed);
         self.shell
@@ -255,6 +253,16 @@ impl<'a> Work<'a> {
             .saturating_sub(self.paused_ns.get())
     }
 
+    fn hand_port_on_when_due(&self, now_ns: u64) {
+        let after_ns = match self.worker.shell.pressure.has_free_slot() {
+            true => PORT_SOON_NS,
+            false => PORT_NS,
+        };
+        if now_ns >= self.begun_ns + after_ns {
+            self.hand_port_on();
+        }
+    }
+
     /// Somebody else goes to the port, if nobody is there.
     fn hand_port_on(&self) {
         if self.leads.replace(false) {
@@ -265,9 +273,7 @@ impl<'a> Work<'a> {
     /// Asked again and again on the way; a cause where the job is over.
     fn stop(&self) -> Option<StopCause> {
         let now_ns = monotonic_ns();
-        if now_ns >= self.begun_ns + PORT_NS {
-            self.hand_port_on();
-        }
+        self.hand_port_on_when_due(now_ns);
         self.give_way(now_ns);
         self.tell_when_due(now_ns);
         assert!(!self.is_injected(PANIC_SEED), "injected fault");

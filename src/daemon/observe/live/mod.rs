@@ -1,7 +1,7 @@
 //! What the daemon's own page shows: what runs, and the last answers with all that is needed to
 //! look at them.
 //!
-//! Workers enter what they compute, the I/O thread its figures with each status message; the page's
+//! Workers enter what they compute, the service its figures with each status message; the page's
 //! thread reads and makes pictures of it. Each holds the lock for a few copies only.
 
 mod http;
@@ -116,7 +116,7 @@ impl Live {
         }
     }
 
-    /// The I/O thread's figures.
+    /// The service's figures.
     pub(crate) fn counted(&self, stats: BTreeMap<String, f64>, clients: Vec<ClientSummary>) {
         let mut state = self.lock();
         state.stats = stats;
