@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crossbeam_channel::Sender;
 use taut::store::PreparedModel;
 
+use super::preparer::ToPrepare;
 use super::pulse::Pulse;
 use crate::daemon::durability::journal::Entry;
 use crate::daemon::observe::recording::Line;
@@ -17,7 +18,7 @@ pub(super) struct Lines {
     /// Reads diffs and writes texts.
     pub diffs: Sender<Task>,
     /// Makes models.
-    pub to_prepare: Sender<Arc<PreparedModel>>,
+    pub to_prepare: ToPrepare,
     /// Writes recordings.
     pub recorder: Sender<Line>,
     /// Keeps changes, where they are kept.

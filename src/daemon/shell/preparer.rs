@@ -14,11 +14,14 @@ use crate::daemon::threads::spawn;
 /// Models made at once: a large one does not keep a small one waiting.
 const THREADS: usize = 2;
 
+/// Where models go that are to be made.
+pub(super) type ToPrepare = Sender<Arc<PreparedModel>>;
+
 /// Starts the preparers, which tell of each model that they have made; they end when the sender is
 /// dropped.
 pub(super) fn start(
     tell: impl Fn(Event) + Clone + Send + 'static,
-) -> std::io::Result<(Sender<Arc<PreparedModel>>, Vec<JoinHandle<()>>)> {
+) -> std::io::Result<(ToPrepare, Vec<JoinHandle<()>>)> {
     let (models, receiver) = unbounded();
     let threads = (0..THREADS).map(|index| preparer(index, receiver.clone(), tell.clone()));
     Ok((models, threads.collect::<Result<_, _>>()?))

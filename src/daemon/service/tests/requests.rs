@@ -36,16 +36,19 @@ fn a_request_is_computed_and_answered_once() {
     );
 }
 
+/// Changes a header so that it cannot be served.
+type Change<'a> = &'a dyn Fn(&mut RequestHeader);
+
 #[test]
 fn what_cannot_be_served_is_refused_with_its_code() {
-    let refused = |change: &dyn Fn(&mut RequestHeader)| {
+    let refused = |change: Change| {
         let mut world = world();
         let mut header = world.header();
         change(&mut header);
         let ticket = world.ask(1, header);
         world.of(ticket).code()
     };
-    let cases: [(Code, &dyn Fn(&mut RequestHeader)); 5] = [
+    let cases: [(Code, Change); 5] = [
         (Code::UnknownRobot, &|header| header.robot_id = 1),
         (Code::UnknownScene, &|header| header.scene_id = 1),
         (Code::VersionConflict, &|header| header.scene_version = 9),
