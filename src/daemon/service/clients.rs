@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use taut_ipc::control::{ClientSummary, Refusal};
 use taut_ipc::wire::{Code, ResponseHeader};
 
+use super::client::Client;
 use crate::daemon::config::Quota;
 use crate::daemon::observe::metrics::Times;
 
@@ -15,15 +16,6 @@ const REMEMBERED_NS: u64 = 60_000_000_000;
 const BURST_NS: i64 = 500_000_000;
 /// When to try again after QUOTA, at least.
 const RETRY_MS: u32 = 5;
-
-/// Who asks, whatever it came through.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Client {
-    /// Its identity; two ports of one process count as two.
-    pub id: u128,
-    /// Its process; 0 = not known.
-    pub pid: u32,
-}
 
 /// Accounts of all clients.
 pub(crate) struct Clients {

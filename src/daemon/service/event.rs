@@ -9,7 +9,7 @@ use taut::scene::diff_file::SceneDiff;
 use taut_ipc::control::{ControlReply, ControlRequest, Refusal};
 use taut_ipc::wire::{RequestHeader, ResponseHeader};
 
-use super::clients::Client;
+use super::client::Client;
 use super::job::Stopped;
 use crate::daemon::translate::{ReadRobot, Reply};
 

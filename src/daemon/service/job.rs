@@ -4,7 +4,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use super::clients::Client;
+use super::client::Client;
 use taut::answer;
 pub use taut::answer::Stopped;
 use taut::optimize::Settings;

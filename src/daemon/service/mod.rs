@@ -1,11 +1,12 @@
 //! The daemon's logic: what happens, and when, makes what is to be done.
 //!
 //! [`Service::handle`] is a function of events and time: no port, thread, disk or clock is in here,
-//! and who asks is a [`clients::Client`] with an identity, whatever it came through. The
+//! and who asks is a [`client::Client`] with an identity, whatever it came through. The
 //! [`shell`](super::shell) brings events and does what is to be done.
 
-pub(crate) mod admission;
-pub(crate) mod clients;
+mod admission;
+pub(crate) mod client;
+mod clients;
 mod control;
 pub(crate) mod effect;
 pub(crate) mod event;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use taut::store::{ModelStore, Snapshot};
 use taut_ipc::wire::{RequestFlags, RequestHeader, ResponseFlags};
 
-use super::clients::Client;
+use super::client::Client;
 use super::event::Ticket;
 use super::job::{Job, StopFlag};
 use crate::daemon::observe::recording::Question;

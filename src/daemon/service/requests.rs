@@ -9,7 +9,7 @@ use taut_ipc::wire::{Code, RequestHeader, ResponseHeader};
 
 use super::Service;
 use super::admission::{Doorkeeper, stopping};
-use super::clients::Client;
+use super::client::Client;
 use super::effect::{Effect, InOrder};
 use super::event::{Answered, Asked as Arrival, Question, Ticket, Way};
 use super::job::{Asked, Job, StopCause};

@@ -11,7 +11,7 @@ use taut_ipc::server::{IncomingControl, IncomingRequest, SendError, Server, Serv
 use taut_ipc::wire::{Code, ResponseBody, ResponseHeader, SceneEvent, StatusRecord};
 
 use super::cleaning::Cleaning;
-use crate::daemon::service::clients::Client;
+use crate::daemon::service::client::Client;
 use crate::daemon::service::event::{Asked, Event, Question, Surroundings, Ticket};
 use crate::daemon::translate::{self, Reply};
 

@@ -13,7 +13,7 @@ use super::record::RunRecord;
 use super::replay::{Replay, Verdict};
 use super::write::RunWriter;
 use super::{Answer, Question};
-use crate::daemon::service::clients::Client;
+use crate::daemon::service::client::Client;
 use crate::daemon::service::event::Way;
 use crate::daemon::service::job::{Job, StopCause};
 use taut::answer::{self, Answered};

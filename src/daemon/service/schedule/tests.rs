@@ -7,7 +7,7 @@ use taut::scene::Scene;
 use taut::store::{PreparedModel, Snapshot};
 
 use super::*;
-use crate::daemon::service::clients::Client;
+use crate::daemon::service::client::Client;
 
 const MILLISECOND: u64 = 1_000_000;
 

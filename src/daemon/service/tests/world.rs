@@ -17,7 +17,7 @@ use crate::daemon::config::Config;
 use crate::daemon::durability::journal::Entry;
 use crate::daemon::observe::metrics::Metrics;
 use crate::daemon::observe::recording::{Counts, Recorder};
-use crate::daemon::service::clients::Client;
+use crate::daemon::service::client::Client;
 use crate::daemon::service::effect::{Effect, InOrder, Task};
 use crate::daemon::service::event::{
     Answered, Asked, Event, KeptUpTo, Question, Surroundings, Ticket, Way,
