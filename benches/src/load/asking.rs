@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use taut_ipc::client::LoanedRequest;
 use taut_ipc::wire::{Code, Mode, RequestBody, RequestFlags, RequestHeader, ResponseHeader};
-use taut_ipc::{Client, ClientError, Pending, Response, monotonic_ns};
+use taut_ipc::{ClientError, Pending, Response, monotonic_ns};
 
+use super::connection::Connection;
 use super::orders::{Job, Pace, Window};
 use super::tally::{Ending, Loss, Tally};
 
@@ -31,7 +32,7 @@ struct Times {
 
 /// Sends requests of one window and counts them.
 pub(super) struct Asker<'a> {
-    client: &'a Client,
+    connection: &'a Connection,
     jobs: &'a [Job],
     window: &'a Window,
     random: fastrand::Rng,
@@ -43,7 +44,7 @@ pub(super) struct Asker<'a> {
 impl<'a> Asker<'a> {
     /// Nothing sent yet.
     pub(super) fn new(
-        client: &'a Client,
+        connection: &'a Connection,
         jobs: &'a [Job],
         window: &'a Window,
         number: u64,
@@ -55,11 +56,11 @@ impl<'a> Asker<'a> {
                 .wrapping_add(number),
         );
         Self {
-            client,
+            connection,
             jobs,
             window,
             random,
-            next: number as usize,
+            next: (window.seed.wrapping_add(number) % jobs.len().max(1) as u64) as usize,
             tally: Tally::default(),
         }
     }
@@ -111,7 +112,7 @@ impl<'a> Asker<'a> {
         match request.and_then(LoanedRequest::send) {
             Ok(pending) => self.wait(pending, job, times),
             Err(error) => {
-                self.tally.refuse(error.code());
+                self.not_sent(error.code(), times.sent_ns);
                 LOST_PAUSE
             }
         }
@@ -134,7 +135,8 @@ impl<'a> Asker<'a> {
             ..RequestBody::default()
         };
         let request = self
-            .client
+            .connection
+            .client()
             .request(job.waypoints(), job.variables);
         let mut builder = request.with_body(body);
         builder.header = header;
@@ -210,12 +212,31 @@ impl<'a> Asker<'a> {
     /// Counts a request whose daemon went away.
     fn cut_off(&mut self, sent_ns: u64) -> Duration {
         self.tally.refuse(Code::DaemonLost);
-        self.tally.losses.push(Loss {
-            sent_ns,
-            known_ns: monotonic_ns(),
-            good_ns: 0,
-        });
+        self.lose(sent_ns);
         LOST_PAUSE
+    }
+
+    /// Counts a request that could not be sent.
+    fn not_sent(&mut self, code: Code, sent_ns: u64) {
+        self.tally.refuse(code);
+        if code == Code::DaemonLost && self.window.renew {
+            self.lose(sent_ns);
+        }
+    }
+
+    /// From here until its next proved answer this client is cut off; where it is to, it connects
+    /// anew.
+    fn lose(&mut self, sent_ns: u64) {
+        if !(self.window.renew && self.tally.is_cut_off()) {
+            self.tally.losses.push(Loss {
+                sent_ns,
+                known_ns: monotonic_ns(),
+                good_ns: 0,
+            });
+        }
+        if self.window.renew {
+            self.connection.renew();
+        }
     }
 
     /// Sends the next request, cancels it after a random time, and then has the same path checked:

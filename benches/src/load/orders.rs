@@ -100,6 +100,22 @@ pub(super) struct Window {
     pub request_seed: Option<u64>,
     /// Go round all jobs in order instead of choosing at random.
     pub in_order: bool,
+    /// Connect anew where the daemon is lost; its ports serve the next one too, unless their files
+    /// are gone.
+    pub renew: bool,
+    /// What a client of the echo sends.
+    pub exchange: Exchange,
+}
+
+/// A round trip to the echo.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(super) struct Exchange {
+    /// Bytes of the request.
+    pub there: usize,
+    /// Bytes of the answer.
+    pub back: usize,
+    /// How long the echo computes in between (ns).
+    pub compute_ns: u64,
 }
 
 impl Window {
@@ -118,6 +134,8 @@ impl Window {
             flags: 0,
             request_seed: None,
             in_order: false,
+            renew: false,
+            exchange: Exchange::default(),
         }
     }
 }
@@ -145,6 +163,8 @@ pub(super) enum Point {
 pub(super) enum Order {
     /// Connect, with these jobs and this number. Answered by [`Said::Ready`].
     Connect(Vec<Job>, u64),
+    /// Connect to the echo of this instance instead of a daemon. Answered by [`Said::Ready`].
+    Echo,
     /// Read these problem files and compute each once in this process. Answered by [`Said::Ready`].
     Compute(Vec<PathBuf>),
     /// Send. Answered by [`Said::Done`].

@@ -1,4 +1,8 @@
 //! Clients are killed at random points of their requests while others, the witnesses, send on.
+//!
+//! The control has the same clients: as many processes start at the same pace and go to the same
+//! points of the same requests, but end in good order. So the two differ by deaths alone, not by
+//! what it costs to start processes and to connect.
 
 use std::os::unix::process::CommandExt;
 use std::process::{Command, ExitStatus, Stdio};
@@ -15,17 +19,22 @@ use crate::load::control::number;
 use crate::load::fleet::{Fleet, Member};
 use crate::load::interrupt;
 use crate::load::orders::{Point, Window, wire_mode};
+use crate::load::process::sleep_until;
 use crate::load::site::{Setup, Site, until};
 use crate::load::tally::{Tally, Times};
 use crate::{program, units};
 
 const WITNESSES: usize = 2;
+/// Number of the first client that is killed.
+const FIRST: usize = 1000;
 const POINTS: [Point; 4] = [
     Point::Loaned,
     Point::Sent,
     Point::Streaming,
     Point::Anywhere,
 ];
+/// From the start of one client to that of the next, long enough for one that ends in good order.
+const PACE: Duration = Duration::from_millis(50);
 /// How long shared memory may take to come back before it counts as lost.
 const RECLAIM: Duration = Duration::from_secs(20);
 /// The user that root measures as, too: nobody.
@@ -114,7 +123,7 @@ fn of_this_user(trial: &Trial) -> Result<Vec<Row>, Error> {
     let mut scene = Scene {
         trial,
         witnesses: Fleet::start(site.instance(), &site.jobs, 0, WITNESSES)?,
-        killer: Killer::new(trial.seed),
+        killer: Killer::default(),
         seen: Tally::default(),
         site: &site,
     };
@@ -187,6 +196,7 @@ impl Scene<'_> {
         vec![
             Row::none(exits, u64::from(!self.site.is_alive())),
             self.seen.unserved("witnesses' requests"),
+            self.killer.told(),
         ]
     }
 
@@ -197,8 +207,7 @@ impl Scene<'_> {
         let window = self
             .witnesses
             .begin(self.trial.window(number), length)?;
-        self.killer
-            .work(self.site, window.end_ns, kills)?;
+        self.killer.work(self.site, window, kills)?;
         let tally = Tally::of(&self.witnesses.finish(length)?);
         self.seen.merge(&tally);
         Ok(tally.latency.quantile(0.99))
@@ -206,40 +215,53 @@ impl Scene<'_> {
 }
 
 /// Starts clients and ends them at random points.
+#[derive(Default)]
 struct Killer {
     random: fastrand::Rng,
-    number: usize,
+    /// Clients started so far.
+    started: usize,
     kills: u64,
+    /// Clients that ended in good order.
+    let_go: u64,
 }
 
 impl Killer {
-    fn new(seed: u64) -> Self {
-        Self {
-            random: fastrand::Rng::with_seed(seed),
-            number: 1000,
-            kills: 0,
-        }
-    }
-
-    /// Until then; where `kills` is false they end by themselves, so that the two differ in nothing
-    /// else.
-    fn work(&mut self, site: &Site, end_ns: u64, kills: bool) -> Result<(), Error> {
-        while monotonic_ns() < end_ns {
+    /// In this window; where `kills` is false the same clients end by themselves.
+    fn work(&mut self, site: &Site, window: Window, kills: bool) -> Result<(), Error> {
+        // Of both windows of a pair.
+        self.random = fastrand::Rng::with_seed(window.seed);
+        let mut due_ns = window.start_ns;
+        while due_ns.max(monotonic_ns()) < window.end_ns {
             interrupt::check()?;
-            let victim = self.victim(site, None)?;
-            match kills {
-                true => victim.kill(),
-                false => victim.let_go()?,
-            }
-            self.kills += u64::from(kills);
+            sleep_until(due_ns);
+            self.end_one(site, kills)?;
+            due_ns += PACE.as_nanos() as u64;
         }
         Ok(())
     }
 
+    fn end_one(&mut self, site: &Site, kills: bool) -> Result<(), Error> {
+        let victim = self.victim(site, None)?;
+        if kills {
+            self.kills += 1;
+            victim.kill();
+            return Ok(());
+        }
+        self.let_go += 1;
+        victim.let_go()
+    }
+
+    fn told(&self) -> Row {
+        let figure = "clients killed / let go in the windows that are compared";
+        let measured = format!("{} / {}", self.kills, self.let_go);
+        Row::told(figure, measured, self.kills as f64)
+    }
+
     /// A client at a point of its request.
     fn victim(&mut self, site: &Site, point: Option<Point>) -> Result<Member, Error> {
-        self.number += 1;
-        let mut victim = Member::start(site.instance(), &site.jobs, self.number)?;
+        self.started += 1;
+        let number = FIRST + self.started;
+        let mut victim = Member::start(site.instance(), &site.jobs, number)?;
         let point = point.unwrap_or_else(|| POINTS[self.random.usize(..POINTS.len())]);
         victim.stay_at(point, self.window(point))?;
         if point == Point::Anywhere {
