@@ -3,7 +3,8 @@
 //!
 //! All wait for events, none polls, and an answer wakes no other client than its own, as with the
 //! daemon. Where it is asked to, the echo computes before it answers; it serves one request at a
-//! time, as a single worker does.
+//! time, as a single worker does, and all that have come before any that come meanwhile: else the
+//! first clients would have all of it.
 
 use std::collections::HashMap;
 use std::io::{BufRead, BufReader, Write};
@@ -147,11 +148,22 @@ pub(crate) fn serve() -> Result<u8, Error> {
         listener
             .timed_wait(|_| (), PATIENCE)
             .map_err(text)?;
-        while let Some(request) = port.receive().map_err(text)? {
-            send_back(&request)?;
-            bell.ring(request.user_header().listener_id)?;
+        loop {
+            let requests = received(&port)?;
+            if requests.is_empty() {
+                break;
+            }
+            for request in requests {
+                send_back(&request)?;
+                bell.ring(request.user_header().listener_id)?;
+            }
         }
     }
+}
+
+/// All that have come.
+fn received(port: &ServerPort) -> Result<Vec<Active>, Error> {
+    std::iter::from_fn(|| port.receive().map_err(text).transpose()).collect()
 }
 
 /// The header's work budget says how many bytes, its deadline how long the echo computes (ns).

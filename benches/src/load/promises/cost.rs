@@ -9,7 +9,7 @@ use std::time::Duration;
 use taut::optimize::Mode;
 
 use super::row::Row;
-use super::trial::{BUDGET, Trial, median, ratio, run};
+use super::trial::{Trial, median, ratio, run};
 use crate::error::Error;
 use crate::load::fleet::Fleet;
 use crate::load::local::{Bench, Local};
@@ -19,6 +19,8 @@ use crate::load::site::Site;
 use crate::load::tally::Tally;
 use crate::units;
 
+/// Work of a request that takes about 3 ms; its time is told.
+const WORK: u64 = 12_000;
 /// Planners at once, with one worker.
 const PLANNERS: [usize; 4] = [1, 4, 16, 64];
 /// With two.
@@ -27,20 +29,20 @@ const TWO_WORKERS: usize = 16;
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
     let site = Site::of_workers(1)?;
-    for clients in PLANNERS {
-        let against = Against::measure(trial, &site, clients)?;
-        if clients == 1 {
+    for planners in PLANNERS {
+        let against = Against::measure(trial, &site, planners, WORK)?;
+        if planners == 1 {
             rows.extend(against.cpu_rows());
         }
-        let figure = format!("throughput of 1 worker, {clients} clients / in this process");
+        let figure = format!("throughput of 1 worker, {planners} planners / in this process");
         rows.push(Row::at_least(figure, 0.95, against.rate()));
         rows.push(against.told());
     }
+    let half = Against::measure(trial, &site, 1, WORK / 2)?;
+    rows.extend(half.both_told("throughput of 1 worker, 1 planner, requests half as long"));
     drop(site);
-    let two = Against::measure(trial, &Site::of_workers(2)?, TWO_WORKERS)?;
-    let figure = format!("throughput of 2 workers, {TWO_WORKERS} clients / in this process");
-    rows.push(Row::told(figure, format!("{:.3}", two.rate()), two.rate()));
-    rows.push(two.told());
+    let two = Against::measure(trial, &Site::of_workers(2)?, TWO_WORKERS, WORK)?;
+    rows.extend(two.both_told(&format!("throughput of 2 workers, {TWO_WORKERS} planners")));
     Ok(rows)
 }
 
@@ -77,13 +79,14 @@ struct Against {
 }
 
 impl Against {
-    fn measure(trial: &Trial, site: &Site, clients: usize) -> Result<Self, Error> {
+    fn measure(trial: &Trial, site: &Site, clients: usize, work: u64) -> Result<Self, Error> {
         let mut pair = Pair {
             length: trial.pick(Duration::from_millis(500), Duration::from_secs(1)),
             fleet: Fleet::start(site.instance(), &site.jobs, 0, clients)?,
             pid: site.serving()?,
             bench: Bench::default(),
             site,
+            work,
         };
         pair.here();
         let mut against = Self::default();
@@ -116,13 +119,20 @@ impl Against {
                 local_cpu,
             ),
             Row::at_most(
-                "CPU by the daemon / in this process, 1 client",
+                "CPU by the daemon / in this process, 1 planner",
                 1.05,
                 median(&self.cpu),
             ),
         ]
     }
 
+    fn both_told(&self, figure: &str) -> [Row; 2] {
+        let rate = self.rate();
+        let figure = format!("{figure} / in this process");
+        [Row::told(figure, format!("{rate:.3}"), rate), self.told()]
+    }
+
+    /// What of it is not judged.
     fn told(&self) -> Row {
         let cpu = median(&self.cpu);
         let clients_cpu = units::time(median(&self.clients_cpu));
@@ -142,6 +152,8 @@ struct Pair<'a> {
     pid: u32,
     bench: Bench,
     site: &'a Site,
+    /// Of each request.
+    work: u64,
 }
 
 impl Pair<'_> {
@@ -149,6 +161,7 @@ impl Pair<'_> {
         // Every client goes round all jobs, so that both do the same mix.
         let window = Window {
             in_order: true,
+            budget: self.work,
             ..window
         };
         if number.is_multiple_of(2) {
@@ -170,6 +183,6 @@ impl Pair<'_> {
 
     fn here(&mut self) -> Local {
         self.bench
-            .run(&self.site.problems, Mode::Hybrid, BUDGET, self.length)
+            .run(&self.site.problems, Mode::Hybrid, self.work, self.length)
     }
 }

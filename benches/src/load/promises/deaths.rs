@@ -2,7 +2,7 @@
 //!
 //! The control has the same clients: as many processes start at the same pace and go to the same
 //! points of the same requests, but end in good order. So the two differ by deaths alone, not by
-//! what it costs to start processes and to connect.
+//! what it costs to start processes and to connect. The pace is what the machine can do.
 
 use std::os::unix::process::CommandExt;
 use std::process::{Command, ExitStatus, Stdio};
@@ -33,8 +33,9 @@ const POINTS: [Point; 4] = [
     Point::Streaming,
     Point::Anywhere,
 ];
-/// From the start of one client to that of the next, long enough for one that ends in good order.
-const PACE: Duration = Duration::from_millis(50);
+/// From the start of one client to that of the next, as part of the time that one takes in the mean
+/// that starts and ends in good order.
+const PACE: f64 = 1.2;
 /// How long shared memory may take to come back before it counts as lost.
 const RECLAIM: Duration = Duration::from_secs(20);
 /// The user that root measures as, too: nobody.
@@ -181,6 +182,9 @@ impl Scene<'_> {
     /// The witnesses' p99 with kills over that without, the median of windows.
     fn pass(&mut self) -> Result<f64, Error> {
         let wanted = self.trial.pick(40, 2000);
+        // How long one takes in good order.
+        self.p99(0, false)?;
+        self.killer.find_pace(self.window_length());
         let mut ratios = Vec::new();
         while self.killer.kills < wanted || ratios.len() < self.trial.windows() {
             let number = ratios.len();
@@ -200,10 +204,13 @@ impl Scene<'_> {
         ]
     }
 
+    fn window_length(&self) -> Duration {
+        self.trial
+            .pick(Duration::from_secs(1), Duration::from_secs(3))
+    }
+
     fn p99(&mut self, number: usize, kills: bool) -> Result<f64, Error> {
-        let length = self
-            .trial
-            .pick(Duration::from_secs(1), Duration::from_secs(3));
+        let length = self.window_length();
         let window = self
             .witnesses
             .begin(self.trial.window(number), length)?;
@@ -223,6 +230,8 @@ struct Killer {
     kills: u64,
     /// Clients that ended in good order.
     let_go: u64,
+    /// From the start of one to that of the next; 0 = at once.
+    pace: Duration,
 }
 
 impl Killer {
@@ -235,9 +244,15 @@ impl Killer {
             interrupt::check()?;
             sleep_until(due_ns);
             self.end_one(site, kills)?;
-            due_ns += PACE.as_nanos() as u64;
+            due_ns += self.pace.as_nanos() as u64;
         }
         Ok(())
+    }
+
+    /// From a window of this length in which nobody was killed; it is not counted.
+    fn find_pace(&mut self, length: Duration) {
+        self.pace = length.mul_f64(PACE / self.let_go.max(1) as f64);
+        self.let_go = 0;
     }
 
     fn end_one(&mut self, site: &Site, kills: bool) -> Result<(), Error> {
@@ -252,8 +267,9 @@ impl Killer {
     }
 
     fn told(&self) -> Row {
-        let figure = "clients killed / let go in the windows that are compared";
-        let measured = format!("{} / {}", self.kills, self.let_go);
+        let figure = "clients killed / let go in the windows compared, one each";
+        let pace = units::time(self.pace.as_secs_f64());
+        let measured = format!("{} / {}, {pace}", self.kills, self.let_go);
         Row::told(figure, measured, self.kills as f64)
     }
 
