@@ -4,9 +4,8 @@ use std::time::Duration;
 
 use taut_ipc::client::LoanedRequest;
 use taut_ipc::wire::{Code, Mode, RequestBody, RequestFlags, RequestHeader, ResponseHeader};
-use taut_ipc::{ClientError, Pending, Response, monotonic_ns};
+use taut_ipc::{Client, ClientError, Pending, Response, monotonic_ns};
 
-use super::connection::Connection;
 use super::orders::{Job, Pace, Window};
 use super::tally::{Ending, Loss, Tally};
 
@@ -32,7 +31,7 @@ struct Times {
 
 /// Sends requests of one window and counts them.
 pub(super) struct Asker<'a> {
-    connection: &'a Connection,
+    client: &'a Client,
     jobs: &'a [Job],
     window: &'a Window,
     random: fastrand::Rng,
@@ -44,7 +43,7 @@ pub(super) struct Asker<'a> {
 impl<'a> Asker<'a> {
     /// Nothing sent yet.
     pub(super) fn new(
-        connection: &'a Connection,
+        client: &'a Client,
         jobs: &'a [Job],
         window: &'a Window,
         number: u64,
@@ -56,7 +55,7 @@ impl<'a> Asker<'a> {
                 .wrapping_add(number),
         );
         Self {
-            connection,
+            client,
             jobs,
             window,
             random,
@@ -135,8 +134,7 @@ impl<'a> Asker<'a> {
             ..RequestBody::default()
         };
         let request = self
-            .connection
-            .client()
+            .client
             .request(job.waypoints(), job.variables);
         let mut builder = request.with_body(body);
         builder.header = header;
@@ -219,24 +217,18 @@ impl<'a> Asker<'a> {
     /// Counts a request that could not be sent.
     fn not_sent(&mut self, code: Code, sent_ns: u64) {
         self.tally.refuse(code);
-        if code == Code::DaemonLost && self.window.renew {
+        if code == Code::DaemonLost && !self.tally.is_cut_off() {
             self.lose(sent_ns);
         }
     }
 
-    /// From here until its next proved answer this client is cut off; where it is to, it connects
-    /// anew.
+    /// From here until its next proved answer this client is cut off.
     fn lose(&mut self, sent_ns: u64) {
-        if !(self.window.renew && self.tally.is_cut_off()) {
-            self.tally.losses.push(Loss {
-                sent_ns,
-                known_ns: monotonic_ns(),
-                good_ns: 0,
-            });
-        }
-        if self.window.renew {
-            self.connection.renew();
-        }
+        self.tally.losses.push(Loss {
+            sent_ns,
+            known_ns: monotonic_ns(),
+            good_ns: 0,
+        });
     }
 
     /// Sends the next request, cancels it after a random time, and then has the same path checked:

@@ -11,10 +11,9 @@ use taut::files::Reader;
 use taut::optimize::Mode;
 use taut_ipc::limits::ACTIVE_REQUESTS_PER_CLIENT;
 use taut_ipc::wire::{self, Code, RequestFlags};
-use taut_ipc::{ClientError, Instance, monotonic_ns};
+use taut_ipc::{Client, ClientError, Instance, monotonic_ns};
 
 use super::asking::Asker;
-use super::connection::Connection;
 use super::echo::Caller;
 use super::local::Bench;
 use super::orders::{Job, Memory, Order, Pace, Point, Said, Window};
@@ -61,7 +60,7 @@ struct Obedient {
 /// Whom this process asks.
 enum Asks {
     Daemon(Planner),
-    Echo(Caller),
+    Echo(Box<Caller>),
 }
 
 impl Asks {
@@ -102,7 +101,7 @@ impl Obedient {
 
     fn connect_to_echo(&mut self) -> Result<Said, Error> {
         let caller = Caller::open(&Instance::from_environment()?)?;
-        self.asks = Some(Asks::Echo(caller));
+        self.asks = Some(Asks::Echo(Box::new(caller)));
         Ok(Said::Ready(Memory::default()))
     }
 
@@ -144,7 +143,7 @@ fn say(said: &Said) {
 
 /// The connected client.
 struct Planner {
-    connection: Connection,
+    client: Client,
     jobs: Vec<Job>,
     number: u64,
 }
@@ -154,7 +153,7 @@ impl Planner {
     fn connect(jobs: Vec<Job>, number: u64) -> Result<(Self, Memory), Error> {
         let before = process::private_bytes(std::process::id());
         let planner = Self {
-            connection: Connection::open(&Instance::from_environment()?)?,
+            client: Client::connect(&Instance::from_environment()?)?,
             jobs,
             number,
         };
@@ -175,7 +174,7 @@ impl Planner {
     }
 
     fn asker<'a>(&'a self, window: &'a Window) -> Asker<'a> {
-        Asker::new(&self.connection, &self.jobs, window, self.number)
+        Asker::new(&self.client, &self.jobs, window, self.number)
     }
 
     /// Sends until the window is over and every request has ended.

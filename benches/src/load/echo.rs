@@ -2,14 +2,12 @@
 //! process that sends back as many bytes as it is asked for, and clients of it.
 //!
 //! All wait for events, none polls, and an answer wakes no other client than its own, as with the
-//! daemon. Where it is asked to, the echo computes before it answers; it serves one request at a
-//! time, as a single worker does, and all that have come before any that come meanwhile: else the
-//! first clients would have all of it.
+//! daemon. The echo computes nothing and takes requests as the port has them, which is the fastest.
 
 use std::collections::HashMap;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::node::Node;
@@ -120,15 +118,14 @@ impl Caller {
     fn round(&self, request: &[u8], exchange: Exchange) -> Result<Round, Error> {
         let header = RequestHeader {
             work_budget: exchange.back as u64,
-            deadline_ns: exchange.compute_ns,
             ..RequestHeader::default()
         };
         let sent_ns = monotonic_ns();
         match self.0.exchange(header, request, PATIENCE)? {
-            Some((answer, bytes)) if bytes == exchange.back => Ok(Round {
+            Some((_, bytes)) if bytes == exchange.back => Ok(Round {
                 sent_ns,
                 ended_ns: monotonic_ns(),
-                compute_ns: answer.compute_ns,
+                compute_ns: 0,
             }),
             _ => Err(text("the echo does not answer as it was asked to")),
         }
@@ -148,53 +145,24 @@ pub(crate) fn serve() -> Result<u8, Error> {
         listener
             .timed_wait(|_| (), PATIENCE)
             .map_err(text)?;
-        loop {
-            let requests = received(&port)?;
-            if requests.is_empty() {
-                break;
-            }
-            for request in requests {
-                send_back(&request)?;
-                bell.ring(request.user_header().listener_id)?;
-            }
+        while let Some(request) = port.receive().map_err(text)? {
+            send_back(&request)?;
+            bell.ring(request.user_header().listener_id)?;
         }
     }
 }
 
-/// All that have come.
-fn received(port: &ServerPort) -> Result<Vec<Active>, Error> {
-    std::iter::from_fn(|| port.receive().map_err(text).transpose()).collect()
-}
-
-/// The header's work budget says how many bytes, its deadline how long the echo computes (ns).
+/// As many bytes as the header's work budget says.
 fn send_back(request: &Active) -> Result<(), Error> {
-    let header = request.user_header();
-    let bytes = header.work_budget as usize;
+    let bytes = request.user_header().work_budget as usize;
     let mut copy = request.payload().to_vec();
     copy.resize(bytes, 0);
-    let compute_ns = compute(header.deadline_ns);
     let mut response = request.loan_slice_uninit(bytes).map_err(text)?;
-    *response.user_header_mut() = ResponseHeader {
-        status: Status::Final.into(),
-        compute_ns,
-        ..ResponseHeader::default()
-    };
+    response.user_header_mut().status = Status::Final.into();
     response
         .write_from_slice(&copy)
         .send()
         .map_err(text)
-}
-
-/// Keeps the processor busy for so long; tells for how long it was (ns).
-fn compute(time_ns: u64) -> u64 {
-    if time_ns == 0 {
-        return 0;
-    }
-    let start = Instant::now();
-    while (start.elapsed().as_nanos() as u64) < time_ns {
-        std::hint::spin_loop();
-    }
-    start.elapsed().as_nanos() as u64
 }
 
 /// With the daemon's own settings.

@@ -6,7 +6,6 @@
 mod asking;
 mod bare;
 pub(crate) mod client;
-mod connection;
 mod control;
 pub(crate) mod echo;
 mod fleet;

@@ -100,9 +100,6 @@ pub(super) struct Window {
     pub request_seed: Option<u64>,
     /// Go round all jobs in order instead of choosing at random.
     pub in_order: bool,
-    /// Connect anew where the daemon is lost; its ports serve the next one too, unless their files
-    /// are gone.
-    pub renew: bool,
     /// What a client of the echo sends.
     pub exchange: Exchange,
 }
@@ -114,8 +111,6 @@ pub(super) struct Exchange {
     pub there: usize,
     /// Bytes of the answer.
     pub back: usize,
-    /// How long the echo computes in between (ns).
-    pub compute_ns: u64,
 }
 
 impl Window {
@@ -134,7 +129,6 @@ impl Window {
             flags: 0,
             request_seed: None,
             in_order: false,
-            renew: false,
             exchange: Exchange::default(),
         }
     }

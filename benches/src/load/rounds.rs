@@ -15,15 +15,6 @@ pub(super) struct Round {
     pub compute_ns: u64,
 }
 
-impl Round {
-    /// From then to the answer, less the computing (ns).
-    fn since(&self, begin_ns: u64) -> u64 {
-        self.ended_ns
-            .saturating_sub(begin_ns)
-            .saturating_sub(self.compute_ns)
-    }
-}
-
 /// What each took beyond computing and waiting for others.
 ///
 /// A request waits until the answer before it is out, whosever that is. What is left of it then
@@ -36,19 +27,11 @@ pub(super) fn own_shares(rounds: impl IntoIterator<Item = Round>) -> Times {
     let mut before_ns = 0;
     let mut shares = Times::default();
     for round in rounds {
-        shares.add(round.since(round.sent_ns.max(before_ns)));
+        let taken_ns = round.ended_ns - round.sent_ns.max(before_ns);
+        shares.add(taken_ns.saturating_sub(round.compute_ns));
         before_ns = round.ended_ns;
     }
     shares
-}
-
-/// What each took beyond computing, waiting for others counted.
-pub(super) fn with_waiting(rounds: impl IntoIterator<Item = Round>) -> Times {
-    let mut times = Times::default();
-    for round in rounds {
-        times.add(round.since(round.sent_ns));
-    }
-    times
 }
 
 #[cfg(test)]
@@ -76,7 +59,6 @@ mod tests {
     fn whoever_is_alone_takes_the_whole_way() {
         let alone = [round(100, 200, 30), round(250, 400, 50)];
         assert_eq!(sorted(own_shares(alone)), [70, 100]);
-        assert_eq!(sorted(with_waiting(alone)), [70, 100]);
     }
 
     #[test]
@@ -85,7 +67,6 @@ mod tests {
         let crowd = [round(0, 300, 60), round(0, 100, 60), round(0, 220, 60)];
         assert_eq!(sorted(own_shares(crowd)), [20, 40, 60]);
         assert_eq!(20 + 40 + 60 + 3 * 60, 300);
-        assert_eq!(sorted(with_waiting(crowd)), [40, 160, 240]);
     }
 
     #[test]

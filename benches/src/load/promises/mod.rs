@@ -97,7 +97,7 @@ const PROMISES: [Promise; 15] = [
 ///
 /// Starts daemons and planners of its own, kills and stops some of them, and leaves nothing behind.
 /// The short form takes some minutes and decides only by what no noise can change; its times are
-/// printed and marked as not judged. The long form takes about 80 minutes and decides by all of it.
+/// printed and marked as not judged. The long form takes about 90 minutes and decides by all of it.
 /// Times are judged against a control in the same run, in alternating windows, as the median ratio.
 ///
 /// Exit code: 0 every promise that was judged is kept, 1 one is not, 69 a daemon that cannot be

@@ -7,9 +7,6 @@
 //! ([`own_shares`]): from its sending, or from the answer before it where that came later, to its
 //! own answer. A client that is alone waits for nobody, so that all of its way there and back
 //! counts, with every hop inside the daemon. What the daemon says of waiting is not used.
-//!
-//! Told beside it is what many clients take with their waiting, on both sides: then the echo keeps
-//! a processor busy before each answer for as long as the daemon computes.
 
 use std::time::Duration;
 
@@ -22,7 +19,7 @@ use crate::load::echo::Echo;
 use crate::load::fleet::Fleet;
 use crate::load::interrupt;
 use crate::load::orders::{Exchange, Window, wire_mode};
-use crate::load::rounds::{Round, own_shares, with_waiting};
+use crate::load::rounds::own_shares;
 use crate::load::site::{Setup, Site};
 use crate::load::tally::{Tally, Times};
 use crate::units;
@@ -82,15 +79,8 @@ struct Beside {
 impl Beside {
     /// One fleet after the other, so that they do not disturb each other.
     fn look(&mut self, number: usize, window: Window, seen: &mut Seen) -> Result<(), Error> {
-        let alone = self.alone.look(number, window)?;
-        seen.alone.add(alone.map(own_shares));
-        let [ours, bare] = self.crowd.look(number, window)?;
-        let computing = self
-            .crowd
-            .computing(window, mean_compute_ns(&ours))?;
-        seen.waiting
-            .add([ours.clone(), computing].map(with_waiting));
-        seen.crowd.add([ours, bare].map(own_shares));
+        seen.alone.add(self.alone.look(number, window)?);
+        seen.crowd.add(self.crowd.look(number, window)?);
         Ok(())
     }
 }
@@ -119,50 +109,30 @@ impl Pair {
         let [there, back] = tally
             .bytes
             .map(|bytes| (bytes / count) as usize);
-        Ok(Exchange {
-            there,
-            back,
-            compute_ns: 0,
-        })
+        Ok(Exchange { there, back })
     }
 
-    /// Of the daemon and of the echo, which take turns in being first.
-    fn look(&mut self, number: usize, window: Window) -> Result<[Vec<Round>; 2], Error> {
-        let length = self.length;
-        let mut both = [&mut self.ours, &mut self.bare].map(|fleet| (fleet, Vec::new()));
+    /// The shares of the daemon and of the echo, which take turns in being first.
+    fn look(&mut self, number: usize, window: Window) -> Result<[Times; 2], Error> {
+        let mut both = [Times::default(), Times::default()];
         for turn in [number % 2, 1 - number % 2] {
-            let (fleet, seen) = &mut both[turn];
-            *seen = rounds(fleet, window, length)?;
+            let fleet = match turn {
+                0 => &mut self.ours,
+                _ => &mut self.bare,
+            };
+            both[turn] = shares(fleet, window, self.length)?;
         }
-        Ok(both.map(|(_, seen)| seen))
-    }
-
-    /// Of an echo that computes so long.
-    fn computing(&mut self, window: Window, compute_ns: u64) -> Result<Vec<Round>, Error> {
-        let exchange = Exchange {
-            compute_ns,
-            ..window.exchange
-        };
-        let window = Window { exchange, ..window };
-        rounds(&mut self.bare, window, self.length)
+        Ok(both)
     }
 }
 
 /// Of all clients of a fleet, in one window.
-fn rounds(fleet: &mut Fleet, window: Window, length: Duration) -> Result<Vec<Round>, Error> {
+fn shares(fleet: &mut Fleet, window: Window, length: Duration) -> Result<Times, Error> {
     let tallies = fleet.run(window, length)?;
-    Ok(tallies
+    let rounds = tallies
         .into_iter()
-        .flat_map(|tally| tally.rounds)
-        .collect())
-}
-
-fn mean_compute_ns(rounds: &[Round]) -> u64 {
-    let sum: u64 = rounds
-        .iter()
-        .map(|round| round.compute_ns)
-        .sum();
-    sum / rounds.len().max(1) as u64
+        .flat_map(|tally| tally.rounds);
+    Ok(own_shares(rounds))
 }
 
 /// What was seen.
@@ -170,13 +140,11 @@ fn mean_compute_ns(rounds: &[Round]) -> u64 {
 struct Seen {
     alone: Compared,
     crowd: Compared,
-    /// The crowd's with what they wait.
-    waiting: Compared,
 }
 
 impl Seen {
     fn rows(&self, what: &str, exchange: Exchange) -> Vec<Row> {
-        let Exchange { there, back, .. } = exchange;
+        let Exchange { there, back } = exchange;
         let mut rows = self
             .alone
             .judged(1.5, &format!("1 client, {what}"));
@@ -189,10 +157,6 @@ impl Seen {
                 .judged(2.0, &format!("{MANY} clients, {what}")),
         );
         rows.push(self.crowd.told("  both".to_owned()));
-        rows.push(
-            self.waiting
-                .told("  both with waiting, by an echo that computes as long".to_owned()),
-        );
         rows
     }
 }

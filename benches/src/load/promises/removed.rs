@@ -1,5 +1,6 @@
 //! The files of an instance are removed under load, and the daemon heals: it starts anew by itself,
-//! or ends and is started again by its supervisor. The clients connect anew and send on.
+//! or ends and is started again by its supervisor. The clients send on with the connection that they
+//! have, and others come.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -7,14 +8,13 @@ use std::time::Duration;
 
 use taut::optimize::Mode;
 use taut_ipc::memory::shared_files;
-use taut_ipc::{Instance, monotonic_ns};
+use taut_ipc::{Client, Instance, monotonic_ns};
 
 use super::recovery::{Found, is_equal, load};
 use super::row::Row;
 use super::trial::Trial;
 use crate::error::Error;
 use crate::load::asking::Asker;
-use crate::load::connection::Connection;
 use crate::load::control::listing;
 use crate::load::fleet::Fleet;
 use crate::load::interrupt;
@@ -88,10 +88,7 @@ impl Rounds<'_> {
         let mut fleet = Fleet::start(site.instance(), &site.jobs, 0, CLIENTS)?;
         let each = Duration::from_millis(PAUSE_MS) + RECOVERY;
         let length = each * removals as u32 + AFTER;
-        let window = Window {
-            renew: true,
-            ..self.trial.window(self.seen.removals.len())
-        };
+        let window = self.trial.window(self.seen.removals.len());
         let window = fleet.begin(window, length)?;
         for _ in 0..removals {
             interrupt::check()?;
@@ -130,14 +127,14 @@ impl Rounds<'_> {
 
 /// Whether a client that comes now has a proved answer.
 fn is_served(site: &Site) -> bool {
-    let Ok(connection) = Connection::open(site.instance()) else {
+    let Ok(client) = Client::connect(site.instance()) else {
         return false;
     };
     let window = Window {
         mode: wire_mode(Mode::Check),
         ..Window::closed()
     };
-    let mut asker = Asker::new(&connection, &site.jobs, &window, 0);
+    let mut asker = Asker::new(&client, &site.jobs, &window, 0);
     asker.ask(0, monotonic_ns());
     asker.tally.served == 1
 }
