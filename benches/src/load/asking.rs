@@ -111,7 +111,7 @@ impl<'a> Asker<'a> {
         match request.and_then(LoanedRequest::send) {
             Ok(pending) => self.wait(pending, job, times),
             Err(error) => {
-                self.not_sent(error.code(), times.sent_ns);
+                self.tally.refuse(error.code());
                 LOST_PAUSE
             }
         }
@@ -210,25 +210,12 @@ impl<'a> Asker<'a> {
     /// Counts a request whose daemon went away.
     fn cut_off(&mut self, sent_ns: u64) -> Duration {
         self.tally.refuse(Code::DaemonLost);
-        self.lose(sent_ns);
-        LOST_PAUSE
-    }
-
-    /// Counts a request that could not be sent.
-    fn not_sent(&mut self, code: Code, sent_ns: u64) {
-        self.tally.refuse(code);
-        if code == Code::DaemonLost && !self.tally.is_cut_off() {
-            self.lose(sent_ns);
-        }
-    }
-
-    /// From here until its next proved answer this client is cut off.
-    fn lose(&mut self, sent_ns: u64) {
         self.tally.losses.push(Loss {
             sent_ns,
             known_ns: monotonic_ns(),
             good_ns: 0,
         });
+        LOST_PAUSE
     }
 
     /// Sends the next request, cancels it after a random time, and then has the same path checked:

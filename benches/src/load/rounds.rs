@@ -34,6 +34,18 @@ pub(super) fn own_shares(rounds: impl IntoIterator<Item = Round>) -> Times {
     shares
 }
 
+/// The longest time from begin to end in which a client had no answer, between those it had (ns).
+pub(super) fn longest_pause_ns(rounds: &[Round], begin_ns: u64, end_ns: u64) -> u64 {
+    let ends = rounds.iter().map(|round| round.ended_ns);
+    let mut before_ns = begin_ns;
+    let mut longest_ns = 0;
+    for now_ns in ends.chain([end_ns]) {
+        longest_ns = longest_ns.max(now_ns.saturating_sub(before_ns));
+        before_ns = now_ns;
+    }
+    longest_ns
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -67,6 +79,17 @@ mod tests {
         let crowd = [round(0, 300, 60), round(0, 100, 60), round(0, 220, 60)];
         assert_eq!(sorted(own_shares(crowd)), [20, 40, 60]);
         assert_eq!(20 + 40 + 60 + 3 * 60, 300);
+    }
+
+    #[test]
+    fn a_pause_is_also_before_the_first_answer_and_after_the_last() {
+        let rounds = [round(0, 100, 0), round(100, 150, 0)];
+        let pause = |begin_ns, end_ns| longest_pause_ns(&rounds, begin_ns, end_ns);
+        assert_eq!(
+            (pause(90, 160), pause(0, 160), pause(90, 400)),
+            (50, 100, 250)
+        );
+        assert_eq!(longest_pause_ns(&[], 10, 90), 80);
     }
 
     #[test]

@@ -259,13 +259,6 @@ impl Tally {
         self.unequal += u64::from(first != hash);
     }
 
-    /// Whether the client has had no proved answer since its daemon went away.
-    pub(super) fn is_cut_off(&self) -> bool {
-        self.losses
-            .last()
-            .is_some_and(|loss| loss.good_ns == 0)
-    }
-
     /// The client has a proved answer again: whoever was cut off before has got over it.
     pub(super) fn recovered(&mut self, good_ns: u64) {
         for loss in self

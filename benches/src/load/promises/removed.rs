@@ -10,7 +10,7 @@ use taut::optimize::Mode;
 use taut_ipc::memory::shared_files;
 use taut_ipc::{Client, Instance, monotonic_ns};
 
-use super::recovery::{Found, is_equal, load};
+use super::recovery::{is_equal, load};
 use super::row::Row;
 use super::trial::Trial;
 use crate::error::Error;
@@ -19,6 +19,7 @@ use crate::load::control::listing;
 use crate::load::fleet::Fleet;
 use crate::load::interrupt;
 use crate::load::orders::{Window, wire_mode};
+use crate::load::rounds::longest_pause_ns;
 use crate::load::site::{Setup, Site, until};
 use crate::load::tally::{Tally, Times};
 
@@ -98,9 +99,9 @@ impl Rounds<'_> {
             }
             self.remove(&site)?;
         }
-        self.seen
-            .tally
-            .merge(&Tally::of(&fleet.finish(length)?));
+        for tally in fleet.finish(length)? {
+            self.seen.add(&tally, window);
+        }
         self.seen.exits += u64::from(!self.supervise && !site.is_alive());
         Ok(())
     }
@@ -191,6 +192,8 @@ struct Seen {
     tally: Tally,
     /// From each removal to the first proved answer of a client that comes after it.
     served: Times,
+    /// The longest time that a client went without an answer (ns).
+    pause_ns: u64,
     /// Removals after which something is another, or of another version.
     other: u64,
     /// Daemons without a supervisor that ended.
@@ -198,6 +201,13 @@ struct Seen {
 }
 
 impl Seen {
+    /// Of one client.
+    fn add(&mut self, tally: &Tally, window: Window) {
+        let pause_ns = longest_pause_ns(&tally.rounds, window.start_ns, window.end_ns);
+        self.pause_ns = self.pause_ns.max(pause_ns);
+        self.tally.merge(tally);
+    }
+
     fn rows(&self, whose: &str) -> Vec<Row> {
         let mut rows = self.counts(whose);
         rows.extend(self.times(whose));
@@ -222,27 +232,38 @@ impl Seen {
                 self.other,
             ),
             Row::none(format!("daemons that ended for good, {whose}"), self.exits),
+            self.refused(),
         ]
     }
 
-    fn times(&self, whose: &str) -> [Row; 3] {
-        let found = Found::of(&self.tally, &self.removals);
+    /// How requests ended that have no proved answer.
+    fn refused(&self) -> Row {
+        let by_code: Vec<String> = self
+            .tally
+            .refused
+            .iter()
+            .map(|(code, count)| format!("{code} {count}"))
+            .collect();
+        let count = self.tally.sent - self.tally.served;
+        Row::told(
+            "  sent again by its client, by code",
+            by_code.join(", "),
+            count as f64,
+        )
+    }
+
+    fn times(&self, whose: &str) -> [Row; 2] {
         let most = RECOVERY.as_secs_f64();
-        let cut_off = self.tally.losses.len();
         [
-            Row::none(
-                format!("of {cut_off} clients cut off, without an answer afterwards, {whose}"),
-                found.never,
-            ),
             Row::time(
                 format!("first proved answer of a new client, the slowest, {whose}"),
                 most,
                 self.served.max(),
             ),
             Row::time(
-                format!("proved answer of every client cut off, the slowest, {whose}"),
+                format!("longest time of a client without an answer, {whose}"),
                 most,
-                found.good.max(),
+                self.pause_ns as f64 * 1e-9,
             ),
         ]
     }
