@@ -2,8 +2,9 @@
 //! something to compute.
 //!
 //! Whoever has a request in hand computes it where it stands: that saves a hop to another thread
-//! and back. The port is handed on when that takes longer, or when there is more to do at once. The
-//! thread that rested last is woken first, for what it computed with is still warm.
+//! and back. Meanwhile whoever becomes free goes to the port; one that rests is woken for that only
+//! where the computing takes longer. The thread that rested last is woken first, for what it
+//! computed with is still warm.
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -82,11 +83,24 @@ impl Crew {
         self.lock().jobs.pop_front()
     }
 
-    /// Who waits at the port has something else to do: another one goes there.
-    pub(super) fn hand_port_on(&self) {
+    /// Who waits at the port has something else to do. Nobody is woken for it: whoever is free next
+    /// goes there.
+    pub(super) fn leave_port(&self) {
+        self.lock().has_leader = false;
+    }
+
+    /// Who has left the port is free again; false if another one is there.
+    pub(super) fn return_to_port(&self) -> bool {
         let mut state = self.lock();
-        state.has_leader = false;
-        self.wake_one(&mut state);
+        !state.is_closed && !std::mem::replace(&mut state.has_leader, true)
+    }
+
+    /// Has a thread that rests go to the port, if nobody is there.
+    pub(super) fn send_to_port(&self) {
+        let mut state = self.lock();
+        if !state.has_leader {
+            self.wake_one(&mut state);
+        }
     }
 
     /// Lets all threads end.

@@ -33,11 +33,11 @@ const TELL_NS: u64 = 2_000_000;
 /// clients: they take microseconds, and would wait out its time slice of milliseconds.
 const GIVE_WAY_NS: u64 = 1_000_000;
 
-/// Computing time (ns) after which somebody else goes to the port: waking it costs more than most
-/// checks take.
-const PORT_NS: u64 = 200_000;
+/// Computing time (ns) after which a thread that rests is woken to go to the port, if nobody is
+/// there: that costs both of them some microseconds, and most checks end before.
+const PORT_NS: u64 = 500_000;
 /// The same where another request could be computed at once.
-const PORT_SOON_NS: u64 = 30_000;
+const PORT_SOON_NS: u64 = 100_000;
 
 /// Starts the crew; its threads end when it is closed and nothing is left to compute.
 pub(super) fn start(
@@ -85,9 +85,7 @@ impl Worker {
         loop {
             match self.shell.crew.duty(self.number) {
                 Duty::Lead => self.lead(),
-                Duty::Compute(job) => {
-                    self.compute_all(job, false);
-                }
+                Duty::Compute(job) => self.compute_all(job),
                 Duty::End => return,
             }
         }
@@ -101,45 +99,41 @@ impl Worker {
     }
 
     fn try_lead(&self) -> Result<(), ServerError> {
-        // Who was here before may have left at once.
+        let crew = &self.shell.crew;
+        // Who was here before may have left with the first that came.
         let mut may_sleep = false;
-        let mut leads = true;
-        while leads && !self.shell.crew.is_closed() {
-            if let Some(job) = self.shell.attend(&mut may_sleep)? {
-                leads = self.compute_all(job, true);
+        while !crew.is_closed() {
+            let Some(job) = self.shell.attend(&mut may_sleep)? else {
+                continue;
+            };
+            crew.leave_port();
+            self.compute_all(job);
+            if !crew.return_to_port() {
+                return Ok(());
             }
+            may_sleep = false;
         }
-        if leads {
-            self.shell.crew.hand_port_on();
-        }
+        crew.leave_port();
         Ok(())
     }
 
-    /// Computes a job, then those that get its slot; whether nobody else is at the port if nobody
-    /// was.
-    fn compute_all(&self, job: Box<Job>, leads: bool) -> bool {
-        let leads = Cell::new(leads);
+    /// Computes a job, then those that get its slot.
+    fn compute_all(&self, job: Box<Job>) {
         let mut workspace = self.shell.workspace();
         let mut next = Some(job);
         while let Some(job) = next {
-            next = self.compute_one(&job, &leads, &mut workspace);
+            next = self.compute_one(&job, &mut workspace);
             if next.is_some() {
                 // Who was answered and runs on this core would wait out a time slice.
                 std::thread::yield_now();
             }
         }
         self.shell.put_workspace(workspace);
-        leads.get()
     }
 
     /// Computes a job and answers it; gives the next.
-    fn compute_one(
-        &self,
-        job: &Job,
-        leads: &Cell<bool>,
-        workspace: &mut Workspace,
-    ) -> Option<Box<Job>> {
-        let work = Work::new(self, job, leads);
+    fn compute_one(&self, job: &Job, workspace: &mut Workspace) -> Option<Box<Job>> {
+        let work = Work::new(self, job);
         let computed = self.compute_shown(&work, workspace);
         let answered = self.answered(&work, computed);
         self.shell
@@ -213,8 +207,8 @@ fn replied(job: &Job, computed: Option<Computed>) -> (Reply, Way) {
 struct Work<'a> {
     worker: &'a Worker,
     job: &'a Job,
-    /// Whether nobody is at the port.
-    leads: &'a Cell<bool>,
+    /// Whether it was seen to that somebody is at the port.
+    port_is_kept: Cell<bool>,
     begun_ns: u64,
     /// Time that it has made room for others.
     paused_ns: Cell<u64>,
@@ -226,12 +220,12 @@ struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    fn new(worker: &'a Worker, job: &'a Job, leads: &'a Cell<bool>) -> Self {
+    fn new(worker: &'a Worker, job: &'a Job) -> Self {
         let now_ns = monotonic_ns();
         Self {
             worker,
             job,
-            leads,
+            port_is_kept: Cell::new(false),
             begun_ns: now_ns,
             paused_ns: Cell::new(0),
             asked_ns: Cell::new(now_ns),
@@ -258,27 +252,27 @@ impl<'a> Work<'a> {
             .saturating_sub(self.paused_ns.get())
     }
 
-    fn hand_port_on_when_due(&self, now_ns: u64) {
+    fn keep_port_when_due(&self, now_ns: u64) {
         let after_ns = match self.worker.shell.pressure.has_free_slot() {
             true => PORT_SOON_NS,
             false => PORT_NS,
         };
         if now_ns >= self.begun_ns + after_ns {
-            self.hand_port_on();
+            self.keep_port();
         }
     }
 
     /// Somebody else goes to the port, if nobody is there.
-    fn hand_port_on(&self) {
-        if self.leads.replace(false) {
-            self.worker.shell.crew.hand_port_on();
+    fn keep_port(&self) {
+        if !self.port_is_kept.replace(true) {
+            self.worker.shell.crew.send_to_port();
         }
     }
 
     /// Asked again and again on the way; a cause where the job is over.
     fn stop(&self) -> Option<StopCause> {
         let now_ns = monotonic_ns();
-        self.hand_port_on_when_due(now_ns);
+        self.keep_port_when_due(now_ns);
         self.give_way(now_ns);
         self.tell_when_due(now_ns);
         assert!(!self.is_injected(PANIC_SEED), "injected fault");
@@ -363,7 +357,7 @@ impl<'a> Work<'a> {
     fn make_room(&self, now_ns: u64) -> Option<StopCause> {
         let shell = &self.worker.shell;
         let job = self.job.id;
-        self.hand_port_on();
+        self.keep_port();
         shell.tell(Event::MayPause(job));
         let left = || self.left(monotonic_ns());
         let over = || self.over(monotonic_ns()).is_some();
