@@ -13,7 +13,7 @@ use taut_ipc::control::{ControlReply, Refusal, SceneText};
 use taut_ipc::wire::Code;
 
 use super::event::{Content, Event, EventSender, Loaded, Purpose};
-use super::threads::spawn;
+use super::threads::spawn_nice;
 use super::translate::{diff_of, robot_of, scene_of, scene_text, selected};
 
 /// Something to do for a control request.
@@ -86,9 +86,12 @@ pub(super) struct Loader {
 
 impl Loader {
     /// Starts the threads; they end when this is dropped.
-    pub(super) fn start(events: &EventSender) -> std::io::Result<(Self, [JoinHandle<()>; 2])> {
-        let (models, models_thread) = thread("taut-loader", events.clone())?;
-        let (diffs, diffs_thread) = thread("taut-diffs", events.clone())?;
+    pub(super) fn start(
+        events: &EventSender,
+        niceness: i32,
+    ) -> std::io::Result<(Self, [JoinHandle<()>; 2])> {
+        let (models, models_thread) = thread("taut-loader", niceness, events.clone())?;
+        let (diffs, diffs_thread) = thread("taut-diffs", niceness, events.clone())?;
         Ok((Self { models, diffs }, [models_thread, diffs_thread]))
     }
 
@@ -105,14 +108,18 @@ impl Loader {
 
 /// A thread that reads what it is sent. One client has one control request at a time, so the
 /// channel needs no bound of its own.
-fn thread(name: &str, events: EventSender) -> std::io::Result<(Sender<Task>, JoinHandle<()>)> {
+fn thread(
+    name: &str,
+    niceness: i32,
+    events: EventSender,
+) -> std::io::Result<(Sender<Task>, JoinHandle<()>)> {
     let (tasks, receiver) = unbounded::<Task>();
     let work = move || {
         receiver
             .iter()
             .for_each(|task| events.send(done(task)))
     };
-    Ok((tasks, spawn(name, work)?))
+    Ok((tasks, spawn_nice(name, niceness, work)?))
 }
 
 /// Does what a control request needs, and gives what the I/O thread hears of it.

@@ -9,7 +9,7 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 use taut::store::PreparedModel;
 
 use super::schedule::Schedule;
-use super::threads::spawn;
+use super::threads::spawn_nice;
 
 /// Models made at once: a large one does not keep a small one waiting.
 const THREADS: usize = 2;
@@ -18,18 +18,23 @@ const THREADS: usize = 2;
 pub(super) type ToPrepare = Sender<Arc<PreparedModel>>;
 
 /// Starts the preparers; they end when the sender is dropped.
-pub(super) fn start(schedule: &Arc<Schedule>) -> std::io::Result<(ToPrepare, Vec<JoinHandle<()>>)> {
+pub(super) fn start(
+    schedule: &Arc<Schedule>,
+    niceness: i32,
+) -> std::io::Result<(ToPrepare, Vec<JoinHandle<()>>)> {
     let (models, receiver) = unbounded();
-    let threads = (0..THREADS).map(|index| preparer(index, receiver.clone(), schedule.clone()));
+    let threads =
+        (0..THREADS).map(|index| preparer(index, niceness, receiver.clone(), schedule.clone()));
     Ok((models, threads.collect::<Result<_, _>>()?))
 }
 
 fn preparer(
     index: usize,
+    niceness: i32,
     models: Receiver<Arc<PreparedModel>>,
     schedule: Arc<Schedule>,
 ) -> std::io::Result<JoinHandle<()>> {
-    spawn(&format!("taut-preparer-{index}"), move || {
+    spawn_nice(&format!("taut-preparer-{index}"), niceness, move || {
         prepare(&models, &schedule);
     })
 }

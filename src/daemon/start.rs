@@ -252,10 +252,10 @@ fn assemble(
     let (events, receiver) = EventSender::new(server.waker());
     let mut threads = Threads::new(&events)?;
     let cleaning = start_cleaning(instance, &server)?;
-    let loader = threads.add(Loader::start(&events))?;
+    let loader = threads.add(Loader::start(&events, config.niceness))?;
     let limits = Limits::of(config);
     let schedule = Arc::new(Schedule::new(limits.workers));
-    let preparer = threads.add(preparer::start(&schedule))?;
+    let preparer = threads.add(preparer::start(&schedule, config.niceness))?;
     let keeping = match disk {
         Some(disk) => threads.keeping(disk, &mut begun, &events)?,
         None => Keeping::default(),
@@ -270,6 +270,7 @@ fn assemble(
         events,
         live: live.clone(),
         fault_injection: config.fault_injection,
+        niceness: config.niceness,
     };
     let mailboxes = threads.add(crew.start(schedule::threads(limits.workers)))?;
     let metrics = Metrics::new();

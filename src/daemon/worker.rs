@@ -14,7 +14,7 @@ use super::job::{Job, StopCause};
 use super::live::Live;
 use super::mailbox::Mailbox;
 use super::schedule::{Schedule, Turn};
-use super::threads::spawn;
+use super::threads::spawn_nice;
 use super::translate::{self, Lengths, Reply};
 
 /// With `fault_injection` in the configuration, a request with this seed panics. For tests.
@@ -45,6 +45,8 @@ pub(super) struct Crew {
     pub live: Option<Arc<Live>>,
     /// Whether requests with [`PANIC_SEED`] panic and those with [`HANG_SEED`] hang.
     pub fault_injection: bool,
+    /// Niceness of their threads.
+    pub niceness: i32,
 }
 
 impl Crew {
@@ -90,7 +92,8 @@ struct Worker {
 impl Worker {
     /// Starts the thread; it ends when the schedule is closed and nothing waits.
     fn start(self) -> std::io::Result<JoinHandle<()>> {
-        spawn(&format!("taut-worker-{}", self.index), || self.work())
+        let name = format!("taut-worker-{}", self.index);
+        spawn_nice(&name, self.crew.niceness, || self.work())
     }
 
     fn work(self) {
