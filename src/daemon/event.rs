@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
-use taut::scene::Scene;
 use taut::scene::diff_file::SceneDiff;
+use taut::store::PreparedScene;
 use taut_ipc::control::{ControlReply, Refusal};
 use taut_ipc::server::Waker;
 
@@ -110,7 +110,7 @@ pub(super) enum Content {
     /// A robot.
     Robot(ReadRobot),
     /// A scene.
-    Scene(Arc<Scene>),
+    Scene(Arc<PreparedScene>),
     /// A change to one.
     Diff(SceneDiff),
 }

@@ -20,11 +20,7 @@ impl EventLoop {
         told: Acknowledgement,
     ) -> Result<(), ServerError> {
         let (key, content) = self.named(changed);
-        let alone = match &content {
-            Content::Robot(robot, _) => self.store.alone(robot),
-            Content::Scene(..) | Content::Gone => None,
-        };
-        match self.keeping.keep(key, content, alone, told) {
+        match self.keeping.keep(key, content, told) {
             Some(told) => self.tell(told),
             None => Ok(()),
         }

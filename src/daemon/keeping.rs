@@ -1,10 +1,8 @@
 //! Changes on their way to the journal, and whom they are told to.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 use crossbeam_channel::Sender;
-use taut::store::PreparedModel;
 use taut_ipc::control::{ControlReply, Refusal};
 use taut_ipc::server::IncomingControl;
 use taut_ipc::wire::{Code, SceneEvent};
@@ -45,8 +43,6 @@ impl Acknowledgement {
 pub(super) struct Keeping {
     /// Where they go; `None` where nothing is kept.
     journal: Option<Sender<Entry>>,
-    /// Where robots go whose solids are to be kept.
-    prepared: Option<Sender<Arc<PreparedModel>>>,
     tickets: u64,
     waiting: VecDeque<(u64, Acknowledgement)>,
 }
@@ -60,11 +56,10 @@ pub(super) struct KeptUpTo {
 }
 
 impl Keeping {
-    /// Keeps with these two; the default keeps nothing.
-    pub(super) fn new(journal: Sender<Entry>, prepared: Sender<Arc<PreparedModel>>) -> Self {
+    /// Keeps in this journal; the default keeps nothing.
+    pub(super) fn new(journal: Sender<Entry>) -> Self {
         Self {
             journal: Some(journal),
-            prepared: Some(prepared),
             ..Self::default()
         }
     }
@@ -76,27 +71,22 @@ impl Keeping {
 
     /// Lets the journal end; `in_order` if everything was answered.
     pub(super) fn close(&mut self, in_order: bool) {
-        self.prepared = None;
         if let Some(journal) = self.journal.take().filter(|_| in_order) {
             // The thread lives until the sender is gone.
             let _ = journal.send(Entry::End);
         }
     }
 
-    /// Hands what a label names now to the journal, and the solids of a robot to their keeper;
-    /// gives the acknowledgement back where nothing is kept and nothing need be waited for.
+    /// Hands what a label names now to the journal; gives the acknowledgement back where nothing is
+    /// kept and nothing need be waited for.
     pub(super) fn keep(
         &mut self,
         key: Key,
         content: Content,
-        alone: Option<&Arc<PreparedModel>>,
         told: Acknowledgement,
     ) -> Option<Acknowledgement> {
         if self.journal.is_none() {
             return Some(told);
-        }
-        if let (Some(prepared), Some(alone)) = (&self.prepared, alone) {
-            let _ = prepared.send(alone.clone());
         }
         let ticket = self.write(key, content);
         self.waiting.push_back((ticket, told));

@@ -8,13 +8,15 @@ use std::thread::JoinHandle;
 use crossbeam_channel::{Sender, unbounded};
 use taut::files::RobotFiles;
 use taut::scene::Scene;
-use taut::store::PreparedModel;
+use taut::store::{PreparedModel, Step};
 use taut_ipc::control::{ControlReply, Refusal, SceneText};
 use taut_ipc::wire::Code;
 
 use super::event::{Content, Event, EventSender, Loaded, Purpose};
+use super::prepared::Prepared;
+use super::reading::Reading;
 use super::threads::spawn_nice;
-use super::translate::{diff_of, robot_of, scene_of, scene_text, selected};
+use super::translate::{diff_of, robot_of, scene_of, scene_text, selected, step_words, warm_scene};
 
 /// Something to do for a control request.
 pub(super) struct Task {
@@ -34,6 +36,8 @@ pub(super) enum Work {
         purpose: Purpose,
         /// What to read.
         source: Source,
+        /// Where it says how far it is.
+        reading: Arc<Reading>,
     },
     /// Writes the text of a scene.
     Write {
@@ -67,11 +71,21 @@ impl Source {
         }
     }
 
-    fn read(&self) -> Result<Content, Refusal> {
+    /// Whether it is a robot.
+    pub(super) fn is_robot(&self) -> bool {
+        matches!(self, Self::Robot(_) | Self::Variables(..))
+    }
+
+    /// Reads it and makes what requests need of it.
+    fn read(&self, reading: &Reading) -> Result<Content, Refusal> {
+        let makes = |step: &Step| reading.makes(step_words(step));
         match self {
-            Self::Robot(files) => robot_of(files).map(Content::Robot),
+            Self::Robot(files) => robot_of(files, makes).map(Content::Robot),
             Self::Variables(alone, names) => selected(alone, names.clone()).map(Content::Robot),
-            Self::Scene(text, file) => scene_of(text, file).map(Content::Scene),
+            Self::Scene(text, file) => {
+                let scene = scene_of(text, file)?;
+                Ok(Content::Scene(warm_scene(scene, makes)))
+            }
             Self::Diff(text, file) => diff_of(text, file).map(Content::Diff),
         }
     }
@@ -85,13 +99,14 @@ pub(super) struct Loader {
 }
 
 impl Loader {
-    /// Starts the threads; they end when this is dropped.
+    /// Starts the threads; they end when this is dropped. Solids of robots are kept in `prepared`.
     pub(super) fn start(
         events: &EventSender,
         niceness: i32,
+        prepared: Option<Prepared>,
     ) -> std::io::Result<(Self, [JoinHandle<()>; 2])> {
-        let (models, models_thread) = thread("taut-loader", niceness, events.clone())?;
-        let (diffs, diffs_thread) = thread("taut-diffs", niceness, events.clone())?;
+        let (models, models_thread) = thread("taut-loader", niceness, events.clone(), prepared)?;
+        let (diffs, diffs_thread) = thread("taut-diffs", niceness, events.clone(), None)?;
         Ok((Self { models, diffs }, [models_thread, diffs_thread]))
     }
 
@@ -112,29 +127,38 @@ fn thread(
     name: &str,
     niceness: i32,
     events: EventSender,
+    prepared: Option<Prepared>,
 ) -> std::io::Result<(Sender<Task>, JoinHandle<()>)> {
     let (tasks, receiver) = unbounded::<Task>();
     let work = move || {
         receiver
             .iter()
-            .for_each(|task| events.send(done(task)))
+            .for_each(|task| events.send(done(task, prepared.as_ref())))
     };
     Ok((tasks, spawn_nice(name, niceness, work)?))
 }
 
 /// Does what a control request needs, and gives what the I/O thread hears of it.
-fn done(Task { token, work }: Task) -> Event {
+fn done(Task { token, work }: Task, prepared: Option<&Prepared>) -> Event {
     match work {
         Work::Read {
             label,
             purpose,
             source,
-        } => Event::Loaded(Box::new(Loaded {
-            token,
-            label,
-            purpose,
-            content: guarded(|| source.read()),
-        })),
+            reading,
+        } => {
+            let content = guarded(|| source.read(&reading));
+            // Before the answer: a robot that is warm costs no more than its requests.
+            if let (Ok(Content::Robot(robot)), Some(prepared)) = (&content, prepared) {
+                prepared.keep(&robot.alone);
+            }
+            Event::Loaded(Box::new(Loaded {
+                token,
+                label,
+                purpose,
+                content,
+            }))
+        }
         Work::Write {
             answer,
             scene,

@@ -1,12 +1,13 @@
 //! Control requests that wait for another thread, and labels whose content is on its way.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 use taut_ipc::server::IncomingControl;
 use taut_ipc::wire::label_id;
 
-use super::event::Purpose;
 use super::loader::{Loader, Task, Work};
+use super::reading::Reading;
 
 /// What other threads do for control requests.
 pub(super) struct Loading {
@@ -14,8 +15,8 @@ pub(super) struct Loading {
     loader: Option<Loader>,
     /// Control requests that wait, by token.
     waiting: BTreeMap<u64, IncomingControl>,
-    /// Ids of the labels that these load.
-    labels: HashSet<u64>,
+    /// What these load, by the ids of its labels.
+    labels: HashMap<u64, Arc<Reading>>,
 }
 
 impl Loading {
@@ -24,7 +25,7 @@ impl Loading {
         Self {
             loader: Some(loader),
             waiting: BTreeMap::new(),
-            labels: HashSet::new(),
+            labels: HashMap::new(),
         }
     }
 
@@ -45,22 +46,18 @@ impl Loading {
         self.waiting.remove(&token)
     }
 
-    /// A label is read for this.
-    pub(super) fn begin(&mut self, label: &str, purpose: Purpose) {
-        if matches!(purpose, Purpose::Load { .. }) {
-            self.labels.insert(label_id(label));
-        }
+    /// What a label names is being read.
+    pub(super) fn begin(&mut self, label: &str, reading: Arc<Reading>) {
+        self.labels.insert(label_id(label), reading);
     }
 
-    /// A label has been read for this.
-    pub(super) fn end(&mut self, label: &str, purpose: Purpose) {
-        if matches!(purpose, Purpose::Load { .. }) {
-            self.labels.remove(&label_id(label));
-        }
+    /// What a label names has been read.
+    pub(super) fn end(&mut self, label: &str) {
+        self.labels.remove(&label_id(label));
     }
 
-    /// Ids of the labels that are being loaded.
-    pub(super) fn labels(&self) -> &HashSet<u64> {
+    /// What is being loaded, by the ids of its labels.
+    pub(super) fn labels(&self) -> &HashMap<u64, Arc<Reading>> {
         &self.labels
     }
 

@@ -7,6 +7,7 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use taut::store::PreparedModel;
+use taut_ipc::monotonic_ns;
 
 use super::schedule::Schedule;
 use super::threads::spawn_nice;
@@ -41,6 +42,7 @@ fn preparer(
 
 fn prepare(models: &Receiver<Arc<PreparedModel>>, schedule: &Schedule) {
     for model in models {
+        model.begin(monotonic_ns());
         make(&model);
         schedule.look_again();
     }

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use taut::store::{Missing, PreparedModel, Snapshot};
 use taut_ipc::control::Refusal;
 use taut_ipc::monotonic_ns;
 use taut_ipc::server::{IncomingRequest, SendError, ServerError};
@@ -97,7 +98,7 @@ impl EventLoop {
         let question = self.recorder.asked(&job);
         let open = OpenRequest::new(request, &job, question, was_proved);
         self.open.insert(job.id, open);
-        self.prepare(&job);
+        self.wait_for_model(&job);
         self.schedule.push(job);
     }
 
@@ -111,18 +112,48 @@ impl EventLoop {
     }
 
     /// Has the model of a job made, where it is not.
-    fn prepare(&mut self, job: &Job) {
+    fn wait_for_model(&mut self, job: &Job) {
         let model = &job.snapshot.model;
-        if model.is_ready() {
-            return;
-        }
-        if let Some(preparer) = &self.preparer {
+        if !model.is_ready() {
+            self.have_made(model);
             self.stories.tell(job.id, || {
                 "waits until robot and scene are put together".to_owned()
             });
+        }
+    }
+
+    /// Has a model made ahead of its requests, unless somebody does.
+    pub(super) fn have_made(&self, model: &Arc<PreparedModel>) {
+        if let Some(preparer) = &self.preparer
+            && model.claim()
+        {
             // It ends after this loop only.
             let _ = preparer.send(model.clone());
         }
+    }
+
+    /// Refuses what cannot be made by then.
+    fn check_warm(
+        &self,
+        snapshot: &Snapshot,
+        deadline_ns: Option<u64>,
+        now_ns: u64,
+    ) -> Result<(), Refusal> {
+        let missing = snapshot.model.missing();
+        match missing.zip(deadline_ns) {
+            Some((missing, deadline_ns))
+                if now_ns + missing.least_left_ns(now_ns) > deadline_ns =>
+            {
+                self.have_made(&snapshot.model);
+                Err(self.loading(snapshot, &missing, now_ns))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn loading(&self, snapshot: &Snapshot, missing: &Missing, now_ns: u64) -> Refusal {
+        let scene = self.store.label(snapshot.scene_id);
+        translate::loading(snapshot, scene.unwrap_or_default(), missing, now_ns)
     }
 
     fn job(&mut self, id: u64, request: &IncomingRequest, is_again: bool) -> Result<Job, Refusal> {
@@ -133,6 +164,7 @@ impl EventLoop {
         let snapshot = self
             .doorkeeper(client, header, is_again)
             .admit(header, received_ns)?;
+        self.check_warm(&snapshot, deadline_ns(header), received_ns)?;
         let (settings, path) =
             translate::settings_and_path(&view, &snapshot, self.limits.clearance_m)?;
         let job = Job {
@@ -379,20 +411,14 @@ impl EventLoop {
 
     /// What the client of a job hears that was not begun.
     fn untouched(&self, job: &Job, cause: StopCause) -> Reply {
-        match cause {
-            StopCause::Deadline if !job.snapshot.model.is_ready() => self.still_loading(job),
-            StopCause::Deadline => translate::expired(&job.snapshot, &job.path),
-            cause => translate::preempted(&job.snapshot, &job.path, cause),
+        let snapshot = &job.snapshot;
+        match (cause, snapshot.model.missing()) {
+            (StopCause::Deadline, Some(missing)) => {
+                translate::refused(self.loading(snapshot, &missing, monotonic_ns()))
+            }
+            (StopCause::Deadline, None) => translate::expired(snapshot, &job.path),
+            (cause, _) => translate::preempted(snapshot, &job.path, cause),
         }
-    }
-
-    fn still_loading(&self, job: &Job) -> Reply {
-        let waited_ms = monotonic_ns().saturating_sub(job.received_ns) / 1_000_000;
-        let scene = self
-            .store
-            .label(job.snapshot.scene_id)
-            .unwrap_or_default();
-        translate::loading(&job.snapshot, scene, waited_ms)
     }
 
     /// Takes nothing new and ends what runs, with the best so far.

@@ -10,7 +10,6 @@ use crossbeam_channel::Sender;
 use prometheus_client::registry::Registry;
 use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::{Handle, Signals};
-use taut::store::{ModelStore, PreparedModel};
 use taut_ipc::server::{Janitor, Server};
 use taut_ipc::{DaemonState, Instance, daemon_state};
 
@@ -39,6 +38,7 @@ use super::state;
 use super::status_clock::StatusClock;
 use super::story::Stories;
 use super::threads::{Started, spawn};
+use super::warm_up::WarmUp;
 use super::web::Web;
 use super::worker::Crew;
 
@@ -138,9 +138,7 @@ impl Threads {
     ) -> Result<Keeping, DaemonError> {
         outlive_full_disks()?;
         let entries = self.journal(disk.journal, begun, events)?;
-        let prepared = disk.prepared.start(alone(&begun.store));
-        let to_prepare = self.add(with_thread(prepared))?;
-        Ok(Keeping::new(entries, to_prepare))
+        Ok(Keeping::new(entries))
     }
 
     fn journal(
@@ -177,14 +175,6 @@ fn outlive_full_disks() -> Result<(), DaemonError> {
     signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)))
         .map_err(system("signal handler"))?;
     Ok(())
-}
-
-/// The robots of a store with nothing around them.
-fn alone(store: &ModelStore) -> Vec<Arc<PreparedModel>> {
-    let robots = store.robots().values();
-    robots
-        .filter_map(|entry| store.alone(&entry.robot).cloned())
-        .collect()
 }
 
 /// What is read from outside with a browser or by Prometheus.
@@ -252,10 +242,13 @@ fn assemble(
     let (events, receiver) = EventSender::new(server.waker());
     let mut threads = Threads::new(&events)?;
     let cleaning = start_cleaning(instance, &server)?;
-    let loader = threads.add(Loader::start(&events, config.niceness))?;
+    let prepared = disk.as_ref().map(|disk| disk.prepared.clone());
+    let loader = threads.add(Loader::start(&events, config.niceness, prepared.clone()))?;
     let limits = Limits::of(config);
     let schedule = Arc::new(Schedule::new(limits.workers));
     let preparer = threads.add(preparer::start(&schedule, config.niceness))?;
+    let warm_up = WarmUp::of(&begun.store, prepared, schedule.clone());
+    threads.add(warm_up.start(config.niceness))?;
     let keeping = match disk {
         Some(disk) => threads.keeping(disk, &mut begun, &events)?,
         None => Keeping::default(),

@@ -3,7 +3,9 @@
 //! A label is a name of exactly one content. Requests get a [`Snapshot`], which nothing that is
 //! loaded or unloaded later changes.
 
+mod count;
 mod error;
+mod objects;
 mod prepared;
 #[cfg(test)]
 mod tests;
@@ -13,8 +15,10 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+pub use count::Count;
 pub use error::StoreError;
-pub use prepared::{Made, PreparedModel};
+pub use objects::PreparedScene;
+pub use prepared::{Made, Missing, PreparedModel, Step};
 use versions::Retired;
 pub use versions::{LAST_VERSIONS, MOST_PINNED, SceneEntry};
 
@@ -30,9 +34,13 @@ pub struct ModelStore {
     scenes: BTreeMap<String, SceneEntry>,
     retired: Retired,
     labels: HashMap<u64, String>,
+    /// By the hashes of robot and scene. Each loaded robot has one with nothing around it, whose
+    /// solids all others take over.
     models: HashMap<(u64, u64), Arc<PreparedModel>>,
-    /// Robots with nothing around them, by hash: their solids are made once.
-    alone: HashMap<u64, Arc<PreparedModel>>,
+    /// By hash.
+    prepared_scenes: HashMap<u64, Arc<PreparedScene>>,
+    /// Hash of the scene without objects.
+    nothing: u64,
     made: Arc<Made>,
 }
 
@@ -101,7 +109,8 @@ impl ModelStore {
         let retired = Retired::default();
         let labels = HashMap::new();
         let models = HashMap::new();
-        let alone = HashMap::new();
+        let prepared_scenes = HashMap::new();
+        let nothing = Scene::default().hash();
         let made = Arc::default();
         Self {
             id_of,
@@ -110,7 +119,8 @@ impl ModelStore {
             retired,
             labels,
             models,
-            alone,
+            prepared_scenes,
+            nothing,
             made,
         }
     }
@@ -121,16 +131,28 @@ impl ModelStore {
         self.made
             .robots
             .fetch_add(u64::from(is_new), Ordering::Relaxed);
-        let hash = model.robot().hash();
-        self.alone.insert(
-            hash,
-            Arc::new(PreparedModel::ready(model, self.made.clone())),
-        );
+        let key = (model.robot().hash(), self.nothing);
+        let ready = Arc::new(PreparedModel::ready(model, self.made.clone()));
+        self.models.insert(key, ready);
     }
 
     /// A loaded robot with nothing around it.
     pub fn alone(&self, robot: &RobotModel) -> Option<&Arc<PreparedModel>> {
-        self.alone.get(&robot.hash())
+        self.models.get(&(robot.hash(), self.nothing))
+    }
+
+    /// A loaded scene of this content, and the solids of its objects.
+    pub fn prepared_scene(&self, scene: &Scene) -> Option<&Arc<PreparedScene>> {
+        self.prepared_scenes.get(&scene.hash())
+    }
+
+    /// Everything that is made of a robot.
+    pub fn models_of(&self, robot: &RobotModel) -> impl Iterator<Item = &Arc<PreparedModel>> {
+        let hash = robot.hash();
+        let models = self.models.iter();
+        models
+            .filter(move |((robot, _), _)| *robot == hash)
+            .map(|(_, model)| model)
     }
 
     /// The robot of a label with nothing around it.
@@ -171,14 +193,29 @@ impl ModelStore {
             Some(_) if replace => Change::Replaced,
             Some(held) => return Err(StoreError::taken("robot", label, held, robot.hash())),
         };
-        let alone = || Arc::new(PreparedModel::alone(robot.clone(), self.made.clone()));
-        self.alone
-            .entry(robot.hash())
-            .or_insert_with(alone);
+        let key = (robot.hash(), self.nothing);
+        if !self.models.contains_key(&key) {
+            let alone = Arc::new(self.new_alone(&robot));
+            self.models.insert(key, alone);
+        }
         self.robots
             .insert(label.to_owned(), RobotEntry { id, robot, weights });
         self.drop_unused();
         Ok(change)
+    }
+
+    /// A robot with nothing around it, of the solids of one that is loaded where that has the same
+    /// shapes.
+    fn new_alone(&self, robot: &Arc<RobotModel>) -> PreparedModel {
+        let shapes = robot.shapes_hash();
+        let others = self.robots.values();
+        let same = others
+            .filter(|entry| entry.robot.shapes_hash() == shapes)
+            .find_map(|entry| self.alone(&entry.robot));
+        match same {
+            Some(alone) => PreparedModel::of_shapes(alone.clone(), robot.clone()),
+            None => PreparedModel::alone(robot.clone(), self.made.clone()),
+        }
     }
 
     /// Takes a scene under a label; replacing other content makes the next version. The
@@ -192,7 +229,30 @@ impl ModelStore {
         scene: Arc<Scene>,
         replace: bool,
     ) -> Result<Change, StoreError> {
+        let before = self
+            .scenes
+            .get(label)
+            .and_then(|entry| self.prepared_scene(&entry.scene));
+        let prepared = match before {
+            Some(before) => PreparedScene::after(before, scene),
+            None => PreparedScene::new(scene),
+        };
+        self.insert_prepared_scene(label, prepared.into(), replace)
+    }
+
+    /// The same of a scene of which solids may be made already.
+    ///
+    /// # Errors
+    /// As [`Self::insert_robot`].
+    pub fn insert_prepared_scene(
+        &mut self,
+        label: &str,
+        prepared: Arc<PreparedScene>,
+        replace: bool,
+    ) -> Result<Change, StoreError> {
         let id = self.take_id(label)?;
+        let prepared = self.ready_one(prepared);
+        let scene = prepared.scene().clone();
         let change = match self.scenes.get_mut(label) {
             None => {
                 let version = self.retired.first_version(id);
@@ -204,7 +264,7 @@ impl ModelStore {
             Some(entry) if replace => {
                 let before = entry.scene.hash();
                 entry.push(scene.clone());
-                self.follow(before, &scene);
+                self.follow(before, &prepared);
                 Change::Replaced
             }
             Some(entry) => {
@@ -216,8 +276,18 @@ impl ModelStore {
                 ));
             }
         };
+        self.prepared_scenes
+            .insert(prepared.scene().hash(), prepared);
         self.drop_unused();
         Ok(change)
+    }
+
+    /// Of a scene and one of the same content that is loaded, the one that is made.
+    fn ready_one(&self, prepared: Arc<PreparedScene>) -> Arc<PreparedScene> {
+        match self.prepared_scene(prepared.scene()) {
+            Some(known) if known.is_ready() || !prepared.is_ready() => known.clone(),
+            _ => prepared,
+        }
     }
 
     /// Takes a scene that an earlier store had under a label, at the version that it had there.
@@ -244,6 +314,10 @@ impl ModelStore {
                 scene.hash(),
             ));
         }
+        let new = || Arc::new(PreparedScene::new(scene.clone()));
+        self.prepared_scenes
+            .entry(scene.hash())
+            .or_insert_with(new);
         self.scenes
             .insert(label.to_owned(), SceneEntry::new(id, version.max(1), scene));
         Ok(())
@@ -408,22 +482,18 @@ impl ModelStore {
             .ok_or_else(|| entry.unknown(scene_label, scene_version))?;
         check_hash("scene", scene_label, wanted.scene_hash, scene.hash())?;
         let key = (robot.robot.hash(), scene.hash());
-        let new = || {
-            Arc::new(match self.alone.get(&key.0) {
-                Some(alone) => PreparedModel::of(alone.clone(), scene.clone()),
-                None => PreparedModel::new(robot.robot.clone(), scene.clone()),
-            })
+        let model = match self.models.get(&key) {
+            Some(model) => model.clone(),
+            None => self.put_together(&robot.robot, scene, &entry.scene),
         };
-        let model = self
-            .models
-            .entry(key)
-            .or_insert_with(new)
-            .clone();
         let scene_hash = key.1;
         let weights = robot.weights.clone();
         let scene_id = wanted.scene_id;
         let robot = robot.robot.clone();
         let scene = scene.clone();
+        self.models
+            .entry(key)
+            .or_insert_with(|| model.clone());
         Ok(Snapshot {
             robot,
             weights,
@@ -435,9 +505,27 @@ impl ModelStore {
         })
     }
 
+    /// A robot and a scene that somebody asks for first; `newest` is the scene's newest version.
+    fn put_together(
+        &self,
+        robot: &Arc<RobotModel>,
+        scene: &Arc<Scene>,
+        newest: &Scene,
+    ) -> Arc<PreparedModel> {
+        let after = || match self.prepared_scene(newest) {
+            Some(newest) => PreparedScene::after(newest, scene.clone()),
+            None => PreparedScene::new(scene.clone()),
+        };
+        let prepared = self.prepared_scene(scene).cloned();
+        let prepared = prepared.unwrap_or_else(|| Arc::new(after()));
+        let alone = || Arc::new(PreparedModel::alone(robot.clone(), self.made.clone()));
+        let alone = self.alone(robot).cloned().unwrap_or_else(alone);
+        Arc::new(PreparedModel::of(alone, prepared))
+    }
+
     /// Whoever asks for a model of the next version gets it from the one before, where there is
     /// one.
-    fn follow(&mut self, before: u64, scene: &Arc<Scene>) {
+    fn follow(&mut self, before: u64, scene: &Arc<PreparedScene>) {
         let of_before = self
             .models
             .iter()
@@ -447,7 +535,7 @@ impl ModelStore {
         });
         for (robot, model) in next.collect::<Vec<_>>() {
             self.models
-                .entry((robot, scene.hash()))
+                .entry((robot, scene.scene().hash()))
                 .or_insert(model);
         }
     }
@@ -482,13 +570,14 @@ impl ModelStore {
             .values()
             .map(|entry| entry.robot.hash())
             .collect();
-        let scenes: HashSet<u64> = self
+        let mut scenes: HashSet<u64> = self
             .scenes
             .values()
             .flat_map(SceneEntry::warm)
             .collect();
-        self.alone
-            .retain(|robot, _| robots.contains(robot));
+        self.prepared_scenes
+            .retain(|scene, _| scenes.contains(scene));
+        scenes.insert(self.nothing);
         self.models
             .retain(|(robot, scene), _| robots.contains(robot) && scenes.contains(scene));
         let robots = &self.robots;
