@@ -53,6 +53,11 @@ impl PreparedScene {
         self.solids.get().is_some()
     }
 
+    /// Whether neither its solids nor those of an earlier version are made.
+    pub fn is_bare(&self) -> bool {
+        !self.is_ready() && self.earlier.is_none()
+    }
+
     /// What the solids are made of.
     pub fn count(&self) -> Count {
         Count::of(

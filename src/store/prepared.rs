@@ -66,8 +66,9 @@ pub enum Step {
     Links(Count),
     /// The solids of the scene's objects.
     Objects(Count),
-    /// Both are there, and are put together.
-    Together(Count),
+    /// These are there, or what they are soonest made from: robot and scene, with so many objects,
+    /// are put together.
+    Together(usize),
 }
 
 /// Least time (ns) in which the solid of a mesh is made, for each of its triangles: a quarter of
@@ -278,10 +279,9 @@ impl PreparedModel {
     }
 
     fn step_in_scene(&self) -> Step {
-        let count = self.scene.count();
-        match self.scene.is_ready() {
-            true => Step::Together(count),
-            false => Step::Objects(count),
+        match self.scene.is_bare() {
+            true => Step::Objects(self.scene.count()),
+            false => Step::Together(self.scene().obstacles().len() + self.scene().attached().len()),
         }
     }
 

@@ -96,7 +96,7 @@ pub fn step_words(step: &Step) -> String {
     match step {
         Step::Links(count) => solids(count, "link"),
         Step::Objects(count) => solids(count, "object"),
-        Step::Together(count) => format!("pairs of links and {}", counted(count.bodies, "object")),
+        Step::Together(objects) => format!("pairs of links and {}", counted(*objects, "object")),
     }
 }
 
@@ -164,11 +164,10 @@ mod tests {
             step_so_far(&waits, 5),
             "solids of 1 object, waiting for their turn"
         );
-        let step = Step::Together(Count {
-            bodies: 1000,
-            ..count
-        });
-        assert_eq!(step_words(&step), "pairs of links and 1 000 objects");
+        assert_eq!(
+            step_words(&Step::Together(1000)),
+            "pairs of links and 1 000 objects"
+        );
         assert_eq!(grouped(12), "12");
         assert_eq!(grouped(123_456), "123 456");
     }
