@@ -602,7 +602,7 @@ fn a_robot_s_model_is_made_once_and_a_request_that_comes_too_early_hears_why() {
     fs::write(&mesh, ball(61)).unwrap();
     let diff = format!(
         r#"{{"is_diff": true, "objects": [{}]}}"#,
-        object("more", 9.0)
+        object("more", 9.0).replacen('{', r#"{"operation": "ADD", "#, 1)
     );
     let applied = place.taut(&["scene", "apply", "ball", &place.file("diff.json", &diff)]);
     assert_eq!(applied.exit, 0, "{}", applied.err);

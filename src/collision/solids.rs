@@ -101,6 +101,13 @@ impl Solids {
         self.links[link].clone()
     }
 
+    /// Whether the solid of an object's shapes is there.
+    pub fn has(&self, shapes: &Arc<[PlacedShape]>) -> bool {
+        let place = Arc::as_ptr(shapes).cast::<PlacedShape>() as usize;
+        let made = self.by_place.get(&place);
+        made.is_some_and(|made| Arc::ptr_eq(&made.shapes, shapes))
+    }
+
     /// Memory of the solids of objects (bytes).
     pub fn bytes(&self) -> usize {
         self.by_content

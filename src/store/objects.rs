@@ -67,9 +67,24 @@ impl PreparedScene {
         )
     }
 
+    /// What the solids are made of that neither this version nor an earlier one has.
+    pub fn missing(&self) -> Count {
+        let made = self.made();
+        let objects = self
+            .scene
+            .objects()
+            .map(|object| &object.shapes);
+        let missing = objects.filter(|shapes| !made.is_some_and(|made| made.has(shapes)));
+        Count::of(missing.map(|shapes| &**shapes))
+    }
+
+    fn made(&self) -> Option<&Arc<Solids>> {
+        self.solids.get().or(self.earlier.as_ref())
+    }
+
     /// Memory of meshes and solids as far as they are made (bytes).
     pub fn bytes(&self) -> usize {
-        let solids = self.solids.get();
-        self.count().mesh_bytes + solids.map_or(0, |solids| solids.bytes())
+        let solids = self.made().map_or(0, |made| made.bytes());
+        self.count().mesh_bytes + solids
     }
 }

@@ -436,7 +436,14 @@ fn what_is_missing_is_made_step_by_step() {
     assert_eq!(model.missing().unwrap().begun_ns, Some(7));
     assert!(alone.get().is_ok() && alone.link_bytes() > 0);
     assert_eq!(step(), Some(Step::Objects(scene.count())));
+    let next = || PreparedScene::after(&scene, scene.scene().clone());
+    assert_eq!(next().missing(), scene.count());
     scene.solids();
+    assert_eq!(
+        next().missing(),
+        Count::default(),
+        "the next version takes them over"
+    );
     assert_eq!(step(), Some(Step::Together(objects)));
     assert!(model.claim() && !model.claim(), "it is made ahead once");
     assert!(model.get().is_ok());

@@ -40,9 +40,10 @@ fn robot_state(label: &str, alone: &PreparedModel, store: &ModelStore, now_ns: u
 
 fn scene_state(label: &str, prepared: &PreparedScene) -> ModelState {
     let count = prepared.count();
-    let missing = match prepared.is_ready() {
-        true => String::new(),
-        false => step_words(&Step::Objects(count)),
+    let left = prepared.missing();
+    let missing = match left.bodies {
+        0 => String::new(),
+        _ => step_words(&Step::Objects(left)),
     };
     ModelState {
         label: label.to_owned(),
