@@ -34,7 +34,8 @@ pub(super) struct Arguments {
     /// Worker threads; the default is the configuration's, or one per core
     #[arg(long, value_name = "N")]
     workers: Option<usize>,
-    /// Niceness of the threads that compute, 0 to 19; the default is the configuration's, or 0
+    /// Niceness of the threads that compute and answer, 0 to 19; the default is the configuration's,
+    /// or 0
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     niceness: Option<i32>,
     /// Folder that keeps robots and scenes; the default is `state` below a root of one's own

@@ -7,15 +7,15 @@ use rustix::process::{getpriority_process, setpriority_process};
 use rustix::thread::gettid;
 
 /// Something that works on a thread of its own, and that thread.
-pub(super) type Started<T> = Result<(T, JoinHandle<()>)>;
+pub(crate) type Started<T> = Result<(T, JoinHandle<()>)>;
 
 /// Starts a thread; tools show its name.
-pub(super) fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>> {
+pub(crate) fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>> {
     Builder::new().name(name.to_owned()).spawn(work)
 }
 
 /// The same for work that lasts: others on this machine go before it, as far as `niceness` says.
-pub(super) fn spawn_nice(
+pub(crate) fn spawn_nice(
     name: &str,
     niceness: i32,
     work: impl FnOnce() + Send + 'static,
@@ -28,7 +28,7 @@ pub(super) fn spawn_nice(
 
 /// Makes the calling thread, and no other, at least this nice. It cannot go back: that would take
 /// a privilege. A daemon that was started nicer stays so.
-pub(super) fn be_nice(niceness: i32) {
+pub(crate) fn be_nice(niceness: i32) {
     if let Err(error) = be_nicer(niceness) {
         tracing::warn!("a thread cannot have niceness {niceness}: {error}");
     }

@@ -18,7 +18,7 @@ use taut_ipc::wire::{
 use super::number;
 use super::records::{self, Names};
 
-/// A response, put together by a worker and sent by the I/O thread.
+/// A response, put together by a worker and sent by the daemon.
 #[derive(Clone, Default)]
 pub struct Reply {
     /// Its header; ids, lengths and sections are filled in when it is sent.
