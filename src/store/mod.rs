@@ -3,7 +3,6 @@
 //! A label is a name of exactly one content. Requests get a [`Snapshot`], which nothing that is
 //! loaded or unloaded later changes.
 
-mod count;
 mod error;
 mod models;
 mod objects;
@@ -15,7 +14,6 @@ mod versions;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
-pub use count::Count;
 pub use error::StoreError;
 pub use objects::PreparedScene;
 pub use prepared::{Made, Missing, PreparedModel, Step};

@@ -2,8 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::count::Count;
-use crate::collision::Solids;
+use crate::collision::{Count, Solids};
 use crate::scene::Scene;
 
 /// A scene and the solids of its objects, made when somebody first needs them.

@@ -3,9 +3,8 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use super::count::Count;
 use super::objects::PreparedScene;
-use crate::collision::{CollisionModel, CollisionModelError};
+use crate::collision::{CollisionModel, CollisionModelError, Count};
 use crate::robot::RobotModel;
 use crate::scene::Scene;
 

@@ -7,12 +7,13 @@ use taut_ipc::control::Refusal;
 use taut_ipc::wire::{Code, label_id};
 
 use super::models::{file_refusal, model_refusal, scene_refusal};
+use crate::collision::Count;
 use crate::collision::{CollisionModel, neutral_warnings, reach_weights};
 use crate::files::{FileError, Packages, Reader, RobotFiles};
 use crate::robot::{RobotDescription, RobotModel};
 use crate::scene::diff_file::SceneDiff;
 use crate::scene::{Scene, diff_file, scene_file};
-use crate::store::{Count, PreparedModel, PreparedScene, Step};
+use crate::store::{PreparedModel, PreparedScene, Step};
 use crate::warning::Warning;
 
 /// A reader of its own each time: it keeps meshes, and nobody may ask for these again.

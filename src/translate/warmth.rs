@@ -2,7 +2,8 @@
 
 use std::iter::once;
 
-use crate::store::{Count, Missing, ModelStore, PreparedModel, PreparedScene, Snapshot, Step};
+use crate::collision::Count;
+use crate::store::{Missing, ModelStore, PreparedModel, PreparedScene, Snapshot, Step};
 use taut_ipc::control::{ModelState, Refusal};
 use taut_ipc::wire::Code;
 

@@ -10,12 +10,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use taut::collision::CollisionModel;
+use taut::collision::{CollisionModel, Count};
 use taut::files::{Packages, Reader};
 use taut::robot::{RobotDescription, RobotModel};
 use taut::scene::Scene;
 
-use taut::store::{Count, ModelStore, Snapshot, StoreError, Wanted};
+use taut::store::{ModelStore, Snapshot, StoreError, Wanted};
 use taut_ipc::control::Refusal;
 use taut_ipc::limits::{CONTROL_REQUESTS_PER_CLIENT, MAX_CLIENTS};
 use taut_ipc::wire::label_id;
