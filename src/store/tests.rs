@@ -1,6 +1,7 @@
 use std::sync::atomic::Ordering;
 
 use super::*;
+use crate::collision::Count;
 use crate::robot::{LinkDescription, RobotDescription};
 use crate::scene::Obstacle;
 
