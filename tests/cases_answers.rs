@@ -9,6 +9,7 @@ use std::process::Stdio;
 
 use common::*;
 use serde_json::Value;
+use taut_ipc::control::{ControlReply, ControlRequest};
 
 /// A file of `tests/cases`.
 fn case(name: &str) -> String {
@@ -544,25 +545,68 @@ fn a_robot_s_model_is_made_once_and_a_request_that_comes_too_early_hears_why() {
         0
     );
     assert_eq!(made(&place), [1.0, 0.0], "made while it was loaded");
-    for _ in 0..2 {
-        let run = place.taut(&["check", &path, "--robot", "heavy", "--deadline", "60s"]);
+    let check = |more: &[&str]| {
+        let run = place.taut(&[&["check", &path, "--deadline", "60s"], more].concat());
         assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
+        made(&place)
+    };
+    for _ in 0..2 {
+        let made = check(&["--robot", "heavy"]);
         assert_eq!(
-            made(&place),
-            [1.0, 1.0],
-            "with the empty scene, of the same solids"
+            made,
+            [1.0, 0.0],
+            "with nothing around it, it is what was loaded"
         );
     }
+    let some = ControlRequest::SelectVariables {
+        label: "heavy".into(),
+        variables: vec!["j1".into()],
+    };
+    let selected = place.client().control(&some, PATIENCE).unwrap();
+    assert!(matches!(selected, ControlReply::Robot(_)), "{selected:?}");
+    assert_eq!(made(&place), [1.0, 0.0], "of the same solids");
 
-    // An object of as many triangles is put together with the robot when the first request comes.
+    // Solids of objects are made while their scene is loaded, for every robot.
     let mesh = place.folder.path().join("ball.stl");
-    let object = format!(
-        r#"{{"objects": [{{"id": "ball", "pose": {{"position": [0, 5, 0]}}, "meshes": [{{"file": {mesh:?}}}], "mesh_poses": [{{}}]}}]}}"#
+    let object = |id: &str, y: f64| {
+        format!(
+            r#"{{"id": "{id}", "pose": {{"position": [0, {y}, 0]}}, "meshes": [{{"file": {mesh:?}}}], "mesh_poses": [{{}}]}}"#
+        )
+    };
+    for label in ["ball", "again"] {
+        let scene = format!(r#"{{"objects": [{}]}}"#, object("ball", 5.0));
+        let loaded = place.taut(&["load-scene", label, &place.file("ball.json", &scene)]);
+        assert_eq!(loaded.exit, 0, "{}", loaded.err);
+    }
+    for (scene, models) in [("ball", 1.0), ("ball", 1.0), ("again", 1.0)] {
+        let made = check(&["--robot", "heavy", "--scene", scene]);
+        assert_eq!(made, [1.0, models], "put together once for each content");
+    }
+    let listed = place.taut(&["list"]).out;
+    let of = |name: &str| {
+        let line = listed
+            .lines()
+            .find(|line| line.starts_with(name));
+        line.unwrap_or_else(|| panic!("no {name} in {listed}"))
+    };
+    assert!(
+        of("robot heavy ").contains("   warm   21 240 triangles   "),
+        "{listed}"
     );
-    let scene = place.file("ball.json", &object);
-    let loaded = place.taut(&["load-scene", "ball", &scene]);
-    assert_eq!(loaded.exit, 0, "{}", loaded.err);
-    let about = [
+    assert!(
+        of("scene ball ").contains("   warm   7 080 triangles   "),
+        "{listed}"
+    );
+
+    // What a change brings is made when the first request comes.
+    fs::write(&mesh, ball(61)).unwrap();
+    let diff = format!(
+        r#"{{"is_diff": true, "objects": [{}]}}"#,
+        object("more", 9.0).replacen('{', r#"{"operation": "ADD", "#, 1)
+    );
+    let applied = place.taut(&["scene", "apply", "ball", &place.file("diff.json", &diff)]);
+    assert_eq!(applied.exit, 0, "{}", applied.err);
+    let early = [
         "check",
         &path,
         "--robot",
@@ -570,10 +614,11 @@ fn a_robot_s_model_is_made_once_and_a_request_that_comes_too_early_hears_why() {
         "--scene",
         "ball",
         "--deadline",
+        "1ms",
     ];
-    let early = place.taut(&[&about[..], &["1ms"]].concat());
+    let early = place.taut(&early);
     assert_eq!(early.exit, 4, "{} {}", early.out, early.err);
-    let why = "robot heavy and scene ball are still put together";
+    let why = "robot heavy in scene ball is still being made: pairs of links and 2 objects";
     assert!(
         early.err.contains("LOADING")
             && early.err.contains(why)
@@ -581,9 +626,33 @@ fn a_robot_s_model_is_made_once_and_a_request_that_comes_too_early_hears_why() {
         "{}",
         early.err
     );
-    let late = place.taut(&[&about[..], &["60s"]].concat());
-    assert_eq!(late.exit, 0, "{} {}", late.out, late.err);
-    assert_eq!(made(&place), [1.0, 2.0]);
+    assert_eq!(check(&["--robot", "heavy", "--scene", "ball"]), [1.0, 2.0]);
+}
+
+#[test]
+fn a_daemon_that_is_started_again_makes_no_robot_again() {
+    let place = Place::new();
+    let daemon = serve(&place);
+    let (robot, path) = heavy(&place);
+    let loaded = place.taut(&["load-robot", "heavy", "--urdf", &robot]);
+    assert_eq!(loaded.exit, 0, "{}", loaded.err);
+    let some = ControlRequest::SelectVariables {
+        label: "heavy".into(),
+        variables: vec!["j1".into()],
+    };
+    let selected = place.client().control(&some, PATIENCE).unwrap();
+    assert!(matches!(selected, ControlReply::Robot(_)), "{selected:?}");
+    drop(daemon);
+    let _daemon = serve(&place);
+    for _ in 0..2 {
+        let run = place.taut(&["check", &path, "--robot", "heavy", "--deadline", "60s"]);
+        assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
+    }
+    assert_eq!(
+        made(&place),
+        [0.0, 0.0],
+        "its solids were kept, and are shared"
+    );
 }
 
 #[test]

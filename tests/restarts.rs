@@ -87,6 +87,8 @@ fn listing(client: &Client) -> Listing {
                 .scenes
                 .iter_mut()
                 .for_each(|scene| scene.kept_from = 0);
+            // How far they are made is no part of what they are.
+            listing.models.clear();
             listing
         }
         other => panic!("{other:?}"),

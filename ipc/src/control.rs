@@ -342,6 +342,24 @@ pub struct Listing {
     pub robots: Vec<RobotSummary>,
     /// The scenes.
     pub scenes: Vec<SceneSummary>,
+    /// How far each of them is made, and those whose files are still being read.
+    pub models: Vec<ModelState>,
+}
+
+/// How far a robot or scene is made.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ModelState {
+    /// The label.
+    pub label: String,
+    /// A robot's; else a scene's.
+    pub is_robot: bool,
+    /// What is still being made; empty = it is warm: no request waits for it.
+    pub missing: String,
+    /// Triangles of its meshes.
+    pub triangles: u64,
+    /// Memory in bytes of its meshes, of solids made of them, and, of a robot, of what was put
+    /// together of it and scenes. What several share (equal meshes in two robots) counts in each.
+    pub bytes: u64,
 }
 
 /// Counters and times by name, and the daemon's own data.

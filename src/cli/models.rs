@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 use taut::files::{self, Geometry, Packages, Reader, RobotFiles};
 use taut_ipc::control::{
-    ControlRequest, Listing, RobotDescription, SceneSummary, VariableDescription,
+    ControlRequest, Listing, ModelState, RobotDescription, SceneSummary, VariableDescription,
 };
 use taut_ipc::{DaemonState, Instance, daemon_state};
 
@@ -278,12 +278,53 @@ pub(super) fn scene_line(scene: &SceneSummary) -> String {
 }
 
 fn list_lines(listing: &Listing) -> String {
-    let robots = listing.robots.iter();
-    robots
-        .map(|robot| robot_line(&robot.label, robot.nq, robot.robot_hash))
-        .chain(listing.scenes.iter().map(scene_line))
+    let robots = listing.robots.iter().map(|robot| {
+        let line = robot_line(&robot.label, robot.nq, robot.robot_hash);
+        (true, robot.label.as_str(), line)
+    });
+    let scenes = listing
+        .scenes
+        .iter()
+        .map(|scene| (false, scene.label.as_str(), scene_line(scene)));
+    let loaded: Vec<_> = robots.chain(scenes).collect();
+    let lines = loaded.iter().map(|(is_robot, label, line)| {
+        let state = state_of(listing, *is_robot, label);
+        format!("{line}   {}", state.map_or_else(String::new, state_words))
+    });
+    let is_loaded = |state: &&ModelState| {
+        loaded
+            .iter()
+            .any(|(is_robot, label, _)| state.is_robot == *is_robot && state.label == *label)
+    };
+    let coming = listing
+        .models
+        .iter()
+        .filter(|state| !is_loaded(state));
+    lines
+        .chain(coming.map(coming_line))
         .collect::<Vec<_>>()
         .join("\n")
+}
+
+fn state_of<'a>(listing: &'a Listing, is_robot: bool, label: &str) -> Option<&'a ModelState> {
+    let mut states = listing.models.iter();
+    states.find(|state| state.is_robot == is_robot && state.label == label)
+}
+
+fn state_words(state: &ModelState) -> String {
+    let warm = match state.missing.as_str() {
+        "" => "warm",
+        missing => missing,
+    };
+    let triangles = translate::grouped(state.triangles as usize);
+    let megabytes = state.bytes as f64 * 1e-6;
+    format!("{warm}   {triangles} triangles   {megabytes:.1} MB")
+}
+
+/// A robot or scene that is not there yet.
+fn coming_line(state: &ModelState) -> String {
+    let kind = if state.is_robot { "robot" } else { "scene" };
+    format!("{kind} {}   {}", state.label, state.missing)
 }
 
 fn description(robot: &RobotDescription) -> String {

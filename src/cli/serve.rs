@@ -10,7 +10,7 @@ use tracing_subscriber::EnvFilter;
 
 use super::error::CliError;
 use super::instance::InstanceChoice;
-use crate::daemon::config::Config;
+use crate::daemon::config::{Config, check_niceness};
 use crate::daemon::live::check_address;
 use crate::daemon::serve;
 use crate::daemon::supervise::{bind_to_supervisor, supervise};
@@ -34,6 +34,10 @@ pub(super) struct Arguments {
     /// Worker threads; the default is the configuration's, or one per core
     #[arg(long, value_name = "N")]
     workers: Option<usize>,
+    /// Niceness of the threads that compute and answer, 0 to 19; the default is the configuration's,
+    /// or 0
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    niceness: Option<i32>,
     /// Folder that keeps robots and scenes; the default is `state` below a root of one's own
     /// (NAME:/ROOT), else ~/.local/state/taut/NAME
     #[arg(long, value_name = "FOLDER", conflicts_with = "no_state")]
@@ -75,6 +79,10 @@ fn configuration(arguments: &Arguments) -> Result<Config, CliError> {
         .as_deref()
         .map_or_else(|| Ok(Config::default()), Config::read)?;
     config.workers = arguments.workers.unwrap_or(config.workers);
+    if let Some(niceness) = arguments.niceness {
+        check_niceness("--niceness", niceness).map_err(CliError::Usage)?;
+        config.niceness = niceness;
+    }
     config.state = state(arguments).or(config.state);
     if let Some(address) = arguments.http {
         check_address("--http", address).map_err(CliError::Usage)?;

@@ -5,6 +5,7 @@
 
 pub mod body;
 mod carry;
+mod count;
 mod coverage;
 mod error;
 pub mod filter;
@@ -17,6 +18,7 @@ mod solids;
 mod tests;
 
 pub use body::{Body, BodyKind, reach_weights};
+pub use count::Count;
 pub use error::CollisionModelError;
 pub use filter::Filter;
 pub use frames::{check_frames, shared_names};

@@ -39,7 +39,8 @@ impl CollisionModel {
     /// mesh.
     pub fn new(robot: Arc<RobotModel>, scene: Arc<Scene>) -> Result<Self, CollisionModelError> {
         let solids = Solids::of_links(&robot);
-        Self::build(robot, scene, &solids)
+        let links = link_bodies(&robot, &solids);
+        Self::build(robot, scene, links, &[&solids])
     }
 
     /// The model of the same robot with another scene: the same as [`Self::new`] makes, bit for
@@ -50,10 +51,51 @@ impl CollisionModel {
     /// # Errors
     /// As [`Self::new`].
     pub fn with_scene(&self, scene: Arc<Scene>) -> Result<Self, CollisionModelError> {
-        match self.moved_bodies(&scene) {
-            Some(moved) => Ok(self.with_moved(scene, &moved)),
-            None => Self::build(self.robot.clone(), scene, &self.solids),
+        self.with_scene_of(scene, Arc::default)
+    }
+
+    /// The same, with [solids of the scene's objects](Solids::of_objects) that are taken over where
+    /// this model has none; they are asked for only if they may be needed.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_scene_of(
+        &self,
+        scene: Arc<Scene>,
+        objects: impl FnOnce() -> Arc<Solids>,
+    ) -> Result<Self, CollisionModelError> {
+        if let Some(moved) = self.moved_bodies(&scene) {
+            return Ok(self.with_moved(scene, &moved));
         }
+        let links = self.link_bodies().to_vec();
+        let robot = self.robot.clone();
+        Self::build(robot, scene, links, &[&self.solids, &objects()])
+    }
+
+    /// The bodies of links as their shapes are, which are the same in every scene.
+    fn link_bodies(&self) -> &[Body] {
+        let is_own = |body: &&Body| body.kind == BodyKind::Link && body.size == Size::OWN;
+        let count = self.bodies.iter().take_while(is_own).count();
+        &self.bodies[..count]
+    }
+
+    /// Memory (bytes) that it takes besides the plain solids of links and objects, which other
+    /// models share.
+    pub fn own_bytes(&self) -> usize {
+        let chains = self
+            .bodies
+            .iter()
+            .map(|body| size_of_val(&*body.chain));
+        size_of_val(&*self.bodies)
+            + chains.sum::<usize>()
+            + self.pairs.bytes()
+            + self.filter.bytes()
+            + self.solids.sized_bytes()
+    }
+
+    /// Memory (bytes) of the plain solids of links.
+    pub fn link_bytes(&self) -> usize {
+        self.solids.link_bytes()
     }
 
     /// Bodies that stand elsewhere in a scene that differs in nothing else; `None` where it may
@@ -105,7 +147,8 @@ impl CollisionModel {
     /// made of it before; `None` if they are not this robot's.
     pub fn of_links(robot: Arc<RobotModel>, links: Vec<Option<Solid>>) -> Option<Self> {
         let solids = Solids::with_links(&robot, links)?;
-        Self::build(robot, Arc::new(Scene::default()), &solids).ok()
+        let bodies = link_bodies(&robot, &solids);
+        Self::build(robot, Arc::new(Scene::default()), bodies, &[&solids]).ok()
     }
 
     /// The model of a robot with the same links, of which other joints are variables, with nothing
@@ -114,7 +157,8 @@ impl CollisionModel {
     /// # Errors
     /// As [`Self::new`].
     pub fn with_robot(&self, robot: Arc<RobotModel>) -> Result<Self, CollisionModelError> {
-        Self::build(robot, Arc::new(Scene::default()), &self.solids)
+        let links = link_bodies(&robot, &self.solids);
+        Self::build(robot, Arc::new(Scene::default()), links, &[&self.solids])
     }
 
     /// The solids of the robot's links, in their order; `None` where a link has no shapes.
@@ -122,14 +166,17 @@ impl CollisionModel {
         self.solids.links().iter().map(Option::as_deref)
     }
 
+    /// Of the bodies of links, and solids that were made before, the links' first.
     fn build(
         robot: Arc<RobotModel>,
         scene: Arc<Scene>,
-        before: &Solids,
+        links: Vec<Body>,
+        before: &[&Solids],
     ) -> Result<Self, CollisionModelError> {
         let rules = Rules::new(&robot, &scene)?;
-        let mut solids = before.links_only();
-        let mut bodies = carried_bodies(&robot, &scene, &mut solids, before);
+        let mut solids = before[0].links_only();
+        let mut bodies = links;
+        attach_bodies(&robot, &scene, &mut bodies, &mut solids, before);
         let facing = add_sized(&robot, &scene, &mut bodies, &mut solids, before)?;
         let robot_bodies = bodies.len();
         for obstacle in scene
@@ -216,17 +263,22 @@ impl CollisionModel {
     }
 }
 
-/// Links with shapes and what they carry, without padding.
-fn carried_bodies(
+/// Links with shapes, without padding.
+fn link_bodies(robot: &RobotModel, solids: &Solids) -> Vec<Body> {
+    let links = 0..robot.links().len();
+    links
+        .filter_map(|link| Some(Body::of_link(robot, link, solids.link(link)?)))
+        .collect()
+}
+
+/// Appends what links carry, without padding.
+fn attach_bodies(
     robot: &RobotModel,
     scene: &Scene,
+    bodies: &mut Vec<Body>,
     solids: &mut Solids,
-    before: &Solids,
-) -> Vec<Body> {
-    let links = 0..robot.links().len();
-    let mut bodies: Vec<_> = links
-        .filter_map(|link| Some(Body::of_link(robot, link, solids.link(link)?)))
-        .collect();
+    before: &[&Solids],
+) {
     for attached in scene
         .attached()
         .iter()
@@ -239,7 +291,6 @@ fn carried_bodies(
         let solid = solids.object(&attached.object.shapes, before);
         bodies.push(Body::of_attached(robot, link, &attached.object, solid));
     }
-    bodies
 }
 
 /// Appends a body of another size for each that the scene pads or scales; gives for each body the
@@ -249,7 +300,7 @@ fn add_sized(
     scene: &Scene,
     bodies: &mut Vec<Body>,
     solids: &mut Solids,
-    before: &Solids,
+    before: &[&Solids],
 ) -> Result<Vec<usize>, CollisionModelError> {
     let mut facing: Vec<_> = (0..bodies.len()).collect();
     for (index, facing) in facing.iter_mut().enumerate() {

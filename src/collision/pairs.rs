@@ -58,6 +58,14 @@ impl Pairs {
         pairs.placed(robot, bodies)
     }
 
+    /// Memory that they take (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.moving)
+            + size_of_val(&*self.standing)
+            + size_of_val(&*self.hollow)
+            + size_of_val(&*self.close)
+    }
+
     /// The same pairs of bodies that may stand elsewhere. Finds those that each request looks at:
     /// of a thousand objects far away it should not hear.
     pub fn placed(&self, robot: &RobotModel, bodies: &[Body]) -> Self {

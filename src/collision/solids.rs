@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::body::Size;
 use crate::hash::ContentHasher;
 use crate::robot::{Link, RobotModel};
+use crate::scene::Scene;
 use crate::shape::{MeshError, PlacedShape};
 use crate::solid::Solid;
 
@@ -69,6 +70,19 @@ impl Solids {
         })
     }
 
+    /// Those of a scene's objects, taken from `before` where they are there.
+    pub fn of_objects(scene: &Scene, before: Option<&Self>) -> Self {
+        let mut solids = Self::default();
+        let before = before.as_slice();
+        for object in scene
+            .objects()
+            .filter(|object| !object.shapes.is_empty())
+        {
+            solids.object(&object.shapes, before);
+        }
+        solids
+    }
+
     /// Those of a robot's links, with no object yet.
     pub fn links_only(&self) -> Self {
         Self {
@@ -87,17 +101,46 @@ impl Solids {
         self.links[link].clone()
     }
 
-    /// The solid of an object's shapes, of which there is at least one: taken from `before` if it
-    /// is there.
-    pub fn object(&mut self, shapes: &Arc<[PlacedShape]>, before: &Self) -> Arc<Solid> {
+    /// Whether the solid of an object's shapes is there.
+    pub fn has(&self, shapes: &Arc<[PlacedShape]>) -> bool {
+        let place = Arc::as_ptr(shapes).cast::<PlacedShape>() as usize;
+        let made = self.by_place.get(&place);
+        made.is_some_and(|made| Arc::ptr_eq(&made.shapes, shapes))
+    }
+
+    /// Memory of the solids of objects (bytes).
+    pub fn bytes(&self) -> usize {
+        self.by_content
+            .values()
+            .map(|solid| solid.bytes())
+            .sum()
+    }
+
+    /// Memory of the solids of links (bytes).
+    pub fn link_bytes(&self) -> usize {
+        let links = self.links.iter().flatten();
+        links.map(|solid| solid.bytes()).sum()
+    }
+
+    /// Memory of the solids of another size than their shapes' (bytes).
+    pub fn sized_bytes(&self) -> usize {
+        self.sized
+            .values()
+            .map(|sized| sized.solid.bytes())
+            .sum()
+    }
+
+    /// The solid of an object's shapes, of which there is at least one: taken from one of `before`
+    /// if it is there.
+    pub fn object(&mut self, shapes: &Arc<[PlacedShape]>, before: &[&Self]) -> Arc<Solid> {
         let place = Arc::as_ptr(shapes).cast::<PlacedShape>() as usize;
         if let Some(made) = self.by_place.get(&place) {
             return made.solid.clone();
         }
-        let known = before
-            .by_place
-            .get(&place)
-            .filter(|made| Arc::ptr_eq(&made.shapes, shapes));
+        let mut known = before
+            .iter()
+            .filter_map(|before| before.by_place.get(&place));
+        let known = known.find(|made| Arc::ptr_eq(&made.shapes, shapes));
         let made = known
             .cloned()
             .unwrap_or_else(|| self.read_again(shapes, before));
@@ -108,16 +151,17 @@ impl Solids {
         solid
     }
 
-    fn read_again(&self, shapes: &Arc<[PlacedShape]>, before: &Self) -> Made {
+    fn read_again(&self, shapes: &Arc<[PlacedShape]>, before: &[&Self]) -> Made {
         let mut hasher = ContentHasher::default();
         for shape in shapes.iter() {
             shape.tell(&mut hasher);
         }
         let content = hasher.finish();
+        let mut earlier = before.iter();
         let known = self
             .by_content
             .get(&content)
-            .or_else(|| before.by_content.get(&content));
+            .or_else(|| earlier.find_map(|before| before.by_content.get(&content)));
         let solid = known
             .cloned()
             .unwrap_or_else(|| Arc::new(Solid::new(shapes)));
@@ -138,7 +182,7 @@ impl Solids {
         bare: &Arc<Solid>,
         shapes: &[PlacedShape],
         size: Size,
-        before: &Self,
+        before: &[&Self],
     ) -> Result<Arc<Solid>, MeshError> {
         if size == Size::OWN {
             return Ok(bare.clone());
@@ -147,10 +191,11 @@ impl Solids {
             Arc::as_ptr(bare) as usize,
             [size.scale, size.padding].map(f64::to_bits),
         );
+        let mut earlier = before.iter();
         let known = self
             .sized
             .get(&key)
-            .or_else(|| before.sized.get(&key));
+            .or_else(|| earlier.find_map(|before| before.sized.get(&key)));
         let sized = match known.filter(|sized| Arc::ptr_eq(&sized.bare, bare)) {
             Some(known) => known.clone(),
             None => Sized {

@@ -22,6 +22,9 @@ pub struct Config {
     pub instance: String,
     /// Worker threads; 0 = as many as there are cores.
     pub workers: usize,
+    /// Niceness of the threads that compute and answer, 0 to 19; control loops of this machine go
+    /// before them.
+    pub niceness: i32,
     /// Clearance of requests that name none (m).
     pub clearance_m: f64,
     /// Requests that may wait.
@@ -146,6 +149,7 @@ impl Default for Config {
         Self {
             instance: String::new(),
             workers: 0,
+            niceness: 0,
             clearance_m: Settings::DEFAULT_CLEARANCE_M,
             queue: 256,
             quota: Quota::default(),
@@ -200,6 +204,7 @@ impl Config {
         self.check_numbers()?;
         self.quota.check()?;
         self.check_addresses()?;
+        check_niceness("niceness", self.niceness)?;
         self.check_workers()
     }
 
@@ -315,6 +320,11 @@ fn check_clearance(clearance_m: f64) -> Result<(), String> {
     ))
 }
 
+/// Refuses what is no niceness that every process may take.
+pub fn check_niceness(entry: &str, niceness: i32) -> Result<(), String> {
+    within(entry, niceness, 0..=19)
+}
+
 fn check_metrics(address: SocketAddr) -> Result<(), String> {
     if address.ip().is_loopback() {
         return Ok(());
@@ -365,6 +375,8 @@ mod tests {
             ("queue = 0", "1 to 65536"),
             ("clearance_m = nan", "finite"),
             ("status_rate_hz = 1", "2 to"),
+            ("niceness = -1", "0 to 19"),
+            ("niceness = 20", "0 to 19"),
             ("quota = { in_flight = 0 }", "1 to"),
             ("metrics = '0.0.0.0:1'", "of this machine"),
             ("http = '0.0.0.0:8642'", "of this machine"),

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, RobotSource, SceneText};
+use taut_ipc::monotonic_ns;
 use taut_ipc::wire::Code;
 
 use crate::scene::Scene;
-use crate::store::{ModelStore, SceneEntry, Snapshot, StoreError, Wanted};
+use crate::store::{Change, ModelStore, SceneEntry, Snapshot, StoreError, Wanted};
 use crate::translate::{self, ReadRobot, store_refusal};
 
 type Answer = Result<ControlReply, Refusal>;
@@ -122,7 +123,7 @@ impl Models {
     }
 
     fn load_robot(&self, label: &str, source: RobotSource, replace: bool) -> Answer {
-        let read = translate::robot_of(&translate::robot_files(source))?;
+        let read = translate::robot_of(&translate::robot_files(source), |_| ())?;
         self.take_robot(label, read, replace)
     }
 
@@ -166,20 +167,29 @@ impl Models {
         ControlReply::Listing(Listing {
             robots: summaries(store.robots(), translate::robot_summary),
             scenes: summaries(store.scenes(), translate::scene_summary),
+            models: translate::model_states(&store, monotonic_ns()),
         })
     }
 
     fn load_scene(&self, text: &Text, replace: bool) -> Answer {
         let scene = translate::scene_of(&text.json, &text.file())?;
         translate::frame_refusal(&scene, &self.store())?;
-        self.take_scene(&text.label, scene, replace)
+        let prepared = translate::warm_scene(scene, |_| ());
+        let taken = self
+            .store()
+            .insert_prepared_scene(&text.label, prepared, replace);
+        self.scene_after(&text.label, taken)
     }
 
     pub(super) fn take_scene(&self, label: &str, scene: Arc<Scene>, replace: bool) -> Answer {
-        let mut store = self.store();
-        store
-            .insert_scene(label, scene, replace)
-            .map_err(refuse)?;
+        let taken = self.store().insert_scene(label, scene, replace);
+        self.scene_after(label, taken)
+    }
+
+    /// The scene of a label after a change to it.
+    fn scene_after(&self, label: &str, taken: Result<Change, StoreError>) -> Answer {
+        taken.map_err(refuse)?;
+        let store = self.store();
         let entry = store.scene(label);
         entry
             .map(|entry| summary(label, entry))

@@ -66,6 +66,10 @@ impl Mesh {
     pub fn triangles(&self) -> &[Triangle] {
         &self.triangles
     }
+    /// Memory of vertices and triangles (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.vertices) + size_of_val(&*self.triangles)
+    }
     /// What is odd about the mesh, a line each with its name and size: it may be in millimetres,
     /// its surface is open or faces inwards or both ways, some of its triangles have no area.
     pub fn warnings(&self) -> &[Warning] {

@@ -64,6 +64,11 @@ impl ConvexHull {
         })
     }
 
+    /// Memory of the corners (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.corners)
+    }
+
     /// The hull of the same solid, thicker by `padding` (m).
     #[must_use]
     pub fn padded(&self, padding: f64) -> Self {

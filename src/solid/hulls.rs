@@ -206,6 +206,11 @@ impl SolidHulls {
         }
     }
 
+    /// Memory of the parts (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.parts)
+    }
+
     /// Hulls of the same solid, thicker by `padding` (m).
     #[must_use]
     pub fn padded(&self, padding: f64) -> Self {

@@ -91,6 +91,17 @@ impl Solid {
         }
     }
 
+    /// Memory that it takes (bytes).
+    pub fn bytes(&self) -> usize {
+        let convex_hull = self.convex_hull.as_ref();
+        size_of::<Self>()
+            + self.tree.bytes()
+            + size_of_val(&*self.anchors)
+            + size_of_val(&*self.cover)
+            + self.hulls.bytes()
+            + convex_hull.map_or(0, ConvexHull::bytes)
+    }
+
     /// All points within `padding` (m) of the solid. Pieces are cores swept by a ball, and so they
     /// stay: the ball is larger, the tree over them the same.
     #[must_use]

@@ -78,6 +78,11 @@ impl BallTree {
         }
     }
 
+    /// Memory of pieces and balls (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.pieces) + size_of::<Ball>() * self.balls.capacity()
+    }
+
     /// The pieces, in tree order.
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces

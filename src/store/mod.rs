@@ -4,6 +4,8 @@
 //! loaded or unloaded later changes.
 
 mod error;
+mod models;
+mod objects;
 mod prepared;
 #[cfg(test)]
 mod tests;
@@ -11,14 +13,13 @@ mod versions;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 pub use error::StoreError;
-pub use prepared::{Made, PreparedModel};
+pub use objects::PreparedScene;
+pub use prepared::{Made, Missing, PreparedModel, Step};
 use versions::Retired;
 pub use versions::{LAST_VERSIONS, MOST_PINNED, SceneEntry};
 
-use crate::collision::CollisionModel;
 use crate::robot::RobotModel;
 use crate::scene::Scene;
 
@@ -30,9 +31,13 @@ pub struct ModelStore {
     scenes: BTreeMap<String, SceneEntry>,
     retired: Retired,
     labels: HashMap<u64, String>,
+    /// By the hashes of robot and scene. Each loaded robot has one with nothing around it, whose
+    /// solids all others take over.
     models: HashMap<(u64, u64), Arc<PreparedModel>>,
-    /// Robots with nothing around them, by hash: their solids are made once.
-    alone: HashMap<u64, Arc<PreparedModel>>,
+    /// By hash.
+    prepared_scenes: HashMap<u64, Arc<PreparedScene>>,
+    /// Hash of the scene without objects.
+    nothing: u64,
     made: Arc<Made>,
 }
 
@@ -101,7 +106,8 @@ impl ModelStore {
         let retired = Retired::default();
         let labels = HashMap::new();
         let models = HashMap::new();
-        let alone = HashMap::new();
+        let prepared_scenes = HashMap::new();
+        let nothing = Scene::default().hash();
         let made = Arc::default();
         Self {
             id_of,
@@ -110,42 +116,10 @@ impl ModelStore {
             retired,
             labels,
             models,
-            alone,
+            prepared_scenes,
+            nothing,
             made,
         }
-    }
-
-    /// Takes the model of a robot with nothing around it; models with scenes then take its solids
-    /// over. `is_new` if its solids were made for this.
-    pub fn take_alone(&mut self, model: Arc<CollisionModel>, is_new: bool) {
-        self.made
-            .robots
-            .fetch_add(u64::from(is_new), Ordering::Relaxed);
-        let hash = model.robot().hash();
-        self.alone.insert(
-            hash,
-            Arc::new(PreparedModel::ready(model, self.made.clone())),
-        );
-    }
-
-    /// A loaded robot with nothing around it.
-    pub fn alone(&self, robot: &RobotModel) -> Option<&Arc<PreparedModel>> {
-        self.alone.get(&robot.hash())
-    }
-
-    /// The robot of a label with nothing around it.
-    ///
-    /// # Errors
-    /// [`StoreError::UnknownRobot`].
-    pub fn whole(&self, label: &str) -> Result<Arc<PreparedModel>, StoreError> {
-        let robot = &self.robot(label)?.robot;
-        let made = || Arc::new(PreparedModel::alone(robot.clone(), self.made.clone()));
-        Ok(self.alone(robot).cloned().unwrap_or_else(made))
-    }
-
-    /// How often models were made.
-    pub fn made(&self) -> &Made {
-        &self.made
     }
 
     /// Takes a robot under a label.
@@ -171,10 +145,11 @@ impl ModelStore {
             Some(_) if replace => Change::Replaced,
             Some(held) => return Err(StoreError::taken("robot", label, held, robot.hash())),
         };
-        let alone = || Arc::new(PreparedModel::alone(robot.clone(), self.made.clone()));
-        self.alone
-            .entry(robot.hash())
-            .or_insert_with(alone);
+        let key = (robot.hash(), self.nothing);
+        if !self.models.contains_key(&key) {
+            let alone = Arc::new(self.new_alone(&robot));
+            self.models.insert(key, alone);
+        }
         self.robots
             .insert(label.to_owned(), RobotEntry { id, robot, weights });
         self.drop_unused();
@@ -192,7 +167,30 @@ impl ModelStore {
         scene: Arc<Scene>,
         replace: bool,
     ) -> Result<Change, StoreError> {
+        let before = self
+            .scenes
+            .get(label)
+            .and_then(|entry| self.prepared_scene(&entry.scene));
+        let prepared = match before {
+            Some(before) => PreparedScene::after(before, scene),
+            None => PreparedScene::new(scene),
+        };
+        self.insert_prepared_scene(label, prepared.into(), replace)
+    }
+
+    /// The same of a scene of which solids may be made already.
+    ///
+    /// # Errors
+    /// As [`Self::insert_robot`].
+    pub fn insert_prepared_scene(
+        &mut self,
+        label: &str,
+        prepared: Arc<PreparedScene>,
+        replace: bool,
+    ) -> Result<Change, StoreError> {
         let id = self.take_id(label)?;
+        let prepared = self.ready_one(prepared);
+        let scene = prepared.scene().clone();
         let change = match self.scenes.get_mut(label) {
             None => {
                 let version = self.retired.first_version(id);
@@ -204,7 +202,7 @@ impl ModelStore {
             Some(entry) if replace => {
                 let before = entry.scene.hash();
                 entry.push(scene.clone());
-                self.follow(before, &scene);
+                self.follow(before, &prepared);
                 Change::Replaced
             }
             Some(entry) => {
@@ -216,6 +214,8 @@ impl ModelStore {
                 ));
             }
         };
+        self.prepared_scenes
+            .insert(prepared.scene().hash(), prepared);
         self.drop_unused();
         Ok(change)
     }
@@ -244,6 +244,10 @@ impl ModelStore {
                 scene.hash(),
             ));
         }
+        let new = || Arc::new(PreparedScene::new(scene.clone()));
+        self.prepared_scenes
+            .entry(scene.hash())
+            .or_insert_with(new);
         self.scenes
             .insert(label.to_owned(), SceneEntry::new(id, version.max(1), scene));
         Ok(())
@@ -408,22 +412,18 @@ impl ModelStore {
             .ok_or_else(|| entry.unknown(scene_label, scene_version))?;
         check_hash("scene", scene_label, wanted.scene_hash, scene.hash())?;
         let key = (robot.robot.hash(), scene.hash());
-        let new = || {
-            Arc::new(match self.alone.get(&key.0) {
-                Some(alone) => PreparedModel::of(alone.clone(), scene.clone()),
-                None => PreparedModel::new(robot.robot.clone(), scene.clone()),
-            })
+        let model = match self.models.get(&key) {
+            Some(model) => model.clone(),
+            None => self.put_together(&robot.robot, scene, &entry.scene),
         };
-        let model = self
-            .models
-            .entry(key)
-            .or_insert_with(new)
-            .clone();
         let scene_hash = key.1;
         let weights = robot.weights.clone();
         let scene_id = wanted.scene_id;
         let robot = robot.robot.clone();
         let scene = scene.clone();
+        self.models
+            .entry(key)
+            .or_insert_with(|| model.clone());
         Ok(Snapshot {
             robot,
             weights,
@@ -433,23 +433,6 @@ impl ModelStore {
             scene_hash,
             scene_version,
         })
-    }
-
-    /// Whoever asks for a model of the next version gets it from the one before, where there is
-    /// one.
-    fn follow(&mut self, before: u64, scene: &Arc<Scene>) {
-        let of_before = self
-            .models
-            .iter()
-            .filter(|((_, hash), _)| *hash == before);
-        let next = of_before.map(|((robot, _), model)| {
-            (*robot, Arc::new(PreparedModel::after(model, scene.clone())))
-        });
-        for (robot, model) in next.collect::<Vec<_>>() {
-            self.models
-                .entry((robot, scene.hash()))
-                .or_insert(model);
-        }
     }
 
     fn entry_mut(&mut self, label: &str) -> Result<&mut SceneEntry, StoreError> {
@@ -482,13 +465,14 @@ impl ModelStore {
             .values()
             .map(|entry| entry.robot.hash())
             .collect();
-        let scenes: HashSet<u64> = self
+        let mut scenes: HashSet<u64> = self
             .scenes
             .values()
             .flat_map(SceneEntry::warm)
             .collect();
-        self.alone
-            .retain(|robot, _| robots.contains(robot));
+        self.prepared_scenes
+            .retain(|scene, _| scenes.contains(scene));
+        scenes.insert(self.nothing);
         self.models
             .retain(|(robot, scene), _| robots.contains(robot) && scenes.contains(scene));
         let robots = &self.robots;

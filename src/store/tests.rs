@@ -1,4 +1,7 @@
+use std::sync::atomic::Ordering;
+
 use super::*;
+use crate::collision::Count;
 use crate::robot::{LinkDescription, RobotDescription};
 use crate::scene::Obstacle;
 
@@ -277,7 +280,11 @@ fn models_are_kept_of_the_newest_and_the_pinned_versions_only() {
             .unwrap();
     }
     store.snapshot(&wanted()).unwrap();
-    assert_eq!(store.models.len(), 2);
+    assert_eq!(
+        store.models.len(),
+        3,
+        "and of the robot with nothing around it"
+    );
 }
 
 #[test]
@@ -359,4 +366,88 @@ fn versions_that_may_have_been_given_are_left_out() {
         store.skip_versions("hall", 1),
         Err(StoreError::UnknownScene { .. })
     ));
+}
+
+#[test]
+fn every_solid_is_made_once_whatever_robots_and_scenes_it_is_in() {
+    let plain = crate::testing::plain_model(&mut fastrand::Rng::with_seed(3));
+    let robot = plain.robot();
+    let scene = plain.scene().clone();
+    let mut store = ModelStore::new(id_of);
+    let weights: Arc<[f64]> = Arc::new([]);
+    let renamed = RobotDescription {
+        name: "other".to_owned(),
+        variables: Some(Vec::new()),
+        ..robot.description().clone()
+    };
+    let held = Arc::new(RobotModel::new(renamed).unwrap());
+    for (label, robot) in [("arm", robot), ("held", &held)] {
+        store
+            .insert_robot(label, robot.clone(), weights.clone(), false)
+            .unwrap();
+    }
+    let prepared = Arc::new(PreparedScene::new(scene));
+    let solids = prepared.solids().clone();
+    store
+        .insert_prepared_scene("cell", prepared, false)
+        .unwrap();
+    store
+        .insert_scene("bare", Arc::new(Scene::default()), false)
+        .unwrap();
+    let mut model = |robot: &str, scene: &str| {
+        let wanted = Wanted {
+            robot_id: id_of(robot),
+            scene_id: id_of(scene),
+            ..Wanted::default()
+        };
+        store.snapshot(&wanted).unwrap().model
+    };
+    let models = [("arm", "cell"), ("held", "cell"), ("arm", "bare")];
+    let models = models.map(|(robot, scene)| model(robot, scene));
+    let bodies = models
+        .each_ref()
+        .map(|model| model.get().unwrap().bodies());
+    assert!(
+        Arc::ptr_eq(&bodies[0][0].solid, &bodies[1][0].solid),
+        "of one link"
+    );
+    assert!(
+        Arc::ptr_eq(&bodies[0][0].solid, &bodies[2][0].solid),
+        "in no scene"
+    );
+    let last = |index: usize| &bodies[index].last().unwrap().solid;
+    assert!(Arc::ptr_eq(last(0), last(1)), "of one object");
+    assert!(Arc::ptr_eq(&solids, models[0].prepared_scene().solids()));
+    assert!(Arc::ptr_eq(&models[2], store.alone(robot).unwrap()));
+    let made = store.made();
+    let counts = [&made.robots, &made.models].map(|count| count.load(Ordering::Relaxed));
+    assert_eq!(counts, [1, 2]);
+}
+
+#[test]
+fn what_is_missing_is_made_step_by_step() {
+    let (robot, scene, _) = crate::testing::two_scenes(&mut fastrand::Rng::with_seed(4));
+    let alone = Arc::new(PreparedModel::alone(robot, Arc::default()));
+    let objects = scene.objects().count();
+    let scene = Arc::new(PreparedScene::new(scene));
+    let model = PreparedModel::of(alone.clone(), scene.clone());
+    let step = || model.missing().map(|missing| missing.step);
+    assert_eq!(step(), Some(Step::Links(alone.links())));
+    alone.begin(7);
+    assert_eq!(model.missing().unwrap().begun_ns, Some(7));
+    assert!(alone.get().is_ok() && alone.link_bytes() > 0);
+    assert_eq!(step(), Some(Step::Objects(scene.count())));
+    let next = || PreparedScene::after(&scene, scene.scene().clone());
+    assert_eq!(next().missing(), scene.count());
+    scene.solids();
+    assert_eq!(
+        next().missing(),
+        Count::default(),
+        "the next version takes them over"
+    );
+    assert_eq!(step(), Some(Step::Together(objects)));
+    assert!(model.claim() && !model.claim(), "it is made ahead once");
+    assert!(model.get().is_ok());
+    assert_eq!(step(), None);
+    assert!(!model.claim(), "it is there");
 }

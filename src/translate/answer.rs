@@ -18,10 +18,6 @@ use taut_ipc::wire::{
 use super::number;
 use super::records::{self, Names};
 
-/// Shortest and longest time (ms) after which a request is sent again that came too early.
-const LEAST_RETRY_MS: u64 = 100;
-const MOST_RETRY_MS: u64 = 5_000;
-
 /// A response, put together by a worker and sent by the daemon.
 #[derive(Clone, Default)]
 pub struct Reply {
@@ -255,21 +251,6 @@ fn sections(snapshot: &Snapshot, outcome: &Outcome) -> Sections {
         names: names.text,
         message: message(outcome),
     }
-}
-
-/// The final response of a job whose deadline is about to pass while robot and scene are still put
-/// together, for `waited_ms` by now; `scene` is the scene's label.
-pub fn loading(snapshot: &Snapshot, scene: &str, waited_ms: u64) -> Reply {
-    let retry_after_ms = waited_ms.clamp(LEAST_RETRY_MS, MOST_RETRY_MS) as u32;
-    let robot = snapshot.robot.name();
-    let message = format!(
-        "robot {robot} and scene {scene} are still put together, {waited_ms} ms after the request came, and its deadline is over; send again in {retry_after_ms} ms"
-    );
-    refused(Refusal {
-        code: Code::Loading.into(),
-        message,
-        retry_after_ms,
-    })
 }
 
 /// The final response of a job whose deadline passed while it waited: the input, nothing computed,

@@ -7,12 +7,13 @@ use taut_ipc::control::Refusal;
 use taut_ipc::wire::{Code, label_id};
 
 use super::models::{file_refusal, model_refusal, scene_refusal};
+use crate::collision::Count;
 use crate::collision::{CollisionModel, neutral_warnings, reach_weights};
 use crate::files::{FileError, Packages, Reader, RobotFiles};
 use crate::robot::{RobotDescription, RobotModel};
 use crate::scene::diff_file::SceneDiff;
 use crate::scene::{Scene, diff_file, scene_file};
-use crate::store::PreparedModel;
+use crate::store::{PreparedModel, PreparedScene, Step};
 use crate::warning::Warning;
 
 /// A reader of its own each time: it keeps meshes, and nobody may ask for these again.
@@ -32,15 +33,19 @@ pub struct ReadRobot {
     pub is_new: bool,
 }
 
-/// A robot, its default weights and its collision model.
+/// A robot, its default weights and its collision model; `makes` hears, once the files are read,
+/// what is made of them.
 ///
 /// # Errors
 /// A file that cannot be read, or is no robot.
-pub fn robot_of(files: &RobotFiles) -> Result<ReadRobot, Refusal> {
+pub fn robot_of(files: &RobotFiles, makes: impl FnOnce(&Step)) -> Result<ReadRobot, Refusal> {
     let description = reader()
         .robot_of(files)
         .map_err(|error| file_refusal(&error))?;
-    prepared(description, &files.urdf)
+    let robot = robot_described(description, &files.urdf)?;
+    let links = robot.links().iter();
+    makes(&Step::Links(Count::of(links.map(|link| &*link.shapes))));
+    read_robot(robot)
 }
 
 /// The robot of a description, with a warning for each pair of links that collides as it stands
@@ -49,13 +54,19 @@ pub fn robot_of(files: &RobotFiles) -> Result<ReadRobot, Refusal> {
 /// # Errors
 /// A description that makes no robot.
 pub fn prepared(description: RobotDescription, urdf: &Path) -> Result<ReadRobot, Refusal> {
+    read_robot(robot_described(description, urdf)?)
+}
+
+fn robot_described(description: RobotDescription, urdf: &Path) -> Result<Arc<RobotModel>, Refusal> {
     let refuse = |source| {
         file_refusal(&FileError::Robot {
             file: urdf.to_owned(),
             source,
         })
     };
-    read_robot(Arc::new(RobotModel::new(description).map_err(refuse)?))
+    RobotModel::new(description)
+        .map(Arc::new)
+        .map_err(refuse)
 }
 
 /// The same of a robot that is made already.
@@ -125,6 +136,14 @@ pub fn scene_of(text: &str, file: &Path) -> Result<Arc<Scene>, Refusal> {
         .scene_of_text(text, file)
         .map(Arc::new)
         .map_err(|error| file_refusal(&error))
+}
+
+/// The same scene, with the solids of its objects made; `makes` hears before what that takes.
+pub fn warm_scene(scene: Arc<Scene>, makes: impl FnOnce(&Step)) -> Arc<PreparedScene> {
+    let prepared = PreparedScene::new(scene);
+    makes(&Step::Objects(prepared.count()));
+    prepared.solids();
+    Arc::new(prepared)
 }
 
 /// A diff of this text, as [`scene_of`].

@@ -11,14 +11,13 @@ mod number;
 mod records;
 mod request;
 mod sections;
+mod warmth;
 
-pub use answer::{
-    Reply, StopCause, answered, code_of, expired, loading, preempted, progress, refused,
-};
+pub use answer::{Reply, StopCause, answered, code_of, expired, preempted, progress, refused};
 pub use client::{outcome, result_corridor};
 pub use contents::{
     ReadRobot, diff_of, prepared, read_robot, robot_of, scene_of, scene_text, selected,
-    selected_label,
+    selected_label, warm_scene,
 };
 pub use error::AnswerError;
 pub use lengths::Lengths;
@@ -27,3 +26,4 @@ pub use models::{
     robot_summary, scene_refusal, scene_state, scene_summary, store_refusal, worlds,
 };
 pub use request::{check_layout, request_refusal, settings_and_path, wanted};
+pub use warmth::{grouped, loading, model_states, so_far, step_words, still_loading};

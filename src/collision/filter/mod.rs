@@ -167,6 +167,23 @@ impl Filter {
         filter
     }
 
+    /// Memory that it takes (bytes).
+    pub fn bytes(&self) -> usize {
+        let balls = self
+            .bodies
+            .iter()
+            .map(|body| size_of_val(&*body.balls));
+        let boxes = self
+            .objects
+            .iter()
+            .map(|object| size_of_val(&*object.boxes));
+        let trees = self.near.iter().chain(&self.remote);
+        let nodes = trees.map(|tree| size_of_val(&***tree));
+        let bodies = size_of_val(&*self.bodies) + balls.sum::<usize>();
+        let objects = size_of_val(&*self.objects) + boxes.sum::<usize>();
+        bodies + objects + size_of_val(&*self.pairs) + nodes.sum::<usize>()
+    }
+
     /// The filter of the same bodies, some of which, obstacles, stand elsewhere.
     pub fn with_moved(&self, bodies: &[Body], moved: impl Iterator<Item = usize>) -> Self {
         let mut filter = self.clone();

@@ -3,22 +3,21 @@
 //! robot and is whole; else the solids are made anew.
 
 use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::thread::JoinHandle;
 
-use crossbeam_channel::{Receiver, Sender, unbounded};
 use sha2::{Digest, Sha256};
 use taut::collision::CollisionModel;
 use taut::robot::RobotModel;
 use taut::solid::Solid;
-use taut::store::PreparedModel;
-
-use crate::daemon::threads::spawn;
 
 /// Bytes of a checksum.
 const CHECKSUM: usize = 32;
+/// Bytes that are written at once.
+const BUFFER: usize = 1 << 16;
 
 /// The folder of such files.
 #[derive(Clone)]
@@ -47,9 +46,11 @@ impl Prepared {
         shapes.any(|placed| placed.shape.mesh().is_some())
     }
 
-    fn file(&self, robot: u64) -> PathBuf {
+    /// Robots of the same shapes, of which other joints are variables, share one.
+    fn file(&self, robot: &RobotModel) -> PathBuf {
+        let shapes = robot.shapes_hash();
         self.folder
-            .join(format!("{robot:016x}-{}", self.build))
+            .join(format!("{shapes:016x}-{}", self.build))
     }
 
     /// The model of a robot with nothing around it, of solids that were kept; `None` where there
@@ -58,7 +59,7 @@ impl Prepared {
         if !Self::has_meshes(robot) {
             return None;
         }
-        let bytes = std::fs::read(self.file(robot.hash())).ok()?;
+        let bytes = std::fs::read(self.file(robot)).ok()?;
         let payload = whole(&bytes).or_else(|| {
             let name = robot.name();
             tracing::warn!("solids kept for robot {name} are damaged and made anew");
@@ -69,31 +70,33 @@ impl Prepared {
     }
 
     /// Makes the file of a robot with nothing around it, unless it is there.
-    fn keep(&self, alone: &PreparedModel) -> std::io::Result<()> {
+    pub(crate) fn keep(&self, alone: &CollisionModel) {
         let robot = alone.robot();
-        let file = self.file(robot.hash());
+        let file = self.file(robot);
         if !Self::has_meshes(robot) || file.exists() {
-            return Ok(());
+            return;
         }
-        // Requests that need it wait for it as this does.
-        match alone.get() {
-            Ok(alone) => self.write(&file, &encoded(alone)?),
-            Err(_) => Ok(()),
+        if let Err(error) = self.write(&file, alone) {
+            let name = robot.name();
+            tracing::warn!(
+                "the solids of robot {name} are not kept, it warms up as slowly again: {error}"
+            );
         }
     }
 
-    fn write(&self, file: &Path, payload: &[u8]) -> std::io::Result<()> {
-        let new = self.folder.join("new");
+    fn write(&self, file: &Path, alone: &CollisionModel) -> std::io::Result<()> {
         std::fs::create_dir_all(&self.folder)?;
-        std::fs::write(&new, [&Sha256::digest(payload)[..], payload].concat())?;
+        // Its name is its own: robots may be kept at once.
+        let new = file.with_extension("new");
+        encode(alone, File::create(&new)?)?;
         std::fs::rename(&new, file)
     }
 
-    /// Removes the files of other robots and other builds.
-    fn retain(&self, robots: &BTreeSet<u64>) {
+    /// Removes the files of all but these robots, and of other builds.
+    pub(crate) fn retain(&self, robots: &[&Arc<RobotModel>]) {
         let used: BTreeSet<PathBuf> = robots
             .iter()
-            .map(|robot| self.file(*robot))
+            .map(|robot| self.file(robot))
             .collect();
         let entries = std::fs::read_dir(&self.folder);
         let paths = entries.into_iter().flatten().flatten();
@@ -101,34 +104,6 @@ impl Prepared {
             if !used.contains(&path) {
                 // One that stays takes room and does no harm.
                 let _ = std::fs::remove_file(path);
-            }
-        }
-    }
-
-    /// Starts the thread that makes files: of `robots` first, and removes all others. It ends when
-    /// the sender is dropped.
-    pub(crate) fn start(
-        self,
-        robots: Vec<Arc<PreparedModel>>,
-    ) -> std::io::Result<(Sender<Arc<PreparedModel>>, JoinHandle<()>)> {
-        let (sender, receiver) = unbounded();
-        let thread = spawn("taut-prepared", move || self.work(robots, &receiver))?;
-        Ok((sender, thread))
-    }
-
-    fn work(self, robots: Vec<Arc<PreparedModel>>, more: &Receiver<Arc<PreparedModel>>) {
-        self.retain(
-            &robots
-                .iter()
-                .map(|alone| alone.robot().hash())
-                .collect(),
-        );
-        for alone in robots.into_iter().chain(more) {
-            if let Err(error) = self.keep(&alone) {
-                tracing::warn!(
-                    "the solids of robot {} are not kept, it warms up as slowly again: {error}",
-                    alone.robot().name()
-                );
             }
         }
     }
@@ -143,20 +118,46 @@ fn this_file() -> String {
     )
 }
 
-/// What stands after a checksum that is right.
+/// What stands before a checksum that is right.
 fn whole(bytes: &[u8]) -> Option<&[u8]> {
-    let (checksum, payload) = bytes.split_first_chunk::<CHECKSUM>()?;
+    let (payload, checksum) = bytes.split_last_chunk::<CHECKSUM>()?;
     (Sha256::digest(payload)[..] == checksum[..]).then_some(payload)
+}
+
+/// What is written, and its checksum.
+struct Summed {
+    file: File,
+    sum: Sha256,
+}
+
+impl Write for Summed {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        self.sum.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// Writes the solids of links, then their checksum.
+fn encode(alone: &CollisionModel, file: File) -> std::io::Result<()> {
+    let links: Vec<Option<&Solid>> = alone.link_solids().collect();
+    let sum = Sha256::new();
+    let mut writer = BufWriter::with_capacity(BUFFER, Summed { file, sum });
+    bincode::serde::encode_into_std_write(&links, &mut writer, config())
+        .map_err(std::io::Error::other)?;
+    let Summed { mut file, sum } = writer
+        .into_inner()
+        .map_err(|error| error.into_error())?;
+    file.write_all(&sum.finalize())
 }
 
 fn decoded(payload: &[u8]) -> Option<Vec<Option<Solid>>> {
     let decoded = bincode::serde::decode_from_slice(payload, config());
     decoded.ok().map(|(links, _)| links)
-}
-
-fn encoded(alone: &CollisionModel) -> std::io::Result<Vec<u8>> {
-    let links: Vec<Option<&Solid>> = alone.link_solids().collect();
-    bincode::serde::encode_to_vec(&links, config()).map_err(std::io::Error::other)
 }
 
 fn config() -> impl bincode::config::Config {
@@ -202,16 +203,14 @@ mod tests {
         let prepared = Prepared::new(folder.path());
         let robot = robot();
         assert!(prepared.find(&robot).is_none());
-        prepared
-            .keep(&PreparedModel::alone(robot.clone(), Arc::default()))
-            .unwrap();
         let made = CollisionModel::new(robot.clone(), Arc::new(Scene::default())).unwrap();
+        prepared.keep(&made);
         let found = prepared.find(&robot).unwrap();
         assert_eq!(format!("{found:?}"), format!("{made:?}"));
 
-        let file = prepared.file(robot.hash());
+        let file = prepared.file(&robot);
         let whole = std::fs::read(&file).unwrap();
-        for at in [0, CHECKSUM + 5, whole.len() - 1] {
+        for at in [0, whole.len() - CHECKSUM - 5, whole.len() - 1] {
             let mut wrong = whole.clone();
             wrong[at] ^= 1;
             std::fs::write(&file, wrong).unwrap();
@@ -226,7 +225,7 @@ mod tests {
             ..prepared.clone()
         };
         assert!(other.find(&robot).is_none());
-        prepared.retain(&BTreeSet::new());
+        prepared.retain(&[]);
         assert!(!file.exists());
     }
 }

@@ -10,6 +10,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+use taut::collision::{CollisionModel, Count};
 use taut::files::{Packages, Reader};
 use taut::robot::{RobotDescription, RobotModel};
 use taut::scene::Scene;
@@ -138,15 +139,22 @@ impl Start<'_> {
     ) -> Result<(), DaemonError> {
         let start = Instant::now();
         self.insert_robot(label, robot, weights)?;
-        if let Some(alone) = self
-            .prepared
-            .and_then(|prepared| prepared.find(robot))
-        {
+        if let Some(alone) = self.kept_solids(robot) {
             self.begun.store.take_alone(alone, false);
         }
         let line = robot_line(label, robot, start);
         say(self.out, &format!("{line}  restored"));
         Ok(())
+    }
+
+    /// The model of a robot with nothing around it, of solids that were kept, unless it shares those
+    /// of another one.
+    fn kept_solids(&self, robot: &Arc<RobotModel>) -> Option<Arc<CollisionModel>> {
+        let alone = self.begun.store.alone(robot)?;
+        match alone.is_bare() {
+            true => self.prepared?.find(robot),
+            false => None,
+        }
     }
 
     fn restore_scene(
@@ -378,27 +386,16 @@ fn stored(error: &StoreError) -> DaemonError {
 }
 
 fn robot_line(label: &str, robot: &RobotModel, start: Instant) -> String {
-    let bodies = robot
-        .links()
-        .iter()
-        .filter(|link| !link.shapes.is_empty());
+    let links = robot.links().iter();
+    let count = Count::of(links.map(|link| &*link.shapes));
     format!(
         "robot {label}  {} dof  {} links  {} triangles  hash {:016x}  warm in {:.0} ms",
         robot.space().nv(),
-        bodies.count(),
-        triangles(robot),
+        count.bodies,
+        count.triangles,
         robot.hash(),
         start.elapsed().as_secs_f64() * 1e3,
     )
-}
-
-fn triangles(robot: &RobotModel) -> usize {
-    let shapes = robot
-        .links()
-        .iter()
-        .flat_map(|link| &link.shapes);
-    let meshes = shapes.filter_map(|placed| placed.shape.mesh());
-    meshes.map(|mesh| mesh.triangles().len()).sum()
 }
 
 fn scene_line(label: &str, version: u64, scene: &Scene) -> String {

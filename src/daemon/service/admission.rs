@@ -1,15 +1,17 @@
 //! What a request's header alone decides: refusals at once, before anything is copied.
 
-use std::collections::HashSet;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use taut::store::{ModelStore, Snapshot, StoreError};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{Code, RequestHeader};
 
+use super::reading::Reading;
 use crate::daemon::translate::{check_layout, store_refusal, wanted};
 
-/// When to try again after LOADING or a stop.
-const RETRY_LOADING_MS: u32 = 100;
+/// When to try again after a stop.
+const RETRY_STOPPED_MS: u32 = 100;
 /// Longest retry hint.
 const RETRY_MOST_MS: u64 = 5_000;
 
@@ -17,8 +19,8 @@ const RETRY_MOST_MS: u64 = 5_000;
 pub(crate) struct Doorkeeper<'a> {
     /// What is loaded.
     pub store: &'a mut ModelStore,
-    /// Ids of labels that are being loaded.
-    pub loading: &'a HashSet<u64>,
+    /// What is being loaded, by the ids of its labels.
+    pub loading: &'a BTreeMap<u64, Arc<Reading>>,
     /// Jobs that wait.
     pub waiting: usize,
     /// Jobs that may wait.
@@ -43,7 +45,7 @@ impl Doorkeeper<'_> {
         let snapshot = self
             .store
             .snapshot(&wanted(header))
-            .map_err(|error| self.not_there(header, &error))?;
+            .map_err(|error| self.not_there(header, &error, now_ns))?;
         check_layout(header, &snapshot)?;
         Ok(snapshot)
     }
@@ -80,27 +82,16 @@ impl Doorkeeper<'_> {
     }
 
     /// What is unknown may just be on its way.
-    fn not_there(&self, header: &RequestHeader, error: &StoreError) -> Refusal {
+    fn not_there(&self, header: &RequestHeader, error: &StoreError, now_ns: u64) -> Refusal {
         let id = match error {
             StoreError::UnknownRobot { .. } => header.robot_id,
             StoreError::UnknownScene { .. } => header.scene_id,
             _ => return store_refusal(error),
         };
-        if self.loading.contains(&id) {
-            being_loaded()
-        } else {
-            store_refusal(error)
+        match self.loading.get(&id) {
+            Some(reading) => reading.refusal(now_ns),
+            None => store_refusal(error),
         }
-    }
-}
-
-/// The refusal of what names a label whose files are being read.
-pub(crate) fn being_loaded() -> Refusal {
-    let message = format!("its files are being read; send again in {RETRY_LOADING_MS} ms");
-    Refusal {
-        code: Code::Loading.into(),
-        message,
-        retry_after_ms: RETRY_LOADING_MS,
     }
 }
 
@@ -110,6 +101,6 @@ pub(super) fn stopping() -> Refusal {
     Refusal {
         code: Code::Overloaded.into(),
         message,
-        retry_after_ms: RETRY_LOADING_MS,
+        retry_after_ms: RETRY_STOPPED_MS,
     }
 }

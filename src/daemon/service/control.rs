@@ -3,21 +3,20 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use taut::scene::Scene;
 use taut::scene::diff_file::SceneDiff;
 use taut::store::{Change, RobotEntry, SceneEntry, StoreError};
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, SceneSummary, Stats};
 use taut_ipc::wire::{Code, SceneEvent, SceneEventKind, label_id};
 
 use super::Service;
-use super::admission::being_loaded;
 use super::effect::{Effect, InOrder, Source, Task, Work};
 use super::event::{Content, Loaded, Purpose, Surroundings, Ticket};
 use super::keeping::{Acknowledgement, Changed};
+use super::reading::Reading;
 use crate::daemon::observe::metrics;
 use crate::daemon::translate::{
-    ReadRobot, describe, frame_refusal, robot_files, robot_summary, scene_state, scene_summary,
-    selected_label, store_refusal,
+    ReadRobot, describe, frame_refusal, model_states, robot_files, robot_summary, scene_state,
+    scene_summary, selected_label, store_refusal,
 };
 
 /// Longest label, in bytes.
@@ -122,8 +121,13 @@ impl Service {
     fn describe(&self, label: &str) -> Result<ControlReply, Refusal> {
         match self.store.robot(label) {
             Ok(entry) => Ok(ControlReply::Robot(Box::new(describe(label, entry)))),
-            Err(_) if self.loading.labels().contains(&label_id(label)) => Err(being_loaded()),
-            Err(error) => Err(store_refusal(&error)),
+            Err(error) => {
+                let reading = self.loading.labels().get(&label_id(label));
+                Err(reading.map_or_else(
+                    || store_refusal(&error),
+                    |reading| reading.refusal(self.now_ns),
+                ))
+            }
         }
     }
 
@@ -158,11 +162,16 @@ impl Service {
         source: Source,
     ) -> Replied {
         check_load(&label, &source)?;
-        self.loading.begin(&label, purpose);
+        let reading = Reading::new(&label, source.is_robot(), self.now_ns);
+        let reading = Arc::new(reading);
+        if matches!(purpose, Purpose::Load { .. }) {
+            self.loading.begin(&label, reading.clone());
+        }
         let work = Work::Read {
             label,
             purpose,
             source,
+            reading,
         };
         self.have_done(ticket, work);
         Ok(None)
@@ -190,7 +199,9 @@ impl Service {
             purpose,
             content,
         } = loaded;
-        self.loading.end(&label, purpose);
+        if matches!(purpose, Purpose::Load { .. }) {
+            self.loading.end(&label);
+        }
         let replied = content.and_then(|content| self.take(ticket, &label, purpose, content));
         self.tell_reply(ticket, replied);
     }
@@ -226,11 +237,18 @@ impl Service {
             Content::Robot(robot) => self.insert_robot(label, robot, purpose.replaces()),
             Content::Diff(diff) => {
                 let scene = self.changed_scene(label, purpose.base_version(), &diff)?;
-                self.insert_scene(label, scene, purpose.replaces(), summary_after(&diff))
+                let change = self
+                    .store
+                    .insert_scene(label, scene, purpose.replaces());
+                self.taken_scene(label, change, summary_after(&diff))
             }
             Content::Scene(scene) => {
-                frame_refusal(&scene, &self.store)?;
-                self.insert_scene(label, scene, purpose.replaces(), scene_summary)
+                frame_refusal(scene.scene(), &self.store)?;
+                let replace = purpose.replaces();
+                let change = self
+                    .store
+                    .insert_prepared_scene(label, scene, replace);
+                self.taken_scene(label, change, scene_summary)
             }
         }
     }
@@ -259,17 +277,13 @@ impl Service {
         })
     }
 
-    fn insert_scene(
-        &mut self,
+    fn taken_scene(
+        &self,
         label: &str,
-        scene: Arc<Scene>,
-        replace: bool,
+        change: Result<Change, StoreError>,
         summary: Summary,
     ) -> Result<Taken, Refusal> {
-        let change = self
-            .store
-            .insert_scene(label, scene, replace)
-            .map_err(refused)?;
+        let change = change.map_err(refused)?;
         let entry = self.store.scene(label).map_err(refused)?;
         Ok(Taken {
             changed: Changed::Scene(label.to_owned()),
@@ -283,9 +297,13 @@ impl Service {
         let scenes = self.store.scenes().iter();
         let robot = |(label, entry): (&String, &RobotEntry)| robot_summary(label, entry);
         let scene = |(label, entry): (&String, &SceneEntry)| scene_summary(label, entry);
+        let reading = self.loading.labels().values();
+        let mut models = model_states(&self.store, self.now_ns);
+        models.extend(reading.map(|reading| reading.state(self.now_ns)));
         Listing {
             robots: robots.map(robot).collect(),
             scenes: scenes.map(scene).collect(),
+            models,
         }
     }
 

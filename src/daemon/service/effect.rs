@@ -12,6 +12,7 @@ use taut_ipc::wire::{ResponseHeader, SceneEvent, StatusRecord};
 
 use super::event::{Purpose, Ticket};
 use super::job::Job;
+use super::reading::Reading;
 use crate::daemon::durability::journal::Entry;
 use crate::daemon::observe::recording::Line;
 use crate::daemon::translate::Reply;
@@ -78,7 +79,7 @@ pub(crate) enum Effect {
 
 /// What others see in the order in which it happened.
 pub(crate) enum InOrder {
-    /// Make a model that jobs wait for; told by [`super::event::Event::Prepared`].
+    /// Make a model that requests wait for; told by [`super::event::Event::Prepared`].
     Prepare(Arc<PreparedModel>),
     /// Read or write something, for a control request.
     Load(Task),
@@ -90,8 +91,6 @@ pub(crate) enum InOrder {
     Show(BTreeMap<String, f64>, Vec<ClientSummary>),
     /// Write to the journal; told by [`super::event::Event::Kept`].
     Keep(Entry),
-    /// Keep the solids of a robot.
-    KeepSolids(Arc<PreparedModel>),
     /// Write to the recording.
     Record(Line),
 }
@@ -114,6 +113,8 @@ pub(crate) enum Work {
         purpose: Purpose,
         /// What to read.
         source: Source,
+        /// Where it says how far it is.
+        reading: Arc<Reading>,
     },
     /// Writes the text of a scene; told by [`super::event::Event::Written`].
     Write {
@@ -145,5 +146,10 @@ impl Source {
             Self::Robot(_) | Self::Variables(..) | Self::Scene(..) => true,
             Self::Diff(..) => false,
         }
+    }
+
+    /// Whether it is a robot.
+    pub(crate) fn is_robot(&self) -> bool {
+        matches!(self, Self::Robot(_) | Self::Variables(..))
     }
 }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use taut::optimize::Settings;
 use taut::path::Path;
-use taut::scene::Scene;
 use taut::scene::diff_file::SceneDiff;
+use taut::store::PreparedScene;
 use taut_ipc::control::{ControlReply, ControlRequest, Refusal};
 use taut_ipc::wire::{RequestHeader, ResponseHeader};
 
@@ -184,7 +184,7 @@ pub(crate) enum Content {
     /// A robot.
     Robot(ReadRobot),
     /// A scene.
-    Scene(Arc<Scene>),
+    Scene(Arc<PreparedScene>),
     /// A change to one.
     Diff(SceneDiff),
 }

@@ -14,11 +14,7 @@ impl Service {
     /// Keeps a change that was made to the store, then tells of it.
     pub(super) fn keep(&mut self, changed: &Changed, told: Acknowledgement) {
         let (key, content) = self.named(changed);
-        let alone = match &content {
-            Content::Robot(robot, _) => self.store.alone(robot),
-            Content::Scene(..) | Content::Gone => None,
-        };
-        self.keeping.keep(key, content, alone, told);
+        self.keeping.keep(key, content, told);
     }
 
     /// What the label of a change names now.

@@ -1,9 +1,7 @@
 //! Changes on their way to the journal, and whom they are told to.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
-use taut::store::PreparedModel;
 use taut_ipc::control::{ControlReply, Refusal};
 use taut_ipc::wire::{Code, SceneEvent};
 
@@ -79,21 +77,11 @@ impl Keeping {
         &mut self.due
     }
 
-    /// Hands what a label names now to the journal, and the solids of a robot to their keeper; who
-    /// waits is told at once where nothing is kept.
-    pub(crate) fn keep(
-        &mut self,
-        key: Key,
-        content: Content,
-        alone: Option<&Arc<PreparedModel>>,
-        told: Acknowledgement,
-    ) {
+    /// Hands what a label names now to the journal; who waits is told at once where nothing is
+    /// kept.
+    pub(crate) fn keep(&mut self, key: Key, content: Content, told: Acknowledgement) {
         if !self.keeps {
             return told.tell(&mut self.due);
-        }
-        if let Some(alone) = alone {
-            self.due
-                .in_order(InOrder::KeepSolids(alone.clone()));
         }
         self.write(key, content);
         self.waiting.push_back((self.changes, told));

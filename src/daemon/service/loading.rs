@@ -1,35 +1,32 @@
 //! Labels whose content is on its way.
 
-use std::collections::HashSet;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use taut_ipc::wire::label_id;
 
-use super::event::Purpose;
+use super::reading::Reading;
 
 /// What is being read.
 #[derive(Default)]
 pub(crate) struct Loading {
-    /// Ids of the labels.
-    labels: HashSet<u64>,
+    /// By the ids of the labels.
+    labels: BTreeMap<u64, Arc<Reading>>,
 }
 
 impl Loading {
-    /// A label is read for this.
-    pub(crate) fn begin(&mut self, label: &str, purpose: Purpose) {
-        if matches!(purpose, Purpose::Load { .. }) {
-            self.labels.insert(label_id(label));
-        }
+    /// What a label names is being read.
+    pub(crate) fn begin(&mut self, label: &str, reading: Arc<Reading>) {
+        self.labels.insert(label_id(label), reading);
     }
 
-    /// A label has been read for this.
-    pub(crate) fn end(&mut self, label: &str, purpose: Purpose) {
-        if matches!(purpose, Purpose::Load { .. }) {
-            self.labels.remove(&label_id(label));
-        }
+    /// What a label names has been read.
+    pub(crate) fn end(&mut self, label: &str) {
+        self.labels.remove(&label_id(label));
     }
 
-    /// Ids of the labels that are being loaded.
-    pub(crate) fn labels(&self) -> &HashSet<u64> {
+    /// What is being loaded, by the ids of its labels.
+    pub(crate) fn labels(&self) -> &BTreeMap<u64, Arc<Reading>> {
         &self.labels
     }
 }

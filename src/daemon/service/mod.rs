@@ -16,6 +16,7 @@ pub(crate) mod keeping;
 mod loading;
 mod open_request;
 mod poison;
+pub(crate) mod reading;
 mod recordings;
 mod requests;
 mod scenes;

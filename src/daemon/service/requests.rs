@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use taut::store::Snapshot;
+use taut::store::{Missing, PreparedModel, Snapshot};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{Code, RequestHeader, ResponseHeader};
 
@@ -58,8 +58,30 @@ impl Service {
             watch::follow(&mut header);
         }
         let now_ns = self.now_ns;
-        self.doorkeeper(open.client, &header, open.is_again())
-            .admit(&header, now_ns)
+        let snapshot = self
+            .doorkeeper(open.client, &header, open.is_again())
+            .admit(&header, now_ns)?;
+        self.check_warm(&snapshot, deadline_ns(&header))?;
+        Ok(snapshot)
+    }
+
+    /// Refuses what cannot be made by then, and has it made for the next request.
+    fn check_warm(&mut self, snapshot: &Snapshot, deadline_ns: Option<u64>) -> Result<(), Refusal> {
+        let missing = snapshot.model.missing();
+        match missing.zip(deadline_ns) {
+            Some((missing, deadline_ns))
+                if self.now_ns + missing.least_left_ns(self.now_ns) > deadline_ns =>
+            {
+                self.have_made(&snapshot.model);
+                Err(self.loading(snapshot, &missing))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn loading(&self, snapshot: &Snapshot, missing: &Missing) -> Refusal {
+        let scene = self.store.label(snapshot.scene_id);
+        translate::loading(snapshot, scene.unwrap_or_default(), missing, self.now_ns)
     }
 
     fn doorkeeper(
@@ -160,7 +182,7 @@ impl Service {
         let is_hinted = open.is_hinted;
         let ticket = job.id;
         self.open.insert(ticket, open);
-        self.prepare(&job);
+        self.wait_for_model(&job);
         self.schedule.push(job, self.now_ns);
         if is_hinted {
             self.finish_early(ticket);
@@ -175,14 +197,20 @@ impl Service {
     }
 
     /// Has the model of a job made, where it is not.
-    fn prepare(&mut self, job: &Job) {
+    fn wait_for_model(&mut self, job: &Job) {
         let model = &job.snapshot.model;
-        if model.is_ready() {
-            return;
+        if !model.is_ready() {
+            self.stories
+                .tell(job.id, self.now_ns, Step::WaitsForModel);
+            self.have_made(model);
         }
-        self.stories
-            .tell(job.id, self.now_ns, Step::WaitsForModel);
-        self.in_order(InOrder::Prepare(model.clone()));
+    }
+
+    /// Has a model made ahead of its requests, unless somebody does.
+    fn have_made(&mut self, model: &Arc<PreparedModel>) {
+        if model.claim() {
+            self.in_order(InOrder::Prepare(model.clone()));
+        }
     }
 
     /// Refuses a request that is on its client's account.
@@ -403,17 +431,14 @@ impl Service {
 
     /// What the client of a job hears that was not begun.
     fn untouched(&self, job: &Job, cause: StopCause) -> Reply {
-        match cause {
-            StopCause::Deadline if !job.snapshot.model.is_ready() => self.still_loading(job),
-            StopCause::Deadline => translate::expired(&job.snapshot, &job.path),
-            cause => translate::preempted(&job.snapshot, &job.path, cause),
+        let snapshot = &job.snapshot;
+        match (cause, snapshot.model.missing()) {
+            (StopCause::Deadline, Some(missing)) => {
+                translate::refused(self.loading(snapshot, &missing))
+            }
+            (StopCause::Deadline, None) => translate::expired(snapshot, &job.path),
+            (cause, _) => translate::preempted(snapshot, &job.path, cause),
         }
-    }
-
-    fn still_loading(&self, job: &Job) -> Reply {
-        let waited_ms = self.now_ns.saturating_sub(job.received_ns) / 1_000_000;
-        let scene = self.store.label(job.snapshot.scene_id);
-        translate::loading(&job.snapshot, scene.unwrap_or_default(), waited_ms)
     }
 
     /// Takes nothing new and ends what runs, with the best so far.

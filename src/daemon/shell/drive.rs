@@ -248,7 +248,6 @@ impl Shell {
             InOrder::Prepare(model) => lines.prepare(model),
             InOrder::Load(task) => lines.load(task),
             InOrder::Keep(entry) => lines.keep(entry),
-            InOrder::KeepSolids(robot) => lines.keep_solids(robot),
             InOrder::Record(line) => lines.record(line),
         }
     }

@@ -21,18 +21,10 @@ pub(super) struct Lines {
     pub to_prepare: ToPrepare,
     /// Writes recordings.
     pub recorder: Sender<Line>,
-    /// Keeps changes, where they are kept.
-    pub kept: Option<Kept>,
+    /// Keeps robots and scenes, where they are kept.
+    pub journal: Option<Sender<Entry>>,
     /// Tells whoever watches that the daemon lives.
     pub pulse: Pulse,
-}
-
-/// The ways to what is kept on the disk.
-pub(super) struct Kept {
-    /// Robots and scenes.
-    pub journal: Sender<Entry>,
-    /// Solids of robots.
-    pub solids: Sender<Arc<PreparedModel>>,
 }
 
 impl Lines {
@@ -66,15 +58,8 @@ impl Lines {
 
     /// Has a change kept.
     pub(super) fn keep(&self, entry: Entry) {
-        if let Some(kept) = &self.kept {
-            let _ = kept.journal.send(entry);
-        }
-    }
-
-    /// Has the solids of a robot kept.
-    pub(super) fn keep_solids(&self, robot: Arc<PreparedModel>) {
-        if let Some(kept) = &self.kept {
-            let _ = kept.solids.send(robot);
+        if let Some(journal) = &self.journal {
+            let _ = journal.send(entry);
         }
     }
 }

@@ -4,39 +4,58 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crossbeam_channel::{Sender, unbounded};
 use taut::scene::Scene;
+use taut::store::Step;
 use taut_ipc::control::{ControlReply, Refusal, SceneText};
 use taut_ipc::wire::Code;
 
+use crate::daemon::durability::prepared::Prepared;
 use crate::daemon::service::effect::{Source, Task, Work};
 use crate::daemon::service::event::{Content, Event, Loaded};
-use crate::daemon::threads::{Started, spawn};
-use crate::daemon::translate::{diff_of, robot_of, scene_of, scene_text, selected};
+use crate::daemon::service::reading::Reading;
+use crate::daemon::threads::{Started, spawn_nice};
+use crate::daemon::translate::{
+    diff_of, robot_of, scene_of, scene_text, selected, step_words, warm_scene,
+};
 
 /// Starts a thread that reads what it is sent, and tells of it; it ends when the sender is dropped.
-/// One client has one control request at a time, so the channel needs no bound of its own.
-pub(super) fn start(name: &str, tell: impl Fn(Event) + Send + 'static) -> Started<Sender<Task>> {
+/// One client has one control request at a time, so the channel needs no bound of its own. Solids of
+/// robots are kept in `prepared`.
+pub(super) fn start(
+    name: &str,
+    niceness: i32,
+    prepared: Option<Prepared>,
+    tell: impl Fn(Event) + Send + 'static,
+) -> Started<Sender<Task>> {
     let (tasks, receiver) = unbounded::<Task>();
     let work = move || {
         receiver
             .iter()
-            .for_each(|task| tell(done(task)))
+            .for_each(|task| tell(done(task, prepared.as_ref())))
     };
-    Ok((tasks, spawn(name, work)?))
+    Ok((tasks, spawn_nice(name, niceness, work)?))
 }
 
 /// Does what a control request needs, and gives what the service hears of it.
-fn done(Task { ticket, work }: Task) -> Event {
+fn done(Task { ticket, work }: Task, prepared: Option<&Prepared>) -> Event {
     match work {
         Work::Read {
             label,
             purpose,
             source,
-        } => Event::Loaded(Box::new(Loaded {
-            ticket,
-            label,
-            purpose,
-            content: guarded(|| read(&source)),
-        })),
+            reading,
+        } => {
+            let content = guarded(|| read(&source, &reading));
+            // Before the answer: a robot that is warm costs no more than its requests.
+            if let (Ok(Content::Robot(robot)), Some(prepared)) = (&content, prepared) {
+                prepared.keep(&robot.alone);
+            }
+            Event::Loaded(Box::new(Loaded {
+                ticket,
+                label,
+                purpose,
+                content,
+            }))
+        }
         Work::Write {
             answer,
             scene,
@@ -48,11 +67,16 @@ fn done(Task { ticket, work }: Task) -> Event {
     }
 }
 
-fn read(source: &Source) -> Result<Content, Refusal> {
+/// Reads it and makes what requests need of it.
+fn read(source: &Source, reading: &Reading) -> Result<Content, Refusal> {
+    let makes = |step: &Step| reading.makes(step_words(step));
     match source {
-        Source::Robot(files) => robot_of(files).map(Content::Robot),
+        Source::Robot(files) => robot_of(files, makes).map(Content::Robot),
         Source::Variables(alone, names) => selected(alone, names.clone()).map(Content::Robot),
-        Source::Scene(text, file) => scene_of(text, file).map(Content::Scene),
+        Source::Scene(text, file) => {
+            let scene = scene_of(text, file)?;
+            Ok(Content::Scene(warm_scene(scene, makes)))
+        }
         Source::Diff(text, file) => diff_of(text, file).map(Content::Diff),
     }
 }

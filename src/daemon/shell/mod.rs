@@ -12,5 +12,6 @@ mod pulse;
 mod rests;
 pub(crate) mod start;
 pub mod supervise;
+mod warm_up;
 mod web;
 mod worker;

@@ -7,9 +7,10 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use taut::store::PreparedModel;
+use taut_ipc::monotonic_ns;
 
 use crate::daemon::service::event::Event;
-use crate::daemon::threads::spawn;
+use crate::daemon::threads::spawn_nice;
 
 /// Models made at once: a large one does not keep a small one waiting.
 const THREADS: usize = 2;
@@ -20,20 +21,24 @@ pub(super) type ToPrepare = Sender<Arc<PreparedModel>>;
 /// Starts the preparers, which tell of each model that they have made; they end when the sender is
 /// dropped.
 pub(super) fn start(
+    niceness: i32,
     tell: impl Fn(Event) + Clone + Send + 'static,
 ) -> std::io::Result<(ToPrepare, Vec<JoinHandle<()>>)> {
     let (models, receiver) = unbounded();
-    let threads = (0..THREADS).map(|index| preparer(index, receiver.clone(), tell.clone()));
+    let threads =
+        (0..THREADS).map(|index| preparer(index, niceness, receiver.clone(), tell.clone()));
     Ok((models, threads.collect::<Result<_, _>>()?))
 }
 
 fn preparer(
     index: usize,
+    niceness: i32,
     models: Receiver<Arc<PreparedModel>>,
     tell: impl Fn(Event) + Send + 'static,
 ) -> std::io::Result<JoinHandle<()>> {
-    spawn(&format!("taut-preparer-{index}"), move || {
+    spawn_nice(&format!("taut-preparer-{index}"), niceness, move || {
         for model in models {
+            model.begin(monotonic_ns());
             make(&model);
             tell(Event::Prepared);
         }

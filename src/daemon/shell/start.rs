@@ -7,22 +7,24 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread::JoinHandle;
 
+use crossbeam_channel::Sender;
 use prometheus_client::registry::Registry;
 use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::{Handle, Signals};
-use taut::store::{ModelStore, PreparedModel};
+use taut::store::ModelStore;
 use taut_ipc::server::{Janitor, Server};
 use taut_ipc::{DaemonState, Instance, daemon_state, monotonic_ns};
 
 use super::cleaning::Cleaning;
 use super::drive::Shell;
-use super::lines::{self, Lines};
+use super::lines::Lines;
 use super::port::Port;
 use super::pulse::Pulse;
+use super::warm_up::WarmUp;
 use super::web::Web;
 use super::{loader, preparer, worker};
 use crate::daemon::config::Config;
-use crate::daemon::durability::journal::{self, Journal, Key, State};
+use crate::daemon::durability::journal::{self, Entry, Journal, Key, State};
 use crate::daemon::durability::prepared::Prepared;
 use crate::daemon::durability::restore::{self, Beginning, say};
 use crate::daemon::error::DaemonError;
@@ -55,7 +57,8 @@ pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Resul
     let (shell, threads) = assemble(config, instance, begun, disk)?;
     threads.pages.announce(out);
     announce(config, instance, out);
-    let crew = worker::start(&shell, config.fault_injection).map_err(system("thread"))?;
+    let crew =
+        worker::start(&shell, config.niceness, config.fault_injection).map_err(system("thread"))?;
     let ended = crew.into_iter().map(JoinHandle::join).collect();
     let served = shell.close();
     threads.join();
@@ -142,18 +145,15 @@ impl Threads {
     /// Starts what keeps changes on the disk, from what the labels name now.
     fn keeping(
         &mut self,
-        disk: Disk,
-        begun: Kept,
+        kept: Kept,
         tell: impl Fn(Event) + Send + 'static,
-    ) -> Result<lines::Kept, DaemonError> {
+    ) -> Result<Sender<Entry>, DaemonError> {
         outlive_full_disks()?;
         let told = move |change, failure| tell(Event::Kept(KeptUpTo { change, failure }));
-        let journal = disk
+        let journal = kept
             .journal
-            .start(begun.live, begun.configured, Box::new(told));
-        let journal = self.add(with_thread(journal))?;
-        let solids = self.add(with_thread(disk.prepared.start(begun.alone)))?;
-        Ok(lines::Kept { journal, solids })
+            .start(kept.live, kept.configured, Box::new(told));
+        self.add(with_thread(journal))
     }
 
     /// Waits for the end of all; a panic of one is one here.
@@ -170,18 +170,17 @@ impl Threads {
 
 /// What is on the disk, or to be there, when the daemon begins.
 struct Kept {
+    journal: Journal,
     live: BTreeMap<Key, State>,
     configured: BTreeSet<Key>,
-    /// Robots with nothing around them.
-    alone: Vec<Arc<PreparedModel>>,
 }
 
 impl Kept {
-    fn of(begun: &mut Beginning) -> Self {
+    fn of(journal: Journal, begun: &mut Beginning) -> Self {
         Self {
+            journal,
             live: std::mem::take(&mut begun.live),
             configured: std::mem::take(&mut begun.configured),
-            alone: alone(&begun.store),
         }
     }
 }
@@ -196,14 +195,6 @@ fn outlive_full_disks() -> Result<(), DaemonError> {
     signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)))
         .map_err(system("signal handler"))?;
     Ok(())
-}
-
-/// The robots of a store with nothing around them.
-fn alone(store: &ModelStore) -> Vec<Arc<PreparedModel>> {
-    let robots = store.robots().values();
-    robots
-        .filter_map(|entry| store.alone(&entry.robot).cloned())
-        .collect()
 }
 
 /// What is read from outside with a browser or by Prometheus.
@@ -268,7 +259,9 @@ fn assemble(
     mut begun: Beginning,
     disk: Option<Disk>,
 ) -> Result<(Arc<Shell>, Threads), DaemonError> {
-    let kept = disk.map(|disk| (disk, Kept::of(&mut begun)));
+    let prepared = disk.as_ref().map(|disk| disk.prepared.clone());
+    let kept = disk.map(|disk| Kept::of(disk.journal, &mut begun));
+    let warm_up = WarmUp::of(&begun.store, prepared.clone());
     let counts = Arc::<Counts>::default();
     let metrics = Metrics::new(monotonic_ns());
     let registry = metrics.registry();
@@ -281,8 +274,10 @@ fn assemble(
         kept.is_some(),
     )?;
     let mut threads = Threads::new(telling(&shell))?;
-    let lines = lines(&shell, counts, kept, &mut threads)?;
+    let niceness = config.niceness;
+    let lines = lines(&shell, niceness, counts, kept, prepared, &mut threads)?;
     shell.connect(lines);
+    threads.add(with_thread(warm_up.start(niceness, telling(&shell))))?;
     threads.pages = Pages::open(config, registry, shell.live.as_ref())?;
     Ok((shell, threads))
 }
@@ -321,8 +316,10 @@ fn shell(
 /// Starts the threads that do what takes long.
 fn lines(
     shell: &Arc<Shell>,
+    niceness: i32,
     counts: Arc<Counts>,
-    kept: Option<(Disk, Kept)>,
+    kept: Option<Kept>,
+    prepared: Option<Prepared>,
     threads: &mut Threads,
 ) -> Result<Lines, DaemonError> {
     let tell = telling(shell);
@@ -333,13 +330,15 @@ fn lines(
             answer: Box::new(answer),
         });
     };
-    let kept = kept.map(|(disk, kept)| threads.keeping(disk, kept, tell.clone()));
+    let journal = kept.map(|kept| threads.keeping(kept, tell.clone()));
+    let loader =
+        |name, prepared| with_thread(loader::start(name, niceness, prepared, tell.clone()));
     Ok(Lines {
-        models: threads.add(with_thread(loader::start("taut-loader", tell.clone())))?,
-        diffs: threads.add(with_thread(loader::start("taut-diffs", tell.clone())))?,
-        to_prepare: threads.add(preparer::start(tell))?,
+        models: threads.add(loader("taut-loader", prepared))?,
+        diffs: threads.add(loader("taut-diffs", None))?,
+        to_prepare: threads.add(preparer::start(niceness, tell.clone()))?,
         recorder: threads.add(with_thread(recording::start(counts, Box::new(written))))?,
-        kept: kept.transpose()?,
+        journal: journal.transpose()?,
         pulse: threads.add(Pulse::start())?,
     })
 }

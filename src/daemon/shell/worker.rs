@@ -16,7 +16,7 @@ use super::drive::Shell;
 use crate::daemon::observe::live::Live;
 use crate::daemon::service::event::{Answered, Event, Way};
 use crate::daemon::service::job::{Job, StopCause};
-use crate::daemon::threads::spawn;
+use crate::daemon::threads::spawn_nice;
 use crate::daemon::translate::{self, Lengths, Reply};
 
 /// With `fault_injection` in the configuration, a request with this seed panics. For tests.
@@ -42,17 +42,19 @@ const PORT_SOON_NS: u64 = 100_000;
 /// Starts the crew; its threads end when it is closed and nothing is left to compute.
 pub(super) fn start(
     shell: &Arc<Shell>,
+    niceness: i32,
     fault_injection: bool,
 ) -> std::io::Result<Vec<JoinHandle<()>>> {
     let threads = 0..shell.crew.size();
     threads
-        .map(|number| worker(number, shell, fault_injection))
+        .map(|number| worker(number, shell, niceness, fault_injection))
         .collect()
 }
 
 fn worker(
     number: usize,
     shell: &Arc<Shell>,
+    niceness: i32,
     fault_injection: bool,
 ) -> std::io::Result<JoinHandle<()>> {
     let worker = Worker {
@@ -60,7 +62,8 @@ fn worker(
         shell: Arc::clone(shell),
         fault_injection,
     };
-    spawn(&format!("taut-worker-{number}"), move || worker.work())
+    let name = format!("taut-worker-{number}");
+    spawn_nice(&name, niceness, move || worker.work())
 }
 
 /// One thread's own things.

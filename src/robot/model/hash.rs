@@ -15,6 +15,18 @@ pub(super) fn of_layout(variables: &[Variable]) -> u64 {
     hasher.finish()
 }
 
+/// Hash of the shapes of each link.
+pub(super) fn of_shapes(links: &[Link]) -> u64 {
+    let mut hasher = ContentHasher::default();
+    for link in links {
+        hasher.text(&link.name);
+        link.shapes
+            .iter()
+            .for_each(|shape| shape.tell(&mut hasher));
+    }
+    hasher.finish()
+}
+
 /// What a robot is by content, whatever it is called.
 pub(super) struct Parts<'a> {
     /// Joint `i` carries link `i`.

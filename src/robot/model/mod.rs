@@ -147,6 +147,10 @@ impl RobotModel {
     pub fn layout_hash(&self) -> u64 {
         self.layout_hash
     }
+    /// Hash of the shapes of each link: equal for robots that differ in joints and variables only.
+    pub fn shapes_hash(&self) -> u64 {
+        hash::of_shapes(&self.links)
+    }
     /// Index of a link by name.
     pub fn link_index(&self, name: &str) -> Option<usize> {
         self.links

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use taut::answer;
 use taut::optimize::Workspace;
-use taut::store::{PreparedModel, Snapshot};
+use taut::store::{PreparedModel, PreparedScene, Snapshot};
 use taut_ipc::wire::{ResponseFlags, ResponseHeader, ResponseView};
 
 use super::read::{Recorded, RecordedAnswer, Recording};
@@ -127,7 +127,10 @@ impl<'a> Replay<'a> {
         let key = (robot.hash(), question.scene_id);
         let model = match models.get(&key) {
             Some(model) if model.scene().hash() == scene.hash() => return model.clone(),
-            Some(before) => PreparedModel::after(before, scene.clone()),
+            Some(before) => {
+                let scene = PreparedScene::after(before.prepared_scene(), scene.clone());
+                PreparedModel::after(before, scene.into())
+            }
             None => PreparedModel::new(robot.clone(), scene.clone()),
         };
         let model = Arc::new(model);

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use taut::scene::Scene;
+use taut::store::PreparedScene;
 use taut_ipc::control::{ControlReply, ControlRequest, Refusal};
 use taut_ipc::wire::{Code, SceneEventKind};
 
@@ -133,8 +134,9 @@ fn a_load_is_read_elsewhere_and_then_taken() {
     assert_eq!(world.of(later).code(), Some(Code::Success));
 }
 
-fn loaded(ticket: Ticket, label: &str, read: Result<(), Refusal>) -> Event {
-    let content = read.map(|()| Content::Scene(Arc::new(Scene::default())));
+pub(super) fn loaded(ticket: Ticket, label: &str, read: Result<(), Refusal>) -> Event {
+    let content =
+        read.map(|()| Content::Scene(Arc::new(PreparedScene::new(Arc::new(Scene::default())))));
     Event::Loaded(Box::new(Loaded {
         ticket,
         label: label.to_owned(),

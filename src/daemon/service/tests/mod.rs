@@ -3,5 +3,6 @@
 mod changes;
 mod crowd;
 mod requests;
+mod warmth;
 mod watches;
 mod world;

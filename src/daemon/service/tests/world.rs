@@ -3,11 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use taut::math::{Pose, Vec3};
 use taut::optimize::Settings;
 use taut::path::Path;
 use taut::robot::{LinkDescription, RobotDescription, RobotModel};
 use taut::scene::Scene;
-use taut::store::ModelStore;
+use taut::shape::{Mesh, PlacedShape, Shape};
+use taut::store::{ModelStore, PreparedModel};
 use taut_ipc::control::{ControlReply, ControlRequest, Refusal};
 use taut_ipc::wire::{
     Code, RequestHeader, ResponseFlags, ResponseHeader, SceneEvent, StatusRecord, label_id,
@@ -88,6 +90,10 @@ pub(super) struct World {
     pub statuses: Vec<StatusRecord>,
     pub tasks: Vec<Task>,
     pub journal: Vec<Entry>,
+    /// Whether models are made as soon as that is wanted; else [`Self::make`] makes them.
+    pub makes_at_once: bool,
+    /// Models that are to be made.
+    pub to_make: Vec<Arc<PreparedModel>>,
     pub lines: usize,
     /// Computing time (ns) that each client has had.
     pub computed_ns: BTreeMap<u128, u64>,
@@ -100,10 +106,21 @@ pub(super) struct World {
     tickets: Ticket,
 }
 
+/// A mesh, so that making its solid takes a time that is known before.
+fn tetrahedron() -> PlacedShape {
+    let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+    let sides = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+    let mesh = Mesh::new("part", corners, sides).unwrap();
+    PlacedShape {
+        pose: Pose::identity(),
+        shape: Shape::Mesh(Arc::new(mesh)),
+    }
+}
+
 fn robot() -> Arc<RobotModel> {
     let base = LinkDescription {
         name: "base".to_owned(),
-        collision: Vec::new(),
+        collision: vec![tetrahedron()],
     };
     let description = RobotDescription {
         links: vec![base],
@@ -156,6 +173,8 @@ impl World {
             statuses: Vec::new(),
             tasks: Vec::new(),
             journal: Vec::new(),
+            makes_at_once: true,
+            to_make: Vec::new(),
             lines: 0,
             computed_ns: BTreeMap::new(),
             most_at_once: 0,
@@ -248,16 +267,34 @@ impl World {
 
     fn in_order(&mut self, effect: InOrder) {
         match effect {
-            InOrder::Prepare(model) => {
-                model.get().unwrap();
-                self.happens(Event::Prepared);
-            }
+            InOrder::Prepare(model) => self.prepare(model),
             InOrder::Load(task) => self.tasks.push(task),
             InOrder::Publish(event) => self.published.push(event),
             InOrder::Status(status) => self.statuses.push(*status),
             InOrder::Keep(entry) => self.journal.push(entry),
             InOrder::Record(_) => self.lines += 1,
-            InOrder::Show(..) | InOrder::KeepSolids(_) => {}
+            InOrder::Show(..) => {}
+        }
+    }
+
+    fn prepare(&mut self, model: Arc<PreparedModel>) {
+        self.to_make.push(model);
+        if self.makes_at_once {
+            self.make();
+        }
+    }
+
+    /// A preparer begins with the models that are to be made.
+    pub fn begin_to_make(&self) {
+        let models = self.to_make.iter();
+        models.for_each(|model| model.begin(self.now_ns));
+    }
+
+    /// The models that are to be made are made.
+    pub fn make(&mut self) {
+        for model in std::mem::take(&mut self.to_make) {
+            model.get().unwrap();
+            self.happens(Event::Prepared);
         }
     }
 
