@@ -122,10 +122,11 @@ impl Worker {
 
     /// Computes a job, then those that get its slot.
     fn compute_all(&self, job: Box<Job>) {
+        let away = Away::new();
         let mut workspace = self.shell.workspace();
         let mut next = Some(job);
         while let Some(job) = next {
-            next = self.compute_one(&job, &mut workspace);
+            next = self.compute_one(&job, &away, &mut workspace);
             if next.is_some() {
                 // Who was answered and runs on this core would wait out a time slice.
                 std::thread::yield_now();
@@ -135,8 +136,8 @@ impl Worker {
     }
 
     /// Computes a job and answers it; gives the next.
-    fn compute_one(&self, job: &Job, workspace: &mut Workspace) -> Option<Box<Job>> {
-        let work = Work::new(self, job);
+    fn compute_one(&self, job: &Job, away: &Away, workspace: &mut Workspace) -> Option<Box<Job>> {
+        let work = Work::new(self, job, away);
         let computed = self.compute_shown(&work, workspace);
         let answered = self.answered(&work, computed);
         self.shell
@@ -210,8 +211,7 @@ fn replied(job: &Job, computed: Option<Computed>) -> (Reply, Way) {
 struct Work<'a> {
     worker: &'a Worker,
     job: &'a Job,
-    /// Whether it was seen to that somebody is at the port.
-    port_is_kept: Cell<bool>,
+    away: &'a Away,
     begun_ns: u64,
     /// Time that it has made room for others.
     paused_ns: Cell<u64>,
@@ -223,12 +223,12 @@ struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    fn new(worker: &'a Worker, job: &'a Job) -> Self {
+    fn new(worker: &'a Worker, job: &'a Job, away: &'a Away) -> Self {
         let now_ns = monotonic_ns();
         Self {
             worker,
             job,
-            port_is_kept: Cell::new(false),
+            away,
             begun_ns: now_ns,
             paused_ns: Cell::new(0),
             asked_ns: Cell::new(now_ns),
@@ -260,14 +260,14 @@ impl<'a> Work<'a> {
             true => PORT_SOON_NS,
             false => PORT_NS,
         };
-        if now_ns >= self.begun_ns + after_ns {
+        if now_ns >= self.away.since_ns + after_ns {
             self.keep_port();
         }
     }
 
     /// Somebody else goes to the port, if nobody is there.
     fn keep_port(&self) {
-        if !self.port_is_kept.replace(true) {
+        if !self.away.port_is_kept.replace(true) {
             self.worker.shell.crew.send_to_port();
         }
     }
@@ -381,6 +381,22 @@ impl<'a> Work<'a> {
     fn left(&self, now_ns: u64) -> Duration {
         let deadline_ns = self.job.deadline_ns.unwrap_or(u64::MAX);
         Duration::from_nanos(deadline_ns.saturating_sub(now_ns))
+    }
+}
+
+/// A thread that computes, perhaps one job after the other, and is not at the port.
+struct Away {
+    since_ns: u64,
+    /// Whether it was seen to that somebody is there.
+    port_is_kept: Cell<bool>,
+}
+
+impl Away {
+    fn new() -> Self {
+        Self {
+            since_ns: monotonic_ns(),
+            port_is_kept: Cell::new(false),
+        }
     }
 }
 
