@@ -8,18 +8,41 @@ use iceoryx2::port::client::RequestSendError;
 use iceoryx2::port::{LoanError, SendError};
 use std::time::Duration;
 
+/// What a client sees of a daemon that is not there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Loss {
+    /// It has no lock file.
+    #[error("it was never started; start it (`taut serve`) and send again, that is safe")]
+    NeverStarted,
+    /// Nobody holds its lock.
+    #[error("it is not running; start it (`taut serve`) and send again, that is safe")]
+    NotRunning,
+    /// It has not announced itself yet.
+    #[error("it is still starting; send again soon, that is safe")]
+    Starting,
+    /// It ended while it was waited for.
+    #[error("it went away; start it (`taut serve`) and send again, that is safe")]
+    WentAway,
+    /// Another start of it is there than the one that was waited for.
+    #[error("it was restarted; send again, that is safe")]
+    Restarted,
+    /// Somebody removed the files by which its clients find it.
+    #[error(
+        "files of the instance, there or in /dev/shm, were removed; a daemon that runs starts anew within a second, then send again, that is safe"
+    )]
+    Removed,
+}
+
 /// Why a client's call failed. What the daemon answered, refusals included, is never one of these.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
     /// No daemon, or it went away.
-    #[error(
-        "no daemon serves {root}: {reason}; start it (`taut serve`) and send again, that is safe"
-    )]
+    #[error("no daemon serves {root}: {loss}")]
     DaemonLost {
         /// The instance's root.
         root: String,
         /// What was seen.
-        reason: &'static str,
+        loss: Loss,
     },
     /// The instance cannot be used.
     #[error(transparent)]
