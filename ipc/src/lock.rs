@@ -194,7 +194,11 @@ mod tests {
         assert!(!first.is_in_place() && !probe.is_in_place());
         assert!(matches!(
             probe.state(),
-            DaemonState::Running { boot_id: 1, generation: 7, .. }
+            DaemonState::Running {
+                boot_id: 1,
+                generation: 7,
+                ..
+            }
         ));
         let second = acquired().unwrap();
         assert_eq!(second.last_generation, None, "a file of its own");

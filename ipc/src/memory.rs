@@ -66,25 +66,29 @@ pub struct SharedFile {
 /// The shared-memory files of `instance`.
 pub fn shared_files(instance: &Instance) -> Vec<SharedFile> {
     let ours = of_instance(instance, Path::new(SHM_FOLDER));
-    ours.into_iter().filter_map(|path| {
-        let meta = path.symlink_metadata().ok()?;
-        let age = SystemTime::now()
-            .duration_since(meta.modified().ok()?)
-            .unwrap_or_default();
-        Some(SharedFile {
-            path,
-            bytes: meta.len(),
-            taken: meta.blocks() * 512,
-            mode: meta.mode() & 0o777,
-            age,
+    ours.into_iter()
+        .filter_map(|path| {
+            let meta = path.symlink_metadata().ok()?;
+            let age = SystemTime::now()
+                .duration_since(meta.modified().ok()?)
+                .unwrap_or_default();
+            Some(SharedFile {
+                path,
+                bytes: meta.len(),
+                taken: meta.blocks() * 512,
+                mode: meta.mode() & 0o777,
+                age,
+            })
         })
-    })
-    .collect()
+        .collect()
 }
 
 /// What lies in a folder and has the name of something of `instance`.
 pub(crate) fn of_instance(instance: &Instance, folder: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let entries = std::fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .flatten();
     let ours = entries.filter(|entry| {
         entry
             .file_name()
@@ -95,20 +99,24 @@ pub(crate) fn of_instance(instance: &Instance, folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Removes everything `instance` left behind except its lock and configuration; tells whether there
-/// was shared memory. Only for the holder of the lock, and only while no process of the instance
-/// lives, or none of them can be served any more.
+/// was any. Only for the holder of the lock, and only while no process of the instance lives, or none
+/// of them can be served any more.
 pub(crate) fn wipe(instance: &Instance) -> bool {
-    let shared = of_instance(instance, Path::new(SHM_FOLDER));
-    for file in &shared {
+    let root = instance.root();
+    let services = root.join("services");
+    let nodes = root.join("nodes");
+    let folders = [Path::new(SHM_FOLDER), root, &services, &nodes];
+    let left: Vec<PathBuf> = folders
+        .iter()
+        .flat_map(|folder| of_instance(instance, folder))
+        .collect();
+    for file in &left {
         let _ = std::fs::remove_file(file);
     }
-    for folder in ["services", "nodes"] {
-        let _ = std::fs::remove_dir_all(instance.root().join(folder));
+    for folder in [services, nodes] {
+        let _ = std::fs::remove_dir_all(folder);
     }
-    for socket in of_instance(instance, instance.root()) {
-        let _ = std::fs::remove_file(socket);
-    }
-    !shared.is_empty()
+    !left.is_empty()
 }
 
 /// Takes the rights of others off files that iceoryx2 makes for everybody (its counter of nodes).

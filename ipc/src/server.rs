@@ -22,11 +22,11 @@ use crate::time::unique_number;
 use crate::transport::{self, ServiceNode, Variant};
 use crate::wire::{SceneEvent, StatusRecord};
 use bell::ClientBell;
-use own_files::OwnFiles;
 use iceoryx2::port::ReceiveError;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{CallbackProgression, PortFactory};
+use own_files::OwnFiles;
 use ports::{
     ControlPort, OptimizePort, OptimizeService, control_port, listener, made, optimize_port,
     scene_event_port, status_port,
@@ -92,6 +92,20 @@ impl Server {
     /// [`ServerError::AlreadyRunning`] if another daemon lives; otherwise what could not be made.
     pub fn create(instance: &Instance) -> Result<Self, ServerError> {
         instance.prepare()?;
+        Self::take(instance, false)
+    }
+
+    /// The same after files of the instance were removed under a daemon: clients may live of whom
+    /// nothing is left there, and one may have made the root again, with rights of others.
+    ///
+    /// # Errors
+    /// As [`Self::create`].
+    pub fn create_again(instance: &Instance) -> Result<Self, ServerError> {
+        instance.prepare_again()?;
+        Self::take(instance, true)
+    }
+
+    fn take(instance: &Instance, was_removed: bool) -> Result<Self, ServerError> {
         let clients = clients_with(raised_file_limit());
         let lock = DaemonLock::acquire(instance)?.ok_or_else(|| already_running(instance))?;
         transport::quiet();
@@ -99,7 +113,7 @@ impl Server {
         if memory::free_bytes() == 0 {
             return Err(ServerError::NoMemory);
         }
-        let generation = cleanup::clean_start(instance, lock.last_generation);
+        let generation = cleanup::clean_start(instance, lock.last_generation, was_removed);
         let hold = Hold {
             instance: instance.clone(),
             lock,

@@ -147,8 +147,7 @@ pub(crate) fn scene_event_settings(builder: SceneEventBuilder) -> SceneEventBuil
 }
 
 pub(crate) fn wake_server(node: &ServiceNode) -> event::Builder<Variant> {
-    node.builder(services::WAKE_SERVER)
-        .event()
+    node.builder(services::WAKE_SERVER).event()
 }
 
 pub(crate) fn wake_server_settings(builder: event::Builder<Variant>) -> event::Builder<Variant> {
@@ -159,8 +158,7 @@ pub(crate) fn wake_server_settings(builder: event::Builder<Variant>) -> event::B
 }
 
 pub(crate) fn wake_client(node: &ServiceNode) -> event::Builder<Variant> {
-    node.builder(services::WAKE_CLIENT)
-        .event()
+    node.builder(services::WAKE_CLIENT).event()
 }
 
 pub(crate) fn wake_client_settings(builder: event::Builder<Variant>) -> event::Builder<Variant> {

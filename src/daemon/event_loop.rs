@@ -74,17 +74,44 @@ pub(super) struct EventLoop {
     pub(super) next_number: u64,
     pub(super) status_clock: StatusClock,
     pub(super) is_draining: bool,
+    /// It ends because its files were removed.
+    pub(super) is_removed: bool,
     /// Last: requests and the janitor hold its node, and only the last to go can leave nothing
     /// behind.
     pub(super) server: Server,
 }
 
+/// Why a daemon does not serve any more.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ended {
+    /// Somebody asked it to stop.
+    Stopped,
+    /// Files by which its clients find it are gone.
+    Removed,
+}
+
 impl EventLoop {
-    /// Serves until somebody asks the daemon to stop and all requests have ended.
+    /// Serves until somebody asks the daemon to stop, or its files are gone, and all requests have
+    /// ended.
     ///
     /// # Errors
     /// A port that stopped working: the daemon cannot go on.
-    pub(super) fn run(&mut self) -> Result<(), ServerError> {
+    pub(super) fn run(&mut self) -> Result<Ended, ServerError> {
+        match self.serve() {
+            Ok(()) if self.is_removed => Ok(Ended::Removed),
+            Ok(()) => Ok(Ended::Stopped),
+            // A port may be the first to notice.
+            Err(_) if self.server.missing_file().is_some() => Ok(Ended::Removed),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// What the daemon has loaded; lets go of the instance.
+    pub(super) fn into_store(self) -> ModelStore {
+        self.store
+    }
+
+    fn serve(&mut self) -> Result<(), ServerError> {
         let mut is_flooded = false;
         while !self.is_done() {
             let patience = self.patience(is_flooded);
@@ -120,7 +147,8 @@ impl EventLoop {
         self.schedule.close();
         self.loading.close();
         self.preparer = None;
-        self.keeping.close(self.is_draining);
+        self.keeping
+            .close(self.is_draining && !self.is_removed);
         self.recorder.close();
         self.pulse.close();
     }

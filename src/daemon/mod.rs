@@ -12,6 +12,7 @@ mod control;
 mod error;
 mod event;
 mod event_loop;
+mod heal;
 mod job;
 mod journal;
 mod keep;

@@ -395,8 +395,21 @@ impl EventLoop {
         translate::loading(&job.snapshot, scene, waited_ms)
     }
 
-    /// Takes nothing new and ends what runs, with the best so far.
+    /// Ends the daemon: takes nothing new and ends what runs, with the best so far.
     pub(super) fn drain(&mut self) {
+        self.is_removed = false;
+        self.end_open();
+    }
+
+    /// The same, to start anew.
+    pub(super) fn drain_removed(&mut self) {
+        if !self.is_draining {
+            self.is_removed = true;
+            self.end_open();
+        }
+    }
+
+    fn end_open(&mut self) {
         if !std::mem::replace(&mut self.is_draining, true) {
             tracing::info!(open = self.open.len(), "stopping");
             self.end_all();

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
 use std::thread::JoinHandle;
 
 use crossbeam_channel::Sender;
@@ -19,7 +20,8 @@ use super::clients::Clients;
 use super::config::Config;
 use super::error::DaemonError;
 use super::event::{Event, EventSender};
-use super::event_loop::{EventLoop, Limits};
+use super::event_loop::{Ended, EventLoop, Limits};
+use super::heal::{self, Configured};
 use super::journal::{self, Entry, Journal, Kept};
 use super::keeping::{Keeping, KeptUpTo};
 use super::live::{self, Live};
@@ -53,15 +55,25 @@ fn system(what: &'static str) -> impl Fn(std::io::Error) -> DaemonError {
 /// What could not be loaded or opened, or a port that stopped working.
 pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Result<(), DaemonError> {
     refuse_second(instance)?;
-    let (disk, kept) = opened(config, instance)?;
-    let begun = restore::begin(config, kept, disk.as_ref().map(|disk| &disk.prepared), out)?;
-    let (mut event_loop, threads) = assemble(config, instance, begun, disk)?;
-    threads.pages.announce(out);
-    announce(config, instance, out);
-    let served = event_loop.run();
-    event_loop.close();
-    threads.join();
-    Ok(served?)
+    let stop = stop_flag().map_err(system("signal handler"))?;
+    let (mut disk, kept) = opened(config, instance)?;
+    let mut begun = restore::begin(config, kept, disk.as_ref().map(|disk| &disk.prepared), out)?;
+    let configured = Configured::of(&begun);
+    let mut server = Server::create(instance)?;
+    loop {
+        let (mut event_loop, threads) = assemble(config, instance, server, begun, disk)?;
+        threads.pages.announce(out);
+        announce(config, instance, out);
+        threads.stop_if(&stop);
+        let ended = event_loop.run();
+        event_loop.close();
+        threads.join();
+        if ended? == Ended::Stopped {
+            return Ok(());
+        }
+        begun = configured.again(event_loop.into_store());
+        (server, disk) = heal::again(instance, || opened_again(config, instance))?;
+    }
 }
 
 /// Says who serves the instance already: loading first would only take time.
@@ -93,6 +105,16 @@ fn opened(config: &Config, instance: &Instance) -> Result<(Option<Disk>, Kept), 
     Ok((Some(Disk { journal, prepared }), kept))
 }
 
+/// The same for a daemon that knows what was kept.
+fn opened_again(config: &Config, instance: &Instance) -> Result<Option<Disk>, DaemonError> {
+    let Some(folder) = state::folder(config, instance)? else {
+        return Ok(None);
+    };
+    let journal = journal::open_again(&folder)?;
+    let prepared = Prepared::new(&folder);
+    Ok(Some(Disk { journal, prepared }))
+}
+
 /// What is kept of robots and scenes.
 struct Disk {
     journal: Journal,
@@ -102,6 +124,7 @@ struct Disk {
 /// Every thread besides the I/O thread. Each can wake it, which keeps its ports open: they have to
 /// end before it.
 struct Threads {
+    events: EventSender,
     signals: Handle,
     joined: Vec<JoinHandle<()>>,
     pages: Pages,
@@ -113,10 +136,18 @@ impl Threads {
         let (signals, thread) =
             stop_on_signals(events.clone()).map_err(system("signal handler"))?;
         Ok(Self {
+            events: events.clone(),
             signals,
             joined: vec![thread],
             pages: Pages::default(),
         })
+    }
+
+    /// Stops the daemon if a signal has come already.
+    fn stop_if(&self, asked: &AtomicBool) {
+        if asked.load(Relaxed) {
+            self.events.send(Event::Stop);
+        }
     }
 
     /// Takes the threads of what has been started, and gives that.
@@ -158,6 +189,7 @@ impl Threads {
 
     fn join(self) {
         self.signals.close();
+        drop(self.events);
         drop(self.pages);
         for thread in self.joined {
             // Workers and loader catch their panics; one that ended all the same has nothing to say
@@ -245,10 +277,10 @@ fn start_cleaning(instance: &Instance, server: &Server) -> Result<Cleaning, Daem
 fn assemble(
     config: &Config,
     instance: &Instance,
+    server: Server,
     mut begun: Beginning,
     disk: Option<Disk>,
 ) -> Result<(EventLoop, Threads), DaemonError> {
-    let server = Server::create(instance)?;
     let (events, receiver) = EventSender::new(server.waker());
     let mut threads = Threads::new(&events)?;
     let cleaning = start_cleaning(instance, &server)?;
@@ -297,8 +329,18 @@ fn assemble(
         watches: Watches::default(),
         next_number: 0,
         is_draining: false,
+        is_removed: false,
     };
     Ok((event_loop, threads))
+}
+
+/// Set by a signal to stop, also by one that comes while no thread waits for it.
+fn stop_flag() -> std::io::Result<Arc<AtomicBool>> {
+    let flag = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, flag.clone())?;
+    }
+    Ok(flag)
 }
 
 /// The thread ends when the handle is closed.

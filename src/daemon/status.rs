@@ -8,6 +8,7 @@ use taut_ipc::server::ServerError;
 use taut_ipc::wire::{RobotEntry, SceneEntry, StatusRecord};
 
 use super::event_loop::EventLoop;
+use super::heal;
 
 impl EventLoop {
     pub(super) fn publish_status_when_due(&mut self) -> Result<(), ServerError> {
@@ -18,6 +19,7 @@ impl EventLoop {
     }
 
     fn publish_status(&mut self) -> Result<(), ServerError> {
+        self.notice_removal();
         self.forget_the_absent();
         self.pulse.beat();
         let status = self.status();
@@ -25,6 +27,14 @@ impl EventLoop {
         self.show_figures();
         self.cleaning.warn_if_slow();
         Ok(())
+    }
+
+    /// Ends what is open where nobody else can come any more.
+    fn notice_removal(&mut self) {
+        if let Some(missing) = self.server.missing_file() {
+            heal::warn(missing);
+            self.drain_removed();
+        }
     }
 
     /// Forgets clients that are away, and ends the recording that nobody asks about.

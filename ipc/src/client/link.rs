@@ -8,7 +8,7 @@ use crate::lock::{DaemonProbe, DaemonState};
 use crate::memory::{self, Room};
 use crate::time::monotonic_ns;
 use crate::transport::{self, ServiceNode, Variant};
-use crate::wire::{WireError, ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader};
+use crate::wire::{ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, WireError};
 use iceoryx2::port::client::Client as Port;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::notifier::Notifier;

@@ -90,14 +90,15 @@ pub(super) fn clean(
 /// At the start of a daemon, which holds the lock: gives the generation of services to serve.
 ///
 /// Where clients of the last daemon live and its services are whole, these go on. Else everything is
-/// wiped, and clients that live all the same have to connect anew.
-pub(super) fn clean_start(instance: &Instance, last: Option<u64>) -> u64 {
+/// wiped, and clients that live all the same have to connect anew. `was_removed` tells that there may
+/// be some though none of their files are left.
+pub(super) fn clean_start(instance: &Instance, last: Option<u64>, was_removed: bool) -> u64 {
     match last {
         Some(last) if has_clients(instance) && are_services_whole(instance) => {
             clean_dead_nodes(instance);
             last
         }
-        _ if wipe(instance) => unique_number(),
+        _ if wipe(instance) | was_removed => unique_number(),
         _ => FIRST_GENERATION,
     }
 }

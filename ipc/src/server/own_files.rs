@@ -61,7 +61,10 @@ fn dynamic_files(instance: &Instance) -> Vec<PathBuf> {
 }
 
 fn with_extension(mut files: Vec<PathBuf>, extension: &str) -> Vec<PathBuf> {
-    files.retain(|file| file.extension().is_some_and(|it| it == extension));
+    files.retain(|file| {
+        file.extension()
+            .is_some_and(|it| it == extension)
+    });
     files
 }
 
@@ -71,11 +74,17 @@ fn paths(instance: &Instance, node: &str) -> Vec<PathBuf> {
     paths.extend(static_files(instance));
     paths.extend(dynamic_files(instance));
     let folder = nodes_folder(instance).join(node);
-    let ports: HashSet<String> = ports_of(instance, &folder).into_iter().collect();
+    let ports: HashSet<String> = ports_of(instance, &folder)
+        .into_iter()
+        .collect();
     paths.extend(of_instance(instance, &folder));
     for folder in [Path::new(SHM_FOLDER), instance.root()] {
         let files = of_instance(instance, folder);
-        paths.extend(files.into_iter().filter(|file| is_of(file, &ports)));
+        paths.extend(
+            files
+                .into_iter()
+                .filter(|file| is_of(file, &ports)),
+        );
     }
     paths
 }
@@ -83,7 +92,10 @@ fn paths(instance: &Instance, node: &str) -> Vec<PathBuf> {
 /// Whether this is the memory or the socket of one of these ports. A connection is its client's as
 /// well, and goes with it.
 fn is_of(file: &Path, ports: &HashSet<String>) -> bool {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let name = file
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy();
     let is_connection = name.ends_with(".connection");
     let mut words = name.split(['.', '_']);
     !is_connection && words.any(|word| ports.contains(word))

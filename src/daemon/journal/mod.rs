@@ -26,7 +26,7 @@ use taut::scene::Scene;
 
 pub use inspect::inspect;
 pub use read::JournalError;
-pub(super) use read::{Kept, open};
+pub(super) use read::{Kept, open, open_again};
 use write::Writer;
 
 use super::threads::spawn;
@@ -55,7 +55,8 @@ pub(super) enum Content {
 }
 
 impl Content {
-    fn is_same(&self, other: &Self) -> bool {
+    /// Whether it is the same content under the same version.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Robot(a, _), Self::Robot(b, _)) => a.hash() == b.hash(),
             (Self::Scene(version, a), Self::Scene(other, b)) => {
