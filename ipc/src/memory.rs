@@ -98,25 +98,18 @@ pub(crate) fn of_instance(instance: &Instance, folder: &Path) -> Vec<PathBuf> {
     ours.map(|entry| entry.path()).collect()
 }
 
-/// Removes everything `instance` left behind except its lock and configuration; tells whether there
-/// was any. Only for the holder of the lock, and only while no process of the instance lives, or none
-/// of them can be served any more.
-pub(crate) fn wipe(instance: &Instance) -> bool {
-    let root = instance.root();
-    let services = root.join("services");
-    let nodes = root.join("nodes");
-    let folders = [Path::new(SHM_FOLDER), root, &services, &nodes];
-    let left: Vec<PathBuf> = folders
-        .iter()
-        .flat_map(|folder| of_instance(instance, folder))
-        .collect();
-    for file in &left {
-        let _ = std::fs::remove_file(file);
+/// Removes everything `instance` left behind except its lock and configuration. Only for the holder
+/// of the lock, and only while no process of the instance lives, or none of them can be served any
+/// more.
+pub(crate) fn wipe(instance: &Instance) {
+    for folder in [Path::new(SHM_FOLDER), instance.root()] {
+        for file in of_instance(instance, folder) {
+            let _ = std::fs::remove_file(file);
+        }
     }
-    for folder in [services, nodes] {
-        let _ = std::fs::remove_dir_all(folder);
+    for folder in ["services", "nodes"] {
+        let _ = std::fs::remove_dir_all(instance.root().join(folder));
     }
-    !left.is_empty()
 }
 
 /// Takes the rights of others off files that iceoryx2 makes for everybody (its counter of nodes).

@@ -7,6 +7,7 @@ mod incoming;
 mod janitor;
 mod own_files;
 mod ports;
+mod service_files;
 
 pub use bell::Waker;
 pub use cleanup::{CleanUp, clean_dead_nodes, tidy};
@@ -92,28 +93,39 @@ impl Server {
     /// [`ServerError::AlreadyRunning`] if another daemon lives; otherwise what could not be made.
     pub fn create(instance: &Instance) -> Result<Self, ServerError> {
         instance.prepare()?;
-        Self::take(instance, false)
+        let lock = Self::lock(instance)?;
+        let last = lock.last_generation;
+        Self::serve(instance, lock, last)
     }
 
-    /// The same after files of the instance were removed under a daemon: clients may live of whom
-    /// nothing is left there, and one may have made the root again, with rights of others.
+    /// The same after files of the instance were removed under a daemon: its clients, of whom files
+    /// may be gone too, have to connect anew, and one may have made the root again, with rights of
+    /// others.
     ///
     /// # Errors
     /// As [`Self::create`].
     pub fn create_again(instance: &Instance) -> Result<Self, ServerError> {
         instance.prepare_again()?;
-        Self::take(instance, true)
+        Self::serve(instance, Self::lock(instance)?, None)
     }
 
-    fn take(instance: &Instance, was_removed: bool) -> Result<Self, ServerError> {
+    fn lock(instance: &Instance) -> Result<DaemonLock, ServerError> {
+        DaemonLock::acquire(instance)?.ok_or_else(|| already_running(instance))
+    }
+
+    /// `last` are the services that clients which live may go on with.
+    fn serve(
+        instance: &Instance,
+        lock: DaemonLock,
+        last: Option<u64>,
+    ) -> Result<Self, ServerError> {
         let clients = clients_with(raised_file_limit());
-        let lock = DaemonLock::acquire(instance)?.ok_or_else(|| already_running(instance))?;
         transport::quiet();
         instance.set_global_config()?;
         if memory::free_bytes() == 0 {
             return Err(ServerError::NoMemory);
         }
-        let generation = cleanup::clean_start(instance, lock.last_generation, was_removed);
+        let generation = cleanup::clean_start(instance, last);
         let hold = Hold {
             instance: instance.clone(),
             lock,

@@ -1,7 +1,5 @@
 //! Names of the services.
 
-use std::borrow::Cow;
-
 /// Paths in, a stream of better paths out.
 pub const OPTIMIZE: &str = "taut/v1/optimize";
 /// Control messages.
@@ -15,19 +13,13 @@ pub const WAKE_SERVER: &str = "taut/v1/wake-server";
 /// Wakes one client.
 pub const WAKE_CLIENT: &str = "taut/v1/wake-client";
 
-/// Generation of the services of a daemon that found nothing of another one.
-pub const FIRST_GENERATION: u64 = 0;
-
 /// Name of a service in a generation, which the daemon's lock file tells
 /// ([`crate::DaemonState::Running`]).
 ///
-/// Services that are made anew while clients of the old ones live have names of their own: the last
-/// client of a service takes its file along, by its name.
-pub fn name(service: &'static str, generation: u64) -> Cow<'static, str> {
-    match generation {
-        FIRST_GENERATION => Cow::Borrowed(service),
-        later => Cow::Owned(format!("{service}/{later:016x}")),
-    }
+/// The last that has a service open takes its file along, by its name: services that are made anew
+/// while a client, or a daemon that was left without its files, has the old ones open need others.
+pub fn name(service: &str, generation: u64) -> String {
+    format!("{service}/{generation:016x}")
 }
 
 /// Every service and what it carries.

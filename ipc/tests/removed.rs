@@ -185,26 +185,29 @@ fn a_planner_outlives_a_removal_without_a_word() {
 }
 
 #[test]
-fn services_of_the_first_generation_have_plain_names() {
-    assert_eq!(services::name(services::STATUS, 0), services::STATUS);
-    assert_eq!(
-        services::name(services::STATUS, 10),
-        "taut/v1/status/000000000000000a"
-    );
+fn services_are_of_one_generation_as_long_as_clients_live_on_them() {
     let sandbox = Sandbox::new();
     let generation = || match taut_ipc::daemon_state(&sandbox.instance).unwrap() {
         taut_ipc::DaemonState::Running { generation, .. } => generation,
         other => panic!("{other:?}"),
     };
-    let first = Server::create(&sandbox.instance).unwrap();
-    assert_eq!(generation(), services::FIRST_GENERATION);
-    drop(first);
-    // Nobody was left, so nobody's ports are in the way.
-    let second = Server::create(&sandbox.instance).unwrap();
-    assert_eq!(generation(), services::FIRST_GENERATION);
+    let server = Server::create(&sandbox.instance).unwrap();
+    let first = generation();
+    let client = Client::connect(&sandbox.instance).unwrap();
+    drop(server);
+    let server = Server::create(&sandbox.instance).unwrap();
+    assert_eq!(generation(), first);
+    drop((server, client));
+    let server = Server::create(&sandbox.instance).unwrap();
+    let second = generation();
+    assert_ne!(second, first, "nobody lived");
     let _client = Client::connect(&sandbox.instance).unwrap();
-    remove_both(&sandbox.instance);
-    drop(second);
-    let _third = Server::create_again(&sandbox.instance).unwrap();
-    assert_ne!(generation(), services::FIRST_GENERATION);
+    remove_shared(&sandbox.instance);
+    drop(server);
+    let _server = Server::create(&sandbox.instance).unwrap();
+    assert_ne!(generation(), second, "nobody could live on them");
+    assert_eq!(
+        services::name(services::STATUS, 10),
+        "taut/v1/status/000000000000000a"
+    );
 }

@@ -26,7 +26,7 @@ use taut_ipc::limits::{
 };
 use taut_ipc::own_daemon::{Folder, spawn};
 use taut_ipc::wire::{RequestHeader, ResponseHeader, Status};
-use taut_ipc::{Instance, services};
+use taut_ipc::{DaemonState, Instance, daemon_state, services};
 
 use super::process::end_with_parent;
 use crate::error::Error;
@@ -66,19 +66,32 @@ fn config(instance: &Instance) -> Result<Config, Error> {
     Ok(config)
 }
 
-fn name(service: &str) -> ServiceName {
-    ServiceName::new(service).expect("a fixed, valid name")
+/// Generation of the services of an echo, which has no lock file to tell it in.
+const OF_ECHO: u64 = 0;
+
+/// Generation of the services of an instance.
+fn generation(instance: &Instance) -> Result<u64, Error> {
+    match daemon_state(instance)? {
+        DaemonState::Running { generation, .. } => Ok(generation),
+        DaemonState::Starting | DaemonState::Absent => Ok(OF_ECHO),
+    }
 }
 
-fn requests(node: &Node<Variant>) -> Builder {
-    node.service_builder(&name(services::OPTIMIZE))
+fn name(service: &str, generation: u64) -> ServiceName {
+    let name = services::name(service, generation);
+    ServiceName::new(&name).expect("a fixed, valid name")
+}
+
+fn requests(node: &Node<Variant>, generation: u64) -> Builder {
+    node.service_builder(&name(services::OPTIMIZE, generation))
         .request_response::<[u8], [u8]>()
         .request_user_header::<RequestHeader>()
         .response_user_header::<ResponseHeader>()
 }
 
-fn wake(node: &Node<Variant>, service: &str) -> event::Builder<Variant> {
-    node.service_builder(&name(service)).event()
+fn wake(node: &Node<Variant>, service: &str, generation: u64) -> event::Builder<Variant> {
+    node.service_builder(&name(service, generation))
+        .event()
 }
 
 type ClientPort = client::Client<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
@@ -97,14 +110,15 @@ impl Bare {
     /// Opens the services of an instance.
     pub(super) fn open(instance: &Instance) -> Result<Self, Error> {
         let node = node(instance)?;
-        let server = wake(&node, services::WAKE_SERVER)
+        let generation = generation(instance)?;
+        let server = wake(&node, services::WAKE_SERVER, generation)
             .open()
             .map_err(text)?;
-        let client = wake(&node, services::WAKE_CLIENT)
+        let client = wake(&node, services::WAKE_CLIENT, generation)
             .open()
             .map_err(text)?;
         Ok(Self {
-            port: client_port(&node)?,
+            port: client_port(&node, generation)?,
             notifier: server
                 .notifier_builder()
                 .create()
@@ -161,8 +175,10 @@ impl Bare {
 type Pending = PendingResponse<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 type Active = ActiveRequest<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 
-fn client_port(node: &Node<Variant>) -> Result<ClientPort, Error> {
-    let service = requests(node).open().map_err(text)?;
+fn client_port(node: &Node<Variant>, generation: u64) -> Result<ClientPort, Error> {
+    let service = requests(node, generation)
+        .open()
+        .map_err(text)?;
     service
         .client_builder()
         .initial_max_slice_len(MAX_PAYLOAD)
@@ -289,7 +305,7 @@ fn send_back(request: &Active) -> Result<(), Error> {
 
 /// With the daemon's own settings.
 fn server_port(node: &Node<Variant>) -> Result<ServerPort, Error> {
-    let service = requests(node)
+    let service = requests(node, OF_ECHO)
         .max_servers(1)
         .max_clients(MAX_CLIENTS)
         .max_nodes(MAX_NODES)
@@ -314,7 +330,7 @@ fn server_port(node: &Node<Variant>) -> Result<ServerPort, Error> {
 
 /// Wakes the server.
 fn listener(node: &Node<Variant>) -> Result<Listener<Variant>, Error> {
-    let service = wake(node, services::WAKE_SERVER)
+    let service = wake(node, services::WAKE_SERVER, OF_ECHO)
         .max_listeners(1)
         .max_notifiers(MAX_NODES)
         .max_nodes(MAX_NODES)
@@ -328,7 +344,7 @@ fn listener(node: &Node<Variant>) -> Result<Listener<Variant>, Error> {
 
 /// Wakes the clients.
 fn notifier(node: &Node<Variant>) -> Result<Notifier<Variant>, Error> {
-    let service = wake(node, services::WAKE_CLIENT)
+    let service = wake(node, services::WAKE_CLIENT, OF_ECHO)
         .max_listeners(MAX_CLIENTS * LISTENERS_PER_CLIENT)
         .max_notifiers(1)
         .max_nodes(MAX_NODES)

@@ -12,7 +12,7 @@ use std::time::Duration;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Loss {
     /// It has no lock file.
-    #[error("it was never started")]
+    #[error("it was never started, or its files were removed")]
     NeverStarted,
     /// Nobody holds its lock.
     #[error("it is not running")]
@@ -38,7 +38,10 @@ impl Loss {
     /// The next step.
     pub fn advice(self) -> &'static str {
         match self {
-            Self::NeverStarted | Self::NotRunning | Self::WentAway => {
+            Self::NeverStarted => {
+                "start it (`taut serve`) unless it runs, which starts anew within a second; sending again is safe"
+            }
+            Self::NotRunning | Self::WentAway => {
                 "start it (`taut serve`) and send again, that is safe"
             }
             Self::Starting | Self::Restarted => "send again, that is safe",

@@ -5,12 +5,11 @@
 //! it died, so those go first. They are told by their permissions: a finished file in shared memory
 //! can be read, a finished tag of a node cannot be written.
 
-use super::own_files::are_services_whole;
+use super::service_files::are_services_whole;
 use crate::instance::Instance;
 use crate::limits::UNFINISHED_FILE_AGE;
 use crate::lock::DaemonLock;
 use crate::memory::{SharedFile, shared_files, wipe};
-use crate::services::FIRST_GENERATION;
 use crate::time::unique_number;
 use crate::transport::{self, Variant};
 use iceoryx2::node::{DeadNodeView, Node, NodeState, NodeView};
@@ -89,17 +88,18 @@ pub(super) fn clean(
 
 /// At the start of a daemon, which holds the lock: gives the generation of services to serve.
 ///
-/// Where clients of the last daemon live and its services are whole, these go on. Else everything is
-/// wiped, and clients that live all the same have to connect anew. `was_removed` tells that there may
-/// be some though none of their files are left.
-pub(super) fn clean_start(instance: &Instance, last: Option<u64>, was_removed: bool) -> u64 {
+/// Where clients of the last daemon live and its services, of generation `last`, are whole, these go
+/// on. Else everything is wiped, and clients that live all the same have to connect anew.
+pub(super) fn clean_start(instance: &Instance, last: Option<u64>) -> u64 {
     match last {
         Some(last) if has_clients(instance) && are_services_whole(instance) => {
             clean_dead_nodes(instance);
             last
         }
-        _ if wipe(instance) | was_removed => unique_number(),
-        _ => FIRST_GENERATION,
+        _ => {
+            wipe(instance);
+            unique_number()
+        }
     }
 }
 

@@ -5,18 +5,13 @@
 //! its clients notice; but no new client finds it, and another daemon may take the instance.
 
 use super::cleanup::{nodes_folder, ports_of};
+use super::service_files::{are_services_whole, dynamic_files, static_files};
 use crate::in_place::FileNumber;
 use crate::instance::Instance;
 use crate::lock::lock_path;
 use crate::memory::{SHM_FOLDER, of_instance};
-use crate::services;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
-
-/// What the file of a service in `services` is called behind the point.
-const STATIC: &str = "service";
-/// What the memory of a service is called behind the point.
-const DYNAMIC: &str = "dynamic";
 
 /// The files that one daemon needs, as they were when it began to serve.
 #[derive(Debug)]
@@ -41,31 +36,6 @@ impl OwnFiles {
             .find(|(path, number)| FileNumber::of(path) != Some(*number))
             .map(|(path, _)| path.as_path())
     }
-}
-
-/// Whether every service has its file and its memory. Only daemons make them, so there are none
-/// that would not be needed.
-pub(super) fn are_services_whole(instance: &Instance) -> bool {
-    let files = static_files(instance);
-    let memory = dynamic_files(instance);
-    files.len() >= services::ALL.len() && memory.len() >= services::ALL.len()
-}
-
-fn static_files(instance: &Instance) -> Vec<PathBuf> {
-    let files = of_instance(instance, &instance.root().join("services"));
-    with_extension(files, STATIC)
-}
-
-fn dynamic_files(instance: &Instance) -> Vec<PathBuf> {
-    with_extension(of_instance(instance, Path::new(SHM_FOLDER)), DYNAMIC)
-}
-
-fn with_extension(mut files: Vec<PathBuf>, extension: &str) -> Vec<PathBuf> {
-    files.retain(|file| {
-        file.extension()
-            .is_some_and(|it| it == extension)
-    });
-    files
 }
 
 fn paths(instance: &Instance, node: &str) -> Vec<PathBuf> {

@@ -34,8 +34,8 @@ Lengths of paths are in the request's metric (by default metres moved per unit o
 
 const GENERATIONS: &str = "
 The daemon's lock file, `daemon.lock` in the instance's root, holds one line: its process id, its boot id and the
-generation of its services (both 16 hexadecimal digits), the wire version. In a generation other than 0 each name is
-followed by `/` and the generation: the files of the services before were removed while clients had them open.
+generation of its services (both 16 hexadecimal digits), the wire version. Each name is followed by `/` and the
+generation, 16 hexadecimal digits too: services that are made anew have others than those before.
 ";
 
 type Described = (&'static str, usize, &'static [Field]);
