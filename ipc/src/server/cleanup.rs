@@ -5,7 +5,7 @@
 //! it died, so those go first. They are told by their permissions: a finished file in shared memory
 //! can be read, a finished tag of a node cannot be written.
 
-use super::service_files::are_services_whole;
+use super::service_files::are_of_clients;
 use crate::instance::Instance;
 use crate::limits::UNFINISHED_FILE_AGE;
 use crate::lock::DaemonLock;
@@ -92,7 +92,7 @@ pub(super) fn clean(
 /// on. Else everything is wiped, and clients that live all the same have to connect anew.
 pub(super) fn clean_start(instance: &Instance, last: Option<u64>) -> u64 {
     match last {
-        Some(last) if has_clients(instance) && are_services_whole(instance) => {
+        Some(last) if has_clients(instance) && are_of_clients(instance) => {
             clean_dead_nodes(instance);
             last
         }

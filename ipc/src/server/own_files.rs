@@ -5,7 +5,7 @@
 //! its clients notice; but no new client finds it, and another daemon may take the instance.
 
 use super::cleanup::{nodes_folder, ports_of};
-use super::service_files::{are_services_whole, dynamic_files, static_files};
+use super::service_files::{are_all_there, dynamic_files, static_files};
 use crate::in_place::FileNumber;
 use crate::instance::Instance;
 use crate::lock::lock_path;
@@ -26,7 +26,7 @@ impl OwnFiles {
             .into_iter()
             .map(|path| FileNumber::of(&path).map(|number| (path, number)));
         let files: Vec<_> = numbered.collect::<Option<_>>()?;
-        are_services_whole(instance).then_some(Self(files))
+        are_all_there(instance).then_some(Self(files))
     }
 
     /// One that its path does not name any more.

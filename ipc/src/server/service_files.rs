@@ -10,12 +10,27 @@ const STATIC: &str = "service";
 /// What the memory of a service is called behind the point.
 const DYNAMIC: &str = "dynamic";
 
-/// Whether every service has its file and its memory. Only daemons make them, so there are none
-/// that would not be needed.
-pub(super) fn are_services_whole(instance: &Instance) -> bool {
-    let files = static_files(instance);
-    let memory = dynamic_files(instance);
-    files.len() >= services::ALL.len() && memory.len() >= services::ALL.len()
+/// Services that every client has open: all but the two that are published.
+const OF_EVERY_CLIENT: usize = services::ALL.len() - 2;
+
+/// Whether all services are there.
+pub(super) fn are_all_there(instance: &Instance) -> bool {
+    whole(instance) >= services::ALL.len()
+}
+
+/// Whether those are there that clients of a daemon that ended go on with.
+pub(super) fn are_of_clients(instance: &Instance) -> bool {
+    whole(instance) >= OF_EVERY_CLIENT
+}
+
+/// How many services are there, if each has its file and its memory; only daemons make them. 0 where
+/// one has not.
+fn whole(instance: &Instance) -> usize {
+    let files = static_files(instance).len();
+    match dynamic_files(instance).len() == files {
+        true => files,
+        false => 0,
+    }
 }
 
 /// The files of the services that name their settings.
