@@ -128,7 +128,7 @@ fn is_passing(error: &DaemonError) -> bool {
 mod tests {
     use super::*;
     use std::sync::Arc;
-    use taut::robot::{RobotDescription, RobotModel};
+    use taut::robot::{LinkDescription, RobotDescription, RobotModel};
     use taut::scene::Scene;
     use taut_ipc::wire::label_id;
 
@@ -138,7 +138,15 @@ mod tests {
 
     fn begun() -> Beginning {
         let mut store = ModelStore::new(label_id);
-        let robot = Arc::new(RobotModel::new(RobotDescription::default()).unwrap());
+        let base = LinkDescription {
+            name: "base".into(),
+            collision: Vec::new(),
+        };
+        let robot = RobotModel::new(RobotDescription {
+            links: vec![base],
+            ..RobotDescription::default()
+        });
+        let robot = Arc::new(robot.unwrap());
         let scene = Arc::new(Scene::default());
         store
             .insert_robot("arm", robot.clone(), [].into(), false)
