@@ -261,6 +261,16 @@ fn so_does_one_that_is_supervised() {
 }
 
 #[test]
+fn a_command_waits_for_a_daemon_that_starts_anew() {
+    let place = Place::new();
+    let daemon = start(&place, &[]);
+    remove_a_service(&place.instance);
+    let run = place.taut(&["list"]);
+    assert_eq!(run.exit, 0, "{}", run.err);
+    drop(daemon);
+}
+
+#[test]
 fn what_was_kept_among_the_removed_files_is_kept_again() {
     let place = Place::new();
     let daemon = start(&place, &[]);

@@ -25,7 +25,7 @@ use clap::Parser;
 use clap::error::ErrorKind;
 
 use error::Error;
-use load::{bare, client, promises};
+use load::{client, echo, promises};
 
 /// Measures taut: its answers beside those of others, and what its service promises.
 #[derive(Parser)]
@@ -62,7 +62,7 @@ fn run(command: Command) -> Result<u8, Error> {
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Load(arguments) => load::run(&arguments),
         Command::LoadClient => client::run(),
-        Command::LoadEcho => bare::serve(),
+        Command::LoadEcho => echo::serve(),
         Command::Promises(arguments) => promises::run(&arguments),
     }
 }

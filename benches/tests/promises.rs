@@ -1,7 +1,7 @@
 //! The short form of `taut-bench promises`: what no noise of the machine can change has to hold, times
 //! are only printed.
 //!
-//! The long form, about 80 minutes: `cargo run --release -p taut-bench -- promises --long`.
+//! The long form, about 90 minutes: `cargo run --release -p taut-bench -- promises --long`.
 
 mod common;
 
@@ -58,11 +58,13 @@ promises! {
     a_poisonous_request_hurts_only_itself: "poison";
     a_dying_client_harms_nobody: "deaths";
     the_daemon_may_die: "restarts";
+    an_instance_whose_files_are_removed_heals: "removed";
     stopped_readers_hold_nobody_up: "stopped";
     overload_is_refused: "overload";
     a_greedy_client_does_not_starve_others: "fairness";
     answers_come_by_their_deadline: "deadlines";
     a_cancelled_request_frees_its_worker: "cancelling";
+    an_idle_daemon_takes_no_processor: "idle";
     the_bare_echo_is_measured_beside: "overhead";
     the_optimizer_in_process_is_measured_beside: "cost";
     planners_stay_small: "planners";

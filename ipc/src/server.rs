@@ -35,6 +35,7 @@ use ports::{
 use rustix::process::{Resource, getrlimit, setrlimit};
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 /// Open files the daemon may need.
@@ -52,7 +53,7 @@ pub(crate) struct Shared {
     room: Room,
 }
 
-/// All ports of the daemon. One thread owns it; it can be moved to that thread.
+/// All ports of the daemon, for all of its threads; one of them waits at a time.
 #[derive(Debug)]
 pub struct Server {
     optimize: OptimizePort,
@@ -62,7 +63,7 @@ pub struct Server {
     listener: Listener<Variant>,
     waker: Waker,
     shared: Arc<Shared>,
-    heartbeat: u64,
+    heartbeat: AtomicU64,
     service: OptimizeService,
     files: OwnFiles,
     _node: ServiceNode,
@@ -148,7 +149,7 @@ impl Server {
                 boot_id,
                 room: Room::default(),
             }),
-            heartbeat: 0,
+            heartbeat: AtomicU64::new(0),
             service,
             files: OwnFiles::of(instance, node.id()).ok_or_else(|| removed(instance))?,
             _node: node,
@@ -250,13 +251,13 @@ impl Server {
     ///
     /// # Errors
     /// [`ServerError::Port`] if it cannot be sent.
-    pub fn publish_status(&mut self, status: &StatusRecord) -> Result<(), ServerError> {
-        self.heartbeat += 1;
+    pub fn publish_status(&self, status: &StatusRecord) -> Result<(), ServerError> {
+        let heartbeat = 1 + self.heartbeat.fetch_add(1, Ordering::Relaxed);
         let record = StatusRecord {
             wire_version: WIRE_VERSION,
             header_len: size_of::<StatusRecord>() as u32,
             boot_id: self.shared.boot_id,
-            heartbeat: self.heartbeat,
+            heartbeat,
             ..*status
         };
         self.status
@@ -344,3 +345,12 @@ fn port<E: std::fmt::Display>(what: &'static str) -> impl Fn(E) -> ServerError {
         reason: error.to_string(),
     }
 }
+
+// Every thread of the daemon sends; whoever waits at the port receives.
+const _: () = {
+    const fn shared<T: Send + Sync>() {}
+    const fn handed_on<T: Send>() {}
+    shared::<Server>();
+    handed_on::<IncomingRequest>();
+    handed_on::<IncomingControl>();
+};

@@ -2,10 +2,10 @@
 //!
 //! Payload memory is static, at its largest size: it is sparse, so only what is written is taken.
 //! Memory that grows (`PowerOfTwo`) would cost 256 segments of bookkeeping in each connection: 10
-//! MB, and 0.1 s of the I/O thread whenever a client comes or goes.
+//! MB, and 0.1 s of the daemon whenever a client comes or goes.
 //!
 //! The daemon creates, clients only open. Both use iceoryx2's thread-safe variant: a client can
-//! move between threads, and workers can wake the daemon's I/O thread.
+//! move between threads, and every thread of the daemon sends.
 
 use crate::instance::Instance;
 use crate::limits::*;

@@ -11,7 +11,7 @@ use taut::files::{FileError, Geometry, RobotFiles};
 use taut::optimize::Settings;
 use taut_ipc::limits::{ACTIVE_REQUESTS_PER_CLIENT, MAX_PAYLOAD};
 
-use super::live::check_address;
+use crate::daemon::observe::live::check_address;
 
 /// The configuration; every entry has a default, unknown ones are refused.
 #[derive(Clone, Debug, Deserialize)]
@@ -38,12 +38,12 @@ pub struct Config {
     /// connection.
     pub status_rate_hz: f64,
     /// Folder that keeps robots and scenes while no daemon runs; the default one (see
-    /// [`super::state`]) where it is missing, nothing is kept where it is empty.
+    /// [`crate::daemon::state`]) where it is missing, nothing is kept where it is empty.
     pub state: Option<PathBuf>,
     /// How long the daemon may give no sign of life before its supervisor restarts it (s).
     pub watchdog_s: f64,
-    /// Lets a request with [`super::worker::PANIC_SEED`] panic and one with
-    /// [`super::worker::HANG_SEED`] hang until it is told to stop. For tests only.
+    /// Lets a request with [`crate::daemon::shell::worker::PANIC_SEED`] panic and one with
+    /// [`crate::daemon::shell::worker::HANG_SEED`] hang until it is told to stop. For tests only.
     pub fault_injection: bool,
     /// Robots to load.
     pub robots: Vec<RobotConfig>,
@@ -257,7 +257,7 @@ impl Config {
 
 impl RobotConfig {
     /// Its files.
-    pub(super) fn files(&self) -> RobotFiles {
+    pub(crate) fn files(&self) -> RobotFiles {
         RobotFiles {
             urdf: self.urdf.clone(),
             srdf: self.srdf.clone(),

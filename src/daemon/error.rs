@@ -4,8 +4,8 @@ use taut::files::FileError;
 use taut_ipc::server::ServerError;
 use taut_ipc::wire::Code;
 
-use super::journal::JournalError;
-use super::state::StateError;
+use crate::daemon::durability::journal::JournalError;
+use crate::daemon::state::StateError;
 
 /// Why the daemon cannot start or go on.
 #[derive(Debug, thiserror::Error)]

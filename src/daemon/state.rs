@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use taut_ipc::{Instance, InstanceError};
 
-use super::config::Config;
+use crate::daemon::config::Config;
 
 /// Why there is none.
 #[derive(Debug, thiserror::Error)]

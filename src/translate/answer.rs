@@ -22,7 +22,7 @@ use super::records::{self, Names};
 const LEAST_RETRY_MS: u64 = 100;
 const MOST_RETRY_MS: u64 = 5_000;
 
-/// A response, put together by a worker and sent by the I/O thread.
+/// A response, put together by a worker and sent by the daemon.
 #[derive(Clone, Default)]
 pub struct Reply {
     /// Its header; ids, lengths and sections are filled in when it is sent.

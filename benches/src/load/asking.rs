@@ -59,7 +59,7 @@ impl<'a> Asker<'a> {
             jobs,
             window,
             random,
-            next: number as usize,
+            next: (window.seed.wrapping_add(number) % jobs.len().max(1) as u64) as usize,
             tally: Tally::default(),
         }
     }

@@ -1,44 +1,32 @@
-//! Bare iceoryx2 with the service's own settings: an echo to compare with, and requests that no
-//! library would send.
-//!
-//! One process answers, one asks; both wait for events, none polls.
+//! Bare iceoryx2 with the service's own settings: a client for what no library would send, and the
+//! services that it opens.
 
 use std::fmt::{Debug, Display};
-use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
-use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::pending_response::PendingResponse;
+use iceoryx2::port::client;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
-use iceoryx2::port::{client, server};
 use iceoryx2::prelude::{
     AllocationStrategy, BackpressureStrategy, FileName, Path as IpcPath, SemanticString,
     ServiceName, SignalHandlingMode, ipc_threadsafe,
 };
 use iceoryx2::service::builder::{event, request_response};
-use taut_ipc::limits::{
-    ACTIVE_REQUESTS_PER_CLIENT, BORROWED_RESPONSES, LISTENERS_PER_CLIENT, MAX_CLIENTS, MAX_NODES,
-    MAX_PAYLOAD, RESPONSE_BUFFER,
-};
-use taut_ipc::own_daemon::{Folder, spawn};
+use taut_ipc::limits::MAX_PAYLOAD;
 use taut_ipc::wire::{RequestHeader, ResponseHeader, Status};
 use taut_ipc::{DaemonState, Instance, daemon_state, services};
 
-use super::process::end_with_parent;
 use crate::error::Error;
-use crate::program;
 
-type Variant = ipc_threadsafe::Service;
-type Builder = request_response::Builder<[u8], RequestHeader, [u8], ResponseHeader, Variant>;
+pub(super) type Variant = ipc_threadsafe::Service;
+pub(super) type Builder =
+    request_response::Builder<[u8], RequestHeader, [u8], ResponseHeader, Variant>;
 
-const NAME: &str = "echo";
-const PATIENCE: Duration = Duration::from_secs(20);
-
-fn text(error: impl Display) -> Error {
+/// What iceoryx2 says.
+pub(super) fn text(error: impl Display) -> Error {
     Error::Bare(error.to_string())
 }
 
@@ -46,7 +34,8 @@ fn unsaid(error: impl Debug) -> Error {
     Error::Bare(format!("{error:?}"))
 }
 
-fn node(instance: &Instance) -> Result<Node<Variant>, Error> {
+/// A node of this instance, with the service's own settings.
+pub(super) fn node(instance: &Instance) -> Result<Node<Variant>, Error> {
     let builder = NodeBuilder::new()
         .config(&config(instance)?)
         .signal_handling_mode(SignalHandlingMode::Disabled);
@@ -67,7 +56,7 @@ fn config(instance: &Instance) -> Result<Config, Error> {
 }
 
 /// Generation of the services of an echo, which has no lock file to tell it in.
-const OF_ECHO: u64 = 0;
+pub(super) const OF_ECHO: u64 = 0;
 
 /// Generation of the services of an instance.
 fn generation(instance: &Instance) -> Result<u64, Error> {
@@ -82,20 +71,25 @@ fn name(service: &str, generation: u64) -> ServiceName {
     ServiceName::new(&name).expect("a fixed, valid name")
 }
 
-fn requests(node: &Node<Variant>, generation: u64) -> Builder {
+/// The service that requests go to.
+pub(super) fn requests(node: &Node<Variant>, generation: u64) -> Builder {
     node.service_builder(&name(services::OPTIMIZE, generation))
         .request_response::<[u8], [u8]>()
         .request_user_header::<RequestHeader>()
         .response_user_header::<ResponseHeader>()
 }
 
-fn wake(node: &Node<Variant>, service: &str, generation: u64) -> event::Builder<Variant> {
+/// A service of this name that wakes somebody.
+pub(super) fn wake(
+    node: &Node<Variant>,
+    service: &str,
+    generation: u64,
+) -> event::Builder<Variant> {
     node.service_builder(&name(service, generation))
         .event()
 }
 
 type ClientPort = client::Client<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
-type ServerPort = server::Server<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 
 /// A client without the client library.
 pub(super) struct Bare {
@@ -173,7 +167,6 @@ impl Bare {
 }
 
 type Pending = PendingResponse<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
-type Active = ActiveRequest<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 
 fn client_port(node: &Node<Variant>, generation: u64) -> Result<ClientPort, Error> {
     let service = requests(node, generation)
@@ -197,161 +190,4 @@ fn last(pending: &Pending) -> Result<Option<(ResponseHeader, usize)>, Error> {
         }
     }
     Ok(None)
-}
-
-/// The echo: another process that sends back as many bytes as the header's work budget says.
-pub(super) struct Echo {
-    child: Child,
-    client: Option<Bare>,
-    // Last: the instance lies there.
-    _folder: Folder,
-}
-
-impl Echo {
-    /// Starts it in a folder of its own.
-    pub(super) fn start() -> Result<Self, Error> {
-        let folder = Folder::create(NAME)?;
-        let instance = Instance::new(NAME, folder.path().join("run"))?;
-        let mut command = program::again(&instance)?;
-        command
-            .arg("load-echo")
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped());
-        let mut echo = Self {
-            child: spawn(command)?,
-            client: None,
-            _folder: folder,
-        };
-        echo.wait_until_up()?;
-        echo.client = Some(Bare::open(&instance)?);
-        Ok(echo)
-    }
-
-    /// It says a line then.
-    fn wait_until_up(&mut self) -> Result<(), Error> {
-        let Some(out) = self.child.stdout.take() else {
-            return Ok(());
-        };
-        let read = BufReader::new(out).read_line(&mut String::new());
-        read.map(|_| ())
-            .map_err(|source| Error::System {
-                what: "echo process",
-                source,
-            })
-    }
-
-    /// One round trip.
-    pub(super) fn round(&self, request: &[u8], response: usize) -> Result<Duration, Error> {
-        let client = self
-            .client
-            .as_ref()
-            .expect("there from the start to the drop");
-        let header = RequestHeader {
-            work_budget: response as u64,
-            ..RequestHeader::default()
-        };
-        let start = Instant::now();
-        match client.exchange(header, request, PATIENCE)? {
-            Some((_, bytes)) if bytes == response => Ok(start.elapsed()),
-            _ => Err(text("the echo does not answer as it was asked to")),
-        }
-    }
-}
-
-impl Drop for Echo {
-    fn drop(&mut self) {
-        drop(self.client.take());
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-        if let Ok(instance) = Instance::new(NAME, self._folder.path().join("run")) {
-            for file in taut_ipc::memory::shared_files(&instance) {
-                let _ = std::fs::remove_file(file.path);
-            }
-        }
-    }
-}
-
-/// `taut-bench load-echo`, hidden: answers until its parent is gone.
-pub(crate) fn serve() -> Result<u8, Error> {
-    end_with_parent()?;
-    let node = node(&Instance::from_environment()?)?;
-    let port = server_port(&node)?;
-    let listener = listener(&node)?;
-    let notifier = notifier(&node)?;
-    // A parent that is gone does not read.
-    let _ = writeln!(std::io::stdout(), "ready");
-    loop {
-        listener
-            .timed_wait(|_| (), PATIENCE)
-            .map_err(text)?;
-        while let Some(request) = port.receive().map_err(text)? {
-            send_back(&request)?;
-            notifier.notify().map_err(text)?;
-        }
-    }
-}
-
-fn send_back(request: &Active) -> Result<(), Error> {
-    let bytes = request.user_header().work_budget as usize;
-    let mut copy = request.payload().to_vec();
-    copy.resize(bytes, 0);
-    let mut response = request.loan_slice_uninit(bytes).map_err(text)?;
-    response.user_header_mut().status = Status::Final.into();
-    response
-        .write_from_slice(&copy)
-        .send()
-        .map_err(text)
-}
-
-/// With the daemon's own settings.
-fn server_port(node: &Node<Variant>) -> Result<ServerPort, Error> {
-    let service = requests(node, OF_ECHO)
-        .max_servers(1)
-        .max_clients(MAX_CLIENTS)
-        .max_nodes(MAX_NODES)
-        .max_active_requests_per_client(ACTIVE_REQUESTS_PER_CLIENT)
-        .max_loaned_requests(ACTIVE_REQUESTS_PER_CLIENT)
-        .max_response_buffer_size(RESPONSE_BUFFER)
-        .max_borrowed_responses_per_pending_response(BORROWED_RESPONSES)
-        .enable_safe_overflow_for_requests(false)
-        .enable_safe_overflow_for_responses(true)
-        .enable_fire_and_forget_requests(false)
-        .create()
-        .map_err(text)?;
-    service
-        .server_builder()
-        .initial_max_slice_len(MAX_PAYLOAD)
-        .allocation_strategy(AllocationStrategy::Static)
-        .max_loaned_responses_per_request(1)
-        .backpressure_strategy(BackpressureStrategy::DiscardData)
-        .create()
-        .map_err(text)
-}
-
-/// Wakes the server.
-fn listener(node: &Node<Variant>) -> Result<Listener<Variant>, Error> {
-    let service = wake(node, services::WAKE_SERVER, OF_ECHO)
-        .max_listeners(1)
-        .max_notifiers(MAX_NODES)
-        .max_nodes(MAX_NODES)
-        .create()
-        .map_err(text)?;
-    service
-        .listener_builder()
-        .create()
-        .map_err(text)
-}
-
-/// Wakes the clients.
-fn notifier(node: &Node<Variant>) -> Result<Notifier<Variant>, Error> {
-    let service = wake(node, services::WAKE_CLIENT, OF_ECHO)
-        .max_listeners(MAX_CLIENTS * LISTENERS_PER_CLIENT)
-        .max_notifiers(1)
-        .max_nodes(MAX_NODES)
-        .create()
-        .map_err(text)?;
-    service
-        .notifier_builder()
-        .create()
-        .map_err(text)
 }

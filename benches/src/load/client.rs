@@ -14,10 +14,11 @@ use taut_ipc::wire::{self, Code, RequestFlags};
 use taut_ipc::{Client, ClientError, Instance, monotonic_ns};
 
 use super::asking::Asker;
+use super::echo::Caller;
 use super::local::Bench;
 use super::orders::{Job, Memory, Order, Pace, Point, Said, Window};
 use super::problems::Problem;
-use super::process;
+use super::process::{self, sleep_until};
 use super::tally::Tally;
 use crate::clock::process_cpu_ns;
 use crate::error::Error;
@@ -51,35 +52,57 @@ pub(crate) fn run() -> Result<u8, Error> {
 /// What the orders so far have made of this process.
 #[derive(Default)]
 struct Obedient {
-    planner: Option<Planner>,
+    asks: Option<Asks>,
     /// Planners without a daemon, kept for their memory.
     computing: Vec<(Vec<Problem>, Bench)>,
+}
+
+/// Whom this process asks.
+enum Asks {
+    Daemon(Planner),
+    Echo(Box<Caller>),
+}
+
+impl Asks {
+    fn run(&self, window: &Window) -> Result<Tally, Error> {
+        match self {
+            Self::Daemon(planner) => Ok(planner.run(window)),
+            Self::Echo(caller) => caller.run(window),
+        }
+    }
 }
 
 impl Obedient {
     /// What there is to say to an order.
     fn obey(&mut self, order: Order) -> Result<Option<Said>, Error> {
-        let said = match (order, &self.planner) {
+        let said = match (order, &self.asks) {
             (Order::Connect(jobs, number), _) => self.connect(jobs, number),
-            (Order::Compute(files), _) => self.compute(&files)?,
-            (Order::Run(window), Some(planner)) => Said::Done(Box::new(planner.run(&window))),
-            (Order::StayAt(point, window), Some(planner)) => {
+            (Order::Echo, _) => self.connect_to_echo(),
+            (Order::Compute(files), _) => return self.compute(&files).map(Some),
+            (Order::Run(window), Some(asks)) => asks
+                .run(&window)
+                .map(|tally| Said::Done(Box::new(tally))),
+            (Order::StayAt(point, window), Some(Asks::Daemon(planner))) => {
                 let stayed = planner.stay_at(point, &window).err();
                 return Ok(stayed.map(|error| Said::Failed(error.to_string())));
             }
-            (_, None) => Said::Failed("the first order has to be to connect".to_owned()),
+            _ => return Ok(Some(Said::Failed("it is connected to nobody".to_owned()))),
         };
-        Ok(Some(said))
+        Ok(Some(
+            said.unwrap_or_else(|error| Said::Failed(error.to_string())),
+        ))
     }
 
-    fn connect(&mut self, jobs: Vec<Job>, number: u64) -> Said {
-        match Planner::connect(jobs, number) {
-            Ok((planner, memory)) => {
-                self.planner = Some(planner);
-                Said::Ready(memory)
-            }
-            Err(error) => Said::Failed(error.to_string()),
-        }
+    fn connect(&mut self, jobs: Vec<Job>, number: u64) -> Result<Said, Error> {
+        let (planner, memory) = Planner::connect(jobs, number)?;
+        self.asks = Some(Asks::Daemon(planner));
+        Ok(Said::Ready(memory))
+    }
+
+    fn connect_to_echo(&mut self) -> Result<Said, Error> {
+        let caller = Caller::open(&Instance::from_environment()?)?;
+        self.asks = Some(Asks::Echo(Box::new(caller)));
+        Ok(Said::Ready(Memory::default()))
     }
 
     fn compute(&mut self, files: &[PathBuf]) -> Result<Said, Error> {
@@ -99,14 +122,8 @@ fn compute(files: &[PathBuf]) -> Result<(Memory, (Vec<Problem>, Bench)), Error> 
         .collect();
     let problems = problems?;
     let mut bench = Bench::default();
-    for _ in &problems {
-        bench.run(
-            &problems,
-            Mode::Hybrid,
-            COMPUTED_WORK,
-            Duration::from_nanos(1),
-        );
-    }
+    // Each once.
+    bench.run(&problems, Mode::Hybrid, COMPUTED_WORK, Duration::ZERO);
     let after = process::private_bytes(std::process::id());
     Ok((Memory { before, after }, (problems, bench)))
 }
@@ -316,11 +333,4 @@ fn sleep(tally: &mut Tally, window: &Window) {
     tally.sent += 1;
     let late_ns = monotonic_ns().saturating_sub(deadline_ns);
     tally.lateness.add(late_ns);
-}
-
-fn sleep_until(at_ns: u64) {
-    let left = at_ns.saturating_sub(monotonic_ns());
-    if left > 0 {
-        std::thread::sleep(Duration::from_nanos(left));
-    }
 }

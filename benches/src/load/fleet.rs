@@ -51,6 +51,14 @@ impl Member {
         Ok(member)
     }
 
+    /// Starts a client of the echo and lets it connect.
+    fn of_echo(instance: &Instance, number: usize) -> Result<Self, Error> {
+        let mut member = Self::launch(instance, number)?;
+        member.tell(&Order::Echo)?;
+        member.ready()?;
+        Ok(member)
+    }
+
     fn launch(instance: &Instance, number: usize) -> Result<Self, Error> {
         let mut command = program::again(instance)?;
         command
@@ -227,11 +235,14 @@ impl Fleet {
         files: &[PathBuf],
         count: usize,
     ) -> Result<Self, Error> {
-        let mut members = Vec::new();
-        for number in 0..count {
-            members.push(Member::computing(instance, files, number)?);
-        }
-        Ok(Self(members))
+        let members = (0..count).map(|number| Member::computing(instance, files, number));
+        Ok(Self(members.collect::<Result<_, Error>>()?))
+    }
+
+    /// So many clients of the echo.
+    pub(super) fn of_echo(instance: &Instance, count: usize) -> Result<Self, Error> {
+        let members = (0..count).map(|number| Member::of_echo(instance, number));
+        Ok(Self(members.collect::<Result<_, Error>>()?))
     }
 
     /// Lets every client send for so long; tells what came of each.

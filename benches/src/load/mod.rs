@@ -4,9 +4,10 @@
 //! of which runs [`client`] and is told what to do by [`orders`]; a [`tally`] is what came of it.
 
 mod asking;
-pub(crate) mod bare;
+mod bare;
 pub(crate) mod client;
 mod control;
+pub(crate) mod echo;
 mod fleet;
 mod interrupt;
 mod jobs;
@@ -16,6 +17,7 @@ mod problems;
 mod process;
 pub(crate) mod promises;
 mod report;
+mod rounds;
 mod site;
 mod tally;
 

@@ -100,6 +100,17 @@ pub(super) struct Window {
     pub request_seed: Option<u64>,
     /// Go round all jobs in order instead of choosing at random.
     pub in_order: bool,
+    /// What a client of the echo sends.
+    pub exchange: Exchange,
+}
+
+/// A round trip to the echo.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(super) struct Exchange {
+    /// Bytes of the request.
+    pub there: usize,
+    /// Bytes of the answer.
+    pub back: usize,
 }
 
 impl Window {
@@ -118,6 +129,7 @@ impl Window {
             flags: 0,
             request_seed: None,
             in_order: false,
+            exchange: Exchange::default(),
         }
     }
 }
@@ -145,6 +157,8 @@ pub(super) enum Point {
 pub(super) enum Order {
     /// Connect, with these jobs and this number. Answered by [`Said::Ready`].
     Connect(Vec<Job>, u64),
+    /// Connect to the echo of this instance instead of a daemon. Answered by [`Said::Ready`].
+    Echo,
     /// Read these problem files and compute each once in this process. Answered by [`Said::Ready`].
     Compute(Vec<PathBuf>),
     /// Send. Answered by [`Said::Done`].

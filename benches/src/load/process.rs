@@ -1,6 +1,9 @@
-//! What the system says of a process: times, memory, files.
+//! What the system says of a process (times, memory, files) and does for one.
 
 use std::fs;
+use std::time::Duration;
+
+use taut_ipc::monotonic_ns;
 
 use crate::error::Error;
 
@@ -11,6 +14,14 @@ pub(super) fn end_with_parent() -> Result<(), Error> {
         what: "end with its parent",
         source: error.into(),
     })
+}
+
+/// Sleeps until then, on the monotonic clock (ns).
+pub(super) fn sleep_until(at_ns: u64) {
+    let left = at_ns.saturating_sub(monotonic_ns());
+    if left > 0 {
+        std::thread::sleep(Duration::from_nanos(left));
+    }
 }
 
 /// CPU time of all threads of a process that live (ns); 0 if it is gone.

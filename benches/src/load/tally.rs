@@ -6,6 +6,8 @@ use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 use taut_ipc::wire::{Code, ResponseFlags, ResponseHeader, Termination};
 
+use super::rounds::Round;
+
 /// An answer counts as late this long after its deadline (ns).
 pub(super) const LATE_NS: u64 = 1_000_000;
 
@@ -124,6 +126,8 @@ pub(super) struct Tally {
     pub compute: Times,
     /// From sending to the final answer, less waiting and computing.
     pub overhead: Times,
+    /// The same requests one by one; those of one client in one window, which are not merged.
+    pub rounds: Vec<Round>,
     /// From sending to a refusal of the daemon.
     pub refusal: Times,
     /// How long after the deadline the answer came; 0 = before.
@@ -242,6 +246,11 @@ impl Tally {
         self.overhead
             .add(ending.taken_ns().saturating_sub(worked_ns));
         self.bytes[1] += size_of_val(ending.path) as u64;
+        self.rounds.push(Round {
+            sent_ns: ending.sent_ns,
+            ended_ns: ending.ended_ns,
+            compute_ns: header.compute_ns,
+        });
     }
 
     /// Compares an answer with the first to the same job.

@@ -1,4 +1,4 @@
-//! Waking: the daemon wakes one client, anybody in the daemon wakes the I/O thread.
+//! Waking: the daemon wakes one client, anybody in the daemon wakes who waits at the port.
 
 use crate::transport::{self, ServiceNode, Variant};
 use iceoryx2::port::notifier::{ListenerKey, Notifier};
@@ -6,7 +6,7 @@ use iceoryx2::prelude::CallbackProgression;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Ends the I/O thread's wait from any thread. Cheap to clone; a wake is one system call.
+/// Ends the wait at the port from any thread. Cheap to clone; a wake is one system call.
 #[derive(Clone, Debug)]
 pub struct Waker {
     notifier: Arc<Notifier<Variant>>,

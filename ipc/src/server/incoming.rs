@@ -160,12 +160,12 @@ impl IncomingRequest {
         Ok(())
     }
 
-    /// Sends a final response that only says why not, and ends the stream.
+    /// Sends a final response that only says why not.
     ///
     /// # Errors
     /// As [`Self::send`].
     pub fn refuse(
-        mut self,
+        &mut self,
         code: Code,
         message: &str,
         retry_after_ms: u32,

@@ -23,7 +23,7 @@ struct Progress {
     stops: AtomicBool,
 }
 
-/// A thread that removes what dead clients leave, off the I/O thread.
+/// A thread that removes what dead clients leave, on a thread of its own.
 ///
 /// It sleeps on the client processes themselves, so a death wakes it at once and idling costs
 /// nothing. Processes of another container, which it cannot watch, are looked at four times a

@@ -148,7 +148,7 @@ pub fn serve_for_ever(instance: &Instance) -> ! {
 
 /// Mode check: the path comes back. Mode gradient: `work_budget` improvements and a final one. Mode
 /// hybrid: nothing until the client asks to finish.
-fn serve(mut server: Server, instance: &Instance, stop: &dyn Fn() -> bool) {
+fn serve(server: Server, instance: &Instance, stop: &dyn Fn() -> bool) {
     let waker = server.waker();
     let janitor = Janitor::start(instance, move |_| waker.wake()).unwrap();
     let mut held: Vec<IncomingRequest> = Vec::new();

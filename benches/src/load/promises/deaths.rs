@@ -1,4 +1,8 @@
 //! Clients are killed at random points of their requests while others, the witnesses, send on.
+//!
+//! The control has the same clients: as many processes start at the same pace and go to the same
+//! points of the same requests, but end in good order. So the two differ by deaths alone, not by
+//! what it costs to start processes and to connect. The pace is what the machine can do.
 
 use std::os::unix::process::CommandExt;
 use std::process::{Command, ExitStatus, Stdio};
@@ -15,17 +19,23 @@ use crate::load::control::number;
 use crate::load::fleet::{Fleet, Member};
 use crate::load::interrupt;
 use crate::load::orders::{Point, Window, wire_mode};
+use crate::load::process::sleep_until;
 use crate::load::site::{Setup, Site, until};
 use crate::load::tally::{Tally, Times};
 use crate::{program, units};
 
 const WITNESSES: usize = 2;
+/// Number of the first client that is killed.
+const FIRST: usize = 1000;
 const POINTS: [Point; 4] = [
     Point::Loaned,
     Point::Sent,
     Point::Streaming,
     Point::Anywhere,
 ];
+/// From the start of one client to that of the next, as part of the time that one takes in the mean
+/// that starts and ends in good order.
+const PACE: f64 = 1.2;
 /// How long shared memory may take to come back before it counts as lost.
 const RECLAIM: Duration = Duration::from_secs(20);
 /// The user that root measures as, too: nobody.
@@ -114,7 +124,7 @@ fn of_this_user(trial: &Trial) -> Result<Vec<Row>, Error> {
     let mut scene = Scene {
         trial,
         witnesses: Fleet::start(site.instance(), &site.jobs, 0, WITNESSES)?,
-        killer: Killer::new(trial.seed),
+        killer: Killer::default(),
         seen: Tally::default(),
         site: &site,
     };
@@ -172,6 +182,9 @@ impl Scene<'_> {
     /// The witnesses' p99 with kills over that without, the median of windows.
     fn pass(&mut self) -> Result<f64, Error> {
         let wanted = self.trial.pick(40, 2000);
+        // How long one takes in good order.
+        self.p99(0, false)?;
+        self.killer.find_pace(self.window_length());
         let mut ratios = Vec::new();
         while self.killer.kills < wanted || ratios.len() < self.trial.windows() {
             let number = ratios.len();
@@ -187,18 +200,21 @@ impl Scene<'_> {
         vec![
             Row::none(exits, u64::from(!self.site.is_alive())),
             self.seen.unserved("witnesses' requests"),
+            self.killer.told(),
         ]
     }
 
+    fn window_length(&self) -> Duration {
+        self.trial
+            .pick(Duration::from_secs(1), Duration::from_secs(3))
+    }
+
     fn p99(&mut self, number: usize, kills: bool) -> Result<f64, Error> {
-        let length = self
-            .trial
-            .pick(Duration::from_secs(1), Duration::from_secs(3));
+        let length = self.window_length();
         let window = self
             .witnesses
             .begin(self.trial.window(number), length)?;
-        self.killer
-            .work(self.site, window.end_ns, kills)?;
+        self.killer.work(self.site, window, kills)?;
         let tally = Tally::of(&self.witnesses.finish(length)?);
         self.seen.merge(&tally);
         Ok(tally.latency.quantile(0.99))
@@ -206,40 +222,62 @@ impl Scene<'_> {
 }
 
 /// Starts clients and ends them at random points.
+#[derive(Default)]
 struct Killer {
     random: fastrand::Rng,
-    number: usize,
+    /// Clients started so far.
+    started: usize,
     kills: u64,
+    /// Clients that ended in good order.
+    let_go: u64,
+    /// From the start of one to that of the next; 0 = at once.
+    pace: Duration,
 }
 
 impl Killer {
-    fn new(seed: u64) -> Self {
-        Self {
-            random: fastrand::Rng::with_seed(seed),
-            number: 1000,
-            kills: 0,
-        }
-    }
-
-    /// Until then; where `kills` is false they end by themselves, so that the two differ in nothing
-    /// else.
-    fn work(&mut self, site: &Site, end_ns: u64, kills: bool) -> Result<(), Error> {
-        while monotonic_ns() < end_ns {
+    /// In this window; where `kills` is false the same clients end by themselves.
+    fn work(&mut self, site: &Site, window: Window, kills: bool) -> Result<(), Error> {
+        // Of both windows of a pair.
+        self.random = fastrand::Rng::with_seed(window.seed);
+        let mut due_ns = window.start_ns;
+        while due_ns.max(monotonic_ns()) < window.end_ns {
             interrupt::check()?;
-            let victim = self.victim(site, None)?;
-            match kills {
-                true => victim.kill(),
-                false => victim.let_go()?,
-            }
-            self.kills += u64::from(kills);
+            sleep_until(due_ns);
+            self.end_one(site, kills)?;
+            due_ns += self.pace.as_nanos() as u64;
         }
         Ok(())
     }
 
+    /// From a window of this length in which nobody was killed; it is not counted.
+    fn find_pace(&mut self, length: Duration) {
+        self.pace = length.mul_f64(PACE / self.let_go.max(1) as f64);
+        self.let_go = 0;
+    }
+
+    fn end_one(&mut self, site: &Site, kills: bool) -> Result<(), Error> {
+        let victim = self.victim(site, None)?;
+        if kills {
+            self.kills += 1;
+            victim.kill();
+            return Ok(());
+        }
+        self.let_go += 1;
+        victim.let_go()
+    }
+
+    fn told(&self) -> Row {
+        let figure = "clients killed / let go in the windows compared, one each";
+        let pace = units::time(self.pace.as_secs_f64());
+        let measured = format!("{} / {}, {pace}", self.kills, self.let_go);
+        Row::told(figure, measured, self.kills as f64)
+    }
+
     /// A client at a point of its request.
     fn victim(&mut self, site: &Site, point: Option<Point>) -> Result<Member, Error> {
-        self.number += 1;
-        let mut victim = Member::start(site.instance(), &site.jobs, self.number)?;
+        self.started += 1;
+        let number = FIRST + self.started;
+        let mut victim = Member::start(site.instance(), &site.jobs, number)?;
         let point = point.unwrap_or_else(|| POINTS[self.random.usize(..POINTS.len())]);
         victim.stay_at(point, self.window(point))?;
         if point == Point::Anywhere {

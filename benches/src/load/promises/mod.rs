@@ -6,11 +6,14 @@ mod deadlines;
 mod deaths;
 mod determinism;
 mod fairness;
+mod idle;
 mod memory;
 mod overhead;
 mod overload;
 mod planners;
 mod poison;
+mod recovery;
+mod removed;
 mod restarts;
 mod row;
 mod stopped;
@@ -32,7 +35,7 @@ type Promise = (
 );
 
 /// All of them, quick ones first.
-const PROMISES: [Promise; 13] = [
+const PROMISES: [Promise; 15] = [
     (
         "determinism",
         "equal requests have equal answers",
@@ -45,6 +48,11 @@ const PROMISES: [Promise; 13] = [
     ),
     ("deaths", "a dying client harms nobody", deaths::measure),
     ("restarts", "the daemon may die", restarts::measure),
+    (
+        "removed",
+        "an instance whose files are removed heals",
+        removed::measure,
+    ),
     (
         "stopped",
         "stopped readers hold nobody up",
@@ -70,6 +78,7 @@ const PROMISES: [Promise; 13] = [
         "a cancelled request frees its worker",
         cancelling::measure,
     ),
+    ("idle", "an idle daemon takes no processor", idle::measure),
     (
         "overhead",
         "the daemon's own share is near the transport's",
@@ -88,7 +97,7 @@ const PROMISES: [Promise; 13] = [
 ///
 /// Starts daemons and planners of its own, kills and stops some of them, and leaves nothing behind.
 /// The short form takes some minutes and decides only by what no noise can change; its times are
-/// printed and marked as not judged. The long form takes about 80 minutes and decides by all of it.
+/// printed and marked as not judged. The long form takes about 90 minutes and decides by all of it.
 /// Times are judged against a control in the same run, in alternating windows, as the median ratio.
 ///
 /// Exit code: 0 every promise that was judged is kept, 1 one is not, 69 a daemon that cannot be

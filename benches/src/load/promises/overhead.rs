@@ -1,25 +1,33 @@
-//! What the daemon takes of a round trip beyond waiting and computing, beside a bare echo of the
-//! same sizes.
+//! From a request to its answer, less computing, beside a bare echo of the same sizes.
+//!
+//! Clients of the daemon and of the echo are processes that send one request after the other in
+//! closed loop and take the same stamps: before the memory of a request is loaned, and when its
+//! final answer is there. What is compared is what a request takes beyond computing (as its answer
+//! says; the echo computes nothing) and waiting for others, by one definition on both sides
+//! ([`own_shares`]): from its sending, or from the answer before it where that came later, to its
+//! own answer. A client that is alone waits for nobody, so that all of its way there and back
+//! counts, with every hop inside the daemon. What the daemon says of waiting is not used.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use taut::optimize::Mode;
 
 use super::row::Row;
-use super::trial::{Trial, median, ratio, run};
+use super::trial::{Trial, median, ratio};
 use crate::error::Error;
-use crate::load::bare::Echo;
+use crate::load::echo::Echo;
 use crate::load::fleet::Fleet;
 use crate::load::interrupt;
-use crate::load::orders::{Window, wire_mode};
+use crate::load::orders::{Exchange, Window, wire_mode};
+use crate::load::rounds::own_shares;
 use crate::load::site::{Setup, Site};
-use crate::load::tally::Times;
+use crate::load::tally::{Tally, Times};
 use crate::units;
 
 /// Clients at once, besides one alone.
 const MANY: usize = 16;
 /// What is compared: the median and the 99th percentile.
-const PARTS: [f64; 2] = [0.5, 0.99];
+const PARTS: [(&str, f64); 2] = [("p50", 0.5), ("p99", 0.99)];
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
@@ -35,109 +43,162 @@ fn sized(trial: &Trial, waypoints: usize, what: &str) -> Result<Vec<Row>, Error>
         waypoints,
         ..Setup::default()
     })?;
+    let echo = Echo::start()?;
     let mut beside = Beside {
-        one: Fleet::start(site.instance(), &site.jobs, 0, 1)?,
-        many: Fleet::start(site.instance(), &site.jobs, 1, MANY)?,
-        echo: Echo::start()?,
-        length: trial.pick(Duration::from_millis(250), Duration::from_millis(500)),
+        alone: Pair::start(trial, &site, &echo, 1)?,
+        crowd: Pair::start(trial, &site, &echo, MANY)?,
     };
+    let exchange = beside.alone.exchange(trial)?;
     let mut seen = Seen::default();
     for number in 0..trial.pick(5, 24) {
+        interrupt::check()?;
         let window = Window {
-            mode: wire_mode(Mode::Check),
-            ..trial.window(number)
+            exchange,
+            ..checking(trial, number)
         };
-        beside.look(window, &mut seen)?;
+        beside.look(number, window, &mut seen)?;
     }
-    Ok(seen.rows(what))
+    Ok(seen.rows(what, exchange))
 }
 
-/// The daemon's clients and the echo.
+/// All clients send the same mix.
+fn checking(trial: &Trial, number: usize) -> Window {
+    Window {
+        mode: wire_mode(Mode::Check),
+        in_order: true,
+        ..trial.window(number)
+    }
+}
+
+/// One client alone and many at once.
 struct Beside {
-    one: Fleet,
-    many: Fleet,
-    echo: Echo,
-    length: Duration,
+    alone: Pair,
+    crowd: Pair,
 }
 
 impl Beside {
-    /// One after the other, so that they do not disturb each other.
-    fn look(&mut self, window: Window, seen: &mut Seen) -> Result<(), Error> {
-        let one = run(&mut self.one, window, self.length)?;
-        let count = one.latency.len().max(1);
-        seen.sizes = one.bytes.map(|bytes| (bytes / count) as usize);
-        let bare = self.bare(seen.sizes)?;
-        interrupt::check()?;
-        let many = run(&mut self.many, window, self.length)?;
-        seen.add(&one.overhead, &bare, &many.overhead);
+    /// One fleet after the other, so that they do not disturb each other.
+    fn look(&mut self, number: usize, window: Window, seen: &mut Seen) -> Result<(), Error> {
+        seen.alone.add(self.alone.look(number, window)?);
+        seen.crowd.add(self.crowd.look(number, window)?);
         Ok(())
-    }
-
-    /// Round trips of as many bytes there and back.
-    fn bare(&self, [there, back]: [usize; 2]) -> Result<Times, Error> {
-        let request = vec![1; there];
-        let end = Instant::now() + self.length;
-        let mut times = Times::default();
-        while Instant::now() < end {
-            let round = self.echo.round(&request, back)?;
-            times.add(round.as_nanos() as u64);
-        }
-        Ok(times)
     }
 }
 
-/// What was seen, a number for each window.
+/// As many clients of the daemon as of the echo.
+struct Pair {
+    ours: Fleet,
+    bare: Fleet,
+    length: Duration,
+}
+
+impl Pair {
+    fn start(trial: &Trial, site: &Site, echo: &Echo, clients: usize) -> Result<Self, Error> {
+        Ok(Self {
+            ours: Fleet::start(site.instance(), &site.jobs, 0, clients)?,
+            bare: Fleet::of_echo(echo.instance(), clients)?,
+            length: trial.pick(Duration::from_millis(250), Duration::from_millis(500)),
+        })
+    }
+
+    /// As many bytes there and back as the daemon's requests and answers have in the mean.
+    fn exchange(&mut self, trial: &Trial) -> Result<Exchange, Error> {
+        let window = checking(trial, 0);
+        let tally = Tally::of(&self.ours.run(window, self.length)?);
+        let count = tally.latency.len().max(1);
+        let [there, back] = tally
+            .bytes
+            .map(|bytes| (bytes / count) as usize);
+        Ok(Exchange { there, back })
+    }
+
+    /// The shares of the daemon and of the echo, which take turns in being first.
+    fn look(&mut self, number: usize, window: Window) -> Result<[Times; 2], Error> {
+        let mut both = [Times::default(), Times::default()];
+        for turn in [number % 2, 1 - number % 2] {
+            let fleet = match turn {
+                0 => &mut self.ours,
+                _ => &mut self.bare,
+            };
+            both[turn] = shares(fleet, window, self.length)?;
+        }
+        Ok(both)
+    }
+}
+
+/// Of all clients of a fleet, in one window.
+fn shares(fleet: &mut Fleet, window: Window, length: Duration) -> Result<Times, Error> {
+    let tallies = fleet.run(window, length)?;
+    let rounds = tallies
+        .into_iter()
+        .flat_map(|tally| tally.rounds);
+    Ok(own_shares(rounds))
+}
+
+/// What was seen.
 #[derive(Default)]
 struct Seen {
-    /// For each of [`PARTS`].
-    ratios: [Vec<f64>; 2],
-    crowded: [Vec<f64>; 2],
-    ours: Vec<f64>,
-    bare: Vec<f64>,
-    /// Bytes there and back.
-    sizes: [usize; 2],
+    alone: Compared,
+    crowd: Compared,
 }
 
 impl Seen {
-    fn add(&mut self, one: &Times, bare: &Times, many: &Times) {
-        self.ours.push(one.quantile(0.5));
-        self.bare.push(bare.quantile(0.5));
-        for (index, part) in PARTS.into_iter().enumerate() {
-            let over_bare = ratio(one.quantile(part), bare.quantile(part));
-            self.ratios[index].push(over_bare);
-            self.crowded[index].push(many.quantile(part));
+    fn rows(&self, what: &str, exchange: Exchange) -> Vec<Row> {
+        let Exchange { there, back } = exchange;
+        let mut rows = self
+            .alone
+            .judged(1.5, &format!("1 client, {what}"));
+        rows.push(
+            self.alone
+                .told(format!("  both, {there} B there and {back} B back")),
+        );
+        rows.extend(
+            self.crowd
+                .judged(2.0, &format!("{MANY} clients, {what}")),
+        );
+        rows.push(self.crowd.told("  both".to_owned()));
+        rows
+    }
+}
+
+/// For each of [`PARTS`], a number for each window.
+#[derive(Default)]
+struct Compared {
+    ratios: [Vec<f64>; 2],
+    ours: [Vec<f64>; 2],
+    bare: [Vec<f64>; 2],
+}
+
+impl Compared {
+    fn add(&mut self, [ours, bare]: [Times; 2]) {
+        for (index, (_, part)) in PARTS.into_iter().enumerate() {
+            let [our, bare] = [&ours, &bare].map(|times| times.quantile(part));
+            self.ratios[index].push(ratio(our, bare));
+            self.ours[index].push(our);
+            self.bare[index].push(bare);
         }
     }
 
-    fn rows(&self, what: &str) -> Vec<Row> {
-        let [p50, p99] = self
-            .ratios
-            .each_ref()
-            .map(|ratios| median(ratios));
-        vec![
-            Row::at_most(format!("overhead p50 / bare echo p50, {what}"), 2.0, p50),
-            Row::at_most(format!("overhead p99 / bare echo p99, {what}"), 2.0, p99),
-            self.crowded(what),
-            self.of_the_two(),
-        ]
+    fn judged(&self, most: f64, what: &str) -> Vec<Row> {
+        let rows = PARTS
+            .iter()
+            .zip(&self.ratios)
+            .map(|((name, _), ratios)| {
+                let figure = format!("{name} less computing / bare echo's, {what}");
+                Row::at_most(figure, most, median(ratios))
+            });
+        rows.collect()
     }
 
-    fn crowded(&self, what: &str) -> Row {
-        let medians = self.crowded.each_ref().map(|all| median(all));
+    /// The medians themselves.
+    fn told(&self, figure: String) -> Row {
+        let [ours, bare] =
+            [&self.ours, &self.bare].map(|parts| parts.each_ref().map(|values| median(values)));
+        let [our_text, bare_text] = [ours, bare].map(|parts| parts.map(units::time).join(", "));
         Row::told(
-            format!("overhead p50, p99 with {MANY} clients, {what}"),
-            medians.map(units::time).join(", "),
-            medians[0],
-        )
-    }
-
-    fn of_the_two(&self) -> Row {
-        let [request, response] = self.sizes;
-        let [ours, bare] = [&self.ours, &self.bare].map(|all| median(all));
-        Row::told(
-            format!("p50 of the two, {request} B there and {response} B back"),
-            format!("{} / {}", units::time(ours), units::time(bare)),
-            ours,
+            format!("{figure}: p50, p99"),
+            format!("{our_text} / {bare_text}"),
+            ours[0],
         )
     }
 }

@@ -2,17 +2,17 @@
 
 use std::time::Duration;
 
-use taut_ipc::control::{ControlRequest, Listing, SceneSummary};
-use taut_ipc::{Client, monotonic_ns};
+use taut_ipc::monotonic_ns;
 
+use super::recovery::{Found, is_same, load};
 use super::row::Row;
 use super::trial::Trial;
 use crate::error::Error;
-use crate::load::control::{control, listing};
+use crate::load::control::listing;
 use crate::load::fleet::Fleet;
 use crate::load::interrupt;
 use crate::load::site::{Setup, Site};
-use crate::load::tally::{Loss, Tally, Times};
+use crate::load::tally::Tally;
 
 const CLIENTS: usize = 4;
 /// Kills of one daemon: a supervisor gives up one that dies more often at once.
@@ -36,7 +36,7 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
         rounds.round(number)?;
     }
     let mut rows = rounds.counts();
-    rows.extend(Found::of(&rounds.tally, &rounds.kills).rows(&rounds.tally));
+    rows.extend(rounds.times());
     Ok(rows)
 }
 
@@ -110,104 +110,31 @@ impl Rounds<'_> {
             ),
         ]
     }
-}
 
-/// Gives a scene new content under its label.
-fn load(client: &Client, number: u64) -> Result<(), Error> {
-    let object = r#""primitives": [{"type": "sphere", "dimensions": [0.1]}], "primitive_poses": [{"position": [9, 9, 9]}]"#;
-    let json = format!(r#"{{"objects": [{{"id": "s{number}", {object}}}]}}"#);
-    let message = ControlRequest::LoadScene {
-        label: "kept".to_owned(),
-        json,
-        base_dir: None,
-        replace: true,
-    };
-    control(client, &message).map(|_| ())
-}
-
-/// Times from a kill to what the clients see of it.
-#[derive(Default)]
-struct Found {
-    known: Times,
-    good: Times,
-    first: Times,
-    never: u64,
-}
-
-impl Found {
-    fn of(tally: &Tally, kills: &[u64]) -> Self {
-        let mut found = Self::default();
-        for (index, &kill) in kills.iter().enumerate() {
-            let next = kills
-                .get(index + 1)
-                .copied()
-                .unwrap_or(u64::MAX);
-            // A request of this daemon: sent before it was killed, or while the system was at it.
-            let hit = |loss: &&Loss| (kill..next).contains(&loss.known_ns);
-            let losses: Vec<&Loss> = tally.losses.iter().filter(hit).collect();
-            found.add(kill, &losses);
-        }
-        found
-    }
-
-    /// Those that one kill cut off.
-    fn add(&mut self, kill: u64, losses: &[&Loss]) {
-        for loss in losses {
-            self.known.add(loss.known_ns - kill);
-        }
-        let good = losses.iter().map(|loss| loss.good_ns);
-        let good: Vec<u64> = good.filter(|good_ns| *good_ns != 0).collect();
-        self.never += (losses.len() - good.len()) as u64;
-        for good_ns in &good {
-            self.good.add(good_ns - kill);
-        }
-        if let Some(first_ns) = good.iter().min() {
-            self.first.add(first_ns - kill);
-        }
-    }
-
-    fn rows(&self, tally: &Tally) -> [Row; 5] {
-        let cut_off = tally.losses.len();
+    fn times(&self) -> [Row; 5] {
+        let found = Found::of(&self.tally, &self.kills);
+        let cut_off = self.tally.losses.len();
         [
             Row::none(
                 format!("of {cut_off} clients cut off, without an answer afterwards"),
-                self.never,
+                found.never,
             ),
             Row::time(
                 "an open request ends with a code, p99 after the kill",
                 0.5,
-                self.known.quantile(0.99),
+                found.known.quantile(0.99),
             ),
-            Row::time("  the slowest", 0.5, self.known.max()),
+            Row::time("  the slowest", 0.5, found.known.max()),
             Row::time(
                 "first good answer of anybody, p99 after the kill",
                 1.0,
-                self.first.quantile(0.99),
+                found.first.quantile(0.99),
             ),
             Row::time(
                 "good answer of every client cut off, p99",
                 1.0,
-                self.good.quantile(0.99),
+                found.good.quantile(0.99),
             ),
         ]
     }
-}
-
-/// Every robot and scene of before is there, by content, and no scene is older.
-fn is_same(before: &Listing, now: &Listing) -> bool {
-    let robots = before.robots.iter().all(|robot| {
-        now.robots
-            .iter()
-            .any(|other| other.label == robot.label && other.robot_hash == robot.robot_hash)
-    });
-    let scenes = before.scenes.iter().all(|scene| {
-        let is_it = |other: &&SceneSummary| other.label == scene.label;
-        now.scenes
-            .iter()
-            .find(is_it)
-            .is_some_and(|other| {
-                other.scene_hash == scene.scene_hash && other.version >= scene.version
-            })
-    });
-    robots && scenes
 }

@@ -1,0 +1,209 @@
+//! Scenes.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use taut::math::Pose;
+use taut::scene::{AttachedObject, Obstacle, Scene, SceneDescription};
+
+use super::moves::Moves;
+use super::plain::{PoseRecord, WarningRecord};
+use super::shape::{FindMesh, ShapeRecord, records, restored};
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct ObjectRecord {
+    id: String,
+    pose: PoseRecord,
+    shapes: Vec<ShapeRecord>,
+}
+
+impl From<&Obstacle> for ObjectRecord {
+    fn from(object: &Obstacle) -> Self {
+        Self {
+            id: object.id.clone(),
+            pose: object.pose.into(),
+            shapes: records(object.shapes.iter()),
+        }
+    }
+}
+
+impl ObjectRecord {
+    fn restore(self, find: &mut FindMesh) -> Result<Obstacle, String> {
+        Ok(Obstacle {
+            id: self.id,
+            pose: self.pose.into(),
+            shapes: restored(&self.shapes, find)?.into(),
+        })
+    }
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct AttachedRecord {
+    link_name: String,
+    object: ObjectRecord,
+    touch_links: Vec<String>,
+}
+
+/// A scene.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct SceneRecord {
+    name: String,
+    obstacles: Vec<ObjectRecord>,
+    attached: Vec<AttachedRecord>,
+    padding: BTreeMap<String, f64>,
+    scale: BTreeMap<String, f64>,
+    frames: BTreeMap<String, PoseRecord>,
+    subframes: BTreeMap<(String, String), PoseRecord>,
+    worlds: BTreeMap<String, String>,
+    allowed: Vec<(String, String)>,
+    forbidden: Vec<(String, String)>,
+    /// All warnings of the scene.
+    found: Vec<WarningRecord>,
+}
+
+impl From<&Scene> for SceneRecord {
+    fn from(scene: &Scene) -> Self {
+        Self {
+            name: scene.name().to_owned(),
+            obstacles: scene
+                .obstacles()
+                .iter()
+                .map(ObjectRecord::from)
+                .collect(),
+            attached: scene
+                .attached()
+                .iter()
+                .map(AttachedRecord::from)
+                .collect(),
+            padding: scene.padded().map(named).collect(),
+            scale: scene.scaled().map(named).collect(),
+            frames: scene.frames().map(framed).collect(),
+            subframes: scene.subframes().map(subframed).collect(),
+            worlds: scene.worlds().map(pair).collect(),
+            allowed: scene.allowed().map(pair).collect(),
+            forbidden: scene.forbidden().map(pair).collect(),
+            found: WarningRecord::all(scene.warnings()),
+        }
+    }
+}
+
+impl From<&AttachedObject> for AttachedRecord {
+    fn from(attached: &AttachedObject) -> Self {
+        let AttachedObject {
+            link_name,
+            object,
+            touch_links,
+        } = attached;
+        Self {
+            link_name: link_name.clone(),
+            object: ObjectRecord::from(object),
+            touch_links: touch_links.clone(),
+        }
+    }
+}
+
+impl AttachedRecord {
+    fn restore(self, find: &mut FindMesh) -> Result<AttachedObject, String> {
+        Ok(AttachedObject {
+            link_name: self.link_name,
+            object: self.object.restore(find)?,
+            touch_links: self.touch_links,
+        })
+    }
+}
+
+impl SceneRecord {
+    /// Puts objects elsewhere.
+    ///
+    /// # Errors
+    /// An object that is not there.
+    pub fn apply(&mut self, moves: &Moves) -> Result<(), String> {
+        let mut objects = self.objects();
+        for &(index, pose) in moves {
+            let object = objects.get_mut(index as usize);
+            object.ok_or_else(|| no_object(index))?.pose = pose;
+        }
+        Ok(())
+    }
+
+    /// All objects, those that stand first.
+    fn objects(&mut self) -> Vec<&mut ObjectRecord> {
+        let attached = self.attached.iter_mut();
+        let attached = attached.map(|attached| &mut attached.object);
+        self.obstacles
+            .iter_mut()
+            .chain(attached)
+            .collect()
+    }
+
+    /// The scene, checked as when it was first made.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn restore(mut self, find: &mut FindMesh) -> Result<Scene, String> {
+        let found = WarningRecord::restored(std::mem::take(&mut self.found));
+        let mut description = self.description(find)?;
+        let scene = made(description.clone())?;
+        let known = scene.warnings();
+        let more = found
+            .into_iter()
+            .filter(|found| !known.contains(found));
+        description.warnings = more.collect();
+        match description.warnings.is_empty() {
+            true => Ok(scene),
+            false => made(description),
+        }
+    }
+
+    fn description(self, find: &mut FindMesh) -> Result<SceneDescription, String> {
+        let obstacles = self.obstacles.into_iter();
+        let obstacles = obstacles.map(|object| object.restore(find));
+        let obstacles = obstacles.collect::<Result<_, String>>()?;
+        let attached = self.attached.into_iter();
+        let attached = attached.map(|attached| attached.restore(find));
+        Ok(SceneDescription {
+            name: self.name,
+            obstacles,
+            attached: attached.collect::<Result<_, String>>()?,
+            padding: self.padding,
+            scale: self.scale,
+            frames: placed(self.frames),
+            subframes: placed(self.subframes),
+            worlds: self.worlds,
+            allowed: self.allowed,
+            forbidden: self.forbidden,
+            warnings: Vec::new(),
+        })
+    }
+}
+
+fn made(description: SceneDescription) -> Result<Scene, String> {
+    Scene::of(description).map_err(|error| error.to_string())
+}
+
+fn placed<K: Ord>(records: BTreeMap<K, PoseRecord>) -> BTreeMap<K, Pose> {
+    let poses = records.into_iter();
+    poses
+        .map(|(key, record)| (key, record.into()))
+        .collect()
+}
+
+fn named<T>((name, value): (&str, T)) -> (String, T) {
+    (name.to_owned(), value)
+}
+
+fn pair((a, b): (&str, &str)) -> (String, String) {
+    (a.to_owned(), b.to_owned())
+}
+
+fn framed((name, pose): (&str, &Pose)) -> (String, PoseRecord) {
+    (name.to_owned(), PoseRecord::from(*pose))
+}
+
+fn subframed((object, name, pose): (&str, &str, &Pose)) -> ((String, String), PoseRecord) {
+    (pair((object, name)), PoseRecord::from(*pose))
+}
+
+fn no_object(index: u32) -> String {
+    format!("object number {index} moves, there is none")
+}

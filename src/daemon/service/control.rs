@@ -1,0 +1,383 @@
+//! Control messages: what changes the store, or asks about it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use taut::scene::Scene;
+use taut::scene::diff_file::SceneDiff;
+use taut::store::{Change, RobotEntry, SceneEntry, StoreError};
+use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, SceneSummary, Stats};
+use taut_ipc::wire::{Code, SceneEvent, SceneEventKind, label_id};
+
+use super::Service;
+use super::admission::being_loaded;
+use super::effect::{Effect, InOrder, Source, Task, Work};
+use super::event::{Content, Loaded, Purpose, Surroundings, Ticket};
+use super::keeping::{Acknowledgement, Changed};
+use crate::daemon::observe::metrics;
+use crate::daemon::translate::{
+    ReadRobot, describe, frame_refusal, robot_files, robot_summary, scene_state, scene_summary,
+    selected_label, store_refusal,
+};
+
+/// Longest label, in bytes.
+const LABEL_MAX: usize = 256;
+
+/// The reply to a control message; `None` where it comes later.
+pub(super) type Replied = Result<Option<ControlReply>, Refusal>;
+
+impl Service {
+    /// Does what a control message asks for.
+    pub(super) fn controlled(
+        &mut self,
+        ticket: Ticket,
+        message: Result<Box<ControlRequest>, Refusal>,
+        around: Surroundings,
+    ) {
+        let replied = message.and_then(|message| self.obey(ticket, *message, around));
+        self.tell_reply(ticket, replied);
+    }
+
+    fn tell_reply(&mut self, ticket: Ticket, replied: Replied) {
+        let reply = replied.unwrap_or_else(|refusal| Some(ControlReply::Refused(refusal)));
+        if let Some(reply) = reply {
+            self.effects
+                .push(Effect::Reply(ticket, Box::new(reply)));
+        }
+    }
+
+    fn obey(&mut self, ticket: Ticket, message: ControlRequest, around: Surroundings) -> Replied {
+        match message {
+            ControlRequest::LoadRobot {
+                label,
+                source,
+                replace,
+            } => {
+                let source = Source::Robot(robot_files(source));
+                self.load(ticket, label, Purpose::Load { replace }, source)
+            }
+            ControlRequest::SelectVariables { label, variables } => {
+                self.select_variables(ticket, &label, variables)
+            }
+            ControlRequest::LoadScene {
+                label,
+                json,
+                base_dir,
+                replace,
+            } => {
+                let source = Source::Scene(json, file_of(&label, base_dir));
+                self.load(ticket, label, Purpose::Load { replace }, source)
+            }
+            ControlRequest::DiffScene {
+                label,
+                json,
+                base_dir,
+                base_version,
+            } => {
+                let file = file_of(&label, base_dir);
+                self.diff_scene(ticket, label, base_version, json, file)
+            }
+            ControlRequest::ShowScene {
+                label,
+                version,
+                base_version,
+            } => self.show_scene(ticket, &label, version, base_version),
+            ControlRequest::Record { file } => self.record(ticket, file),
+            ControlRequest::EndRecording => self.end_recording(ticket),
+            ControlRequest::Bundle { id, file } => self.bundle(ticket, &id, file),
+            ControlRequest::UnloadRobot { label } => self.unload_robot(ticket, label),
+            ControlRequest::UnloadScene { label } => self.unload_scene(ticket, label),
+            message => self.control(message, around).map(Some),
+        }
+    }
+
+    /// Answers what changes nothing in the store.
+    fn control(
+        &mut self,
+        message: ControlRequest,
+        around: Surroundings,
+    ) -> Result<ControlReply, Refusal> {
+        match message {
+            ControlRequest::Describe { label } => self.describe(&label),
+            ControlRequest::List => Ok(ControlReply::Listing(self.listing())),
+            ControlRequest::Stats => Ok(ControlReply::Stats(self.stats(around))),
+            ControlRequest::Clients => {
+                let summaries = self.clients.summaries(self.now_ns);
+                Ok(ControlReply::Clients(summaries))
+            }
+            ControlRequest::Stories { id } => Ok(ControlReply::Stories(self.stories.find(&id))),
+            ControlRequest::Shutdown => {
+                self.drain();
+                Ok(ControlReply::Done)
+            }
+            ControlRequest::PinScene {
+                label,
+                version,
+                pinned,
+            } => self.pin_scene(&label, version, pinned),
+            other => Err(unknown(&other)),
+        }
+    }
+
+    fn describe(&self, label: &str) -> Result<ControlReply, Refusal> {
+        match self.store.robot(label) {
+            Ok(entry) => Ok(ControlReply::Robot(Box::new(describe(label, entry)))),
+            Err(_) if self.loading.labels().contains(&label_id(label)) => Err(being_loaded()),
+            Err(error) => Err(store_refusal(&error)),
+        }
+    }
+
+    fn unload_robot(&mut self, ticket: Ticket, label: String) -> Replied {
+        self.store
+            .remove_robot(&label)
+            .map_err(refused)?;
+        self.recheck_watches(label_id(&label));
+        let told = Acknowledgement::done(ticket, None);
+        self.keep(&Changed::Robot(label), told);
+        Ok(None)
+    }
+
+    fn unload_scene(&mut self, ticket: Ticket, label: String) -> Replied {
+        let entry = self
+            .store
+            .remove_scene(&label)
+            .map_err(refused)?;
+        self.recheck_watches(entry.id);
+        let event = scene_event(SceneEventKind::Deleted, &entry);
+        let told = Acknowledgement::done(ticket, Some(event));
+        self.keep(&Changed::Scene(label), told);
+        Ok(None)
+    }
+
+    /// Has something read; the reply comes then.
+    pub(super) fn load(
+        &mut self,
+        ticket: Ticket,
+        label: String,
+        purpose: Purpose,
+        source: Source,
+    ) -> Replied {
+        check_load(&label, &source)?;
+        self.loading.begin(&label, purpose);
+        let work = Work::Read {
+            label,
+            purpose,
+            source,
+        };
+        self.have_done(ticket, work);
+        Ok(None)
+    }
+
+    /// Has a loaded robot made with these variables only.
+    fn select_variables(&mut self, ticket: Ticket, label: &str, variables: Vec<String>) -> Replied {
+        let alone = self.store.whole(label).map_err(refused)?;
+        let selected = selected_label(label, &variables);
+        let purpose = Purpose::Load { replace: true };
+        let source = Source::Variables(alone, variables);
+        self.load(ticket, selected, purpose, source)
+    }
+
+    /// Gives work to the loader.
+    pub(super) fn have_done(&mut self, ticket: Ticket, work: Work) {
+        self.in_order(InOrder::Load(Task { ticket, work }));
+    }
+
+    /// Takes what the loader has read into the store.
+    pub(super) fn loaded(&mut self, loaded: Loaded) {
+        let Loaded {
+            ticket,
+            label,
+            purpose,
+            content,
+        } = loaded;
+        self.loading.end(&label, purpose);
+        let replied = content.and_then(|content| self.take(ticket, &label, purpose, content));
+        self.tell_reply(ticket, replied);
+    }
+
+    /// Takes what was read into the store and tells of it.
+    pub(super) fn take(
+        &mut self,
+        ticket: Ticket,
+        label: &str,
+        purpose: Purpose,
+        content: Content,
+    ) -> Replied {
+        let taken = self.insert(label, purpose, content)?;
+        if taken.event.is_some() || matches!(taken.changed, Changed::Robot(_)) {
+            self.recheck_watches(label_id(label));
+        }
+        let told = Acknowledgement {
+            ticket,
+            answer: taken.answer,
+            event: taken.event,
+        };
+        self.keep(&taken.changed, told);
+        Ok(None)
+    }
+
+    fn insert(
+        &mut self,
+        label: &str,
+        purpose: Purpose,
+        content: Content,
+    ) -> Result<Taken, Refusal> {
+        match content {
+            Content::Robot(robot) => self.insert_robot(label, robot, purpose.replaces()),
+            Content::Diff(diff) => {
+                let scene = self.changed_scene(label, purpose.base_version(), &diff)?;
+                self.insert_scene(label, scene, purpose.replaces(), summary_after(&diff))
+            }
+            Content::Scene(scene) => {
+                frame_refusal(&scene, &self.store)?;
+                self.insert_scene(label, scene, purpose.replaces(), scene_summary)
+            }
+        }
+    }
+
+    fn insert_robot(
+        &mut self,
+        label: &str,
+        read: ReadRobot,
+        replace: bool,
+    ) -> Result<Taken, Refusal> {
+        let ReadRobot {
+            robot,
+            weights,
+            alone,
+            is_new,
+        } = read;
+        self.store
+            .insert_robot(label, robot, weights, replace)
+            .map_err(refused)?;
+        self.store.take_alone(alone, is_new);
+        let described = describe(label, self.store.robot(label).map_err(refused)?);
+        Ok(Taken {
+            changed: Changed::Robot(label.to_owned()),
+            answer: ControlReply::Robot(Box::new(described)),
+            event: None,
+        })
+    }
+
+    fn insert_scene(
+        &mut self,
+        label: &str,
+        scene: Arc<Scene>,
+        replace: bool,
+        summary: Summary,
+    ) -> Result<Taken, Refusal> {
+        let change = self
+            .store
+            .insert_scene(label, scene, replace)
+            .map_err(refused)?;
+        let entry = self.store.scene(label).map_err(refused)?;
+        Ok(Taken {
+            changed: Changed::Scene(label.to_owned()),
+            answer: ControlReply::Scene(summary(label, entry)),
+            event: kind_of(change).map(|kind| scene_event(kind, entry)),
+        })
+    }
+
+    fn listing(&self) -> Listing {
+        let robots = self.store.robots().iter();
+        let scenes = self.store.scenes().iter();
+        let robot = |(label, entry): (&String, &RobotEntry)| robot_summary(label, entry);
+        let scene = |(label, entry): (&String, &SceneEntry)| scene_summary(label, entry);
+        Listing {
+            robots: robots.map(robot).collect(),
+            scenes: scenes.map(scene).collect(),
+        }
+    }
+
+    pub(super) fn stats(&mut self, around: Surroundings) -> Stats {
+        let mut numbers = metrics::numbers(&self.status(around));
+        numbers.extend(self.metrics.more());
+        Stats {
+            boot_id: self.boot_id,
+            pid: std::process::id(),
+            daemon_version: env!("CARGO_PKG_VERSION").to_owned(),
+            uptime_ns: self.metrics.uptime_ns(self.now_ns),
+            numbers,
+        }
+    }
+}
+
+/// What the store has taken, and what is told of it.
+struct Taken {
+    changed: Changed,
+    answer: ControlReply,
+    event: Option<SceneEvent>,
+}
+
+/// Sums up a scene.
+type Summary = fn(&str, &SceneEntry) -> SceneSummary;
+
+/// What is odd about shapes is known where they came, and looking at all of them takes its time.
+fn summary_after(diff: &SceneDiff) -> Summary {
+    if diff.may_be_odd() {
+        scene_summary
+    } else {
+        scene_state
+    }
+}
+
+fn refused(error: StoreError) -> Refusal {
+    store_refusal(&error)
+}
+
+fn malformed(text: String) -> Refusal {
+    Refusal::new(Code::MalformedRequest, text)
+}
+
+fn unknown(message: &ControlRequest) -> Refusal {
+    malformed(format!(
+        "this daemon does not know {message:?}; use client and daemon of the same release"
+    ))
+}
+
+/// Refuses a label that is too long, and files that are not named by absolute paths.
+fn check_load(label: &str, source: &Source) -> Result<(), Refusal> {
+    let bytes = label.len();
+    if !(1..=LABEL_MAX).contains(&bytes) {
+        let text = format!("a label of {bytes} bytes; valid: 1 to {LABEL_MAX}");
+        return Err(malformed(text));
+    }
+    match source {
+        Source::Robot(files) => check_absolute(&files.urdf),
+        Source::Variables(..) | Source::Scene(..) | Source::Diff(..) => Ok(()),
+    }
+}
+
+/// Refuses a relative path: the daemon has a folder of its own.
+pub(crate) fn check_absolute(file: &Path) -> Result<(), Refusal> {
+    if file.is_absolute() {
+        return Ok(());
+    }
+    let text = format!("{}: name files by absolute paths", file.display());
+    Err(malformed(text))
+}
+
+fn kind_of(change: Change) -> Option<SceneEventKind> {
+    match change {
+        Change::Created => Some(SceneEventKind::Created),
+        Change::Replaced => Some(SceneEventKind::Changed),
+        Change::Unchanged => None,
+    }
+}
+
+/// What messages call a text that was sent: its label. Meshes are found beside it.
+fn file_of(label: &str, base_dir: Option<PathBuf>) -> PathBuf {
+    base_dir
+        .unwrap_or_else(|| PathBuf::from("/"))
+        .join(label)
+}
+
+fn scene_event(kind: SceneEventKind, entry: &SceneEntry) -> SceneEvent {
+    SceneEvent {
+        kind: kind.into(),
+        scene_id: entry.id,
+        scene_hash: entry.scene.hash(),
+        scene_version: entry.version,
+        ..SceneEvent::default()
+    }
+}

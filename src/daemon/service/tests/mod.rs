@@ -1,0 +1,8 @@
+//! The service by itself, in a time that the tests make: no thread, no port, no clock.
+
+mod changes;
+mod crowd;
+mod ending;
+mod requests;
+mod watches;
+mod world;

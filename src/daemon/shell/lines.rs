@@ -1,0 +1,80 @@
+//! The ways to the threads that do what takes long.
+
+use std::sync::Arc;
+
+use crossbeam_channel::Sender;
+use taut::store::PreparedModel;
+
+use super::preparer::ToPrepare;
+use super::pulse::Pulse;
+use crate::daemon::durability::journal::Entry;
+use crate::daemon::observe::recording::Line;
+use crate::daemon::service::effect::{Task, Work};
+
+/// A way to each thread, which ends when all of them are gone.
+pub(super) struct Lines {
+    /// Reads robots and scenes.
+    pub models: Sender<Task>,
+    /// Reads diffs and writes texts.
+    pub diffs: Sender<Task>,
+    /// Makes models.
+    pub to_prepare: ToPrepare,
+    /// Writes recordings.
+    pub recorder: Sender<Line>,
+    /// Keeps changes, where they are kept.
+    pub kept: Option<Kept>,
+    /// Tells whoever watches that the daemon lives.
+    pub pulse: Pulse,
+}
+
+/// The ways to what is kept on the disk.
+pub(super) struct Kept {
+    /// Robots and scenes.
+    pub journal: Sender<Entry>,
+    /// Solids of robots.
+    pub solids: Sender<Arc<PreparedModel>>,
+}
+
+impl Lines {
+    /// Lets the threads end; `in_order` if everything was answered.
+    pub(super) fn close(self, in_order: bool) {
+        if in_order {
+            self.keep(Entry::End);
+        }
+    }
+
+    /// Has something read or written. Diffs and texts have a thread of their own: a change to a
+    /// scene that is in use must not wait until some robot is read.
+    pub(super) fn load(&self, task: Task) {
+        let line = match &task.work {
+            Work::Read { source, .. } if source.is_model() => &self.models,
+            Work::Read { .. } | Work::Write { .. } => &self.diffs,
+        };
+        // Each thread lives until its line is gone.
+        let _ = line.send(task);
+    }
+
+    /// Has a model made.
+    pub(super) fn prepare(&self, model: Arc<PreparedModel>) {
+        let _ = self.to_prepare.send(model);
+    }
+
+    /// Has a line written to the recording.
+    pub(super) fn record(&self, line: Line) {
+        let _ = self.recorder.send(line);
+    }
+
+    /// Has a change kept.
+    pub(super) fn keep(&self, entry: Entry) {
+        if let Some(kept) = &self.kept {
+            let _ = kept.journal.send(entry);
+        }
+    }
+
+    /// Has the solids of a robot kept.
+    pub(super) fn keep_solids(&self, robot: Arc<PreparedModel>) {
+        if let Some(kept) = &self.kept {
+            let _ = kept.solids.send(robot);
+        }
+    }
+}

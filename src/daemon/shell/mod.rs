@@ -1,0 +1,17 @@
+//! Threads, ports and the clock around the [`service`](super::service). Start reading in
+//! [`crew`], whose threads take turns at the port and compute.
+
+mod cleaning;
+mod crew;
+mod drive;
+mod heal;
+mod lines;
+mod loader;
+mod port;
+mod preparer;
+mod pulse;
+mod rests;
+pub(crate) mod start;
+pub mod supervise;
+mod web;
+mod worker;

@@ -1,0 +1,418 @@
+//! A thread of the crew: it waits at the port when it is its turn, and computes.
+
+use std::cell::{Cell, RefCell};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use taut::answer::{self, Answered as Computed};
+use taut::optimize::{Improvement, Workspace};
+use taut_ipc::monotonic_ns;
+use taut_ipc::server::ServerError;
+use taut_ipc::wire::ResponseHeader;
+
+use super::crew::Duty;
+use super::drive::Shell;
+use crate::daemon::observe::live::Live;
+use crate::daemon::service::event::{Answered, Event, Way};
+use crate::daemon::service::job::{Job, StopCause};
+use crate::daemon::threads::spawn;
+use crate::daemon::translate::{self, Lengths, Reply};
+
+/// With `fault_injection` in the configuration, a request with this seed panics. For tests.
+pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
+/// With `fault_injection`, a request with this seed stays at its first improvement until it is told
+/// to stop: work that lasts, however fast the optimizers become. For tests.
+pub const HANG_SEED: u64 = 0x4a46_4a46_4a46_4a46;
+
+/// Time (ns) between two improvements that a client is told of: each wakes two processes, and only
+/// the newest is worth it. The first and the last are told at once.
+const TELL_NS: u64 = 2_000_000;
+
+/// Time (ns) after which a worker lets threads go first that wait for its core, who is at the port and
+/// clients: they take microseconds, and would wait out its time slice of milliseconds.
+const GIVE_WAY_NS: u64 = 1_000_000;
+
+/// Computing time (ns) after which somebody else goes to the port: waking it costs more than most
+/// checks take.
+const PORT_NS: u64 = 200_000;
+/// The same where another request could be computed at once.
+const PORT_SOON_NS: u64 = 30_000;
+
+/// Starts the crew; its threads end when it is closed and nothing is left to compute.
+pub(super) fn start(
+    shell: &Arc<Shell>,
+    fault_injection: bool,
+) -> std::io::Result<Vec<JoinHandle<()>>> {
+    let threads = 0..shell.crew.size();
+    threads
+        .map(|number| worker(number, shell, fault_injection))
+        .collect()
+}
+
+fn worker(
+    number: usize,
+    shell: &Arc<Shell>,
+    fault_injection: bool,
+) -> std::io::Result<JoinHandle<()>> {
+    let worker = Worker {
+        number,
+        shell: Arc::clone(shell),
+        fault_injection,
+    };
+    spawn(&format!("taut-worker-{number}"), move || worker.work())
+}
+
+/// One thread's own things.
+struct Worker {
+    number: usize,
+    shell: Arc<Shell>,
+    /// Whether requests with [`PANIC_SEED`] panic and those with [`HANG_SEED`] hang.
+    fault_injection: bool,
+}
+
+/// A thread that ends by a panic ends the daemon: whoever supervises it starts the next.
+impl Drop for Worker {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.shell.end_crew();
+        }
+    }
+}
+
+impl Worker {
+    fn work(self) {
+        loop {
+            match self.shell.crew.duty(self.number) {
+                Duty::Lead => self.lead(),
+                Duty::Compute(job) => {
+                    self.compute_all(job, false);
+                }
+                Duty::End => return self.shell.stop_if_failed(),
+            }
+        }
+    }
+
+    /// Waits at the port until somebody else does, or the daemon ends.
+    fn lead(&self) {
+        if let Err(error) = self.try_lead() {
+            self.shell.fail(error);
+        }
+    }
+
+    fn try_lead(&self) -> Result<(), ServerError> {
+        let mut is_flooded = false;
+        let mut leads = true;
+        while leads && !self.shell.crew.is_closed() {
+            if let Some(job) = self.shell.attend(&mut is_flooded)? {
+                leads = self.compute_all(job, true);
+            }
+        }
+        if leads {
+            self.shell.crew.hand_port_on();
+        }
+        Ok(())
+    }
+
+    /// Computes a job, then those that get its slot; whether nobody else is at the port if nobody
+    /// was.
+    fn compute_all(&self, job: Box<Job>, leads: bool) -> bool {
+        let leads = Cell::new(leads);
+        let mut workspace = self.shell.workspace();
+        let mut next = Some(job);
+        while let Some(job) = next {
+            next = self.compute_one(&job, &leads, &mut workspace);
+        }
+        self.shell.put_workspace(workspace);
+        leads.get()
+    }
+
+    /// Computes a job and answers it; gives the next.
+    fn compute_one(
+        &self,
+        job: &Job,
+        leads: &Cell<bool>,
+        workspace: &mut Workspace,
+    ) -> Option<Box<Job>> {
+        let work = Work::new(self, job, leads);
+        let computed = self.compute_shown(&work, workspace);
+        let answered = self.answered(&work, computed);
+        self.shell
+            .answered(Event::Answered(Box::new(answered)))
+    }
+
+    /// Computes a job whose time is not over, and has the page show it.
+    fn compute_shown(&self, work: &Work, workspace: &mut Workspace) -> Option<Computed> {
+        let job = work.job;
+        self.show(|live| live.begin(job));
+        let is_expired = job.is_expired(monotonic_ns());
+        let computed = (!is_expired).then(|| work.compute(workspace));
+        if let Some(computed) = &computed {
+            self.show_answer(job, computed);
+        }
+        self.show(|live| live.ended(job.id));
+        computed
+    }
+
+    fn show(&self, enter: impl FnOnce(&Live)) {
+        if let Some(live) = &self.shell.live {
+            enter(live);
+        }
+    }
+
+    fn show_answer(&self, job: &Job, computed: &Computed) {
+        if let Some((outcome, code)) = &computed.outcome {
+            self.show(|live| live.answered(job, outcome, *code));
+        }
+    }
+
+    fn answered(&self, work: &Work, computed: Option<Computed>) -> Answered {
+        let job = work.job;
+        let now_ns = monotonic_ns();
+        let passed_ns = now_ns.saturating_sub(job.received_ns);
+        let compute_ns = work.computed_ns(now_ns);
+        let crashed = self.crashed(job, computed.as_ref());
+        let (mut reply, way) = replied(job, computed);
+        reply.header.compute_ns = compute_ns;
+        reply.header.queue_ns = passed_ns.saturating_sub(compute_ns);
+        Answered {
+            ticket: job.id,
+            reply,
+            way,
+            crashed,
+        }
+    }
+
+    /// What was asked for, where the core panicked on it.
+    fn crashed(&self, job: &Job, computed: Option<&Computed>) -> Option<u64> {
+        let crash = computed.filter(|computed| computed.panicked)?;
+        tracing::error!(
+            request = job.request_id,
+            worker = self.number,
+            "{}",
+            crash.reply.message()
+        );
+        Some(job.content())
+    }
+}
+
+/// What a client is told, and how that came about.
+fn replied(job: &Job, computed: Option<Computed>) -> (Reply, Way) {
+    match computed {
+        Some(Computed { reply, stopped, .. }) => (reply, Way::Computed(stopped)),
+        None => (translate::expired(&job.snapshot, &job.path), Way::Untouched),
+    }
+}
+
+/// A job while it is computed.
+struct Work<'a> {
+    worker: &'a Worker,
+    job: &'a Job,
+    /// Whether nobody is at the port.
+    leads: &'a Cell<bool>,
+    begun_ns: u64,
+    /// Time that it has made room for others.
+    paused_ns: Cell<u64>,
+    /// When it last asked whether to make room.
+    asked_ns: Cell<u64>,
+    told: RefCell<Told>,
+    /// When other threads were last let go first.
+    given_way_ns: Cell<u64>,
+}
+
+impl<'a> Work<'a> {
+    fn new(worker: &'a Worker, job: &'a Job, leads: &'a Cell<bool>) -> Self {
+        let now_ns = monotonic_ns();
+        Self {
+            worker,
+            job,
+            leads,
+            begun_ns: now_ns,
+            paused_ns: Cell::new(0),
+            asked_ns: Cell::new(now_ns),
+            told: RefCell::default(),
+            given_way_ns: Cell::new(0),
+        }
+    }
+
+    /// Computes the job, tells of its improvements on the way, and makes room for others.
+    fn compute(&self, workspace: &mut Workspace) -> Computed {
+        let job = self.job;
+        let mut lengths = Lengths::new(&job.snapshot, &job.settings, &job.path);
+        let mut stop = || self.stop();
+        let mut publish = |improvement: Improvement| {
+            self.publish(&improvement, lengths.of(improvement.length));
+        };
+        answer::answer(job.question(), workspace, &mut stop, &mut publish)
+    }
+
+    /// Time that it was computed, without pauses.
+    fn computed_ns(&self, now_ns: u64) -> u64 {
+        now_ns
+            .saturating_sub(self.begun_ns)
+            .saturating_sub(self.paused_ns.get())
+    }
+
+    fn hand_port_on_when_due(&self, now_ns: u64) {
+        let after_ns = match self.worker.shell.pressure.has_free_slot() {
+            true => PORT_SOON_NS,
+            false => PORT_NS,
+        };
+        if now_ns >= self.begun_ns + after_ns {
+            self.hand_port_on();
+        }
+    }
+
+    /// Somebody else goes to the port, if nobody is there.
+    fn hand_port_on(&self) {
+        if self.leads.replace(false) {
+            self.worker.shell.crew.hand_port_on();
+        }
+    }
+
+    /// Asked again and again on the way; a cause where the job is over.
+    fn stop(&self) -> Option<StopCause> {
+        let now_ns = monotonic_ns();
+        self.hand_port_on_when_due(now_ns);
+        self.give_way(now_ns);
+        self.tell_when_due(now_ns);
+        assert!(!self.is_injected(PANIC_SEED), "injected fault");
+        self.asked_to_stop(now_ns)
+    }
+
+    /// A shorter path was found.
+    fn publish(&self, improvement: &Improvement, lengths: [f64; 3]) {
+        self.show_improvement(improvement, lengths[0]);
+        let header = translate::progress(&self.job.snapshot, improvement, lengths);
+        let path = improvement.path.as_flat();
+        let now_ns = monotonic_ns();
+        if self.told.borrow().is_time(now_ns) {
+            self.tell(&header, path, now_ns);
+        } else {
+            self.told.borrow_mut().keep(&header, path);
+        }
+        self.hang_if_injected();
+    }
+
+    fn tell(&self, header: &ResponseHeader, path: &[f64], now_ns: u64) {
+        self.worker
+            .shell
+            .improved(self.job.id, header, path);
+        self.told.borrow_mut().now(now_ns);
+    }
+
+    /// Tells of an improvement that nobody knows of.
+    fn tell_when_due(&self, now_ns: u64) {
+        let mut told = self.told.borrow_mut();
+        if told.is_due(now_ns) {
+            self.worker
+                .shell
+                .improved(self.job.id, &told.header, &told.path);
+            told.now(now_ns);
+        }
+    }
+
+    fn show_improvement(&self, improvement: &Improvement, length_before: f64) {
+        let length = improvement.length;
+        self.worker
+            .show(|live| live.improved(self.job.id, length_before, length));
+    }
+
+    fn is_injected(&self, seed: u64) -> bool {
+        self.worker.fault_injection && self.job.settings.seed == seed
+    }
+
+    fn hang_if_injected(&self) {
+        let hangs = self.is_injected(HANG_SEED);
+        while hangs && self.stop().is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    fn give_way(&self, now_ns: u64) {
+        if now_ns >= self.given_way_ns.get() + GIVE_WAY_NS {
+            self.given_way_ns.set(now_ns);
+            std::thread::yield_now();
+        }
+    }
+
+    fn over(&self, now_ns: u64) -> Option<StopCause> {
+        let is_expired = self.job.is_expired(now_ns);
+        let cause = self.job.stop.get();
+        cause.or_else(|| is_expired.then_some(StopCause::Deadline))
+    }
+
+    /// The only place between two iterations where the outside comes in: it is over, or others may
+    /// go first.
+    fn asked_to_stop(&self, now_ns: u64) -> Option<StopCause> {
+        self.over(now_ns).or_else(|| {
+            let pressure = &self.worker.shell.pressure;
+            let is_felt = pressure.is_felt(self.job.priority, self.asked_ns.get(), now_ns);
+            is_felt
+                .then(|| self.make_room(now_ns))
+                .flatten()
+        })
+    }
+
+    /// Lets others go first, if they are to; a cause where the job was over meanwhile.
+    fn make_room(&self, now_ns: u64) -> Option<StopCause> {
+        let shell = &self.worker.shell;
+        let job = self.job.id;
+        self.hand_port_on();
+        shell.tell(Event::MayPause(job));
+        let left = || self.left(monotonic_ns());
+        let over = || self.over(monotonic_ns()).is_some();
+        let has_rested = shell
+            .rests
+            .rest(job, left, over, || shell.tell(Event::Over(job)));
+        let end_ns = monotonic_ns();
+        self.asked_ns.set(end_ns);
+        if !has_rested {
+            return None;
+        }
+        let paused_ns = self.paused_ns.get() + end_ns.saturating_sub(now_ns);
+        self.paused_ns.set(paused_ns);
+        self.over(end_ns)
+    }
+
+    /// Time until its deadline.
+    fn left(&self, now_ns: u64) -> Duration {
+        let deadline_ns = self.job.deadline_ns.unwrap_or(u64::MAX);
+        Duration::from_nanos(deadline_ns.saturating_sub(now_ns))
+    }
+}
+
+/// What a client was told of a job's improvements.
+#[derive(Default)]
+struct Told {
+    last_ns: u64,
+    /// Whether there is one that it was not told of: these.
+    waits: bool,
+    header: ResponseHeader,
+    path: Vec<f64>,
+}
+
+impl Told {
+    /// Whether it is time for another one.
+    fn is_time(&self, now_ns: u64) -> bool {
+        now_ns >= self.last_ns + TELL_NS
+    }
+
+    /// Whether there is something to tell, and it is time.
+    fn is_due(&self, now_ns: u64) -> bool {
+        self.waits && self.is_time(now_ns)
+    }
+
+    /// Keeps one for later.
+    fn keep(&mut self, header: &ResponseHeader, path: &[f64]) {
+        self.waits = true;
+        self.header = *header;
+        self.path.clear();
+        self.path.extend_from_slice(path);
+    }
+
+    fn now(&mut self, now_ns: u64) {
+        self.last_ns = now_ns;
+        self.waits = false;
+    }
+}
