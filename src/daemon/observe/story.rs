@@ -1,6 +1,7 @@
 //! What happened to each of the last requests, for `taut why`.
 
 use std::collections::VecDeque;
+use std::fmt::{self, Display, Formatter};
 
 use taut::store::ModelStore;
 use taut_ipc::control::{Story, StoryEvent};
@@ -13,10 +14,57 @@ const EVENTS: usize = 24;
 /// Stories that are told at once.
 const TOLD: usize = 20;
 
+/// Something that happened to a request; its words are made when somebody asks.
+#[derive(Clone, Debug)]
+pub(crate) enum Step {
+    /// It was let in, and so many waited.
+    LetIn(usize),
+    /// Its robot and scene are not put together yet.
+    WaitsForModel,
+    /// A shorter path was found.
+    Shorter(Box<ResponseHeader>),
+    /// It made room for others so often.
+    Paused(u32),
+    /// A watched path was checked in this version of its scene.
+    Checked(u64, Box<ResponseHeader>),
+    /// It was answered.
+    Answered(Box<ResponseHeader>),
+    /// It was refused.
+    Refused(String),
+    /// Its client dropped it, or is gone; it was a watch.
+    Dropped(bool),
+}
+
+impl Display for Step {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LetIn(waiting) => write!(f, "let in, {waiting} wait"),
+            Self::WaitsForModel => f.write_str("waits until robot and scene are put together"),
+            Self::Shorter(header) => f.write_str(&shorter(header)),
+            Self::Paused(times) => write!(f, "made room for others {times} times"),
+            Self::Checked(version, header) => {
+                write!(f, "watched: in version {version} {}", ending(header))
+            }
+            Self::Answered(header) => f.write_str(&ending(header)),
+            Self::Refused(why) => write!(f, "refused: {why}"),
+            Self::Dropped(true) => f.write_str("the client dropped the watch or is gone"),
+            Self::Dropped(false) => f.write_str("cancelled: the client dropped it or is gone"),
+        }
+    }
+}
+
+/// A story so far.
+struct Told {
+    number: u64,
+    /// All but what happened.
+    story: Story,
+    steps: Vec<(u64, Step)>,
+}
+
 /// The last requests, the oldest first.
 #[derive(Default)]
 pub(crate) struct Stories {
-    stories: VecDeque<(u64, Story)>,
+    stories: VecDeque<Told>,
 }
 
 impl Stories {
@@ -28,55 +76,77 @@ impl Stories {
         // Of two that come at once either may be entered first.
         let index = self
             .stories
-            .partition_point(|(earlier, _)| *earlier < number);
-        self.stories.insert(index, (number, story));
-    }
-
-    /// Something happened to it.
-    pub(crate) fn tell(&mut self, number: u64, now_ns: u64, what: impl FnOnce() -> String) {
-        let Some(story) = self.of(number) else { return };
-        let event = StoryEvent {
-            after_ns: now_ns.saturating_sub(story.received_ns),
-            what: what(),
+            .partition_point(|earlier| earlier.number < number);
+        let steps = Vec::new();
+        let told = Told {
+            number,
+            story,
+            steps,
         };
-        add(story, event);
+        self.stories.insert(index, told);
     }
 
-    /// It ended with this code.
-    pub(crate) fn end(
-        &mut self,
-        number: u64,
-        now_ns: u64,
-        code: i32,
-        what: impl FnOnce() -> String,
-    ) {
-        self.tell(number, now_ns, what);
-        if let Some(story) = self.of(number) {
-            story.code = code;
+    /// A request was let in, with this version of its scene, and so many waited.
+    pub(crate) fn let_in(&mut self, number: u64, now_ns: u64, scene_version: u64, waiting: usize) {
+        if let Some(told) = self.of(number) {
+            told.story.scene_version = scene_version;
+            told.add(now_ns, Step::LetIn(waiting));
         }
     }
 
-    /// Its story, to enter facts.
-    pub(crate) fn of(&mut self, number: u64) -> Option<&mut Story> {
-        // Numbers grow.
+    /// Something happened to it.
+    pub(crate) fn tell(&mut self, number: u64, now_ns: u64, step: Step) {
+        if let Some(told) = self.of(number) {
+            told.add(now_ns, step);
+        }
+    }
+
+    /// It ended with this code.
+    pub(crate) fn end(&mut self, number: u64, now_ns: u64, code: i32, step: Step) {
+        if let Some(told) = self.of(number) {
+            told.add(now_ns, step);
+            told.story.code = code;
+        }
+    }
+
+    fn of(&mut self, number: u64) -> Option<&mut Told> {
         let index = self
             .stories
-            .binary_search_by_key(&number, |(number, _)| *number)
+            .binary_search_by_key(&number, |told| told.number)
             .ok()?;
-        Some(&mut self.stories[index].1)
+        Some(&mut self.stories[index])
     }
 
     /// Stories of the requests whose id in hexadecimal digits is this, or starts or ends with it,
     /// the newest first. Clients choose ids: two may choose the same.
     pub(crate) fn find(&self, id: &str) -> Vec<Story> {
         let id = id.trim_start_matches("0x").to_ascii_lowercase();
-        let stories = self
-            .stories
-            .iter()
-            .rev()
-            .map(|(_, story)| story);
-        let meant = stories.filter(|story| is_meant(story, &id));
-        meant.take(TOLD).cloned().collect()
+        let stories = self.stories.iter().rev();
+        let meant = stories.filter(|told| is_meant(&told.story, &id));
+        meant.take(TOLD).map(Told::whole).collect()
+    }
+}
+
+impl Told {
+    /// Adds a step, for which the middle of a long story makes room.
+    fn add(&mut self, now_ns: u64, step: Step) {
+        if self.steps.len() == EVENTS {
+            self.steps.remove(EVENTS / 2);
+            self.story.left_out += 1;
+        }
+        let after_ns = now_ns.saturating_sub(self.story.received_ns);
+        self.steps.push((after_ns, step));
+    }
+
+    fn whole(&self) -> Story {
+        let event = |(after_ns, step): &(u64, Step)| StoryEvent {
+            after_ns: *after_ns,
+            what: step.to_string(),
+        };
+        Story {
+            events: self.steps.iter().map(event).collect(),
+            ..self.story.clone()
+        }
     }
 }
 
@@ -84,15 +154,6 @@ impl Stories {
 fn is_meant(story: &Story, id: &str) -> bool {
     let full = format!("{:016x}", story.request_id);
     full.starts_with(id) || full.ends_with(id)
-}
-
-/// Adds an event, for which the middle of a long story makes room.
-fn add(story: &mut Story, event: StoryEvent) {
-    if story.events.len() == EVENTS {
-        story.events.remove(EVENTS / 2);
-        story.left_out += 1;
-    }
-    story.events.push(event);
 }
 
 /// The beginning: what a request's header says.
@@ -128,7 +189,7 @@ fn mode_named(mode: u32) -> String {
 }
 
 /// On the way: what an improvement says.
-pub(crate) fn shorter(header: &ResponseHeader) -> String {
+fn shorter(header: &ResponseHeader) -> String {
     format!(
         "shorter: {:.6} after {} iterations",
         header.length_after, header.iterations
@@ -136,7 +197,7 @@ pub(crate) fn shorter(header: &ResponseHeader) -> String {
 }
 
 /// The end: what the final response says.
-pub(crate) fn ending(header: &ResponseHeader) -> String {
+fn ending(header: &ResponseHeader) -> String {
     let code = Code::try_from(header.code).map_or("?", Code::name);
     let termination = termination_named(header.termination);
     format!(
@@ -175,13 +236,13 @@ mod tests {
         }
         assert!(stories.find("0000000000000002").is_empty());
         for event in 0..EVENTS + 5 {
-            stories.tell(3, 0, || event.to_string());
+            stories.tell(3, 0, Step::LetIn(event));
         }
         let story = stories.find("0000000000000003").pop().unwrap();
         assert_eq!((story.events.len(), story.left_out), (EVENTS, 5));
         assert_eq!(
             (&*story.events[0].what, &*story.events[EVENTS - 1].what),
-            ("0", "28")
+            ("let in, 0 wait", "let in, 28 wait")
         );
     }
 }

@@ -16,7 +16,7 @@ use super::job::{Asked, Job, StopCause};
 use super::open_request::{Computing, OpenRequest, Stage};
 use super::watch;
 use crate::daemon::observe::recording::Answer;
-use crate::daemon::observe::story::{self, story};
+use crate::daemon::observe::story::{Step, story};
 use crate::daemon::translate::{self, Reply};
 
 impl Service {
@@ -168,12 +168,10 @@ impl Service {
     }
 
     fn tell_let_in(&mut self, job: &Job) {
-        if let Some(story) = self.stories.of(job.id) {
-            story.scene_version = job.snapshot.scene_version;
-        }
+        let version = job.snapshot.scene_version;
         let waiting = self.schedule.waiting();
         self.stories
-            .tell(job.id, self.now_ns, || format!("let in, {waiting} wait"));
+            .let_in(job.id, self.now_ns, version, waiting);
     }
 
     /// Has the model of a job made, where it is not.
@@ -182,9 +180,8 @@ impl Service {
         if model.is_ready() {
             return;
         }
-        self.stories.tell(job.id, self.now_ns, || {
-            "waits until robot and scene are put together".to_owned()
-        });
+        self.stories
+            .tell(job.id, self.now_ns, Step::WaitsForModel);
         self.in_order(InOrder::Prepare(model.clone()));
     }
 
@@ -198,10 +195,12 @@ impl Service {
         tracing::info!(ticket, code = refusal.code, "refused: {}", refusal.message);
         self.metrics.ended(refusal.code);
         self.clients.refused(client.id);
-        self.stories
-            .end(ticket, self.now_ns, refusal.code, || {
-                format!("refused: {}", refusal.message)
-            });
+        self.stories.end(
+            ticket,
+            self.now_ns,
+            refusal.code,
+            Step::Refused(refusal.message.clone()),
+        );
         self.effects
             .push(Effect::Refuse(ticket, refusal));
     }
@@ -213,7 +212,7 @@ impl Service {
         };
         header.flags |= computing.superseded(&self.store);
         self.stories
-            .tell(ticket, self.now_ns, || story::shorter(&header));
+            .tell(ticket, self.now_ns, Step::Shorter(header.clone()));
         self.effects
             .push(Effect::Improve(ticket, header));
     }
@@ -249,9 +248,8 @@ impl Service {
     fn note_pauses(&mut self, ticket: Ticket, pauses: u32) {
         if pauses > 0 && self.open.get(ticket).is_some() {
             self.metrics.paused(pauses);
-            self.stories.tell(ticket, self.now_ns, || {
-                format!("made room for others {pauses} times")
-            });
+            self.stories
+                .tell(ticket, self.now_ns, Step::Paused(pauses));
         }
     }
 
@@ -318,8 +316,12 @@ impl Service {
         self.metrics.answered_after(latency_ns);
         self.clients
             .answered(client.id, header, latency_ns, self.now_ns);
-        self.stories
-            .end(ticket, self.now_ns, header.code, || story::ending(header));
+        self.stories.end(
+            ticket,
+            self.now_ns,
+            header.code,
+            Step::Answered(Box::new(*header)),
+        );
     }
 
     /// Ends a request whose client is gone.
@@ -344,15 +346,9 @@ impl Service {
         if !open.is_watching() {
             self.clients.cancelled(open.client.id);
         }
-        let what = if open.is_watching() {
-            "the client dropped the watch or is gone"
-        } else {
-            "cancelled: the client dropped it or is gone"
-        };
+        let dropped = Step::Dropped(open.is_watching());
         self.stories
-            .end(ticket, self.now_ns, Code::Preempted.into(), || {
-                what.to_owned()
-            });
+            .end(ticket, self.now_ns, Code::Preempted.into(), dropped);
     }
 
     /// Ends a request early whose client wants the best so far.

@@ -14,7 +14,7 @@ use super::Service;
 use super::effect::{Effect, InOrder};
 use super::event::Ticket;
 use super::open_request::{Computing, OpenRequest, Stage};
-use crate::daemon::observe::story;
+use crate::daemon::observe::story::Step;
 use crate::daemon::translate::Reply;
 
 /// Refuses a watch that would optimize or end by itself.
@@ -79,9 +79,8 @@ impl Service {
         let Some(computing) = open.computing().cloned() else {
             return;
         };
-        self.stories.tell(ticket, self.now_ns, || {
-            checked(computing.scene_version, &reply)
-        });
+        let checked = Step::Checked(computing.scene_version, Box::new(reply.header));
+        self.stories.tell(ticket, self.now_ns, checked);
         let is_proved = reply.header.flags & ResponseFlags::PROVED != 0;
         if open.was_proved != Some(is_proved) {
             self.tell_verdict(ticket, &open, &computing, reply);
@@ -144,12 +143,6 @@ impl Service {
             self.refuse(ticket, open.client, Refusal::new(Code::Preempted, why));
         }
     }
-}
-
-/// What the story of a watch says of a check.
-fn checked(version: u64, reply: &Reply) -> String {
-    let ending = story::ending(&reply.header);
-    format!("watched: in version {version} {ending}")
 }
 
 fn unsafe_event(subscription: u64, scene_id: u64, reply: &Reply) -> SceneEvent {

@@ -175,20 +175,19 @@ impl Shell {
         self.drive(Event::Improved { ticket, header }, &mut hand);
     }
 
-    /// Waits at the port and deals with what has come; gives the first job that is to be begun.
-    pub(super) fn attend(&self, is_flooded: &mut bool) -> Result<Option<Box<Job>>, ServerError> {
-        let patience = match *is_flooded {
-            true => Duration::ZERO,
-            false => self.patience(),
-        };
-        self.port.wait(patience)?;
-        self.sleeps_until_ns.store(0, Ordering::Relaxed);
+    /// Waits at the port and deals with what has come, until there is a job to compute: that one
+    /// it gives. `may_sleep` unless more may have come.
+    pub(super) fn attend(&self, may_sleep: &mut bool) -> Result<Option<Box<Job>>, ServerError> {
         let mut hand = Hand::free();
-        *is_flooded = self.receive(&mut hand)?;
-        for event in self.port.ended() {
-            self.drive(event, &mut hand);
+        if *may_sleep {
+            self.port.wait(self.patience())?;
+            self.sleeps_until_ns.store(0, Ordering::Relaxed);
+        } else {
+            self.take_others(&mut hand)?;
         }
-        self.tick_when_due(&mut hand);
+        let are_all = self.take_all(|| self.port.receive(), &mut hand)?;
+        // A job is begun first; the rest comes after it, or from who is at the port next.
+        *may_sleep = hand.job.is_none() && are_all && self.take_others(&mut hand)?;
         Ok(hand.job.or_else(|| self.crew.take()))
     }
 
@@ -203,13 +202,16 @@ impl Shell {
         Duration::from_nanos(next_ns.saturating_sub(monotonic_ns()))
     }
 
-    /// Takes what clients have sent; whether more may have come.
-    fn receive(&self, hand: &mut Hand) -> Result<bool, ServerError> {
-        let more_requests = self.take_all(|| self.port.receive(), hand)?;
-        let more_controls = self.take_all(|| self.port.receive_control(), hand)?;
-        Ok(more_requests || more_controls)
+    /// Deals with what is no request; whether that was all.
+    fn take_others(&self, hand: &mut Hand) -> Result<bool, ServerError> {
+        for event in self.port.ended() {
+            self.drive(event, hand);
+        }
+        self.tick_when_due(hand);
+        self.take_all(|| self.port.receive_control(), hand)
     }
 
+    /// Takes messages of one kind, until there is a job to compute; whether those were all.
     fn take_all(
         &self,
         receive: impl Fn() -> Result<Option<Event>, ServerError>,
@@ -218,10 +220,13 @@ impl Shell {
         for _ in 0..ROUND {
             match receive()? {
                 Some(event) => self.drive(event, hand),
-                None => return Ok(false),
+                None => return Ok(true),
+            }
+            if hand.job.is_some() {
+                return Ok(false);
             }
         }
-        Ok(true)
+        Ok(false)
     }
 
     fn tick_when_due(&self, hand: &mut Hand) {

@@ -101,10 +101,11 @@ impl Worker {
     }
 
     fn try_lead(&self) -> Result<(), ServerError> {
-        let mut is_flooded = false;
+        // Who was here before may have left at once.
+        let mut may_sleep = false;
         let mut leads = true;
         while leads && !self.shell.crew.is_closed() {
-            if let Some(job) = self.shell.attend(&mut is_flooded)? {
+            if let Some(job) = self.shell.attend(&mut may_sleep)? {
                 leads = self.compute_all(job, true);
             }
         }
@@ -231,7 +232,7 @@ impl<'a> Work<'a> {
             paused_ns: Cell::new(0),
             asked_ns: Cell::new(now_ns),
             told: RefCell::default(),
-            given_way_ns: Cell::new(0),
+            given_way_ns: Cell::new(now_ns),
         }
     }
 
