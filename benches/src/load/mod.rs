@@ -20,6 +20,7 @@ mod report;
 mod rounds;
 mod site;
 mod tally;
+mod times;
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};

@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use super::orders::Memory;
-use super::tally::{LATE_NS, Tally, Times};
+use super::tally::{LATE_NS, Tally};
+use super::times::Times;
 use crate::units;
 
 /// Three figures of a distribution (s).

@@ -21,7 +21,8 @@ use crate::load::interrupt;
 use crate::load::orders::{Point, Window, wire_mode};
 use crate::load::process::sleep_until;
 use crate::load::site::{Setup, Site, until};
-use crate::load::tally::{Tally, Times};
+use crate::load::tally::Tally;
+use crate::load::times::Times;
 use crate::{program, units};
 
 const WITNESSES: usize = 2;

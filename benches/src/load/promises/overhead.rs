@@ -21,7 +21,8 @@ use crate::load::interrupt;
 use crate::load::orders::{Exchange, Window, wire_mode};
 use crate::load::rounds::own_shares;
 use crate::load::site::{Setup, Site};
-use crate::load::tally::{Tally, Times};
+use crate::load::tally::Tally;
+use crate::load::times::Times;
 use crate::units;
 
 /// Clients at once, besides one alone.

@@ -6,7 +6,8 @@ use taut_ipc::control::{ControlRequest, Listing, SceneSummary};
 
 use crate::error::Error;
 use crate::load::control::control;
-use crate::load::tally::{Loss, Tally, Times};
+use crate::load::tally::{Loss, Tally};
+use crate::load::times::Times;
 
 /// Gives a scene new content under its label.
 pub(super) fn load(client: &Client, number: u64) -> Result<(), Error> {

@@ -21,7 +21,8 @@ use crate::load::interrupt;
 use crate::load::orders::{Window, wire_mode};
 use crate::load::rounds::longest_pause_ns;
 use crate::load::site::{Setup, Site, until};
-use crate::load::tally::{Tally, Times};
+use crate::load::tally::Tally;
+use crate::load::times::Times;
 
 const CLIENTS: usize = 4;
 /// Removals under one daemon: a supervisor gives up one that ends more often at once.
