@@ -123,6 +123,10 @@ impl Worker {
         let mut next = Some(job);
         while let Some(job) = next {
             next = self.compute_one(&job, &leads, &mut workspace);
+            if next.is_some() {
+                // Who was answered and runs on this core would wait out a time slice.
+                std::thread::yield_now();
+            }
         }
         self.shell.put_workspace(workspace);
         leads.get()
