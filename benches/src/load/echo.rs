@@ -2,7 +2,8 @@
 //! process that sends back as many bytes as it is asked for, and clients of it.
 //!
 //! All wait for events, none polls, and an answer wakes no other client than its own, as with the
-//! daemon. The echo computes nothing and takes requests as the port has them, which is the fastest.
+//! daemon. The echo takes requests as the port has them, which is the fastest. Bare, it computes
+//! nothing; it can also keep its core busy for as long as the daemon computes.
 
 use std::collections::HashMap;
 use std::io::{BufRead, BufReader, Write};
@@ -118,6 +119,7 @@ impl Caller {
     fn round(&self, request: &[u8], exchange: Exchange) -> Result<Round, Error> {
         let header = RequestHeader {
             work_budget: exchange.back as u64,
+            seed: exchange.compute_ns,
             ..RequestHeader::default()
         };
         let sent_ns = monotonic_ns();
@@ -125,7 +127,7 @@ impl Caller {
             Some((_, bytes)) if bytes == exchange.back => Ok(Round {
                 sent_ns,
                 ended_ns: monotonic_ns(),
-                compute_ns: 0,
+                compute_ns: exchange.compute_ns,
             }),
             _ => Err(text("the echo does not answer as it was asked to")),
         }
@@ -157,12 +159,21 @@ fn send_back(request: &Active) -> Result<(), Error> {
     let bytes = request.user_header().work_budget as usize;
     let mut copy = request.payload().to_vec();
     copy.resize(bytes, 0);
+    compute(request.user_header().seed);
     let mut response = request.loan_slice_uninit(bytes).map_err(text)?;
     response.user_header_mut().status = Status::Final.into();
     response
         .write_from_slice(&copy)
         .send()
         .map_err(text)
+}
+
+/// Keeps its core as busy as a worker of the daemon does.
+fn compute(time_ns: u64) {
+    let end_ns = monotonic_ns() + time_ns;
+    while time_ns > 0 && monotonic_ns() < end_ns {
+        std::hint::spin_loop();
+    }
 }
 
 /// With the daemon's own settings.

@@ -111,6 +111,8 @@ pub(super) struct Exchange {
     pub there: usize,
     /// Bytes of the answer.
     pub back: usize,
+    /// How long the echo computes (ns): nothing, if it is bare.
+    pub compute_ns: u64,
 }
 
 impl Window {

@@ -7,6 +7,10 @@
 //! ([`own_shares`]): from its sending, or from the answer before it where that came later, to its
 //! own answer. A client that is alone waits for nobody, so that all of its way there and back
 //! counts, with every hop inside the daemon. What the daemon says of waiting is not used.
+//!
+//! Two processes that answer each other at once stay on one core, or find the other one awake.
+//! Computing in between ends that for anybody: an echo that keeps its core busy for as long as the
+//! daemon computes tells how much of the difference is the daemon's.
 
 use std::time::Duration;
 
@@ -110,20 +114,34 @@ impl Pair {
         let [there, back] = tally
             .bytes
             .map(|bytes| (bytes / count) as usize);
-        Ok(Exchange { there, back })
+        let compute_ns = (tally.compute.quantile(0.5) * 1e9) as u64;
+        Ok(Exchange {
+            there,
+            back,
+            compute_ns,
+        })
     }
 
-    /// The shares of the daemon and of the echo, which take turns in being first.
-    fn look(&mut self, number: usize, window: Window) -> Result<[Times; 2], Error> {
-        let mut both = [Times::default(), Times::default()];
-        for turn in [number % 2, 1 - number % 2] {
-            let fleet = match turn {
-                0 => &mut self.ours,
-                _ => &mut self.bare,
-            };
-            both[turn] = shares(fleet, window, self.length)?;
+    /// The shares of the daemon, of the bare echo and of the busy one, which take turns in being
+    /// first.
+    fn look(&mut self, number: usize, window: Window) -> Result<[Times; 3], Error> {
+        let mut all = [const { None }; 3];
+        for turn in 0..3 {
+            let which = (number + turn) % 3;
+            all[which] = Some(self.shares_of(which, window)?);
         }
-        Ok(both)
+        Ok(all.map(Option::unwrap_or_default))
+    }
+
+    fn shares_of(&mut self, which: usize, mut window: Window) -> Result<Times, Error> {
+        if which == 1 {
+            window.exchange.compute_ns = 0;
+        }
+        let fleet = match which {
+            0 => &mut self.ours,
+            _ => &mut self.bare,
+        };
+        shares(fleet, window, self.length)
     }
 }
 
@@ -145,7 +163,7 @@ struct Seen {
 
 impl Seen {
     fn rows(&self, what: &str, exchange: Exchange) -> Vec<Row> {
-        let Exchange { there, back } = exchange;
+        let Exchange { there, back, .. } = exchange;
         let mut rows = self
             .alone
             .judged(1.5, &format!("1 client, {what}"));
@@ -153,11 +171,13 @@ impl Seen {
             self.alone
                 .told(format!("  both, {there} B there and {back} B back")),
         );
+        rows.push(self.alone.beside_busy());
         rows.extend(
             self.crowd
                 .judged(2.0, &format!("{MANY} clients, {what}")),
         );
         rows.push(self.crowd.told("  both".to_owned()));
+        rows.push(self.crowd.beside_busy());
         rows
     }
 }
@@ -166,17 +186,21 @@ impl Seen {
 #[derive(Default)]
 struct Compared {
     ratios: [Vec<f64>; 2],
-    ours: [Vec<f64>; 2],
-    bare: [Vec<f64>; 2],
+    /// The same over an echo that computes as long.
+    beside_busy: [Vec<f64>; 2],
+    /// Of the daemon, of the bare echo, and of the busy one.
+    medians: [[Vec<f64>; 2]; 3],
 }
 
 impl Compared {
-    fn add(&mut self, [ours, bare]: [Times; 2]) {
+    fn add(&mut self, all: [Times; 3]) {
         for (index, (_, part)) in PARTS.into_iter().enumerate() {
-            let [our, bare] = [&ours, &bare].map(|times| times.quantile(part));
-            self.ratios[index].push(ratio(our, bare));
-            self.ours[index].push(our);
-            self.bare[index].push(bare);
+            let [ours, bare, busy] = all.each_ref().map(|times| times.quantile(part));
+            self.ratios[index].push(ratio(ours, bare));
+            self.beside_busy[index].push(ratio(ours, busy));
+            for (medians, value) in self.medians.iter_mut().zip([ours, bare, busy]) {
+                medians[index].push(value);
+            }
         }
     }
 
@@ -191,15 +215,31 @@ impl Compared {
         rows.collect()
     }
 
+    /// Beside an echo that keeps its core as busy: what both cost that the bare one has not to pay
+    /// (cold caches, cores that sleep meanwhile, a client on another core) is on both sides then.
+    fn beside_busy(&self) -> Row {
+        let [p50, p99] = self
+            .beside_busy
+            .each_ref()
+            .map(|ratios| median(ratios));
+        Row::told(
+            "  p50, p99 / those of an echo that computes as long",
+            format!("{p50:.3}, {p99:.3}"),
+            p50,
+        )
+    }
+
     /// The medians themselves.
     fn told(&self, figure: String) -> Row {
-        let [ours, bare] =
-            [&self.ours, &self.bare].map(|parts| parts.each_ref().map(|values| median(values)));
-        let [our_text, bare_text] = [ours, bare].map(|parts| parts.map(units::time).join(", "));
+        let medians = self
+            .medians
+            .each_ref()
+            .map(|parts| parts.each_ref().map(|values| median(values)));
+        let texts = medians.map(|parts| parts.map(units::time).join(", "));
         Row::told(
-            format!("{figure}: p50, p99"),
-            format!("{our_text} / {bare_text}"),
-            ours[0],
+            format!("{figure}, the echo that computes as long: p50, p99"),
+            texts.join(" / "),
+            medians[0][0],
         )
     }
 }
