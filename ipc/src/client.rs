@@ -1,5 +1,6 @@
 //! A planner's side: send a path, iterate over better ones in place.
 
+mod connection;
 mod error;
 mod feed;
 mod link;
@@ -8,7 +9,7 @@ mod recover;
 mod request;
 mod response;
 
-pub use error::ClientError;
+pub use error::{ClientError, Loss};
 pub use feed::{SceneEventFeed, StatusFeed};
 pub use pending::Pending;
 pub use recover::retry;
@@ -20,18 +21,19 @@ use crate::instance::Instance;
 use crate::limits::WIRE_VERSION;
 use crate::lock::DaemonState;
 use crate::wire::ControlHeader;
-use link::Link;
+use connection::Connection;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A connection to the daemon of one instance. Opens services, never creates them.
 ///
 /// Four requests can be in flight at once, also from several threads; cheap to clone (one
-/// connection). Ports survive a restart of the daemon: after [`ClientError::DaemonLost`] the same
-/// client can send again.
+/// connection). After [`ClientError::DaemonLost`] the same client can send again, to a daemon that
+/// was restarted: its ports survive that, and where the daemon started anew because its files were
+/// removed they are opened anew.
 #[derive(Clone, Debug)]
 pub struct Client {
-    link: Arc<Link>,
+    connection: Arc<Connection>,
 }
 
 impl Client {
@@ -41,7 +43,7 @@ impl Client {
     /// [`ClientError::DaemonLost`] if there is none, [`ClientError::TooManyClients`] if it is full.
     pub fn connect(instance: &Instance) -> Result<Self, ClientError> {
         Ok(Self {
-            link: Arc::new(Link::open(instance)?),
+            connection: Arc::new(Connection::open(instance)?),
         })
     }
 
@@ -65,7 +67,7 @@ impl Client {
     /// # }
     /// ```
     pub fn request(&self, waypoints: u32, variables: u32) -> RequestBuilder<'static> {
-        RequestBuilder::new(self.link.clone(), waypoints, variables)
+        RequestBuilder::new(self.connection.clone(), waypoints, variables)
     }
 
     /// Sends a control message and waits for its reply.
@@ -93,22 +95,23 @@ impl Client {
         stop: &dyn Fn() -> bool,
     ) -> Result<ControlReply, ClientError> {
         let bytes = encode(message)?;
-        let boot_id = self.link.running()?;
-        let listener = self.link.take_listener()?;
-        let loan = self.link.loan_control(bytes.len())?;
+        let link = self.connection.link()?;
+        let boot_id = link.running()?;
+        let listener = link.take_listener()?;
+        let loan = link.loan_control(bytes.len())?;
         let mut request = loan.write_from_slice(&bytes);
         *request.user_header_mut() = ControlHeader {
             wire_version: WIRE_VERSION,
             header_len: size_of::<ControlHeader>() as u32,
-            request_id: self.link.next_id(),
+            request_id: self.connection.next_id(),
             listener_id: listener.id(),
         };
         let pending = request.send().map_err(error::from_send)?;
         if pending.number_of_server_connections() == 0 {
-            self.link.check_alive(boot_id)?;
+            link.check_alive(boot_id)?;
             return Err(ClientError::Overloaded);
         }
-        self.link.call_daemon();
+        link.call_daemon();
         let end = Instant::now() + timeout;
         loop {
             let received = pending
@@ -117,7 +120,7 @@ impl Client {
             if let Some(response) = received {
                 return Ok(decode(response.payload())?);
             }
-            self.link.check_alive(boot_id)?;
+            link.check_alive(boot_id)?;
             if !pending.is_connected() && !pending.has_response() {
                 return Err(ClientError::NoAnswer);
             }
@@ -133,7 +136,7 @@ impl Client {
     /// # Errors
     /// [`ClientError::Setup`] if the subscription cannot be made.
     pub fn status_feed(&self) -> Result<StatusFeed, ClientError> {
-        StatusFeed::open(&self.link)
+        StatusFeed::open(&self.connection.link()?)
     }
 
     /// Changes of scenes from now on.
@@ -141,11 +144,14 @@ impl Client {
     /// # Errors
     /// [`ClientError::Setup`] if the subscription cannot be made.
     pub fn scene_event_feed(&self) -> Result<SceneEventFeed, ClientError> {
-        SceneEventFeed::open(&self.link)
+        SceneEventFeed::open(&self.connection.link()?)
     }
 
     /// Whether the daemon lives, and which start of it.
     pub fn daemon_state(&self) -> DaemonState {
-        self.link.daemon_state()
+        match self.connection.link() {
+            Ok(link) => link.daemon_state(),
+            Err(_) => DaemonState::Absent,
+        }
     }
 }

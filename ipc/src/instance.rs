@@ -174,6 +174,17 @@ impl Instance {
         self.check_private()
     }
 
+    /// As [`Self::prepare`], where the root was this user's alone until somebody removed it: a client
+    /// that lives may have made it again meanwhile, for a socket, with rights of others.
+    ///
+    /// # Errors
+    /// As [`Self::prepare`].
+    pub fn prepare_again(&self) -> Result<(), InstanceError> {
+        // Fails on somebody else's, which the check tells.
+        let _ = std::fs::set_permissions(&self.root, Permissions::from_mode(0o700));
+        self.prepare()
+    }
+
     /// Checks that the root belongs to this user alone.
     pub(crate) fn check_private(&self) -> Result<(), InstanceError> {
         let meta = std::fs::metadata(&self.root);

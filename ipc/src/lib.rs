@@ -9,6 +9,7 @@ mod option_table;
 
 pub mod client;
 pub mod control;
+mod in_place;
 mod instance;
 pub mod limits;
 mod lock;

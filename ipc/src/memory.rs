@@ -65,47 +65,50 @@ pub struct SharedFile {
 
 /// The shared-memory files of `instance`.
 pub fn shared_files(instance: &Instance) -> Vec<SharedFile> {
-    let Ok(entries) = std::fs::read_dir(SHM_FOLDER) else {
-        return Vec::new();
-    };
-    let ours = entries.flatten().filter(|entry| {
+    let ours = of_instance(instance, Path::new(SHM_FOLDER));
+    ours.into_iter()
+        .filter_map(|path| {
+            let meta = path.symlink_metadata().ok()?;
+            let age = SystemTime::now()
+                .duration_since(meta.modified().ok()?)
+                .unwrap_or_default();
+            Some(SharedFile {
+                path,
+                bytes: meta.len(),
+                taken: meta.blocks() * 512,
+                mode: meta.mode() & 0o777,
+                age,
+            })
+        })
+        .collect()
+}
+
+/// What lies in a folder and has the name of something of `instance`.
+pub(crate) fn of_instance(instance: &Instance, folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .flatten();
+    let ours = entries.filter(|entry| {
         entry
             .file_name()
             .to_string_lossy()
             .starts_with(instance.prefix())
     });
-    ours.filter_map(|entry| {
-        let meta = entry.metadata().ok()?;
-        let age = SystemTime::now()
-            .duration_since(meta.modified().ok()?)
-            .unwrap_or_default();
-        Some(SharedFile {
-            path: entry.path(),
-            bytes: meta.len(),
-            taken: meta.blocks() * 512,
-            mode: meta.mode() & 0o777,
-            age,
-        })
-    })
-    .collect()
+    ours.map(|entry| entry.path()).collect()
 }
 
 /// Removes everything `instance` left behind except its lock and configuration. Only for the holder
-/// of the lock, and only while no process of the instance lives.
+/// of the lock, and only while no process of the instance lives, or none of them can be served any
+/// more.
 pub(crate) fn wipe(instance: &Instance) {
-    for file in shared_files(instance) {
-        let _ = std::fs::remove_file(file.path);
+    for folder in [Path::new(SHM_FOLDER), instance.root()] {
+        for file in of_instance(instance, folder) {
+            let _ = std::fs::remove_file(file);
+        }
     }
     for folder in ["services", "nodes"] {
         let _ = std::fs::remove_dir_all(instance.root().join(folder));
-    }
-    let Ok(entries) = std::fs::read_dir(instance.root()) else {
-        return;
-    };
-    for entry in entries.flatten() {
-        if is_socket_of(instance, &entry.path()) {
-            let _ = std::fs::remove_file(entry.path());
-        }
     }
 }
 
@@ -116,11 +119,4 @@ pub(crate) fn make_private(instance: &Instance) {
             let _ = std::fs::set_permissions(&file.path, Permissions::from_mode(0o600));
         }
     }
-}
-
-fn is_socket_of(instance: &Instance, path: &Path) -> bool {
-    path.file_name().is_some_and(|name| {
-        name.to_string_lossy()
-            .starts_with(instance.prefix())
-    })
 }

@@ -13,6 +13,15 @@ pub const WAKE_SERVER: &str = "taut/v1/wake-server";
 /// Wakes one client.
 pub const WAKE_CLIENT: &str = "taut/v1/wake-client";
 
+/// Name of a service in a generation, which the daemon's lock file tells
+/// ([`crate::DaemonState::Running`]).
+///
+/// The last that has a service open takes its file along, by its name: services that are made anew
+/// while a client, or a daemon that was left without its files, has the old ones open need others.
+pub fn name(service: &str, generation: u64) -> String {
+    format!("{service}/{generation:016x}")
+}
+
 /// Every service and what it carries.
 pub const ALL: [(&str, &str); 6] = [
     (

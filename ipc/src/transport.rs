@@ -16,7 +16,7 @@ use crate::wire::{
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::port::listener::{Listener, ListenerCreateError};
 use iceoryx2::prelude::{LogLevel, ServiceName, SignalHandlingMode, ipc_threadsafe};
-use iceoryx2::service::builder::{event, publish_subscribe, request_response};
+use iceoryx2::service::builder::{Builder, event, publish_subscribe, request_response};
 use iceoryx2::service::port_factory::event as event_service;
 use std::sync::{Mutex, PoisonError};
 
@@ -35,14 +35,34 @@ const fn aligns_payload<H>() -> bool {
 }
 const _: () = assert!(aligns_payload::<RequestHeader>() && aligns_payload::<ResponseHeader>());
 
+/// A node, and which generation of services it opens or makes.
+#[derive(Debug)]
+pub(crate) struct ServiceNode {
+    pub node: Node<Variant>,
+    pub generation: u64,
+}
+
+impl ServiceNode {
+    pub(crate) fn id(&self) -> u128 {
+        self.node.id().value()
+    }
+
+    fn builder(&self, service: &'static str) -> Builder<Variant> {
+        let name = ServiceName::new(&services::name(service, self.generation));
+        self.node
+            .service_builder(&name.expect("fixed and short"))
+    }
+}
+
 /// A node of `instance` that leaves signals to the program.
-pub(crate) fn node(instance: &Instance) -> Result<Node<Variant>, String> {
+pub(crate) fn node(instance: &Instance, generation: u64) -> Result<ServiceNode, String> {
     quiet();
-    NodeBuilder::new()
+    let node = NodeBuilder::new()
         .config(&instance.config())
         .signal_handling_mode(SignalHandlingMode::Disabled)
         .create::<Variant>()
-        .map_err(|error| error.to_string())
+        .map_err(|error| error.to_string())?;
+    Ok(ServiceNode { node, generation })
 }
 
 /// Keeps iceoryx2 from printing what callers get as errors anyway; `IOX2_LOG_LEVEL` overrides it.
@@ -51,8 +71,8 @@ pub(crate) fn quiet() {
     ONCE.call_once(|| iceoryx2::prelude::set_log_level_from_env_or(LogLevel::Error));
 }
 
-pub(crate) fn optimize(node: &Node<Variant>) -> OptimizeBuilder {
-    node.service_builder(&name(services::OPTIMIZE))
+pub(crate) fn optimize(node: &ServiceNode) -> OptimizeBuilder {
+    node.builder(services::OPTIMIZE)
         .request_response::<[u8], [u8]>()
         .request_user_header::<RequestHeader>()
         .response_user_header::<ResponseHeader>()
@@ -73,8 +93,8 @@ pub(crate) fn optimize_settings(builder: OptimizeBuilder, clients: usize) -> Opt
         .enable_fire_and_forget_requests(false)
 }
 
-pub(crate) fn control(node: &Node<Variant>) -> ControlBuilder {
-    node.service_builder(&name(services::CONTROL))
+pub(crate) fn control(node: &ServiceNode) -> ControlBuilder {
+    node.builder(services::CONTROL)
         .request_response::<[u8], [u8]>()
         .request_user_header::<ControlHeader>()
         .response_user_header::<ControlReplyHeader>()
@@ -94,8 +114,8 @@ pub(crate) fn control_settings(builder: ControlBuilder) -> ControlBuilder {
         .enable_fire_and_forget_requests(false)
 }
 
-pub(crate) fn status(node: &Node<Variant>) -> StatusBuilder {
-    node.service_builder(&name(services::STATUS))
+pub(crate) fn status(node: &ServiceNode) -> StatusBuilder {
+    node.builder(services::STATUS)
         .publish_subscribe::<StatusRecord>()
 }
 
@@ -110,8 +130,8 @@ pub(crate) fn status_settings(builder: StatusBuilder) -> StatusBuilder {
         .enable_safe_overflow(true)
 }
 
-pub(crate) fn scene_events(node: &Node<Variant>) -> SceneEventBuilder {
-    node.service_builder(&name(services::SCENE_EVENTS))
+pub(crate) fn scene_events(node: &ServiceNode) -> SceneEventBuilder {
+    node.builder(services::SCENE_EVENTS)
         .publish_subscribe::<SceneEvent>()
 }
 
@@ -126,9 +146,8 @@ pub(crate) fn scene_event_settings(builder: SceneEventBuilder) -> SceneEventBuil
         .enable_safe_overflow(true)
 }
 
-pub(crate) fn wake_server(node: &Node<Variant>) -> event::Builder<Variant> {
-    node.service_builder(&name(services::WAKE_SERVER))
-        .event()
+pub(crate) fn wake_server(node: &ServiceNode) -> event::Builder<Variant> {
+    node.builder(services::WAKE_SERVER).event()
 }
 
 pub(crate) fn wake_server_settings(builder: event::Builder<Variant>) -> event::Builder<Variant> {
@@ -138,9 +157,8 @@ pub(crate) fn wake_server_settings(builder: event::Builder<Variant>) -> event::B
         .max_nodes(MAX_NODES)
 }
 
-pub(crate) fn wake_client(node: &Node<Variant>) -> event::Builder<Variant> {
-    node.service_builder(&name(services::WAKE_CLIENT))
-        .event()
+pub(crate) fn wake_client(node: &ServiceNode) -> event::Builder<Variant> {
+    node.builder(services::WAKE_CLIENT).event()
 }
 
 pub(crate) fn wake_client_settings(builder: event::Builder<Variant>) -> event::Builder<Variant> {
@@ -160,8 +178,4 @@ pub(crate) fn listener(
         .lock()
         .unwrap_or_else(PoisonError::into_inner);
     service.listener_builder().create()
-}
-
-fn name(text: &str) -> ServiceName {
-    ServiceName::new(text).expect("a fixed, valid name")
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use taut::collision::CollisionModelError;
 use taut::files::FileError;
 use taut_ipc::ClientError;
+use taut_ipc::client::Loss;
 use taut_ipc::control::ControlReply;
 use taut_ipc::own_daemon::OwnDaemonError;
 use taut_ipc::planner::PlannerError;
@@ -75,12 +76,12 @@ pub(super) enum CliError {
         retry_after_ms: u32,
     },
     /// No daemon where one is needed to compute.
-    #[error("no daemon serves {root}: {reason}; start one with `taut serve`, or use --local")]
+    #[error("no daemon serves {root}: {loss}; start one with `taut serve`, or use --local")]
     NoDaemon {
         /// The instance's root.
         root: String,
         /// What was seen.
-        reason: &'static str,
+        loss: Loss,
     },
     /// A recorded run.
     #[error(transparent)]

@@ -89,8 +89,8 @@ impl Place {
 /// The error of who found no daemon where a daemon is not the only way.
 fn without_daemon(error: CliError) -> CliError {
     match error {
-        CliError::Client(ClientError::DaemonLost { root, reason }) => {
-            CliError::NoDaemon { root, reason }
+        CliError::Client(ClientError::DaemonLost { root, loss }) => {
+            CliError::NoDaemon { root, loss }
         }
         error => error,
     }

@@ -17,7 +17,7 @@ use iceoryx2::prelude::{
 use iceoryx2::service::builder::{event, request_response};
 use taut_ipc::limits::MAX_PAYLOAD;
 use taut_ipc::wire::{RequestHeader, ResponseHeader, Status};
-use taut_ipc::{Instance, services};
+use taut_ipc::{DaemonState, Instance, daemon_state, services};
 
 use crate::error::Error;
 
@@ -55,21 +55,38 @@ fn config(instance: &Instance) -> Result<Config, Error> {
     Ok(config)
 }
 
-fn name(service: &str) -> ServiceName {
-    ServiceName::new(service).expect("a fixed, valid name")
+/// Generation of the services of an echo, which has no lock file to tell it in.
+pub(super) const OF_ECHO: u64 = 0;
+
+/// Generation of the services of an instance.
+fn generation(instance: &Instance) -> Result<u64, Error> {
+    match daemon_state(instance)? {
+        DaemonState::Running { generation, .. } => Ok(generation),
+        DaemonState::Starting | DaemonState::Absent => Ok(OF_ECHO),
+    }
+}
+
+fn name(service: &str, generation: u64) -> ServiceName {
+    let name = services::name(service, generation);
+    ServiceName::new(&name).expect("a fixed, valid name")
 }
 
 /// The service that requests go to.
-pub(super) fn requests(node: &Node<Variant>) -> Builder {
-    node.service_builder(&name(services::OPTIMIZE))
+pub(super) fn requests(node: &Node<Variant>, generation: u64) -> Builder {
+    node.service_builder(&name(services::OPTIMIZE, generation))
         .request_response::<[u8], [u8]>()
         .request_user_header::<RequestHeader>()
         .response_user_header::<ResponseHeader>()
 }
 
 /// A service of this name that wakes somebody.
-pub(super) fn wake(node: &Node<Variant>, service: &str) -> event::Builder<Variant> {
-    node.service_builder(&name(service)).event()
+pub(super) fn wake(
+    node: &Node<Variant>,
+    service: &str,
+    generation: u64,
+) -> event::Builder<Variant> {
+    node.service_builder(&name(service, generation))
+        .event()
 }
 
 type ClientPort = client::Client<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
@@ -87,14 +104,15 @@ impl Bare {
     /// Opens the services of an instance.
     pub(super) fn open(instance: &Instance) -> Result<Self, Error> {
         let node = node(instance)?;
-        let server = wake(&node, services::WAKE_SERVER)
+        let generation = generation(instance)?;
+        let server = wake(&node, services::WAKE_SERVER, generation)
             .open()
             .map_err(text)?;
-        let client = wake(&node, services::WAKE_CLIENT)
+        let client = wake(&node, services::WAKE_CLIENT, generation)
             .open()
             .map_err(text)?;
         Ok(Self {
-            port: client_port(&node)?,
+            port: client_port(&node, generation)?,
             notifier: server
                 .notifier_builder()
                 .create()
@@ -150,8 +168,10 @@ impl Bare {
 
 type Pending = PendingResponse<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 
-fn client_port(node: &Node<Variant>) -> Result<ClientPort, Error> {
-    let service = requests(node).open().map_err(text)?;
+fn client_port(node: &Node<Variant>, generation: u64) -> Result<ClientPort, Error> {
+    let service = requests(node, generation)
+        .open()
+        .map_err(text)?;
     service
         .client_builder()
         .initial_max_slice_len(MAX_PAYLOAD)

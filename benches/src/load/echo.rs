@@ -24,7 +24,7 @@ use taut_ipc::own_daemon::{Folder, spawn};
 use taut_ipc::wire::{RequestHeader, ResponseHeader, Status};
 use taut_ipc::{Instance, monotonic_ns, services};
 
-use super::bare::{Bare, Variant, node, requests, text, wake};
+use super::bare::{Bare, OF_ECHO, Variant, node, requests, text, wake};
 use super::orders::{Exchange, Window};
 use super::process::{end_with_parent, sleep_until};
 use super::rounds::Round;
@@ -178,7 +178,7 @@ fn compute(time_ns: u64) {
 
 /// With the daemon's own settings.
 fn server_port(node: &Node<Variant>) -> Result<ServerPort, Error> {
-    let service = requests(node)
+    let service = requests(node, OF_ECHO)
         .max_servers(1)
         .max_clients(MAX_CLIENTS)
         .max_nodes(MAX_NODES)
@@ -203,7 +203,7 @@ fn server_port(node: &Node<Variant>) -> Result<ServerPort, Error> {
 
 /// Wakes the server.
 fn listener(node: &Node<Variant>) -> Result<Listener<Variant>, Error> {
-    let service = wake(node, services::WAKE_SERVER)
+    let service = wake(node, services::WAKE_SERVER, OF_ECHO)
         .max_listeners(1)
         .max_notifiers(MAX_NODES)
         .max_nodes(MAX_NODES)
@@ -223,7 +223,7 @@ struct Bell {
 
 impl Bell {
     fn new(node: &Node<Variant>) -> Result<Self, Error> {
-        let service = wake(node, services::WAKE_CLIENT)
+        let service = wake(node, services::WAKE_CLIENT, OF_ECHO)
             .max_listeners(MAX_CLIENTS * LISTENERS_PER_CLIENT)
             .max_notifiers(1)
             .max_nodes(MAX_NODES)

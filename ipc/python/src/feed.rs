@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
-use taut_ipc::client::SceneEventFeed;
+use taut_ipc::client::{Loss, SceneEventFeed};
 use taut_ipc::planner::{Planner, PlannerError};
 use taut_ipc::wire::{Code, SceneEvent, SceneEventKind};
 use taut_ipc::{Client, ClientError, DaemonState};
@@ -59,8 +59,8 @@ impl SceneFeed {
             }
             if client.daemon_state() != self.boot {
                 let root = String::from("the instance");
-                let reason = "it went away, and with it what was subscribed";
-                return Err(ClientError::DaemonLost { root, reason }.into());
+                let loss = Loss::Unsubscribed;
+                return Err(ClientError::DaemonLost { root, loss }.into());
             }
             let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() {

@@ -8,18 +8,61 @@ use iceoryx2::port::client::RequestSendError;
 use iceoryx2::port::{LoanError, SendError};
 use std::time::Duration;
 
+/// What a client sees of a daemon that is not there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Loss {
+    /// It has no lock file.
+    #[error("it was never started, or its files were removed")]
+    NeverStarted,
+    /// Nobody holds its lock.
+    #[error("it is not running")]
+    NotRunning,
+    /// It has not announced itself yet.
+    #[error("it is still starting")]
+    Starting,
+    /// It ended while it was waited for.
+    #[error("it went away")]
+    WentAway,
+    /// Another start of it is there than the one that was waited for.
+    #[error("it was restarted")]
+    Restarted,
+    /// The daemon that a feed came from is not there any more.
+    #[error("it went away, and with it what was subscribed")]
+    Unsubscribed,
+    /// Somebody removed the files by which its clients find it.
+    #[error("files of the instance, there or in /dev/shm, were removed")]
+    Removed,
+}
+
+impl Loss {
+    /// The next step.
+    pub fn advice(self) -> &'static str {
+        match self {
+            Self::NeverStarted => {
+                "start it (`taut serve`) unless it runs, which starts anew within a second; sending again is safe"
+            }
+            Self::NotRunning | Self::WentAway => {
+                "start it (`taut serve`) and send again, that is safe"
+            }
+            Self::Starting | Self::Restarted => "send again, that is safe",
+            Self::Unsubscribed => "subscribe again",
+            Self::Removed => {
+                "a daemon that runs notices and starts anew with the same robots and scenes: send again in a second, that is safe"
+            }
+        }
+    }
+}
+
 /// Why a client's call failed. What the daemon answered, refusals included, is never one of these.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
     /// No daemon, or it went away.
-    #[error(
-        "no daemon serves {root}: {reason}; start it (`taut serve`) and send again, that is safe"
-    )]
+    #[error("no daemon serves {root}: {loss}; {}", loss.advice())]
     DaemonLost {
         /// The instance's root.
         root: String,
         /// What was seen.
-        reason: &'static str,
+        loss: Loss,
     },
     /// The instance cannot be used.
     #[error(transparent)]

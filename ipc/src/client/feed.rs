@@ -1,6 +1,7 @@
 //! What the daemon publishes.
 
 use super::ClientError;
+use super::error::Loss;
 use super::link::Link;
 use crate::limits::SCENE_EVENT_BUFFER;
 use crate::transport::{self, Variant};
@@ -12,7 +13,7 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub struct StatusFeed {
     subscriber: Subscriber<Variant, StatusRecord, ()>,
-    _link: Arc<Link>,
+    link: Arc<Link>,
 }
 
 impl StatusFeed {
@@ -26,18 +27,27 @@ impl StatusFeed {
         let subscriber = subscriber.map_err(|error| ClientError::setup("status feed", error))?;
         Ok(Self {
             subscriber,
-            _link: link.clone(),
+            link: link.clone(),
         })
     }
 
     /// The newest state not seen yet; the first comes with the next publication.
     ///
     /// # Errors
-    /// [`ClientError::Transport`] if the subscription broke.
+    /// [`ClientError::Transport`] if the subscription broke, [`ClientError::DaemonLost`] where the
+    /// daemon's files were removed: open one anew.
     pub fn latest(&self) -> Result<Option<StatusRecord>, ClientError> {
         let sample = self.subscriber.receive();
         let sample = sample.map_err(|error| ClientError::transport("status feed", error))?;
-        Ok(sample.map(|sample| *sample.payload()))
+        seen(&self.link, sample.map(|sample| *sample.payload()))
+    }
+}
+
+/// What was received; nothing will come any more of services that were removed.
+fn seen<T>(link: &Link, received: Option<T>) -> Result<Option<T>, ClientError> {
+    match received {
+        None if link.is_stale() => Err(link.lost(Loss::Removed)),
+        received => Ok(received),
     }
 }
 
@@ -45,7 +55,7 @@ impl StatusFeed {
 #[derive(Debug)]
 pub struct SceneEventFeed {
     subscriber: Subscriber<Variant, SceneEvent, ()>,
-    _link: Arc<Link>,
+    link: Arc<Link>,
 }
 
 impl SceneEventFeed {
@@ -60,17 +70,18 @@ impl SceneEventFeed {
             subscriber.map_err(|error| ClientError::setup("scene event feed", error))?;
         Ok(Self {
             subscriber,
-            _link: link.clone(),
+            link: link.clone(),
         })
     }
 
     /// The next change, if any; of more than 64 unread ones the oldest are lost.
     ///
     /// # Errors
-    /// [`ClientError::Transport`] if the subscription broke.
+    /// [`ClientError::Transport`] if the subscription broke, [`ClientError::DaemonLost`] where the
+    /// daemon's files were removed: open one anew.
     pub fn next(&self) -> Result<Option<SceneEvent>, ClientError> {
         let sample = self.subscriber.receive();
         let sample = sample.map_err(|error| ClientError::transport("scene event feed", error))?;
-        Ok(sample.map(|sample| *sample.payload()))
+        seen(&self.link, sample.map(|sample| *sample.payload()))
     }
 }

@@ -1,15 +1,14 @@
 //! The ports of one client.
 
 use super::ClientError;
-use super::error::from_loan;
+use super::error::{Loss, from_loan};
 use crate::instance::Instance;
 use crate::limits::*;
 use crate::lock::{DaemonProbe, DaemonState};
 use crate::memory::{self, Room};
-use crate::time::unique_number;
-use crate::transport::{self, Variant};
-use crate::wire::{ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader};
-use iceoryx2::node::Node;
+use crate::time::monotonic_ns;
+use crate::transport::{self, ServiceNode, Variant};
+use crate::wire::{ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, WireError};
 use iceoryx2::port::client::Client as Port;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::notifier::Notifier;
@@ -37,32 +36,49 @@ pub(super) struct Link {
     notifier: Notifier<Variant>,
     listeners: Mutex<Vec<Listener<Variant>>>,
     listener_service: event::PortFactory<Variant>,
-    pub(super) node: Node<Variant>,
+    pub(super) node: ServiceNode,
     probe: DaemonProbe,
+    /// When a daemon was last known to serve these services, in monotonic nanoseconds; 0 = there is
+    /// doubt.
+    served_ns: AtomicU64,
     root: String,
-    first_id: u64,
-    requests: AtomicU64,
     room: Room,
 }
 
 impl Link {
     pub(super) fn open(instance: &Instance) -> Result<Self, ClientError> {
         let root = instance.root().display().to_string();
-        let lost = |reason| ClientError::DaemonLost {
+        let lost = |loss| ClientError::DaemonLost {
             root: root.clone(),
-            reason,
+            loss,
         };
-        let probe = DaemonProbe::open(instance)?.ok_or_else(|| lost("it was never started"))?;
+        let probe = DaemonProbe::open(instance)?.ok_or_else(|| lost(Loss::NeverStarted))?;
         instance.check_private()?;
-        match probe.state() {
-            DaemonState::Running { .. } => (),
-            DaemonState::Starting => return Err(lost("it is still starting")),
-            DaemonState::Absent => return Err(lost("it is not running")),
-        }
+        let generation = match probe.state() {
+            DaemonState::Running { wire_version, .. } if wire_version != WIRE_VERSION => {
+                return Err(WireError::Version(wire_version).into());
+            }
+            DaemonState::Running { generation, .. } => generation,
+            DaemonState::Starting => return Err(lost(Loss::Starting)),
+            DaemonState::Absent => return Err(lost(Loss::NotRunning)),
+        };
         if memory::free_bytes() == 0 {
             return Err(ClientError::NoMemory(0));
         }
-        let node = transport::node(instance).map_err(|error| ClientError::setup("node", error))?;
+        let node = transport::node(instance, generation);
+        let node = node.map_err(|error| ClientError::setup("node", error))?;
+        Self::with_ports(node, probe, root.clone()).map_err(|error| match error {
+            // A daemon announces itself when all of them are there.
+            ClientError::Setup { reason, .. } if is_absence(&reason) => lost(Loss::Removed),
+            other => other,
+        })
+    }
+
+    fn with_ports(
+        node: ServiceNode,
+        probe: DaemonProbe,
+        root: String,
+    ) -> Result<Self, ClientError> {
         let listener_service = opened("wake-client", transport::wake_client(&node).open())?;
         let wake_server = opened("wake-server", transport::wake_server(&node).open())?;
         let first = opened("listener", transport::listener(&listener_service))?;
@@ -74,17 +90,29 @@ impl Link {
             listener_service,
             node,
             probe,
+            served_ns: AtomicU64::new(monotonic_ns()),
             root,
-            first_id: unique_number(),
-            requests: AtomicU64::new(0),
             room: Room::default(),
         })
     }
 
-    /// An id that no other request has.
-    pub(super) fn next_id(&self) -> u64 {
-        self.first_id
-            .wrapping_add(self.requests.fetch_add(1, Ordering::Relaxed))
+    /// Whether no daemon will ever serve these services again. Asks the system only where that is
+    /// in doubt, or was not known for a while.
+    pub(super) fn is_stale(&self) -> bool {
+        let now_ns = monotonic_ns();
+        let age_ns = now_ns.saturating_sub(self.served_ns.load(Ordering::Relaxed));
+        if u128::from(age_ns) < PROBE_INTERVAL.as_nanos() {
+            return false;
+        }
+        match self.probe.state() {
+            DaemonState::Running { generation, .. } => {
+                let is_served = generation == self.node.generation;
+                self.served_ns
+                    .store(if is_served { now_ns } else { 0 }, Ordering::Relaxed);
+                !is_served
+            }
+            DaemonState::Starting | DaemonState::Absent => !self.probe.is_in_place(),
+        }
     }
 
     pub(super) fn loan(&self, bytes: usize) -> Result<OptimizeLoan, ClientError> {
@@ -123,9 +151,12 @@ impl Link {
     /// The boot id of the daemon that lives now.
     pub(super) fn running(&self) -> Result<u64, ClientError> {
         match self.probe.state() {
-            DaemonState::Running { boot_id, .. } => Ok(boot_id),
-            DaemonState::Starting => Err(self.lost("it is still starting")),
-            DaemonState::Absent => Err(self.lost("it is not running")),
+            DaemonState::Running {
+                boot_id,
+                generation,
+                ..
+            } if generation == self.node.generation => Ok(boot_id),
+            state => Err(self.gone(state, Loss::NotRunning)),
         }
     }
 
@@ -133,15 +164,28 @@ impl Link {
     pub(super) fn check_alive(&self, boot_id: u64) -> Result<(), ClientError> {
         match self.probe.state() {
             DaemonState::Running { boot_id: now, .. } if now == boot_id => Ok(()),
-            DaemonState::Absent => Err(self.lost("it went away")),
-            _ => Err(self.lost("it was restarted")),
+            state => Err(self.gone(state, Loss::WentAway)),
         }
     }
 
-    pub(super) fn lost(&self, reason: &'static str) -> ClientError {
+    /// Of a daemon that is not the one that was waited for; `absence` where there is none.
+    fn gone(&self, now: DaemonState, absence: Loss) -> ClientError {
+        self.served_ns.store(0, Ordering::Relaxed);
+        self.lost(match now {
+            _ if !self.probe.is_in_place() => Loss::Removed,
+            DaemonState::Running { generation, .. } if generation != self.node.generation => {
+                Loss::Removed
+            }
+            DaemonState::Running { .. } => Loss::Restarted,
+            DaemonState::Starting => Loss::Starting,
+            DaemonState::Absent => absence,
+        })
+    }
+
+    pub(super) fn lost(&self, loss: Loss) -> ClientError {
         ClientError::DaemonLost {
             root: self.root.clone(),
-            reason,
+            loss,
         }
     }
 
@@ -242,12 +286,20 @@ fn opened<T, E: std::fmt::Display>(
     })
 }
 
+/// Whether this is said of a service that is not there, or not whole.
+fn is_absence(reason: &str) -> bool {
+    let absences = ["DoesNotExist", "HangsInCreation", "CorruptedState"];
+    absences
+        .iter()
+        .any(|absence| reason.contains(absence))
+}
+
 /// Waiting for a full daemon would hang the planner.
 fn give_up(_: &BackpressureInfo) -> BackpressureAction {
     BackpressureAction::DiscardDataAndFail
 }
 
-fn optimize_port(node: &Node<Variant>) -> Result<OptimizePort, ClientError> {
+fn optimize_port(node: &ServiceNode) -> Result<OptimizePort, ClientError> {
     let service = opened("optimize", transport::optimize(node).open())?;
     let builder = service
         .client_builder()
@@ -258,7 +310,7 @@ fn optimize_port(node: &Node<Variant>) -> Result<OptimizePort, ClientError> {
     opened("request port", builder.create())
 }
 
-fn control_port(node: &Node<Variant>) -> Result<ControlPort, ClientError> {
+fn control_port(node: &ServiceNode) -> Result<ControlPort, ClientError> {
     let service = opened("control", transport::control(node).open())?;
     let builder = service
         .client_builder()

@@ -71,7 +71,7 @@ impl RequestBuilder<'_> {
         watch: &mut dyn FnMut(&Response),
     ) -> Result<Response, ClientError> {
         if self.header.request_id == 0 {
-            self.header.request_id = self.link.next_id();
+            self.header.request_id = self.connection.next_id();
         }
         let mut end = None;
         let mut losses = 0;
@@ -101,7 +101,7 @@ impl RequestBuilder<'_> {
         losses: &mut u32,
     ) -> Result<Response, ClientError> {
         let again = Self {
-            link: self.link.clone(),
+            connection: self.connection.clone(),
             header: self.header,
             body: self.body,
         };

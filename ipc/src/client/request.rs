@@ -1,5 +1,6 @@
 //! Loan, write in place, send.
 
+use super::connection::Connection;
 use super::link::{Link, OptimizeLoan, listener_id};
 use super::{ClientError, Pending, error};
 use crate::limits::{MAX_PAYLOAD, WIRE_VERSION};
@@ -10,7 +11,7 @@ use std::sync::Arc;
 /// A request being put together; holds no shared memory yet.
 #[derive(Debug)]
 pub struct RequestBuilder<'a> {
-    pub(super) link: Arc<Link>,
+    pub(super) connection: Arc<Connection>,
     /// What is asked for. Version, lengths, sections, path size and listener are filled in when it
     /// is sent; a request id of 0 gets a new one.
     pub header: RequestHeader,
@@ -19,7 +20,7 @@ pub struct RequestBuilder<'a> {
 }
 
 impl<'a> RequestBuilder<'a> {
-    pub(super) fn new(link: Arc<Link>, waypoints: u32, variables: u32) -> Self {
+    pub(super) fn new(connection: Arc<Connection>, waypoints: u32, variables: u32) -> Self {
         let header = RequestHeader {
             waypoints,
             variables,
@@ -27,7 +28,7 @@ impl<'a> RequestBuilder<'a> {
             ..RequestHeader::default()
         };
         Self {
-            link,
+            connection,
             header,
             body: RequestBody::default(),
         }
@@ -36,7 +37,7 @@ impl<'a> RequestBuilder<'a> {
     /// The same request with these optional sections.
     pub fn with_body<'b>(self, body: RequestBody<'b>) -> RequestBuilder<'b> {
         RequestBuilder {
-            link: self.link,
+            connection: self.connection,
             header: self.header,
             body,
         }
@@ -46,6 +47,7 @@ impl<'a> RequestBuilder<'a> {
     ///
     /// # Errors
     /// [`WireError::PathSize`] over the limits, [`ClientError::NoMemory`],
+    /// [`ClientError::DaemonLost`] where its files were removed,
     /// [`ClientError::TooManyRequests`] if as many as a client may have are in flight.
     pub fn loan(mut self) -> Result<LoanedRequest, ClientError> {
         let numbers = path_numbers(self.header.waypoints, self.header.variables)?;
@@ -57,14 +59,18 @@ impl<'a> RequestBuilder<'a> {
             }
             .into());
         }
-        let mut loan = self.link.loan(bytes)?;
+        if self.header.request_id == 0 {
+            self.header.request_id = self.connection.next_id();
+        }
+        let link = self.connection.link()?;
+        let mut loan = link.loan(bytes)?;
         self.body
             .write(&self.header, loan.payload_mut());
         Ok(LoanedRequest {
             loan,
             numbers,
             header: self.header,
-            link: self.link,
+            link,
         })
     }
 }
@@ -93,14 +99,10 @@ impl LoanedRequest {
     pub fn send(mut self) -> Result<Pending, ClientError> {
         let boot_id = self.link.running()?;
         let listener = self.link.take_listener()?.keep();
-        let request_id = match self.header.request_id {
-            0 => self.link.next_id(),
-            chosen => chosen,
-        };
+        let request_id = self.header.request_id;
         *self.loan.user_header_mut() = RequestHeader {
             wire_version: WIRE_VERSION,
             header_len: size_of::<RequestHeader>() as u32,
-            request_id,
             listener_id: listener_id(&listener),
             ..self.header
         };

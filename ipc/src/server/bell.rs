@@ -1,7 +1,6 @@
 //! Waking: the daemon wakes one client, anybody in the daemon wakes who waits at the port.
 
-use crate::transport::{self, Variant};
-use iceoryx2::node::Node;
+use crate::transport::{self, ServiceNode, Variant};
 use iceoryx2::port::notifier::{ListenerKey, Notifier};
 use iceoryx2::prelude::CallbackProgression;
 use std::collections::HashMap;
@@ -14,7 +13,7 @@ pub struct Waker {
 }
 
 impl Waker {
-    pub(super) fn new(node: &Node<Variant>) -> Result<Self, String> {
+    pub(super) fn new(node: &ServiceNode) -> Result<Self, String> {
         let builder = transport::wake_server_settings(transport::wake_server(node));
         let service = builder
             .open_or_create()
@@ -43,7 +42,7 @@ pub(super) struct ClientBell {
 }
 
 impl ClientBell {
-    pub(super) fn new(node: &Node<Variant>) -> Result<Self, String> {
+    pub(super) fn new(node: &ServiceNode) -> Result<Self, String> {
         let builder = transport::wake_client_settings(transport::wake_client(node));
         let service = builder
             .open_or_create()

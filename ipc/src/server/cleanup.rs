@@ -5,10 +5,12 @@
 //! it died, so those go first. They are told by their permissions: a finished file in shared memory
 //! can be read, a finished tag of a node cannot be written.
 
+use super::service_files::are_of_clients;
 use crate::instance::Instance;
 use crate::limits::UNFINISHED_FILE_AGE;
 use crate::lock::DaemonLock;
 use crate::memory::{SharedFile, shared_files, wipe};
+use crate::time::unique_number;
 use crate::transport::{self, Variant};
 use iceoryx2::node::{DeadNodeView, Node, NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
@@ -84,19 +86,30 @@ pub(super) fn clean(
     done
 }
 
-/// At the start of a daemon, which holds the lock: if nobody lives, everything is wiped, else
-/// cleaned up.
-pub(super) fn clean_start(instance: &Instance) {
-    if nodes(instance).0.is_empty() {
-        wipe(instance);
-    } else {
-        clean_dead_nodes(instance);
+/// At the start of a daemon, which holds the lock: gives the generation of services to serve.
+///
+/// Where clients of the last daemon live and its services, of generation `last`, are whole, these go
+/// on. Else everything is wiped, and clients that live all the same have to connect anew.
+pub(super) fn clean_start(instance: &Instance, last: Option<u64>) -> u64 {
+    match last {
+        Some(last) if has_clients(instance) && are_of_clients(instance) => {
+            clean_dead_nodes(instance);
+            last
+        }
+        _ => {
+            wipe(instance);
+            unique_number()
+        }
     }
+}
+
+fn has_clients(instance: &Instance) -> bool {
+    !nodes(instance).0.is_empty()
 }
 
 /// At the end of a daemon, which still holds the lock: nothing stays if nobody lives.
 pub(super) fn clean_end(instance: &Instance) {
-    if nodes(instance).0.is_empty() {
+    if !has_clients(instance) {
         wipe(instance);
     }
 }
@@ -213,7 +226,7 @@ fn remove_orphans(instance: &Instance) -> usize {
 }
 
 /// Ids of the ports that a node has registered.
-fn ports_of(instance: &Instance, folder: &Path) -> Vec<String> {
+pub(super) fn ports_of(instance: &Instance, folder: &Path) -> Vec<String> {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return Vec::new();
     };

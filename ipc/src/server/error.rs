@@ -16,6 +16,14 @@ pub enum ServerError {
         /// Its root.
         root: String,
     },
+    /// Somebody removed files of the instance while they were made.
+    #[error(
+        "the files of the instance at {root} or in /dev/shm are removed as soon as they are made; find out by whom, or choose another root"
+    )]
+    Removed {
+        /// Its root.
+        root: String,
+    },
     /// The instance cannot be used.
     #[error(transparent)]
     Instance(#[from] InstanceError),

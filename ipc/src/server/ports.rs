@@ -2,11 +2,10 @@
 
 use super::error::ServerError;
 use crate::limits::{CONTROL_REPLY_MAX, MAX_PAYLOAD};
-use crate::transport::{self, Variant};
+use crate::transport::{self, ServiceNode, Variant};
 use crate::wire::{
     ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent, StatusRecord,
 };
-use iceoryx2::node::Node;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::server::Server as Port;
@@ -40,7 +39,7 @@ pub(super) fn optimize_port(service: &OptimizeService) -> Result<OptimizePort, S
     made("request port", builder.create())
 }
 
-pub(super) fn control_port(node: &Node<Variant>) -> Result<ControlPort, ServerError> {
+pub(super) fn control_port(node: &ServiceNode) -> Result<ControlPort, ServerError> {
     let service = made(
         "control",
         transport::control_settings(transport::control(node)).open_or_create(),
@@ -55,7 +54,7 @@ pub(super) fn control_port(node: &Node<Variant>) -> Result<ControlPort, ServerEr
 }
 
 pub(super) fn status_port(
-    node: &Node<Variant>,
+    node: &ServiceNode,
 ) -> Result<Publisher<Variant, StatusRecord, ()>, ServerError> {
     let service = made(
         "status",
@@ -68,7 +67,7 @@ pub(super) fn status_port(
 }
 
 pub(super) fn scene_event_port(
-    node: &Node<Variant>,
+    node: &ServiceNode,
 ) -> Result<Publisher<Variant, SceneEvent, ()>, ServerError> {
     let builder = transport::scene_event_settings(transport::scene_events(node));
     let service = made("scene events", builder.open_or_create())?;
@@ -78,7 +77,7 @@ pub(super) fn scene_event_port(
     made("scene event port", builder.max_loaned_samples(1).create())
 }
 
-pub(super) fn listener(node: &Node<Variant>) -> Result<Listener<Variant>, ServerError> {
+pub(super) fn listener(node: &ServiceNode) -> Result<Listener<Variant>, ServerError> {
     let builder = transport::wake_server_settings(transport::wake_server(node));
     let service = made("wake-server", builder.open_or_create())?;
     made("wake-server listener", transport::listener(&service))

@@ -32,6 +32,12 @@ A `TextSpan` is `offset u32, len u32` into the section `names`.
 Lengths of paths are in the request's metric (by default metres moved per unit of joint motion).
 ";
 
+const GENERATIONS: &str = "
+The daemon's lock file, `daemon.lock` in the instance's root, holds one line: its process id, its boot id and the
+generation of its services (both 16 hexadecimal digits), the wire version. Each name is followed by `/` and the
+generation, 16 hexadecimal digits too: services that are made anew have others than those before.
+";
+
 type Described = (&'static str, usize, &'static [Field]);
 
 fn types() -> [Described; 16] {
@@ -90,6 +96,7 @@ fn service_table(text: &mut String) {
     for (name, carries) in services::ALL {
         let _ = writeln!(text, "| `{name}` | {carries} |");
     }
+    text.push_str(GENERATIONS);
 }
 
 fn type_table(text: &mut String, title: &str, size: usize, fields: &[Field]) {

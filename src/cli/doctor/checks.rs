@@ -137,7 +137,7 @@ fn root(root: &Path) -> Finding {
 
 fn daemon(instance: &Instance, state: DaemonState) -> Finding {
     match state {
-        DaemonState::Running { pid, boot_id } => {
+        DaemonState::Running { pid, boot_id, .. } => {
             running(instance, &format!("process {pid}, boot {boot_id:016x}"))
         }
         DaemonState::Starting => warn("it is starting; look again soon"),

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::time::Duration;
 
 use serde_json::json;
+use taut_ipc::client::Loss;
 use taut_ipc::planner::Planner;
 use taut_ipc::wire::{SceneEvent, SceneEventKind, label_id};
 use taut_ipc::{Client, ClientError, DaemonState};
@@ -81,7 +82,7 @@ impl Watched {
         }
         Err(CliError::Client(ClientError::DaemonLost {
             root: self.root.clone(),
-            reason: "it went away",
+            loss: Loss::Unsubscribed,
         }))
     }
 

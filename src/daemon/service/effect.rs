@@ -73,6 +73,9 @@ pub(crate) enum Effect {
     GoOn(Ticket),
     /// Have a job's thread look whether the job is over, if it waits.
     Look(Ticket),
+    /// Look whether the files are there by which clients find the daemon; told by
+    /// [`super::event::Event::Removed`] if not.
+    LookForFiles,
     /// Answer a control request.
     Reply(Ticket, Box<ControlReply>),
 }

@@ -1,5 +1,6 @@
 //! Everything that happens to the service.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use taut::optimize::Settings;
@@ -72,6 +73,8 @@ pub(crate) enum Event {
     Tick(Surroundings),
     /// The process is asked to end.
     Stop,
+    /// This file is gone, by which clients find the daemon.
+    Removed(PathBuf),
 }
 
 /// A request, before its payload is looked at.

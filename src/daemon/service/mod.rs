@@ -9,6 +9,7 @@ pub(crate) mod client;
 mod clients;
 mod control;
 pub(crate) mod effect;
+mod ending;
 pub(crate) mod event;
 pub(crate) mod job;
 mod keep;
@@ -101,6 +102,8 @@ pub(crate) struct Service {
     shows: bool,
     boot_id: u64,
     is_draining: bool,
+    /// It ends because its files were removed.
+    is_removed: bool,
     /// When (ns, monotonic) what is handled happened.
     now_ns: u64,
     effects: Effects,
@@ -126,6 +129,7 @@ impl Service {
             shows: outfit.shows,
             boot_id: outfit.boot_id,
             is_draining: false,
+            is_removed: false,
             now_ns,
             effects: Effects::default(),
         }
@@ -150,11 +154,6 @@ impl Service {
         deadline_ns.min(self.status_clock.next_ns())
     }
 
-    /// Whether the daemon is asked to end and has nothing to do any more.
-    pub(crate) fn is_done(&self) -> bool {
-        self.is_draining && self.open.is_empty() && self.keeping.is_idle()
-    }
-
     fn dispatch(&mut self, event: Event) {
         match event {
             Event::Asked(asked) => self.asked(*asked),
@@ -177,6 +176,7 @@ impl Service {
             Event::Kept(kept) => self.kept(&kept),
             Event::Tick(around) => self.tick(around),
             Event::Stop => self.drain(),
+            Event::Removed(missing) => self.drain_removed(&missing),
         }
     }
 

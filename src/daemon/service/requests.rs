@@ -403,7 +403,7 @@ impl Service {
     }
 
     /// Asks a job to end, also one that has made room.
-    fn stop(&mut self, ticket: Ticket, job: &Computing, cause: StopCause) {
+    pub(super) fn stop(&mut self, ticket: Ticket, job: &Computing, cause: StopCause) {
         if job.stop.set(cause) && self.schedule.is_paused(ticket) {
             self.effects.push(Effect::Look(ticket));
         }
@@ -416,7 +416,7 @@ impl Service {
         }
     }
 
-    fn answer_untouched(&mut self, job: &Job, cause: StopCause) {
+    pub(super) fn answer_untouched(&mut self, job: &Job, cause: StopCause) {
         let mut reply = self.untouched(job, cause);
         reply.header.queue_ns = self.now_ns.saturating_sub(job.received_ns);
         if let Some(open) = self.close_request(job.id) {
@@ -438,33 +438,6 @@ impl Service {
             }
             (StopCause::Deadline, None) => translate::expired(snapshot, &job.path),
             (cause, _) => translate::preempted(snapshot, &job.path, cause),
-        }
-    }
-
-    /// Takes nothing new and ends what runs, with the best so far.
-    pub(super) fn drain(&mut self) {
-        if !std::mem::replace(&mut self.is_draining, true) {
-            tracing::info!(open = self.open.worked_on(), "stopping");
-            self.end_waiting();
-            self.stop_jobs();
-            self.end_watches();
-        }
-    }
-
-    fn end_waiting(&mut self) {
-        for job in self.schedule.take_all(self.now_ns) {
-            self.answer_untouched(&job, StopCause::Shutdown);
-        }
-    }
-
-    fn stop_jobs(&mut self) {
-        let jobs: Vec<_> = self
-            .open
-            .jobs()
-            .map(|(ticket, job)| (ticket, job.clone()))
-            .collect();
-        for (ticket, job) in jobs {
-            self.stop(ticket, &job, StopCause::Shutdown);
         }
     }
 }

@@ -6,17 +6,24 @@ use taut::store::{RobotEntry as Robot, SceneEntry as Scene};
 use taut_ipc::wire::{RobotEntry, SceneEntry, StatusRecord};
 
 use super::Service;
-use super::effect::InOrder;
+use super::effect::{Effect, InOrder};
 use super::event::Surroundings;
 
 impl Service {
     /// Time has passed: publishes the status when it is due.
     pub(super) fn tick(&mut self, around: Surroundings) {
         if self.status_clock.ticks(self.now_ns) {
+            self.look_for_files();
             self.forget_the_absent();
             let status = self.status(around);
             self.in_order(InOrder::Status(Box::new(status)));
             self.show_figures(around);
+        }
+    }
+
+    fn look_for_files(&mut self) {
+        if !self.is_draining {
+            self.effects.push(Effect::LookForFiles);
         }
     }
 

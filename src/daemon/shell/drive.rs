@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use taut::optimize::Workspace;
+use taut::store::ModelStore;
 use taut_ipc::control::ClientSummary;
 use taut_ipc::monotonic_ns;
 use taut_ipc::server::ServerError;
@@ -43,6 +44,15 @@ pub(super) struct Shell {
     workspaces: Mutex<Vec<Workspace>>,
     failure: Mutex<Option<ServerError>>,
     port: Port,
+}
+
+/// Why a daemon does not serve any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ended {
+    /// It was asked to stop.
+    Stopped,
+    /// Files by which clients find it are gone.
+    Removed,
 }
 
 /// What a thread has in hand while things are done.
@@ -94,19 +104,47 @@ impl Shell {
         *guarded(&self.lines) = Some(lines);
     }
 
-    /// Lets the other threads end, once the crew has; gives why it did, if not in order.
-    pub(super) fn close(&self) -> Result<(), ServerError> {
+    /// Lets the other threads end, once the crew has; gives why it did.
+    ///
+    /// # Errors
+    /// A port that stopped working, unless its files are gone.
+    pub(super) fn close(&self) -> Result<Ended, ServerError> {
         let failure = guarded(&self.failure).take();
+        let is_removed = self.service().is_removed();
         if let Some(lines) = guarded(&self.lines).take() {
-            lines.close(failure.is_none());
+            lines.close(failure.is_none() && !is_removed);
         }
-        failure.map_or(Ok(()), Err)
+        match failure {
+            _ if is_removed => Ok(Ended::Removed),
+            Some(error) => Err(error),
+            None => Ok(Ended::Stopped),
+        }
+    }
+
+    /// What is loaded; closes the ports.
+    pub(super) fn into_store(self) -> ModelStore {
+        let service = self.service.into_inner();
+        service
+            .unwrap_or_else(PoisonError::into_inner)
+            .into_store()
     }
 
     /// The service cannot go on.
     pub(super) fn fail(&self, error: ServerError) {
         guarded(&self.failure).get_or_insert(error);
         self.end_crew();
+    }
+
+    /// After a failure, what is computed is to end too. A port may be the first to notice that
+    /// files are gone.
+    pub(super) fn stop_if_failed(&self) {
+        if guarded(&self.failure).is_some() {
+            self.tell(self.look_for_files().unwrap_or(Event::Stop));
+        }
+    }
+
+    fn look_for_files(&self) -> Option<Event> {
+        self.port.missing_file().map(Event::Removed)
     }
 
     /// Lets the crew end.
@@ -275,6 +313,7 @@ impl Shell {
                 let read = self.port.read(ticket, &snapshot, clearance_m)?;
                 return Some(Event::Read { ticket, read });
             }
+            Effect::LookForFiles => return self.look_for_files(),
             Effect::Tell(ticket, reply) => return self.tell_verdict(ticket, &reply),
             Effect::Improve(ticket, header) => self.send_improvement(ticket, &header, hand.path),
             Effect::Answer(ticket, reply) => self.port.answer(ticket, &reply),

@@ -4,6 +4,7 @@
 mod cleaning;
 mod crew;
 mod drive;
+mod heal;
 mod lines;
 mod loader;
 mod port;

@@ -1,6 +1,7 @@
 //! The daemon's ports, and the requests that came through them, by ticket.
 
 use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -113,6 +114,11 @@ impl Port {
             .iter_mut()
             .filter_map(|(ticket, request)| request.ended(*ticket));
         ended.collect()
+    }
+
+    /// A file that is gone, by which clients find the daemon.
+    pub(super) fn missing_file(&self) -> Option<PathBuf> {
+        self.server.missing_file().map(Path::to_owned)
     }
 
     /// What the service is not told otherwise.

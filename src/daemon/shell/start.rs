@@ -5,6 +5,7 @@ use std::io::Write;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
 use std::thread::JoinHandle;
 
 use crossbeam_channel::Sender;
@@ -16,7 +17,8 @@ use taut_ipc::server::{Janitor, Server};
 use taut_ipc::{DaemonState, Instance, daemon_state, monotonic_ns};
 
 use super::cleaning::Cleaning;
-use super::drive::Shell;
+use super::drive::{Ended, Shell};
+use super::heal::{self, Configured};
 use super::lines::Lines;
 use super::port::Port;
 use super::pulse::Pulse;
@@ -52,18 +54,36 @@ fn system(what: &'static str) -> impl Fn(std::io::Error) -> DaemonError {
 /// What could not be loaded or opened, or a port that stopped working.
 pub fn serve(config: &Config, instance: &Instance, out: &mut dyn Write) -> Result<(), DaemonError> {
     refuse_second(instance)?;
-    let (disk, kept) = opened(config, instance)?;
-    let begun = restore::begin(config, kept, disk.as_ref().map(|disk| &disk.prepared), out)?;
-    let (shell, threads) = assemble(config, instance, begun, disk)?;
-    threads.pages.announce(out);
-    announce(config, instance, out);
+    let (mut disk, kept) = opened(config, instance)?;
+    let mut begun = restore::begin(config, kept, disk.as_ref().map(|disk| &disk.prepared), out)?;
+    let configured = Configured::of(&begun);
+    let is_asked_to_stop = stop_flag().map_err(system("signal handler"))?;
+    let mut server = Server::create(instance)?;
+    loop {
+        let (shell, threads) = assemble(config, instance, server, begun, disk)?;
+        threads.pages.announce(out);
+        announce(config, instance, out);
+        if is_asked_to_stop.load(Relaxed) {
+            shell.tell(Event::Stop);
+        }
+        if run(&shell, threads, config)? == Ended::Stopped {
+            return Ok(());
+        }
+        let shell = Arc::into_inner(shell).expect("all threads that share it have ended");
+        begun = configured.again(shell.into_store());
+        (server, disk) = heal::again(instance, || opened_again(config, instance))?;
+    }
+}
+
+/// Serves until all threads have ended.
+fn run(shell: &Arc<Shell>, threads: Threads, config: &Config) -> Result<Ended, DaemonError> {
     let crew =
-        worker::start(&shell, config.niceness, config.fault_injection).map_err(system("thread"))?;
-    let ended = crew.into_iter().map(JoinHandle::join).collect();
-    let served = shell.close();
+        worker::start(shell, config.niceness, config.fault_injection).map_err(system("thread"))?;
+    let joined = crew.into_iter().map(JoinHandle::join).collect();
+    let ended = shell.close();
     threads.join();
-    resume(ended);
-    Ok(served?)
+    resume(joined);
+    Ok(ended?)
 }
 
 /// A panic of the crew is one here, once all has ended.
@@ -105,6 +125,16 @@ fn opened(
     let (journal, kept) = journal::open(&folder)?;
     let prepared = Prepared::new(&folder);
     Ok((Some(Disk { journal, prepared }), kept))
+}
+
+/// The same for a daemon that knows what was kept.
+fn opened_again(config: &Config, instance: &Instance) -> Result<Option<Disk>, DaemonError> {
+    let Some(folder) = state::folder(config, instance)? else {
+        return Ok(None);
+    };
+    let journal = journal::open_again(&folder)?;
+    let prepared = Prepared::new(&folder);
+    Ok(Some(Disk { journal, prepared }))
 }
 
 /// Where robots and scenes are kept.
@@ -256,6 +286,7 @@ fn start_cleaning(instance: &Instance, server: &Server) -> Result<Cleaning, Daem
 fn assemble(
     config: &Config,
     instance: &Instance,
+    server: Server,
     mut begun: Beginning,
     disk: Option<Disk>,
 ) -> Result<(Arc<Shell>, Threads), DaemonError> {
@@ -268,6 +299,7 @@ fn assemble(
     let shell = shell(
         config,
         instance,
+        server,
         begun.store,
         metrics,
         &counts,
@@ -286,12 +318,12 @@ fn assemble(
 fn shell(
     config: &Config,
     instance: &Instance,
+    server: Server,
     store: ModelStore,
     metrics: Metrics,
     counts: &Arc<Counts>,
     keeps: bool,
 ) -> Result<Arc<Shell>, DaemonError> {
-    let server = Server::create(instance)?;
     let pressure = Arc::<Pressure>::default();
     let outfit = Outfit {
         store,
@@ -347,6 +379,15 @@ fn lines(
 fn telling(shell: &Arc<Shell>) -> impl Fn(Event) + Clone + Send + 'static {
     let shell = Arc::clone(shell);
     move |event| shell.tell(event)
+}
+
+/// Set by a signal to stop, also by one that comes while no thread waits for it.
+fn stop_flag() -> std::io::Result<Arc<AtomicBool>> {
+    let flag = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, flag.clone())?;
+    }
+    Ok(flag)
 }
 
 /// The thread ends when the handle is closed.

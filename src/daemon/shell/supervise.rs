@@ -186,9 +186,13 @@ impl Watched {
         }
     }
 
+    fn is_late(&self) -> bool {
+        Instant::now() >= self.until
+    }
+
     /// Asks for last words first, then ends it.
     fn end_if_late(&mut self) {
-        if Instant::now() < self.until {
+        if !self.is_late() {
             return;
         }
         self.send(if self.hung {
@@ -202,6 +206,7 @@ impl Watched {
 }
 
 struct Supervisor {
+    instance: Instance,
     patience: Duration,
     /// One byte for each signal.
     signals: UnixStream,
@@ -219,6 +224,7 @@ impl Supervisor {
         let socket = root.join(format!("{SOCKET}{}", std::process::id()));
         let signs = bound(&socket).map_err(system("socket"))?;
         Ok(Self {
+            instance: instance.clone(),
             patience,
             signals,
             signs,
@@ -270,7 +276,8 @@ impl Supervisor {
         })
     }
 
-    fn start(&self, arguments: &[OsString]) -> Result<Child, SuperviseError> {
+    fn start(&mut self, arguments: &[OsString]) -> Result<Child, SuperviseError> {
+        self.bind_again()?;
         let program = std::env::current_exe().map_err(system("path of this program"))?;
         let mut command = Command::new(program);
         command
@@ -279,6 +286,16 @@ impl Supervisor {
             .arg(std::process::id().to_string())
             .env("NOTIFY_SOCKET", &self.socket);
         command.spawn().map_err(system("process"))
+    }
+
+    /// Makes the socket anew where somebody removed it with the root; tells whether it did.
+    fn bind_again(&mut self) -> Result<bool, SuperviseError> {
+        if self.socket.exists() {
+            return Ok(false);
+        }
+        self.instance.prepare_again()?;
+        self.signs = bound(&self.socket).map_err(system("socket"))?;
+        Ok(true)
     }
 
     /// Waits for the end of a daemon.
@@ -295,6 +312,10 @@ impl Supervisor {
             }
             if happened.end {
                 return Ok(daemon);
+            }
+            // What it cannot tell it is not blamed for.
+            if daemon.is_late() && self.bind_again()? {
+                daemon.until = Instant::now() + self.patience;
             }
             daemon.end_if_late();
         }

@@ -89,7 +89,7 @@ impl Worker {
             match self.shell.crew.duty(self.number) {
                 Duty::Lead => self.lead(),
                 Duty::Compute(job) => self.compute_all(job),
-                Duty::End => return,
+                Duty::End => return self.shell.stop_if_failed(),
             }
         }
     }

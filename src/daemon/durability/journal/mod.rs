@@ -26,7 +26,7 @@ use taut::scene::Scene;
 
 pub use inspect::inspect;
 pub use read::JournalError;
-pub(crate) use read::{Kept, open};
+pub(crate) use read::{Kept, open, open_again};
 use write::Writer;
 
 use crate::daemon::threads::spawn;
@@ -55,7 +55,8 @@ pub(crate) enum Content {
 }
 
 impl Content {
-    fn is_same(&self, other: &Self) -> bool {
+    /// Whether it is the same content under the same version.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Robot(a, _), Self::Robot(b, _)) => a.hash() == b.hash(),
             (Self::Scene(version, a), Self::Scene(other, b)) => {

@@ -77,16 +77,33 @@ pub(crate) struct Kept {
 /// # Errors
 /// A folder that cannot be used, that another daemon uses, or whose file is damaged.
 pub(crate) fn open(folder: &Path) -> Result<(Journal, Kept), JournalError> {
+    let lock = locked(folder)?;
+    let (meshes, kept) = replayed(folder)?;
+    let writer = Writer::new(Log::new(super::file(folder)), meshes, lock);
+    Ok((Journal { writer }, kept))
+}
+
+/// Opens it for a daemon that knows what was kept: whatever lies there is written anew.
+///
+/// # Errors
+/// A folder that cannot be used, or that another daemon uses.
+pub(crate) fn open_again(folder: &Path) -> Result<Journal, JournalError> {
+    let lock = locked(folder)?;
+    let meshes = Meshes::new(meshes(folder));
+    let writer = Writer::new(Log::new(super::file(folder)), meshes, lock);
+    Ok(Journal { writer })
+}
+
+/// The folder's lock.
+fn locked(folder: &Path) -> Result<File, JournalError> {
     let lock = lock_file(folder).map_err(|source| JournalError::Folder {
         folder: folder.to_owned(),
         source,
     })?;
-    if !is_locked(&lock) {
-        return Err(JournalError::Locked(folder.to_owned()));
+    match is_locked(&lock) {
+        true => Ok(lock),
+        false => Err(JournalError::Locked(folder.to_owned())),
     }
-    let (meshes, kept) = replayed(folder)?;
-    let writer = Writer::new(Log::new(super::file(folder)), meshes, lock);
-    Ok((Journal { writer }, kept))
 }
 
 /// The file whose lock a daemon holds, in a folder that is made where there is none.

@@ -2,6 +2,7 @@
 
 mod changes;
 mod crowd;
+mod ending;
 mod requests;
 mod warmth;
 mod watches;

@@ -211,22 +211,6 @@ fn what_crashed_twice_is_not_tried_again() {
 }
 
 #[test]
-fn a_stop_ends_all_and_lets_nothing_in() {
-    let mut world = world();
-    let header = world.header();
-    let running = world.ask(1, header);
-    let waiting = world.ask(2, header);
-    world.happens(Event::Stop);
-    assert_eq!(world.of(waiting).code(), Some(Code::Preempted));
-    let late = world.ask(3, header);
-    assert_eq!(world.of(late).code(), Some(Code::Overloaded));
-    assert!(!world.service.is_done());
-    world.pass(MS);
-    assert_eq!(world.of(running).code(), Some(Code::Success));
-    assert!(world.service.is_done());
-}
-
-#[test]
 fn an_answer_says_when_its_scene_is_no_longer_the_newest() {
     let mut world = world();
     let header = world.header();

@@ -1,6 +1,7 @@
 //! A daemon without threads: clients that send, workers that take time, a journal that is slow.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use taut::math::{Pose, Vec3};
@@ -99,6 +100,8 @@ pub(super) struct World {
     pub computed_ns: BTreeMap<u128, u64>,
     /// The most jobs that were computed at once.
     pub most_at_once: usize,
+    /// A file that is gone of those by which clients find the daemon.
+    pub missing: Option<PathBuf>,
     /// Tickets whose responses do not arrive.
     pub deaf: BTreeSet<Ticket>,
     running: BTreeMap<Ticket, Running>,
@@ -178,6 +181,7 @@ impl World {
             lines: 0,
             computed_ns: BTreeMap::new(),
             most_at_once: 0,
+            missing: None,
             deaf: BTreeSet::new(),
             running: BTreeMap::new(),
             pressure,
@@ -316,11 +320,18 @@ impl World {
                 self.running_job(ticket).asks_ns = Some(asks_ns);
             }
             Effect::Look(ticket) => self.happens(Event::Over(ticket)),
+            Effect::LookForFiles => self.look_for_files(),
             Effect::Reply(ticket, reply) => {
                 self.replies.insert(ticket, *reply);
             }
         }
         self.most_at_once = self.most_at_once.max(self.computed_now());
+    }
+
+    fn look_for_files(&mut self) {
+        if let Some(missing) = self.missing.clone() {
+            self.happens(Event::Removed(missing));
+        }
     }
 
     fn running_job(&mut self, ticket: Ticket) -> &mut Running {
