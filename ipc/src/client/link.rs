@@ -67,9 +67,14 @@ impl Link {
         }
         let node = transport::node(instance, generation);
         let node = node.map_err(|error| ClientError::setup("node", error))?;
+        let state = probe.state();
         Self::with_ports(node, probe, root.clone()).map_err(|error| match error {
             // A daemon announces itself when all of them are there.
-            ClientError::Setup { reason, .. } if is_absence(&reason) => lost(Loss::Removed),
+            ClientError::Setup { reason, .. }
+                if is_absence(&reason) || !is_still(instance, state) =>
+            {
+                lost(Loss::Removed)
+            }
             other => other,
         })
     }
@@ -284,6 +289,12 @@ fn opened<T, E: std::fmt::Display>(
             ClientError::setup(what, reason)
         }
     })
+}
+
+/// Whether the lock file that the instance has now says the same of the daemon.
+fn is_still(instance: &Instance, state: DaemonState) -> bool {
+    let probe = DaemonProbe::open(instance).ok().flatten();
+    probe.is_some_and(|probe| probe.state() == state)
 }
 
 /// Whether this is said of a service that is not there, or not whole.
