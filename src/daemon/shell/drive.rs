@@ -175,8 +175,8 @@ impl Shell {
         self.drive(Event::Improved { ticket, header }, &mut hand);
     }
 
-    /// Waits at the port and deals with what has come, until there is a job to compute: that one
-    /// it gives. `may_sleep` unless more may have come.
+    /// Waits at the port and deals with what has come; gives the first job that is to be begun.
+    /// `may_sleep` unless more may have come.
     pub(super) fn attend(&self, may_sleep: &mut bool) -> Result<Option<Box<Job>>, ServerError> {
         let mut hand = Hand::free();
         if *may_sleep {
@@ -211,7 +211,8 @@ impl Shell {
         self.take_all(|| self.port.receive_control(), hand)
     }
 
-    /// Takes messages of one kind, until there is a job to compute; whether those were all.
+    /// Takes messages of one kind; whether those were all. What is left at the port has no order
+    /// that is fair: the port gives them always by client.
     fn take_all(
         &self,
         receive: impl Fn() -> Result<Option<Event>, ServerError>,
@@ -221,9 +222,6 @@ impl Shell {
             match receive()? {
                 Some(event) => self.drive(event, hand),
                 None => return Ok(true),
-            }
-            if hand.job.is_some() {
-                return Ok(false);
             }
         }
         Ok(false)
