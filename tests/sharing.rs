@@ -4,6 +4,9 @@ mod common;
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::Relaxed;
+use std::thread::ScopedJoinHandle;
 
 use common::*;
 use taut_ipc::Client;
@@ -255,4 +258,41 @@ fn prometheus_reads_what_was_counted() {
         "{text}"
     );
     assert!(page("/").starts_with("HTTP/1.1 404"));
+}
+
+/// The port gives requests by client: with one worker that is never idle, the last would wait for
+/// ever if it were asked for one at a time.
+#[test]
+fn nobody_is_left_at_the_port() {
+    const CLIENTS: usize = 8;
+    const ANSWERS: usize = 400;
+    let place = Place::new();
+    let _daemon = place.serve("workers = 1");
+    let first = place.client();
+    let arm = Models::of(&first, "arm_shelf");
+    let left = AtomicUsize::new(ANSWERS);
+    let served: Vec<usize> = std::thread::scope(|scope| {
+        let clients: Vec<_> = (0..CLIENTS)
+            .map(|_| scope.spawn(|| served_until(&arm, &place.client(), &left)))
+            .collect();
+        let join = |client: ScopedJoinHandle<usize>| client.join().unwrap();
+        clients.into_iter().map(join).collect()
+    });
+    let least = served.iter().min().unwrap();
+    assert!(*least >= ANSWERS / CLIENTS / 4, "{served:?}");
+}
+
+/// Sends one check after the other until there were enough; gives how many were its own.
+fn served_until(arm: &Models, client: &Client, left: &AtomicUsize) -> usize {
+    let mut served = 0;
+    let one_less = |left: usize| left.checked_sub(1);
+    while left
+        .try_update(Relaxed, Relaxed, one_less)
+        .is_ok()
+    {
+        let pending = send(arm, client, |header| header.mode = Mode::Check.into());
+        assert_eq!(pending.wait(PATIENCE).unwrap().code(), Code::Success);
+        served += 1;
+    }
+    served
 }

@@ -127,10 +127,8 @@ impl Worker {
         let mut next = Some(job);
         while let Some(job) = next {
             next = self.compute_one(&job, &away, &mut workspace);
-            if next.is_some() {
-                // Who was answered and runs on this core would wait out a time slice.
-                std::thread::yield_now();
-            }
+            // Who was answered may have been woken on this core, and would wait out what comes next.
+            std::thread::yield_now();
         }
         self.shell.put_workspace(workspace);
     }
