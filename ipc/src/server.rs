@@ -35,7 +35,7 @@ use ports::{
 use rustix::process::{Resource, getrlimit, setrlimit};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 /// Open files the daemon may need.
@@ -51,6 +51,52 @@ pub(crate) struct Shared {
     bell: ClientBell,
     boot_id: u64,
     room: Room,
+    waker: Waker,
+    /// Whether somebody has more to be received once an earlier message of theirs is let go.
+    is_held_back: AtomicBool,
+}
+
+impl Shared {
+    /// A message is let go: whoever waits at the port looks whether its client has another.
+    fn let_go(&self) {
+        if self.is_held_back.swap(false, Ordering::SeqCst) {
+            self.waker.wake();
+        }
+    }
+
+    /// A client whose earlier messages are still being held has to wait for its next one: that is
+    /// no error, and whoever lets one of them go says so. Neither is one client's broken
+    /// connection, which shows only once.
+    fn received<T>(
+        &self,
+        mut receive: impl FnMut() -> Result<Option<T>, ReceiveError>,
+    ) -> Result<Option<T>, ReceiveError> {
+        let received = receive().or_else(|_| receive());
+        if !is_held_back(&received) {
+            return received;
+        }
+        self.is_held_back.store(true, Ordering::SeqCst);
+        // One may have been let go before that could be seen.
+        let received = receive();
+        match is_held_back(&received) {
+            true => Ok(None),
+            false => received,
+        }
+    }
+}
+
+fn is_held_back<T>(received: &Result<Option<T>, ReceiveError>) -> bool {
+    matches!(received, Err(ReceiveError::ExceedsMaxBorrows))
+}
+
+/// Lets a message go, once its memory has been given back.
+#[derive(Debug)]
+struct LetGo(Arc<Shared>);
+
+impl Drop for LetGo {
+    fn drop(&mut self) {
+        self.0.let_go();
+    }
 }
 
 /// All ports of the daemon, for all of its threads; one of them waits at a time.
@@ -61,7 +107,6 @@ pub struct Server {
     status: Publisher<Variant, StatusRecord, ()>,
     scene_events: Publisher<Variant, SceneEvent, ()>,
     listener: Listener<Variant>,
-    waker: Waker,
     shared: Arc<Shared>,
     heartbeat: AtomicU64,
     service: OptimizeService,
@@ -143,11 +188,12 @@ impl Server {
             status: status_port(&node)?,
             scene_events: scene_event_port(&node)?,
             listener: listener(&node)?,
-            waker: Waker::new(&node).map_err(setup("waker"))?,
             shared: Arc::new(Shared {
                 bell: ClientBell::new(&node).map_err(setup("wake-client"))?,
                 boot_id,
                 room: Room::default(),
+                waker: Waker::new(&node).map_err(setup("waker"))?,
+                is_held_back: AtomicBool::new(false),
             }),
             heartbeat: AtomicU64::new(0),
             service,
@@ -177,7 +223,7 @@ impl Server {
 
     /// A handle with which any thread ends [`Self::wait`].
     pub fn waker(&self) -> Waker {
-        self.waker.clone()
+        self.shared.waker.clone()
     }
 
     /// Clients connected now, dead ones included until they are cleaned up.
@@ -234,7 +280,10 @@ impl Server {
     /// # Errors
     /// [`ServerError::Port`] if the port is broken.
     pub fn receive(&self) -> Result<Option<IncomingRequest>, ServerError> {
-        let active = received(|| self.optimize.receive()).map_err(port("request port"))?;
+        let active = self
+            .shared
+            .received(|| self.optimize.receive())
+            .map_err(port("request port"))?;
         Ok(active.map(|active| IncomingRequest::new(active, self.shared.clone())))
     }
 
@@ -243,7 +292,10 @@ impl Server {
     /// # Errors
     /// As [`Self::receive`].
     pub fn receive_control(&self) -> Result<Option<IncomingControl>, ServerError> {
-        let active = received(|| self.control.receive()).map_err(port("control port"))?;
+        let active = self
+            .shared
+            .received(|| self.control.receive())
+            .map_err(port("control port"))?;
         Ok(active.map(|active| IncomingControl::new(active, self.shared.clone())))
     }
 
@@ -309,17 +361,6 @@ fn clients_with(files: u64) -> usize {
     usize::try_from(clients)
         .unwrap_or(MAX_CLIENTS)
         .clamp(1, MAX_CLIENTS)
-}
-
-/// A client whose cancelled requests are still being held has to wait for its next one: that is no
-/// error. Neither is one client's broken connection, which shows only once.
-fn received<T>(
-    mut receive: impl FnMut() -> Result<Option<T>, ReceiveError>,
-) -> Result<Option<T>, ReceiveError> {
-    match receive().or_else(|_| receive()) {
-        Err(ReceiveError::ExceedsMaxBorrows) => Ok(None),
-        other => other,
-    }
 }
 
 fn removed(instance: &Instance) -> ServerError {

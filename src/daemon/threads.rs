@@ -1,6 +1,7 @@
-//! Threads by name.
+//! Threads by name, and what they share.
 
 use std::io::Result;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
 use rustix::process::{getpriority_process, setpriority_process};
@@ -8,6 +9,14 @@ use rustix::thread::gettid;
 
 /// Something that works on a thread of its own, and that thread.
 pub(crate) type Started<T> = Result<(T, JoinHandle<()>)>;
+
+/// Locks what threads share. A thread of the crew that panics ends the daemon, so that nobody goes
+/// on for long with what it may have left half done.
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+}
 
 /// Starts a thread; tools show its name.
 pub(crate) fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>> {

@@ -1,6 +1,6 @@
 //! What a client sent, and the way back to it.
 
-use super::Shared;
+use super::{LetGo, Shared};
 use crate::control::{ControlError, ControlReply, ControlRequest, Refusal, decode, encode};
 use crate::limits::{CONTROL_MAX, CONTROL_REPLY_MAX, WIRE_VERSION};
 use crate::transport::Variant;
@@ -46,6 +46,7 @@ pub struct IncomingRequest {
     seq: u32,
     // After the stream: the client has to see its end when it wakes.
     farewell: Farewell,
+    _let_go: LetGo,
 }
 
 /// Wakes a client whose request ends without a final response.
@@ -70,6 +71,7 @@ impl IncomingRequest {
         shared: Arc<Shared>,
     ) -> Self {
         let header = *active.user_header();
+        let let_go = LetGo(shared.clone());
         let farewell = Farewell {
             shared,
             listener_id: header.listener_id,
@@ -80,6 +82,7 @@ impl IncomingRequest {
             header,
             seq: 0,
             farewell,
+            _let_go: let_go,
         }
     }
 
@@ -194,6 +197,8 @@ pub struct IncomingControl {
     active: ActiveRequest<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>,
     header: ControlHeader,
     shared: Arc<Shared>,
+    // After the message.
+    _let_go: LetGo,
 }
 
 impl IncomingControl {
@@ -202,10 +207,12 @@ impl IncomingControl {
         shared: Arc<Shared>,
     ) -> Self {
         let header = *active.user_header();
+        let let_go = LetGo(shared.clone());
         Self {
             active,
             header,
             shared,
+            _let_go: let_go,
         }
     }
 

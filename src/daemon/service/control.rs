@@ -203,6 +203,9 @@ impl Service {
             self.loading.end(&label);
         }
         let replied = content.and_then(|content| self.take(ticket, &label, purpose, content));
+        if let Err(Refusal { code, message, .. }) = &replied {
+            tracing::info!(label, code, "not taken: {message}");
+        }
         self.tell_reply(ticket, replied);
     }
 

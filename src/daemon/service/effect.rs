@@ -59,8 +59,6 @@ pub(crate) enum Effect {
     Refuse(Ticket, Refusal),
     /// Send the shorter path that was told of, under this header.
     Improve(Ticket, Box<ResponseHeader>),
-    /// Send a response that is not the last; told by [`super::event::Event::NotTold`] if it fails.
-    Tell(Ticket, Box<Reply>),
     /// Send the final response.
     Answer(Ticket, Box<Reply>),
     /// Let a request go whose client is gone.
@@ -86,6 +84,9 @@ pub(crate) enum InOrder {
     Prepare(Arc<PreparedModel>),
     /// Read or write something, for a control request.
     Load(Task),
+    /// Send the verdict of a watch, which is not the last response, and if it was sent, tell
+    /// everybody who listens of it; told by [`super::event::Event::NotTold`] if it was not.
+    Tell(Ticket, Box<Reply>, Option<SceneEvent>),
     /// Tell everybody who listens.
     Publish(SceneEvent),
     /// Tell everybody how things stand.

@@ -33,9 +33,6 @@ impl Service {
         let entered = self.clients.enter(client, bytes, self.now_ns);
         let story = story(&self.store, &header, client.pid, self.now_ns);
         self.stories.begin(ticket, story);
-        if let Err(refusal) = entered {
-            return self.refuse(ticket, client, refusal);
-        }
         let open = OpenRequest {
             client,
             header,
@@ -44,6 +41,9 @@ impl Service {
             was_proved: None,
             stage: Stage::Idle,
         };
+        if let Err(refusal) = entered {
+            return self.refuse(ticket, &open, refusal);
+        }
         match checked.and_then(|()| self.admit(&open)) {
             Ok(snapshot) => self.have_read(ticket, open, snapshot),
             Err(refusal) => self.turn_away(ticket, &open, refusal),
@@ -216,13 +216,14 @@ impl Service {
     /// Refuses a request that is on its client's account.
     pub(super) fn turn_away(&mut self, ticket: Ticket, open: &OpenRequest, refusal: Refusal) {
         self.clients.left(open.client.id, open.bytes);
-        self.refuse(ticket, open.client, refusal);
+        self.refuse(ticket, open, refusal);
     }
 
-    pub(super) fn refuse(&mut self, ticket: Ticket, client: Client, refusal: Refusal) {
-        tracing::info!(ticket, code = refusal.code, "refused: {}", refusal.message);
+    pub(super) fn refuse(&mut self, ticket: Ticket, open: &OpenRequest, refusal: Refusal) {
+        let request = open.header.request_id;
+        tracing::info!(request, code = refusal.code, "refused: {}", refusal.message);
         self.metrics.ended(refusal.code);
-        self.clients.refused(client.id);
+        self.clients.refused(open.client.id);
         self.stories.end(
             ticket,
             self.now_ns,

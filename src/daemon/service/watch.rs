@@ -11,7 +11,7 @@ use taut_ipc::wire::{
 };
 
 use super::Service;
-use super::effect::{Effect, InOrder};
+use super::effect::InOrder;
 use super::event::Ticket;
 use super::open_request::{Computing, OpenRequest, Stage};
 use crate::daemon::observe::story::Step;
@@ -115,12 +115,8 @@ impl Service {
         }
         let request = open.header.request_id;
         tracing::debug!(request, code = reply.header.code, "a watched path");
-        let event = unsafe_event(request, checked.scene_id, &reply);
-        self.effects
-            .push(Effect::Tell(ticket, Box::new(reply)));
-        if was_proved {
-            self.in_order(InOrder::Publish(event));
-        }
+        let event = was_proved.then(|| unsafe_event(request, checked.scene_id, &reply));
+        self.in_order(InOrder::Tell(ticket, Box::new(reply), event));
     }
 
     /// What could not be told is told after the next check.
@@ -140,7 +136,7 @@ impl Service {
     /// Ends a watch between two checks.
     pub(super) fn end_watch(&mut self, ticket: Ticket, why: &str) {
         if let Some(open) = self.open.remove(ticket) {
-            self.refuse(ticket, open.client, Refusal::new(Code::Preempted, why));
+            self.refuse(ticket, &open, Refusal::new(Code::Preempted, why));
         }
     }
 }

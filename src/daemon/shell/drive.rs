@@ -10,7 +10,7 @@ use taut::store::ModelStore;
 use taut_ipc::control::ClientSummary;
 use taut_ipc::monotonic_ns;
 use taut_ipc::server::ServerError;
-use taut_ipc::wire::{ResponseBody, ResponseHeader};
+use taut_ipc::wire::{ResponseBody, ResponseHeader, SceneEvent};
 
 use super::crew::Crew;
 use super::lines::Lines;
@@ -22,6 +22,7 @@ use crate::daemon::service::effect::{Effect, InOrder};
 use crate::daemon::service::event::{Event, Ticket};
 use crate::daemon::service::job::Job;
 use crate::daemon::service::schedule::Pressure;
+use crate::daemon::threads::locked;
 use crate::daemon::translate::Reply;
 
 /// Messages taken in one round, so that a client that floods does not keep the port from what else
@@ -101,7 +102,7 @@ impl Shell {
 
     /// Gives it the ways to other threads.
     pub(super) fn connect(&self, lines: Lines) {
-        *guarded(&self.lines) = Some(lines);
+        *locked(&self.lines) = Some(lines);
     }
 
     /// Lets the other threads end, once the crew has; gives why it did.
@@ -109,9 +110,9 @@ impl Shell {
     /// # Errors
     /// A port that stopped working, unless its files are gone.
     pub(super) fn close(&self) -> Result<Ended, ServerError> {
-        let failure = guarded(&self.failure).take();
+        let failure = locked(&self.failure).take();
         let is_removed = self.service().is_removed();
-        if let Some(lines) = guarded(&self.lines).take() {
+        if let Some(lines) = locked(&self.lines).take() {
             lines.close(failure.is_none() && !is_removed);
         }
         match failure {
@@ -131,14 +132,14 @@ impl Shell {
 
     /// The service cannot go on.
     pub(super) fn fail(&self, error: ServerError) {
-        guarded(&self.failure).get_or_insert(error);
+        locked(&self.failure).get_or_insert(error);
         self.end_crew();
     }
 
     /// After a failure, what is computed is to end too. A port may be the first to notice that
     /// files are gone.
     pub(super) fn stop_if_failed(&self) {
-        if guarded(&self.failure).is_some() {
+        if locked(&self.failure).is_some() {
             self.tell(self.look_for_files().unwrap_or(Event::Stop));
         }
     }
@@ -238,7 +239,7 @@ impl Shell {
     fn drive(&self, event: Event, hand: &mut Hand) {
         let mut events = VecDeque::from([event]);
         while let Some(event) = events.pop_front() {
-            let effects = self.handle(event);
+            let effects = self.handle(event, &mut events);
             let outcomes = effects
                 .into_iter()
                 .filter_map(|effect| self.perform(effect, hand));
@@ -248,13 +249,12 @@ impl Shell {
 
     /// Has the service deal with an event. What others are told in the order in which it happened,
     /// they are told before the next event.
-    fn handle(&self, event: Event) -> Vec<Effect> {
+    fn handle(&self, event: Event, outcomes: &mut VecDeque<Event>) -> Vec<Effect> {
         let now_ns = monotonic_ns();
         let mut service = self.service();
         let effects = service.handle(event, now_ns);
-        for effect in effects.in_order {
-            self.perform_in_order(effect);
-        }
+        let in_order = effects.in_order.into_iter();
+        outcomes.extend(in_order.filter_map(|effect| self.perform_in_order(effect)));
         self.wake_if_earlier(service.next_ns());
         if service.is_done() {
             self.end_crew();
@@ -271,10 +271,13 @@ impl Shell {
         }
     }
 
-    fn perform_in_order(&self, effect: InOrder) {
-        let lines = guarded(&self.lines);
-        let Some(lines) = lines.as_ref() else { return };
+    fn perform_in_order(&self, effect: InOrder) -> Option<Event> {
+        let lines = locked(&self.lines);
+        let lines = lines.as_ref()?;
         match effect {
+            InOrder::Tell(ticket, reply, event) => {
+                return self.tell_verdict(ticket, &reply, event.as_ref());
+            }
             InOrder::Publish(event) => self.checked(self.port.publish(&event)),
             InOrder::Status(status) => {
                 lines.pulse.beat();
@@ -286,6 +289,7 @@ impl Shell {
             InOrder::Keep(entry) => lines.keep(entry),
             InOrder::Record(line) => lines.record(line),
         }
+        None
     }
 
     fn show(&self, numbers: BTreeMap<String, f64>, clients: Vec<ClientSummary>) {
@@ -312,7 +316,6 @@ impl Shell {
                 return Some(Event::Read { ticket, read });
             }
             Effect::LookForFiles => return self.look_for_files(),
-            Effect::Tell(ticket, reply) => return self.tell_verdict(ticket, &reply),
             Effect::Improve(ticket, header) => self.send_improvement(ticket, &header, hand.path),
             Effect::Answer(ticket, reply) => self.port.answer(ticket, &reply),
             Effect::Refuse(ticket, refusal) => self.port.refuse(ticket, &refusal),
@@ -326,11 +329,23 @@ impl Shell {
         None
     }
 
-    fn tell_verdict(&self, ticket: Ticket, reply: &Reply) -> Option<Event> {
-        let was_told = self
+    /// Tells a client, and everybody who listens what became of its path.
+    fn tell_verdict(
+        &self,
+        ticket: Ticket,
+        reply: &Reply,
+        event: Option<&SceneEvent>,
+    ) -> Option<Event> {
+        if !self
             .port
-            .tell(ticket, &reply.header, &reply.body());
-        (!was_told).then_some(Event::NotTold(ticket))
+            .tell(ticket, &reply.header, &reply.body())
+        {
+            return Some(Event::NotTold(ticket));
+        }
+        if let Some(Err(error)) = event.map(|event| self.port.publish(event)) {
+            tracing::warn!("that a watched path became unsafe was not published: {error}");
+        }
+        None
     }
 
     /// One that does not arrive is followed by others, or by the answer.
@@ -353,23 +368,17 @@ impl Shell {
 
     /// A workspace that nobody uses.
     pub(super) fn workspace(&self) -> Workspace {
-        guarded(&self.workspaces)
+        locked(&self.workspaces)
             .pop()
             .unwrap_or_default()
     }
 
     /// Gives a workspace back.
     pub(super) fn put_workspace(&self, workspace: Workspace) {
-        guarded(&self.workspaces).push(workspace);
+        locked(&self.workspaces).push(workspace);
     }
 
     fn service(&self) -> MutexGuard<'_, Service> {
-        guarded(&self.service)
+        locked(&self.service)
     }
-}
-
-fn guarded<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
 }

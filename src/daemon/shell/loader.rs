@@ -24,13 +24,14 @@ pub(super) fn start(
     name: &str,
     niceness: i32,
     prepared: Option<Prepared>,
-    tell: impl Fn(Event) + Send + 'static,
+    tell: impl Fn(Event) -> bool + Send + 'static,
 ) -> Started<Sender<Task>> {
     let (tasks, receiver) = unbounded::<Task>();
     let work = move || {
-        receiver
+        // What nobody needs any more is not begun.
+        let _ = receiver
             .iter()
-            .for_each(|task| tell(done(task, prepared.as_ref())))
+            .all(|task| tell(done(task, prepared.as_ref())));
     };
     Ok((tasks, spawn_nice(name, niceness, work)?))
 }

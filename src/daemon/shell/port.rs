@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use taut::store::Snapshot;
@@ -14,6 +14,7 @@ use taut_ipc::wire::{Code, ResponseBody, ResponseHeader, SceneEvent, StatusRecor
 use super::cleaning::Cleaning;
 use crate::daemon::service::client::Client;
 use crate::daemon::service::event::{Asked, Event, Question, Surroundings, Ticket};
+use crate::daemon::threads::locked;
 use crate::daemon::translate::{self, Reply};
 
 /// Clients whose processes are remembered.
@@ -21,7 +22,7 @@ const REMEMBERED: usize = 1024;
 
 /// Ports, and what came through them.
 pub(super) struct Port {
-    requests: Mutex<HashMap<Ticket, Request>>,
+    requests: Mutex<HashMap<Ticket, Stream>>,
     controls: Mutex<HashMap<Ticket, IncomingControl>>,
     pids: Mutex<HashMap<u128, u32>>,
     tickets: AtomicU64,
@@ -32,9 +33,11 @@ pub(super) struct Port {
     server: Server,
 }
 
-/// A request that came.
+/// A request that came; one thread at a time uses it.
+type Stream = Arc<Mutex<Request>>;
+
 struct Request {
-    stream: Arc<Mutex<IncomingRequest>>,
+    request: IncomingRequest,
     /// Whether it was told that its client wants the best so far.
     is_hinted: bool,
 }
@@ -83,10 +86,10 @@ impl Port {
             checked,
         };
         let request = Request {
-            stream: Arc::new(Mutex::new(request)),
+            request,
             is_hinted: false,
         };
-        guarded(&self.requests).insert(ticket, request);
+        locked(&self.requests).insert(ticket, Arc::new(Mutex::new(request)));
         Event::Asked(Box::new(asked))
     }
 
@@ -99,7 +102,7 @@ impl Port {
     fn controlled(&self, control: IncomingControl) -> Event {
         let ticket = self.ticket();
         let message = control.message().map(Box::new);
-        guarded(&self.controls).insert(ticket, control);
+        locked(&self.controls).insert(ticket, control);
         Event::Controlled {
             ticket,
             message,
@@ -109,11 +112,13 @@ impl Port {
 
     /// Requests whose clients are gone, or newly want the best so far.
     pub(super) fn ended(&self) -> Vec<Event> {
-        let mut requests = guarded(&self.requests);
-        let ended = requests
-            .iter_mut()
-            .filter_map(|(ticket, request)| request.ended(*ticket));
-        ended.collect()
+        // Who uses one for long keeps nobody from the others.
+        let streams: Vec<(Ticket, Stream)> = locked(&self.requests)
+            .iter()
+            .map(|(ticket, stream)| (*ticket, stream.clone()))
+            .collect();
+        let ended = |(ticket, stream): (Ticket, Stream)| locked(&stream).ended(ticket);
+        streams.into_iter().filter_map(ended).collect()
     }
 
     /// A file that is gone, by which clients find the daemon.
@@ -138,8 +143,8 @@ impl Port {
         clearance_m: f64,
     ) -> Option<Result<Question, Refusal>> {
         let stream = self.stream(ticket)?;
-        let request = guarded(&stream);
-        Some(question(&request, snapshot, clearance_m))
+        let request = &locked(&stream).request;
+        Some(question(request, snapshot, clearance_m))
     }
 
     /// Sends a response that is not the last; whether it was sent.
@@ -152,7 +157,7 @@ impl Port {
         let Some(stream) = self.stream(ticket) else {
             return true;
         };
-        let mut request = guarded(&stream);
+        let request = &mut locked(&stream).request;
         let sent = request.send(header, body);
         if let Err(error) = &sent {
             let request = request.header().request_id;
@@ -164,7 +169,7 @@ impl Port {
     /// Sends an answer and ends the stream; where it has no room, a refusal.
     pub(super) fn answer(&self, ticket: Ticket, reply: &Reply) {
         if let Some(stream) = self.remove(ticket) {
-            deliver(&mut guarded(&stream), reply);
+            deliver(&mut locked(&stream).request, reply);
         }
     }
 
@@ -174,7 +179,8 @@ impl Port {
             return;
         };
         let code = Code::try_from(refusal.code).unwrap_or(Code::MalformedRequest);
-        let refused = guarded(&stream).refuse(code, &refusal.message, refusal.retry_after_ms);
+        let request = &mut locked(&stream).request;
+        let refused = request.refuse(code, &refusal.message, refusal.retry_after_ms);
         if let Err(error) = refused {
             tracing::warn!("a refusal was not sent: {error}");
         }
@@ -187,7 +193,7 @@ impl Port {
 
     /// Answers a control request; a reply that is too large, or has no room, becomes a refusal.
     pub(super) fn reply(&self, ticket: Ticket, reply: &ControlReply) {
-        let control = guarded(&self.controls).remove(&ticket);
+        let control = locked(&self.controls).remove(&ticket);
         if let Some(Err(error)) = control.map(|control| control.reply(reply)) {
             tracing::warn!("a control reply was not sent: {error}");
         }
@@ -209,7 +215,7 @@ impl Port {
     }
 
     fn client(&self, id: u128) -> Client {
-        let mut pids = guarded(&self.pids);
+        let mut pids = locked(&self.pids);
         if !pids.contains_key(&id) {
             if pids.len() == REMEMBERED {
                 pids.clear();
@@ -220,25 +226,22 @@ impl Port {
         Client { id, pid: pids[&id] }
     }
 
-    fn stream(&self, ticket: Ticket) -> Option<Arc<Mutex<IncomingRequest>>> {
-        let requests = guarded(&self.requests);
-        Some(requests.get(&ticket)?.stream.clone())
+    fn stream(&self, ticket: Ticket) -> Option<Stream> {
+        locked(&self.requests).get(&ticket).cloned()
     }
 
-    fn remove(&self, ticket: Ticket) -> Option<Arc<Mutex<IncomingRequest>>> {
-        let request = guarded(&self.requests).remove(&ticket)?;
-        Some(request.stream)
+    fn remove(&self, ticket: Ticket) -> Option<Stream> {
+        locked(&self.requests).remove(&ticket)
     }
 }
 
 impl Request {
     /// What its client has done meanwhile.
     fn ended(&mut self, ticket: Ticket) -> Option<Event> {
-        let stream = guarded(&self.stream);
-        if !stream.is_connected() {
+        if !self.request.is_connected() {
             return Some(Event::Gone(ticket));
         }
-        let is_newly_hinted = !self.is_hinted && stream.has_disconnect_hint();
+        let is_newly_hinted = !self.is_hinted && self.request.has_disconnect_hint();
         self.is_hinted |= is_newly_hinted;
         is_newly_hinted.then_some(Event::Hinted(ticket))
     }
@@ -273,10 +276,4 @@ fn deliver(request: &mut IncomingRequest, reply: &Reply) {
     if let Err(error) = request.refuse(Code::ResourceExhausted, &error.to_string(), 0) {
         tracing::warn!(request = id, "its refusal neither: {error}");
     }
-}
-
-fn guarded<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
 }

@@ -22,7 +22,7 @@ pub(super) type ToPrepare = Sender<Arc<PreparedModel>>;
 /// dropped.
 pub(super) fn start(
     niceness: i32,
-    tell: impl Fn(Event) + Clone + Send + 'static,
+    tell: impl Fn(Event) -> bool + Clone + Send + 'static,
 ) -> std::io::Result<(ToPrepare, Vec<JoinHandle<()>>)> {
     let (models, receiver) = unbounded();
     let threads =
@@ -34,13 +34,15 @@ fn preparer(
     index: usize,
     niceness: i32,
     models: Receiver<Arc<PreparedModel>>,
-    tell: impl Fn(Event) + Send + 'static,
+    tell: impl Fn(Event) -> bool + Send + 'static,
 ) -> std::io::Result<JoinHandle<()>> {
     spawn_nice(&format!("taut-preparer-{index}"), niceness, move || {
         for model in models {
             model.begin(monotonic_ns());
             make(&model);
-            tell(Event::Prepared);
+            if !tell(Event::Prepared) {
+                return;
+            }
         }
     })
 }

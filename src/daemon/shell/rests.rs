@@ -1,10 +1,11 @@
 //! Where jobs that have made room stand until they go on.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use crate::daemon::service::event::Ticket;
+use crate::daemon::threads::locked;
 
 /// Jobs that have made room. A job is told to pause once and to go on once, in whichever order the
 /// two are done: by different threads.
@@ -21,13 +22,13 @@ struct Rest {
 impl Rests {
     /// A job is to pause.
     pub(super) fn pause(&self, job: Ticket) {
-        *guarded(&self.of(job).told) -= 1;
+        *locked(&self.of(job).told) -= 1;
     }
 
     /// A job is to go on.
     pub(super) fn go_on(&self, job: Ticket) {
         let rest = self.of(job);
-        *guarded(&rest.told) += 1;
+        *locked(&rest.told) += 1;
         rest.called.notify_one();
     }
 
@@ -35,7 +36,7 @@ impl Rests {
     pub(super) fn look(&self, job: Ticket) {
         if let Some(rest) = self.known(job) {
             // Who looks holds this until it sleeps.
-            drop(guarded(&rest.told));
+            drop(locked(&rest.told));
             rest.called.notify_one();
         }
     }
@@ -57,23 +58,23 @@ impl Rests {
             end();
             rest.until(|| Duration::MAX, || false);
         }
-        guarded(&self.0).remove(&job);
+        locked(&self.0).remove(&job);
         true
     }
 
     fn known(&self, job: Ticket) -> Option<Arc<Rest>> {
-        guarded(&self.0).get(&job).cloned()
+        locked(&self.0).get(&job).cloned()
     }
 
     fn of(&self, job: Ticket) -> Arc<Rest> {
-        guarded(&self.0).entry(job).or_default().clone()
+        locked(&self.0).entry(job).or_default().clone()
     }
 }
 
 impl Rest {
     /// Sleeps until the job is to go on, or is over: then true.
     fn until(&self, left: impl Fn() -> Duration, over: impl Fn() -> bool) -> bool {
-        let mut told = guarded(&self.told);
+        let mut told = locked(&self.told);
         while *told < 0 {
             if over() {
                 return true;
@@ -83,10 +84,4 @@ impl Rest {
         }
         false
     }
-}
-
-fn guarded<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
 }

@@ -153,7 +153,7 @@ struct Threads {
 
 impl Threads {
     /// Begins with the thread that stops the daemon on a signal.
-    fn new(tell: impl Fn(Event) + Send + 'static) -> Result<Self, DaemonError> {
+    fn new(tell: impl Fn(Event) -> bool + Send + 'static) -> Result<Self, DaemonError> {
         let (signals, thread) = stop_on_signals(tell).map_err(system("signal handler"))?;
         Ok(Self {
             signals,
@@ -176,10 +176,13 @@ impl Threads {
     fn keeping(
         &mut self,
         kept: Kept,
-        tell: impl Fn(Event) + Send + 'static,
+        tell: impl Fn(Event) -> bool + Send + 'static,
     ) -> Result<Sender<Entry>, DaemonError> {
         outlive_full_disks()?;
-        let told = move |change, failure| tell(Event::Kept(KeptUpTo { change, failure }));
+        let told = move |change, failure| {
+            // The journal ends with its line.
+            let _ = tell(Event::Kept(KeptUpTo { change, failure }));
+        };
         let journal = kept
             .journal
             .start(kept.live, kept.configured, Box::new(told));
@@ -375,10 +378,13 @@ fn lines(
     })
 }
 
-/// How another thread tells what happened.
-fn telling(shell: &Arc<Shell>) -> impl Fn(Event) + Clone + Send + 'static {
+/// How another thread tells what happened; false once nobody needs the next.
+fn telling(shell: &Arc<Shell>) -> impl Fn(Event) -> bool + Clone + Send + 'static {
     let shell = Arc::clone(shell);
-    move |event| shell.tell(event)
+    move |event| {
+        shell.tell(event);
+        !shell.crew.is_closed()
+    }
 }
 
 /// Set by a signal to stop, also by one that comes while no thread waits for it.
@@ -391,13 +397,13 @@ fn stop_flag() -> std::io::Result<Arc<AtomicBool>> {
 }
 
 /// The thread ends when the handle is closed.
-fn stop_on_signals(tell: impl Fn(Event) + Send + 'static) -> Started<Handle> {
+fn stop_on_signals(tell: impl Fn(Event) -> bool + Send + 'static) -> Started<Handle> {
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     let handle = signals.handle();
     let stop = move || {
         signals
             .forever()
-            .for_each(|_| tell(Event::Stop));
+            .for_each(|_| _ = tell(Event::Stop));
     };
     Ok((handle, spawn("taut-signals", stop)?))
 }

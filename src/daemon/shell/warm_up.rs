@@ -35,12 +35,16 @@ impl WarmUp {
     }
 
     /// Starts the thread, which tells of each robot that it has made; it ends when everything is.
-    pub(super) fn start(self, niceness: i32, tell: impl Fn(Event) + Send + 'static) -> Started<()> {
+    pub(super) fn start(
+        self,
+        niceness: i32,
+        tell: impl Fn(Event) -> bool + Send + 'static,
+    ) -> Started<()> {
         let thread = spawn_nice("taut-warm-up", niceness, move || self.work(tell))?;
         Ok(((), thread))
     }
 
-    fn work(self, tell: impl Fn(Event)) {
+    fn work(self, tell: impl Fn(Event) -> bool) {
         if let Some(prepared) = &self.prepared {
             let robots = self.robots.iter();
             prepared.retain(
@@ -51,7 +55,9 @@ impl WarmUp {
         }
         for alone in &self.robots {
             self.make_robot(alone);
-            tell(Event::Prepared);
+            if !tell(Event::Prepared) {
+                return;
+            }
         }
         // A scene that panics is made again by its request's worker, which answers with what it
         // says.

@@ -346,6 +346,14 @@ impl Schedule {
             .filter(|turn| turn.is_paused())
     }
 
+    /// Begun jobs that have a thread and no slot: also those that are on their way to their end.
+    fn without_slot(&self) -> usize {
+        self.begun
+            .values()
+            .filter(|turn| !turn.has_slot())
+            .count()
+    }
+
     /// The next to be computed.
     fn next(&self) -> Option<Chosen> {
         let standings = self.standings();
@@ -387,7 +395,7 @@ impl Schedule {
 
     fn may_pause(&self, for_higher_class: bool) -> bool {
         let factor = if for_higher_class { 2 } else { 1 };
-        self.paused().count() < self.slots * PAUSED_PER_SLOT * factor
+        self.without_slot() < self.slots * PAUSED_PER_SLOT * factor
     }
 
     /// Counts on its client's account what a job was computed since it was last counted.

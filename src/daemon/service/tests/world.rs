@@ -273,6 +273,7 @@ impl World {
         match effect {
             InOrder::Prepare(model) => self.prepare(model),
             InOrder::Load(task) => self.tasks.push(task),
+            InOrder::Tell(ticket, reply, event) => self.tell(ticket, &reply, event),
             InOrder::Publish(event) => self.published.push(event),
             InOrder::Status(status) => self.statuses.push(*status),
             InOrder::Keep(entry) => self.journal.push(entry),
@@ -310,7 +311,6 @@ impl World {
             }
             Effect::Refuse(ticket, refusal) => self.refused(ticket, refusal),
             Effect::Improve(ticket, _) => self.heard.entry(ticket).or_default().improved += 1,
-            Effect::Tell(ticket, reply) => self.tell(ticket, &reply),
             Effect::Answer(ticket, reply) => self.answered(ticket, &reply.header),
             Effect::Drop(ticket) => self.heard.entry(ticket).or_default().dropped = true,
             Effect::Begin(job) => self.begin(job),
@@ -361,13 +361,14 @@ impl World {
         heard.flags = header.flags;
     }
 
-    fn tell(&mut self, ticket: Ticket, reply: &Reply) {
+    fn tell(&mut self, ticket: Ticket, reply: &Reply, event: Option<SceneEvent>) {
         if self.deaf.contains(&ticket) {
             return self.happens(Event::NotTold(ticket));
         }
         let heard = self.heard.entry(ticket).or_default();
         heard.told.push(reply.header.code);
         heard.flags = reply.header.flags;
+        self.published.extend(event);
     }
 
     fn begin(&mut self, job: Box<Job>) {
