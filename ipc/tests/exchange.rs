@@ -313,6 +313,29 @@ fn cancelled_requests_still_held_block_only_their_client() {
 }
 
 #[test]
+fn whoever_lets_a_request_go_wakes_the_daemon_for_the_next() {
+    let sandbox = Sandbox::new();
+    let server = Server::create(&sandbox.instance).unwrap();
+    let client = Client::connect(&sandbox.instance).unwrap();
+    let send = || {
+        let loan = request(&client, Mode::Check, 1, 1.0).unwrap();
+        loan.send().unwrap()
+    };
+    let cancelled: Vec<_> = (0..ACTIVE_REQUESTS_PER_CLIENT)
+        .map(|_| send())
+        .collect();
+    let mut held: Vec<IncomingRequest> = std::iter::from_fn(|| server.receive().unwrap()).collect();
+    drop(cancelled);
+    let _pending = send();
+    assert!(server.receive().unwrap().is_none(), "one more is held back");
+    while server.wait(Duration::ZERO).unwrap() {}
+    // As another thread would that answers it.
+    drop(held.pop());
+    assert!(server.wait(PATIENCE).unwrap(), "somebody calls");
+    assert!(server.receive().unwrap().is_some());
+}
+
+#[test]
 fn a_daemon_that_takes_nothing_overloads_the_client_instead_of_hanging_it() {
     let sandbox = Sandbox::new();
     let server = Server::create(&sandbox.instance).unwrap();
