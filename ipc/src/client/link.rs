@@ -53,8 +53,30 @@ impl Link {
             loss,
         };
         let probe = DaemonProbe::open(instance)?.ok_or_else(|| lost(Loss::NeverStarted))?;
+        let state = probe.state();
+        Self::open_to(instance, probe, state, root.clone()).map_err(|error| match error {
+            // A daemon announces itself when all of them are there.
+            ClientError::Setup { reason, .. } if is_absence(&reason) => lost(Loss::Removed),
+            ClientError::Setup { .. } | ClientError::Instance(_) if !is_still(instance, state) => {
+                lost(Loss::Removed)
+            }
+            other => other,
+        })
+    }
+
+    /// Opens the ports of a daemon that its lock file tells of.
+    fn open_to(
+        instance: &Instance,
+        probe: DaemonProbe,
+        state: DaemonState,
+        root: String,
+    ) -> Result<Self, ClientError> {
+        let lost = |loss| ClientError::DaemonLost {
+            root: root.clone(),
+            loss,
+        };
         instance.check_private()?;
-        let generation = match probe.state() {
+        let generation = match state {
             DaemonState::Running { wire_version, .. } if wire_version != WIRE_VERSION => {
                 return Err(WireError::Version(wire_version).into());
             }
@@ -67,16 +89,7 @@ impl Link {
         }
         let node = transport::node(instance, generation);
         let node = node.map_err(|error| ClientError::setup("node", error))?;
-        let state = probe.state();
-        Self::with_ports(node, probe, root.clone()).map_err(|error| match error {
-            // A daemon announces itself when all of them are there.
-            ClientError::Setup { reason, .. }
-                if is_absence(&reason) || !is_still(instance, state) =>
-            {
-                lost(Loss::Removed)
-            }
-            other => other,
-        })
+        Self::with_ports(node, probe, root)
     }
 
     fn with_ports(
