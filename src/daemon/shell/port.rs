@@ -112,13 +112,21 @@ impl Port {
 
     /// Requests whose clients are gone, or newly want the best so far.
     pub(super) fn ended(&self) -> Vec<Event> {
-        // Who uses one for long keeps nobody from the others.
-        let streams: Vec<(Ticket, Stream)> = locked(&self.requests)
+        let mut busy = Vec::new();
+        let mut ended: Vec<Event> = locked(&self.requests)
             .iter()
-            .map(|(ticket, stream)| (*ticket, stream.clone()))
+            .filter_map(|(ticket, stream)| match stream.try_lock() {
+                Ok(mut request) => request.ended(*ticket),
+                Err(_) => {
+                    busy.push((*ticket, stream.clone()));
+                    None
+                }
+            })
             .collect();
-        let ended = |(ticket, stream): (Ticket, Stream)| locked(&stream).ended(ticket);
-        streams.into_iter().filter_map(ended).collect()
+        // Who uses one for long keeps nobody from the others.
+        let waited = busy.into_iter();
+        ended.extend(waited.filter_map(|(ticket, stream)| locked(&stream).ended(ticket)));
+        ended
     }
 
     /// A file that is gone, by which clients find the daemon.
