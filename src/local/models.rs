@@ -123,7 +123,7 @@ impl Models {
     }
 
     fn load_robot(&self, label: &str, source: RobotSource, replace: bool) -> Answer {
-        let read = translate::robot_of(&translate::robot_files(source), |_| ())?;
+        let read = translate::robot_of(&translate::robot_files(source), None, |_| ())?;
         self.take_robot(label, read, replace)
     }
 

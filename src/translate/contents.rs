@@ -33,16 +33,23 @@ pub struct ReadRobot {
     pub is_new: bool,
 }
 
-/// A robot, its default weights and its collision model; `makes` hears, once the files are read,
-/// what is made of them.
+/// A robot, its default weights and its collision model, which shares the solids of `like` where
+/// its links have the same shapes; `makes` hears, once the files are read, what is made of them.
 ///
 /// # Errors
 /// A file that cannot be read, or is no robot.
-pub fn robot_of(files: &RobotFiles, makes: impl FnOnce(&Step)) -> Result<ReadRobot, Refusal> {
+pub fn robot_of(
+    files: &RobotFiles,
+    like: Option<&CollisionModel>,
+    makes: impl FnOnce(&Step),
+) -> Result<ReadRobot, Refusal> {
     let description = reader()
         .robot_of(files)
         .map_err(|error| file_refusal(&error))?;
     let robot = robot_described(description, &files.urdf)?;
+    if let Some(like) = like.filter(|like| like.robot().shapes_hash() == robot.shapes_hash()) {
+        return sharing(like, robot);
+    }
     let links = robot.links().iter();
     makes(&Step::Links(Count::of(links.map(|link| &*link.shapes))));
     read_robot(robot)
@@ -90,7 +97,10 @@ pub fn selected(alone: &PreparedModel, variables: Vec<String>) -> Result<ReadRob
     let model = alone
         .get()
         .map_err(|error| model_refusal(error, alone.robot()))?;
-    let robot = Arc::new(with_variables(alone.robot(), variables)?);
+    sharing(model, Arc::new(with_variables(alone.robot(), variables)?))
+}
+
+fn sharing(model: &CollisionModel, robot: Arc<RobotModel>) -> Result<ReadRobot, Refusal> {
     let alone = model
         .with_robot(robot.clone())
         .map_err(|error| model_refusal(&error, &robot))?;

@@ -1,8 +1,10 @@
 //! The loader: threads that read robots and scenes, and changes to scenes.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Weak};
 
 use crossbeam_channel::{Sender, unbounded};
+use taut::collision::CollisionModel;
 use taut::scene::Scene;
 use taut::store::Step;
 use taut_ipc::control::{ControlReply, Refusal, SceneText};
@@ -28,16 +30,21 @@ pub(super) fn start(
 ) -> Started<Sender<Task>> {
     let (tasks, receiver) = unbounded::<Task>();
     let work = move || {
+        let mut last = Last::new();
         // What nobody needs any more is not begun.
         let _ = receiver
             .iter()
-            .all(|task| tell(done(task, prepared.as_ref())));
+            .all(|task| tell(done(task, prepared.as_ref(), &mut last)));
     };
     Ok((tasks, spawn_nice(name, niceness, work)?))
 }
 
+/// The robot that was read last, while it is loaded: one that is loaded again, or by two at once,
+/// is made once.
+type Last = Weak<CollisionModel>;
+
 /// Does what a control request needs, and gives what the service hears of it.
-fn done(Task { ticket, work }: Task, prepared: Option<&Prepared>) -> Event {
+fn done(Task { ticket, work }: Task, prepared: Option<&Prepared>, last: &mut Last) -> Event {
     match work {
         Work::Read {
             label,
@@ -45,10 +52,13 @@ fn done(Task { ticket, work }: Task, prepared: Option<&Prepared>) -> Event {
             source,
             reading,
         } => {
-            let content = guarded(|| read(&source, &reading));
-            // Before the answer: a robot that is warm costs no more than its requests.
-            if let (Ok(Content::Robot(robot)), Some(prepared)) = (&content, prepared) {
-                prepared.keep(&robot.alone);
+            let content = guarded(|| read(&source, last, &reading));
+            if let Ok(Content::Robot(robot)) = &content {
+                *last = Arc::downgrade(&robot.alone);
+                // Before the answer: a robot that is warm costs no more than its requests.
+                if let Some(prepared) = prepared {
+                    prepared.keep(&robot.alone);
+                }
             }
             Event::Loaded(Box::new(Loaded {
                 ticket,
@@ -69,10 +79,12 @@ fn done(Task { ticket, work }: Task, prepared: Option<&Prepared>) -> Event {
 }
 
 /// Reads it and makes what requests need of it.
-fn read(source: &Source, reading: &Reading) -> Result<Content, Refusal> {
+fn read(source: &Source, last: &Last, reading: &Reading) -> Result<Content, Refusal> {
     let makes = |step: &Step| reading.makes(step_words(step));
     match source {
-        Source::Robot(files) => robot_of(files, makes).map(Content::Robot),
+        Source::Robot(files) => {
+            robot_of(files, last.upgrade().as_deref(), makes).map(Content::Robot)
+        }
         Source::Variables(alone, names) => selected(alone, names.clone()).map(Content::Robot),
         Source::Scene(text, file) => {
             let scene = scene_of(text, file)?;
