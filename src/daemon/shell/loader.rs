@@ -108,3 +108,54 @@ fn guarded<T>(work: impl FnOnce() -> Result<T, Refusal>) -> Result<T, Refusal> {
         Err(Refusal::new(Code::Crash, message))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use taut::files::RobotFiles;
+    use taut::translate::ReadRobot;
+
+    use super::*;
+    use crate::daemon::service::event::Purpose;
+
+    /// What comes of loading a robot of this project.
+    fn loaded(file: &str, last: &mut Last) -> ReadRobot {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/robots");
+        let files = RobotFiles {
+            urdf: folder.join(file),
+            ..RobotFiles::default()
+        };
+        let work = Work::Read {
+            label: "robot".to_owned(),
+            purpose: Purpose::Load { replace: true },
+            source: Source::Robot(files),
+            reading: Arc::new(Reading::new("robot", true, 0)),
+        };
+        match done(Task { ticket: 1, work }, None, last) {
+            Event::Loaded(loaded) => match loaded.content {
+                Ok(Content::Robot(robot)) => robot,
+                _ => panic!("{file} is no robot"),
+            },
+            _ => panic!("{file} was not loaded"),
+        }
+    }
+
+    #[test]
+    fn a_robot_that_is_loaded_again_is_made_once_for_as_long_as_it_is_there() {
+        let mut last = Last::new();
+        let first = loaded("disc.urdf", &mut last);
+        let second = loaded("disc.urdf", &mut last);
+        assert!(first.is_new && !second.is_new);
+        assert_eq!(first.robot.hash(), second.robot.hash());
+        let solids = |robot: &ReadRobot| -> Vec<_> {
+            let solids = robot.alone.link_solids();
+            solids
+                .map(|solid| solid.map(std::ptr::from_ref))
+                .collect()
+        };
+        assert_eq!(solids(&first), solids(&second), "one and the same");
+        assert!(loaded("duo.urdf", &mut last).is_new, "another one");
+        assert!(loaded("duo.urdf", &mut last).is_new, "the first is gone");
+    }
+}
