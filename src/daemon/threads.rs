@@ -1,7 +1,7 @@
 //! Threads by name, and what they share.
 
 use std::io::Result;
-use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
 use rustix::process::{getpriority_process, setpriority_process};
@@ -16,23 +16,6 @@ pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex
         .lock()
         .unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Looks at a lock that another thread has, before this one sleeps for it.
-const LOOKS: usize = 100;
-
-/// The same for what is held for microseconds only: a thread that sleeps for it, and the core under
-/// that, take ten times as long to wake. Looks again and lets others have the core meanwhile, for
-/// whoever holds it may wait for this very one.
-pub(crate) fn soon_locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    for _ in 0..LOOKS {
-        match mutex.try_lock() {
-            Ok(guard) => return guard,
-            Err(TryLockError::Poisoned(poisoned)) => return poisoned.into_inner(),
-            Err(TryLockError::WouldBlock) => std::thread::yield_now(),
-        }
-    }
-    locked(mutex)
 }
 
 /// Starts a thread; tools show its name.

@@ -22,7 +22,7 @@ use crate::daemon::service::effect::{Effect, InOrder};
 use crate::daemon::service::event::{Event, Ticket};
 use crate::daemon::service::job::Job;
 use crate::daemon::service::schedule::Pressure;
-use crate::daemon::threads::{locked, soon_locked};
+use crate::daemon::threads::locked;
 use crate::daemon::translate::Reply;
 
 /// Messages taken in one round, so that a client that floods does not keep the port from what else
@@ -379,6 +379,6 @@ impl Shell {
     }
 
     fn service(&self) -> MutexGuard<'_, Service> {
-        soon_locked(&self.service)
+        locked(&self.service)
     }
 }
