@@ -10,7 +10,7 @@ use crate::collision::CollisionModel;
 use crate::path::Path;
 use crate::robot::{Component, ConfigurationSpace};
 use crate::validation::path_proof::{self, PathVerdict};
-use crate::validation::{Layers, Scratch, Validator};
+use crate::validation::{Layers, Requirement, Scratch, Validator};
 
 /// Differences below this are rounding (rad or m).
 const ROUNDING: f64 = 1e-7;
