@@ -161,3 +161,34 @@ impl From<Contact> for Measure {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lowered_floor_is_read_in_both_forms_and_written_in_one() {
+        let lowered = LoweredFloor {
+            requirement: NamedRequirement::clearance(["hand", "door"].map(str::to_owned)),
+            floor: 2.5e-4,
+        };
+        let text = r#"{"kind":"clearance","unit":"m","names":["hand","door"],"floor":0.00025}"#;
+        assert_eq!(serde_json::to_string(&lowered).unwrap(), text);
+        for text in [text, r#"["hand","door",0.00025]"#] {
+            assert_eq!(serde_json::from_str::<LoweredFloor>(text).unwrap(), lowered);
+        }
+        let newer = r#"{"kind":"colour","unit":"nm","names":["hand"],"floor":580}"#;
+        let error = serde_json::from_str::<LoweredFloor>(newer).unwrap_err();
+        assert!(error.to_string().contains("a newer taut"), "{error}");
+    }
+
+    #[test]
+    fn files_call_kinds_and_units_by_their_names() {
+        for kind in RequirementKind::ALL {
+            assert_eq!(serde_json::to_value(kind).unwrap(), kind.name());
+        }
+        for unit in Unit::ALL {
+            assert_eq!(serde_json::to_value(unit).unwrap(), unit.name());
+        }
+    }
+}

@@ -29,7 +29,7 @@ Written from the definitions in `src/wire`; a test keeps it so (`UPDATE_WIRE_MD=
 
 Everything is little endian, `repr(C)`, without padding. Payloads are bytes aligned to 8. A `Section` is
 `offset u32, count u32`: `count` entries from byte `offset` of the payload on, 8-aligned; count 0 = absent.
-A `TextSpan` is `offset u32, len u32` into the section `names`.
+A `TextSpan` is `offset u32, len u32` into the section `names`; a `RequirementRecord` is a requirement, see below.
 Lengths of paths are in the request's metric (by default metres moved per unit of joint motion).
 ";
 
