@@ -77,7 +77,7 @@ pub const LOCK_PATIENCE: Duration = Duration::from_millis(100);
 
 /// Bytes of every response section besides the path, at its limit.
 const RESPONSE_EXTRAS: usize = MAX_WAYPOINTS * 16
-    + MAX_RECORDS * 152
+    + MAX_RECORDS * 176
     + MAX_STAGES * 32
     + MAX_WARNINGS * 16
     + 2 * MAX_TEXT

@@ -228,7 +228,7 @@ impl Best {
     /// Itself if it is a success or an improvement.
     ///
     /// # Errors
-    /// [`PlannerError::Refused`] otherwise, with bodies and place where the path is what is wrong.
+    /// [`PlannerError::Refused`] otherwise, with what is not kept and where, if the path is wrong.
     pub fn check(self) -> Result<Self, PlannerError> {
         match self.refused()? {
             None => Ok(self),
