@@ -167,7 +167,7 @@ impl Server {
     ) -> Result<Self, ServerError> {
         let clients = clients_with(raised_file_limit());
         transport::quiet();
-        instance.set_global_config()?;
+        transport::set_global_config(instance)?;
         if memory::free_bytes() == 0 {
             return Err(ServerError::NoMemory);
         }

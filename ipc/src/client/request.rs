@@ -2,7 +2,7 @@
 
 use super::connection::Connection;
 use super::link::{Link, OptimizeLoan, listener_id};
-use super::{ClientError, Pending, error};
+use super::{ClientError, Pending, refused};
 use crate::limits::{MAX_PAYLOAD, WIRE_VERSION};
 use crate::wire::request::path_numbers;
 use crate::wire::{NO_GROUP, RequestBody, RequestHeader, WireError};
@@ -110,7 +110,7 @@ impl LoanedRequest {
             Ok(pending) => pending,
             Err(error) => {
                 self.link.put_listener(listener);
-                return Err(error::from_send(error));
+                return Err(refused::from_send(error));
             }
         };
         if pending.number_of_server_connections() == 0 {

@@ -2,11 +2,13 @@
 
 use crate::limits::{STATUS_ROBOTS, STATUS_SCENES};
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
 /// A loaded robot.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
 pub struct RobotEntry {
     /// Id of its label.
     pub id: u64,
@@ -16,7 +18,8 @@ pub struct RobotEntry {
 
 /// A loaded scene.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
 pub struct SceneEntry {
     /// Id of its label.
     pub id: u64,
