@@ -20,7 +20,7 @@ use crate::control::{ControlReply, ControlRequest, decode, encode};
 use crate::instance::Instance;
 use crate::limits::WIRE_VERSION;
 use crate::lock::DaemonState;
-use crate::wire::ControlHeader;
+use crate::wire::{ControlHeader, RequestHeader};
 use connection::Connection;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -68,6 +68,16 @@ impl Client {
     /// ```
     pub fn request(&self, waypoints: u32, variables: u32) -> RequestBuilder<'static> {
         RequestBuilder::new(self.connection.clone(), waypoints, variables)
+    }
+
+    /// Sends a request as it came from elsewhere: its header, and the bytes of its sections. Version,
+    /// lengths and the listener are filled in; `deadline_ns` is that of this machine's clock.
+    ///
+    /// # Errors
+    /// As [`RequestBuilder::loan`] and [`LoanedRequest::send`]; neither header nor payload is
+    /// checked.
+    pub fn forward(&self, header: &RequestHeader, payload: &[u8]) -> Result<Pending, ClientError> {
+        LoanedRequest::copied(&self.connection, header, payload)?.send()
     }
 
     /// Sends a control message and waits for its reply.

@@ -63,7 +63,7 @@ wire_type! {
 
 wire_type! {
     /// A change of a scene, published on `taut/v1/scene-events`.
-    SceneEvent, size 56 {
+    SceneEvent, size 64 {
         0 wire_version: u32, "1";
         4 kind: u32, "see scene event kinds";
         8 boot_id: u64, "of the daemon";
@@ -73,5 +73,6 @@ wire_type! {
         40 subscription: u64, "request id of the watch whose path became unsafe, else 0";
         48 segment: u32, "first segment of that path that is no longer proved";
         52 reserved: u32, "0";
+        56 parent_hash: u64, "hash of the content that was changed, 0 = there was none, or nothing changed";
     }
 }
