@@ -155,8 +155,10 @@ fn every_change_is_a_version_with_its_hash_and_its_event() {
             scene_id,
             scene_hash,
             scene_version,
+            parent_hash,
             ..
         } = event.unwrap();
+        assert_eq!(parent_hash, hashes[hashes.len() - 2], "{change}");
         assert_eq!(
             (kind, scene_id),
             (SceneEventKind::Changed.into(), label_id("arm_shelf"))

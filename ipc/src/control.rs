@@ -108,6 +108,12 @@ pub enum ControlRequest {
         /// The file; absolute.
         file: PathBuf,
     },
+    /// How the requests of this connection are called where people read of them: for one that speaks
+    /// for somebody else. A daemon that was started again has to be told again.
+    Introduce {
+        /// 1 to 128 bytes without control characters, such as `host/program[pid]`.
+        name: String,
+    },
     /// Load the robot of a label again, with these variables only and under a label of its own,
     /// which the reply names; its other joints are held.
     SelectVariables {
@@ -384,6 +390,8 @@ pub struct ClientSummary {
     pub client_id: String,
     /// Its process; 0 = not known.
     pub pid: u32,
+    /// How it calls itself; empty = it does not.
+    pub name: String,
     /// Its requests in flight.
     pub in_flight: u32,
     /// As many as it may have.
@@ -417,6 +425,8 @@ pub struct Story {
     pub request_id: u64,
     /// The client's process; 0 = not known.
     pub pid: u32,
+    /// How the client calls itself; empty = it does not.
+    pub client: String,
     /// When it came, on the monotonic clock.
     pub received_ns: u64,
     /// Label of the robot, or its id where the label is not known.

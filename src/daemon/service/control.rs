@@ -9,6 +9,7 @@ use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, SceneSum
 use taut_ipc::wire::{Code, SceneEvent, SceneEventKind, label_id};
 
 use super::Service;
+use super::client::Client;
 use super::effect::{Effect, InOrder, Source, Task, Work};
 use super::event::{Content, Loaded, Purpose, Surroundings, Ticket};
 use super::keeping::{Acknowledgement, Changed};
@@ -21,6 +22,8 @@ use crate::daemon::translate::{
 
 /// Longest label, in bytes.
 const LABEL_MAX: usize = 256;
+/// Longest name that a client gives itself, in bytes.
+const NAME_MAX: usize = 128;
 
 /// The reply to a control message; `None` where it comes later.
 pub(super) type Replied = Result<Option<ControlReply>, Refusal>;
@@ -30,11 +33,21 @@ impl Service {
     pub(super) fn controlled(
         &mut self,
         ticket: Ticket,
+        client: Client,
         message: Result<Box<ControlRequest>, Refusal>,
         around: Surroundings,
     ) {
-        let replied = message.and_then(|message| self.obey(ticket, *message, around));
+        let replied = message.and_then(|message| match *message {
+            ControlRequest::Introduce { name } => self.introduced(client, name),
+            message => self.obey(ticket, message, around),
+        });
         self.tell_reply(ticket, replied);
+    }
+
+    fn introduced(&mut self, client: Client, name: String) -> Replied {
+        check_name(&name)?;
+        self.clients.introduced(client.id, name);
+        Ok(Some(ControlReply::Done))
     }
 
     fn tell_reply(&mut self, ticket: Ticket, replied: Replied) {
@@ -147,7 +160,7 @@ impl Service {
             .remove_scene(&label)
             .map_err(refused)?;
         self.recheck_watches(entry.id);
-        let event = scene_event(SceneEventKind::Deleted, &entry);
+        let event = scene_event(SceneEventKind::Deleted, &entry, entry.scene.hash());
         let told = Acknowledgement::done(ticket, Some(event));
         self.keep(&Changed::Scene(label), told);
         Ok(None)
@@ -240,18 +253,20 @@ impl Service {
             Content::Robot(robot) => self.insert_robot(label, robot, purpose.replaces()),
             Content::Diff(diff) => {
                 let scene = self.changed_scene(label, purpose.base_version(), &diff)?;
+                let parent_hash = self.hash_named(label);
                 let change = self
                     .store
                     .insert_scene(label, scene, purpose.replaces());
-                self.taken_scene(label, change, summary_after(&diff))
+                self.taken_scene(label, change, parent_hash, summary_after(&diff))
             }
             Content::Scene(scene) => {
                 frame_refusal(scene.scene(), &self.store)?;
                 let replace = purpose.replaces();
+                let parent_hash = self.hash_named(label);
                 let change = self
                     .store
                     .insert_prepared_scene(label, scene, replace);
-                self.taken_scene(label, change, scene_summary)
+                self.taken_scene(label, change, parent_hash, scene_summary)
             }
         }
     }
@@ -280,10 +295,17 @@ impl Service {
         })
     }
 
+    /// Hash of the scene that a label names; 0 = none.
+    fn hash_named(&self, label: &str) -> u64 {
+        let entry = self.store.scenes().get(label);
+        entry.map_or(0, |entry| entry.scene.hash())
+    }
+
     fn taken_scene(
         &self,
         label: &str,
         change: Result<Change, StoreError>,
+        parent_hash: u64,
         summary: Summary,
     ) -> Result<Taken, Refusal> {
         let change = change.map_err(refused)?;
@@ -291,7 +313,7 @@ impl Service {
         Ok(Taken {
             changed: Changed::Scene(label.to_owned()),
             answer: ControlReply::Scene(summary(label, entry)),
-            event: kind_of(change).map(|kind| scene_event(kind, entry)),
+            event: kind_of(change).map(|kind| scene_event(kind, entry, parent_hash)),
         })
     }
 
@@ -356,6 +378,17 @@ fn unknown(message: &ControlRequest) -> Refusal {
     ))
 }
 
+fn check_name(name: &str) -> Result<(), Refusal> {
+    let bytes = name.len();
+    if (1..=NAME_MAX).contains(&bytes) && !name.chars().any(char::is_control) {
+        return Ok(());
+    }
+    let text = format!(
+        "a client's name of {bytes} bytes; valid: 1 to {NAME_MAX} without control characters"
+    );
+    Err(malformed(text))
+}
+
 /// Refuses a label that is too long, and files that are not named by absolute paths.
 fn check_load(label: &str, source: &Source) -> Result<(), Refusal> {
     let bytes = label.len();
@@ -393,12 +426,13 @@ fn file_of(label: &str, base_dir: Option<PathBuf>) -> PathBuf {
         .join(label)
 }
 
-fn scene_event(kind: SceneEventKind, entry: &SceneEntry) -> SceneEvent {
+fn scene_event(kind: SceneEventKind, entry: &SceneEntry, parent_hash: u64) -> SceneEvent {
     SceneEvent {
         kind: kind.into(),
         scene_id: entry.id,
         scene_hash: entry.scene.hash(),
         scene_version: entry.version,
+        parent_hash,
         ..SceneEvent::default()
     }
 }

@@ -32,6 +32,8 @@ pub(crate) enum Event {
     Controlled {
         /// The control request.
         ticket: Ticket,
+        /// Who asks.
+        client: Client,
         /// What it says.
         message: Result<Box<ControlRequest>, Refusal>,
         /// What the service is not told otherwise.

@@ -160,9 +160,10 @@ impl Service {
             Event::Read { ticket, read } => self.read(ticket, read),
             Event::Controlled {
                 ticket,
+                client,
                 message,
                 around,
-            } => self.controlled(ticket, message, around),
+            } => self.controlled(ticket, client, message, around),
             Event::Gone(ticket) => self.gone(ticket),
             Event::Hinted(ticket) => self.hinted(ticket),
             Event::Improved { ticket, header } => self.improved(ticket, header),
