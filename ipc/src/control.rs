@@ -19,6 +19,8 @@ pub enum ControlRequest {
         source: RobotSource,
         /// Take the label away from other content.
         replace: bool,
+        /// Its files, where they are given; else they are on the daemon's machine.
+        files: Option<Files>,
     },
     /// Load a scene under a label.
     LoadScene {
@@ -30,6 +32,11 @@ pub enum ControlRequest {
         base_dir: Option<PathBuf>,
         /// Take the label away from other content.
         replace: bool,
+        /// Its mesh files, where they are given; else they are on the daemon's machine.
+        files: Option<Files>,
+        /// The version that it is to have, of a scene whose versions are counted elsewhere: above
+        /// the newest, or that one with equal content. `None` = the next.
+        version: Option<u64>,
     },
     /// Change a scene: its next version. A diff against another version than `base_version` is
     /// refused.
@@ -42,6 +49,20 @@ pub enum ControlRequest {
         base_dir: Option<PathBuf>,
         /// Version the diff is made against; 0 = the newest.
         base_version: u64,
+        /// The diff's mesh files, where they are given; else they are on the daemon's machine.
+        files: Option<Files>,
+        /// As of a scene that is loaded.
+        version: Option<u64>,
+    },
+    /// A piece of a file, for a robot or scene that names it: appended where there is everything
+    /// before it. The reply is [`ControlReply::Given`].
+    Give {
+        /// The file.
+        file: FileId,
+        /// Where the piece begins.
+        offset: u64,
+        /// The piece, at most [`crate::limits::GIVE_MAX`] bytes.
+        bytes: Vec<u8>,
     },
     /// Forget a robot; running requests keep it until they end.
     UnloadRobot {
@@ -194,6 +215,36 @@ pub enum ControlReply {
     SceneText(SceneText),
     /// How a recording goes, or what a bundle holds.
     Recording(RecordingState),
+    /// Nothing was changed: these names are not among the files of the message, or the daemon does
+    /// not have their content.
+    Wanted(Vec<String>),
+    /// How much of a file is there.
+    Given {
+        /// Bytes from its beginning; the next piece begins there.
+        bytes: u64,
+    },
+}
+
+/// Files by the names that a robot or scene has for them; a robot's URDF and SRDF by the paths in
+/// its [`RobotSource`].
+pub type Files = BTreeMap<String, FileId>;
+
+/// A file by its content.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct FileId {
+    /// SHA-256 of its bytes.
+    pub sha256: [u8; 32],
+    /// How many these are.
+    pub bytes: u64,
+}
+
+impl std::fmt::Display for FileId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for byte in &self.sha256[..8] {
+            write!(f, "{byte:02x}")?;
+        }
+        write!(f, "… of {} bytes", self.bytes)
+    }
 }
 
 /// A recorded run.

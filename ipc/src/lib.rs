@@ -13,6 +13,7 @@ mod option_table;
 #[cfg(feature = "iceoryx2")]
 pub mod client;
 mod client_error;
+pub mod content;
 pub mod control;
 #[cfg(feature = "iceoryx2")]
 mod in_place;

@@ -231,6 +231,8 @@ fn control_answers_and_times_out() {
         json: "x".repeat(3 << 20),
         base_dir: None,
         replace: false,
+        files: None,
+        version: None,
     };
     for message in [ControlRequest::List, large, ControlRequest::List] {
         let reply = client.control(&message, PATIENCE).unwrap();

@@ -39,6 +39,7 @@ impl Planner {
             label,
             source,
             replace,
+            files: None,
         })
     }
 
@@ -89,6 +90,8 @@ impl Planner {
             json,
             base_dir,
             replace,
+            files: None,
+            version: None,
         })
     }
 
@@ -123,6 +126,8 @@ impl Planner {
             json,
             base_dir,
             base_version,
+            files: None,
+            version: None,
         })
     }
 

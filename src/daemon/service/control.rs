@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use taut::files::GivenFiles;
 use taut::scene::diff_file::SceneDiff;
 use taut::store::{Change, RobotEntry, SceneEntry, StoreError};
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, SceneSummary, Stats};
@@ -12,6 +13,7 @@ use super::Service;
 use super::client::Client;
 use super::effect::{Effect, InOrder, Source, Task, Work};
 use super::event::{Content, Loaded, Purpose, Surroundings, Ticket};
+use super::give::told;
 use super::keeping::{Acknowledgement, Changed};
 use super::reading::Reading;
 use crate::daemon::observe::metrics;
@@ -64,9 +66,14 @@ impl Service {
                 label,
                 source,
                 replace,
+                files,
             } => {
+                let purpose = Purpose::Load {
+                    replace,
+                    version: None,
+                };
                 let source = Source::Robot(robot_files(source));
-                self.load(ticket, label, Purpose::Load { replace }, source)
+                self.load_from(ticket, label, purpose, source, files.as_ref())
             }
             ControlRequest::SelectVariables { label, variables } => {
                 self.select_variables(ticket, &label, variables)
@@ -76,19 +83,33 @@ impl Service {
                 json,
                 base_dir,
                 replace,
+                files,
+                version,
             } => {
+                let purpose = Purpose::Load { replace, version };
                 let source = Source::Scene(json, file_of(&label, base_dir));
-                self.load(ticket, label, Purpose::Load { replace }, source)
+                self.load_from(ticket, label, purpose, source, files.as_ref())
             }
             ControlRequest::DiffScene {
                 label,
                 json,
                 base_dir,
                 base_version,
+                files,
+                version,
             } => {
+                let purpose = Purpose::Change {
+                    base_version,
+                    version,
+                };
                 let file = file_of(&label, base_dir);
-                self.diff_scene(ticket, label, base_version, json, file)
+                self.diff_scene(ticket, label, purpose, (json, file), files.as_ref())
             }
+            ControlRequest::Give {
+                file,
+                offset,
+                bytes,
+            } => self.give(ticket, file, offset, bytes),
             ControlRequest::ShowScene {
                 label,
                 version,
@@ -173,8 +194,9 @@ impl Service {
         label: String,
         purpose: Purpose,
         source: Source,
+        given: Option<GivenFiles>,
     ) -> Replied {
-        check_load(&label, &source)?;
+        check_load(&label, &source, given.is_some())?;
         let reading = Reading::new(&label, source.is_robot(), self.now_ns);
         let reading = Arc::new(reading);
         if matches!(purpose, Purpose::Load { .. }) {
@@ -184,6 +206,7 @@ impl Service {
             label,
             purpose,
             source,
+            given,
             reading,
         };
         self.have_done(ticket, work);
@@ -194,9 +217,12 @@ impl Service {
     fn select_variables(&mut self, ticket: Ticket, label: &str, variables: Vec<String>) -> Replied {
         let alone = self.store.whole(label).map_err(refused)?;
         let selected = selected_label(label, &variables);
-        let purpose = Purpose::Load { replace: true };
+        let purpose = Purpose::Load {
+            replace: true,
+            version: None,
+        };
         let source = Source::Variables(alone, variables);
-        self.load(ticket, selected, purpose, source)
+        self.load(ticket, selected, purpose, source, None)
     }
 
     /// Gives work to the loader.
@@ -215,7 +241,10 @@ impl Service {
         if matches!(purpose, Purpose::Load { .. }) {
             self.loading.end(&label);
         }
-        let replied = content.and_then(|content| self.take(ticket, &label, purpose, content));
+        let replied = match content {
+            Ok(content) => self.take(ticket, &label, purpose, content),
+            Err(unread) => told(unread),
+        };
         if let Err(Refusal { code, message, .. }) = &replied {
             tracing::info!(label, code, "not taken: {message}");
         }
@@ -250,22 +279,21 @@ impl Service {
         content: Content,
     ) -> Result<Taken, Refusal> {
         match content {
-            Content::Robot(robot) => self.insert_robot(label, robot, purpose.replaces()),
+            Content::Robot(robot) => self.insert_robot(label, robot, purpose.place().replace),
             Content::Diff(diff) => {
                 let scene = self.changed_scene(label, purpose.base_version(), &diff)?;
                 let parent_hash = self.hash_named(label);
                 let change = self
                     .store
-                    .insert_scene(label, scene, purpose.replaces());
+                    .insert_scene(label, scene, purpose.place());
                 self.taken_scene(label, change, parent_hash, summary_after(&diff))
             }
             Content::Scene(scene) => {
                 frame_refusal(scene.scene(), &self.store)?;
-                let replace = purpose.replaces();
                 let parent_hash = self.hash_named(label);
                 let change = self
                     .store
-                    .insert_prepared_scene(label, scene, replace);
+                    .insert_prepared_scene(label, scene, purpose.place());
                 self.taken_scene(label, change, parent_hash, scene_summary)
             }
         }
@@ -389,16 +417,16 @@ fn check_name(name: &str) -> Result<(), Refusal> {
     Err(malformed(text))
 }
 
-/// Refuses a label that is too long, and files that are not named by absolute paths.
-fn check_load(label: &str, source: &Source) -> Result<(), Refusal> {
+/// Refuses a label that is too long, and files of this machine that are not named by absolute paths.
+fn check_load(label: &str, source: &Source, is_given: bool) -> Result<(), Refusal> {
     let bytes = label.len();
     if !(1..=LABEL_MAX).contains(&bytes) {
         let text = format!("a label of {bytes} bytes; valid: 1 to {LABEL_MAX}");
         return Err(malformed(text));
     }
     match source {
-        Source::Robot(files) => check_absolute(&files.urdf),
-        Source::Variables(..) | Source::Scene(..) | Source::Diff(..) => Ok(()),
+        Source::Robot(files) if !is_given => check_absolute(&files.urdf),
+        Source::Robot(_) | Source::Variables(..) | Source::Scene(..) | Source::Diff(..) => Ok(()),
     }
 }
 

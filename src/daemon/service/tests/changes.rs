@@ -23,6 +23,8 @@ fn diff(base_version: u64) -> ControlRequest {
         json: BALL.to_owned(),
         base_dir: None,
         base_version,
+        files: None,
+        version: None,
     }
 }
 
@@ -44,6 +46,8 @@ pub(super) fn undo(world: &mut World) {
                 .to_owned(),
         base_dir: None,
         base_version: 0,
+        files: None,
+        version: None,
     });
 }
 
@@ -118,6 +122,8 @@ fn a_load_is_read_elsewhere_and_then_taken() {
         json: "{}".to_owned(),
         base_dir: Some(PathBuf::from("/there")),
         replace: false,
+        files: None,
+        version: None,
     });
     assert!(matches!(
         &world.tasks[0].work,
@@ -161,6 +167,8 @@ fn labels_and_files_are_checked_before_anything_is_read() {
         json: String::new(),
         base_dir: None,
         replace: false,
+        files: None,
+        version: None,
     });
     assert_eq!(code(&long), i32::from(Code::MalformedRequest));
     let relative = world.replied(ControlRequest::Record {
@@ -292,7 +300,7 @@ fn a_client_is_shown_by_the_name_that_it_gives_itself() {
     };
     for wrong in ["", "two\nlines", &"x".repeat(129)] {
         let reply = world.replied(introduce(wrong));
-        assert_eq!(code(&reply), Code::MalformedRequest.into(), "{wrong:?}");
+        assert_eq!(code(&reply), i32::from(Code::MalformedRequest), "{wrong:?}");
     }
     assert_eq!(
         world.replied(introduce("robot7/planner[12]")),
