@@ -127,7 +127,8 @@ impl Remote {
     }
 
     fn not_sent(&self, request: u64, query: Query, error: &ClientError) {
-        if error.code() == Code::DaemonLost {
+        let is_lost = matches!(error, ClientError::NoAnswer) || error.code() == Code::DaemonLost;
+        if is_lost {
             self.is_stranger_again();
             // The client asks another gateway, or this one later.
             return self.later.send(Later::LetGo(query));
