@@ -103,18 +103,22 @@ fn garbage_is_refused_and_the_gateway_serves_on() {
     let session = world.session();
     let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
     let mut replied = 0;
-    let mut before = 0;
+    let mut memory = Vec::new();
     for sent in (0..messages).step_by(AT_ONCE) {
-        if sent <= messages / 4 {
-            before = resident();
+        if sent * 4 >= messages * memory.len() {
+            memory.push(resident());
         }
         replied += burst(&session, &mut noise, AT_ONCE);
     }
-    let after = resident();
+    memory.push(resident());
     println!(
-        "{messages} messages, {replied} replies, memory {before} KiB after a quarter, {after} KiB at the end"
+        "{messages} messages, {replied} replies, KiB of memory after each quarter: {memory:?}"
     );
-    assert!(after < before + 64 * 1024, "{before} to {after} KiB");
+    // Ports of a hundred clients, who come and go, are there after the first half.
+    assert!(
+        memory[4] < memory[2] + memory[2] / 4 + 32 * 1024,
+        "{memory:?}"
+    );
     assert!(replied * 10 >= messages * 9, "{replied} of {messages}");
     let zenoh = Zenoh::connect(&world.network()).unwrap();
     let told = told(&zenoh, &request(Mode::Check, 1));
