@@ -1,6 +1,7 @@
 //! A client elsewhere: a port of the daemon, its requests, and the thread that answers it.
 
-use super::gate::{Counts, count};
+use super::controls::Controls;
+use super::counts::{Counts, count};
 use super::later::{Later, Sender, start};
 use super::runs::{Known, Run, Runs};
 use crate::live::locked;
@@ -25,7 +26,7 @@ pub(super) struct Remote {
     pub(super) id: u64,
     pub(super) name: String,
     pub(super) client: Client,
-    pub(super) control: super::control::Control,
+    pub(super) control: Controls,
     relay: Relay,
     runs: Mutex<Runs>,
     /// One thread at a time takes answers, so that they stay in order.
@@ -58,7 +59,7 @@ impl Remote {
             id,
             name: shown(id, name),
             client,
-            control: super::control::Control::default(),
+            control: Controls::default(),
             relay,
             runs: Mutex::default(),
             pump: Mutex::default(),
