@@ -128,8 +128,8 @@ impl Remote {
     }
 
     fn not_sent(&self, request: u64, query: Query, error: &ClientError) {
-        let is_lost = matches!(error, ClientError::NoAnswer) || error.code() == Code::DaemonLost;
-        if is_lost {
+        // A daemon that ends takes nothing more while it still holds its lock.
+        if error.is_passing() {
             self.is_stranger_again();
             // The client asks another gateway, or this one later.
             return self.later.send(Later::LetGo(query));
