@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use taut_ipc::client::{Client, ClientError, Relay, Response};
-use taut_ipc::wire::{Code, RequestHeader};
+use taut_ipc::wire::RequestHeader;
 use taut_ipc::{Instance, deadline_after};
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
