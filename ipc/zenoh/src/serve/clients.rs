@@ -15,6 +15,9 @@ const GRACE: Duration = Duration::from_millis(300);
 /// How long a client may be idle that has never had a token.
 const UNANNOUNCED: Duration = Duration::from_secs(10);
 
+/// How long the first request of a client may take after its port is asked for.
+const FIRST_REQUEST: Duration = Duration::from_secs(1);
+
 type Slot = Arc<Mutex<Option<Arc<Remote>>>>;
 
 /// The clients of a gateway.
@@ -54,6 +57,21 @@ impl Clients {
         };
         self.entries.insert(id, entry);
         Ok(slot)
+    }
+
+    /// Takes out those that are idle and have no token, where this one comes and has no room: they
+    /// keep nobody out.
+    pub(super) fn make_room(&mut self, id: u64, now: Instant) -> Vec<Arc<Remote>> {
+        if self.entries.len() < MOST_CLIENTS || self.entries.contains_key(&id) {
+            return Vec::new();
+        }
+        let tokens = &self.tokens;
+        let unannounced = self
+            .entries
+            .extract_if(|id, entry| !tokens.contains_key(id) && entry.is_left(now));
+        unannounced
+            .filter_map(|(_, entry)| entry.remote())
+            .collect()
     }
 
     pub(super) fn changed(&mut self, id: u64, is_there: bool, now: Instant) {
@@ -100,6 +118,11 @@ impl Entry {
         }
     }
 
+    /// Idle for so long that its first request is not just coming.
+    fn is_left(&self, now: Instant) -> bool {
+        now >= self.came + FIRST_REQUEST && self.is_idle()
+    }
+
     fn is_idle(&self) -> bool {
         self.slot.try_lock().is_ok_and(|slot| {
             slot.as_ref()
@@ -140,6 +163,20 @@ mod tests {
             clients.changed(id, true, Instant::now());
         }
         assert_eq!(clients.tokens.len(), MOST_TOKENS);
+    }
+
+    #[test]
+    fn clients_without_a_token_keep_nobody_out() {
+        let mut clients = Clients::default();
+        for id in 0..MOST_CLIENTS as u64 {
+            clients.slot(id).unwrap();
+        }
+        clients.changed(3, true, Instant::now());
+        clients.make_room(1000, Instant::now());
+        assert_eq!(clients.entries.len(), MOST_CLIENTS);
+        clients.make_room(1000, Instant::now() + FIRST_REQUEST);
+        assert_eq!(clients.entries.len(), 1);
+        assert!(clients.slot(1000).is_ok() && clients.find(3).is_none());
     }
 
     #[test]

@@ -120,6 +120,10 @@ impl Gate {
 
     /// The port of a client, opened where it is new.
     fn remote(&self, sender: &message::Sender) -> Result<Arc<Remote>, ClientError> {
+        let unannounced = locked(&self.clients).make_room(sender.envelope.client, Instant::now());
+        for remote in unannounced {
+            remote.leave();
+        }
         let slot = locked(&self.clients).slot(sender.envelope.client)?;
         // Others do not wait for this one's port.
         let mut opened = locked(&slot);
