@@ -6,6 +6,7 @@ mod link;
 mod pending;
 mod recover;
 mod refused;
+mod relay;
 mod request;
 mod response;
 
@@ -13,6 +14,7 @@ pub use crate::client_error::{ClientError, Loss};
 pub use feed::{SceneEventFeed, StatusFeed};
 pub use pending::Pending;
 pub use recover::retry;
+pub use relay::{Relay, Relayed};
 pub use request::{LoanedRequest, RequestBuilder};
 pub use response::Response;
 
@@ -20,7 +22,7 @@ use crate::control::{ControlReply, ControlRequest, decode, encode};
 use crate::instance::Instance;
 use crate::limits::WIRE_VERSION;
 use crate::lock::DaemonState;
-use crate::wire::{ControlHeader, RequestHeader};
+use crate::wire::ControlHeader;
 use connection::Connection;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -68,16 +70,6 @@ impl Client {
     /// ```
     pub fn request(&self, waypoints: u32, variables: u32) -> RequestBuilder<'static> {
         RequestBuilder::new(self.connection.clone(), waypoints, variables)
-    }
-
-    /// Sends a request as it came from elsewhere: its header, and the bytes of its sections. Version,
-    /// lengths and the listener are filled in; `deadline_ns` is that of this machine's clock.
-    ///
-    /// # Errors
-    /// As [`RequestBuilder::loan`] and [`LoanedRequest::send`]; neither header nor payload is
-    /// checked.
-    pub fn forward(&self, header: &RequestHeader, payload: &[u8]) -> Result<Pending, ClientError> {
-        LoanedRequest::copied(&self.connection, header, payload)?.send()
     }
 
     /// Sends a control message and waits for its reply.

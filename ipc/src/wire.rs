@@ -12,6 +12,7 @@ mod error;
 mod flags;
 #[macro_use]
 mod layout;
+mod envelope;
 mod number;
 mod record;
 pub(crate) mod request;
@@ -21,12 +22,13 @@ mod status;
 
 pub use body::{RequestBody, ResponseBody};
 pub use code::Code;
+pub use envelope::Envelope;
 pub use error::WireError;
 pub use flags::{RequestFlags, ResponseFlags};
 pub use layout::{Field, Section};
 pub use number::{
-    Mode, RefusalReason, RequirementKind, SceneEventKind, Stage, Status, Termination, Unit,
-    WarningKind,
+    EnvelopeKind, Mode, RefusalReason, RequirementKind, SceneEventKind, Stage, Status, Termination,
+    Unit, WarningKind,
 };
 pub use record::{
     CertificateHead, CertificateSegment, HoldRecord, LoweredFloorRecord, RefusalRecord,

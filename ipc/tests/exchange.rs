@@ -418,13 +418,14 @@ fn everything_is_private_to_the_user() {
 
 /// A gateway: what comes to one instance goes on to another as it is, and the answers back.
 #[test]
-fn what_is_forwarded_stays_as_it_is() {
+fn what_is_relayed_stays_as_it_is() {
     let near = Sandbox::new();
     let far = Sandbox::new();
     let gateway = Server::create(&near.instance).unwrap();
     let _daemon = Echo::start(&far.instance);
     let planner = Client::connect(&near.instance).unwrap();
     let onward = Client::connect(&far.instance).unwrap();
+    let relay = onward.relay().unwrap();
     let mut builder = planner.request(4, 8);
     builder.header.mode = Mode::Gradient.into();
     builder.header.work_budget = 3;
@@ -433,16 +434,26 @@ fn what_is_forwarded_stays_as_it_is() {
     loan.path_mut().fill(0.25);
     let mut pending = loan.send().unwrap();
     let mut incoming = gateway.receive().unwrap().unwrap();
-    let mut forwarded = onward
-        .forward(incoming.header(), incoming.payload())
+    let payload = incoming.payload();
+    let fill = |place: &mut [u8]| place.copy_from_slice(payload);
+    let mut relayed = relay
+        .send(*incoming.header(), payload.len(), fill)
         .unwrap();
     let mut sent = Vec::new();
-    while let Some(response) = forwarded.next(PATIENCE).unwrap() {
-        incoming
-            .forward(response.header(), response.payload())
-            .unwrap();
-        sent.push((*response.header(), response.path().to_vec()));
-    }
+    let mut is_final = false;
+    until("the final answer is relayed", || {
+        relay.wait(PATIENCE).unwrap();
+        while let Some(response) = relayed.try_next().unwrap() {
+            let payload = response.payload();
+            let fill = |place: &mut [u8]| place.copy_from_slice(payload);
+            incoming
+                .relay(response.header(), payload.len(), fill)
+                .unwrap();
+            sent.push((*response.header(), response.path().to_vec()));
+            is_final |= response.is_final();
+        }
+        is_final
+    });
     let mut received: Vec<(ResponseHeader, Vec<f64>)> = Vec::new();
     while let Some(response) = pending.next(PATIENCE).unwrap() {
         received.push((*response.header(), response.path().to_vec()));
@@ -450,18 +461,13 @@ fn what_is_forwarded_stays_as_it_is() {
     assert_eq!(received, sent);
     assert_eq!((received.len(), received[3].0.request_id), (4, 77));
     assert!(received[3].1.iter().all(|x| *x == 0.125));
-    // What is too large is refused here already.
-    let bytes = vec![0; taut_ipc::limits::MAX_PAYLOAD + 1];
-    assert!(
-        onward
-            .forward(incoming.header(), &bytes)
-            .is_err()
-    );
-    assert!(
-        incoming
-            .forward(&received[3].0, &bytes)
-            .is_err()
-    );
+    // What is too large, or no message, is refused here already.
+    for bytes in [taut_ipc::limits::MAX_PAYLOAD + 1, 8] {
+        let again = relay.send(*incoming.header(), bytes, |_| ());
+        assert!(again.is_err());
+        let answer = incoming.relay(&received[3].0, bytes, |_| ());
+        assert!(answer.is_err());
+    }
 }
 
 #[test]

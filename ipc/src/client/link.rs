@@ -2,7 +2,7 @@
 
 use super::ClientError;
 use super::Loss;
-use super::refused::from_loan;
+use super::refused::{from_loan, from_send};
 use crate::instance::Instance;
 use crate::limits::*;
 use crate::lock::{DaemonProbe, DaemonState};
@@ -10,6 +10,7 @@ use crate::memory::{self, Room};
 use crate::time::monotonic_ns;
 use crate::transport::{self, ServiceNode, Variant};
 use crate::wire::{ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, WireError};
+use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client as Port;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::notifier::Notifier;
@@ -25,6 +26,7 @@ use std::time::{Duration, Instant};
 
 pub(super) type OptimizePort = Port<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 pub(super) type ControlPort = Port<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
+pub(super) type Stream = PendingResponse<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 pub(super) type OptimizeLoan = RequestMut<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 pub(super) type ControlLoan =
     RequestMutUninit<Variant, [MaybeUninit<u8>], ControlHeader, [u8], ControlReplyHeader>;
@@ -146,6 +148,24 @@ impl Link {
         self.control
             .loan_slice_uninit(bytes)
             .map_err(|error| from_loan(error, bytes))
+    }
+
+    /// Sends a request and wakes the daemon; gives the stream of its responses and the daemon's boot
+    /// id.
+    pub(super) fn dispatch(
+        &self,
+        mut loan: OptimizeLoan,
+        header: RequestHeader,
+    ) -> Result<(Stream, u64), ClientError> {
+        let boot_id = self.running()?;
+        *loan.user_header_mut() = header;
+        let stream = loan.send().map_err(from_send)?;
+        if stream.number_of_server_connections() == 0 {
+            self.check_alive(boot_id)?;
+            return Err(ClientError::Overloaded);
+        }
+        self.call_daemon();
+        Ok((stream, boot_id))
     }
 
     fn check_room(&self, bytes: usize) -> Result<(), ClientError> {

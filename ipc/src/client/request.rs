@@ -1,11 +1,12 @@
 //! Loan, write in place, send.
 
 use super::connection::Connection;
-use super::link::{Link, OptimizeLoan, listener_id};
-use super::{ClientError, Pending, refused};
-use crate::limits::{MAX_PAYLOAD, WIRE_VERSION};
+use super::link::{Link, OptimizeLoan};
+use super::{ClientError, Pending};
+use crate::limits::WIRE_VERSION;
+use crate::wire::body::check_size;
 use crate::wire::request::path_numbers;
-use crate::wire::{NO_GROUP, RequestBody, RequestHeader, WireError};
+use crate::wire::{NO_GROUP, RequestBody, RequestHeader};
 use std::sync::Arc;
 
 /// A request being put together; holds no shared memory yet.
@@ -69,14 +70,6 @@ impl<'a> RequestBuilder<'a> {
     }
 }
 
-fn check_size(found: usize) -> Result<(), WireError> {
-    let limit = MAX_PAYLOAD;
-    match found <= limit {
-        true => Ok(()),
-        false => Err(WireError::PayloadSize { found, limit }),
-    }
-}
-
 /// A request in shared memory, not sent yet.
 pub struct LoanedRequest {
     // Before the link: the memory belongs to its port.
@@ -87,25 +80,6 @@ pub struct LoanedRequest {
 }
 
 impl LoanedRequest {
-    /// One that came from elsewhere.
-    pub(super) fn copied(
-        connection: &Connection,
-        header: &RequestHeader,
-        payload: &[u8],
-    ) -> Result<Self, ClientError> {
-        let numbers = path_numbers(header.waypoints, header.variables)?;
-        check_size(payload.len())?;
-        let link = connection.link()?;
-        let mut loan = link.loan(payload.len())?;
-        loan.payload_mut().copy_from_slice(payload);
-        Ok(Self {
-            loan,
-            numbers,
-            header: *header,
-            link,
-        })
-    }
-
     /// The path in shared memory, row by row; zeros at first.
     pub fn path_mut(&mut self) -> &mut [f64] {
         // The path is the first section, and payloads are 8-aligned.
@@ -117,31 +91,19 @@ impl LoanedRequest {
     /// # Errors
     /// [`ClientError::DaemonLost`], or [`ClientError::Overloaded`] if the daemon has not taken this
     /// client's earlier requests yet.
-    pub fn send(mut self) -> Result<Pending, ClientError> {
-        let boot_id = self.link.running()?;
-        let listener = self.link.take_listener()?.keep();
-        let request_id = self.header.request_id;
-        *self.loan.user_header_mut() = RequestHeader {
+    pub fn send(self) -> Result<Pending, ClientError> {
+        let listener = self.link.take_listener()?;
+        let header = RequestHeader {
             wire_version: WIRE_VERSION,
             header_len: size_of::<RequestHeader>() as u32,
-            listener_id: listener_id(&listener),
+            listener_id: listener.id(),
             ..self.header
         };
-        let pending = match self.loan.send() {
-            Ok(pending) => pending,
-            Err(error) => {
-                self.link.put_listener(listener);
-                return Err(refused::from_send(error));
-            }
-        };
-        if pending.number_of_server_connections() == 0 {
-            self.link.put_listener(listener);
-            self.link.check_alive(boot_id)?;
-            return Err(ClientError::Overloaded);
-        }
-        self.link.call_daemon();
+        let (stream, boot_id) = self.link.dispatch(self.loan, header)?;
+        let listener = Some(listener.keep());
+        let request_id = header.request_id;
         Ok(Pending::new(
-            self.link, pending, listener, request_id, boot_id,
+            self.link, stream, listener, request_id, boot_id,
         ))
     }
 }

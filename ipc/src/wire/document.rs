@@ -1,11 +1,11 @@
 //! `WIRE.md`, written from the definitions.
 
 use super::{
-    CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader, Field,
-    HoldRecord, LoweredFloorRecord, Mode, RefusalReason, RefusalRecord, RequestFlags,
-    RequestHeader, RequirementKind, RequirementRecord, ResponseHeader, SceneEvent, SceneEventKind,
-    Stage, StageRecord, Status, StatusRecord, Termination, TurnedColumn, Unit, WarningKind,
-    WarningRecord,
+    CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader, Envelope,
+    EnvelopeKind, Field, HoldRecord, LoweredFloorRecord, Mode, RefusalReason, RefusalRecord,
+    RequestFlags, RequestHeader, RequirementKind, RequirementRecord, ResponseHeader, SceneEvent,
+    SceneEventKind, Stage, StageRecord, Status, StatusRecord, Termination, TurnedColumn, Unit,
+    WarningKind, WarningRecord,
 };
 use crate::services;
 use std::fmt::Write;
@@ -41,7 +41,7 @@ generation, 16 hexadecimal digits too: services that are made anew have others t
 
 type Described = (&'static str, usize, &'static [Field]);
 
-fn types() -> [Described; 16] {
+fn types() -> [Described; 17] {
     macro_rules! described {
         ($($title:literal $name:ident),*) => {
             [$( ($title, size_of::<$name>(), $name::FIELDS), )*]
@@ -63,6 +63,7 @@ fn types() -> [Described; 16] {
         "Control reply header" ControlReplyHeader,
         "Status" StatusRecord,
         "Scene event" SceneEvent,
+        "Envelope" Envelope,
         "Section" SectionRow
     ]
 }
@@ -129,6 +130,7 @@ fn number_tables(text: &mut String) {
     }
     table!("Modes", Mode);
     table!("Statuses", Status);
+    table!("Envelope kinds", EnvelopeKind);
     table!("Terminations", Termination);
     table!("Refusal reasons", RefusalReason);
     table!("Requirement kinds", RequirementKind);

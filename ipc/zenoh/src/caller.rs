@@ -1,0 +1,10 @@
+//! Requests of clients to gateways, by the rules of [`crate::call`].
+
+mod control;
+mod running;
+mod seen;
+mod shared;
+
+pub use running::{Running, Sink};
+pub use seen::Seen;
+pub use shared::{Caller, Client};
