@@ -3,8 +3,13 @@
 
 mod bare;
 mod client;
+mod daemon;
 mod error;
+mod fleet;
+mod gateway;
+mod jobs;
 mod network;
+mod orders;
 mod process;
 mod programs;
 mod promises;

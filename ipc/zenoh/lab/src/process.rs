@@ -60,6 +60,12 @@ impl Process {
         }
     }
 
+    /// Ends it at once (SIGKILL).
+    pub(crate) fn end(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+
     /// An error that says what is wrong with it.
     pub(crate) fn failed(&self, reason: impl Into<String>) -> Error {
         Error::Process {
@@ -71,8 +77,7 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        self.end();
     }
 }
 

@@ -1,5 +1,6 @@
 //! `taut-zenoh-lab promises`: what is promised, each measured with real processes on hosts, as a table.
 
+mod answers;
 mod links;
 mod trial;
 
@@ -11,7 +12,7 @@ use trial::Trial;
 type Promise = (&'static str, fn(&Trial) -> Result<Vec<Row>, Error>);
 
 /// All of them.
-const PROMISES: [Promise; 1] = [("links", links::measure)];
+const PROMISES: [Promise; 2] = [("links", links::measure), ("answers", answers::measure)];
 
 /// Measure what is promised between machines, and print promised beside measured
 ///

@@ -1,0 +1,153 @@
+//! Client processes on hosts.
+
+use std::io::{BufRead, BufReader, Write};
+use std::process::{ChildStdin, ChildStdout, Stdio};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Duration;
+
+use taut_ipc::Instance;
+
+use crate::error::Error;
+use crate::network::Host;
+use crate::orders::{Asking, Exchange, Order, Said, Tally};
+use crate::process::Process;
+use crate::programs::own;
+
+/// How long a client may take beyond what it is told.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// One client process; killed when dropped.
+#[derive(Debug)]
+pub(crate) struct Member {
+    process: Process,
+    orders: ChildStdin,
+    said: Receiver<Said>,
+}
+
+impl Member {
+    /// A planner of an instance of this host.
+    pub(crate) fn planner(host: &Host, instance: &Instance) -> Result<Self, Error> {
+        Self::start(host, instance, &Order::Planner)
+    }
+
+    /// A client of the bare echo.
+    pub(crate) fn bare(host: &Host, connect: &str) -> Result<Self, Error> {
+        Self::start(host, &host.instance("none")?, &Order::Bare(connect.to_owned()))
+    }
+
+    fn start(host: &Host, instance: &Instance, first: &Order) -> Result<Self, Error> {
+        let mut command = host.command(&own()?, instance);
+        command
+            .arg("client")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped());
+        let mut process = Process::start(&format!("a client on {}", host.name()), command)?;
+        let (orders, out) = process
+            .pipes()
+            .expect("it was started with pipes");
+        let (say, said) = channel();
+        // Ends when the process does, which closes the pipe.
+        std::thread::spawn(move || listen(out, &say));
+        let mut member = Self {
+            process,
+            orders,
+            said,
+        };
+        member.tell(first)?;
+        match member.hear(PATIENCE)? {
+            Said::Ready => Ok(member),
+            other => Err(member.unexpected(&other)),
+        }
+    }
+
+    /// The process.
+    pub(crate) fn process(&self) -> &Process {
+        &self.process
+    }
+
+    /// Lets it ask; what comes of it is got by [`Self::done`].
+    pub(crate) fn begin(&mut self, asking: &Asking) -> Result<(), Error> {
+        self.tell(&Order::Ask(asking.clone()))
+    }
+
+    /// What came of what it was told last.
+    pub(crate) fn done(&mut self, asking: &Asking) -> Result<Tally, Error> {
+        let longest = Duration::from_millis(asking.length_ms + asking.patience_ms);
+        self.tally(longest + PATIENCE)
+    }
+
+    /// Lets it ask, and waits.
+    pub(crate) fn ask(&mut self, asking: &Asking) -> Result<Tally, Error> {
+        self.begin(asking)?;
+        self.done(asking)
+    }
+
+    /// Lets it ask the echo, and waits.
+    pub(crate) fn exchange(&mut self, exchange: Exchange) -> Result<Tally, Error> {
+        self.tell(&Order::Exchange(exchange))?;
+        self.tally(PATIENCE)
+    }
+
+    fn tally(&mut self, within: Duration) -> Result<Tally, Error> {
+        match self.hear(within)? {
+            Said::Done(tally) => Ok(*tally),
+            other => Err(self.unexpected(&other)),
+        }
+    }
+
+    fn tell(&mut self, order: &Order) -> Result<(), Error> {
+        let line = serde_json::to_string(order)
+            .expect("an order holds only strings, numbers and lists")
+            + "\n";
+        let written = self.orders.write_all(line.as_bytes());
+        written.map_err(|_| self.process.failed("ended"))
+    }
+
+    fn hear(&mut self, within: Duration) -> Result<Said, Error> {
+        let said = self.said.recv_timeout(within);
+        match said {
+            Ok(Said::Failed(reason)) => Err(self.process.failed(reason)),
+            Ok(said) => Ok(said),
+            Err(error) => Err(self
+                .process
+                .failed(format!("says nothing: {error}"))),
+        }
+    }
+
+    fn unexpected(&self, said: &Said) -> Error {
+        self.process
+            .failed(format!("unexpected line {said:?}"))
+    }
+}
+
+/// Passes on what a client says.
+fn listen(out: ChildStdout, say: &Sender<Said>) {
+    let lines = BufReader::new(out).lines();
+    for line in lines.map_while(Result::ok) {
+        let said = serde_json::from_str(&line)
+            .unwrap_or_else(|error| Said::Failed(format!("unreadable line: {error}")));
+        // The member may be gone meanwhile.
+        let _ = say.send(said);
+    }
+}
+
+/// Lets all of them ask at once; what came of each.
+pub(crate) fn all(members: &mut [Member], asking: &Asking) -> Result<Vec<Tally>, Error> {
+    begin(members, asking)?;
+    finish(members, asking)
+}
+
+/// The first half of [`all`].
+pub(crate) fn begin(members: &mut [Member], asking: &Asking) -> Result<(), Error> {
+    members
+        .iter_mut()
+        .try_for_each(|member| member.begin(asking))
+}
+
+/// The second half.
+pub(crate) fn finish(members: &mut [Member], asking: &Asking) -> Result<Vec<Tally>, Error> {
+    members
+        .iter_mut()
+        .map(|member| member.done(asking))
+        .collect()
+}

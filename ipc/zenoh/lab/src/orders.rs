@@ -1,0 +1,144 @@
+//! What the parent tells its client processes, a line of JSON each, and what they answer.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::{Deserialize, Serialize};
+
+/// A line to a client process.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) enum Order {
+    /// Be a client of the bare echo at this endpoint. Answered by [`Said::Ready`].
+    Bare(String),
+    /// Be a planner of the instance in the environment. Answered by [`Said::Ready`].
+    Planner,
+    /// Ask. Answered by [`Said::Done`].
+    Ask(Asking),
+    /// Ask the echo for so many answers. Answered by [`Said::Done`].
+    Exchange(Exchange),
+}
+
+/// Round trips to the bare echo.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Exchange {
+    /// Bytes of a request.
+    pub there: usize,
+    /// Bytes of its answer.
+    pub back: usize,
+    /// How many.
+    pub count: u64,
+}
+
+/// One request after another, until all are sent or the time is over, whichever is first.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Asking {
+    /// What is asked for, in turn.
+    pub jobs: Vec<Job>,
+    /// At most so many; 0 = any number.
+    pub count: u64,
+    /// For so long (ms); 0 = any time.
+    pub length_ms: u64,
+    /// Each one's deadline (ms); 0 = none.
+    pub deadline_ms: u64,
+    /// When a request without an end counts as lost (ms).
+    pub patience_ms: u64,
+}
+
+/// A kind of request.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Job {
+    /// Its name.
+    pub name: String,
+    /// Label of the robot.
+    pub robot: String,
+    /// Label of the scene.
+    pub scene: Option<String>,
+    /// The path, row by row.
+    pub path: Vec<f64>,
+    /// Name of the mode; empty = the default.
+    pub mode: String,
+    /// Work budget; 0 = the default.
+    pub budget: u64,
+    /// Seed.
+    pub seed: u64,
+}
+
+/// A line of a client process.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum Said {
+    /// It can ask.
+    Ready,
+    /// What came of an order.
+    Done(Box<Tally>),
+    /// It cannot go on.
+    Failed(String),
+}
+
+/// What came of requests.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Tally {
+    /// Requests.
+    pub sent: u64,
+    /// How they ended: by code, and in words where there was no answer.
+    pub ends: BTreeMap<String, u64>,
+    /// Requests without an end.
+    pub endless: u64,
+    /// Answers that were not the last.
+    pub improvements: u64,
+    /// From sending to the end (s).
+    pub times: Vec<f64>,
+    /// The same without waiting and computing (s).
+    pub shares: Vec<f64>,
+    /// From sending to the first improvement, without waiting and computing (s).
+    pub first: Vec<f64>,
+    /// Hashes of the answers to each job.
+    pub answers: BTreeMap<String, BTreeSet<u64>>,
+}
+
+impl Tally {
+    /// Those that ended so.
+    pub(crate) fn ended(&self, code: &str) -> u64 {
+        self.ends.get(code).copied().unwrap_or(0)
+    }
+
+    /// Those that have a proved answer.
+    pub(crate) fn served(&self) -> u64 {
+        self.ended("Success")
+    }
+
+    /// Adds another client's.
+    pub(crate) fn merge(&mut self, other: Self) {
+        self.sent += other.sent;
+        self.endless += other.endless;
+        self.improvements += other.improvements;
+        for (end, count) in other.ends {
+            *self.ends.entry(end).or_default() += count;
+        }
+        self.times.extend(other.times);
+        self.shares.extend(other.shares);
+        self.first.extend(other.first);
+        for (job, answers) in other.answers {
+            self.answers
+                .entry(job)
+                .or_default()
+                .extend(answers);
+        }
+    }
+
+    /// All clients' as one.
+    pub(crate) fn of(tallies: Vec<Self>) -> Self {
+        let mut all = Self::default();
+        tallies
+            .into_iter()
+            .for_each(|tally| all.merge(tally));
+        all
+    }
+
+    /// How they ended, for people.
+    pub(crate) fn told(&self) -> String {
+        let ends = self
+            .ends
+            .iter()
+            .map(|(end, count)| format!("{count} {end}"));
+        ends.collect::<Vec<_>>().join(", ")
+    }
+}
