@@ -4,13 +4,15 @@ use std::io::Write;
 use std::time::{Duration, Instant};
 
 use taut_ipc::planner::{Answers, Best, Planner, PlannerError, Request};
-use taut_ipc::wire::{Code, Mode};
-use taut_ipc::{ClientError, Instance};
+use taut_ipc::wire::{CertificateSegment, Code, Mode};
+use taut_ipc::{ClientError, Instance, monotonic_ns};
 
 use crate::bare::Caller;
 use crate::error::Error;
 use crate::orders::{Asking, Exchange, Job, Order, Said, Tally};
 
+/// How long a first improvement may take.
+const PATIENCE: Duration = Duration::from_secs(20);
 /// How long a client waits before it tries again what was refused.
 const PAUSE: Duration = Duration::from_millis(5);
 
@@ -42,6 +44,7 @@ fn say(said: &Said) {
 struct Asks {
     echo: Option<Caller>,
     planner: Option<Planner>,
+    held: Option<Answers>,
 }
 
 impl Asks {
@@ -51,9 +54,16 @@ impl Asks {
             Order::Bare(connect) => self.echo = Some(Caller::open(&connect)?),
             Order::Planner => self.planner = Some(planner()?),
             Order::Ask(asking) => {
-                let planner = self.planner.as_ref();
-                let planner = planner.ok_or_else(|| nobody("it has no planner"))?;
-                return Ok(Said::Done(Box::new(ask(planner, &asking))));
+                return Ok(Said::Done(Box::new(ask(self.planner()?, &asking))));
+            }
+            Order::Hold(job) => {
+                self.held = Some(hold(self.planner()?, &job)?);
+                return Ok(Said::At(monotonic_ns()));
+            }
+            Order::Cancel => {
+                let at = monotonic_ns();
+                drop(self.held.take());
+                return Ok(Said::At(at));
             }
             Order::Exchange(exchange) => {
                 let echo = self.echo.as_ref();
@@ -62,6 +72,12 @@ impl Asks {
             }
         }
         Ok(Said::Ready)
+    }
+
+    fn planner(&self) -> Result<&Planner, Error> {
+        self.planner
+            .as_ref()
+            .ok_or_else(|| nobody("it has no planner"))
     }
 }
 
@@ -86,6 +102,13 @@ fn rounds(echo: &Caller, exchange: Exchange) -> Result<Tally, Error> {
         }
     }
     Ok(tally)
+}
+
+/// A request whose first improvement has come.
+fn hold(planner: &Planner, job: &Job) -> Result<Answers, Error> {
+    let mut answers = planner.ask(&request(&Asking::default(), job), &job.path)?;
+    answers.next(PATIENCE)?;
+    Ok(answers)
 }
 
 /// One request after another.
@@ -118,6 +141,7 @@ fn one(planner: &Planner, asking: &Asking, job: &Job, tally: &mut Tally) {
         Ok(Some(best)) => count(&best, start, job, tally),
         Ok(None) => tally.endless += 1,
         Err(error) => {
+            tally.times.push(start.elapsed().as_secs_f64());
             *tally.ends.entry(in_words(&error)).or_default() += 1;
             std::thread::sleep(PAUSE);
         }
@@ -170,6 +194,7 @@ fn share(best: &Best, start: Instant) -> f64 {
 
 fn count(best: &Best, start: Instant, job: &Job, tally: &mut Tally) {
     let code = best.code();
+    tally.bytes = tally.bytes.max(bytes(best));
     tally.shares.push(share(best, start));
     tally.times.push(start.elapsed().as_secs_f64());
     *tally.ends.entry(format!("{code:?}")).or_default() += 1;
@@ -180,6 +205,12 @@ fn count(best: &Best, start: Instant, job: &Job, tally: &mut Tally) {
             .or_default()
             .insert(hash(best));
     }
+}
+
+/// Of an answer's path and its proof.
+fn bytes(best: &Best) -> usize {
+    let segments = best.header().certificate.count as usize;
+    size_of_val(best.path()) + segments * size_of::<CertificateSegment>()
 }
 
 /// Of all that has to be equal in equal answers (FNV-1a).

@@ -61,9 +61,9 @@ impl Daemon {
         &self.instance
     }
 
-    /// The process.
-    pub(crate) fn process(&mut self) -> &mut Process {
-        &mut self.process
+    /// Whether the process that was started serves.
+    pub(crate) fn is_alive(&mut self) -> bool {
+        self.process.is_alive()
     }
 
     /// A connection on its own host.

@@ -9,7 +9,7 @@ use taut_ipc::Instance;
 
 use crate::error::Error;
 use crate::network::Host;
-use crate::orders::{Asking, Exchange, Order, Said, Tally};
+use crate::orders::{Asking, Exchange, Job, Order, Said, Tally};
 use crate::process::Process;
 use crate::programs::own;
 
@@ -88,6 +88,25 @@ impl Member {
         self.tally(PATIENCE)
     }
 
+    /// Lets it hold the answers to a request whose first improvement has come.
+    pub(crate) fn hold(&mut self, job: &Job) -> Result<(), Error> {
+        self.tell(&Order::Hold(Box::new(job.clone())))?;
+        self.at().map(|_| ())
+    }
+
+    /// Lets it drop them; tells when (ns, monotonic clock).
+    pub(crate) fn cancel(&mut self) -> Result<u64, Error> {
+        self.tell(&Order::Cancel)?;
+        self.at()
+    }
+
+    fn at(&mut self) -> Result<u64, Error> {
+        match self.hear(PATIENCE)? {
+            Said::At(at) => Ok(at),
+            other => Err(self.unexpected(&other)),
+        }
+    }
+
     fn tally(&mut self, within: Duration) -> Result<Tally, Error> {
         match self.hear(within)? {
             Said::Done(tally) => Ok(*tally),
@@ -129,6 +148,17 @@ fn listen(out: ChildStdout, say: &Sender<Said>) {
         // The member may be gone meanwhile.
         let _ = say.send(said);
     }
+}
+
+/// So many planners of an instance of this host.
+pub(crate) fn planners(
+    host: &Host,
+    instance: &Instance,
+    count: usize,
+) -> Result<Vec<Member>, Error> {
+    (0..count)
+        .map(|_| Member::planner(host, instance))
+        .collect()
 }
 
 /// Lets all of them ask at once; what came of each.

@@ -24,6 +24,25 @@ pub(crate) fn endpoint(host: &Host) -> String {
     format!("tcp/{}:{PORT}", host.address())
 }
 
+/// A daemon with a gateway beside it.
+#[derive(Debug)]
+pub(crate) struct Station {
+    // Before the daemon: fields are dropped in order.
+    pub gateway: Process,
+    pub daemon: Daemon,
+}
+
+impl Station {
+    /// Starts both on a host; `more` are arguments of the gateway's.
+    pub(crate) fn start(host: &Host, workers: usize, more: &[&str]) -> Result<Self, Error> {
+        let daemon = Daemon::start(host, "daemon", workers)?;
+        Ok(Self {
+            gateway: serve(host, &daemon, more)?,
+            daemon,
+        })
+    }
+}
+
 /// A gateway beside a daemon.
 pub(crate) fn serve(host: &Host, daemon: &Daemon, more: &[&str]) -> Result<Process, Error> {
     let mut command = host.command(&GATEWAY.find()?, daemon.instance());

@@ -52,6 +52,28 @@ pub(crate) fn endless() -> Result<Job, Error> {
     })
 }
 
+/// The request for a problem whose path is cut into so many parts a segment, with improvements.
+pub(crate) fn cut(name: &str, parts: usize) -> Result<Job, Error> {
+    let whole = job(name)?;
+    let columns = match name {
+        "rooms" => 2,
+        _ => 3,
+    };
+    let rows: Vec<&[f64]> = whole.path.chunks(columns).collect();
+    let between = |pair: &[&[f64]], part: usize| -> Vec<f64> {
+        let share = part as f64 / parts as f64;
+        let ends = pair[0].iter().zip(pair[1]);
+        ends.map(|(from, to)| from + share * (to - from))
+            .collect()
+    };
+    let mut path: Vec<f64> = rows
+        .windows(2)
+        .flat_map(|pair| (0..parts).flat_map(|part| between(pair, part)).collect::<Vec<_>>())
+        .collect();
+    path.extend(rows.last().copied().unwrap_or_default());
+    Ok(Job { path, ..whole })
+}
+
 /// A request whose path has so many bytes, which is checked and comes back: a disc that goes to and
 /// fro where nothing is.
 pub(crate) fn sized(bytes: usize) -> Job {

@@ -13,6 +13,10 @@ pub(crate) enum Order {
     Planner,
     /// Ask. Answered by [`Said::Done`].
     Ask(Asking),
+    /// Ask, and hold the stream of answers. Answered by [`Said::At`] once the first is there.
+    Hold(Box<Job>),
+    /// Drop the stream that is held. Answered by [`Said::At`].
+    Cancel,
     /// Ask the echo for so many answers. Answered by [`Said::Done`].
     Exchange(Exchange),
 }
@@ -67,6 +71,8 @@ pub(crate) struct Job {
 pub(crate) enum Said {
     /// It can ask.
     Ready,
+    /// Done, and when it began to (ns, monotonic clock).
+    At(u64),
     /// What came of an order.
     Done(Box<Tally>),
     /// It cannot go on.
@@ -90,6 +96,8 @@ pub(crate) struct Tally {
     pub shares: Vec<f64>,
     /// From sending to the first improvement, without waiting and computing (s).
     pub first: Vec<f64>,
+    /// Bytes of the largest answer.
+    pub bytes: usize,
     /// Hashes of the answers to each job.
     pub answers: BTreeMap<String, BTreeSet<u64>>,
 }
@@ -110,6 +118,7 @@ impl Tally {
         self.sent += other.sent;
         self.endless += other.endless;
         self.improvements += other.improvements;
+        self.bytes = self.bytes.max(other.bytes);
         for (end, count) in other.ends {
             *self.ends.entry(end).or_default() += count;
         }

@@ -1,18 +1,37 @@
 //! `taut-zenoh-lab promises`: what is promised, each measured with real processes on hosts, as a table.
 
 mod answers;
+mod cancelling;
+mod cuts;
+mod deaths;
+mod far;
 mod links;
+mod overhead;
+mod routers;
+mod stopped;
 mod trial;
 
 use crate::error::Error;
 use crate::row::{self, Row};
+use crate::orders::Tally;
+use crate::statistics::time;
 use trial::Trial;
 
 /// One promise: its name on the command line, and what measures it.
 type Promise = (&'static str, fn(&Trial) -> Result<Vec<Row>, Error>);
 
 /// All of them.
-const PROMISES: [Promise; 2] = [("links", links::measure), ("answers", answers::measure)];
+const PROMISES: [Promise; 9] = [
+    ("links", links::measure),
+    ("answers", answers::measure),
+    ("overhead", overhead::measure),
+    ("cancelling", cancelling::measure),
+    ("deaths", deaths::measure),
+    ("cuts", cuts::measure),
+    ("routers", routers::measure),
+    ("far", far::measure),
+    ("stopped", stopped::measure),
+];
 
 /// Measure what is promised between machines, and print promised beside measured
 ///
@@ -77,6 +96,16 @@ fn promise(
     Ok(rows
         .iter()
         .any(|row| row.is_broken(trial.long)))
+}
+
+/// Every request ends, with an answer or a code.
+fn ends(tally: &Tally, when: &str) -> Vec<Row> {
+    let longest = tally.times.iter().copied().fold(0.0, f64::max);
+    vec![
+        Row::none(format!("of {} requests {when}, without an end", tally.sent), tally.endless),
+        Row::told("  how they ended", tally.told()),
+        Row::told("  longest time to an answer", time(longest)),
+    ]
 }
 
 /// Whether what cannot be run is a failure.
