@@ -180,7 +180,7 @@ fn last(
         }
         tally.improvements += 1;
         if std::mem::take(&mut is_first) {
-            tally.first.push(share(&best, start));
+            tally.first.push(start.elapsed().as_secs_f64());
         }
     }
 }
@@ -199,6 +199,10 @@ fn count(best: &Best, start: Instant, job: &Job, tally: &mut Tally) {
     tally.times.push(start.elapsed().as_secs_f64());
     *tally.ends.entry(format!("{code:?}")).or_default() += 1;
     if code == Code::Success {
+        let header = best.header();
+        tally
+            .scenes
+            .insert((header.scene_version, header.scene_hash));
         tally
             .answers
             .entry(job.name.clone())

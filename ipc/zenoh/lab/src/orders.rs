@@ -94,8 +94,10 @@ pub(crate) struct Tally {
     pub times: Vec<f64>,
     /// The same without waiting and computing (s).
     pub shares: Vec<f64>,
-    /// From sending to the first improvement, without waiting and computing (s).
+    /// From sending to the first improvement (s).
     pub first: Vec<f64>,
+    /// Version and hash of each scene that an answer names.
+    pub scenes: BTreeSet<(u64, u64)>,
     /// Bytes of the largest answer.
     pub bytes: usize,
     /// Hashes of the answers to each job.
@@ -125,6 +127,7 @@ impl Tally {
         self.times.extend(other.times);
         self.shares.extend(other.shares);
         self.first.extend(other.first);
+        self.scenes.extend(other.scenes);
         for (job, answers) in other.answers {
             self.answers
                 .entry(job)

@@ -8,6 +8,7 @@ mod far;
 mod links;
 mod overhead;
 mod routers;
+mod scenes;
 mod stopped;
 mod trial;
 
@@ -21,7 +22,7 @@ use trial::Trial;
 type Promise = (&'static str, fn(&Trial) -> Result<Vec<Row>, Error>);
 
 /// All of them.
-const PROMISES: [Promise; 9] = [
+const PROMISES: [Promise; 10] = [
     ("links", links::measure),
     ("answers", answers::measure),
     ("overhead", overhead::measure),
@@ -30,6 +31,7 @@ const PROMISES: [Promise; 9] = [
     ("cuts", cuts::measure),
     ("routers", routers::measure),
     ("far", far::measure),
+    ("scenes", scenes::measure),
     ("stopped", stopped::measure),
 ];
 
