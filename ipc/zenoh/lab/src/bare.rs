@@ -62,7 +62,7 @@ fn answer(query: Query) {
 }
 
 /// A session with direct links, on what it is told to and nothing else.
-fn open(
+pub(crate) fn open(
     mode: &str,
     listen: &Option<String>,
     connect: &Option<String>,

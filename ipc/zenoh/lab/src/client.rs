@@ -1,14 +1,17 @@
 //! `taut-zenoh-lab client`, hidden: a process that asks as it is told, line by line.
 
 use std::io::Write;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
+use taut_ipc::control::RobotSource;
 use taut_ipc::planner::{Answers, Best, Planner, PlannerError, Request};
 use taut_ipc::wire::{CertificateSegment, Code, Mode};
 use taut_ipc::{ClientError, Instance, monotonic_ns};
 
 use crate::bare::Caller;
 use crate::error::Error;
+use crate::{model, mutate};
 use crate::orders::{Asking, Exchange, Job, Order, Said, Tally};
 
 /// How long a first improvement may take.
@@ -53,6 +56,7 @@ impl Asks {
         match order {
             Order::Bare(connect) => self.echo = Some(Caller::open(&connect)?),
             Order::Planner => self.planner = Some(planner()?),
+            Order::Load(folder) => load(self.planner()?, &folder)?,
             Order::Ask(asking) => {
                 return Ok(Said::Done(Box::new(ask(self.planner()?, &asking))));
             }
@@ -64,6 +68,9 @@ impl Asks {
                 let at = monotonic_ns();
                 drop(self.held.take());
                 return Ok(Said::At(at));
+            }
+            Order::Mutate(mutating) => {
+                return Ok(Said::Done(Box::new(mutate::send(&mutating)?)));
             }
             Order::Exchange(exchange) => {
                 let echo = self.echo.as_ref();
@@ -90,6 +97,17 @@ fn nobody(reason: impl Into<String>) -> Error {
 
 fn planner() -> Result<Planner, Error> {
     Ok(Planner::connect(&Instance::from_environment()?)?)
+}
+
+/// The robot and the scene of the model, under its labels.
+fn load(planner: &Planner, folder: &Path) -> Result<(), Error> {
+    let source = RobotSource {
+        urdf: folder.join("cart.urdf"),
+        ..RobotSource::default()
+    };
+    planner.load_robot(model::ROBOT, &source, false)?;
+    planner.load_scene(model::SCENE, model::SCENE_TEXT, Some(folder), false)?;
+    Ok(())
 }
 
 fn rounds(echo: &Caller, exchange: Exchange) -> Result<Tally, Error> {

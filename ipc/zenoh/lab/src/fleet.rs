@@ -1,15 +1,16 @@
 //! Client processes on hosts.
 
 use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
 use std::process::{ChildStdin, ChildStdout, Stdio};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
 use taut_ipc::Instance;
 
 use crate::error::Error;
 use crate::network::Host;
-use crate::orders::{Asking, Exchange, Job, Order, Said, Tally};
+use crate::orders::{Asking, Exchange, Job, Mutating, Order, Said, Tally};
 use crate::process::Process;
 use crate::programs::own;
 
@@ -35,7 +36,33 @@ impl Member {
         Self::start(host, &host.instance("none")?, &Order::Bare(connect.to_owned()))
     }
 
+    /// A process that sends mutated messages; what comes of them is got by [`Self::mutated`].
+    pub(crate) fn mutate(host: &Host, mutating: &Mutating) -> Result<Self, Error> {
+        let mut member = Self::launch(host, &host.instance("none")?)?;
+        member.tell(&Order::Mutate(mutating.clone()))?;
+        Ok(member)
+    }
+
+    /// What came of the mutated messages; `None` while they are being sent.
+    pub(crate) fn mutated(&mut self, within: Duration) -> Result<Option<Tally>, Error> {
+        match self.said.recv_timeout(within) {
+            Ok(Said::Done(tally)) => Ok(Some(*tally)),
+            Ok(other) => Err(self.unexpected(&other)),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(self.process.failed("ended")),
+        }
+    }
+
     fn start(host: &Host, instance: &Instance, first: &Order) -> Result<Self, Error> {
+        let mut member = Self::launch(host, instance)?;
+        member.tell(first)?;
+        match member.hear(PATIENCE)? {
+            Said::Ready => Ok(member),
+            other => Err(member.unexpected(&other)),
+        }
+    }
+
+    fn launch(host: &Host, instance: &Instance) -> Result<Self, Error> {
         let mut command = host.command(&own()?, instance);
         command
             .arg("client")
@@ -48,15 +75,19 @@ impl Member {
         let (say, said) = channel();
         // Ends when the process does, which closes the pipe.
         std::thread::spawn(move || listen(out, &say));
-        let mut member = Self {
+        Ok(Self {
             process,
             orders,
             said,
-        };
-        member.tell(first)?;
-        match member.hear(PATIENCE)? {
-            Said::Ready => Ok(member),
-            other => Err(member.unexpected(&other)),
+        })
+    }
+
+    /// Lets it load the model of a folder.
+    pub(crate) fn load(&mut self, folder: &Path) -> Result<(), Error> {
+        self.tell(&Order::Load(folder.to_owned()))?;
+        match self.hear(PATIENCE)? {
+            Said::Ready => Ok(()),
+            other => Err(self.unexpected(&other)),
         }
     }
 

@@ -8,6 +8,8 @@ mod error;
 mod fleet;
 mod gateway;
 mod jobs;
+mod model;
+mod mutate;
 mod network;
 mod orders;
 mod process;

@@ -1,6 +1,7 @@
 //! What the parent tells its client processes, a line of JSON each, and what they answer.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
@@ -11,14 +12,37 @@ pub(crate) enum Order {
     Bare(String),
     /// Be a planner of the instance in the environment. Answered by [`Said::Ready`].
     Planner,
+    /// Load the robot and the scene of this folder. Answered by [`Said::Ready`].
+    Load(PathBuf),
     /// Ask. Answered by [`Said::Done`].
     Ask(Asking),
     /// Ask, and hold the stream of answers. Answered by [`Said::At`] once the first is there.
     Hold(Box<Job>),
     /// Drop the stream that is held. Answered by [`Said::At`].
     Cancel,
+    /// Send mutated messages. Answered by [`Said::Done`].
+    Mutate(Mutating),
     /// Ask the echo for so many answers. Answered by [`Said::Done`].
     Exchange(Exchange),
+}
+
+/// Messages to a gateway that are nearly right.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Mutating {
+    /// Its endpoint.
+    pub connect: String,
+    /// Its daemon's name.
+    pub daemon: String,
+    /// Id of a robot of two variables.
+    pub robot_id: u64,
+    /// Hash of its variables.
+    pub layout_hash: u64,
+    /// Id of a scene.
+    pub scene_id: u64,
+    /// How many.
+    pub count: u64,
+    /// Which.
+    pub seed: u64,
 }
 
 /// Round trips to the bare echo.

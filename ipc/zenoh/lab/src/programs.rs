@@ -63,3 +63,13 @@ pub(crate) fn own() -> Result<PathBuf, Error> {
         source,
     })
 }
+
+/// What a language's program needs, where its build puts it; the variable may name another place.
+pub(crate) fn built(variable: &str, places: &[&str]) -> Option<PathBuf> {
+    let named = std::env::var_os(variable).map(PathBuf::from);
+    let usual = places.iter().map(|place| project().join(place));
+    named
+        .into_iter()
+        .chain(usual)
+        .find(|place| place.exists())
+}

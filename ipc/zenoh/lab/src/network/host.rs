@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::net::Ipv4Addr;
 use std::os::fd::AsFd;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
@@ -21,7 +21,13 @@ pub(crate) struct Host {
     namespace: Namespace,
     /// Instances of different hosts meet in the machine's shared memory; by their roots they differ.
     folder: Folder,
+    /// Folders of the other hosts, whose files it does not see.
+    hidden: Vec<PathBuf>,
 }
+
+/// Starts a program where these folders, named before `--`, are empty. The mounts are those of
+/// `ip netns exec` and go with the program.
+const HIDE: &str = r#"while [ "$1" != -- ]; do mount -t tmpfs none "$1"; shift; done; shift; exec "$@""#;
 
 impl Host {
     pub(super) fn create(name: &str, number: u8) -> Result<Self, Error> {
@@ -30,7 +36,15 @@ impl Host {
             address: Ipv4Addr::new(10, 77, 0, number),
             namespace: Namespace::create(name)?,
             folder: Folder::create(&format!("lab-{name}"))?,
+            hidden: Vec::new(),
         })
+    }
+
+    /// Lets its programs not see the files of others.
+    pub(super) fn hide(&mut self, folders: &[PathBuf]) {
+        let own = self.folder().to_owned();
+        let others = folders.iter().filter(|folder| **folder != own);
+        self.hidden = others.cloned().collect();
     }
 
     /// Its name.
@@ -64,6 +78,9 @@ impl Host {
         command
             .args(["netns", "exec", self.namespace()])
             .args(["setpriv", "--pdeathsig", "KILL", "--"])
+            .args(["sh", "-c", HIDE, "sh"])
+            .args(&self.hidden)
+            .arg("--")
             .arg(program)
             .current_dir(self.folder())
             .env(

@@ -6,6 +6,7 @@ mod ip;
 mod namespace;
 mod weather;
 
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use bridge::Bridge;
@@ -26,7 +27,14 @@ pub(crate) fn hosts<const N: usize>(names: [&str; N]) -> Result<[Host; N], Error
         .zip(1..)
         .map(|(name, number)| Host::create(name, number))
         .collect();
-    Ok(made?
+    let mut made = made?;
+    let folders: Vec<PathBuf> = made
+        .iter()
+        .map(|host| host.folder().to_owned())
+        .collect();
+    made.iter_mut()
+        .for_each(|host| host.hide(&folders));
+    Ok(made
         .try_into()
         .expect("as many hosts as names"))
 }

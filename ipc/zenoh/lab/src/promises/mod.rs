@@ -5,7 +5,9 @@ mod cancelling;
 mod cuts;
 mod deaths;
 mod far;
+mod languages;
 mod links;
+mod mutated;
 mod overhead;
 mod routers;
 mod scenes;
@@ -22,9 +24,10 @@ use trial::Trial;
 type Promise = (&'static str, fn(&Trial) -> Result<Vec<Row>, Error>);
 
 /// All of them.
-const PROMISES: [Promise; 10] = [
+const PROMISES: [Promise; 12] = [
     ("links", links::measure),
     ("answers", answers::measure),
+    ("languages", languages::measure),
     ("overhead", overhead::measure),
     ("cancelling", cancelling::measure),
     ("deaths", deaths::measure),
@@ -32,6 +35,7 @@ const PROMISES: [Promise; 10] = [
     ("routers", routers::measure),
     ("far", far::measure),
     ("scenes", scenes::measure),
+    ("mutated", mutated::measure),
     ("stopped", stopped::measure),
 ];
 

@@ -1,0 +1,163 @@
+//! Programs of all languages, untouched, whose robot and scene are meshes on another machine than the
+//! daemon's: its files cannot be seen there.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+use taut_ipc::Instance;
+
+use super::Trial;
+use crate::daemon::Daemon;
+use crate::error::Error;
+use crate::fleet::Member;
+use crate::gateway::{Attached, Station, endpoint};
+use crate::model;
+use crate::network::{Host, cable, hosts};
+use crate::orders::Asking;
+use crate::programs::{TAUT, built};
+use crate::row::Row;
+
+/// Length and path of an answer, a line each, or whatever else tells answers apart.
+type Ask = fn(&Place) -> Result<String, Error>;
+
+const LANGUAGES: [(&str, Ask); 4] = [
+    ("Rust", in_rust),
+    ("the command line", on_the_command_line),
+    ("Python", in_python),
+    ("C", in_c),
+];
+
+/// Where a program runs, and whom it asks.
+struct Place<'a> {
+    host: &'a Host,
+    instance: &'a Instance,
+    folder: &'a Path,
+}
+
+pub(super) fn measure(_: &Trial) -> Result<Vec<Row>, Error> {
+    let [a, planners] = hosts(["a", "planners"])?;
+    cable(&a, &planners)?;
+    let _station = Station::start(&a, 1, &[])?;
+    let attached = Attached::start(&planners, "attached", &[endpoint(&a)], &[])?;
+    let local = Daemon::start(&planners, "local", 1)?;
+    let folder = model::write(planners.folder())?;
+    let place = |instance| Place {
+        host: &planners,
+        instance,
+        folder: &folder,
+    };
+    let [remote, local] = [place(attached.instance()), place(local.instance())];
+    LANGUAGES
+        .into_iter()
+        .map(|(name, ask)| compared(name, ask(&remote)?, ask(&local)?))
+        .collect()
+}
+
+fn compared(name: &str, remote: String, local: String) -> Result<Row, Error> {
+    let lines = local.lines().count();
+    let differing = remote
+        .lines()
+        .zip(local.lines())
+        .filter(|(remote, local)| remote != local)
+        .count();
+    Ok(Row::is(
+        format!("{name}: numbers of an answer that differ from a local daemon's"),
+        "0",
+        format!("{differing} of {lines}"),
+        remote == local && lines > 0,
+    ))
+}
+
+fn in_rust(place: &Place) -> Result<String, Error> {
+    let mut member = Member::planner(place.host, place.instance)?;
+    member.load(place.folder)?;
+    let tally = member.ask(&Asking {
+        jobs: vec![model::job()],
+        count: 1,
+        patience_ms: 30_000,
+        ..Asking::default()
+    })?;
+    let hashes = tally.answers.into_values().flatten();
+    Ok(hashes
+        .map(|hash| format!("{hash:016x}\n"))
+        .collect())
+}
+
+fn on_the_command_line(place: &Place) -> Result<String, Error> {
+    let mut command = place
+        .host
+        .command(&TAUT.find()?, place.instance);
+    command
+        .arg("shorten")
+        .arg(place.folder.join("problem.json"))
+        .args(["--budget", "6000", "--seed", "7", "--format", "json"]);
+    let said = said("the command line", command)?;
+    let result: Value = serde_json::from_str(&said).unwrap_or_default();
+    let rows = result["path"].as_array();
+    let numbers = rows
+        .into_iter()
+        .flatten()
+        .flat_map(|row| row.as_array().into_iter().flatten());
+    Ok(std::iter::once(&result["length_after"])
+        .chain(numbers)
+        .filter_map(Value::as_f64)
+        .map(|number| format!("{:016x}\n", number.to_bits()))
+        .collect())
+}
+
+fn in_python(place: &Place) -> Result<String, Error> {
+    let python = needed("Python", "TAUT_PYTHON", &["target/tmp/python/bin/python"])?;
+    let mut command = place.host.command(&python, place.instance);
+    command
+        .arg(place.folder.join("ask.py"))
+        .arg(place.folder);
+    said("Python", command)
+}
+
+fn in_c(place: &Place) -> Result<String, Error> {
+    let places = ["target/release/libtaut.so", "target/debug/libtaut.so"];
+    let library = needed("C", "TAUT_LIBRARY", &places)?;
+    let folder = library.parent().unwrap_or(&library);
+    let program = place.folder.join("ask");
+    let mut compiler = Command::new("gcc");
+    compiler
+        .arg("-std=c11")
+        .arg("-I")
+        .arg(crate::programs::project().join("ipc/c/include"))
+        .arg(place.folder.join("ask.c"))
+        .arg("-L")
+        .arg(folder)
+        .arg("-ltaut")
+        .arg(format!("-Wl,-rpath,{}", folder.display()))
+        .arg("-o")
+        .arg(&program);
+    said("gcc", compiler)?;
+    let mut command = place.host.command(&program, place.instance);
+    command.arg(place.folder);
+    said("C", command)
+}
+
+fn needed(name: &'static str, variable: &'static str, places: &[&str]) -> Result<std::path::PathBuf, Error> {
+    built(variable, places).ok_or(Error::NoProgram {
+        name,
+        variable,
+        build: "`cargo test` in the project's folder builds it",
+    })
+}
+
+/// What a program says that has to succeed.
+fn said(name: &str, mut command: Command) -> Result<String, Error> {
+    let failed = |reason: String| Error::Process {
+        what: name.to_owned(),
+        reason,
+    };
+    let output = command
+        .output()
+        .map_err(|error| failed(error.to_string()))?;
+    let [said, errors] = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    match output.status.success() {
+        true => Ok(said),
+        false => Err(failed(errors.trim().replace('\n', "; "))),
+    }
+}
